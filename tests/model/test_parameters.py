@@ -5,6 +5,12 @@ import pytest
 from fivtui import Parameters
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import PARAMETERS, parameter_spec
+from fivtui.transient.request import (
+    T_END_INTERVAL,
+    TOL_INTERVAL,
+    check_horizon,
+    check_tolerance,
+)
 
 
 def test_defaults_are_the_base_set_of_the_paper() -> None:
@@ -53,6 +59,22 @@ def test_bounds_themselves_are_allowed_unless_open() -> None:
                 spec.check(spec.lower)
         else:
             assert Parameters().with_values({name: spec.lower}).as_dict()[name] == spec.lower
+
+
+INTERVALS = {name: (spec, spec.check) for name, spec in PARAMETERS.items()} | {
+    "t_end": (T_END_INTERVAL, check_horizon),
+    "tol": (TOL_INTERVAL, check_tolerance),
+}
+
+
+@pytest.mark.parametrize("name", INTERVALS)
+def test_the_first_number_beyond_a_bound_is_refused(name: str) -> None:
+    interval, check = INTERVALS[name]
+    least = math.nextafter(interval.lower, math.inf) if interval.lower_open else interval.lower
+    for bound, beyond in ((least, -math.inf), (interval.upper, math.inf)):
+        assert check(bound) == bound
+        with pytest.raises(InputError, match="must be"):
+            check(math.nextafter(bound, beyond))
 
 
 def test_text_that_reads_as_a_number_is_taken() -> None:
