@@ -7,6 +7,7 @@ import pytest
 
 from fivtui import (
     Cancelled,
+    ComputationError,
     InputError,
     Parameters,
     branch,
@@ -41,6 +42,42 @@ def test_the_safe_friction_of_each_point_is_the_least_fold_of_its_branch(
         least = min([critical, *(fold.mu for fold in folds_of(found))])
         assert over_load.safe_mu[row, 1] == pytest.approx(least, rel=1e-8)
         assert over_load.critical_mu[row, 1] == pytest.approx(critical, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("values", "over", "separation", "searched"),
+    [
+        ({}, {}, True, True),
+        ({"c1": 0.0}, {}, True, True),
+        ({"c2": 0.0}, {}, True, True),
+        # Nothing dies out.
+        ({"c1": 0.0, "c2": 0.0}, {}, True, False),
+        ({"c1": 0.0, "c2": 0.0}, {"c1": [0.1, 0.2]}, True, True),
+        ({"c1": 0.0, "c2": 0.0}, {"c2": [0.1, 0.2]}, True, True),
+        # Linear.
+        ({"k_nl": 0.0}, {}, False, False),
+        ({"k_nl": 0.0}, {}, True, True),
+        ({"k_nl": 0.0}, {"k_nl": [50.0, 100.0]}, False, True),
+        ({}, {}, False, True),
+    ],
+)
+def test_cycles_are_searched_where_motions_are_damped_and_not_linear(
+    values: dict[str, float],
+    over: dict[str, list[float]],
+    separation: bool,
+    searched: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    searches = []
+
+    def search(p: Parameters, **_: object) -> None:
+        searches.append(p)
+        raise ComputationError("not searched", "this is a test")
+
+    monkeypatch.setattr("fivtui.safety.map.safe_friction", search)
+    axes = {"F": [60.0, 80.0], **(over or {"k1": [90.0, 100.0]})}
+    safety_map(Parameters(**values), axes, separation=separation)
+    assert bool(searches) is searched
 
 
 def test_a_fold_is_followed_over_many_points_from_few_branches() -> None:
