@@ -116,13 +116,20 @@ def _wav(path: Path) -> Iterator[str]:
 
 def _archive(path: Path) -> Iterator[str]:
     with zipfile.ZipFile(path) as archive:
-        yield "\n".join(sorted(archive.namelist()))
+        yield "\n".join(_entries(archive))
         for name in sorted(archive.namelist()):
             if name.endswith(".ssd"):
                 yield from xml_lines(archive.read(name).decode())
             elif name.endswith((".fmu", ".ssp")):
                 with zipfile.ZipFile(io.BytesIO(archive.read(name))) as part:
-                    yield "\n".join(f"{name}: {entry}" for entry in sorted(part.namelist()))
+                    yield "\n".join(f"{name}: {entry}" for entry in _entries(part))
+
+
+def _entries(archive: zipfile.ZipFile) -> list[str]:
+    # Of the sources in an FMU, which are not for users, the folder alone.
+    names = (name.split("/") for name in archive.namelist())
+    inner = ("resources", "sources")
+    return sorted({f"{name[0]}/…" if name[0] in inner else "/".join(name) for name in names})
 
 
 def xml_lines(text: str) -> Iterator[str]:

@@ -12,8 +12,8 @@ _PROCESSES = 2
 
 
 def record_part(name: str) -> tuple[str, float]:
-    """Record a part, and return what differs from its recording so far, and the time taken in s."""
-    begin = time.monotonic()
+    """Record a part, and return what differs from its recording so far, and the CPU time in s."""
+    begin = time.process_time()
     text = PARTS[name]()
     path = RECORDED / f"{name}.txt"
     before = path.read_text(encoding="utf-8") if path.exists() else ""
@@ -22,7 +22,7 @@ def record_part(name: str) -> tuple[str, float]:
     if unlike or not before:
         RECORDED.mkdir(exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    return "\n".join(unlike), time.monotonic() - begin
+    return "\n".join(unlike), time.process_time() - begin
 
 
 def main(names: list[str]) -> None:
@@ -45,7 +45,10 @@ def main(names: list[str]) -> None:
                 failed += 1
                 print(f"{name}: failed: {type(error).__name__}: {error}")
                 continue
-            print(f"{name}: {'changed' if unlike else 'same'}, {seconds:.0f} s", flush=True)
+            print(
+                f"{name}: {'changed' if unlike else 'same'}, {seconds:.0f} s of CPU time",
+                flush=True,
+            )
     sys.exit(1 if failed else 0)
 
 

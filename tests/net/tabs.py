@@ -67,8 +67,8 @@ async def _views(pilot: Pilot[None]) -> list[tuple[str, list[str]]]:
     views = []
     for name in names:
         await clear_notices(pilot)
-        # The keys in the last line are those of where the focus is.
-        await focus(pilot, "mu")
+        # The keys in the last line are those of where the focus is; a cursor that blinks paints.
+        (await focus(pilot, "mu")).cursor_blink = False
         await until_still(pilot)
         text = masked(text_of(pilot).translate(_BARS))
         views.append((f" {getattr(pane, 'view', name)}".rstrip(), text.splitlines()))

@@ -26,6 +26,7 @@ _MASKS: Final = (
     (re.escape(__version__), "<version>"),
     (r"\b[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\b", "<guid>"),
     (r"\b\d{4}-\d\d-\d\d([T ]\d\d:\d\d:\d\d(\.\d+)?(Z|\+00:00)?)?", "<date>"),
+    (r" at 0x[0-9a-f]+", ""),
     (r"\b\d\d:\d\d:\d\d\b", "<time>"),
     (r"peak to (\S+) in \S+ s", r"peak to \1 in <time>"),
     (r"(?m)^CPU time .*$", "CPU time <time>"),
