@@ -53,3 +53,10 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_collection_finish() -> None:
     """Leave what was imported to collect the tests out of every collection of garbage."""
     gc.freeze()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests of whole counts may take an hour."""
+    for item in items:
+        if item.get_closest_marker("whole") is not None:
+            item.add_marker(pytest.mark.timeout(3600.0))
