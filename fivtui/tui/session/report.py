@@ -121,23 +121,21 @@ def stability_brief(s: Stability, coexisting: Coexisting | None = None) -> list[
 
 
 def result_brief(r: Transient) -> list[str]:
-    """A transient in four short lines, the most important first."""
-    peak, force = r.peak, r.contact_force
+    """A transient in a few short lines, the most important first; one of its settling last."""
+    peak, force, later = r.peak, r.contact_force, later_amplitude(r)
+    settling = []
+    if later is not None:
+        amplitude = quantity(later.y_half_range, "m")
+        settling = [f"not settled: ±{amplitude} {later.after:.3g} s after the end"]
     return [
         f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half ±{quantity(r.steady.y_half_range, 'm')}"
-        f"{_unsettled(r)}",
+        f"{' unsettled' if settling else ''}",
         _separation_words(r),
         f"P {quantity(force.min)} to {quantity(force.max, 'N')} · peak |x| "
         f"{quantity(peak.x_abs, 'm')}",
         _belt_words(r),
+        *settling,
     ]
-
-
-def _unsettled(r: Transient) -> str:
-    later = later_amplitude(r)
-    if later is None:
-        return ""
-    return f" (not settled: ±{quantity(later.y_half_range, 'm')} {later.after:.3g} s later)"
 
 
 def _belt_words(r: Transient) -> str:

@@ -145,7 +145,7 @@ def test_rows_of_a_run_say_what_they_are(runs: tuple[Transient, Transient]) -> N
 
 def test_a_run_in_brief_has_its_numbers_and_units(runs: tuple[Transient, Transient]) -> None:
     t, own = own_slider.motion(3.0, separation=True)
-    first, _, third, fourth = result_brief(runs[0])
+    first, _, third, fourth, *_ = result_brief(runs[0])
     peak, steady = first.split(" · ")
     assert number_of(peak.replace("|y|", "")) == pytest.approx(np.abs(own[:, 2]).max(), rel=2e-3)
     assert peak.endswith(" m")
