@@ -3,7 +3,9 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
@@ -162,6 +164,19 @@ def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
     result = bench.measure(Setting("rk4", "", "step", 0.1), left, lambda _fraction: True)
     assert len(costs) == runs
     assert result.cpu_s == min(costs)
+
+
+def test_the_cost_in_a_batch_is_that_of_a_member(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+
+    def batch(parameters: dict[str, np.ndarray], **_: object) -> SimpleNamespace:
+        now[0] += 1e-3 * parameters["F"].size
+        return SimpleNamespace(failed=np.empty(0), steps=np.array([17]))
+
+    monkeypatch.setattr(measure, "simulate_batch", batch)
+    monkeypatch.setattr("time.process_time", lambda: now[0])
+    cost, steps = measure._cost_in_batch(SHORT, (), lambda _fraction: True)
+    assert (cost, steps) == (pytest.approx(1e-3), 17)
 
 
 @pytest.fixture(scope="module")
