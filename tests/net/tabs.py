@@ -12,7 +12,7 @@ from textual.pilot import Pilot
 
 from fivtui.model import Cancelled
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.tabs import TABS
+from fivtui.tui.tabs import TABS, RunsChanged
 from fivtui.tui.tabs.book import TabBook
 from tests.net.text import SECTION, masked
 from tests.support.laboratory import (
@@ -51,6 +51,9 @@ async def _record(size: tuple[int, int]) -> list[str]:
                 await until(pilot, lambda: not app_of(pilot).session.unread)
                 for tab in TABS:
                     await show_tab(pilot, tab.key)
+                    # Texts are wrapped once, maybe before the width of a new tab is known.
+                    await until_still(pilot, 2)
+                    app.screen.post_message(RunsChanged())
                     lines += [
                         line
                         for view in await _views(pilot)

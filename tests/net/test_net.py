@@ -6,14 +6,23 @@ from tests.net.parts import PARTS
 from tests.net.text import RECORDED, differences
 
 # What is compared by default; the rest is marked `whole`.
-QUICK = ("commands-errors", "commands-simulate", "stored-files", "fmus")
+QUICK = (
+    "commands-errors",
+    "commands-over-time",
+    "commands-program",
+    "commands-simulate",
+    "commands-sweep",
+    "stored-files",
+    "fmus",
+    "bits",
+)
 LONGEST_MESSAGE = 60
 
 
-def unlike_recording(name: str, text: str, *, partial: bool = False) -> str:
+def unlike_recording(name: str, text: str) -> str:
     """What differs from a recording, and how to record it anew; empty if nothing does."""
     recorded = (RECORDED / f"{name}.txt").read_text(encoding="utf-8")
-    lines = differences(recorded, text, partial=partial)
+    lines = differences(recorded, text)
     if not lines:
         return ""
     if len(lines) > LONGEST_MESSAGE:

@@ -45,9 +45,8 @@ def test_a_difference_names_the_command_and_its_lines() -> None:
     assert list(sections_of(recorded)) == ["$ fivtui a", "$ fivtui b", "$ fivtui b (again)"]
     short = "$ fivtui a\nexit 0\nx 1\n"
     assert differences(recorded, short)[:2] == ["$ fivtui b", "    no longer there"]
-    assert not differences(recorded, short, partial=True)
     assert differences(short, recorded)[-2:] == ["$ fivtui b (again)", "    not recorded"]
-    assert differences(recorded, short + "y\n", partial=True)[1:] == ["  - (no line)", "  + y"]
+    assert differences(short, short + "y\n")[1:] == ["  - (no line)", "  + y"]
 
 
 def test_what_differs_between_runs_is_not_recorded() -> None:

@@ -129,13 +129,13 @@ def same_line(recorded: str, fresh: str) -> bool:
     )
 
 
-def differences(recorded: str, fresh: str, *, partial: bool = False) -> list[str]:
-    """What differs between two recordings, in lines; with `partial`, `fresh` has some sections."""
+def differences(recorded: str, fresh: str) -> list[str]:
+    """What differs between two recordings, in lines: titles of sections and their lines."""
     before, after = sections_of(recorded), sections_of(fresh)
     report = []
     for title in dict.fromkeys([*before, *after]):
         if title not in after:
-            report += [] if partial else [title, "    no longer there"]
+            report += [title, "    no longer there"]
         elif title not in before:
             report += [title, "    not recorded"]
         else:
