@@ -72,6 +72,7 @@ def test_stability_json_is_one_object_with_everything_promised() -> None:
         "coalescence",
         "safe_mu",
         "safe_mu_basis",
+        "safe_mu_not_known_above",
     }
     assert data["stable"] is True
     assert data["safe_mu"] == pytest.approx(0.277935093, abs=1e-8)
