@@ -1,8 +1,13 @@
 """Branches of twice the period."""
 
+import numpy as np
 import pytest
 
 from fivtui import ComputationError, Parameters, branch
+from fivtui.orbits.curves import cycle_branches
+from fivtui.orbits.curves.arclength import OrbitOnCurve
+from fivtui.orbits.curves.branch_curve import BranchCurve
+from fivtui.orbits.curves.doubling import doubled_cycle
 from fivtui.orbits.curves.events import End, EventKind
 
 from .test_cycle_branches import assert_closed, drawn
@@ -11,7 +16,15 @@ from .test_cycle_branches import assert_closed, drawn
 TWICE, ONCE = list(drawn(3, 5))[2], Parameters()
 
 
-def test_a_doubled_branch_joins_both_period_doublings() -> None:
+def test_a_doubled_branch_joins_both_period_doublings(monkeypatch: pytest.MonkeyPatch) -> None:
+    pairs = []
+
+    def record(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | None:
+        cycle = doubled_cycle(curve, orbit)
+        pairs.append((orbit, cycle))
+        return cycle
+
+    monkeypatch.setattr(cycle_branches, "doubled_cycle", record)
     single = branch(TWICE, "mu", low=0.0, high=10.0)
     doublings = [event for event in single.events if event.kind is EventKind.PERIOD_DOUBLING]
     assert len(doublings) == 2
@@ -27,6 +40,11 @@ def test_a_doubled_branch_joins_both_period_doublings() -> None:
     assert {point.stable for point in found.points} == {True, False}
     for point in found.points[3::25]:
         assert_closed(found, point)
+    # The eigenvector of the multiplier -1 leads from one cycle to the other.
+    ((orbit, cycle),) = pairs
+    assert cycle is not None
+    change = np.linalg.norm((cycle.unknowns - orbit.unknowns)[:4])
+    assert change == pytest.approx(0.01 * np.abs(orbit.unknowns[:4]).max(), rel=1e-4)
 
 
 def test_a_doubled_branch_does_not_return_along_itself() -> None:
