@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given, strategies as st
 
-from fivtui import Parameters
+from fivtui import Parameters, simulate
 from fivtui.model.errors import InputError
 from fivtui.model.modes import MODES, Guard, Mode
 from fivtui.model.slider_belt import (
@@ -17,6 +17,7 @@ from fivtui.model.slider_belt import (
     mode_of,
 )
 from fivtui.taylor.friction import decay
+from fivtui.transient.request import KernelChoice
 from tests.support.strategies import moderate_parameters, states
 
 SLIDING = (Mode.FORWARD, Mode.BACKWARD)
@@ -116,3 +117,27 @@ def test_in_tension_nothing_sticks() -> None:
     assert mode_of(p, (0.0, 1.0, -0.5, 0.0), separation=False) is Mode.STICK
     assert mode_of(p, (0.0, 1.0, 0.5, 0.0), separation=False) in SLIDING
     assert guard_value(p, (0.0, 1.0, -0.5, 0.0), Guard.HELD_FORWARD) > 0.0
+
+
+@pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("rises", [True, False])
+def test_where_the_margin_of_the_hold_and_its_rate_are_zero_its_second_derivative_decides(
+    kernel: KernelChoice, side: float, rises: bool
+) -> None:
+    # Against what pushes the slider forward (side 1) and backward the margin is mu_s P - side f.
+    p = Parameters(m=2.0, k1=30.0, k2=20.0, k3=90.0, c1=0.5, c2=4.0, k_nl=0.0, v_belt=1.0, mu=0.5)
+    h, y, speed = 0.5 * p.k3, -1.0, 1.0
+    a = p.k1 + h
+    x = (side * p.mu * p.k2 - p.c1 * speed + h * y) / a
+    vy = a * speed / (h - side * p.mu * p.k2)
+    # The damper outweighs the other forces: with it the other way the second derivative would be.
+    slope = side * h - p.mu * p.k2
+    ay = (0.5 if rises == (slope > 0.0) else -0.5) * p.c2 * vy / p.m
+    p = p.with_values({"F": p.k2 + h * (x - y) - p.c2 * vy - p.m * ay})
+    state = (x, speed, y, vy)
+    leaves = Mode.FORWARD if side > 0.0 else Mode.BACKWARD
+    expected = Mode.STICK if rises else leaves
+    assert mode_of(p, state, separation=True) is expected
+    run = simulate(p, t_end=1e-3, start=state, samples=[0.0, 5e-4, 1e-3], kernel=kernel)
+    assert run.to_columns()["mode"].tolist() == [expected] * 3
