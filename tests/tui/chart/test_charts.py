@@ -193,6 +193,15 @@ def test_guides_shades_and_marks_are_drawn() -> None:
     assert read.startswith("μ 3  F 0 N  growth 1 1/s")
 
 
+@pytest.mark.parametrize(
+    ("value", "log"), [(0.0, False), (5.0, False), (-3.0, False), (1e12, False), (5.0, True)]
+)
+def test_an_axis_of_one_value_has_it_inside(value: float, log: bool) -> None:
+    for tight in (False, True):
+        axis = axis_for([[value, value]], log=log, tight=tight)
+        assert axis.low < value < axis.high
+
+
 def test_a_million_samples_are_reduced() -> None:
     t = np.linspace(0.0, 100.0, 1_000_000)
     y = np.sin(50.0 * t)
