@@ -202,6 +202,17 @@ def test_an_axis_of_one_value_has_it_inside(value: float, log: bool) -> None:
         assert axis.low < value < axis.high
 
 
+def test_given_ranges_are_those_of_the_axes_unless_they_are_logarithmic() -> None:
+    at = np.array([1.0, 10.0])
+    chart = Chart("x", "y", (Trace("", at, at),), x_range=(-2.0, 20.0), y_range=(-3.0, 30.0))
+    x, y = View().axes(chart)
+    assert (x.low, x.high, y.low, y.high) == (-2.0, 20.0, -3.0, 30.0)
+    for axis in View(log_x=True, log_y=True).axes(chart):
+        assert axis.log
+        assert 0.0 < axis.low <= 1.0
+        assert 10.0 <= axis.high <= 100.0
+
+
 def test_a_million_samples_are_reduced() -> None:
     t = np.linspace(0.0, 100.0, 1_000_000)
     y = np.sin(50.0 * t)
