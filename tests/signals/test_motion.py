@@ -1,12 +1,20 @@
 """A run at any time, its period and windows."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fivtui.model import InputError, Mode, Parameters
-from fivtui.signals.motion import check_window, last_cycles, modes_at, motion_at, period_of
+from fivtui.signals.motion import (
+    check_window,
+    is_rest,
+    last_cycles,
+    modes_at,
+    motion_at,
+    period_of,
+)
 from fivtui.simulation import simulate
 
 STICKING = Parameters(v_belt=3.0, mu_s=0.9, v_s=0.4)
@@ -22,6 +30,16 @@ def test_between_samples_the_motion_is_that_of_the_dense_solution() -> None:
     assert found.P[found.mode == Mode.SEPARATED].max() == 0.0
     with pytest.raises(InputError, match="compute it with sample times"):
         motion_at(simulate(t_end=1.0), times[:1])
+
+
+def test_a_motion_below_a_billionth_of_the_displacement_is_rest() -> None:
+    run = simulate(t_end=1.0, samples=2)
+    assert run.trajectory is not None
+    for size in (1e-3, 1.0, 1e6):
+        for part, rests in ((0.5e-9, True), (2e-9, False)):
+            for moving, still in (("x", "y"), ("y", "x")):
+                values = {moving: size * np.array([1.0, 1.0 + part]), still: np.zeros(2)}
+                assert is_rest(replace(run.trajectory, **values)) is rests
 
 
 def test_at_a_sample_the_motion_is_the_sample() -> None:

@@ -47,6 +47,16 @@ def test_zones_stand_at_their_values_in_words_and_glyphs(width: int, value: floa
             assert f" {words} " in zones
 
 
+@pytest.mark.parametrize("value", [0.0, 0.13, 0.28, 0.35, 0.9, 1.5])
+def test_at_every_width_bounds_stand_at_their_values_whatever_the_words(value: float) -> None:
+    gauge = Gauge("μ", OVER_MU, value, f"{value:g}", searching=False, basis="")
+    for width in range(20, 140):
+        zones, _ = drawn(gauge, width)
+        assert len(zones) == width
+        for bound in (0.278, 0.439):
+            assert zones[2 + round(bound / 1.5 * (width - 3))] in "┼●", (width, zones)
+
+
 def test_each_number_stands_below_its_bound() -> None:
     zones, numbers = drawn(Gauge("μ", OVER_MU, 0.7, "0.70", searching=False, basis=""), 100)
     for number, mark in (("0.278", "┼"), ("0.439", "┼"), ("0.70", "●")):
