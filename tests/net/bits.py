@@ -181,6 +181,5 @@ KINDS: Final[Mapping[str, tuple[int, Callable[[int], Iterable[float]]]]] = dict(
                 (1, partial(_single, belt=True, kernel="interpreted", t_end=2.0)),
             )
         ],
-        [("rk4", (1, partial(_single, method="rk4", step=0.02, t_end=2.0)))],
     )
 )

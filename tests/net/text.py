@@ -141,6 +141,8 @@ def differences(recorded: str, fresh: str) -> list[str]:
         else:
             lines = zip_longest(before[title], after[title], fillvalue="(no line)")
             unlike = [(old, new) for old, new in lines if not same_line(old, new)]
+            # Lines that another label has moved come last.
+            unlike.sort(key=lambda pair: pair[0].split() == pair[1].split())
             report += [title] if unlike else []
             for old, new in unlike[:4]:
                 report += _unlike_parts(old, new)
