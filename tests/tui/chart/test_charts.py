@@ -358,6 +358,8 @@ def test_limits_say_that_they_are_kept_and_what_they_leave_out() -> None:
     assert heading(low, 1, 3.0 * np.sin(T)).endswith("new partly outside, r: fit zoom y")
     assert heading(low, 0, 3.0 * np.sin(T)) == "y (m) zoom y"
     assert heading(low, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
+    # Up to the limits nothing is left out.
+    assert heading(low, 1, np.linspace(-2.5, 2.5, T.size)) == "y (m) zoom y"
     low.since = 1
     assert heading(low, 1, 3.0 * np.sin(T)) == "y (m) zoom y"
     late = View(x=Axis(20.0, 30.0))

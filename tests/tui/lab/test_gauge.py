@@ -64,6 +64,13 @@ def test_each_number_stands_below_its_bound() -> None:
         assert mark in zones[at : at + len(number)]
 
 
+def test_numbers_are_centred_below_their_columns_where_there_is_room() -> None:
+    _, numbers = drawn(Gauge("μ", OVER_MU, 0.9, "0.9000", searching=False, basis=""), 196)
+    for text in ("0.278", "0.439", "0.9000"):
+        middle = numbers.index(text) - 2 + 0.5 * (len(text) - 1)
+        assert abs(middle - float(text) / 1.5 * 193) <= 1.0
+
+
 def test_a_value_from_a_computation_is_rounded() -> None:
     text = "0.615668539036192"
     _, numbers = drawn(Gauge("μ", OVER_MU, float(text), text, searching=False, basis=""), 100)
