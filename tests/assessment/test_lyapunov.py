@@ -39,9 +39,9 @@ def test_on_a_limit_cycle_errors_grow_at_first_and_then_stay_bounded(separation:
 
 def test_the_uncertainty_is_that_of_a_stretch_by_a_thousand_over_the_second_half() -> None:
     for t_end in (100.0, 400.0):
-        found = growth(Parameters(), t_end)
-        assert found.uncertainty == pytest.approx(np.log(1e3) / (0.5 * t_end), rel=1e-12)
-        assert found.duration == t_end
+        result = growth(Parameters(), t_end)
+        assert result.uncertainty == pytest.approx(np.log(1e3) / (0.5 * t_end), rel=1e-12)
+        assert result.duration == t_end
 
 
 def test_without_damping_separation_brings_sensitive_dependence() -> None:

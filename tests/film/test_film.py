@@ -64,13 +64,13 @@ def test_in_contact_the_foot_is_on_the_belt_and_the_arrows_are_the_forces() -> N
 def test_the_barbs_of_an_arrow_are_alike_on_both_sides_of_it(name: str) -> None:
     motion = motion_at(RUN, np.linspace(0.0, 100.0, 4001))
     arrow = shapes(RUN, float(motion.t[motion.P.argmax()]))[name]
-    tail, tip, one, _, other = np.column_stack([arrow.x, arrow.y])
+    tail, tip, left_barb, _, right_barb = np.column_stack([arrow.x, arrow.y])
     along = (tip - tail) / np.linalg.norm(tip - tail)
     across = np.array([-along[1], along[0]])
-    assert (one - tip) @ along == pytest.approx((other - tip) @ along)
-    assert (one - tip) @ along < 0.0
-    assert (one - tip) @ across == pytest.approx((tip - other) @ across)
-    assert abs((one - tip) @ across) == pytest.approx(-0.5 * ((one - tip) @ along))
+    assert (left_barb - tip) @ along == pytest.approx((right_barb - tip) @ along)
+    assert (left_barb - tip) @ along < 0.0
+    assert (left_barb - tip) @ across == pytest.approx((tip - right_barb) @ across)
+    assert abs((left_barb - tip) @ across) == pytest.approx(-0.5 * ((left_barb - tip) @ along))
 
 
 def test_marks_travel_with_the_belt_and_everything_is_in_the_picture() -> None:

@@ -98,7 +98,7 @@ def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode
 
 
 @pytest.mark.parametrize(
-    ("mode", "before", "vx", "then"),
+    ("mode", "first_vx", "vx", "expected"),
     [
         # Past v_r = 0 within the error of a low tolerance: the belt's speed.
         (Mode.FORWARD, 1.5, 2.01, (Mode.STICK, 2.0)),
@@ -115,13 +115,13 @@ def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode
     ],
 )
 def test_a_slider_gone_past_the_belt_s_speed_is_put_at_it_by_the_mode_it_was_in(
-    folder: Path, mode: Mode, before: float, vx: float, then: tuple[Mode, float]
+    folder: Path, mode: Mode, first_vx: float, vx: float, expected: tuple[Mode, float]
 ) -> None:
     # The belt holds the slider here.
     with exchanged(folder, **values_of(ALL, START)) as instance:
-        assert put(instance, 0.0, before, -0.5, 0.1)[0] == mode
-        assert put(instance, 0.0, vx, -0.5, 0.1)[0] == then[0]
-        assert instance.get("vx") == [then[1]]
+        assert put(instance, 0.0, first_vx, -0.5, 0.1)[0] == mode
+        assert put(instance, 0.0, vx, -0.5, 0.1)[0] == expected[0]
+        assert instance.get("vx") == [expected[1]]
 
 
 @pytest.mark.parametrize(
@@ -130,13 +130,13 @@ def test_a_slider_gone_past_the_belt_s_speed_is_put_at_it_by_the_mode_it_was_in(
 def test_a_belt_that_changes_its_speed_past_the_slider_s_leaves_the_slider_its_own(
     folder: Path, mode: str, vx: float, speed: float
 ) -> None:
-    other = Mode.BACKWARD if mode == "FORWARD" else Mode.FORWARD
+    opposite = Mode.BACKWARD if mode == "FORWARD" else Mode.FORWARD
     with exchanged(folder, **values_of(ALL, START)) as instance:
         assert put(instance, 0.0, vx, -0.5, 0.1)[0] == Mode[mode]
         instance.fmi.enterEventMode()
         instance.set(v_belt=speed)
         assert instance.fmi.newDiscreteStates()[3]
-        assert instance.get("mode", "vx") == [other, vx]
+        assert instance.get("mode", "vx") == [opposite, vx]
 
 
 def test_without_a_finite_belt_the_further_indicators_stay(folder: Path) -> None:

@@ -286,10 +286,10 @@ def test_static_friction_below_friction_is_refused_where_it_counts(
         assert said is finite
         assert (step.status == "ok") is not finite
     equal = dict.fromkeys(order, 0.6)
-    begun, step = driver.drive(
+    start, step = driver.drive(
         ("a", "begin", {**equal, "finite_belt": True}), ("a", "step", 0.0, 0.1)
     )
-    assert (begun.log, step.status) == ([], "ok")
+    assert (start.log, step.status) == ([], "ok")
 
 
 @pytest.mark.parametrize(

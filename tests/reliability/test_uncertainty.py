@@ -70,13 +70,13 @@ def test_the_probabilities_where_friction_is_uniform() -> None:
 
 def test_samples_are_one_to_sixteen_million() -> None:
     # Rounded up to a power of two in each of 16 scramblings, each point being a pair.
-    most = 2**24
-    for samples, rounded in ((1, 32), (33, 64), (most, most)):
+    limit = 2**24
+    for samples, rounded in ((1, 32), (33, 64), (limit, limit)):
         design = study_of(samples).design
         assert isinstance(design, Scatter)
         assert design.samples == rounded
-    for samples in (0, -1, most + 1):
-        with pytest.raises(InputError, match=f"samples = {samples}: must be from 1 to {most}"):
+    for samples in (0, -1, limit + 1):
+        with pytest.raises(InputError, match=f"samples = {samples}: must be from 1 to {limit}"):
             study_of(samples)
 
 

@@ -37,9 +37,9 @@ def test_a_motion_below_a_billionth_of_the_displacement_is_rest() -> None:
     assert run.trajectory is not None
     for size in (1e-3, 1.0, 1e6):
         for part, rests in ((0.5e-9, True), (2e-9, False)):
-            for moving, still in (("x", "y"), ("y", "x")):
-                values = {moving: size * np.array([1.0, 1.0 + part]), still: np.zeros(2)}
-                assert is_rest(replace(run.trajectory, **values)) is rests
+            moving, still = size * np.array([1.0, 1.0 + part]), np.zeros(2)
+            for x, y in ((moving, still), (still, moving)):
+                assert is_rest(replace(run.trajectory, x=x, y=y)) is rests
 
 
 def test_at_a_sample_the_motion_is_the_sample() -> None:

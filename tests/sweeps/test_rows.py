@@ -142,15 +142,15 @@ def test_a_wrong_range_is_refused(
 
 
 def test_a_design_has_at_most_as_many_members_as_indices_have_room_for() -> None:
-    most = 2**62
+    limit = 2**62
     assert (
-        Design({"F": Range(1.0, 2.0)}, "random", 4, most - 1).columns(np.arange(4))["F"].size == 4
+        Design({"F": Range(1.0, 2.0)}, "random", 4, limit - 1).columns(np.arange(4))["F"].size == 4
     )
-    assert Design({"F": Range(1.0, 2.0, 2**31), "mu": Range(0.1, 0.2, 2**31)}).size == most
+    assert Design({"F": Range(1.0, 2.0, 2**31), "mu": Range(0.1, 0.2, 2**31)}).size == limit
     with pytest.raises(InputError, match="must be at most"):
         Design({"F": Range(1.0, 2.0, 2**31), "mu": Range(0.1, 0.2, 2**31 + 1)})
-    with pytest.raises(InputError, match=f"must be from 0 to {most - 1}"):
-        Design({"F": Range(1.0, 2.0)}, "random", 4, most)
+    with pytest.raises(InputError, match=f"must be from 0 to {limit - 1}"):
+        Design({"F": Range(1.0, 2.0)}, "random", 4, limit)
 
 
 @pytest.mark.parametrize(

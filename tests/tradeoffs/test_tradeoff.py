@@ -144,37 +144,38 @@ def test_methods_of_a_kind_are_measured_at_the_same_steps() -> None:
 
 
 @pytest.mark.parametrize(
-    ("cost", "left", "runs"), [(0.001, 1.0, 15), (0.015, 1.0, 2), (0.03, 1.0, 1), (0.004, 0.006, 2)]
+    ("cost", "budget", "runs"),
+    [(0.001, 1.0, 15), (0.015, 1.0, 2), (0.03, 1.0, 1), (0.004, 0.006, 2)],
 )
 def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
-    cost: float, left: float, runs: int, monkeypatch: pytest.MonkeyPatch
+    cost: float, budget: float, runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    seen = observation(integrate(Request(Parameters(), t_end=1.0)))
-    now = [100.0]
+    observed = observation(integrate(Request(Parameters(), t_end=1.0)))
+    clock = [100.0]
     costs: list[float] = []
 
     def timed(*_: object) -> tuple[Observation, int, float]:
         costs.append(cost * (1.0 + 1e-3 * (len(costs) % 2 - len(costs) % 3)))
-        now[0] += cost
-        return seen, 7, costs[-1]
+        clock[0] += cost
+        return observed, 7, costs[-1]
 
     monkeypatch.setattr(measure._Bench, "_timed", timed)
-    monkeypatch.setattr("time.thread_time", lambda: now[0])
-    bench = measure._Bench(SHORT, seen, deviation(seen, seen), {})
-    result = bench.measure(Setting("rk4", "", "step", 0.1), left, lambda _fraction: True)
+    monkeypatch.setattr("time.thread_time", lambda: clock[0])
+    bench = measure._Bench(SHORT, observed, deviation(observed, observed), {})
+    result = bench.measure(Setting("rk4", "", "step", 0.1), budget, lambda _fraction: True)
     assert len(costs) == runs
     assert result.cpu_s == min(costs)
 
 
 def test_the_cost_in_a_batch_is_that_of_a_member(monkeypatch: pytest.MonkeyPatch) -> None:
-    now = [0.0]
+    clock = [0.0]
 
     def batch(parameters: dict[str, np.ndarray], **_: object) -> SimpleNamespace:
-        now[0] += 1e-3 * parameters["F"].size
+        clock[0] += 1e-3 * parameters["F"].size
         return SimpleNamespace(failed=np.empty(0), steps=np.array([17]))
 
     monkeypatch.setattr(measure, "simulate_batch", batch)
-    monkeypatch.setattr("time.process_time", lambda: now[0])
+    monkeypatch.setattr("time.process_time", lambda: clock[0])
     cost, steps = measure._cost_in_batch(SHORT, (), lambda _fraction: True)
     assert cost == pytest.approx(1e-3)
     assert steps == 17
