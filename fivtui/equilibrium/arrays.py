@@ -11,16 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import (
+    DERIVATIVE_STEP,
     PARAMETERS,
     ComputationError,
     InputError,
     Parameters,
+    coupling_stiffness,
+    derivative,
+    flutter_boundary,
+    horizontal_stiffness,
+    load,
+    rest_coefficients,
     spring_force,
+    suspension_stiffness,
+    tangent_slope,
     tangent_stiffness,
 )
 
 from .belt import critical_mu_on_belt
-from .critical import boundary
 from .eigenvalues import ROUNDING, judge_growth, why_no_growth
 from .quartic import cube_root_bound, rightmost_real_part
 
@@ -48,14 +56,13 @@ class StabilityPoints:
         self.m, self.k1, self.k2, self.k3, self.c1, self.c2, self.F, self.k_nl, self.mu = (
             varied.get(name, np.full(size, getattr(p, name))) for name in PARAMETERS
         )
-        self.h = 0.5 * self.k3
-        self.a = self.k1 + self.h
-        damping = self.c1 + self.c2
-        self.share = np.divide(self.c1, damping, out=np.full(size, 0.5), where=damping > 0.0)
-        self.lifted = (self.F < 0.0) & separation
+        self.h: FloatArray = coupling_stiffness(self)
+        self.a: FloatArray = horizontal_stiffness(self)
+        self.load: FloatArray = load(self)
+        self.lifted = (self.load < 0.0) & separation
         with np.errstate(all="ignore"):
-            held = self.h * self.k1 / self.a
-            self.no_equilibrium = self.lifted & ((held == 0.0) | ~np.isfinite(self.F / held))
+            held = suspension_stiffness(self)
+            self.no_equilibrium = self.lifted & ((held == 0.0) | ~np.isfinite(self.load / held))
             self.kt = np.where(self.lifted, 0.0, self._tangent(self.mu))
 
     def growth_rate(self) -> FloatArray:
@@ -101,34 +108,26 @@ class StabilityPoints:
         Negative where stable, −1 without friction coupling, NaN where `no_equilibrium`.
         """
         left = self.mu * self.h * self.kt
-        right = self._boundary(self.kt)
+        right = flutter_boundary(self, self.kt)
         relative = np.divide(left, right, out=np.zeros_like(left), where=right > 0.0) - 1.0
         relative[self.no_equilibrium] = np.nan
         return relative
 
-    def _boundary(self, kt: FloatArray) -> FloatArray:
-        return boundary(
-            m=self.m, k1=self.k1, k3=self.k3, c1=self.c1, c2=self.c2, kt=kt, share=self.share
-        )
-
     def _tangent(self, mu: FloatArray) -> FloatArray:
         return tangent_stiffness(self, self._deflection(mu))
-
-    def _coefficients(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
-        friction = 1.0 + mu * self.h / self.a
-        return friction * self.k_nl, friction * self.k2 + self.h * self.k1 / self.a
 
     def _deflection(self, mu: FloatArray) -> FloatArray:
         # As `model.resting_height`: the cubic by Newton's method from beyond the root, at most 2.2
         # times too far.
-        alpha, beta = self._coefficients(mu)
-        force = np.abs(self.F)
+        alpha, beta, downward = rest_coefficients(self, mu)
+        force = np.abs(downward)
         linear = force / beta
         y = np.fmin(linear, cube_root_bound(force / alpha))
         y = np.where((force > 0.0) & (alpha > 0.0), y, linear)
         for _ in range(_APPROACH):
             y = y - (alpha * y * y * y + beta * y - force) / (3.0 * alpha * y * y + beta)
-        return np.copysign(y, -self.F)
+        height: FloatArray = np.copysign(y, -downward)
+        return height
 
     def critical_mu(self) -> FloatArray:
         """The μ above which the equilibrium is unstable, shape (n,); NaN if none is in range."""
@@ -138,7 +137,7 @@ class StabilityPoints:
         without = self.lifted | (self.k3 == 0.0)
         without |= (self._excess(low)[0] >= 0.0) | (self._excess(high)[0] < 0.0)
         with np.errstate(all="ignore"):
-            mu = np.clip(self._boundary(self.k2) / (self.h * self.k2), 0.0, high)
+            mu = np.clip(flutter_boundary(self, self.k2) / (self.h * self.k2), 0.0, high)
         moving = ~without
         for _ in range(_MOST_ITERATIONS):
             value, slope = self._excess(mu)
@@ -159,14 +158,12 @@ class StabilityPoints:
     def _excess(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
         # μ − boundary/(h k_t) and its derivative by μ; k_t follows μ by the equilibrium.
         y = self._deflection(mu)
-        alpha, beta = self._coefficients(mu)
+        alpha, beta, _ = rest_coefficients(self, mu)
         kt = tangent_stiffness(self, y)
         by_mu = self.h / self.a * spring_force(self, y)
-        turn = 6.0 * self.k_nl * y * by_mu / (3.0 * alpha * y * y + beta)
-        spread = self.share * (1.0 - self.share)
-        detuning = kt + self.h - self.a
-        bound = self._boundary(kt)
-        by_kt = 2.0 * spread * detuning + self.share * self.c1 * self.c2 / self.m
+        turn = tangent_slope(self, y) * by_mu / (3.0 * alpha * y * y + beta)
+        bound = flutter_boundary(self, kt)
+        by_kt = derivative(flutter_boundary(self, kt + 1j * DERIVATIVE_STEP))
         left = self.h * kt
         return mu - bound / left, 1.0 - (by_kt - bound / kt) / left * turn
 

@@ -18,7 +18,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from fivtui.model import PARAMETERS, Parameters, parameter_spec, resting_height, spring_force
+from fivtui.model import (
+    PARAMETERS,
+    Parameters,
+    coupling_stiffness,
+    horizontal_stiffness,
+    load,
+    parameter_spec,
+    resting_height,
+    spring_force,
+)
 
 from .critical import Becomes, CriticalMu, critical_mu as critical_mu_of_constant
 from .exact import Polynomial, integers, product, real_roots, total, value_at
@@ -46,7 +55,7 @@ def critical_mu_on_belt(p: Parameters, *, separation: bool = True) -> tuple[Crit
     """
     if p.mu_s is None or p.v_s is None or p.v_belt is None:
         return critical_mu_of_constant(p, separation=separation)
-    if p.v_belt == 0.0 or (separation and p.F < 0.0):
+    if p.v_belt == 0.0 or (separation and load(p) < 0.0):
         return ()
     if p.k3 == 0.0:
         grip = _force_without_coupling(p) * math.exp(-p.v_belt / p.v_s)
@@ -63,7 +72,7 @@ def critical_speeds(p: Parameters, *, separation: bool = True) -> tuple[Critical
     Without coupling (k3 = 0) it is v_s ln(P (μ_s − μ)/(c1 v_s)).
     """
     fall, v_s, top = p.mu_static - p.mu, p.speed_law, parameter_spec("v_belt").upper
-    if v_s is None or p.v_belt is None or (separation and p.F < 0.0):
+    if v_s is None or p.v_belt is None or (separation and load(p) < 0.0):
         return ()
     if p.k3 == 0.0:
         force = _force_without_coupling(p)
@@ -76,7 +85,7 @@ def critical_speeds(p: Parameters, *, separation: bool = True) -> tuple[Critical
 
 
 def _force_without_coupling(p: Parameters) -> float:
-    return spring_force(p, resting_height(0.0, (p.k1, p.k2, p.k_nl), p.F, p.mu, separation=False))
+    return float(spring_force(p, resting_height(p, p.mu, separation=False)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,9 +131,10 @@ class _Family:
         # Around those of the bounds, no further than these are apart; None where stability does not
         # change: no friction moves the slider, or nothing but friction that falls damps it.
         p, (low, high) = self.p, self.bounds
-        if p.F == 0.0 or low == high or (p.F > 0.0 and p.c1 == p.c2 == 0.0):
+        downward = load(p)
+        if downward == 0.0 or low == high or (downward > 0.0 and p.c1 == p.c2 == 0.0):
             return None
-        h, sign = Fraction(p.k3) / 2, (1 if p.F > 0.0 else -1)
+        h, sign = coupling_stiffness(p.exact()), (1 if downward > 0.0 else -1)
         force, friction = _balance(p)
         span = high - low
 
@@ -134,9 +144,7 @@ class _Family:
                 total(friction, product([-bound * h], force)),
                 total(friction, product([-(bound + outside * span) * h], force)),
             )
-            y = Fraction(
-                resting_height(float(h), (p.k1, p.k2, p.k_nl), p.F, float(bound), separation=False)
-            )
+            y = Fraction(resting_height(p, float(bound), separation=False))
             step = _MARGIN * abs(y)
             ends = [y, y]
             for place, towards in ((0, outside), (1, -outside)):
@@ -157,9 +165,10 @@ class _Family:
     ) -> tuple[Polynomial, Polynomial, Polynomial]:
         # a3 and a1, both times the scale, and P times the last condition of Hurwitz.
         p, scale = self.p, [self.scale]
-        m, h, c2 = [Fraction(p.m)], [Fraction(p.k3) / 2], [Fraction(p.c2)]
-        a = total([Fraction(p.k1)], h)
-        kt = [Fraction(p.k2), Fraction(0), 3 * Fraction(p.k_nl)]
+        exact = p.exact()
+        m, c2 = [exact.m], [exact.c2]
+        h, a = [coupling_stiffness(exact)], [horizontal_stiffness(exact)]
+        kt = [exact.k2, Fraction(0), 3 * exact.k_nl]
         b = total(kt, h)
         c1 = self.damping
         a3 = product(m, total(c1, product(c2, scale)))
@@ -176,7 +185,7 @@ class _Family:
 def _over_mu(p: Parameters, exponent: float, top: Fraction) -> _Family:
     # Over μ from 0 to μ_s, at a speed of the belt.
     rest = Fraction(-math.expm1(-exponent))
-    share, v_s, h = 1 - rest, Fraction(p.v_s or 0.0), Fraction(p.k3) / 2
+    share, v_s, h = 1 - rest, Fraction(p.v_s or 0.0), coupling_stiffness(p.exact())
     force, friction = _balance(p)
     held, scale = product([h * top], force), h * rest * v_s
     return _Family(
@@ -191,7 +200,7 @@ def _over_mu(p: Parameters, exponent: float, top: Fraction) -> _Family:
 
 def _over_speed(p: Parameters, v_s: float) -> _Family:
     # Over the speed of the belt, by e from 0 to 1.
-    h, mu, top = Fraction(p.k3) / 2, Fraction(p.mu), Fraction(p.mu_static)
+    h, mu, top = coupling_stiffness(p.exact()), Fraction(p.mu), Fraction(p.mu_static)
     force, friction = _balance(p)
     scale = h * Fraction(v_s)
     more = total(friction, product([-h * mu], force))
@@ -227,7 +236,7 @@ def _ratio(above: int, below: int) -> float:
 
 def _balance(p: Parameters) -> tuple[Polynomial, Polynomial]:
     # P, and h μ_b P, as polynomials in y.
-    h, k1 = Fraction(p.k3) / 2, Fraction(p.k1)
-    a = k1 + h
-    force = [Fraction(0), Fraction(-p.k2), Fraction(0), Fraction(-p.k_nl)]
-    return force, total([a * Fraction(p.F), h * k1], product([-a], force))
+    exact = p.exact()
+    a, h = horizontal_stiffness(exact), coupling_stiffness(exact)
+    force = [Fraction(0), -exact.k2, Fraction(0), -exact.k_nl]
+    return force, total([a * load(exact), h * exact.k1], product([-a], force))

@@ -17,7 +17,16 @@ from typing import Final, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, Mode, Parameters, equilibrium, tangent_stiffness
+from fivtui.model import (
+    PARAMETERS,
+    Mode,
+    Parameters,
+    coupling_stiffness,
+    equilibrium,
+    flutter_boundary,
+    load,
+    tangent_stiffness,
+)
 
 Becomes = Literal["stable", "unstable"]
 Real = TypeVar("Real", float, NDArray[np.float64])
@@ -33,23 +42,10 @@ class CriticalMu:
     becomes: Becomes
 
 
-def boundary(*, m: Real, k1: Real, k3: Real, c1: Real, c2: Real, kt: Real, share: Real) -> Real:
-    """The value of μ h k_t in N²/m² above which the equilibrium is unstable (Routh–Hurwitz).
-
-    Takes numbers or arrays, in SI units. `share` is c1/(c1 + c2), and 1/2 without damping: the
-    limit of equal dampings.
-    """
-    h = 0.5 * k3
-    a = k1 + h
-    detuning = kt + h - a
-    spread = share * (1.0 - share) * detuning * detuning
-    return spread + h * h + (a + share * detuning) * c1 * c2 / m
-
-
 def linear_critical_mu(p: Parameters) -> float | None:
     """μ_c of the linear system (k_nl = 0); None without coupling, k3 k2 = 0 to double precision."""
-    coupling = 0.5 * p.k3 * p.k2
-    found = _boundary(p, p.k2) / coupling if coupling > 0.0 else math.inf
+    coupling = coupling_stiffness(p) * p.k2
+    found = flutter_boundary(p, p.k2) / coupling if coupling > 0.0 else math.inf
     return found if math.isfinite(found) else None
 
 
@@ -67,13 +63,13 @@ def critical_mu(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, 
     separation : bool
         Whether separation is considered; if so, the equilibrium for F < 0 is off the belt.
     """
-    if p.k3 == 0.0 or (separation and p.F < 0.0):
+    if p.k3 == 0.0 or (separation and load(p) < 0.0):
         return ()
-    h = 0.5 * p.k3
+    h = coupling_stiffness(p)
 
     def excess(mu: float) -> float:
         kt = tangent_stiffness(p, equilibrium(p, separation=False, mu=mu).y)
-        return mu * h * kt - _boundary(p, kt)
+        return float(mu * h * kt - flutter_boundary(p, kt))
 
     mu_c = _least_nonnegative(excess, 0.0, PARAMETERS["mu"].upper)
     return () if mu_c is None else (CriticalMu(mu_c, "unstable"),)
@@ -89,7 +85,7 @@ def flutter_margin(p: Parameters, *, separation: bool = True) -> float | None:
     if point.mode is Mode.SEPARATED:
         return None
     kt = tangent_stiffness(p, point.y)
-    return _boundary(p, kt) - p.mu * 0.5 * p.k3 * kt
+    return float(flutter_boundary(p, kt) - p.mu * coupling_stiffness(p) * kt)
 
 
 def _least_nonnegative(function: Callable[[float], float], low: float, high: float) -> float | None:
@@ -127,9 +123,3 @@ def coalescence_mu(p: Parameters, *, separation: bool = True) -> float | None:
     """
     undamped = p.with_values({"c1": 0.0, "c2": 0.0, "v_belt": None})
     return next((c.mu for c in critical_mu(undamped, separation=separation)), None)
-
-
-def _boundary(p: Parameters, kt: float) -> float:
-    damping = p.c1 + p.c2
-    share = p.c1 / damping if damping > 0.0 else 0.5
-    return boundary(m=p.m, k1=p.k1, k3=p.k3, c1=p.c1, c2=p.c2, kt=kt, share=share)

@@ -6,7 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import IN_CONTACT, Equilibrium, Parameters, sliding, tangent_stiffness
+from fivtui.model import (
+    IN_CONTACT,
+    Equilibrium,
+    Parameters,
+    coupling_stiffness,
+    horizontal_stiffness,
+    sliding,
+    tangent_stiffness,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +71,10 @@ def vibration_modes(
 
 def _shape(p: Parameters, point: Equilibrium, value: complex) -> tuple[complex, complex]:
     # The null vector of the dynamic stiffness, from its larger row, as the other may vanish.
-    h = 0.5 * p.k3
+    a, h = horizontal_stiffness(p), coupling_stiffness(p)
     kt = tangent_stiffness(p, point.y) if point.mode in IN_CONTACT else 0.0
     mu, c1 = sliding(p, point.y, point.mode)
-    horizontal = (p.m * value + c1) * value + p.k1 + h
+    horizontal = (p.m * value + c1) * value + a
     vertical = (p.m * value + p.c2) * value + kt + h
     rows = ((h - mu * kt, horizontal), (vertical, complex(h)))
     x, y = max(rows, key=lambda row: abs(row[0]) + abs(row[1]))

@@ -52,6 +52,8 @@ class ModeRow:
         Friction force on the slider, N.
     in_contact : bool
         Whether the slider touches the belt.
+    friction_sign : float
+        Direction of the sliding friction: 1 with the belt, −1 against it, 0 for none.
     finite_belt : bool
         Whether the mode belongs to a belt of finite speed, `Parameters.v_belt`.
     ends : tuple of Transition
@@ -62,8 +64,14 @@ class ModeRow:
     meaning: str
     friction: str
     in_contact: bool
+    friction_sign: float
     finite_belt: bool
     ends: tuple[Transition, ...]
+
+    @property
+    def sticks(self) -> bool:
+        """Whether the slider moves with the belt."""
+        return self.in_contact and self.friction_sign == 0.0
 
 
 _LIFTS: Final = Transition(Guard.DEPTH, (Mode.SEPARATED,))
@@ -73,6 +81,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         "off the belt",
         "0",
         in_contact=False,
+        friction_sign=0.0,
         finite_belt=False,
         ends=(Transition(Guard.HEIGHT, (Mode.CONTACT, Mode.FORWARD, Mode.BACKWARD, Mode.STICK)),),
     ),
@@ -80,6 +89,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         "in contact with a belt that is always faster",
         "mu P",
         in_contact=True,
+        friction_sign=1.0,
         finite_belt=False,
         ends=(_LIFTS,),
     ),
@@ -87,6 +97,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         "the belt slides forward under the slider",
         "mu(v_r) P",
         in_contact=True,
+        friction_sign=1.0,
         finite_belt=True,
         ends=(_LIFTS, Transition(Guard.AHEAD, (Mode.STICK, Mode.BACKWARD))),
     ),
@@ -94,6 +105,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         "the slider is faster than the belt",
         "-mu(|v_r|) P",
         in_contact=True,
+        friction_sign=-1.0,
         finite_belt=True,
         ends=(_LIFTS, Transition(Guard.BEHIND, (Mode.STICK, Mode.FORWARD))),
     ),
@@ -101,6 +113,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         "the slider moves with the belt",
         "f = c1 v_belt + a x - h y",
         in_contact=True,
+        friction_sign=0.0,
         finite_belt=True,
         ends=(
             _LIFTS,

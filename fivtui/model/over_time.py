@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from .errors import InputError
+from .field import Rates
 from .numbers import parse_number
 from .parameters import Parameters, parameter_spec, unknown_name
-from .slider_belt import Rates
 
 # The parameters that may change with time.
 TIMED: Final = ("F", "mu", "v_belt")

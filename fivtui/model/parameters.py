@@ -3,10 +3,12 @@
 import difflib
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
+from fractions import Fraction
 from operator import attrgetter
 from typing import Any, Final, Self
 
 from .errors import InputError
+from .field import DERIVATIVE_STEP
 from .numbers import Interval
 
 
@@ -223,7 +225,7 @@ class Parameters:
     @property
     def speed_law(self) -> float | None:
         """`v_s` where friction depends on the sliding speed; None where it is constant."""
-        return self.v_s if self.mu_static > self.mu else None
+        return self.v_s if self.mu_static != self.mu else None
 
     def with_values(self, values: Mapping[str, object]) -> Self:
         """A copy with some values replaced, given as numbers or text by parameter name.
@@ -235,6 +237,32 @@ class Parameters:
             merged[name] = parameter_spec(name).read(value)
         checked: Any = merged
         return type(self)(**checked)
+
+    def perturbed(self, changes: Mapping[str, float]) -> Self:
+        """A copy whose values are complex, with imaginary parts in these directions.
+
+        For derivatives, see `fivtui.model.field.DERIVATIVE_STEP`; it is not checked.
+        """
+        return self._replaced(
+            {
+                name: complex(value, changes.get(name, 0.0) * DERIVATIVE_STEP)
+                for name, value in self.as_dict().items()
+            }
+        )
+
+    def exact(self) -> Any:
+        """A copy whose values are `Fraction`, without rounding."""
+        return self._replaced({name: Fraction(value) for name, value in self.as_dict().items()})
+
+    def linearised(self, **values: float) -> Self:
+        """A copy with a linear contact spring and other values, which are not checked."""
+        return self._replaced({"k_nl": 0.0, **values})
+
+    def _replaced(self, values: Mapping[str, Any]) -> Self:
+        copy = object.__new__(type(self))
+        for name in ALL_PARAMETERS:
+            object.__setattr__(copy, name, values.get(name, getattr(self, name)))
+        return copy
 
     def values(self) -> tuple[float, ...]:
         """Values of the paper's nine in the order of the table: the belt's are not among them."""

@@ -1,16 +1,17 @@
-"""Equations of the slider-belt model: contact law, motion, equilibrium, Jacobian, energy.
+"""What follows from the equations of `field`: modes, equilibrium, Jacobian, energy, power.
 
-Symbols as in the paper; `a` = k1 + k3/2 and `h` = k3/2 are entries of its stiffness matrix.
 A state is (x, ẋ, y, ẏ) in m and m/s.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, Protocol, TypeVar
+from typing import Final
 
+from . import field as equations
 from .errors import ComputationError
-from .modes import IN_CONTACT, Guard, Mode
+from .field import CONSTANT, Rates, spring_force, tangent_stiffness
+from .modes import IN_CONTACT, Mode
 from .parameters import Parameters
 
 # Forces whose difference is below this part of them balance: it is their rounding. Below the other
@@ -19,20 +20,6 @@ BALANCED: Final = 2.0**-49
 LEAST: Final = 1e-280
 State = tuple[float, float, float, float]
 Matrix = tuple[State, State, State, State]
-# A number, or an array of numbers.
-Number = TypeVar("Number")
-
-
-class ContactSpring(Protocol):
-    """Stiffnesses of the contact, N/m and N/m³: of one parameter set, or arrays of many."""
-
-    @property
-    def k2(self) -> Any:
-        """Linear stiffness."""
-
-    @property
-    def k_nl(self) -> Any:
-        """Cubic stiffness."""
 
 
 def contact_force(p: Parameters, y: float, mode: Mode) -> float:
@@ -48,23 +35,6 @@ def contact_force(p: Parameters, y: float, mode: Mode) -> float:
         The mode, see `MODES`.
     """
     return spring_force(p, y) if mode in IN_CONTACT else 0.0
-
-
-def spring_force(spring: ContactSpring, y: Number) -> Number:
-    """Force of the contact spring in N, P of Eq. 1 as if in contact; of numbers or arrays y, m."""
-    force: Number = -spring.k2 * y - spring.k_nl * y * y * y
-    return force
-
-
-class Rates(NamedTuple):
-    """How fast F, N/s, μ, 1/s, and the belt's speed, m/s², change with time."""
-
-    F: float = 0.0
-    mu: float = 0.0
-    v_belt: float = 0.0
-
-
-CONSTANT: Final = Rates()
 
 
 def accelerations(
@@ -85,27 +55,11 @@ def accelerations(
     """
     x, vx, y, vy = state
     force = contact_force(p, y, mode)
-    coupling = 0.5 * p.k3 * (x - y)
+    ay = equations.vertical_acceleration(p, x, y, vy, force - equations.load(p))
     if mode is Mode.STICK:
-        return rates.v_belt, (force - p.F - p.c2 * vy + coupling) / p.m
-    return (
-        (_sliding_friction(p, vx, force, mode) - p.c1 * vx - p.k1 * x - coupling) / p.m,
-        (force - p.F - p.c2 * vy + coupling) / p.m,
-    )
-
-
-def friction_coefficient(p: Parameters, speed: float) -> float:
-    """The friction coefficient μ + (μ_s − μ) exp(−v/v_s) at a sliding speed v ≥ 0, m/s."""
-    if p.speed_law is None:
-        return p.mu
-    return p.mu + (p.mu_static - p.mu) * math.exp(-speed / p.speed_law)
-
-
-def friction_slope(p: Parameters, speed: float) -> float:
-    """The derivative of the friction coefficient by a sliding speed v ≥ 0, s/m."""
-    if p.speed_law is None:
-        return 0.0
-    return -(p.mu_static - p.mu) / p.speed_law * math.exp(-speed / p.speed_law)
+        return rates.v_belt, ay
+    friction = equations.sliding_friction(p, vx, force, mode)
+    return equations.horizontal_acceleration(p, x, vx, y, friction), ay
 
 
 def sliding(p: Parameters, y: float, mode: Mode) -> tuple[float, float]:
@@ -115,8 +69,9 @@ def sliding(p: Parameters, y: float, mode: Mode) -> tuple[float, float]:
     """
     if p.v_belt is None or mode is Mode.SEPARATED:
         return p.mu, p.c1
-    slope = friction_slope(p, p.v_belt)
-    return friction_coefficient(p, p.v_belt), p.c1 + spring_force(p, y) * slope
+    slope = equations.friction_slope(p, p.v_belt)
+    mu: float = equations.friction_coefficient(p, p.v_belt)
+    return mu, p.c1 + spring_force(p, y) * slope
 
 
 def friction_force(p: Parameters, state: State, mode: Mode, rates: Rates = CONSTANT) -> float:
@@ -135,34 +90,8 @@ def friction_force(p: Parameters, state: State, mode: Mode, rates: Rates = CONST
     """
     x, vx, y, _ = state
     if mode is Mode.STICK:
-        return holding_force(p, x, y, rates)
-    return _sliding_friction(p, vx, contact_force(p, y, mode), mode)
-
-
-def _sliding_friction(p: Parameters, vx: float, force: float, mode: Mode) -> float:
-    if p.v_belt is None or mode is Mode.SEPARATED:
-        return p.mu * force
-    if mode is Mode.BACKWARD:
-        return -friction_coefficient(p, max(vx - p.v_belt, 0.0)) * force
-    return friction_coefficient(p, max(p.v_belt - vx, 0.0)) * force
-
-
-def holding_force(p: Parameters, x: float, y: float, rates: Rates = CONSTANT) -> float:
-    """Force f = c1 v_belt + m v̇_belt + a x − h y in N that the belt exerts while it holds."""
-    h, speed = 0.5 * p.k3, p.v_belt or 0.0
-    return (p.c1 * speed + p.m * rates.v_belt) + (p.k1 + h) * x - h * y
-
-
-def guard_value(p: Parameters, state: State, guard: Guard, rates: Rates = CONSTANT) -> float:
-    """Value of a guard, positive while its mode lasts; in m, m/s or N."""
-    x, vx, y, _ = state
-    if guard is Guard.HEIGHT or guard is Guard.DEPTH:
-        return y if guard is Guard.HEIGHT else -y
-    if guard is Guard.AHEAD or guard is Guard.BEHIND:
-        ahead = (p.v_belt or 0.0) - vx
-        return ahead if guard is Guard.AHEAD else -ahead
-    grip, held = p.mu_static * spring_force(p, y), holding_force(p, x, y, rates)
-    return grip - held if guard is Guard.HELD_FORWARD else grip + held
+        return float(equations.holding_force(p, x, y, rates))
+    return float(equations.sliding_friction(p, vx, contact_force(p, y, mode), mode))
 
 
 def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CONSTANT) -> Mode:
@@ -194,7 +123,7 @@ def _is_off(p: Parameters, state: State, rates: Rates) -> bool:
     x, vx, y, vy = state
     if y != 0.0:
         return y > 0.0
-    h = 0.5 * p.k3
+    h = equations.coupling_stiffness(p)
     push = h * vx - rates.F
     derivatives = (vy, lift(p, x), push if abs(push) > LEAST else 0.0, -h * x)
     direction = next((value for value in derivatives if value != 0.0), -1.0)
@@ -207,23 +136,26 @@ def _mode_on_belt(p: Parameters, state: State, speed: float, rates: Rates) -> Mo
     x, vx, y, vy = state
     if vx != speed:
         return Mode.FORWARD if vx < speed else Mode.BACKWARD
-    h = 0.5 * p.k3
-    a, grip, force = p.k1 + h, p.mu_static, spring_force(p, y)
+    grip, force, preload = p.mu_static, spring_force(p, y), abs(equations.load(p))
     kt = tangent_stiffness(p, y)
-    ay = (force - p.F - p.c2 * vy + h * (x - y)) / p.m
-    bend = 6.0 * p.k_nl * y * vy * vy
-    driven = p.c1 * rates.v_belt
-    held = (holding_force(p, x, y, rates), driven + a * speed - h * vy, a * rates.v_belt - h * ay)
+    ay = equations.vertical_acceleration(p, x, y, vy, force - equations.load(p))
+    bend = equations.tangent_slope(p, y) * vy * vy
+    held = (
+        equations.holding_force(p, x, y, rates),
+        equations.holding_force_rate(p, rates.v_belt, speed, vy),
+        equations.holding_force_rate(p, 0.0, rates.v_belt, ay),
+    )
     forces = (force, -kt * vy, -kt * ay - bend)
     # What the preload gives is known to rounding, too.
     of_forces = (
-        abs(force) + abs(p.F),
+        abs(force) + preload,
         kt * (abs(vy) + static_deflection(p) / time_scale(p)),
-        kt * (abs(ay) + abs(p.F) / p.m) + abs(bend),
+        kt * (abs(ay) + preload / p.m) + abs(bend),
     )
+    a, h = equations.horizontal_stiffness(p), equations.coupling_stiffness(p)
     of_held = (
-        p.c1 * speed + abs(p.m * rates.v_belt) + abs(a * x) + abs(h * y),
-        abs(driven) + a * speed + abs(h * vy),
+        equations.holding_force_size(p, x, y, rates),
+        abs(p.c1 * rates.v_belt) + a * speed + abs(h * vy),
         abs(a * rates.v_belt) + abs(h * ay),
     )
     more = rates.mu if p.mu_s is None else 0.0
@@ -255,7 +187,7 @@ def _falls(derivatives: Sequence[float], sizes: Sequence[float]) -> bool:
 
 def lift(p: Parameters, x: float) -> float:
     """Force (k3/2) x − F in N that lifts a slider at rest at y = 0; 0 if within rounding."""
-    held, load = 0.5 * p.k3 * x, p.F
+    held, load = equations.coupling_stiffness(p) * x, equations.load(p)
     difference = held - load
     known = abs(difference) > max(BALANCED * (abs(held) + abs(load)), LEAST)
     return difference if known else 0.0
@@ -292,49 +224,41 @@ def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = No
         If F < 0 lifts the slider off the belt and no spring holds it (k3 = 0), or the belt is at
         rest: then the slider sticks where it is.
     """
-    h = 0.5 * p.k3
-    a = p.k1 + h
+    load = equations.load(p)
     in_contact = Mode.CONTACT if p.v_belt is None else Mode.FORWARD
-    if p.v_belt == 0.0 and not (separation and p.F < 0.0):
+    off = separation and load < 0.0
+    if p.v_belt == 0.0 and not off:
         raise ComputationError(
             "no equilibrium of sliding: the belt is at rest, v_belt = 0, and the slider sticks",
             "use v_belt above 0",
         )
     if mu is None:
-        mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
-    y = resting_height(h, (p.k1, p.k2, p.k_nl), p.F, mu, separation)
+        mu = p.mu if p.v_belt is None else equations.friction_coefficient(p, p.v_belt)
+    y = resting_height(p, mu, separation=separation)
     if not math.isfinite(y):
-        raise no_equilibrium_error(p.F)
-    if separation and p.F < 0.0:
-        return Equilibrium(x=h * y / a, y=y, P=0.0, mode=Mode.SEPARATED)
+        raise no_equilibrium_error(load)
+    if off:
+        return Equilibrium(equations.rest_position(p, y, 0.0), y, 0.0, Mode.SEPARATED)
     force = contact_force(p, y, in_contact)
-    return Equilibrium(x=(h * y + mu * force) / a, y=y, P=force, mode=in_contact)
+    return Equilibrium(equations.rest_position(p, y, mu * force), y, force, in_contact)
 
 
-def resting_height(
-    h: float, k: tuple[float, float, float], force: float, mu: float, separation: bool
-) -> float:
-    """Height y of the equilibrium in m; not finite if the slider is lifted and not held.
-
-    `h` = k3/2, `k` = (k1, k2, k_nl).
-    """
-    k1, k2, k_nl = k
-    a = k1 + h
-    if separation and force < 0.0:
-        held = h * k1 / a
-        return -force / held if held > 0.0 else math.inf
-    friction = 1.0 + mu * h / a
-    alpha, beta = friction * k_nl, friction * k2 + h * k1 / a
-    y = -force / beta
+def resting_height(p: Parameters, mu: float, *, separation: bool) -> float:
+    """Height y of the equilibrium in m; not finite if the slider is lifted and not held."""
+    alpha, beta, load = equations.rest_coefficients(p, mu)
+    if separation and load < 0.0:
+        held = equations.suspension_stiffness(p)
+        return -load / held if held > 0.0 else math.inf
+    y = -load / beta
     if alpha > 0.0:
-        bound = max(1.0, abs(force) / alpha)
+        bound = max(1.0, abs(load) / alpha)
         y = min(max(y, -bound), bound)
     # Newton's method from beyond the root, until it comes no nearer: by arithmetic alone, which has
     # the same bits everywhere.
     while True:
-        new = y - (alpha * y * y * y + beta * y + force) / (3.0 * alpha * y * y + beta)
+        new = y - (alpha * y * y * y + beta * y + load) / (3.0 * alpha * y * y + beta)
         if not abs(new) < abs(y):
-            return y
+            return float(y)
         y = new
 
 
@@ -366,11 +290,10 @@ def static_start(p: Parameters, *, separation: bool = True) -> State:
     ComputationError
         If there is no such equilibrium.
     """
-    h = 0.5 * p.k3
-    y = resting_height(h, (p.k1, p.k2, p.k_nl), p.F, 0.0, separation)
+    y = resting_height(p, 0.0, separation=separation)
     if not math.isfinite(y):
-        raise no_equilibrium_error(p.F)
-    return (h * y / (p.k1 + h), 0.0, y, 0.0)
+        raise no_equilibrium_error(equations.load(p))
+    return (equations.rest_position(p, y, 0.0), 0.0, y, 0.0)
 
 
 def static_start_change(p: Parameters, name: str, *, separation: bool = True) -> State:
@@ -396,18 +319,19 @@ def static_start_change(p: Parameters, name: str, *, separation: bool = True) ->
         If there is no such start.
     """
     _, _, y, _ = static_start(p, separation=separation)
-    h = 0.5 * p.k3
-    a = p.k1 + h
-    off = separation and p.F < 0.0
-    k2, k_nl = (0.0, 0.0) if off else (p.k2, p.k_nl)
-    by_h = 0.5 if name == "k3" else 0.0
-    by_k1 = 1.0 if name == "k1" else 0.0
-    # Of the force balance k_nl y³ + (k2 + h k1/a) y + F = 0, and of x = h y/a.
-    push = {"F": 1.0, "k2": 0.0 if off else y, "k_nl": 0.0 if off else y * y * y}.get(name, 0.0)
-    push += y * (by_h * p.k1 * p.k1 + by_k1 * h * h) / (a * a)
-    dy = -push / (3.0 * k_nl * y * y + k2 + h * p.k1 / a)
-    dx = h * dy / a + y * (by_h * p.k1 - by_k1 * h) / (a * a)
-    return (dx, 0.0, dy, 0.0)
+    off = separation and equations.load(p) < 0.0
+    moved = p.perturbed({name: 1.0})
+
+    def excess(of: Parameters, height: complex) -> complex:
+        if off:
+            return complex(equations.suspension_stiffness(of) * height + equations.load(of))
+        alpha, beta, load = equations.rest_coefficients(of, 0.0)
+        return complex(alpha * height * height * height + beta * height + load)
+
+    by_y = equations.derivative(excess(p, complex(y, equations.DERIVATIVE_STEP)))
+    dy = -equations.derivative(excess(moved, y)) / by_y
+    x = equations.rest_position(moved, complex(y, dy * equations.DERIVATIVE_STEP), 0.0)
+    return (equations.derivative(x), 0.0, dy, 0.0)
 
 
 def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
@@ -422,21 +346,16 @@ def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
     mode : Mode
         The mode, see `MODES`.
     """
-    h = 0.5 * p.k3
-    kt = tangent_stiffness(p, y) if mode in IN_CONTACT else 0.0
+    # That of a linear contact spring as stiff as the tangent.
+    kt = tangent_stiffness(p, y)
     mu, c1 = sliding(p, y, mode)
+    c = equations.field(p.linearised(k2=kt, mu=mu, c1=c1), mode)
     return (
         (0.0, 1.0, 0.0, 0.0),
-        (-(p.k1 + h) / p.m, -c1 / p.m, (h - mu * kt) / p.m, 0.0),
+        (c.xx, c.xvx, c.xy, 0.0),
         (0.0, 0.0, 0.0, 1.0),
-        (h / p.m, 0.0, -(kt + h) / p.m, -p.c2 / p.m),
+        (c.yx, 0.0, c.yy, c.yvy),
     )
-
-
-def tangent_stiffness(spring: ContactSpring, y: Number) -> Number:
-    """Tangent contact stiffness k_t = k2 + 3 k_nl y² in N/m; of numbers or arrays y, m."""
-    stiffness: Number = spring.k2 + 3.0 * spring.k_nl * y * y
-    return stiffness
 
 
 def time_scale(p: Parameters, y: float = 0.0) -> float:
@@ -446,7 +365,7 @@ def time_scale(p: Parameters, y: float = 0.0) -> float:
 
 def static_deflection(p: Parameters) -> float:
     """|F|/stiffness, m, with all linear springs in parallel: the scale of displacements."""
-    return abs(p.F) / (p.k1 + p.k2 + p.k3)
+    return float(abs(equations.load(p)) / (p.k1 + p.k2 + p.k3))
 
 
 def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:
@@ -455,15 +374,13 @@ def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:
     Continuous at separation and reattachment; zero at rest in the undeformed position.
     """
     x, vx, y, vy = state
-    kinetic = 0.5 * p.m * (vx * vx + vy * vy)
-    springs = 0.5 * p.k1 * x * x + 0.25 * p.k3 * (x - y) * (x - y)
-    square = y * y
-    contact = (0.5 * p.k2 + 0.25 * p.k_nl * square) * square if mode in IN_CONTACT else 0.0
-    return kinetic + springs + contact + p.F * y
+    free = equations.kinetic_energy(p, vx, vy) + equations.elastic_energy(p, x, y)
+    contact = equations.contact_energy(p, y) if mode in IN_CONTACT else 0.0
+    return float(free + contact + equations.load(p) * y)
 
 
 def power(p: Parameters, state: State, mode: Mode) -> tuple[float, float]:
     """Input by friction and loss by damping in W; their difference is d(energy)/dt."""
     _, vx, _, vy = state
     friction = friction_force(p, state, mode) * vx
-    return friction, p.c1 * vx * vx + p.c2 * vy * vy
+    return friction, equations.dissipation(p, vx, vy)

@@ -9,8 +9,11 @@ from fivtui.model import (
     Equilibrium,
     Parameters,
     State,
+    coupling_stiffness,
     equilibrium,
     holding_force,
+    horizontal_stiffness,
+    load,
     spring_force,
     tangent_stiffness,
 )
@@ -39,10 +42,10 @@ def length_scale(p: Parameters, *, separation: bool = True) -> float:
 def slowest_period(p: Parameters) -> float:
     """Longest period, s, of the undamped modes without friction, in contact and off the belt."""
     # Without coupling (k3 = 0) only contact brings the slider back.
-    h = 0.5 * p.k3
-    slowest = p.k1 + h
+    h, a = coupling_stiffness(p), horizontal_stiffness(p)
+    slowest = a
     for kt in (p.k2, 0.0):
-        a, b = p.k1 + h, kt + h
+        b = kt + h
         stiffness = (a * b - h * h) / (0.5 * (a + b) + np.hypot(0.5 * (a - b), h))
         if stiffness > 0.0:
             slowest = min(slowest, stiffness)
@@ -56,10 +59,10 @@ def stays_stuck(p: Parameters, state: State) -> bool:
     there the belt can hold it.
     """
     x, _, y, vy = state
-    h = 0.5 * p.k3
+    h = coupling_stiffness(p)
     rest, push = y, 1.0
     for _ in range(_MOST_STEPS):
-        push = spring_force(p, rest) - p.F + h * (x - rest)
+        push = spring_force(p, rest) - load(p) + h * (x - rest)
         rest += push / (tangent_stiffness(p, rest) + h)
     stiffest = tangent_stiffness(p, max(abs(y), abs(rest))) + h
     energy = p.m * vy * vy + stiffest * (y - rest) ** 2

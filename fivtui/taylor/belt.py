@@ -10,9 +10,16 @@ from itertools import accumulate, repeat
 from operator import mul
 from typing import Final
 
+from fivtui.model.field import (
+    coupling_stiffness,
+    guard_value,
+    holding_force_size,
+    horizontal_stiffness,
+    spring_force,
+)
 from fivtui.model.modes import MODES, Guard, Mode, Transition
 from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import BALANCED, State, guard_value, mode_of, spring_force
+from fivtui.model.slider_belt import BALANCED, State, mode_of
 
 from .friction import is_far, law_coefficients, law_of, limited
 from .polynomial import first_root
@@ -104,7 +111,7 @@ class BeltStepper(TaylorStepper):
 
     def _guard_after(self, state: State, guard: Guard, _duration: float) -> float:
         """Value of a guard at the end of a step."""
-        return guard_value(self._p, state, guard)
+        return float(guard_value(self._p, state, guard))
 
     def _successor(self, transition: Transition, state: State) -> Mode:
         if transition.guard in OF_HOLD:
@@ -129,7 +136,7 @@ class BeltStepper(TaylorStepper):
         guard = Guard.HELD_FORWARD if forward else Guard.HELD_BACKWARD
         p, (at, _, y, _) = self._p, self._state
         grip = p.mu_static * abs(spring_force(p, y))
-        size = p.c1 * self._speed + abs((p.k1 + 0.5 * p.k3) * at) + abs(0.5 * p.k3 * y) + grip
+        size = holding_force_size(p, at, y) + grip
         balanced = self._smooth and abs(guard_value(p, self._state, guard)) <= BALANCED * size
         away = x[2] > 0.0 if forward else x[2] < 0.0
         return (x[0], x[1], 0.0, *x[3:]) if balanced or away else x
@@ -169,9 +176,10 @@ class BeltStepper(TaylorStepper):
             c = [-sign * n * coefficient for n, coefficient in enumerate(x)][1:]
             c[0] = sign * (self._speed - self._state[1]) * duration
         else:
-            p, sign, h = self._p, OF_HOLD[guard], 0.5 * self._p.k3
+            p, sign = self._p, OF_HOLD[guard]
+            a, h = horizontal_stiffness(p), coupling_stiffness(p)
             grip = [p.mu_static * force for force in self._force(y)]
-            held = [(p.k1 + h) * at - h * depth for at, depth in zip(x, y, strict=True)]
+            held = [a * at - h * depth for at, depth in zip(x, y, strict=True)]
             c = [of_grip + sign * force for of_grip, force in zip(grip, held, strict=True)]
             c[0] = guard_value(p, self._state, guard)
         if c[0] <= 0.0:

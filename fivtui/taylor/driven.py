@@ -7,29 +7,26 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from operator import mul
-from typing import Final
 
-from fivtui.model.modes import IN_CONTACT, Guard, Mode, Transition
-from fivtui.model.over_time import Course
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import (
-    BALANCED,
+from fivtui.model.field import (
     Rates,
-    State,
+    coupling_stiffness,
     guard_value,
     holding_force,
-    lift,
-    mode_of,
+    holding_force_size,
+    horizontal_stiffness,
+    load,
     spring_force,
-    static_deflection,
 )
+from fivtui.model.modes import IN_CONTACT, MODES, Guard, Mode, Transition
+from fivtui.model.over_time import Course
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import BALANCED, State, lift, mode_of, static_deflection
 
 from .belt import OF_HOLD, OF_SPEED, BeltStepper
 from .friction import Law, decay
 from .segment import BeltSegment
 from .series import Coefficients
-
-_SIGNS: Final = {Mode.CONTACT: 1.0, Mode.FORWARD: 1.0, Mode.BACKWARD: -1.0}
 
 
 class DrivenStepper(BeltStepper):
@@ -129,8 +126,7 @@ class DrivenStepper(BeltStepper):
         guard = Guard.HELD_FORWARD if forward else Guard.HELD_BACKWARD
         p, (at, _, y, _) = self._p, self._state
         grip = p.mu_static * abs(spring_force(p, y))
-        size = p.c1 * self._speed + abs(p.m * self._rates.v_belt) + grip
-        size += abs((p.k1 + 0.5 * p.k3) * at) + abs(0.5 * p.k3 * y)
+        size = holding_force_size(p, at, y, self._rates) + grip
         left = guard_value(p, self._state, guard, self._rates)
         balanced = self._smooth and abs(left) <= BALANCED * size
         with_belt = 0.5 * self._rates.v_belt
@@ -144,7 +140,8 @@ class DrivenStepper(BeltStepper):
         x, _, y, _ = state
         held = holding_force(p, x, y, rates) + p.c1 * rates.v_belt * duration
         grip = p.mu_static + (rates.mu * duration if p.mu_s is None else 0.0)
-        return grip * spring_force(p, y) + OF_HOLD[guard] * held
+        margin: float = grip * spring_force(p, y) + OF_HOLD[guard] * held
+        return margin
 
     def _guard(
         self, guard: Guard, x: tuple[float, ...], y: tuple[float, ...], duration: float
@@ -157,13 +154,14 @@ class DrivenStepper(BeltStepper):
             c[0] = start * duration
             c[1] += sign * rates.v_belt * duration * duration
         else:
-            sign, h, force = OF_HOLD[guard], 0.5 * p.k3, self._force(y)
+            sign, force = OF_HOLD[guard], self._force(y)
+            a, h = horizontal_stiffness(p), coupling_stiffness(p)
             more = rates.mu * duration if p.mu_s is None else 0.0
             grip = [
                 p.mu_static * here + more * before
                 for here, before in zip(force, [0.0, *force], strict=False)
             ]
-            held = [(p.k1 + h) * at - h * depth for at, depth in zip(x, y, strict=True)]
+            held = [a * at - h * depth for at, depth in zip(x, y, strict=True)]
             c = [of_grip + sign * each for of_grip, each in zip(grip, held, strict=True)]
             c[0] = start
             c[1] += sign * p.c1 * rates.v_belt * duration
@@ -177,7 +175,7 @@ def _law_over_time(p: Parameters, mode: Mode) -> Law | None:
     # There is a law, too, where μ is μ_s: it may fall from there.
     if p.mu_s is None or p.v_s is None or mode not in (Mode.FORWARD, Mode.BACKWARD):
         return None
-    return Law(_SIGNS[mode], p.mu, p.mu_s - p.mu, 1.0 / p.v_s)
+    return Law(MODES[mode].friction_sign, p.mu, p.mu_s - p.mu, 1.0 / p.v_s)
 
 
 def driven_coefficients(
@@ -187,8 +185,8 @@ def driven_coefficients(
 
     F, μ and the belt's speed are those of `p` at the start of the step and change at `rates`.
     """
-    m, h = p.m, 0.5 * p.k3
-    a, touches, sign = p.k1 + h, mode in IN_CONTACT, _SIGNS.get(mode, 0.0)
+    m, h, a = p.m, coupling_stiffness(p), horizontal_stiffness(p)
+    touches, sign = mode in IN_CONTACT, MODES[mode].friction_sign
     x, y = [state[0], state[1]], [state[2], state[3]]
     mu = (p.mu, rates.mu)
     # μ(v) = μ + (μ_s − μ) e, where μ_s is constant: without a law e is left out.
@@ -205,7 +203,12 @@ def driven_coefficients(
         if n > 0:
             e.append(rate * _product(gap, e, n - 1) / n)
         weight.append(_linear(mu, n) + fall[0] * e[n] + (fall[1] * e[n - 1] if n > 0 else 0.0))
-        ay = force[n] + h * (x[n] - y[n]) - p.c2 * ((n + 1) * y[n + 1]) - _linear((p.F, rates.F), n)
+        ay = (
+            force[n]
+            + h * (x[n] - y[n])
+            - p.c2 * ((n + 1) * y[n + 1])
+            - _linear((load(p), rates.F), n)
+        )
         if mode is Mode.STICK:
             ax = rates.v_belt if n == 0 else 0.0
         else:

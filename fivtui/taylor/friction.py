@@ -5,13 +5,14 @@ With v = ±v_r ≥ 0, v_r = v_belt − ẋ, e = exp(−v/v_s) obeys ė = ±(ẍ/
 
 import math
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from fivtui.model.modes import Mode
+from fivtui.model.field import field
+from fivtui.model.modes import MODES, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State
 
-from .series import Coefficients, constants
+from .series import Coefficients
 
 # ln 2 in two parts, the first short enough that its multiples are exact.
 _LN2_HIGH: Final = 6.93147180369123816490e-01
@@ -38,8 +39,14 @@ class Law(NamedTuple):
     per_speed: float
 
 
-def decay(exponent: float) -> float:
-    """exp(−exponent) by arithmetic alone, as in C; below zero, by rounding, not beyond −700."""
+def decay(exponent: Any) -> Any:
+    """exp(−exponent) by arithmetic alone, as in C; below zero, by rounding, not beyond −700.
+
+    Of a complex number that carries a derivative, too.
+    """
+    if isinstance(exponent, complex):
+        value = decay(exponent.real)
+        return complex(value, -value * exponent.imag)
     if not exponent < _MOST:
         return 0.0
     exponent = max(exponent, -_MOST)
@@ -53,15 +60,15 @@ def decay(exponent: float) -> float:
 
 def law_of(p: Parameters, mode: Mode) -> Law | None:
     """The law by which friction falls with the sliding speed; None where it is constant."""
-    if p.speed_law is None or mode not in (Mode.FORWARD, Mode.BACKWARD):
+    row = MODES[mode]
+    if p.speed_law is None or not row.finite_belt or row.sticks:
         return None
-    sign = 1.0 if mode is Mode.FORWARD else -1.0
-    return Law(sign, p.mu, p.mu_static - p.mu, 1.0 / p.speed_law)
+    return Law(row.friction_sign, p.mu, p.mu_static - p.mu, 1.0 / p.speed_law)
 
 
 def law_coefficients(p: Parameters, mode: Mode, law: Law, state: State, order: int) -> Coefficients:
     """Taylor coefficients of x and of y, `order` + 2 each, in m/sⁿ."""
-    given = constants(p, mode)
+    given = field(p, mode)
     linear, coupling = -p.k2 / p.m, given.yx
     x, y = [state[0], state[1]], [state[2], state[3]]
     speed = law.sign * ((p.v_belt or 0.0) - state[1])
@@ -94,7 +101,7 @@ def _product(a: Sequence[float], b: Sequence[float], n: int) -> float:
 
 def is_far(law: Law, speed: float) -> bool:
     """Whether friction is constant for steps as long as `limited` allows."""
-    return speed * law.per_speed > _FAR
+    return speed.real * law.per_speed.real > _FAR
 
 
 def limited(duration: float, x: Sequence[float], law: Law, speed: float) -> float:

@@ -26,8 +26,9 @@ from enum import Enum
 from functools import lru_cache, reduce
 from itertools import count, islice
 from operator import add
-from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar, cast
+from typing import Any, Generic, Protocol, Self, TypeVar, cast
 
+from fivtui.model.field import Field
 from fivtui.model.modes import IN_CONTACT, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State
@@ -96,47 +97,9 @@ class RightHandSide(Enum):
     CUBIC = "cubic"
 
 
-class Constants(NamedTuple):
-    """The constants of the recurrences, SI units, divided by the mass.
-
-    Factors of x, y, ẋ and ẏ in ẍ and ÿ (first letter: in which; rest: of what); μ, k_nl/m, F/m.
-    """
-
-    xx: float
-    xy: float
-    yx: float
-    yy: float
-    xvx: float
-    yvy: float
-    friction: float
-    cubic: float
-    load: float
-
-
 def right_hand_side(p: Parameters, mode: Mode) -> RightHandSide:
     """Kind of right-hand side in a mode: cubic in contact with k_nl > 0, else linear."""
-    return RightHandSide.CUBIC if mode in IN_CONTACT and p.k_nl > 0.0 else RightHandSide.LINEAR
-
-
-def constants(p: Parameters, mode: Mode) -> Constants:
-    """The constants of the recurrences for a parameter set and a mode of constant friction."""
-    m, h = p.m, 0.5 * p.k3
-    mu = -p.mu if mode is Mode.BACKWARD else p.mu
-    k2, k_nl = (p.k2, p.k_nl) if mode in IN_CONTACT else (0.0, 0.0)
-    if mode is Mode.STICK:
-        # x goes on at the speed of the belt.
-        return Constants(0.0, 0.0, h / m, -(h + k2) / m, 0.0, -p.c2 / m, 0.0, k_nl / m, p.F / m)
-    return Constants(
-        -(p.k1 + h) / m,
-        (h - mu * k2) / m,
-        h / m,
-        -(h + k2) / m,
-        -p.c1 / m,
-        -p.c2 / m,
-        mu,
-        k_nl / m,
-        p.F / m,
-    )
+    return RightHandSide.CUBIC if mode in IN_CONTACT and p.k_nl != 0.0 else RightHandSide.LINEAR
 
 
 def recurrences(
@@ -151,7 +114,7 @@ def recurrences(
     state : sequence of four values
         (x, ẋ, y, ẏ) in m and m/s: the coefficients x₀, x₁, y₀, y₁.
     given : sequence of nine values
-        The `Constants`.
+        The `Field`.
     backend : Backend
         How to compute.
     """
@@ -235,7 +198,7 @@ class Values(Generic[T]):
         return value
 
 
-def coefficients(rhs: RightHandSide, order: int, state: State, given: Constants) -> Coefficients:
+def coefficients(rhs: RightHandSide, order: int, state: State, given: Field) -> Coefficients:
     """Taylor coefficients of x and of y as numbers, `order` + 2 each, in m/sⁿ."""
     higher = list(islice(recurrences(rhs, state, given, Values[float]()), order))
     return (
@@ -285,7 +248,7 @@ def straight_line_source(rhs: RightHandSide, order: int) -> str:
     """Source of ``coefficients(x0, x1, y0, y1, …)``: the recurrences without loops."""
     backend = _Lines()
     state = [_Text(name) for name in ("x0", "x1", "y0", "y1")]
-    given = [_Text(name) for name in Constants._fields]
+    given = [_Text(name) for name in Field._fields]
     for _ in islice(recurrences(rhs, state, given, backend), order):
         pass
     arguments = ", ".join(value.text for value in (*state, *given))

@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 
 from fivtui.model.advice import CUBIC_CONTACT, LARGER_V_S, LESS_DAMPING, SEPARATION, advise
 from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.field import field
 from fivtui.model.modes import ALWAYS_SLIDING, IN_CONTACT, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import (
@@ -25,7 +26,7 @@ from fivtui.model.slider_belt import (
 
 from .polynomial import first_root
 from .segment import Segment
-from .series import coefficient_function, constants, right_hand_side, state_function
+from .series import coefficient_function, right_hand_side, state_function
 
 # What `tol` promises is said in `examples/trust.md`; its allowed range.
 DEFAULT_TOL: Final = 1e-12
@@ -183,7 +184,7 @@ class TaylorStepper:
         self._tol = tol
         self._degree = (order or order_for(tol, by_law=follows_law(p))) + 1
         modes = self._modes()
-        self._constants = {mode: constants(p, mode) for mode in modes}
+        self._constants = {mode: field(p, mode) for mode in modes}
         self._expand = {
             mode: coefficient_function(right_hand_side(p, mode), self._degree - 1) for mode in modes
         }

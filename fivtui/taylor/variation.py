@@ -1,41 +1,37 @@
 """Deviations from a motion: its derivatives by numbers that its start and parameters depend on.
 
-With the symbols of `series`, and ′ for the change of a coefficient with such a number, a deviation
-δz = (δx, δy) obeys the variational equations
+A deviation is carried as the imaginary part of the motion: the equations of `fivtui.model.field`
+are expanded at a state and parameters with small steps in the imaginary direction, so that no
+derivative is written by hand. At a switch the saltation matrix applies. Where the slider sticks,
+the deviation of ẋ is the change of the belt's speed, whatever it was before: a deviation across
+v_r = 0 is lost.
 
-    δz̈ = a δx + (b − 3 d y²) δy + C δż + a′ x + b′ y + C′ ż − d′ y³ − (0, (F/m)′)
-
-It oscillates at the system's frequencies however slow the motion is: over a segment of the motion
-it takes pieces of its own, on each of which motion and deviation are expanded anew.
+A deviation oscillates at the system's frequencies however slow the motion is: over a segment of the
+motion it takes pieces of its own, on each of which it is expanded anew.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from itertools import accumulate, repeat
 from operator import mul
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from fivtui.model.errors import ComputationError
-from fivtui.model.modes import ALWAYS_SLIDING, Mode
+from fivtui.model.field import DERIVATIVE_STEP, derivative, field, guard_value
+from fivtui.model.modes import MODES, Guard, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import LEAST, State, accelerations
 
-from .segment import Segment
-from .series import (
-    Coefficients,
-    Constants,
-    coefficient_function,
-    constants,
-    right_hand_side,
-    state_function,
-)
+from .belt import OF_HOLD, OF_SPEED
+from .friction import is_far, law_coefficients, law_of
+from .segment import BeltSegment, Segment
+from .series import Coefficients, coefficient_function, right_hand_side, state_function
 from .stepper import overflow_error
 
 ORDER: Final = 20
 # The last terms of a piece over the greatest of its first ones, and how many these are.
 _NEGLIGIBLE: Final = 2.0**-54
 _FIRST_TERMS: Final = 9
-_NOTHING: Final = (0.0,) * (ORDER + 2)
 _SHORTENED: Final = 0.8
 _MOST_SHORTENINGS: Final = 64
 
@@ -47,56 +43,10 @@ class Seed(NamedTuple):
     parameters: Mapping[str, float] = {}
 
 
-class FieldChange(NamedTuple):
-    """Derivatives of the factors of x, y, ẋ, ẏ and y³ in ẍ and ÿ, and of F/m, by a number."""
-
-    xx: float
-    xy: float
-    yx: float
-    yy: float
-    xvx: float
-    yvy: float
-    xyyy: float
-    yyyy: float
-    load: float
-
-
-class _Piece(NamedTuple):
-    # The motion over a piece, in time since its start: coefficients of x, y, y² and y³.
-    x: tuple[float, ...]
-    y: tuple[float, ...]
-    square: Sequence[float]
-    cube: Sequence[float]
-
-
 Series = tuple[list[float], list[float]]
 
 
-def change_of(p: Parameters, mode: Mode, by: Mapping[str, float]) -> FieldChange:
-    """How the equations of motion change with parameters that change as `by` says."""
-    c = constants(p, mode)
-    relative = by.get("m", 0.0) / p.m
-    dh = 0.5 * by.get("k3", 0.0)
-    touching = float(mode is Mode.CONTACT)
-    k2, dk2 = touching * p.k2, touching * by.get("k2", 0.0)
-    k_nl, dk_nl = touching * p.k_nl, touching * by.get("k_nl", 0.0)
-    dmu = by.get("mu", 0.0)
-    return FieldChange(
-        -(by.get("k1", 0.0) + dh) / p.m - c.xx * relative,
-        (dh - dmu * k2 - p.mu * dk2) / p.m - c.xy * relative,
-        dh / p.m - c.yx * relative,
-        -(dh + dk2) / p.m - c.yy * relative,
-        -by.get("c1", 0.0) / p.m - c.xvx * relative,
-        -by.get("c2", 0.0) / p.m - c.yvy * relative,
-        -(dmu * k_nl + p.mu * dk_nl) / p.m + p.mu * c.cubic * relative,
-        -dk_nl / p.m + c.cubic * relative,
-        by.get("F", 0.0) / p.m - c.load * relative,
-    )
-
-
-def past_switch(
-    deviation: State, jump: Sequence[float], gradient: Sequence[float], change: float, rate: float
-) -> State:
+def past_switch(deviation: State, jump: Sequence[float], guard_change: float, rate: float) -> State:
     """A deviation behind a switch where a guard g(state, parameters) vanishes.
 
     A deviation δ moves the switch by −(∇g·δ + g′)/(∇g·f⁻), hence
@@ -109,15 +59,16 @@ def past_switch(
     ----------
     deviation : State
         δ.
-    jump, gradient : sequence of four floats
-        f⁺ − f⁻, by which the rate of change of the state jumps, and ∇g.
-    change, rate : float
-        g′, how the guard changes with the number itself, and ∇g·f⁻. Where the rate of change does
-        not jump, the matrix is the identity, also where the guard is touched only.
+    jump : sequence of four floats
+        f⁺ − f⁻, by which the rate of change of the state jumps.
+    guard_change, rate : float
+        ∇g·δ + g′, how the guard changes with the number, and ∇g·f⁻, how it changes with time. Where
+        the rate of change of the state does not jump, the matrix is the identity, also where the
+        guard is touched only.
     """
     if not any(jump):
         return deviation
-    moved = (math.fsum(map(mul, gradient, deviation)) + change) / rate
+    moved = guard_change / rate
     x, vx, y, vy = (value + leap * moved for value, leap in zip(deviation, jump, strict=True))
     return (x, vx, y, vy)
 
@@ -133,6 +84,8 @@ def unbounded_error(t: float) -> ComputationError:
 class Deviations:
     """Deviations from one motion, carried along its segments.
 
+    A deviation of a start that sticks does not leave the belt: it has the change of its speed.
+
     Parameters
     ----------
     p : Parameters
@@ -143,16 +96,10 @@ class Deviations:
 
     def __init__(self, p: Parameters, seeds: Sequence[Seed]) -> None:
         self._p = p
-        self._constants = {mode: constants(p, mode) for mode in ALWAYS_SLIDING}
-        self._changes = {
-            mode: [change_of(p, mode, seed.parameters) for seed in seeds] for mode in ALWAYS_SLIDING
-        }
-        # Where y³ plays no part it may overflow.
-        self._cubic = {
-            mode: any(one.yyyy or one.xyyy for one in self._changes[mode])
-            or self._constants[mode].cubic > 0.0
-            for mode in ALWAYS_SLIDING
-        }
+        self._moved = [p.perturbed(seed.parameters) for seed in seeds]
+        # The belt's speed, which a slider that sticks has.
+        self._speeds = [seed.parameters.get("v_belt", 0.0) for seed in seeds]
+        self._smooth = p.mu_static == p.mu or p.speed_law is not None
         self.now: list[State] = [seed.start for seed in seeds]
 
     def advance(
@@ -177,88 +124,121 @@ class Deviations:
         Raises
         ------
         ComputationError
-            If motion or deviations cannot be followed on.
+            If motion or deviations cannot be followed on, or have no derivatives.
         """
         mode, span = segment.mode, end * segment.duration
+        if mode is Mode.STICK:
+            self.now = self._held(self.now)
         moments = [place * segment.duration for place in places]
-        found: list[list[State]] = [[] for _ in places]
+        at_moments: list[list[State]] = [[] for _ in places]
         waiting = sorted(range(len(moments)), key=moments.__getitem__, reverse=True)
         done = 0.0
         while done < span:
-            motion, series = self._series(mode, segment, done)
+            series = self._series(mode, segment, done)
             left = span - done
             length = _length(series, left)
             if length == 0.0:
-                t = segment.start + done
-                size = sum(n * abs(one) for z in motion for n, one in enumerate(z, 1))
-                raise (
-                    unbounded_error(t)
-                    if math.isfinite(size)
-                    else overflow_error(t, segment.state(t), self._p)
-                )
+                raise self._lost(segment, done)
             while waiting and (length == left or moments[waiting[-1]] <= done + length):
-                place = waiting.pop()
-                found[place] = [_at(one, moments[place] - done) for one in series]
-            self.now = [_at(one, length) for one in series]
+                index = waiting.pop()
+                at_moments[index] = [_at(z, moments[index] - done) for z in series]
+            self.now = [_at(z, length) for z in series]
             done = span if length == left else done + length
         if segment.switches and end == 1.0:
             self._switch(segment)
-        return found
+        if segment.switches and _guard(segment) in OF_SPEED:
+            # At the switch itself the slider has the speed of the belt.
+            for place, deviations in zip(places, at_moments, strict=True):
+                if place == 1.0:
+                    deviations[:] = self._held(deviations)
+        return at_moments
 
-    def _series(
-        self, mode: Mode, segment: Segment, since: float
-    ) -> tuple[Coefficients, list[Series]]:
-        """The motion, and each deviation from it, expanded at a time since the segment's start."""
-        piece = self._expanded(mode, segment, since)
-        return (piece.x, piece.y), [
-            _deviation(self._constants[mode], change, start, piece)
-            for change, start in zip(self._changes[mode], self.now, strict=True)
+    def _held(self, deviations: Sequence[State]) -> list[State]:
+        return [
+            (x, speed, y, vy) for (x, _, y, vy), speed in zip(deviations, self._speeds, strict=True)
         ]
 
-    def _expanded(self, mode: Mode, segment: Segment, since: float) -> _Piece:
+    def _series(self, mode: Mode, segment: Segment, since: float) -> list[Series]:
+        # Each deviation, expanded at a time since the segment's start.
         duration = segment.duration
         evaluate = state_function(len(segment.x) - 1)
         x, vx, y, vy = evaluate(segment.x, segment.y, since / duration)
-        expand = coefficient_function(right_hand_side(self._p, mode), ORDER)
-        xs, ys = expand(x, vx / duration, y, vy / duration, *self._constants[mode])
-        if not self._cubic[mode]:
-            return _Piece(xs, ys, _NOTHING, _NOTHING)
-        square = product_of(ys, ys)
-        return _Piece(xs, ys, square, product_of(ys, square))
+        start = (x, vx / duration, y, vy / duration)
+        return [
+            _imaginary_parts(expanded(p, mode, _towards(start, deviation)))
+            for p, deviation in zip(self._moved, self.now, strict=True)
+        ]
+
+    def _lost(self, segment: Segment, since: float) -> ComputationError:
+        # Whether the motion itself overflows there.
+        t = segment.start + since
+        state = segment.state(t)
+        motion = expanded(self._p, segment.mode, state)
+        size = sum(n * abs(value) for z in motion for n, value in enumerate(z, 1))
+        return unbounded_error(t) if math.isfinite(size) else overflow_error(t, state, self._p)
 
     def _switch(self, segment: Segment) -> None:
-        """Carry the deviations over the switch at the end of a segment."""
-        # The guard is y, in which no parameter is.
-        other = Mode.SEPARATED if segment.mode is Mode.CONTACT else Mode.CONTACT
-        before = accelerations(self._p, segment.final, segment.mode)
-        after = accelerations(self._p, segment.final, other)
+        # Carry the deviations over the switch at the end of a segment.
+        guard, then = _guard(segment), _successor(segment)
+        if then is Mode.STICK and guard in OF_SPEED:
+            self.now = self._held(self.now)
+            return
+        if guard in OF_HOLD and self._smooth:
+            return
+        p, state, mode = self._p, segment.final, segment.mode
+        before, after = accelerations(p, state, mode), accelerations(p, state, then)
         jump = (0.0, after[0] - before[0], 0.0, after[1] - before[1])
-        rate = segment.final[3]
-        self.now = [past_switch(one, jump, (0.0, 0.0, 1.0, 0.0), 0.0, rate) for one in self.now]
+        rates = (state[1], before[0], state[3], before[1])
+        rate = derivative(guard_value(p, _towards(state, rates), guard))
+        if rate == 0.0 and any(jump):
+            raise ComputationError(
+                f"at t = {segment.end:.9g} s the motion touches {guard.value} = 0 without crossing "
+                "it: it has no derivatives there",
+                "change the start or a parameter a little",
+            )
+        self.now = [
+            past_switch(
+                deviation,
+                jump,
+                derivative(guard_value(moved, _towards(state, deviation), guard)),
+                rate,
+            )
+            for moved, deviation in zip(self._moved, self.now, strict=True)
+        ]
 
 
-def product_of(a: Sequence[float], b: Sequence[float]) -> list[float]:
-    """Coefficients of a product of two series, as many as these have."""
-    return [sum(map(mul, a[: n + 1], b[n::-1])) for n in range(len(a))]
+def expanded(p: Parameters, mode: Mode, state: Any) -> Coefficients:
+    """Taylor coefficients of the motion of `ORDER`, from numbers that may be complex."""
+    law = law_of(p, mode)
+    if law is None or is_far(law, law.sign * (p.v_belt - state[1])):
+        return coefficient_function(right_hand_side(p, mode), ORDER)(*state, *field(p, mode))
+    return law_coefficients(p, mode, law, state, ORDER)
 
 
-def _deviation(c: Constants, change: FieldChange, start: State, motion: _Piece) -> Series:
-    # Its Taylor coefficients.
-    x, y = [start[0], start[1]], [start[2], start[3]]
-    push_x, push_y = 3.0 * c.friction * c.cubic, 3.0 * c.cubic
-    for n in range(ORDER):
-        product = sum(map(mul, motion.square[n::-1], y))
-        vx, vy = (n + 1) * motion.x[n + 1], (n + 1) * motion.y[n + 1]
-        given_x = change.xx * motion.x[n] + change.xy * motion.y[n] + change.xvx * vx
-        given_y = change.yx * motion.x[n] + change.yy * motion.y[n] + change.yvy * vy
-        given_x += change.xyyy * motion.cube[n]
-        given_y += change.yyyy * motion.cube[n] - (change.load if n == 0 else 0.0)
-        share = 1.0 / ((n + 1) * (n + 2))
-        force_x = c.xx * x[n] + c.xy * y[n] + c.xvx * (n + 1) * x[n + 1] - push_x * product
-        force_y = c.yx * x[n] + c.yy * y[n] + c.yvy * (n + 1) * y[n + 1] - push_y * product
-        x.append((force_x + given_x) * share)
-        y.append((force_y + given_y) * share)
+def _towards(state: State, direction: State) -> tuple[complex, ...]:
+    # A state with a step in the imaginary direction.
+    return tuple(
+        complex(value, slope * DERIVATIVE_STEP)
+        for value, slope in zip(state, direction, strict=True)
+    )
+
+
+def _imaginary_parts(motion: Any) -> Series:
+    x, y = ([derivative(0j + value) for value in z] for z in motion)
     return x, y
+
+
+def _successor(segment: Segment) -> Mode:
+    # The mode behind the end of a segment.
+    if isinstance(segment, BeltSegment):
+        return segment.then
+    return Mode.SEPARATED if segment.mode is Mode.CONTACT else Mode.CONTACT
+
+
+def _guard(segment: Segment) -> Guard:
+    # That ended the segment.
+    then = _successor(segment)
+    return next(end.guard for end in MODES[segment.mode].ends if then in end.to)
 
 
 def _length(series: Sequence[Series], left: float) -> float:

@@ -17,6 +17,7 @@ from fivtui.model import (
     State,
     TimeTable,
     contact_force,
+    horizontal_stiffness,
     transition_name,
 )
 from fivtui.results import Result, scene_text
@@ -266,7 +267,7 @@ class Transient(Result):
 
     def _groan(self) -> tuple[float, float] | tuple[None, None]:
         p = self.parameters
-        longest = _PERIODS * 2.0 * math.pi * math.sqrt(p.m / (p.k1 + 0.5 * p.k3))
+        longest = _PERIODS * 2.0 * math.pi * math.sqrt(p.m / horizontal_stiffness(p))
         found: list[list[tuple[float, float]]] = []
         for stick in self.stick_intervals:
             if not found or stick[0] - found[-1][-1][1] > longest:

@@ -26,6 +26,7 @@ _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
         "advice",
         "columns",
         "errors",
+        "field",
         "modes",
         "numbers",
         "parameters",

@@ -12,7 +12,7 @@ from fivtui.model import ComputationError, InputError, accelerations
 from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.model.slider_belt import State, sliding
-from fivtui.taylor import BeltDeviations, BeltSegment, Seed
+from fivtui.taylor import BeltSegment, Deviations, Seed
 from fivtui.transient import START_SEEDS, Request, Variation, vary
 from fivtui.transient.derivatives.variation import EXTREMES
 from tests.support.strategies import states
@@ -226,7 +226,7 @@ def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:
         then=Mode.BACKWARD,
     )
     with pytest.raises(ComputationError, match="touches v_r = 0 without crossing it"):
-        BeltDeviations(MASS, START_SEEDS).advance(segment)
+        Deviations(MASS, START_SEEDS).advance(segment)
 
 
 def test_sensitivities_of_simulate_are_those_of_the_run() -> None:

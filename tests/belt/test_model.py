@@ -7,15 +7,9 @@ from hypothesis import given, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.model.errors import InputError
+from fivtui.model.field import friction_coefficient, guard_value
 from fivtui.model.modes import MODES, Guard, Mode
-from fivtui.model.slider_belt import (
-    State,
-    accelerations,
-    friction_coefficient,
-    friction_force,
-    guard_value,
-    mode_of,
-)
+from fivtui.model.slider_belt import State, accelerations, friction_force, mode_of
 from fivtui.taylor.friction import decay
 from fivtui.transient.request import KernelChoice
 from tests.support.strategies import moderate_parameters, states

@@ -8,7 +8,8 @@ from hypothesis import assume, example, given, settings, strategies as st
 from fivtui import Parameters, stability
 from fivtui.equilibrium.critical import _least_nonnegative
 from fivtui.equilibrium.eigenvalues import growth_rate
-from fivtui.model.slider_belt import equilibrium, jacobian, tangent_stiffness
+from fivtui.model.field import tangent_stiffness
+from fivtui.model.slider_belt import equilibrium, jacobian
 from tests.support.strategies import moderate_parameters, wide_parameters
 
 KNOWN_CRITICAL_MU = [

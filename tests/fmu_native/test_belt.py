@@ -11,7 +11,7 @@ from fmpy.fmi1 import FMICallException
 
 from fivtui import Parameters, simulate
 from fivtui.model import Mode, State, course_of, friction_force
-from fivtui.model.slider_belt import Rates
+from fivtui.model.field import Rates
 from tests.support.fmu_exchange import FLOATS, INDICATORS, exchanged, integrated, read
 from tests.support.fmu_instance import FmuInstance
 

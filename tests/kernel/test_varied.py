@@ -123,6 +123,6 @@ def test_deviations_pass_a_switch_of_any_field_as_those_in_python(tmp_path: Path
     subprocess.run(["gcc", *options, "-lm"], check=True, capture_output=True)
     done = subprocess.run([str(program)], check=True, capture_output=True, text=True)
     expected = past_switch(
-        (1.5, -2.0, 0.75, 4.0), (0.5, -1.0, 0.25, 2.0), (1.0, -0.5, 2.0, 0.125), 0.3, 1.25
+        (1.5, -2.0, 0.75, 4.0), (0.5, -1.0, 0.25, 2.0), 1.5 + 1.0 + 1.5 + 0.5 + 0.3, 1.25
     )
     assert [*map(float, done.stdout.split())] == pytest.approx(expected, rel=1e-15)

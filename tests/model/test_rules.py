@@ -9,6 +9,7 @@ from hypothesis import assume, given, settings, strategies as st
 from fivtui import Parameters, simulate
 from fivtui.equilibrium.arrays import StabilityPoints
 from fivtui.model.errors import ComputationError
+from fivtui.model.field import field as field_of, tangent_stiffness
 from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import (
@@ -18,14 +19,13 @@ from fivtui.model.slider_belt import (
     equilibrium,
     mode_of,
     static_deflection,
-    tangent_stiffness,
     time_scale,
 )
 from fivtui.sweeps.design import Design
 from fivtui.sweeps.rows import _Block
 from fivtui.sweeps.run import sweep
 from fivtui.sweeps.study import Study
-from fivtui.taylor.series import coefficient_function, constants, right_hand_side
+from fivtui.taylor.series import coefficient_function, right_hand_side
 from fivtui.taylor.stepper import (
     LEAST_SHARE,
     LONGEST_STEP,
@@ -104,7 +104,7 @@ def test_the_mode_at_the_switch_is_the_sign_of_the_first_derivative_of_y_that_is
     start = (x, vx, 0.0, vy)
     mode = mode_of(p, start, separation=True)
     for field in ALWAYS_SLIDING:
-        series = coefficient_function(right_hand_side(p, field), 4)(*start, *constants(p, field))
+        series = coefficient_function(right_hand_side(p, field), 4)(*start, *field_of(p, field))
         y = [0.0 if abs(c) < 1e-9 and kind == "balanced" else c for c in series[1]]
         first = next(c for c in y if c != 0.0)
         assert (first > 0.0) == (mode is Mode.SEPARATED)
@@ -119,7 +119,7 @@ def test_a_step_ends_where_the_last_terms_reach_the_tolerance(
     # The rule with exact powers and logarithms; the stepper's are rough, by a few per cent.
     segment = TaylorStepper(p, state, separation=False, tol=tol).advance()
     degree, field = order_for(tol) + 1, right_hand_side(p, Mode.CONTACT)
-    x, y = coefficient_function(field, degree - 1)(*state, *constants(p, Mode.CONTACT))
+    x, y = coefficient_function(field, degree - 1)(*state, *field_of(p, Mode.CONTACT))
     own = [max(abs(z[1]), abs(z[0]) / time_scale(p)) for z in (x, y)]
     least = LEAST_SHARE * max(*own, static_deflection(p) / time_scale(p))
     allowed = [

@@ -1,6 +1,7 @@
 import pytest
 from hypothesis import given, strategies as st
 
+from fivtui.model.field import field as field_of
 from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State, accelerations
@@ -8,7 +9,6 @@ from fivtui.taylor.series import (
     RightHandSide,
     coefficient_function,
     coefficients,
-    constants,
     right_hand_side,
     state_function,
 )
@@ -25,8 +25,8 @@ from tests.support.strategies import moderate_parameters, states
 def test_straight_line_code_is_the_loop(
     p: Parameters, state: State, rhs: RightHandSide, mode: Mode, order: int
 ) -> None:
-    fast = coefficient_function(rhs, order)(*state, *constants(p, mode))
-    assert fast == coefficients(rhs, order, state, constants(p, mode))
+    fast = coefficient_function(rhs, order)(*state, *field_of(p, mode))
+    assert fast == coefficients(rhs, order, state, field_of(p, mode))
     assert [len(row) for row in fast] == [order + 2, order + 2]
 
 
@@ -35,7 +35,7 @@ def test_the_coefficients_solve_the_equations_of_motion(
     p: Parameters, state: State, mode: Mode
 ) -> None:
     order, t, step = 20, 0.01, 1e-4
-    x, y = coefficients(right_hand_side(p, mode), order, state, constants(p, mode))
+    x, y = coefficients(right_hand_side(p, mode), order, state, field_of(p, mode))
     motion = [state_function(order + 1)(x, y, t + shift) for shift in (-step, 0.0, step)]
     ax, ay = accelerations(p, motion[1], mode)
     scale = 1.0 + max(map(abs, (ax, ay)))
@@ -48,7 +48,7 @@ def test_the_second_coefficients_are_half_the_accelerations(p: Parameters, state
     linear = p.with_values({"k_nl": 0.0})
     cases = [(p, Mode.CONTACT), (p, Mode.SEPARATED), (linear, Mode.CONTACT)]
     for given_p, mode in cases:
-        x, y = coefficients(right_hand_side(given_p, mode), 2, state, constants(given_p, mode))
+        x, y = coefficients(right_hand_side(given_p, mode), 2, state, field_of(given_p, mode))
         ax, ay = accelerations(given_p, state, mode)
         assert 2.0 * x[2] == pytest.approx(ax, rel=1e-12, abs=1e-10)
         assert 2.0 * y[2] == pytest.approx(ay, rel=1e-12, abs=1e-10)

@@ -20,6 +20,7 @@ from fivtui.model import (
     equilibrium,
     friction_coefficient,
     jacobian,
+    tangent_slope,
     tangent_stiffness,
 )
 
@@ -126,8 +127,8 @@ class _Bends:
         self._force = (
             point.P,
             -tangent_stiffness(p, point.y),
-            -6.0 * p.k_nl * point.y,
-            -6.0 * p.k_nl,
+            -tangent_slope(p, point.y),
+            -tangent_slope(p, 1.0),
         )
         self._m = p.m
 

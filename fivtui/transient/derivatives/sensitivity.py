@@ -8,8 +8,10 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 
 from fivtui.model import (
+    DERIVATIVE_STEP,
+    derivative,
+    spring_force,
     static_start_change,
-    tangent_stiffness,
     time_scale,
 )
 from fivtui.taylor import Seed
@@ -139,6 +141,7 @@ def _sensitivity(transient: Transient, name: str, found: Variation, place: int) 
         zip(EXTREMES, found.extreme_derivatives[:, place].tolist(), strict=True)
     )
     x, vx, y, vy = found.derivatives[:, place].tolist()
+    moved = p.perturbed({name: 1.0})
 
     def size(low: str, high: str) -> float:
         if value[high] == -value[low]:
@@ -149,8 +152,7 @@ def _sensitivity(transient: Transient, name: str, found: Variation, place: int) 
         y = value[height]
         if considered and (y > 0.0 or (y == 0.0 and change[height] >= 0.0)):
             return 0.0
-        spring = {"k2": y, "k_nl": y * y * y}.get(name, 0.0)
-        return -tangent_stiffness(p, y) * change[height] - spring
+        return derivative(spring_force(moved, complex(y, change[height] * DERIVATIVE_STEP)))
 
     return Sensitivity(
         FinalChange(x, vx, y, vy),

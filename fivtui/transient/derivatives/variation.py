@@ -186,13 +186,12 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | N
     p, t_end, separation = request.parameters, request.t_end, request.separation
     tol = local_tolerance(request.tol)
     integrator: type[TaylorStepper] = TaylorStepper
-    carrier: type[Deviations] = Deviations
     if p.v_belt is not None:
-        from fivtui.taylor import BeltDeviations, BeltStepper
+        from fivtui.taylor import BeltStepper
 
-        integrator, carrier = BeltStepper, BeltDeviations
+        integrator = BeltStepper
     stepper = integrator(p, request.initial, separation=separation, tol=tol)
-    deviations = carrier(p, seeds)
+    deviations = Deviations(p, seeds)
     extremes = _Extremes(0.5 * t_end, len(seeds))
     switches: list[tuple[float, State, FloatArray]] = []
     changes: list[tuple[float, int, int]] = []

@@ -1,0 +1,241 @@
+"""The equations of the slider on the belt, each written once, on any number type.
+
+The functions take numbers, NumPy arrays, `Fraction`, complex numbers, or any other type with the
+operators of arithmetic. `p` has the parameters as attributes of that type. The stiffness matrix of
+the paper has the entries a = k1 + k3/2 and h = k3/2.
+"""
+
+import math
+from typing import Any, Final, NamedTuple, TypeVar
+
+from .modes import MODES, Guard, Mode
+
+# A step s in the imaginary direction: f(x + i s d) = f(x) + i s f′(x) d to rounding, as the square
+# of the step is lost beside 1. A power of two scales without rounding.
+DERIVATIVE_STEP: Final = 2.0**-130
+
+
+Number = TypeVar("Number")
+
+
+class Rates(NamedTuple):
+    """How fast F, N/s, μ, 1/s, and the belt's speed, m/s², change with time."""
+
+    F: float = 0.0
+    mu: float = 0.0
+    v_belt: float = 0.0
+
+
+CONSTANT: Final = Rates()
+
+
+class Field(NamedTuple):
+    """The coefficients by which the parameters enter the motion in a mode, SI units.
+
+    Factors of x, y, ẋ and ẏ in ẍ and ÿ (first letter: in which; rest: of what), then the signed
+    friction coefficient, k_nl/m and the downward load by the mass.
+    """
+
+    xx: Any
+    xy: Any
+    yx: Any
+    yy: Any
+    xvx: Any
+    yvy: Any
+    friction: Any
+    cubic: Any
+    load: Any
+
+
+def derivative(value: Any) -> float:
+    """The derivative that a complex number carries: see `DERIVATIVE_STEP`."""
+    slope: float = value.imag / DERIVATIVE_STEP
+    return slope
+
+
+def load(p: Any) -> Any:
+    """Downward force on the slider, N."""
+    return p.F
+
+
+def spring_force(p: Any, y: Number) -> Number:
+    """Force of the contact spring in N, P of Eq. 1 as if in contact."""
+    force: Number = -p.k2 * y - p.k_nl * y * y * y
+    return force
+
+
+def tangent_stiffness(p: Any, y: Number) -> Number:
+    """Tangent contact stiffness k_t = k2 + 3 k_nl y² in N/m."""
+    stiffness: Number = p.k2 + 3 * p.k_nl * y * y
+    return stiffness
+
+
+def tangent_slope(p: Any, y: Number) -> Number:
+    """Derivative of `tangent_stiffness` by y in N/m²."""
+    slope: Number = 6 * p.k_nl * y
+    return slope
+
+
+def contact_energy(p: Any, y: Any) -> Any:
+    """Energy of the contact spring, J."""
+    square = y * y
+    return (0.5 * p.k2 + 0.25 * p.k_nl * square) * square
+
+
+def elastic_energy(p: Any, x: Any, y: Any) -> Any:
+    """Energy of the springs k1 and k3, J."""
+    return 0.5 * p.k1 * x * x + 0.25 * p.k3 * (x - y) * (x - y)
+
+
+def kinetic_energy(p: Any, vx: Any, vy: Any) -> Any:
+    """Kinetic energy, J."""
+    return 0.5 * p.m * (vx * vx + vy * vy)
+
+
+def dissipation(p: Any, vx: Any, vy: Any) -> Any:
+    """Power lost in the dampers, W."""
+    return p.c1 * vx * vx + p.c2 * vy * vy
+
+
+def horizontal_acceleration(p: Any, x: Any, vx: Any, y: Any, friction: Any) -> Any:
+    """ẍ in m/s² under a friction force in N (Eqs. 2 and 5)."""
+    return (friction - p.c1 * vx - p.k1 * x - coupling_stiffness(p) * (x - y)) / p.m
+
+
+def vertical_acceleration(p: Any, x: Any, y: Any, vy: Any, force: Any) -> Any:
+    """ÿ in m/s² under a contact force less the load, N (Eqs. 2 and 5)."""
+    return (force - p.c2 * vy + coupling_stiffness(p) * (x - y)) / p.m
+
+
+def coupling_stiffness(p: Any) -> Any:
+    """H = k3/2 in N/m, by which x and y act on each other."""
+    return p.k3 / 2
+
+
+def horizontal_stiffness(p: Any) -> Any:
+    """A = k1 + h in N/m."""
+    return p.k1 + coupling_stiffness(p)
+
+
+def holding_force(p: Any, x: Any, y: Any, rates: Rates = CONSTANT) -> Any:
+    """Force f = c1 v_belt + m v̇_belt + a x − h y in N that the belt exerts while it holds.
+
+    The friction by which `horizontal_acceleration` is that of the belt.
+    """
+    drive = p.c1 * (p.v_belt or 0.0) + p.m * rates.v_belt
+    return drive + horizontal_stiffness(p) * x - coupling_stiffness(p) * y
+
+
+def holding_force_rate(p: Any, acceleration: Any, vx: Any, vy: Any) -> Any:
+    """Derivative of `holding_force` by time, N/s, on a belt of constant acceleration, m/s²."""
+    return p.c1 * acceleration + horizontal_stiffness(p) * vx - coupling_stiffness(p) * vy
+
+
+def holding_force_size(p: Any, x: float, y: float, rates: Rates = CONSTANT) -> float:
+    """Sum of the sizes of the terms of `holding_force`, N: its rounding is a part of this."""
+    drive = p.c1 * (p.v_belt or 0.0) + abs(p.m * rates.v_belt)
+    size: float = drive + abs(horizontal_stiffness(p) * x) + abs(coupling_stiffness(p) * y)
+    return size
+
+
+def friction_coefficient(p: Any, speed: Any) -> Any:
+    """The friction coefficient μ + (μ_s − μ) exp(−v/v_s) at a sliding speed v ≥ 0, m/s."""
+    if p.speed_law is None:
+        return p.mu
+    return p.mu + (p.mu_static - p.mu) * _exponential(-speed / p.speed_law)
+
+
+def friction_slope(p: Any, speed: float) -> float:
+    """The derivative of the friction coefficient by a sliding speed v ≥ 0, s/m."""
+    return derivative(friction_coefficient(p, complex(speed, DERIVATIVE_STEP)) + 0j)
+
+
+def sliding_friction(p: Any, vx: Any, force: Any, mode: Mode) -> Any:
+    """Friction force on a slider that slides, N, under a contact force, N."""
+    if p.v_belt is None or mode is Mode.SEPARATED:
+        return p.mu * force
+    sign = MODES[mode].friction_sign
+    ahead = sign * (p.v_belt - vx)
+    return sign * friction_coefficient(p, ahead if ahead.real > 0.0 else 0.0 * ahead) * force
+
+
+def guard_value(p: Any, state: Any, guard: Guard, rates: Rates = CONSTANT) -> Any:
+    """Value of a guard, positive while its mode lasts; in m, m/s or N."""
+    x, vx, y, _ = state
+    if guard is Guard.HEIGHT or guard is Guard.DEPTH:
+        return y if guard is Guard.HEIGHT else -y
+    if guard is Guard.AHEAD or guard is Guard.BEHIND:
+        ahead = (p.v_belt or 0.0) - vx
+        return ahead if guard is Guard.AHEAD else -ahead
+    grip, held = p.mu_static * spring_force(p, y), holding_force(p, x, y, rates)
+    return grip - held if guard is Guard.HELD_FORWARD else grip + held
+
+
+def field(p: Any, mode: Mode) -> Field:
+    """The coefficients of the motion in a mode: the accelerations that unit states cause.
+
+    Where friction follows a law of speed, `friction` and `xy` are those of the constant part.
+    """
+    row = MODES[mode]
+    k2, k_nl = (p.k2, p.k_nl) if row.in_contact else (0.0, 0.0)
+    friction = row.friction_sign * p.mu
+    vertical = (
+        vertical_acceleration(p, 1.0, 0.0, 0.0, 0.0),
+        vertical_acceleration(p, 0.0, 1.0, 0.0, -k2),
+        vertical_acceleration(p, 0.0, 0.0, 1.0, 0.0),
+    )
+    horizontal: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
+    if not row.sticks:
+        horizontal = (
+            horizontal_acceleration(p, 1.0, 0.0, 0.0, 0.0),
+            horizontal_acceleration(p, 0.0, 0.0, 1.0, friction * -k2),
+            horizontal_acceleration(p, 0.0, 1.0, 0.0, 0.0),
+        )
+    (xx, xy, xvx), (yx, yy, yvy) = horizontal, vertical
+    return Field(xx, xy, yx, yy, xvx, yvy, friction, k_nl / p.m, load(p) / p.m)
+
+
+def rest_coefficients(p: Any, mu: Any) -> tuple[Any, Any, Any]:
+    """α, β and the load of the cubic α y³ + β y + load = 0 of the equilibrium in contact (Eq. 6).
+
+    x is eliminated: it is `rest_position`.
+    """
+    friction = 1.0 + mu * coupling_stiffness(p) / horizontal_stiffness(p)
+    return friction * p.k_nl, friction * p.k2 + suspension_stiffness(p), load(p)
+
+
+def suspension_stiffness(p: Any) -> Any:
+    """Stiffness h k1/a in N/m that k1 and k3 together have against a slow vertical motion."""
+    return coupling_stiffness(p) * p.k1 / horizontal_stiffness(p)
+
+
+def rest_position(p: Any, y: Any, friction: Any) -> Any:
+    """X in m of a slider at rest at y under a friction force, N."""
+    return (coupling_stiffness(p) * y + friction) / horizontal_stiffness(p)
+
+
+def flutter_boundary(p: Any, kt: Number) -> Number:
+    """The value of μ h k_t in N²/m² above which the equilibrium is unstable (Routh–Hurwitz).
+
+    Without damping it is the limit of equal dampings.
+    """
+    h, a, share = coupling_stiffness(p), horizontal_stiffness(p), damping_share(p)
+    detuning = kt + h - a
+    spread = share * (1.0 - share) * detuning * detuning
+    boundary: Number = spread + h * h + (a + share * detuning) * p.c1 * p.c2 / p.m
+    return boundary
+
+
+def damping_share(p: Any) -> Any:
+    """c1/(c1 + c2), and 1/2 without damping."""
+    damping = p.c1 + p.c2
+    undamped = damping == 0.0
+    return (p.c1 + 0.5 * undamped) / (damping + undamped)
+
+
+def _exponential(value: Any) -> Any:
+    # With complex numbers that carry a derivative.
+    if isinstance(value, complex):
+        size = math.exp(value.real)
+        return complex(size, size * value.imag)
+    return math.exp(value)
