@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import (
-    DERIVATIVE_STEP,
     PARAMETERS,
     ComputationError,
     InputError,
     Parameters,
     coupling_stiffness,
-    derivative,
     flutter_boundary,
+    flutter_boundary_slope,
     horizontal_stiffness,
     load,
     rest_coefficients,
@@ -163,7 +162,7 @@ class StabilityPoints:
         by_mu = self.h / self.a * spring_force(self, y)
         turn = tangent_slope(self, y) * by_mu / (3.0 * alpha * y * y + beta)
         bound = flutter_boundary(self, kt)
-        by_kt = derivative(flutter_boundary(self, kt + 1j * DERIVATIVE_STEP))
+        by_kt = flutter_boundary_slope(self, kt)
         left = self.h * kt
         return mu - bound / left, 1.0 - (by_kt - bound / kt) / left * turn
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         coupling_stiffness as coupling_stiffness,
         derivative as derivative,
         flutter_boundary as flutter_boundary,
+        flutter_boundary_slope as flutter_boundary_slope,
         friction_coefficient as friction_coefficient,
         friction_slope as friction_slope,
         guard_value as guard_value,
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
         suspension_stiffness as suspension_stiffness,
         tangent_slope as tangent_slope,
         tangent_stiffness as tangent_stiffness,
+        total_stiffness as total_stiffness,
     )
     from .modes import (
         ALWAYS_SLIDING as ALWAYS_SLIDING,

@@ -226,6 +226,19 @@ def flutter_boundary(p: Any, kt: Number) -> Number:
     return boundary
 
 
+def flutter_boundary_slope(p: Any, kt: Number) -> Number:
+    """Derivative of `flutter_boundary` by k_t, N/m."""
+    share = damping_share(p)
+    detuning = kt + coupling_stiffness(p) - horizontal_stiffness(p)
+    slope: Number = 2.0 * (share * (1.0 - share)) * detuning + share * p.c1 * p.c2 / p.m
+    return slope
+
+
+def total_stiffness(p: Any) -> Any:
+    """All linear springs in parallel, N/m: the scale of frequencies and deflections."""
+    return p.k1 + p.k2 + p.k3
+
+
 def damping_share(p: Any) -> Any:
     """c1/(c1 + c2), and 1/2 without damping."""
     damping = p.c1 + p.c2

@@ -365,7 +365,7 @@ def time_scale(p: Parameters, y: float = 0.0) -> float:
 
 def static_deflection(p: Parameters) -> float:
     """|F|/stiffness, m, with all linear springs in parallel: the scale of displacements."""
-    return float(abs(equations.load(p)) / (p.k1 + p.k2 + p.k3))
+    return float(abs(equations.load(p)) / equations.total_stiffness(p))
 
 
 def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:

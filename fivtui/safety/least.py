@@ -1,31 +1,31 @@
 """Least friction at which a limit cycle of the branch from the Hopf point attracts.
 
-In units of m, k1 and F the motion depends on six numbers alone: these groups, and μ.
+In units of m, k1 and the load the motion depends on six numbers alone: these groups, and μ.
 """
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Final
+from types import SimpleNamespace
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mu
-from fivtui.model import PARAMETERS, ComputationError, Parameters, check_always_sliding
+from fivtui.model import (
+    PARAMETERS,
+    ComputationError,
+    Parameters,
+    check_always_sliding,
+    coupling_stiffness,
+    load,
+)
 from fivtui.orbits import CycleBranch, CyclePoint, branch
 
 Floats = NDArray[np.float64]
 
-# Stiffnesses by k1, dampings by √(m k1), and k_nl F²/k1³.
+# Stiffnesses by k1, dampings by √(m k1), and k_nl load²/k1³.
 GROUPS: Final = ("k2", "k3", "c1", "c2", "k_nl")
-# The parameters that decide on each.
-MADE_OF: Final[Mapping[str, Sequence[str]]] = {
-    "k2": ("k1", "k2"),
-    "k3": ("k1", "k3"),
-    "c1": ("m", "k1", "c1"),
-    "c2": ("m", "k1", "c2"),
-    "k_nl": ("k1", "F", "k_nl"),
-}
 # How far above the critical μ branches are followed, over it.
 _ABOVE: Final = 2.0
 _KEPT: Final = 65_536
@@ -36,15 +36,34 @@ def groups_of(p: Parameters, varied: Mapping[str, Floats], size: int) -> Floats:
     check_always_sliding(
         p, "safe friction of many scenes; their critical friction is known", varied
     )
-    m, k1, k2, k3, c1, c2, force, k_nl = (
-        np.asarray(varied.get(name, np.full(size, getattr(p, name))))
-        for name in ("m", "k1", "k2", "k3", "c1", "c2", "F", "k_nl")
+    sets = SimpleNamespace(
+        **{
+            name: np.asarray(varied.get(name, np.full(size, getattr(p, name))))
+            for name in PARAMETERS
+        }
     )
-    damping = np.sqrt(m * k1)
-    cubic = k_nl / k1 * (force / k1) ** 2
-    found = np.stack([k2 / k1, k3 / k1, c1 / damping, c2 / damping, cubic], axis=1)
-    found[(force <= 0.0) | (k3 == 0.0)] = np.nan
-    return found
+    groups = np.stack(_groups(sets), axis=1)
+    groups[(load(sets) <= 0.0) | (coupling_stiffness(sets) == 0.0)] = np.nan
+    return groups
+
+
+def _groups(p: Any) -> list[Any]:
+    damping = np.sqrt(p.m * p.k1)
+    cubic = p.k_nl / p.k1 * (load(p) / p.k1) ** 2
+    return [p.k2 / p.k1, p.k3 / p.k1, p.c1 / damping, p.c2 / damping, cubic]
+
+
+def _parameters_by_group() -> dict[str, tuple[str, ...]]:
+    base = Parameters()
+    changes = {name: _groups(base.perturbed({name: 1.0})) for name in PARAMETERS}
+    return {
+        group: tuple(name for name, change in changes.items() if change[index].imag != 0.0)
+        for index, group in enumerate(GROUPS)
+    }
+
+
+# The parameters that decide on each group.
+MADE_OF: Final[Mapping[str, Sequence[str]]] = _parameters_by_group()
 
 
 @lru_cache(maxsize=_KEPT)
@@ -53,8 +72,8 @@ def least_of(group: tuple[float, ...], *, separation: bool) -> float:
 
     NaN if there is no critical μ, or the branch cannot be followed.
     """
-    given = dict(zip(GROUPS, group, strict=True))
-    p = Parameters(m=1.0, k1=1.0, F=1.0, mu=0.0).with_values(given)
+    values = dict(zip(GROUPS, group, strict=True))
+    p = Parameters(m=1.0, k1=1.0, F=1.0, mu=0.0).with_values(values)
     critical = next((one.mu for one in critical_mu(p, separation=separation)), None)
     if critical is None:
         return np.nan

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import IN_CONTACT, InputError, Mode, spring_force
+from fivtui.model import IN_CONTACT, InputError, Mode, spring_force, total_stiffness
 from fivtui.transient import Trajectory, Transient
 
 FloatArray = NDArray[np.float64]
@@ -93,7 +93,7 @@ def is_rest(motion: Trajectory) -> bool:
 def period_of(run: Transient) -> float | None:
     """Mean time between upward crossings of the mean of y, late in the run, s; None at rest."""
     p = run.parameters
-    linear = 2.0 * math.pi * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
+    linear = 2.0 * math.pi * math.sqrt(p.m / total_stiffness(p))
     length = min(0.5 * run.t_end, _PERIODS * linear)
     t = np.linspace(run.t_end - length, run.t_end, _PERIODS * _EACH)
     motion = motion_at(run, t)

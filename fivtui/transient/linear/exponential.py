@@ -15,7 +15,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError, Mode, Parameters, State, accelerations, jacobian
+from fivtui.model import (
+    ComputationError,
+    Mode,
+    Parameters,
+    State,
+    accelerations,
+    jacobian,
+    total_stiffness,
+)
 from fivtui.taylor import overflow_error
 
 FloatArray = NDArray[np.float64]
@@ -57,7 +65,7 @@ class LinearMotion:
     """
 
     def __init__(self, p: Parameters, t_end: float) -> None:
-        frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
+        frequency = math.sqrt(total_stiffness(p) / p.m)
         self._scale = np.array([1.0, frequency, 1.0, frequency])
         with np.errstate(all="ignore"):
             matrix = np.array(jacobian(p, 0.0, Mode.CONTACT)) * self._scale / self._scale[:, None]
