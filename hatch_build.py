@@ -5,7 +5,6 @@ chooses when it loads it (`fivtui.kernel.native`). Where it cannot be compiled t
 on without it, and the reason is installed in its place: the program says it and runs interpreted.
 """
 
-import hashlib
 import os
 import platform
 import shlex
@@ -53,14 +52,6 @@ class CompilerError(Exception):
     """The kernel cannot be compiled."""
 
 
-def sources_digest(folder: Path) -> str:
-    """The digest of the kernel's text, by which a library that is older than it is told."""
-    content = hashlib.sha256()
-    for path in sorted([*folder.glob("*.c"), *folder.glob("*.h")]):
-        content.update(path.name.encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
-    return content.hexdigest()[:32]
-
-
 def compile_kernel(folder: Path, target: Path) -> str:
     """Compile the kernel in `folder` into the library `target`; returns which compiler did.
 
@@ -69,7 +60,7 @@ def compile_kernel(folder: Path, target: Path) -> str:
     CompilerError
         If no compiler can.
     """
-    return _compiled([lambda compiler, _: _kernel_plan(folder, target, compiler)])
+    return _compiled([lambda *given: _kernel_plan(folder, target, *given)])
 
 
 def compile_all(root: Path, kernel: Path, fmus: Path) -> tuple[str, str | None]:
@@ -83,8 +74,8 @@ def compile_all(root: Path, kernel: Path, fmus: Path) -> tuple[str, str | None]:
         If no compiler can compile the kernel.
     """
 
-    def for_kernel(compiler: str, _: Path) -> "_Plan":
-        return _kernel_plan(root / FOLDER, kernel / LIBRARY, compiler)
+    def for_kernel(compiler: str, scratch: Path) -> "_Plan":
+        return _kernel_plan(root / FOLDER, kernel / LIBRARY, compiler, scratch)
 
     headers = _fmi_headers()
     if headers is None:
@@ -146,13 +137,16 @@ def _variants(compiler: str) -> dict[str, list[str]]:
     return found
 
 
-def _kernel_plan(folder: Path, target: Path, compiler: str) -> _Plan:
-    about = [f'-DSOURCES="{sources_digest(folder)}"', f'-DCOMPILER="{compiler}"']
+def _kernel_plan(folder: Path, target: Path, compiler: str, scratch: Path) -> _Plan:
+    text = _module("fivtui.kernel.field_text", folder.parents[1])
+    (scratch / text.HEADER).write_text(text.field_header(), encoding="utf-8")
+    about = [f'-DSOURCES="{text.sources_digest(folder)}"', f'-DCOMPILER="{compiler}"']
     objects = {"loading": [*about, str(folder / "loading.c")]}
+    given = [f"-I{scratch}", f"-I{folder}"]
     for variant, options in _variants(compiler).items():
         # Registers wider than those of AVX2 slow one run down.
         for unit in _OF_LANES if variant == "avx512" else (*_OF_ONE_RUN, *_OF_LANES):
-            objects[f"{unit}_{variant}"] = [*options, str(folder / f"{unit}.c")]
+            objects[f"{unit}_{variant}"] = [*given, *options, str(folder / f"{unit}.c")]
     return _Plan(objects, {target: list(objects)})
 
 
@@ -164,7 +158,7 @@ def _fmi_headers() -> Path | None:
 
 
 def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Path) -> _Plan:
-    text = _native_text(root)
+    text = _module("fmu_src.build.native_text", root)
     for name, content in text.generated().items():
         (scratch / name).write_text(content, encoding="utf-8")
     native = root / FMU_FOLDER
@@ -186,11 +180,11 @@ def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Pat
     return _Plan(objects, libraries)
 
 
-def _native_text(root: Path) -> Any:
-    # The tables of variables, which need nothing but the standard library.
+def _module(name: str, root: Path) -> Any:
+    # What makes text in C from the tables in Python, which needs the standard library alone.
     sys.path.insert(0, str(root))
     try:
-        return import_module("fmu_src.build.native_text")
+        return import_module(name)
     finally:
         sys.path.remove(str(root))
 

@@ -61,7 +61,7 @@ INLINE int begin_belt_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *then)
     if (!is_sound(w))
         return 0;
     if (*cut == AT_SPEED || belt->mode == STICK)
-        w->vx = belt->v_belt;
+        w->vx = belt->p[P_V_BELT];
     foresee(&of->belt, w);
     observe(w, groups, 0.5 * run->t_end, speed_limit(&of->belt, w->h));
     *ending = ending_of(w, run->t_end, *cut != NOTHING_ENDS);
@@ -138,7 +138,7 @@ EXPORT void NAME(driven_begin)(void *room, const double *p, int64_t separation,
     begin_run(&of->run, p, separation, start, t_end, tol, order);
     Block *w = &of->run.w;
     begin_belt(&of->belt, w, 0, p, finite != 0);
-    w->deflection = greatest_load / of->belt.stiffness;
+    w->deflection = greatest_load / total_stiffness(of->belt.p);
     begin_count(of);
     of->legs = legs, of->leg_count = leg_count;
     of->course = course_of(legs);

@@ -12,9 +12,6 @@
 #include "run.h"
 #endif
 
-enum { SEPARATED, CONTACT, FORWARD, BACKWARD, STICK, MODES };
-/* Columns behind those of `Parameters`; v_s is 0 where friction is constant. */
-enum { P_V_BELT = PARAMETERS, P_MU_S, P_V_S, BELT_PARAMETERS };
 /* As in `fivtui.taylor.belt`. */
 #define SIMULTANEOUS 0x1p-40
 #define UNRESOLVED 0x1p-50
@@ -26,30 +23,23 @@ typedef struct {
     double force, friction, grip, speed;
 } Rates;
 
-/* The belt and the slider on it: the field and the friction law of each mode; F, μ, μ_s and the
-   belt's speed at the start of a step, and their rates; the mode; whether friction does not jump at
-   v_r = 0; whether the belt is of finite speed, and friction by a law; e where the next step starts,
-   if that is known. Margins of the hold within `nearness` are zero. */
+/* The belt and the slider on it: the field and the friction law of each mode; the parameters at the
+   start of a step, v_s being 0 where friction is constant, and their rates; the mode; whether friction
+   does not jump at v_r = 0; whether the belt is of finite speed, and friction by a law; e where the
+   next step starts, if that is known. Margins of the hold within `nearness` are zero. */
 typedef struct {
 #if LANES == 1
     Field fields[MODES];
     Law laws[MODES];
     Start next;
 #endif
-    double m, a, h, k1, c1, c2, k2, k_nl, stiffness, frequency, preload, mu, mu_s, v_belt;
+    double p[BELT_PARAMETERS], frequency;
     Rates rates;
     double nearness;
     int64_t mode, smooth, finite, by_speed;
 } Belt;
 
 INLINE int is_sliding(int64_t mode) { return mode == FORWARD || mode == BACKWARD; }
-
-/* The contact spring as if in contact, and what the belt exerts where it holds. */
-INLINE double spring(const Belt *of, double y) { return -of->k2 * y - of->k_nl * y * y * y; }
-INLINE double holding(const Belt *of, double x, double y)
-{
-    return (of->c1 * of->v_belt + of->m * of->rates.speed) + of->a * x - of->h * y;
-}
 
 /* Whether a function is negative now or soon: by its first derivative beyond rounding, itself not
    being zero by `nearness` of its size. */
@@ -74,33 +64,35 @@ INLINE void times_line(double value, double slope, const double *of, double *res
 /* The mode in contact: `_mode_on_belt` of `fivtui.model.slider_belt`. */
 APART int64_t mode_on_belt(const Belt *of, double x, double vx, double y, double vy)
 {
-    const double v = of->v_belt, a = of->a, h = of->h;
+    const double *p = of->p, v = p[P_V_BELT], a = horizontal_stiffness(p), h = coupling_of(p);
     const Rates *rates = &of->rates;
     if (!of->finite)
         return CONTACT;
     if (vx != v)
         return vx < v ? FORWARD : BACKWARD;
-    double force = spring(of, y), kt = of->k2 + 3.0 * of->k_nl * y * y;
-    double ay = (force - of->preload - of->c2 * vy + h * (x - y)) / of->m;
-    double bend = 6.0 * of->k_nl * y * vy * vy, driven = of->c1 * rates->speed;
-    const double held[3] = {holding(of, x, y), driven + a * v - h * vy, a * rates->speed - h * ay};
+    double force = spring_force(p, y), kt = tangent_stiffness(p, y);
+    double ay = vertical_acceleration(p, x, y, vy, force - load_of(p));
+    double bend = tangent_slope(p, y) * vy * vy, driven = p[P_C1] * rates->speed;
+    const double held[3] = {holding_force(p, x, y, rates->speed),
+                            holding_force_rate(p, rates->speed, v, vy),
+                            holding_force_rate(p, 0.0, rates->speed, ay)};
     const double forces[3] = {force, -kt * vy, -kt * ay - bend};
     /* What the preload gives is known to rounding, too. */
-    const double load = __builtin_fabs(of->preload), rate = load / of->stiffness * of->frequency;
+    const double load = __builtin_fabs(load_of(p)), rate = load / total_stiffness(p) * of->frequency;
     const double of_forces[3] = {__builtin_fabs(force) + load, kt * (__builtin_fabs(vy) + rate),
-                                 kt * (__builtin_fabs(ay) + load / of->m) + __builtin_fabs(bend)};
+                                 kt * (__builtin_fabs(ay) + load / p[P_M]) + __builtin_fabs(bend)};
     const double of_held[3] = {
-        of->c1 * v + __builtin_fabs(of->m * rates->speed) + __builtin_fabs(a * x)
+        p[P_C1] * v + __builtin_fabs(p[P_M] * rates->speed) + __builtin_fabs(a * x)
             + __builtin_fabs(h * y),
         __builtin_fabs(driven) + a * v + __builtin_fabs(h * vy),
         __builtin_fabs(a * rates->speed) + __builtin_fabs(h * ay)};
     double grips[3], sizes[3], margin[3];
-    times_line(of->mu_s, __builtin_fabs(rates->grip), of_forces, sizes);
+    times_line(of->p[P_MU_S], __builtin_fabs(rates->grip), of_forces, sizes);
     for (int n = 0; n < 3; n++)
         sizes[n] = of_held[n] + sizes[n];
     if (falls(of->nearness, forces, of_forces))
         return falls(of->nearness, held, sizes) ? BACKWARD : FORWARD;
-    times_line(of->mu_s, rates->grip, forces, grips);
+    times_line(of->p[P_MU_S], rates->grip, forces, grips);
     for (int n = 0; n < 3; n++)
         margin[n] = grips[n] - held[n];
     if (falls(of->nearness, margin, sizes))
@@ -115,9 +107,11 @@ APART int64_t mode_on_belt(const Belt *of, double x, double vx, double y, double
    slider would seem to stick at once. */
 INLINE double settled_start(const Belt *of, double x, double y, double half)
 {
-    double grip = of->mu_s * spring(of, y), held = holding(of, x, y);
-    double size = of->c1 * of->v_belt + __builtin_fabs(of->m * of->rates.speed)
-                  + __builtin_fabs(of->a * x) + __builtin_fabs(of->h * y) + __builtin_fabs(grip);
+    const double *p = of->p;
+    double grip = p[P_MU_S] * spring_force(p, y), held = holding_force(p, x, y, of->rates.speed);
+    double size = p[P_C1] * p[P_V_BELT] + __builtin_fabs(p[P_M] * of->rates.speed)
+                  + __builtin_fabs(horizontal_stiffness(p) * x)
+                  + __builtin_fabs(coupling_of(p) * y) + __builtin_fabs(grip);
     double with_belt = 0.5 * of->rates.speed;
     int forward = of->mode == FORWARD;
     double margin = forward ? grip - held : grip + held;
@@ -149,9 +143,9 @@ INLINE void guard_of_speed(const Belt *of, const Block *w, int lane, int groups,
     double rate = of->rates.speed;
     for (int n = 0; n <= 4 * groups; n++)
         g->c[n] = -sign * (n + 1) * element(w->xs + n + 1, lane);
-    g->c[0] = sign * (of->v_belt - element(w->xs + 1, lane)), g->c[1] += sign * rate;
+    g->c[0] = sign * (of->p[P_V_BELT] - element(w->xs + 1, lane)), g->c[1] += sign * rate;
     memset(g->c + 4 * groups + 1, 0, (COEFFICIENTS - 1 - 4 * groups) * sizeof *g->c);
-    g->final = sign * (of->v_belt + rate * element(&w->h, lane) - element(&w->vx, lane));
+    g->final = sign * (of->p[P_V_BELT] + rate * element(&w->h, lane) - element(&w->vx, lane));
 }
 
 /* Whether v_r, of `sign`, stays positive for certain while the belt's speed goes from v to last_v. */
@@ -169,21 +163,22 @@ INLINE void guards_of_hold(const Belt *of, const Block *w, int lane, int groups,
                            Guard *behind)
 {
     const Rates *rates = &of->rates;
-    const double h = of->h, m = of->m, span = element(&w->h, lane), more = rates->grip * span;
+    const double *p = of->p, a = horizontal_stiffness(p), h = coupling_of(p), m = p[P_M];
+    const double span = element(&w->h, lane), more = rates->grip * span;
     double force[COEFFICIENTS], grip[COEFFICIENTS], held[COEFFICIENTS];
     for (int n = 0; n < 4 * groups; n++) {
         double y = element(w->ys + n, lane);
-        double moved = of->c2 * element(w->ys + n + 1, lane) + m * (n + 2) * element(w->ys + n + 2, lane);
-        force[n] = (n + 1) * moved + h * y, grip[n] = of->mu_s * force[n], held[n] = -h * y;
+        double moved = of->p[P_C2] * element(w->ys + n + 1, lane) + m * (n + 2) * element(w->ys + n + 2, lane);
+        force[n] = (n + 1) * moved + h * y, grip[n] = of->p[P_MU_S] * force[n], held[n] = -h * y;
     }
     /* Where the slider sticks x is of the second degree. */
-    force[0] = spring(of, element(w->ys, lane)), force[1] += rates->force;
+    force[0] = spring_force(of->p, element(w->ys, lane)), force[1] += rates->force;
     for (int n = 1; n < 3; n++) {
         double x = element(w->xs + n, lane);
-        force[n] -= h * x, grip[n] = of->mu_s * force[n], held[n] += of->a * x;
+        force[n] -= h * x, grip[n] = of->p[P_MU_S] * force[n], held[n] += a * x;
     }
-    grip[0] = of->mu_s * force[0], held[0] = holding(of, element(w->xs, lane), element(w->ys, lane));
-    held[1] += of->c1 * rates->speed;
+    grip[0] = of->p[P_MU_S] * force[0], held[0] = holding_force(of->p, element(w->xs, lane), element(w->ys, lane), of->rates.speed);
+    held[1] += of->p[P_C1] * rates->speed;
     if (more != 0.0)
         for (int n = 1; n < 4 * groups; n++)
             grip[n] += rates->grip * force[n - 1];
@@ -191,8 +186,8 @@ INLINE void guards_of_hold(const Belt *of, const Block *w, int lane, int groups,
     memset(behind, 0, sizeof *behind);
     for (int n = 0; n < 4 * groups; n++)
         ahead->c[n] = grip[n] - held[n], behind->c[n] = grip[n] + held[n];
-    double y = element(&w->y, lane), last_grip = (of->mu_s + more) * spring(of, y);
-    double last_held = holding(of, element(&w->x, lane), y) + of->c1 * rates->speed * span;
+    double y = element(&w->y, lane), last_grip = (of->p[P_MU_S] + more) * spring_force(of->p, y);
+    double last_held = holding_force(of->p, element(&w->x, lane), y, of->rates.speed) + of->p[P_C1] * rates->speed * span;
     ahead->final = last_grip - last_held, behind->final = last_grip + last_held;
 }
 
@@ -271,7 +266,7 @@ INLINE double speed_limit(const Belt *of, double h)
 {
     if (of->mode == STICK)
         return -INFINITE;
-    return of->mode == FORWARD ? larger(of->v_belt, of->v_belt + of->rates.speed * h) : INFINITE;
+    return of->mode == FORWARD ? larger(of->p[P_V_BELT], of->p[P_V_BELT] + of->rates.speed * h) : INFINITE;
 }
 
 /* The first fall of a guard of the present mode, infinite if there is none; a slider that `stays` in
@@ -281,17 +276,18 @@ INLINE double first_fall(const Belt *of, const Block *w, int groups, int stays, 
     if (is_sliding(of->mode)) {
         if (stays)
             return INFINITE;
-        double sign = of->mode == FORWARD ? 1.0 : -1.0, last_v = of->v_belt + of->rates.speed * w->h;
-        return keeps_sliding(w, groups, sign, of->v_belt, last_v)
+        double sign = of->mode == FORWARD ? 1.0 : -1.0, v = of->p[P_V_BELT];
+        return keeps_sliding(w, groups, sign, v, v + of->rates.speed * w->h)
                    ? INFINITE
                    : fall_of_speed(of, w, groups, sign);
     }
     if (of->mode != STICK)
         return INFINITE;
-    const Hold hold = {smaller(of->mu_s, of->mu_s + of->rates.grip * w->h), of->k2, of->k_nl, of->h,
-                       holding(of, w->xs[0], 0.0),
-                       holding(of, w->x, 0.0) + of->c1 * of->rates.speed * w->h,
-                       0.125 * of->a * __builtin_fabs(of->rates.speed) * (w->h * w->h)};
+    const double *p = of->p, speed = of->rates.speed;
+    const Hold hold = {smaller(p[P_MU_S], p[P_MU_S] + of->rates.grip * w->h), p[P_K2], p[P_K_NL],
+                       coupling_of(p), holding_force(p, w->xs[0], 0.0, speed),
+                       holding_force(p, w->x, 0.0, speed) + p[P_C1] * speed * w->h,
+                       0.125 * horizontal_stiffness(p) * __builtin_fabs(speed) * (w->h * w->h)};
     const Held held = keeps_holding(w, &hold);
     return held.forward && held.backward ? INFINITE : fall_of_hold(of, w, groups, &held, then);
 }
@@ -318,16 +314,16 @@ INLINE int expand_step(const Belt *of, Block *w, double tol, int order, int cubi
     if (of->by_speed && of->mode == STICK)
         expand_holding(w->xs, w->ys, &w->field, law, order, cubic);
     else if (of->by_speed)
-        expand_by_law(w->xs, w->ys, &w->field, law, of->v_belt, &of->next, order, cubic);
+        expand_by_law(w->xs, w->ys, &w->field, law, of->p[P_V_BELT], &of->next, order, cubic);
     else
         expand_in_contact(w, order, cubic && of->mode != SEPARATED);
     settle_at_switch(w);
-    if (w->xs[1] == of->v_belt && is_sliding(of->mode))
+    if (w->xs[1] == of->p[P_V_BELT] && is_sliding(of->mode))
         w->xs[2] = settled_start(of, w->xs[0], w->ys[0], w->xs[2]);
     set_length(w, tol, order / 4);
     M stays = 0;
     if (law->per_speed > 0.0)
-        w->h = limited(w->h, w->xs, law, law->sign * (of->v_belt - w->xs[1]), order / 4, &stays);
+        w->h = limited(w->h, w->xs, law, law->sign * (of->p[P_V_BELT] - w->xs[1]), order / 4, &stays);
     return stays;
 }
 
@@ -336,7 +332,7 @@ INLINE void foresee(Belt *of, const Block *w)
 {
     const Law *law = of->laws + of->mode;
     if (law->per_speed > 0.0) {
-        double exponent = exponent_of(law, of->v_belt, w->vx);
+        double exponent = exponent_of(law, of->p[P_V_BELT], w->vx);
         of->next = (Start){exponent, decay(exponent)};
     }
 }
@@ -360,38 +356,43 @@ INLINE Arrivals go_on_belt(Belt *of, Block *w, const Ending *ending, Cut cut, in
 
 #endif
 
+#if LANES == 1
+INLINE void set_belt_field(Field *f, const Coefficients *c)
+{
+    f->a_x = c->xx, f->a_y = c->yx, f->b_x = c->xy, f->b_y = c->yy;
+    f->damping_x = c->xvx, f->damping_y = c->yvy;
+    f->d_x = c->friction * c->cubic, f->d_y = c->cubic, f->load = c->load;
+}
+#endif
+
 /* Begin with the parameters `p` in a lane of a block that has begun; those of the belt, behind the
    others, are not read where it is not of finite speed. */
 INLINE void begin_belt(Belt *of, const Block *w, int lane, const double *p, int finite)
 {
     memset(of, 0, sizeof *of);
     of->finite = finite, of->nearness = BALANCED;
-    double m = p[P_M], h = 0.5 * p[P_K3], mu = p[P_MU];
-    of->m = m, of->a = p[P_K1] + h, of->h = h, of->c1 = p[P_C1], of->c2 = p[P_C2];
-    of->k1 = p[P_K1], of->k2 = p[P_K2], of->k_nl = p[P_KNL], of->preload = p[P_F], of->mu = mu;
-    of->stiffness = p[P_K1] + p[P_K2] + p[P_K3], of->frequency = element(&w->frequency, lane);
-    of->mu_s = finite ? p[P_MU_S] : mu, of->v_belt = finite ? p[P_V_BELT] : 0.0;
-    of->by_speed = finite && p[P_V_S] > 0.0;
+    memcpy(of->p, p, sizeof(double) * (size_t)(finite ? BELT_PARAMETERS : PARAMETERS));
+    if (!finite)
+        of->p[P_MU_S] = p[P_MU];
+    of->frequency = element(&w->frequency, lane);
+    of->by_speed = of->p[P_V_S] > 0.0;
 #if LANES == 1
-    Field contact = w->field, off = w->field;
-    contact.b_x = w->contact_b_x, contact.b_y = w->contact_b_y;
-    contact.d_x = w->contact_d_x, contact.d_y = w->contact_d_y;
-    off.b_x = w->off_b_x, off.b_y = w->off_b_y, off.d_x = 0.0, off.d_y = 0.0;
-    of->fields[SEPARATED] = off;
-    of->fields[CONTACT] = of->fields[FORWARD] = of->fields[BACKWARD] = of->fields[STICK] = contact;
-    of->fields[BACKWARD].b_x = (h + mu * p[P_K2]) / m;
-    of->fields[BACKWARD].d_x = -contact.d_x;
+    const Coefficients modes[MODES] = {separated_coefficients(p), contact_coefficients(p),
+                                       forward_coefficients(p), backward_coefficients(p),
+                                       stick_coefficients(p)};
     of->next = (Start){0.0, 1.0};
-    Field *held = of->fields + STICK;
-    held->a_x = held->b_x = held->damping_x = held->d_x = 0.0;
-    for (int mode = 0; of->by_speed && mode < MODES; mode++) {
+    for (int mode = 0; mode < MODES; mode++) {
+        set_belt_field(of->fields + mode, modes + mode);
+        if (!of->by_speed)
+            continue;
         double sign = mode == FORWARD ? 1.0 : mode == BACKWARD ? -1.0 : 0.0;
-        of->laws[mode] = (Law){sign, mu, of->mu_s - mu, sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
-                               mode == SEPARATED ? 0.0 : p[P_K2] / m};
-        of->fields[mode].b_x = mode == STICK ? 0.0 : off.b_x;
+        of->laws[mode] = (Law){sign, p[P_MU], of->p[P_MU_S] - p[P_MU],
+                               sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
+                               mode == SEPARATED ? 0.0 : p[P_K2] / p[P_M]};
+        of->fields[mode].b_x = mode == STICK ? 0.0 : modes[SEPARATED].xy;
     }
 #endif
-    of->smooth = of->mu_s == mu || of->by_speed;
+    of->smooth = of->p[P_MU_S] == p[P_MU] || of->by_speed;
     of->mode = element(&w->side, lane) > 0.0
                    ? SEPARATED
                    : mode_on_belt(of, element(w->xs, lane), element(w->xs + 1, lane),

@@ -28,14 +28,15 @@ INLINE void put_mode(Belts *at, int lane, int64_t mode)
 /* Put a belt that has begun with the parameters `p` into a lane. */
 INLINE void put_belt(Belts *at, int lane, const Belt *of, const double *p)
 {
-    put(&at->law.mu, lane, of->mu), put(&at->law.fall, lane, of->mu_s - of->mu);
-    put(&at->v_belt, lane, of->v_belt);
+    put(&at->law.mu, lane, p[P_MU]), put(&at->law.fall, lane, p[P_MU_S] - p[P_MU]);
+    put(&at->v_belt, lane, p[P_V_BELT]);
     put(&at->per_speed, lane, p[P_V_S] > 0.0 ? 1.0 / p[P_V_S] : 0.0);
-    put(&at->backward_b_x, lane, (of->h + of->mu * of->k2) / of->m);
-    put(&at->contact, lane, of->k2 / of->m);
-    put(&at->a, lane, of->a), put(&at->driven, lane, of->c1 * of->v_belt);
-    put(&at->hold.grip, lane, of->mu_s), put(&at->hold.h, lane, of->h);
-    put(&at->hold.k2, lane, of->k2), put(&at->hold.k_nl, lane, of->k_nl);
+    put(&at->backward_b_x, lane, backward_coefficients(p).xy);
+    put(&at->contact, lane, p[P_K2] / p[P_M]);
+    put(&at->a, lane, horizontal_stiffness(p));
+    put(&at->driven, lane, holding_force(p, 0.0, 0.0, 0.0));
+    put(&at->hold.grip, lane, p[P_MU_S]), put(&at->hold.h, lane, coupling_of(p));
+    put(&at->hold.k2, lane, p[P_K2]), put(&at->hold.k_nl, lane, p[P_K_NL]);
     put_mode(at, lane, of->mode);
 }
 

@@ -12,6 +12,7 @@
 #ifndef FIVTUI_DEVIATIONS_H
 #define FIVTUI_DEVIATIONS_H
 
+#include "field.h"
 #include "motion.h"
 
 #define MOST_DEVIATIONS 16
@@ -73,21 +74,13 @@ typedef struct {
 /* The change of the field, in contact or off the belt, with parameters p that change by q. */
 INLINE void put_change(Change *c, int place, const double *p, const double *q, int contact)
 {
-    enum { M_, K1, K2, K3, C1, C2, F_, KNL, MU };
-    double m = p[M_], h = 0.5 * p[K3], dm = q[M_], dh = 0.5 * q[K3];
-    double k2 = contact ? p[K2] : 0.0, dk2 = contact ? q[K2] : 0.0;
-    double k_nl = contact ? p[KNL] : 0.0, dk_nl = contact ? q[KNL] : 0.0;
-    double mu = p[MU], dmu = q[MU];
-    /* A quotient n/m changes by (n′ − (n/m) m′)/m. */
-    c->a_x[place] = (-(q[K1] + dh) + (p[K1] + h) / m * dm) / m;
-    c->a_y[place] = (dh - h / m * dm) / m;
-    c->b_x[place] = (dh - dmu * k2 - mu * dk2 - (h - mu * k2) / m * dm) / m;
-    c->b_y[place] = (-(dh + dk2) + (h + k2) / m * dm) / m;
-    c->damping_x[place] = (-q[C1] + p[C1] / m * dm) / m;
-    c->damping_y[place] = (-q[C2] + p[C2] / m * dm) / m;
-    c->d_x[place] = (dmu * k_nl + mu * dk_nl - mu * k_nl / m * dm) / m;
-    c->d_y[place] = (dk_nl - k_nl / m * dm) / m;
-    c->load[place] = (q[F_] - p[F_] / m * dm) / m;
+    const Coefficients of = contact ? contact_coefficients(p) : separated_coefficients(p);
+    const Coefficients by = contact ? contact_changes(p, q) : separated_changes(p, q);
+    c->a_x[place] = by.xx, c->a_y[place] = by.yx;
+    c->b_x[place] = by.xy, c->b_y[place] = by.yy;
+    c->damping_x[place] = by.xvx, c->damping_y[place] = by.yvy;
+    c->d_x[place] = by.friction * of.cubic + of.friction * by.cubic;
+    c->d_y[place] = by.cubic, c->load[place] = by.load;
 }
 
 /* The product of two polynomials, from PADDED on. */

@@ -25,14 +25,15 @@ INLINE double lateness(const Course *course, double t, double rest) { return (t 
 /* The parameters at a time of a course, and their rates. */
 INLINE void set_out(Belt *of, Block *w, const Course *course, double late)
 {
-    of->preload = w->preload = ramp_at(course->force, late);
-    of->mu = ramp_at(course->friction, late), of->mu_s = ramp_at(course->grip, late);
-    of->v_belt = ramp_at(course->speed, late);
+    double *p = of->p;
+    p[P_F] = ramp_at(course->force, late), p[P_MU] = ramp_at(course->friction, late);
+    p[P_MU_S] = ramp_at(course->grip, late), p[P_V_BELT] = ramp_at(course->speed, late);
+    w->preload = load_of(p);
     of->rates = (Rates){course->force.slope, course->friction.slope, course->grip.slope,
                         course->speed.slope};
     for (int mode = FORWARD; mode <= BACKWARD; mode++)
-        of->laws[mode].mu = of->mu, of->laws[mode].fall = of->mu_s - of->mu;
-    of->smooth = of->mu_s == of->mu || of->laws[FORWARD].per_speed > 0.0;
+        of->laws[mode].mu = p[P_MU], of->laws[mode].fall = p[P_MU_S] - p[P_MU];
+    of->smooth = p[P_MU_S] == p[P_MU] || of->laws[FORWARD].per_speed > 0.0;
 }
 
 /* The n-th coefficient of a product. */
@@ -47,7 +48,7 @@ INLINE double convolved(const double *a, const double *b, int n)
 /* How fast the slider slides in a mode; less than zero by rounding alone. */
 INLINE double speed_by_law(const Belt *of, const Law *law, double vx)
 {
-    return larger(law->sign * (of->v_belt - vx), 0.0);
+    return larger(law->sign * (of->p[P_V_BELT] - vx), 0.0);
 }
 
 /* Continue the first two coefficients of x and y: Eqs. 2 and 5, without and with a friction law. */
@@ -55,15 +56,16 @@ APART void expand_driven(const Belt *of, V *x, V *y, int order)
 {
     const Law *law = of->laws + of->mode;
     const Rates *rates = &of->rates;
+    const double *p = of->p;
     const int touches = of->mode != SEPARATED, by_speed = law->per_speed > 0.0;
     const double sign = of->mode == BACKWARD ? -1.0 : 1.0, rate = law->sign * law->per_speed;
-    const double force[2] = {of->preload, rates->force}, mu[2] = {of->mu, rates->friction};
+    const double force[2] = {load_of(p), rates->force}, mu[2] = {p[P_MU], rates->friction};
     /* μ(v) = μ + (μ_s − μ) e */
     const double fall[2] = {law->fall, rates->grip - rates->friction};
     double square[ROWS], contact[ROWS], e[ROWS], weight[ROWS], gap[ROWS];
     for (int n = 0; n < order; n++) {
         square[n] = convolved(y, y, n);
-        contact[n] = touches ? -of->k2 * y[n] - of->k_nl * convolved(y, square, n) : 0.0;
+        contact[n] = touches ? -p[P_K2] * y[n] - p[P_K_NL] * convolved(y, square, n) : 0.0;
         double friction = mu[0] * contact[n] + (n > 0 ? mu[1] * contact[n - 1] : 0.0);
         if (by_speed) {
             e[n] = n > 0 ? rate * convolved(gap, e, n - 1) / n
@@ -71,12 +73,12 @@ APART void expand_driven(const Belt *of, V *x, V *y, int order)
             weight[n] = (n < 2 ? mu[n] : 0.0) + fall[0] * e[n] + (n > 0 ? fall[1] * e[n - 1] : 0.0);
             friction = convolved(weight, contact, n);
         }
-        double pull = of->h * (x[n] - y[n]), factor = of->m * (n + 1.0) * (n + 2.0);
+        double pull = coupling_of(p) * (x[n] - y[n]), factor = p[P_M] * (n + 1.0) * (n + 2.0);
         double load = n < 2 ? force[n] : 0.0;
-        x[n + 2] = (sign * friction - of->c1 * (n + 1.0) * x[n + 1] - of->k1 * x[n] - pull) / factor;
+        x[n + 2] = (sign * friction - p[P_C1] * (n + 1.0) * x[n + 1] - p[P_K1] * x[n] - pull) / factor;
         if (of->mode == STICK)
             x[n + 2] = n == 0 ? 0.5 * rates->speed : 0.0;
-        y[n + 2] = (contact[n] - load - of->c2 * (n + 1.0) * y[n + 1] + pull) / factor;
+        y[n + 2] = (contact[n] - load - p[P_C2] * (n + 1.0) * y[n + 1] + pull) / factor;
         /* Of ẍ less the belt's acceleration. */
         gap[n] = x[n + 2] * (n + 1.0) * (n + 2.0) - (n == 0 ? rates->speed : 0.0);
     }
@@ -91,8 +93,8 @@ INLINE void expand_driven_step(const Belt *of, Block *w, double tol, int order, 
     settle_at_switch(w);
     if (w->ys[0] == 0.0 && w->separation > 0.0
         && lifting_force(w->coupling, w->preload, w->xs[0]) == 0.0)
-        w->ys[3] -= of->rates.force / (6.0 * of->m);
-    if (w->xs[1] == of->v_belt && is_sliding(of->mode))
+        w->ys[3] -= of->rates.force / (6.0 * of->p[P_M]);
+    if (w->xs[1] == of->p[P_V_BELT] && is_sliding(of->mode))
         w->xs[2] = settled_start(of, w->xs[0], w->ys[0], w->xs[2]);
     set_length(w, tol, order / 4);
     if (law->per_speed > 0.0) {

@@ -1,7 +1,6 @@
 """The kernel in C as Python calls it: compiled when fivtui is installed, loaded when first used."""
 
 import ctypes
-import hashlib
 import os
 import platform
 import struct
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from fivtui.model import ComputationError
 
 from .driven import Legs
+from .field_text import sources_digest
 from .in_turn import RunsInTurn
 from .lanes import Work
 from .orbits import OrbitSearch
@@ -272,14 +272,6 @@ class Kernel:
             parameters.ctypes.data, flags.ctypes.data, starts.ctypes.data, len(parameters)
         )
         return starts
-
-
-def sources_digest(folder: Path) -> str:
-    """The digest of the text in C that is in a folder: as in the build hook."""
-    content = hashlib.sha256()
-    for path in sorted([*folder.glob("*.c"), *folder.glob("*.h")]):
-        content.update(path.name.encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
-    return content.hexdigest()[:32]
 
 
 def _library() -> Any:

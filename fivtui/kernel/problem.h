@@ -5,10 +5,8 @@
 
 #include <stddef.h>
 
+#include "field.h"
 #include "motion.h"
-
-/* Columns of `fivtui.model.parameters.Parameters`. */
-enum { P_M, P_K1, P_K2, P_K3, P_C1, P_C2, P_F, P_KNL, P_MU, PARAMETERS };
 
 /* Columns of a result: `fivtui.kernel.native.RunColumns`. */
 enum {
@@ -33,22 +31,23 @@ INLINE void clear(Block *w, int lane)
 /* Put a problem into a lane: Eqs. 2 and 5 divided by the mass. */
 INLINE void begin(Block *w, int lane, const double *p, int separation, const double *start)
 {
-    double m = p[P_M], h = 0.5 * p[P_K3], stiffness = p[P_K1] + p[P_K2] + p[P_K3];
+    const double m = p[P_M], stiffness = total_stiffness(p);
+    const Coefficients contact = contact_coefficients(p), off = separated_coefficients(p);
     clear(w, lane);
-    OF(w, field.a_x, lane) = -(p[P_K1] + h) / m;
-    OF(w, field.a_y, lane) = h / m;
-    OF(w, field.damping_x, lane) = -p[P_C1] / m;
-    OF(w, field.damping_y, lane) = -p[P_C2] / m;
-    OF(w, field.load, lane) = p[P_F] / m;
-    OF(w, contact_b_x, lane) = (h - p[P_MU] * p[P_K2]) / m;
-    OF(w, contact_b_y, lane) = -(h + p[P_K2]) / m;
-    OF(w, contact_d_x, lane) = p[P_MU] * (p[P_KNL] / m);
-    OF(w, contact_d_y, lane) = p[P_KNL] / m;
-    OF(w, off_b_x, lane) = h / m;
-    OF(w, off_b_y, lane) = -h / m;
-    OF(w, coupling, lane) = h;
-    OF(w, preload, lane) = p[P_F];
-    OF(w, deflection, lane) = __builtin_fabs(p[P_F]) / stiffness;
+    OF(w, field.a_x, lane) = contact.xx;
+    OF(w, field.a_y, lane) = contact.yx;
+    OF(w, field.damping_x, lane) = contact.xvx;
+    OF(w, field.damping_y, lane) = contact.yvy;
+    OF(w, field.load, lane) = contact.load;
+    OF(w, contact_b_x, lane) = contact.xy;
+    OF(w, contact_b_y, lane) = contact.yy;
+    OF(w, contact_d_x, lane) = contact.friction * contact.cubic;
+    OF(w, contact_d_y, lane) = contact.cubic;
+    OF(w, off_b_x, lane) = off.xy;
+    OF(w, off_b_y, lane) = off.yy;
+    OF(w, coupling, lane) = coupling_of(p);
+    OF(w, preload, lane) = load_of(p);
+    OF(w, deflection, lane) = __builtin_fabs(load_of(p)) / stiffness;
     OF(w, frequency, lane) = 1.0 / __builtin_sqrt(m / stiffness);
     OF(w, longest, lane) = LONGEST_STEP / OF(w, frequency, lane);
     OF(w, separation, lane) = separation;

@@ -25,14 +25,12 @@ INLINE double resting_height(double alpha, double beta, double force)
 /* The state at rest at the equilibrium of μ = 0 (Eq. 6), infinite where there is none. */
 INLINE void resting_state(const double *p, int separation, double *start)
 {
-    double k1 = p[P_K1], h = 0.5 * p[P_K3], force = p[P_F], a = k1 + h, y;
-    if (separation && force < 0.0) {
-        double held = h * k1 / a;
-        y = held > 0.0 ? -force / held : INFINITE;
-    } else {
-        y = resting_height(p[P_KNL], p[P_K2] + h * k1 / a, force);
-    }
-    start[0] = h * y / (k1 + h), start[1] = 0.0;
+    const double load = load_of(p), held = suspension_stiffness(p);
+    const double y = !separation || load >= 0.0
+                         ? resting_height(rest_cubic(p, 0.0), rest_linear(p, 0.0), load)
+                     : held > 0.0 ? -load / held
+                                  : INFINITE;
+    start[0] = rest_position(p, y, 0.0), start[1] = 0.0;
     start[2] = y, start[3] = 0.0;
 }
 

@@ -19,7 +19,7 @@ INLINE void begin_run(Run *run, const double *parameters, int64_t separation, co
     memset(run, 0, sizeof *run);
     begin(&run->w, 0, parameters, separation != 0, start);
     run->t_end = t_end, run->tol = tol;
-    run->order = order, run->cubic = parameters[P_KNL] > 0.0;
+    run->order = order, run->cubic = parameters[P_K_NL] > 0.0;
 }
 
 APART void expand_in_contact(Block *w, int order, int cubic)

@@ -155,7 +155,7 @@ EXPORT void NAME(vary_begin)(Varied *v, const double *parameters, int64_t separa
     for (int64_t i = 0; i < count; i++) {
         const double *seed = seeds + i * (STATE + PARAMETERS);
         Deviation *d = v->now + i / 8;
-        v->cubic |= seed[STATE + P_KNL] != 0.0;
+        v->cubic |= seed[STATE + P_K_NL] != 0.0;
         d->x[i % 8] = seed[0], d->vx[i % 8] = seed[1];
         d->y[i % 8] = seed[2], d->vy[i % 8] = seed[3];
         put_change(v->contact + i / 8, i % 8, parameters, seed + STATE, 1);

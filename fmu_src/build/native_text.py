@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
+from fivtui.kernel import field_text
 from fivtui.model import PARAMETERS
 from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Role, Type, Variable, VariableTable
 
@@ -58,6 +59,7 @@ def _sources() -> dict[str, str]:
     texts = {file.name: file.read_text(encoding="utf-8") for file in files}
     for model, table in MODELS.items():
         texts[f"{UNITS[model][0]}_table.h"] = _table(table)
+    texts[field_text.HEADER] = field_text.field_header()
     return dict(sorted(texts.items()))
 
 
@@ -67,8 +69,12 @@ def generated() -> dict[str, str]:
     names |= {f"{units[0].upper()}_GUID": guid_of(model) for model, units in UNITS.items()}
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
     head = "/* Names of the text that the binaries are compiled from. */\n\n"
-    tables = {name: text for name, text in _sources().items() if name.endswith("_table.h")}
-    return {**tables, "build.h": head + "".join(lines)}
+    made = {
+        name: text
+        for name, text in _sources().items()
+        if name.endswith("_table.h") or name == field_text.HEADER
+    }
+    return {**made, "build.h": head + "".join(lines)}
 
 
 def name_options(library: str) -> list[str]:
@@ -101,12 +107,22 @@ def _table(table: VariableTable) -> str:
             "    VARIABLE_COUNT",
             "};",
             "",
+            *_references(table),
             "static const Variable TABLE[VARIABLE_COUNT] = {",
             *rows,
             "};",
             "",
         )
     )
+
+
+def _references(table: VariableTable) -> list[str]:
+    # Of the parameters of the kernel, in its order.
+    names = {variable.name for variable in table.variables}
+    if not names.issuperset(PARAMETERS):
+        return []
+    columns = ", ".join(f"V_{name}" for name in PARAMETERS)
+    return [f"static const uint32_t PARAMETER_REFERENCES[] = {{{columns}}};", ""]
 
 
 def _row(v: Variable) -> str:

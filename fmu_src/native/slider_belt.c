@@ -60,14 +60,19 @@ static double belt_speed(const State *s)
 /* BELT_PARAMETERS columns, as `Stepping` takes them. */
 static void parameters_of(const State *s, double *p)
 {
-    static const uint32_t REFERENCES[PARAMETERS] = {
-        V_m, V_k1, V_k2, V_k3, V_c1, V_c2, V_F, V_k_nl, V_mu,
-    };
     for (int n = 0; n < PARAMETERS; n++)
-        p[n] = s->values[REFERENCES[n]];
+        p[n] = s->values[PARAMETER_REFERENCES[n]];
     const double mu_s = s->values[V_mu_s];
     p[P_V_BELT] = belt_speed(s);
     p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? s->values[V_v_s] : 0.0;
+}
+
+/* How they change with the variables. */
+static void changes_of(const double *d, double *q)
+{
+    for (int n = 0; n < PARAMETERS; n++)
+        q[n] = d[PARAMETER_REFERENCES[n]];
+    q[P_V_BELT] = d[V_v_belt], q[P_MU_S] = d[V_mu_s], q[P_V_S] = d[V_v_s];
 }
 
 static double static_friction(const State *s)
@@ -269,15 +274,6 @@ static double friction_of(const State *s, double speed, double *e)
     return v[V_mu] + (v[V_mu_s] - v[V_mu]) * *e;
 }
 
-/* What the belt exerts while it holds. */
-static double holding_force(const Instance *i)
-{
-    const State *s = &i->s;
-    const double *v = s->values, h = 0.5 * v[V_k3];
-    return (v[V_c1] * belt_speed(s) + v[V_m] * content_in(i)->acceleration)
-           + (v[V_k1] + h) * s->states[X] - h * s->states[Y];
-}
-
 /* The speed by which the slider slides in a mode. */
 static double sliding_speed(const State *s, double mode)
 {
@@ -286,12 +282,13 @@ static double sliding_speed(const State *s, double mode)
 }
 
 /* The friction force on the slider, given that of the contact. */
-static double friction_on_slider(const Instance *i, double force)
+static double friction_on_slider(const Instance *i, const double *p, double force)
 {
-    const double mode = content_in(i)->mode;
+    const Content *at = content_in(i);
+    const double mode = at->mode;
     double e;
     if (mode == STICK)
-        return holding_force(i);
+        return holding_force(p, i->s.states[X], i->s.states[Y], at->acceleration);
     if (mode != FORWARD && mode != BACKWARD)
         return i->s.values[V_mu] * force;
     const double friction = friction_of(&i->s, sliding_speed(&i->s, mode), &e) * force;
@@ -308,17 +305,17 @@ static void publish(Instance *i)
     const Content *at = content_in(i);
     const double *states = i->s.states;
     double *v = i->s.values, x = states[X], y = states[Y], vx = states[VX], vy = states[VY];
-    const double force =
-        at->mode != SEPARATED ? -v[V_k2] * y - v[V_k_nl] * y * y * y + 0.0 : 0.0;
-    const double friction = friction_on_slider(i, force);
-    const double coupling = 0.5 * v[V_k3] * (x - y);
+    double p[BELT_PARAMETERS];
+    parameters_of(&i->s, p);
+    const double force = at->mode != SEPARATED ? spring_force(p, y) + 0.0 : 0.0;
+    const double friction = friction_on_slider(i, p, force);
     v[V_x] = x, v[V_vx] = vx, v[V_y] = v[V_switching] = y, v[V_vy] = vy;
     v[V_P] = force;
     v[V_friction_slider] = friction, v[V_friction_belt] = -friction;
-    v[V_ax] = (friction - v[V_c1] * vx - v[V_k1] * x - coupling) / v[V_m];
+    v[V_ax] = horizontal_acceleration(p, x, vx, y, friction);
     if (at->mode == STICK)
         v[V_ax] = at->acceleration;
-    v[V_ay] = (force - v[V_F] - v[V_c2] * vy + coupling) / v[V_m];
+    v[V_ay] = vertical_acceleration(p, x, y, vy, force - load_of(p));
     v[V_mode] = v[V_mode_integer] = v[V_mode_enumeration] = at->mode;
     v[V_separations] = at->separations, v[V_reattachments] = at->reattachments;
     v[V_switches] = at->switches, v[V_sticks] = at->sticks;
@@ -333,7 +330,8 @@ static double on_side(double value, double side) { return value != 0.0 ? value :
 static void indicate(const Instance *i, double *indicators)
 {
     const State *s = &i->s;
-    const double *v = s->values, mode = content_in(i)->mode, y = s->states[Y];
+    const Content *at = content_in(i);
+    const double mode = at->mode, y = s->states[Y];
     for (int n = 0; n < INDICATORS; n++)
         indicators[n] = 1.0;
     indicators[AT_HEIGHT] = on_side(y, mode == SEPARATED ? 1.0 : -1.0);
@@ -341,9 +339,12 @@ static void indicate(const Instance *i, double *indicators)
         const double side = mode == FORWARD ? 1.0 : -1.0;
         indicators[AT_SLIDING] = on_side(belt_speed(s) - s->states[VX], side);
     } else if (mode == STICK) {
-        const double grip = static_friction(s) * (-v[V_k2] * y - v[V_k_nl] * y * y * y);
-        indicators[HELD_FORWARD] = on_side(grip - holding_force(i), 1.0);
-        indicators[HELD_BACKWARD] = on_side(grip + holding_force(i), 1.0);
+        double p[BELT_PARAMETERS];
+        parameters_of(s, p);
+        const double grip = static_friction(s) * spring_force(p, y);
+        const double held = holding_force(p, s->states[X], y, at->acceleration);
+        indicators[HELD_FORWARD] = on_side(grip - held, 1.0);
+        indicators[HELD_BACKWARD] = on_side(grip + held, 1.0);
     }
 }
 
@@ -402,16 +403,15 @@ static int settle(Instance *i)
 }
 
 /* The change of the friction force on the slider, given those of the values and of the force. */
-static double change_of_friction(const Instance *i, const double *d, double force)
+static double change_of_friction(const Instance *i, const double *p, const double *q,
+                                 const double *d, double force)
 {
     const State *s = &i->s;
     const double *v = s->values, mode = content_in(i)->mode;
     double e;
-    if (mode == STICK) {
-        const double h = 0.5 * v[V_k3], dh = 0.5 * d[V_k3];
-        return d[V_c1] * belt_speed(s) + v[V_c1] * d[V_v_belt] + d[V_m] * content_in(i)->acceleration
-               + (d[V_k1] + dh) * v[V_x] + (v[V_k1] + h) * d[V_x] - dh * v[V_y] - h * d[V_y];
-    }
+    if (mode == STICK)
+        return holding_force_change(p, q, v[V_x], d[V_x], v[V_y], d[V_y],
+                                    content_in(i)->acceleration, 0.0);
     if (mode != FORWARD && mode != BACKWARD)
         return v[V_mu] * force + d[V_mu] * v[V_P];
     const double sign = mode == FORWARD ? 1.0 : -1.0, speed = sliding_speed(s, mode);
@@ -431,20 +431,18 @@ static double change_of_friction(const Instance *i, const double *d, double forc
 static void differentiate(const Instance *i, double *d)
 {
     const double *v = i->s.values, y = v[V_y], mode = content_in(i)->mode;
-    double force = 0.0;
-    if (mode != SEPARATED)
-        force = -(v[V_k2] + 3.0 * v[V_k_nl] * y * y) * d[V_y] - d[V_k2] * y
-                - d[V_k_nl] * y * y * y;
-    const double friction = change_of_friction(i, d, force);
-    const double coupling =
-        0.5 * (v[V_k3] * (d[V_x] - d[V_y]) + d[V_k3] * (v[V_x] - y));
-    const double push_x = friction - v[V_c1] * d[V_vx] - d[V_c1] * v[V_vx] - v[V_k1] * d[V_x]
-                          - d[V_k1] * v[V_x] - coupling;
-    const double push_y = force - d[V_F] - v[V_c2] * d[V_vy] - d[V_c2] * v[V_vy] + coupling;
+    double p[BELT_PARAMETERS], q[BELT_PARAMETERS];
+    parameters_of(&i->s, p), changes_of(d, q);
+    const double force = mode != SEPARATED ? spring_force_change(p, q, y, d[V_y]) : 0.0;
+    const double friction = change_of_friction(i, p, q, d, force);
     d[V_P] = force, d[V_switching] = d[V_y];
     d[V_friction_slider] = friction, d[V_friction_belt] = -friction;
-    d[V_ax] = mode == STICK ? 0.0 : (push_x - v[V_ax] * d[V_m]) / v[V_m];
-    d[V_ay] = (push_y - v[V_ay] * d[V_m]) / v[V_m];
+    d[V_ax] = mode == STICK ? 0.0
+                            : horizontal_acceleration_change(p, q, v[V_x], d[V_x], v[V_vx], d[V_vx],
+                                                             y, d[V_y], v[V_friction_slider],
+                                                             friction);
+    d[V_ay] = vertical_acceleration_change(p, q, v[V_x], d[V_x], y, d[V_y], v[V_vy], d[V_vy],
+                                           v[V_P] - load_of(p), force - load_of_change(p, q));
 }
 
 /* As `static_start_change` in `fivtui.model.slider_belt`. */
@@ -455,14 +453,15 @@ static void differentiate_start(const Instance *i, double *d)
     d[V_y] = d[V_y_start], d[V_vy] = d[V_vy_start];
     if (v[V_start_static] == 0.0)
         return;
-    const double y = v[V_y], h = 0.5 * v[V_k3], dh = 0.5 * d[V_k3], a = v[V_k1] + h;
-    const int off = v[V_separation] != 0.0 && v[V_F] < 0.0;
-    const double k2 = off ? 0.0 : v[V_k2], dk2 = off ? 0.0 : d[V_k2];
-    const double k_nl = off ? 0.0 : v[V_k_nl], dk_nl = off ? 0.0 : d[V_k_nl];
-    const double push = d[V_F] + dk2 * y + dk_nl * y * y * y
-                        + y * (dh * v[V_k1] * v[V_k1] + d[V_k1] * h * h) / (a * a);
-    d[V_y] = -push / (3.0 * k_nl * y * y + k2 + h * v[V_k1] / a);
-    d[V_x] = h * d[V_y] / a + y * (dh * v[V_k1] - d[V_k1] * h) / (a * a);
+    double p[BELT_PARAMETERS], q[BELT_PARAMETERS];
+    parameters_of(&i->s, p), changes_of(d, q);
+    const double y = v[V_y], push = load_of_change(p, q);
+    if (v[V_separation] != 0.0 && load_of(p) < 0.0)
+        d[V_y] = -(push + suspension_stiffness_change(p, q) * y) / suspension_stiffness(p);
+    else
+        d[V_y] = -(push + (rest_cubic_change(p, q, 0.0, 0.0) * y * y + rest_linear_change(p, q, 0.0, 0.0)) * y)
+                 / (3.0 * rest_cubic(p, 0.0) * y * y + rest_linear(p, 0.0));
+    d[V_x] = rest_position_change(p, q, y, d[V_y], 0.0, 0.0);
     d[V_vx] = d[V_vy] = 0.0;
 }
 

@@ -71,7 +71,7 @@ APART int take_step(Motion *m)
     if (!is_sound(w))
         return OVERFLOW;
     if (cut == AT_SPEED || m->belt.mode == STICK)
-        w->vx = m->belt.v_belt;
+        w->vx = m->belt.p[P_V_BELT];
     Ending ending = ending_of(w, INFINITE, cut != NOTHING_ENDS);
     m->stepped = 1.0, m->cut = cut, m->then = (double)then;
     m->end = ending.t, m->end_rest = ending.rest;
@@ -172,7 +172,7 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
     memcpy(m->p, p, sizeof(double) * (size_t)(finite_belt ? BELT_PARAMETERS : PARAMETERS));
     if (!finite_belt)
         m->p[P_MU_S] = -1.0;
-    m->separation = separation, m->tol = tol, m->cubic = p[P_KNL] > 0.0;
+    m->separation = separation, m->tol = tol, m->cubic = p[P_K_NL] > 0.0;
     m->since = m->changed_at = t;
     m->force = (Ramp){p[P_F], 0.0}, m->friction = (Ramp){p[P_MU], 0.0};
     m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};
