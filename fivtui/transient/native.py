@@ -5,7 +5,7 @@ import math
 from typing import Final, NamedTuple
 
 from fivtui.kernel import why_interpreted
-from fivtui.model import ComputationError, Course, InputError, unknown_name
+from fivtui.model import ComputationError, Course, InputError, horizontal_stiffness, unknown_name
 from fivtui.taylor import local_tolerance
 
 from . import compiled
@@ -180,7 +180,7 @@ def later_amplitude(result: Transient) -> LaterAmplitude | None:
     if result.over_time:
         return None
     p, final, before = result.parameters, result.final, result.steady.y_half_range
-    period = 2.0 * math.pi * math.sqrt(p.m / (p.k1 + 0.5 * p.k3))
+    period = 2.0 * math.pi * math.sqrt(p.m / horizontal_stiffness(p))
     t_end = min(_PERIODS * period, result.t_end)
     try:
         motion = integrate(
