@@ -56,37 +56,15 @@ def add(subject: str, edits: Iterable[Edit], root: Path) -> None:
 
 
 # A parameter: gravity presses the slider onto the belt.
-FORCE: Final = "(p.F + p.m * p.g)"
-CHANGE: Final = '(by.get("F", 0.0) + by.get("m", 0.0) * p.g + p.m * by.get("g", 0.0))'
 PARAMETER: Final = (
     Edit(
         "fivtui/model/parameters.py",
         r"    mu: float = _spec\(.*\n",
         r'\g<0>    g: float = _spec("g", "m/s^2", 0.0, (0.0, 1e3), "gravity towards the belt")\n',
     ),
-    Edit("fivtui/model/slider_belt.py", r"\bp\.F\b", FORCE),
-    Edit("fivtui/model/slider_belt.py", r'\{"F": 1\.0,', '{"F": 1.0, "m": p.g, "g": p.m,'),
-    Edit("fivtui/taylor/series.py", r"\bp\.F\b", FORCE),
+    Edit("fivtui/model/field.py", r"return p\.F\n", "return p.F + p.m * p.g\n"),
     Edit("fivtui/transient/rk4.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
-    Edit("fivtui/equilibrium/critical.py", r"\bp\.F\b", FORCE),
-    Edit("fivtui/equilibrium/arrays.py", r"self\.mu = \(", "self.mu, self.g = ("),
-    Edit(
-        "fivtui/equilibrium/arrays.py",
-        r"        self\.h = ",
-        r"        self.F = self.F + self.m * self.g\n\g<0>",
-    ),
-    Edit("fivtui/kernel/problem.h", r"P_MU, PARAMETERS", "P_MU, P_G, PARAMETERS"),
-    Edit("fivtui/kernel/problem.h", r"p\[P_F\]", "(p[P_F] + p[P_M] * p[P_G])"),
-    Edit("fivtui/kernel/rest.h", r"p\[P_F\]", "(p[P_F] + p[P_M] * p[P_G])"),
-    Edit("fivtui/taylor/variation.py", r"by\.get\(\"F\", 0\.0\)", CHANGE),
-    Edit("fivtui/kernel/deviations.h", r"KNL, MU \}", "KNL, MU, G_ }"),
-    Edit(
-        "fivtui/kernel/deviations.h",
-        r"q\[F_\] - p\[F_\]",
-        "q[F_] + dm * p[G_] + m * q[G_] - (p[F_] + m * p[G_])",
-    ),
-    Edit("fmu_src/native/slider_belt.c", r"V_k_nl, V_mu,", "V_k_nl, V_mu, V_g,"),
-    Edit("fmu_src/native/slider_belt.c", r"- v\[V_F\]", "- v[V_F] - v[V_m] * v[V_g]"),
+    Edit("fivtui/transient/finite_belt/rk4.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
     Edit("fivtui/tui/session/equations.py", r"= P − F\"", '= P − F − m g"'),
 )
 # What a preload that is more by 10 N changes is changed alike.
@@ -94,6 +72,11 @@ WITH_PARAMETER: Final = """
 import math
 from fivtui import *
 from fivtui.cli import run
+import numpy as np
+from fivtui.equilibrium import critical_mu_derivatives, critical_speeds
+from fivtui.model.slider_belt import mechanical_energy, static_start_change
+from fivtui.orbits import branch
+from fivtui.safety.least import MADE_OF, groups_of
 from fivtui.tui.session.equations import equations_with
 from fivtui.tui.session.fields import FIELDS
 from fivtui.model.parameters import PARAMETERS
@@ -130,12 +113,61 @@ assert run(["simulate", "--set", "g=2", "--t-end", "2", "--json"]) == 0
 save_scene(Scene(name="mine", description="", parameters=light), "mine.toml")
 assert load_scene("mine.toml").parameters == light
 assert FIELDS["g"].meaning and equations_with(PARAMETERS["g"])
+belt = {"v_belt": 1.0, "mu_s": 0.9}
+law = {**belt, "v_s": 0.4}
+tables = [{"F": [(0.0, first), (2.0, first + 20.0)]} for first in (80.0, 90.0)]
+for values, methods in (
+    (belt, ("taylor", "rk4")),
+    (law, ("taylor", "rk4", "scipy-dop853")),
+):
+    pair = [p.with_values(values) for p in (light, heavy)]
+    for method in methods:
+        one, other = (simulate(p, t_end=2.0, method=method) for p in pair)
+        same(one.final, other.final, 1e-6)
+    one, other = (
+        simulate(p, t_end=2.0, over_time=table) for p, table in zip(pair, tables, strict=True)
+    )
+    same(one.final, other.final, 1e-6)
+    one, other = (simulate(p, t_end=2.0, kernel="interpreted") for p in pair)
+    same(one.final, other.final, 1e-6)
+    names = ["F", "m", "g", "v_belt"]
+    one, other = (simulate(p, t_end=2.0, sensitivities=names).sensitivities for p in pair)
+    same(one["F"].final, other["F"].final, 1e-6)
+    same(one["g"].final, [5.0 * by_F for by_F in other["F"].final], 1e-6)
+    one, other = (stability(p) for p in pair)
+    same([c.mu for c in one.critical_mu], [c.mu for c in other.critical_mu])
+    same([one.growth_rate], [other.growth_rate])
+pairs = zip((light, heavy), tables, strict=True)
+one, other = (simulate(p, t_end=2.0, over_time=table) for p, table in pairs)
+same(one.final, other.final, 1e-6)
+one, other = (critical_speeds(p.with_values(law)) for p in (light, heavy))
+same([c.speed for c in one], [c.speed for c in other])
+one, other = (critical_mu_derivatives(p) for p in (light, heavy))
+same([one["g"], one["F"]], [5.0 * other["F"], other["F"]])
+same([one["m"]], [other["m"] + 2.0 * other["F"]])
+members = {"g": np.array([0.0, 2.0])}, {"F": np.array([80.0, 90.0])}
+one, other = (groups_of(Parameters(), varied, 2).ravel() for varied in members)
+same(one, other)
+assert "g" in MADE_OF["k_nl"] and "m" in MADE_OF["k_nl"]
+same(*([mechanical_energy(p, (0.1, 0.2, -0.3, 0.4), Mode.CONTACT)] for p in (light, heavy)))
+same(static_start_change(light, "g"), [5.0 * by for by in static_start_change(heavy, "F")])
+if "native" in FLAVOURS:
+    # What the interpreted kernel would take minutes for.
+    one, other = (safe_friction(p) for p in (light, heavy))
+    same([one.safe_mu], [other.safe_mu], 1e-7)
+    curves = [branch(p.with_values(law), "v_belt", low=0.3, high=0.6) for p in (light, heavy)]
+    one, other = ([point.value for point in curve.points] for curve in curves)
+    same([min(one), max(one)], [min(other), max(other)], 1e-6)
 for flavour in FLAVOURS:
     fmu = build_fmu(f"{flavour}.fmu", flavour=flavour)
     driven = run_fmu(fmu, t_end=0.5, start_values={"g": 2.0}, outputs=["x", "vx", "y", "vy", "ay"])
     *state, ay = (driven.columns[name][-1] for name in ("x", "vx", "y", "vy", "ay"))
     same(state, simulate(heavy, t_end=0.5).final[1:])
     same([ay], [accelerations(heavy, state, Mode.CONTACT)[1]])
+    start = {"g": 2.0, "finite_belt": True, "v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}
+    driven = run_fmu(fmu, t_end=0.5, start_values=start, outputs=["x", "vx", "y", "vy"])
+    state = [driven.columns[name][-1] for name in ("x", "vx", "y", "vy")]
+    same(state, simulate(heavy.with_values(law), t_end=0.5).final[1:])
 """
 
 
@@ -145,31 +177,26 @@ DRAG: Final = '''def off_belt(p: Parameters) -> Mode:
     return Mode.LIFTED if p.F < 0.0 else Mode.SEPARATED
 
 
-def drag(p: Parameters, mode: Mode) -> float:
-    """Vertical damping in N s/m."""
-    return 2.0 * p.c2 if mode is Mode.LIFTED else p.c2
-
-
 def accelerations'''
 LIFTED: Final = """    Mode.LIFTED: ModeRow(
         "lifted",
         "0",
         in_contact=False,
+        friction_sign=0.0,
         finite_belt=False,
         ends=(Transition(Guard.HEIGHT, (Mode.CONTACT,)),),
     ),
 """
 TWICE: Final = "(2.0 if mode is Mode.LIFTED else 1.0)"
+TWICE_DAMPED: Final = f"0.0, 0.0, {TWICE}, 0.0),\n    )\n"
 MODE: Final = (
     Edit("fivtui/model/modes.py", r"    STICK = 4\n", r"\g<0>    LIFTED = 5\n"),
+    Edit("fivtui/model/modes.py", r"Guard\.DEPTH, \(", r"\g<0>Mode.LIFTED, "),
     Edit("fivtui/model/modes.py", r"    Mode\.CONTACT: ModeRow\(", LIFTED + r"\g<0>"),
-    Edit(
-        "fivtui/model/slider_belt.py", r"p\.c2 \* vy \+ coupling", "drag(p, mode) * vy + coupling"
-    ),
-    Edit("fivtui/model/slider_belt.py", r"-p\.c2 / p\.m", "-drag(p, mode) / p.m"),
-    Edit("fivtui/model/slider_belt.py", r"(return|mode=)( ?)Mode\.SEPARATED", r"\1\2off_belt(p)"),
+    Edit("fivtui/model/field.py", r"0\.0, 0\.0, 1\.0, 0\.0\),\n    \)\n", TWICE_DAMPED),
+    Edit("fivtui/model/slider_belt.py", r"y, vy, force", f"y, {TWICE} * vy, force"),
+    Edit("fivtui/model/slider_belt.py", r"(return |mode=|0\.0, )Mode\.SEPARATED", r"\1off_belt(p)"),
     Edit("fivtui/model/slider_belt.py", r"def accelerations", DRAG),
-    Edit("fivtui/taylor/series.py", r"-p\.c2 / m", f"-{TWICE} * p.c2 / m"),
     Edit(
         "fivtui/transient/rk4.py",
         r"        ay = .*",
@@ -191,20 +218,14 @@ MODE: Final = (
         r"    w->field.damping_y = w->drag * twice;\n",
     ),
     Edit(
-        "fivtui/taylor/variation.py",
-        r"other = Mode\.SEPARATED",
-        "other = (Mode.LIFTED if self._p.F < 0.0 else Mode.SEPARATED)",
-    ),
-    Edit(
         "fivtui/kernel/problem.h",
         r"OF\(w, field\.damping_y, lane\) =",
         r"OF(w, drag, lane) = \g<0>",
     ),
-    Edit("fivtui/taylor/variation.py", r'-by\.get\("c2", 0\.0\)', f'-{TWICE} * by.get("c2", 0.0)'),
     Edit(
         "fivtui/kernel/deviations.h",
-        r"\(-q\[C2\] \+ p\[C2\] / m \* dm\) / m",
-        r"(!contact && p[F_] < 0.0 ? 2.0 : 1.0) * \g<0>",
+        r"separated_changes\(p, q\)",
+        r"(load_of(p) < 0.0 ? lifted_changes(p, q) : \g<0>)",
     ),
     Edit(
         "fivtui/kernel/single.c",
@@ -218,7 +239,7 @@ import math
 import numpy as np
 from fivtui import *
 from fivtui.model import Mode
-from fivtui.model.slider_belt import jacobian, drag, mode_of
+from fivtui.model.slider_belt import jacobian, mode_of
 
 def same(one, other):
     for a, b in zip(one, other, strict=True):

@@ -48,12 +48,19 @@ class StabilityPoints:
     stiffness, N/m, 0 where the slider is lifted.
     """
 
+    m: FloatArray
+    k2: FloatArray
+    k3: FloatArray
+    c1: FloatArray
+    c2: FloatArray
+    mu: FloatArray
+
     def __init__(
         self, p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
     ) -> None:
         size = separation.size
-        self.m, self.k1, self.k2, self.k3, self.c1, self.c2, self.F, self.k_nl, self.mu = (
-            varied.get(name, np.full(size, getattr(p, name))) for name in PARAMETERS
+        vars(self).update(
+            {name: varied.get(name, np.full(size, getattr(p, name))) for name in PARAMETERS}
         )
         self.h: FloatArray = coupling_stiffness(self)
         self.a: FloatArray = horizontal_stiffness(self)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Course
+from fivtui.model import Course, load
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +18,7 @@ class Legs:
         Time from which on a row holds, s, ascending from the start; each value there and its slope;
         and the speed to which the belt comes at the next row, m/s.
     greatest_load : float
-        Greatest |F| of all, N.
+        Greatest |load| of all, N.
     """
 
     rows: NDArray[np.float64]
@@ -37,4 +37,5 @@ def legs_of(course: Course, t_end: float) -> Legs:
         last = course.speed_before(after)
         rows.append((t, *found.get("F", (p.F, 0.0)), *mu, *grip, *speed, last))
         t = after
-    return Legs(np.array(rows), course.greatest_load)
+    greatest = p.with_values({"F": course.greatest_load})
+    return Legs(np.array(rows), abs(load(greatest)))

@@ -13,7 +13,7 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError
+from fivtui.model import ALL_PARAMETERS, PARAMETERS, ComputationError
 
 from .driven import Legs
 from .field_text import sources_digest
@@ -74,8 +74,9 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "orbit_solve": (_int, [*([_pointer] * 5), _int, _pointer]),
     "static_starts": (None, [_pointer, _pointer, _pointer, _int]),
 }
-_packed9, _packed4 = struct.Struct("9d").pack, struct.Struct("4d").pack
-_packed12: Final = struct.Struct("12d").pack
+_packed_state: Final = struct.Struct("4d").pack
+_packed_parameters: Final = struct.Struct(f"{len(PARAMETERS)}d").pack
+_packed_with_belt: Final = struct.Struct(f"{len(ALL_PARAMETERS)}d").pack
 
 
 class Kernel:
@@ -136,7 +137,7 @@ class Kernel:
 
         Parameters
         ----------
-        parameters : iterable of 9 floats
+        parameters : iterable of float
             In the order of `Parameters`.
         start : iterable of 4 floats
             (x, ẋ, y, ẏ) in m and m/s.
@@ -164,9 +165,9 @@ class Kernel:
             memory = self._belt_memory()
             self._functions["driven_begin"](
                 memory,
-                _packed12(*parameters, *(belt or (0.0, 0.0, 0.0))),
+                _packed_with_belt(*parameters, *(belt or (0.0, 0.0, 0.0))),
                 separation,
-                _packed4(*start),
+                _packed_state(*start),
                 t_end,
                 tol,
                 order,
@@ -180,14 +181,14 @@ class Kernel:
             return run
         if belt is not None:
             memory = self._belt_memory()
-            given = _packed12(*parameters, *belt)
+            given = _packed_with_belt(*parameters, *belt)
             self._functions["belt_begin"](
-                memory, given, separation, _packed4(*start), t_end, tol, order
+                memory, given, separation, _packed_state(*start), t_end, tol, order
             )
             return BeltRun(self._functions["belt_advance"], memory, order, times, segments)
-        memory = self._run_memory()
+        memory, given = self._run_memory(), _packed_parameters(*parameters)
         self._functions["run_begin"](
-            memory, _packed9(*parameters), separation, _packed4(*start), t_end, tol, order
+            memory, given, separation, _packed_state(*start), t_end, tol, order
         )
         return KernelRun(self._functions["run_advance"], memory, order, times, segments)
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final
 
+from .field import load
 from .parameters import Parameters
 
 
@@ -28,7 +29,7 @@ LARGER_V_S: Final = Remedy(
 )
 LESS_DAMPING: Final = Remedy("less damping", lambda p, _: max(p.c1, p.c2) > 0.0)
 # The linearisation depends on the preload by the cubic stiffness alone.
-SMALLER_PRELOAD: Final = Remedy("a smaller preload", lambda p, _: p.F != 0.0 and p.k_nl > 0.0)
+SMALLER_PRELOAD: Final = Remedy("a smaller preload", lambda p, _: load(p) != 0.0 and p.k_nl > 0.0)
 SEPARATION: Final = Remedy("separation", lambda _, separation: not separation)
 CUBIC_CONTACT: Final = Remedy("a cubic contact (k_nl above 0)", lambda p, _: p.k_nl == 0.0)
 

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.stats.qmc import Sobol
 
 from fivtui.batch import simulate_batch
-from fivtui.model import ComputationError, Parameters, State
+from fivtui.model import ComputationError, Parameters, State, load
 from fivtui.orbits import slowest_period
 from fivtui.transient import Request, integrate
 
@@ -39,7 +39,7 @@ def least_mu_of_growth(p: Parameters, top: float) -> float | None:
     For a linear contact spring (k_nl = 0) and separation considered. At 32 values of μ motions
     in 32 directions are followed; between two of them the rate of growth is solved for zero.
     """
-    homogeneous = p.with_values({"F": 0.0})
+    homogeneous = p.with_values({"F": p.F - load(p)})
     levels = top * (np.arange(_LEVELS) + 1.0) / _LEVELS
     starts = _growing_fastest(homogeneous, levels)
     rates = [

@@ -54,7 +54,8 @@ def _groups(p: Any) -> list[Any]:
 
 
 def _parameters_by_group() -> dict[str, tuple[str, ...]]:
-    base = Parameters()
+    # Where no default of zero hides a product.
+    base = Parameters().with_values({n: s.default or 1.0 for n, s in PARAMETERS.items()})
     changes = {name: _groups(base.perturbed({name: 1.0})) for name in PARAMETERS}
     return {
         group: tuple(name for name, change in changes.items() if change[index].imag != 0.0)

@@ -20,7 +20,7 @@ from fivtui.model.errors import ComputationError
 from fivtui.model.field import DERIVATIVE_STEP, derivative, field, guard_value
 from fivtui.model.modes import MODES, Guard, Mode
 from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import LEAST, State, accelerations
+from fivtui.model.slider_belt import LEAST, State, accelerations, mode_of
 
 from .belt import OF_HOLD, OF_SPEED
 from .friction import is_far, law_coefficients, law_of
@@ -146,7 +146,7 @@ class Deviations:
             done = span if length == left else done + length
         if segment.switches and end == 1.0:
             self._switch(segment)
-        if segment.switches and _guard(segment) in OF_SPEED:
+        if segment.switches and self._guard(segment) in OF_SPEED:
             # At the switch itself the slider has the speed of the belt.
             for place, deviations in zip(places, at_moments, strict=True):
                 if place == 1.0:
@@ -177,9 +177,20 @@ class Deviations:
         size = sum(n * abs(value) for z in motion for n, value in enumerate(z, 1))
         return unbounded_error(t) if math.isfinite(size) else overflow_error(t, state, self._p)
 
+    def _successor(self, segment: Segment) -> Mode:
+        # The mode behind the end of a segment that ends at a switch.
+        if isinstance(segment, BeltSegment):
+            return segment.then
+        return mode_of(self._p, segment.final, separation=True)
+
+    def _guard(self, segment: Segment) -> Guard:
+        # That ended the segment.
+        then = self._successor(segment)
+        return next(end.guard for end in MODES[segment.mode].ends if then in end.to)
+
     def _switch(self, segment: Segment) -> None:
         # Carry the deviations over the switch at the end of a segment.
-        guard, then = _guard(segment), _successor(segment)
+        guard, then = self._guard(segment), self._successor(segment)
         if then is Mode.STICK and guard in OF_SPEED:
             self.now = self._held(self.now)
             return
@@ -226,19 +237,6 @@ def _towards(state: State, direction: State) -> tuple[complex, ...]:
 def _imaginary_parts(motion: Any) -> Series:
     x, y = ([derivative(0j + value) for value in z] for z in motion)
     return x, y
-
-
-def _successor(segment: Segment) -> Mode:
-    # The mode behind the end of a segment.
-    if isinstance(segment, BeltSegment):
-        return segment.then
-    return Mode.SEPARATED if segment.mode is Mode.CONTACT else Mode.CONTACT
-
-
-def _guard(segment: Segment) -> Guard:
-    # That ended the segment.
-    then = _successor(segment)
-    return next(end.guard for end in MODES[segment.mode].ends if then in end.to)
 
 
 def _length(series: Sequence[Series], left: float) -> float:
