@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .driven import legs_of as legs_of
+    from .field_text import FIELD_HEADER as FIELD_HEADER, field_header as field_header
     from .native import (
         Kernel as Kernel,
         load_kernel as load_kernel,

@@ -15,7 +15,7 @@ from fivtui.model import field as equations
 from fivtui.model.modes import MODES, Mode
 from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
 
-HEADER: Final = "field.h"
+FIELD_HEADER: Final = "field.h"
 _MOTION: Final = ("x", "y", "vx", "vy")
 _ZERO, _ONE, _LESS = "0.0", "1.0", "-1.0"
 
@@ -241,7 +241,7 @@ def sources_digest(folder: Path) -> str:
     """The digest of the kernel's text, by which a library that is older than it is recognised."""
     content = hashlib.sha256()
     texts = {path.name: path.read_bytes() for path in [*folder.glob("*.c"), *folder.glob("*.h")]}
-    texts[HEADER] = field_header().encode()
+    texts[FIELD_HEADER] = field_header().encode()
     for name, text in sorted(texts.items()):
         content.update(name.encode() + b"\0" + text.replace(b"\r\n", b"\n"))
     return content.hexdigest()[:32]

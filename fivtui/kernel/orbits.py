@@ -7,6 +7,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.model import PARAMETERS
+
 Floats = NDArray[np.float64]
 
 _STATE: Final = 4
@@ -19,7 +21,7 @@ _double, _int = ctypes.c_double, ctypes.c_int64
 class _Asked(ctypes.Structure):
     # `Asked` in orbit.c.
     _fields_ = (
-        ("parameters", _double * 9),
+        ("parameters", _double * len(PARAMETERS)),
         ("scales", _double * _UNKNOWNS),
         ("low", _double * _MOST_VARIED),
         ("high", _double * _MOST_VARIED),

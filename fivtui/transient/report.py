@@ -54,11 +54,13 @@ def transient_rows(
         return otherwise if errors is None else f"± {errors.of(quantity):.1g} {unit}"
 
     above = "above 0: off the belt" if result.separation else "above 0: contact in tension"
-    second, later = "over the second half of the run", later_amplitude(result)
-    if later is not None:
-        second = (
-            f"{second}; not settled: {number(later.y_half_range)} m {number(later.after)} s later"
-        )
+    later = later_amplitude(result)
+    unsettled = (
+        ""
+        if later is None
+        else f"; not settled: {number(later.y_half_range)} m {number(later.after)} s later"
+    )
+    error = "" if errors is None else f", {note('half_range')}"
     share = events.separated_time / result.t_end
     rows = [
         *(Row(f"{name} over time", table.in_words()) for name, table in result.over_time.items()),
@@ -69,7 +71,7 @@ def transient_rows(
         Row(
             "half peak-to-peak of y",
             f"{number(result.steady.y_half_range)} m",
-            f"{second}{'' if errors is None else ', '}{note('half_range')}",
+            f"over the second half of the run{error}{unsettled}",
         ),
         Row("contact force", f"{number(force.min)} to {number(force.max)} N"),
         Row("separations", str(events.separations), note("events", unit="s in their times")),

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from fivtui.kernel import field_text
+from fivtui.kernel import FIELD_HEADER, field_header
 from fivtui.model import PARAMETERS
 from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Role, Type, Variable, VariableTable
 
@@ -59,7 +59,7 @@ def _sources() -> dict[str, str]:
     texts = {file.name: file.read_text(encoding="utf-8") for file in files}
     for model, table in MODELS.items():
         texts[f"{UNITS[model][0]}_table.h"] = _table(table)
-    texts[field_text.HEADER] = field_text.field_header()
+    texts[FIELD_HEADER] = field_header()
     return dict(sorted(texts.items()))
 
 
@@ -72,7 +72,7 @@ def generated() -> dict[str, str]:
     made = {
         name: text
         for name, text in _sources().items()
-        if name.endswith("_table.h") or name == field_text.HEADER
+        if name.endswith("_table.h") or name == FIELD_HEADER
     }
     return {**made, "build.h": head + "".join(lines)}
 

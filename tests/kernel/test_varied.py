@@ -10,6 +10,7 @@ import pytest
 import fivtui
 import hatch_build
 from fivtui.kernel import Kernel, Status, VariedRun, load_kernel, native
+from fivtui.kernel.field_text import FIELD_HEADER, field_header
 from fivtui.kernel.runs import MOST_SEEDS
 from fivtui.taylor.variation import past_switch
 
@@ -118,8 +119,10 @@ def test_deviations_pass_a_switch_of_any_field_as_those_in_python(tmp_path: Path
         pytest.skip("there is no gcc")
     source, program = tmp_path / "pass.c", tmp_path / "pass"
     source.write_text(PASS_SWITCH, encoding="utf-8")
+    (tmp_path / FIELD_HEADER).write_text(field_header(), encoding="utf-8")
     folder = Path(fivtui.__file__).parent / "kernel"
-    options = ["-std=c11", "-O0", "-Wno-psabi", f"-I{folder}", str(source), "-o", str(program)]
+    includes = [f"-I{tmp_path}", f"-I{folder}"]
+    options = ["-std=c11", "-O0", "-Wno-psabi", *includes, str(source), "-o", str(program)]
     subprocess.run(["gcc", *options, "-lm"], check=True, capture_output=True)
     done = subprocess.run([str(program)], check=True, capture_output=True, text=True)
     expected = past_switch(

@@ -238,9 +238,8 @@ def test_newton_is_asked_once_a_leg_where_it_fails_or_ends_elsewhere(
 
     monkeypatch.setattr(explorer, "shoot", shoot)
     monkeypatch.setattr(explorer, "integrate", leg)
-    monkeypatch.setattr(explorer, "_MOST_LEGS", 5)
     # On the cycle every one of the last returns recurs.
-    assert Explorer(COEXISTENCE).reach(cycle.start) == Attractor(Kind.UNSETTLED)
+    assert Explorer(COEXISTENCE).reach(cycle.start, most_legs=5) == Attractor(Kind.UNSETTLED)
     assert asked == [1, 2, 3, 4, 5]
 
 
