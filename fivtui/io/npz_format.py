@@ -1,5 +1,6 @@
 """Tables as NPZ: an array for each column and each entry of the header."""
 
+import json
 import zipfile
 import zlib
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -40,11 +41,15 @@ def write(
 def _array(value: Any) -> NDArray[Any]:
     # A mapping becomes a record, so that no array holds Python objects.
     if not isinstance(value, Mapping):
-        return np.array(value)
-    entries = {key: np.array(entry) for key, entry in value.items()}
-    return np.array(
-        tuple(value.values()), dtype=[(key, entry.dtype) for key, entry in entries.items()]
-    )
+        array = np.array(value)
+        # A list of mappings becomes text, for the same reason.
+        return np.array(json.dumps(value)) if array.dtype == object else array
+    # What is none has no entry.
+    entries = {key: _array(entry) for key, entry in value.items() if entry is not None}
+    record = np.empty((), dtype=[(key, e.dtype, e.shape) for key, e in entries.items()])
+    for key, entry in entries.items():
+        record[key] = entry
+    return record
 
 
 @contextmanager
@@ -88,4 +93,4 @@ def _names(arrays: "np.lib.npyio.NpzFile") -> tuple[str, ...]:
 def _plain(array: NDArray[Any]) -> Any:
     # A record is a mapping.
     names = array.dtype.names
-    return {name: array[name].tolist() for name in names} if names else array.tolist()
+    return {name: _plain(array[name]) for name in names} if names else array.tolist()

@@ -1,7 +1,8 @@
 """The compiled kernel: the same integrator as `fivtui.taylor` in C, one run or many side by side.
 
 `native` loads it, `runs`, `lanes` and `in_turn` are runs under way. The text in C: `vector.h` (one
-run or LANES of them), `expansion.h` (the recurrences), `polynomial.h` and `roots.h` (bounds,
+run or LANES of them), `field.h` (the equations, made by `field_text`), `expansion.h` (the
+recurrences), `polynomial.h` and `roots.h` (bounds,
 roots), `motion.h` (a step and its mode), `search.h` (first switches, extremes), `problem.h`,
 `run.h` (a step of one run), `output.h`, `friction.h` (the friction law), `belt.h` (modes and guards
 on a belt of finite speed), `driven.h` (the same while parameters change with time), `belts.h`
