@@ -272,10 +272,13 @@ def test_force_starts_another_sweep_but_goes_on_with_the_same(
 def file_size_limit(size: int) -> Iterator[None]:
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    # Python would store the bytecode of modules imported now truncated.
+    bytecode_off, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        sys.dont_write_bytecode = bytecode_off
 
 
 @SUFFIXES
