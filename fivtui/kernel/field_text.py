@@ -14,68 +14,10 @@ from typing import Any, Final
 from fivtui.model import field as equations
 from fivtui.model.modes import MODES, Mode
 from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
+from fivtui.taylor.expression import Expression, expression
 
 FIELD_HEADER: Final = "field.h"
 _MOTION: Final = ("x", "y", "vx", "vy")
-_ZERO, _ONE, _LESS = "0.0", "1.0", "-1.0"
-
-
-class Expression:
-    """An arithmetic expression in C; products with 0 and 1 and sums with 0 are left out."""
-
-    __slots__ = ("binds", "text")
-
-    def __init__(self, text: str, binds: int = 3) -> None:
-        # 1 for a sum, 2 for a product, 3 for what needs no parentheses.
-        self.text, self.binds = text, binds
-
-    def __neg__(self) -> "Expression":
-        text = self._within(2)
-        if text.startswith("-"):
-            return Expression(text[1:], 2)
-        return self if text == _ZERO else Expression(f"-{text}", 2)
-
-    def __add__(self, other: object) -> "Expression":
-        b = _expression(other)
-        if _ZERO in (self.text, b.text):
-            return b if self.text == _ZERO else self
-        return Expression(f"{self.text} + {b._within(2)}", 1)
-
-    def __sub__(self, other: object) -> "Expression":
-        b = _expression(other)
-        if _ZERO in (self.text, b.text):
-            return -b if self.text == _ZERO else self
-        return Expression(f"{self.text} - {b._within(2)}", 1)
-
-    def __mul__(self, other: object) -> "Expression":
-        b = _expression(other)
-        if _ZERO in (self.text, b.text):
-            return Expression(_ZERO)
-        for factor, rest in ((self, b), (b, self)):
-            if factor.text in (_ONE, _LESS):
-                return rest if factor.text == _ONE else -rest
-        return Expression(f"{self._within(2)} * {b._within(3)}", 2)
-
-    def __truediv__(self, other: object) -> "Expression":
-        b = _expression(other)
-        if self.text == _ZERO:
-            return self
-        return Expression(f"{self._within(2)} / {b._within(3)}", 2)
-
-    def __radd__(self, other: object) -> "Expression":
-        return _expression(other) + self
-
-    def __rsub__(self, other: object) -> "Expression":
-        return _expression(other) - self
-
-    def __rmul__(self, other: object) -> "Expression":
-        return _expression(other) * self
-
-    def __rtruediv__(self, other: object) -> "Expression":
-        return _expression(other) / self
-
-    def _within(self, binds: int) -> str:
-        return self.text if self.binds >= binds else f"({self.text})"
 
 
 class Dual:
@@ -119,17 +61,8 @@ class Dual:
         return _dual(other) / self
 
 
-def _expression(value: object) -> Expression:
-    if isinstance(value, Expression):
-        return value
-    assert isinstance(value, int | float)  # noqa: S101
-    # Zero has no sign.
-    number = float(value) + 0.0
-    return Expression(repr(number), 3 if number >= 0.0 else 2)
-
-
 def _dual(value: object) -> Dual:
-    return value if isinstance(value, Dual) else Dual(_expression(value), Expression(_ZERO))
+    return value if isinstance(value, Dual) else Dual(expression(value), expression(0.0))
 
 
 def column(name: str) -> str:
@@ -176,7 +109,7 @@ _FUNCTIONS: Final[Mapping[str, tuple[Any, Sequence[str]]]] = {
 
 def _function(name: str, function: Any, arguments: Sequence[str]) -> str:
     values = [Expression(argument) for argument in arguments]
-    text = _expression(function(_parameters(_named("p")), *values)).text
+    text = expression(function(_parameters(_named("p")), *values)).text
     given = "".join(f", double {argument}" for argument in arguments)
     return f"INLINE double {name}(const double *p{given})\n{{\n    return {text};\n}}\n"
 
@@ -202,7 +135,7 @@ def _coefficients(mode: Mode) -> list[str]:
     changes = equations.field(
         _parameters({each: Dual(value, slopes[each]) for each, value in values.items()}), mode
     )
-    texts = ",\n        ".join(_expression(value).text for value in c)
+    texts = ",\n        ".join(expression(value).text for value in c)
     of_changes = ",\n        ".join(_dual(value).slope.text for value in changes)
     head = f"INLINE Coefficients {name}"
     return [

@@ -13,16 +13,23 @@ from .modes import MODES, Guard, Mode
 # A step s in the imaginary direction: f(x + i s d) = f(x) + i s f′(x) d to rounding, as the square
 # of the step is lost beside 1. A power of two scales without rounding.
 DERIVATIVE_STEP: Final = 2.0**-130
-
+# ln 2 in two parts, the first short enough that its multiples are exact.
+_LN2_HIGH: Final = 6.93147180369123816490e-01
+_LN2_LOW: Final = 1.90821492927058770002e-10
+_LOG2_E: Final = 1.44269504088896338700
+_FACTORS: Final = tuple(1.0 / math.factorial(n) for n in range(14))
+# Still far above the least normal number.
+_MOST_EXPONENT: Final = 700.0
 
 Number = TypeVar("Number")
 
 
 class Rates(NamedTuple):
-    """How fast F, N/s, μ, 1/s, and the belt's speed, m/s², change with time."""
+    """How fast F, N/s, μ and μ_s, 1/s, and the belt's speed, m/s², change with time."""
 
     F: float = 0.0
     mu: float = 0.0
+    mu_static: float = 0.0
     v_belt: float = 0.0
 
 
@@ -142,7 +149,7 @@ def friction_coefficient(p: Any, speed: Any) -> Any:
     """The friction coefficient μ + (μ_s − μ) exp(−v/v_s) at a sliding speed v ≥ 0, m/s."""
     if p.speed_law is None:
         return p.mu
-    return p.mu + (p.mu_static - p.mu) * _exponential(-speed / p.speed_law)
+    return p.mu + (p.mu_static - p.mu) * exponential(-speed / p.speed_law)
 
 
 def friction_slope(p: Any, speed: float) -> float:
@@ -155,8 +162,11 @@ def sliding_friction(p: Any, vx: Any, force: Any, mode: Mode) -> Any:
     if p.v_belt is None or mode is Mode.SEPARATED:
         return p.mu * force
     sign = MODES[mode].friction_sign
-    ahead = sign * (p.v_belt - vx)
-    return sign * friction_coefficient(p, ahead if ahead.real > 0.0 else 0.0 * ahead) * force
+    speed = sign * (p.v_belt - vx)
+    if isinstance(speed, float | complex) and speed.real < 0.0:
+        # By rounding.
+        speed = 0.0 * speed
+    return sign * friction_coefficient(p, speed) * force
 
 
 def guard_value(p: Any, state: Any, guard: Guard, rates: Rates = CONSTANT) -> Any:
@@ -246,9 +256,23 @@ def damping_share(p: Any) -> Any:
     return (p.c1 + 0.5 * undamped) / (damping + undamped)
 
 
-def _exponential(value: Any) -> Any:
-    # With complex numbers that carry a derivative.
-    if isinstance(value, complex):
-        size = math.exp(value.real)
-        return complex(size, size * value.imag)
-    return math.exp(value)
+def exponential(exponent: Any) -> Any:
+    """The exponential function by arithmetic alone, with the same bits on every machine and in C.
+
+    Zero from −700 down, and not more than exp(700). Of a complex number that carries a derivative,
+    too, and of types with a method `exp`.
+    """
+    if isinstance(exponent, complex):
+        size = exponential(exponent.real)
+        return complex(size, size * exponent.imag)
+    if not isinstance(exponent, int | float):
+        return exponent.exp()
+    if not exponent > -_MOST_EXPONENT:
+        return 0.0
+    exponent = min(exponent, _MOST_EXPONENT)
+    count = math.floor(0.5 + exponent * _LOG2_E)
+    rest = (exponent - count * _LN2_HIGH) - count * _LN2_LOW
+    value = _FACTORS[13]
+    for n in range(12, -1, -1):
+        value = value * rest + _FACTORS[n]
+    return math.ldexp(value, count)

@@ -73,6 +73,11 @@ class ModeRow:
         """Whether the slider moves with the belt."""
         return self.in_contact and self.friction_sign == 0.0
 
+    @property
+    def slips(self) -> bool:
+        """Whether the slider slides on a belt of finite speed."""
+        return self.finite_belt and self.friction_sign != 0.0
+
 
 _LIFTS: Final = Transition(Guard.DEPTH, (Mode.SEPARATED,))
 

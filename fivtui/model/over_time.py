@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from .errors import InputError
-from .field import Rates
+from .field import CONSTANT, Rates
 from .numbers import parse_number
 from .parameters import Parameters, parameter_spec, unknown_name
 
@@ -133,10 +133,14 @@ class Course:
 
     def after(self, t: float) -> tuple[Parameters, Rates]:
         """The parameters from a time on, s, and how fast they change."""
-        found = {name: table.after(t) for name, table in self.tables.items()}
-        values = {name: value for name, (value, _) in found.items()}
-        rates = Rates(**{name: slope for name, (_, slope) in found.items()})
-        return self.fixed.with_values(values), rates
+        if not self.tables:
+            return self.fixed, CONSTANT
+        rows = {name: table.after(t) for name, table in self.tables.items()}
+        values = {name: value for name, (value, _) in rows.items()}
+        slopes = {name: slope for name, (_, slope) in rows.items()}
+        if "mu" in slopes and self.fixed.mu_s is None:
+            slopes["mu_static"] = slopes["mu"]
+        return self.fixed.with_values(values), Rates(**slopes)
 
     def speed_before(self, t: float) -> float:
         """Speed of the belt up to a time, m/s; 0 where it is always faster than the slider."""
@@ -162,6 +166,16 @@ class Course:
         """Greatest |F| at any time, N."""
         table = self.tables.get("F")
         return abs(self.fixed.F) if table is None else max(map(abs, table.values))
+
+
+def parameters_after(p: Parameters, rates: Rates, duration: float) -> Parameters:
+    """The parameters at the end of a time, s, over which they change at rates."""
+    if rates == CONSTANT:
+        return p
+    values = {"F": p.F + rates.F * duration, "mu": max(p.mu + rates.mu * duration, 0.0)}
+    if p.v_belt is not None:
+        values["v_belt"] = max(p.v_belt + rates.v_belt * duration, 0.0)
+    return p.replaced(values)
 
 
 def course_of(p: Parameters, over_time: Mapping[str, Rows]) -> Course:

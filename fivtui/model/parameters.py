@@ -243,7 +243,7 @@ class Parameters:
 
         For derivatives, see `fivtui.model.field.DERIVATIVE_STEP`; it is not checked.
         """
-        return self._replaced(
+        return self.replaced(
             {
                 name: complex(value, changes.get(name, 0.0) * DERIVATIVE_STEP)
                 for name, value in self.as_dict().items()
@@ -252,13 +252,14 @@ class Parameters:
 
     def exact(self) -> Any:
         """A copy whose values are `Fraction`, without rounding."""
-        return self._replaced({name: Fraction(value) for name, value in self.as_dict().items()})
+        return self.replaced({name: Fraction(value) for name, value in self.as_dict().items()})
 
     def linearised(self, **values: float) -> Self:
         """A copy with a linear contact spring and other values, which are not checked."""
-        return self._replaced({"k_nl": 0.0, **values})
+        return self.replaced({"k_nl": 0.0, **values})
 
-    def _replaced(self, values: Mapping[str, Any]) -> Self:
+    def replaced(self, values: Mapping[str, Any]) -> Self:
+        """A copy with other values, of any type of number, which are not checked."""
         copy = object.__new__(type(self))
         for name in ALL_PARAMETERS:
             object.__setattr__(copy, name, values.get(name, getattr(self, name)))

@@ -158,9 +158,8 @@ def _mode_on_belt(p: Parameters, state: State, speed: float, rates: Rates) -> Mo
         abs(p.c1 * rates.v_belt) + a * speed + abs(h * vy),
         abs(a * rates.v_belt) + abs(h * ay),
     )
-    more = rates.mu if p.mu_s is None else 0.0
-    grips = _times_line(grip, more, forces)
-    of_grips = _times_line(grip, abs(more), of_forces)
+    grips = _times_line(grip, rates.mu_static, forces)
+    of_grips = _times_line(grip, abs(rates.mu_static), of_forces)
     sizes = [one + other for one, other in zip(of_held, of_grips, strict=True)]
     if _falls(forces, of_forces):
         return Mode.BACKWARD if _falls(held, sizes) else Mode.FORWARD

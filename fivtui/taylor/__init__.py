@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .belt import BeltStepper as BeltStepper
-    from .driven import DrivenStepper as DrivenStepper
     from .polynomial import (
         derivative as derivative,
         evaluate as evaluate,

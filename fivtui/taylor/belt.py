@@ -1,28 +1,30 @@
-"""The Taylor integrator on a belt of finite speed: slip forward and backward, stick, separation.
+"""The Taylor integrator on a belt of finite speed, and of parameters that follow tables over time.
 
-Every step ends where the first guard of its mode falls to zero, by the table `MODES`. Guards are
-polynomials of the step, and are located as the switch of `stepper` is.
+Every step ends where the first guard of its mode falls to zero, by the table `MODES`, or at a row
+of a table: between rows parameters change linearly, so that guards are power series of the time.
 """
 
+import dataclasses
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate, repeat
 from operator import mul
 from typing import Final
 
 from fivtui.model.field import (
-    coupling_stiffness,
+    CONSTANT,
     guard_value,
     holding_force_size,
-    horizontal_stiffness,
     spring_force,
 )
 from fivtui.model.modes import MODES, Guard, Mode, Transition
+from fivtui.model.over_time import Course, TimeTable, parameters_after
 from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import BALANCED, State, mode_of
+from fivtui.model.slider_belt import BALANCED, State, lift, mode_of, static_deflection
 
-from .friction import is_far, law_coefficients, law_of, limited
+from .friction import shortened_step
 from .polynomial import first_root
+from .recurrence import Kind, guard_function, motion_function
 from .segment import BeltSegment
 from .series import Coefficients
 from .stepper import SHORTEST_FLIGHT, TaylorStepper
@@ -33,13 +35,21 @@ SIMULTANEOUS: Final = 2.0**-40
 # Where a friction law is too steep at the speed of the belt the motion creeps: part of t below
 # which a step does not advance it.
 UNRESOLVED: Final = 2.0**-50
-_OF_HEIGHT: Final = (Guard.HEIGHT, Guard.DEPTH)
-OF_SPEED: Final = {Guard.AHEAD: 1.0, Guard.BEHIND: -1.0}
-OF_HOLD: Final = {Guard.HELD_FORWARD: -1.0, Guard.HELD_BACKWARD: 1.0}
+_HEIGHT_GUARDS: Final = (Guard.HEIGHT, Guard.DEPTH)
+SPEED_GUARDS: Final = (Guard.AHEAD, Guard.BEHIND)
+HOLD_GUARDS: Final = (Guard.HELD_FORWARD, Guard.HELD_BACKWARD)
 
 
 class BeltStepper(TaylorStepper):
-    """Taylor integrator on a belt of finite speed; parameters as of `TaylorStepper`."""
+    """Taylor integrator on a belt of finite speed, or with tables over time.
+
+    Parameters
+    ----------
+    p, state, t, separation, tol, order
+        As of `TaylorStepper`.
+    tables : mapping of str to TimeTable
+        Tables of F, μ and the belt's speed over time; a belt without tables is constant.
+    """
 
     def _modes(self) -> Iterable[Mode]:
         return Mode
@@ -53,146 +63,169 @@ class BeltStepper(TaylorStepper):
         separation: bool = True,
         tol: float = 1e-15,
         order: int | None = None,
+        tables: Mapping[str, TimeTable] | None = None,
     ) -> None:
+        self._course = Course(p, tables or {})
+        p, self._rates = self._course.after(t)
         super().__init__(p, state, t=t, separation=separation, tol=tol, order=order)
-        self._speed = p.v_belt or 0.0
-        self._laws = {mode: law_of(p, mode) for mode in Mode}
-        # Where friction does not jump at v_r = 0 the slider starts to slide without acceleration.
-        self._smooth = p.mu_static == p.mu or p.speed_law is not None
+        self._deflection = static_deflection(p.with_values({"F": self._course.greatest_load}))
+        self._row_time = self._course.next_break(t)
+        self._mode = mode_of(p, state, separation=separation, rates=self._rates)
+        # There is a law, too, where a table begins at μ_s: μ may fall from there.
+        self._by_law = p.v_s is not None and p.mu_s is not None if tables else bool(p.speed_law)
+        self._kind = Kind(self._by_law, p.v_belt is not None, bool(tables))
 
     def advance(self) -> BeltSegment:
-        """Compute the next segment: one Taylor step, cut where the first guard falls to zero.
+        """Compute the next segment: one Taylor step, cut at the first fall of a guard or at a row.
 
         Raises `ComputationError` if the motion overflows, or switches faster than time resolves.
         """
+        if self._kind.over_time:
+            self._p, self._rates = self._course.after(self._time)
+            self._row_time = self._course.next_break(self._time)
+        segment = self._step()
+        return segment if segment.end < self._row_time else self._ended_at_row(segment)
+
+    def _step(self) -> BeltSegment:
         mode, first = self._mode, self._state
         x, y = self._expanded(mode)
         duration = self._limited(mode, x, self._step_size(x, y))
+        motion = x, y
         powers = tuple(accumulate(repeat(duration, self._degree), mul, initial=1.0))
         x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
         final = self._evaluate(x, y, 1.0)
-        ended = self._first_end(mode, x, y, duration, final)
-        if ended is not None:
-            root, transition = ended
+        end = self._first_end(mode, motion, y, powers, final)
+        if end is not None:
+            root, transition = end
             duration *= root
             powers = tuple(accumulate(repeat(root, self._degree), mul, initial=1.0))
             x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
             final = self._evaluate(x, y, 1.0)
         if not math.isfinite(sum(final)) or duration == 0.0:
             raise self._overflow(first)
-        guard = None if ended is None else ended[1].guard
-        on_belt = mode is Mode.STICK or guard in OF_SPEED
+        guard = None if end is None else end[1].guard
+        on_belt = mode is Mode.STICK or guard in SPEED_GUARDS
         self._state = state = (
             final[0],
             self._speed_after(duration) if on_belt else final[1] / duration,
-            0.0 if guard in _OF_HEIGHT else final[2],
+            0.0 if guard in _HEIGHT_GUARDS else final[2],
             final[3] / duration,
         )
         start, remainder = self._time, self._remainder
         self._add_to_time(duration)
-        if ended is not None:
+        if end is not None:
             self._mode = self._successor(transition, state)
-        short = ended is not None and duration < SHORTEST_FLIGHT * self._time_scale
-        creeps = self._laws[mode] is not None and duration < UNRESOLVED * start
+        short = end is not None and duration < SHORTEST_FLIGHT * self._time_scale
+        creeps = self._by_law and MODES[mode].slips and duration < UNRESOLVED * start
         self._check_progress(start, short=short or creeps)
-        switches, end = self._mode is not mode, self._time
-        return BeltSegment(mode, start, remainder, duration, end, x, y, state, switches, self._mode)
+        switches, end_time = self._mode is not mode, self._time
+        return BeltSegment(
+            mode, start, remainder, duration, end_time, x, y, state, switches, self._mode
+        )
+
+    def _ended_at_row(self, segment: BeltSegment) -> BeltSegment:
+        # The mode may change where a table bends.
+        self._time, self._remainder = self._row_time, 0.0
+        p, rates = self._course.after(self._row_time)
+        then = mode_of(p, self._state, separation=self._separation, rates=rates)
+        if segment.switches and segment.then is not then:
+            # A guard has decided at the same time.
+            then = segment.then
+        self._mode = then
+        switches = then is not segment.mode
+        return dataclasses.replace(segment, end=self._row_time, switches=switches, then=then)
 
     def _limited(self, mode: Mode, x: Sequence[float], duration: float) -> float:
-        """The part of a step, s, over which its expansions hold."""
-        law = self._laws[mode]
-        if law is None:
-            return duration
-        return limited(duration, x, law, law.sign * (self._speed - self._state[1]))
+        # The part of a step, s, over which its expansions hold.
+        if self._by_law and MODES[mode].slips:
+            # v_r changes by what the belt's speed does, too.
+            relative = (*x[:2], x[2] - 0.5 * self._rates.v_belt, *x[3:])
+            duration = shortened_step(duration, relative, self._p, mode)
+        return min(duration, (self._row_time - self._time) - self._remainder)
 
-    def _speed_after(self, _duration: float) -> float:
-        """Speed of the belt so long after the start of a step, m/s."""
-        return self._speed
-
-    def _guard_after(self, state: State, guard: Guard, _duration: float) -> float:
-        """Value of a guard at the end of a step."""
-        return float(guard_value(self._p, state, guard))
+    def _speed_after(self, duration: float) -> float:
+        # Of the belt, m/s.
+        if not self._kind.over_time:
+            return self._p.v_belt or 0.0
+        if duration >= (self._row_time - self._time) - self._remainder:
+            return self._course.speed_before(self._row_time)
+        # From the tables at that time: a slider of the belt's speed has it to the last bit.
+        p, _ = self._course.after(self._time + (duration + self._remainder))
+        return p.v_belt or 0.0
 
     def _successor(self, transition: Transition, state: State) -> Mode:
-        if transition.guard in OF_HOLD:
+        if transition.guard in HOLD_GUARDS:
             return transition.to[0]
-        return mode_of(self._p, state, separation=self._separation)
+        p, rates = self._course.after(self._time)
+        return mode_of(p, state, separation=self._separation, rates=rates)
 
     def _expanded(self, mode: Mode) -> Coefficients:
-        state, law = self._state, self._laws[mode]
-        if law is None or is_far(law, law.sign * (self._speed - state[1])):
-            x, y = self._expand[mode](*state, *self._constants[mode])
+        state = self._state
+        if self._kind.over_time or (self._by_law and MODES[mode].slips):
+            motion = motion_function(self._kind, mode)
+            x, y = motion(self._p, self._rates, state, self._degree - 1)
         else:
-            x, y = law_coefficients(self._p, mode, law, state, self._degree - 1)
+            x, y = self._expand[mode](*state, *self._constants[mode])
         if state[2] == 0.0 and self._separation:
             y = self._settled(y)
-        if state[1] == self._speed and mode in (Mode.FORWARD, Mode.BACKWARD):
+        if state[1] == self._p.v_belt and MODES[mode].slips:
             x = self._started(x, forward=mode is Mode.FORWARD)
         return x, y
 
+    def _settled(self, y: tuple[float, ...]) -> tuple[float, ...]:
+        settled = super()._settled(y)
+        if self._rates is CONSTANT or lift(self._p, self._state[0]) != 0.0:
+            return settled
+        return (*settled[:3], settled[3] - self._rates.F / (6.0 * self._p.m), *settled[4:])
+
     def _started(self, x: tuple[float, ...], *, forward: bool) -> tuple[float, ...]:
-        # A slider that begins to slide where friction balances the other forces has no
-        # acceleration: with a random sign it would seem to stick at once.
+        # A slider that begins to slide where friction balances the other forces has the belt's
+        # acceleration: with a random difference it would seem to stick at once.
         guard = Guard.HELD_FORWARD if forward else Guard.HELD_BACKWARD
-        p, (at, _, y, _) = self._p, self._state
+        p, (position, _, y, _) = self._p, self._state
         grip = p.mu_static * abs(spring_force(p, y))
-        size = holding_force_size(p, at, y) + grip
-        balanced = self._smooth and abs(guard_value(p, self._state, guard)) <= BALANCED * size
-        away = x[2] > 0.0 if forward else x[2] < 0.0
-        return (x[0], x[1], 0.0, *x[3:]) if balanced or away else x
+        size = holding_force_size(p, position, y, self._rates) + grip
+        margin = guard_value(p, self._state, guard, self._rates)
+        # Where friction does not jump at v_r = 0.
+        smooth = p.mu_static == p.mu or p.speed_law is not None
+        balanced = smooth and abs(margin) <= BALANCED * size
+        with_belt = 0.5 * self._rates.v_belt
+        leaves = x[2] > with_belt if forward else x[2] < with_belt
+        return (x[0], x[1], with_belt, *x[3:]) if balanced or leaves else x
 
     def _first_end(
         self,
         mode: Mode,
-        x: tuple[float, ...],
+        motion: Coefficients,
         y: tuple[float, ...],
-        duration: float,
+        powers: Sequence[float],
         final: State,
     ) -> tuple[float, Transition] | None:
         # Where in the step, of length 1, the first guard falls to zero, and which.
-        found: tuple[float, Transition] | None = None
-        last = (final[0], final[1] / duration, final[2], final[3])
+        first: tuple[float, Transition] | None = None
         for transition in MODES[mode].ends:
             guard = transition.guard
             root: float | None
-            if guard in _OF_HEIGHT:
+            if guard in _HEIGHT_GUARDS:
                 root = self._first_root(y, final[2]) if self._separation else None
             else:
-                c = self._guard(guard, x, y, duration)
-                value = self._guard_after(last, guard, duration)
-                root = _first_fall(c, value * duration if guard in OF_SPEED else value)
+                c = guard_function(self._kind, guard)(self._p, self._rates, *motion)
+                if c[0] <= 0.0:
+                    # At the start of a mode its guard is zero, and rises but for rounding.
+                    c[0], c[1] = 0.0, max(c[1], 0.0)
+                last = (final[0], final[1] / powers[1], final[2], final[3] / powers[1])
+                value = self._guard_after(last, guard, powers[1])
+                root = _first_fall(list(map(mul, c, powers)), value)
             if root is None:
                 continue
-            if found is None or root < found[0] * (1.0 - SIMULTANEOUS):
-                found = root, transition
-        return found
+            if first is None or root < first[0] * (1.0 - SIMULTANEOUS):
+                first = root, transition
+        return first
 
-    def _guard(
-        self, guard: Guard, x: tuple[float, ...], y: tuple[float, ...], duration: float
-    ) -> list[float]:
-        # Coefficients of a guard over the step; its start is that of the state.
-        if guard in OF_SPEED:
-            sign = OF_SPEED[guard]
-            c = [-sign * n * coefficient for n, coefficient in enumerate(x)][1:]
-            c[0] = sign * (self._speed - self._state[1]) * duration
-        else:
-            p, sign = self._p, OF_HOLD[guard]
-            a, h = horizontal_stiffness(p), coupling_stiffness(p)
-            grip = [p.mu_static * force for force in self._force(y)]
-            held = [a * at - h * depth for at, depth in zip(x, y, strict=True)]
-            c = [of_grip + sign * force for of_grip, force in zip(grip, held, strict=True)]
-            c[0] = guard_value(p, self._state, guard)
-        if c[0] <= 0.0:
-            # At the start of a mode its guard is zero, and rises but for rounding.
-            c[0], c[1] = 0.0, max(c[1], 0.0)
-        return c
-
-    def _force(self, y: Sequence[float]) -> list[float]:
-        # Coefficients of P.
-        p, size = self._p, range(len(y))
-        square = [sum(map(mul, y[: n + 1], y[n::-1])) for n in size]
-        cube = [sum(map(mul, y[: n + 1], square[n::-1])) for n in size]
-        return [-p.k2 * y[n] - p.k_nl * cube[n] for n in size]
+    def _guard_after(self, state: State, guard: Guard, duration: float) -> float:
+        # Value of a guard at the end of a step.
+        p = parameters_after(self._p, self._rates, duration)
+        return float(guard_value(p, state, guard, self._rates))
 
 
 def _first_fall(c: Sequence[float], final: float) -> float | None:

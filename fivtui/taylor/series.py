@@ -33,6 +33,8 @@ from fivtui.model.modes import IN_CONTACT, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State
 
+from .expression import Expression
+
 Coefficients = tuple[tuple[float, ...], tuple[float, ...]]
 CoefficientFunction = Callable[..., Coefficients]
 StateFunction = Callable[[Sequence[float], Sequence[float], float], State]
@@ -207,48 +209,25 @@ def coefficients(rhs: RightHandSide, order: int, state: State, given: Field) -> 
     )
 
 
-class _Text:
-    """A Python expression, put in parentheses where needed."""
-
-    __slots__ = ("is_sum", "text")
-
-    def __init__(self, text: str, *, is_sum: bool = False) -> None:
-        self.text = text
-        self.is_sum = is_sum
-
-    def __add__(self, other: "_Text") -> "_Text":
-        return _Text(f"{self.text} + {other.text}", is_sum=True)
-
-    def __sub__(self, other: "_Text") -> "_Text":
-        return _Text(f"{self.text} - {other._factor()}", is_sum=True)
-
-    def __mul__(self, other: "_Text | float") -> "_Text":
-        factor = repr(other) if isinstance(other, float) else other._factor()
-        return _Text(f"{self._factor()} * {factor}")
-
-    def _factor(self) -> str:
-        return f"({self.text})" if self.is_sum else self.text
-
-
-class _Lines(Values[_Text]):
+class _Lines(Values[Expression]):
     """Backend for text: every value that is kept becomes a line."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
 
-    def keep(self, name: str, value: _Text) -> _Text:
+    def keep(self, name: str, value: Expression) -> Expression:
         self.lines.append(f"    {name} = {value.text}")
-        return _Text(name)
+        return Expression(name)
 
-    def keep_both(self, name: str, value: XY[_Text]) -> XY[_Text]:
+    def keep_both(self, name: str, value: XY[Expression]) -> XY[Expression]:
         return XY(self.keep(f"x{name}", value.x), self.keep(f"y{name}", value.y))
 
 
 def straight_line_source(rhs: RightHandSide, order: int) -> str:
     """Source of ``coefficients(x0, x1, y0, y1, …)``: the recurrences without loops."""
     backend = _Lines()
-    state = [_Text(name) for name in ("x0", "x1", "y0", "y1")]
-    given = [_Text(name) for name in Field._fields]
+    state = [Expression(name) for name in ("x0", "x1", "y0", "y1")]
+    given = [Expression(name) for name in Field._fields]
     for _ in islice(recurrences(rhs, state, given, backend), order):
         pass
     arguments = ", ".join(value.text for value in (*state, *given))
@@ -274,8 +253,8 @@ def state_source(degree: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _compiled(source: str, name: str) -> Callable[..., Any]:
-    namespace: dict[str, Any] = {}
+def compiled(source: str, name: str, **namespace: Any) -> Callable[..., Any]:
+    """The function of a name that a source defines, which uses what else is given by name."""
     exec(compile(source, f"<{name}>", "exec"), namespace)
     return cast("Callable[..., Any]", namespace[name])
 
@@ -286,10 +265,10 @@ def coefficient_function(rhs: RightHandSide, order: int) -> CoefficientFunction:
 
     It takes (x, ẋ, y, ẏ, *constants) and returns the coefficients of x and of y, N + 2 each.
     """
-    return _compiled(straight_line_source(rhs, order), "coefficients")
+    return compiled(straight_line_source(rhs, order), "coefficients")
 
 
 @lru_cache(maxsize=64)
 def state_function(degree: int) -> StateFunction:
     """The compiled `state_source` for two polynomials of a degree ≥ 1."""
-    return _compiled(state_source(degree), "state")
+    return compiled(state_source(degree), "state")

@@ -17,13 +17,13 @@ from operator import mul
 from typing import Any, Final, NamedTuple
 
 from fivtui.model.errors import ComputationError
-from fivtui.model.field import DERIVATIVE_STEP, derivative, field, guard_value
+from fivtui.model.field import CONSTANT, DERIVATIVE_STEP, derivative, field, guard_value
 from fivtui.model.modes import MODES, Guard, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import LEAST, State, accelerations, mode_of
 
-from .belt import OF_HOLD, OF_SPEED
-from .friction import is_far, law_coefficients, law_of
+from .belt import HOLD_GUARDS, SPEED_GUARDS
+from .recurrence import Kind, motion_function
 from .segment import BeltSegment, Segment
 from .series import Coefficients, coefficient_function, right_hand_side, state_function
 from .stepper import overflow_error
@@ -146,7 +146,7 @@ class Deviations:
             done = span if length == left else done + length
         if segment.switches and end == 1.0:
             self._switch(segment)
-        if segment.switches and self._guard(segment) in OF_SPEED:
+        if segment.switches and self._guard(segment) in SPEED_GUARDS:
             # At the switch itself the slider has the speed of the belt.
             for place, deviations in zip(places, at_moments, strict=True):
                 if place == 1.0:
@@ -191,10 +191,10 @@ class Deviations:
     def _switch(self, segment: Segment) -> None:
         # Carry the deviations over the switch at the end of a segment.
         guard, then = self._guard(segment), self._successor(segment)
-        if then is Mode.STICK and guard in OF_SPEED:
+        if then is Mode.STICK and guard in SPEED_GUARDS:
             self.now = self._held(self.now)
             return
-        if guard in OF_HOLD and self._smooth:
+        if guard in HOLD_GUARDS and self._smooth:
             return
         p, state, mode = self._p, segment.final, segment.mode
         before, after = accelerations(p, state, mode), accelerations(p, state, then)
@@ -220,10 +220,10 @@ class Deviations:
 
 def expanded(p: Parameters, mode: Mode, state: Any) -> Coefficients:
     """Taylor coefficients of the motion of `ORDER`, from numbers that may be complex."""
-    law = law_of(p, mode)
-    if law is None or is_far(law, law.sign * (p.v_belt - state[1])):
+    if p.speed_law is None or not MODES[mode].slips:
         return coefficient_function(right_hand_side(p, mode), ORDER)(*state, *field(p, mode))
-    return law_coefficients(p, mode, law, state, ORDER)
+    kind = Kind(by_law=True, finite_belt=True, over_time=False)
+    return motion_function(kind, mode)(p, CONSTANT, state, ORDER)
 
 
 def _towards(state: State, direction: State) -> tuple[complex, ...]:

@@ -114,12 +114,13 @@ def _driven(
         )
     if request.kernel == "compiled" or (request.kernel == "auto" and why_interpreted() is None):
         return compiled.run(request, progress, on_samples)
-    from fivtui.taylor import DrivenStepper
+    from fivtui.taylor import BeltStepper
 
     recorder = Recorder(request, on_samples)
-    stepper = DrivenStepper(
-        course,
+    stepper = BeltStepper(
+        request.parameters,
         request.initial,
+        tables=course.tables,
         separation=request.separation,
         tol=local_tolerance(request.tol),
     )

@@ -1,6 +1,5 @@
 """The motion at given times, as a function of time, and between two states."""
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
@@ -21,6 +20,7 @@ from fivtui.model import (
     accelerations,
     spring_force,
 )
+from fivtui.model.over_time import parameters_after
 from fivtui.results import Result, equal_values
 from fivtui.taylor import Segment
 
@@ -200,7 +200,7 @@ def segment_between(
     duration = end - start
     first, last = states
     ax0, ay0 = accelerations(p, first, mode, rates)
-    ax1, ay1 = accelerations(_later(p, rates, duration), last, mode, rates)
+    ax1, ay1 = accelerations(parameters_after(p, rates, duration), last, mode, rates)
     return Segment(
         mode=mode,
         start=start,
@@ -212,16 +212,6 @@ def segment_between(
         final=last,
         switches=switches,
     )
-
-
-def _later(p: Parameters, rates: Rates, duration: float) -> Parameters:
-    # The parameters so much later, s.
-    if rates == CONSTANT:
-        return p
-    values = {"F": p.F + rates.F * duration, "mu": max(p.mu + rates.mu * duration, 0.0)}
-    if p.v_belt is not None:
-        values["v_belt"] = max(p.v_belt + rates.v_belt * duration, 0.0)
-    return dataclasses.replace(p, **values)
 
 
 def _quintic(

@@ -29,10 +29,20 @@ _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
         "field",
         "modes",
         "numbers",
+        "over_time",
         "parameters",
         "slider_belt",
     ),
-    "fivtui.taylor": ("belt", "friction", "polynomial", "series", "segment", "stepper"),
+    "fivtui.taylor": (
+        "belt",
+        "expression",
+        "friction",
+        "polynomial",
+        "recurrence",
+        "segment",
+        "series",
+        "stepper",
+    ),
 }
 _STEP: Final = 0.01
 _STOP: Final = 20.0

@@ -7,10 +7,9 @@ from hypothesis import given, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.model.errors import InputError
-from fivtui.model.field import friction_coefficient, guard_value
+from fivtui.model.field import exponential, friction_coefficient, guard_value
 from fivtui.model.modes import MODES, Guard, Mode
 from fivtui.model.slider_belt import State, accelerations, friction_force, mode_of
-from fivtui.taylor.friction import decay
 from fivtui.transient.request import KernelChoice
 from tests.support.strategies import moderate_parameters, states
 
@@ -103,7 +102,7 @@ def test_friction_opposes_sliding_and_falls_from_its_static_value(
 @given(st.floats(0.0, 800.0))
 def test_the_decay_by_arithmetic_alone_is_that_of_the_library(exponent: float) -> None:
     expected = math.exp(-exponent) if exponent < 700.0 else 0.0
-    assert decay(exponent) == pytest.approx(expected, rel=4e-16 + 2e-16 * exponent)
+    assert exponential(-exponent) == pytest.approx(expected, rel=4e-16 + 2e-16 * exponent)
 
 
 def test_in_tension_nothing_sticks() -> None:

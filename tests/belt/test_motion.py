@@ -10,9 +10,10 @@ import pytest
 from hypothesis import example, given, settings, strategies as st
 
 from fivtui import Parameters, simulate
+from fivtui.model.field import exponential
 from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.model.slider_belt import State, mechanical_energy, power
-from fivtui.taylor.friction import Law, decay, limited
+from fivtui.taylor.friction import shortened_step
 from fivtui.transient.request import KernelChoice, Start
 from fivtui.transient.result import Transient, all_events
 
@@ -237,6 +238,6 @@ def test_a_slider_at_rest_on_a_belt_at_rest_stays_where_it_is(kernel: KernelChoi
 
 
 def test_a_sliding_speed_below_zero_by_rounding_ends_no_step_and_no_search() -> None:
-    law = Law(1.0, 0.7, 0.2, 1e20)
-    assert 0.0 < limited(0.1, (0.0, 1.0, 1.0, 0.5), law, -1e-16) <= 0.1
-    assert math.isfinite(decay(-1e6))
+    p = Parameters(v_belt=1.0 - 1e-16, mu_s=0.9, v_s=1e-20)
+    assert 0.0 < shortened_step(0.1, (0.0, 1.0, 1.0, 0.5), p, Mode.FORWARD) <= 0.1
+    assert math.isfinite(exponential(1e6))

@@ -15,7 +15,7 @@ import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.kernel.field_text import FIELD_HEADER, field_header
-from fivtui.model import Course, Mode, State, course_of, static_start
+from fivtui.model import TIMED, Course, Mode, State, course_of, static_start
 from fivtui.taylor import local_tolerance
 from fivtui.transient import Transient
 from fmu_src.build.native_text import FLAGS, KERNEL, NATIVE
@@ -160,7 +160,7 @@ def drive(motion: Motion, course: Course, t_end: float, step: float) -> None:
     """Move to t_end in communication steps over which the inputs are the course's ramps."""
     while motion.t < t_end:
         motion.p, rates = course.after(motion.t)
-        motion.move(min(motion.t + step, t_end), rates._asdict())
+        motion.move(min(motion.t + step, t_end), {name: getattr(rates, name) for name in TIMED})
 
 
 @pytest.mark.parametrize("step", [0.5, 0.125])

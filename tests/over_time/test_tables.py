@@ -39,7 +39,7 @@ def test_a_course_knows_its_parameters_and_its_next_row() -> None:
     )
     p, rates = course.after(5.5)
     assert [p.mu, p.v_belt, p.mu_s, p.F] == pytest.approx([0.61, 1.0, 0.9, 80.0])
-    assert list(rates) == pytest.approx([0.0, 0.02, -2.0])
+    assert list(rates) == pytest.approx([0.0, 0.02, 0.0, -2.0])
     assert [course.next_break(t) for t in (0.0, 5.0, 9.9, 10.0)] == [5.0, 6.0, 10.0, np.inf]
     assert course.speed_before(6.0) == 0.0
 

@@ -1,0 +1,86 @@
+"""Arithmetic expressions as text, the same in Python and in C."""
+
+
+class Expression:
+    """An arithmetic expression; products with 0 and 1 and sums with 0 are left out."""
+
+    __slots__ = ("binds", "text")
+
+    def __init__(self, text: str, binds: int = 3) -> None:
+        # 1 for a sum, 2 for a product, 3 for what needs no parentheses.
+        self.text, self.binds = text, binds
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it is the number 0."""
+        return self.text == _ZERO
+
+    @property
+    def is_number(self) -> bool:
+        """Whether it is a number."""
+        return self.text.lstrip("-")[0].isdigit()
+
+    def __neg__(self) -> "Expression":
+        text = self._within(2)
+        if text.startswith("-"):
+            return Expression(text[1:], 2)
+        return self if self.is_zero else Expression(f"-{text}", 2)
+
+    def __add__(self, other: object) -> "Expression":
+        b = expression(other)
+        if self.is_zero or b.is_zero:
+            return b if self.is_zero else self
+        return Expression(f"{self.text} + {b._within(2)}", 1)
+
+    def __sub__(self, other: object) -> "Expression":
+        b = expression(other)
+        if self.is_zero or b.is_zero:
+            return -b if self.is_zero else self
+        return Expression(f"{self.text} - {b._within(2)}", 1)
+
+    def __mul__(self, other: object) -> "Expression":
+        b = expression(other)
+        if self.is_zero or b.is_zero:
+            return Expression(_ZERO)
+        for factor, rest in ((self, b), (b, self)):
+            if factor.text in (_ONE, _MINUS_ONE):
+                return rest if factor.text == _ONE else -rest
+        return Expression(f"{self._within(2)} * {b._within(3)}", 2)
+
+    def __truediv__(self, other: object) -> "Expression":
+        b = expression(other)
+        if self.is_zero or b.text == _ONE:
+            return self
+        return Expression(f"{self._within(2)} / {b._within(3)}", 2)
+
+    def __radd__(self, other: object) -> "Expression":
+        return expression(other) + self
+
+    def __rsub__(self, other: object) -> "Expression":
+        return expression(other) - self
+
+    def __rmul__(self, other: object) -> "Expression":
+        return expression(other) * self
+
+    def __rtruediv__(self, other: object) -> "Expression":
+        return expression(other) / self
+
+    def exp(self) -> "Expression":
+        """The exponential function of it, which C and Python call `exponential`."""
+        return Expression(f"exponential({self.text})")
+
+    def _within(self, binds: int) -> str:
+        return self.text if self.binds >= binds else f"({self.text})"
+
+
+_ZERO, _ONE, _MINUS_ONE = "0.0", "1.0", "-1.0"
+
+
+def expression(value: object) -> Expression:
+    """A number as an expression, or the expression that it is."""
+    if isinstance(value, Expression):
+        return value
+    assert isinstance(value, int | float)  # noqa: S101
+    # Zero has no sign.
+    number = float(value) + 0.0
+    return Expression(repr(number), 3 if number >= 0.0 else 2)
