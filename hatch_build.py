@@ -139,7 +139,8 @@ def _variants(compiler: str) -> dict[str, list[str]]:
 
 def _kernel_plan(folder: Path, target: Path, compiler: str, scratch: Path) -> _Plan:
     text = _module("fivtui.kernel.field_text", folder.parents[1])
-    (scratch / text.FIELD_HEADER).write_text(text.field_header(), encoding="utf-8")
+    for name, header in text.headers().items():
+        (scratch / name).write_text(header, encoding="utf-8")
     about = [f'-DSOURCES="{text.sources_digest(folder)}"', f'-DCOMPILER="{compiler}"']
     objects = {"loading": [*about, str(folder / "loading.c")]}
     given = [f"-I{scratch}", f"-I{folder}"]

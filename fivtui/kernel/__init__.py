@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .driven import legs_of as legs_of
-    from .field_text import FIELD_HEADER as FIELD_HEADER, field_header as field_header
+    from .field_text import headers as headers
     from .native import (
         Kernel as Kernel,
         load_kernel as load_kernel,

@@ -7,6 +7,7 @@
 
 #include "friction.h"
 #include "problem.h"
+#include "recurrence.h"
 #include "search.h"
 #if LANES == 1
 #include "run.h"
@@ -17,11 +18,6 @@
 #define UNRESOLVED 0x1p-50
 /* Room for those of a polynomial, and zeros. */
 #define COEFFICIENTS (ROWS + 2)
-
-/* How fast F, μ, μ_s and the belt's speed change with time. */
-typedef struct {
-    double force, friction, grip, speed;
-} Rates;
 
 /* The belt and the slider on it: the field and the friction law of each mode; the parameters at the
    start of a step, v_s being 0 where friction is constant, and their rates; the mode; whether friction
@@ -64,7 +60,7 @@ INLINE void times_line(double value, double slope, const double *of, double *res
 /* The mode in contact: `_mode_on_belt` of `fivtui.model.slider_belt`. */
 APART int64_t mode_on_belt(const Belt *of, double x, double vx, double y, double vy)
 {
-    const double *p = of->p, v = p[P_V_BELT], a = horizontal_stiffness(p), h = coupling_of(p);
+    const double *p = of->p, v = p[P_V_BELT], a = horizontal_stiffness(p), h = coupling_stiffness(p);
     const Rates *rates = &of->rates;
     if (!of->finite)
         return CONTACT;
@@ -72,27 +68,27 @@ APART int64_t mode_on_belt(const Belt *of, double x, double vx, double y, double
         return vx < v ? FORWARD : BACKWARD;
     double force = spring_force(p, y), kt = tangent_stiffness(p, y);
     double ay = vertical_acceleration(p, x, y, vy, force - load_of(p));
-    double bend = tangent_slope(p, y) * vy * vy, driven = p[P_C1] * rates->speed;
-    const double held[3] = {holding_force(p, x, y, rates->speed),
-                            holding_force_rate(p, rates->speed, v, vy),
-                            holding_force_rate(p, 0.0, rates->speed, ay)};
+    double bend = tangent_slope(p, y) * vy * vy, driven = p[P_C1] * rates->v_belt;
+    const double held[3] = {holding_force(p, x, y, rates->v_belt),
+                            holding_force_rate(p, rates->v_belt, v, vy),
+                            holding_force_rate(p, 0.0, rates->v_belt, ay)};
     const double forces[3] = {force, -kt * vy, -kt * ay - bend};
     /* What the preload gives is known to rounding, too. */
     const double load = __builtin_fabs(load_of(p)), rate = load / total_stiffness(p) * of->frequency;
     const double of_forces[3] = {__builtin_fabs(force) + load, kt * (__builtin_fabs(vy) + rate),
                                  kt * (__builtin_fabs(ay) + load / p[P_M]) + __builtin_fabs(bend)};
     const double of_held[3] = {
-        p[P_C1] * v + __builtin_fabs(p[P_M] * rates->speed) + __builtin_fabs(a * x)
+        p[P_C1] * v + __builtin_fabs(p[P_M] * rates->v_belt) + __builtin_fabs(a * x)
             + __builtin_fabs(h * y),
         __builtin_fabs(driven) + a * v + __builtin_fabs(h * vy),
-        __builtin_fabs(a * rates->speed) + __builtin_fabs(h * ay)};
+        __builtin_fabs(a * rates->v_belt) + __builtin_fabs(h * ay)};
     double grips[3], sizes[3], margin[3];
-    times_line(of->p[P_MU_S], __builtin_fabs(rates->grip), of_forces, sizes);
+    times_line(of->p[P_MU_S], __builtin_fabs(rates->mu_static), of_forces, sizes);
     for (int n = 0; n < 3; n++)
         sizes[n] = of_held[n] + sizes[n];
     if (falls(of->nearness, forces, of_forces))
         return falls(of->nearness, held, sizes) ? BACKWARD : FORWARD;
-    times_line(of->p[P_MU_S], rates->grip, forces, grips);
+    times_line(of->p[P_MU_S], rates->mu_static, forces, grips);
     for (int n = 0; n < 3; n++)
         margin[n] = grips[n] - held[n];
     if (falls(of->nearness, margin, sizes))
@@ -108,11 +104,11 @@ APART int64_t mode_on_belt(const Belt *of, double x, double vx, double y, double
 INLINE double settled_start(const Belt *of, double x, double y, double half)
 {
     const double *p = of->p;
-    double grip = p[P_MU_S] * spring_force(p, y), held = holding_force(p, x, y, of->rates.speed);
-    double size = p[P_C1] * p[P_V_BELT] + __builtin_fabs(p[P_M] * of->rates.speed)
+    double grip = p[P_MU_S] * spring_force(p, y), held = holding_force(p, x, y, of->rates.v_belt);
+    double size = p[P_C1] * p[P_V_BELT] + __builtin_fabs(p[P_M] * of->rates.v_belt)
                   + __builtin_fabs(horizontal_stiffness(p) * x)
-                  + __builtin_fabs(coupling_of(p) * y) + __builtin_fabs(grip);
-    double with_belt = 0.5 * of->rates.speed;
+                  + __builtin_fabs(coupling_stiffness(p) * y) + __builtin_fabs(grip);
+    double with_belt = 0.5 * of->rates.v_belt;
     int forward = of->mode == FORWARD;
     double margin = forward ? grip - held : grip + held;
     int balanced = of->smooth && __builtin_fabs(margin) <= BALANCED * size;
@@ -140,7 +136,7 @@ INLINE void begin_guard(Guard *g, double h)
 /* v_r, of `sign`, in one lane of a block. */
 INLINE void guard_of_speed(const Belt *of, const Block *w, int lane, int groups, double sign, Guard *g)
 {
-    double rate = of->rates.speed;
+    double rate = of->rates.v_belt;
     for (int n = 0; n <= 4 * groups; n++)
         g->c[n] = -sign * (n + 1) * element(w->xs + n + 1, lane);
     g->c[0] = sign * (of->p[P_V_BELT] - element(w->xs + 1, lane)), g->c[1] += sign * rate;
@@ -163,8 +159,8 @@ INLINE void guards_of_hold(const Belt *of, const Block *w, int lane, int groups,
                            Guard *behind)
 {
     const Rates *rates = &of->rates;
-    const double *p = of->p, a = horizontal_stiffness(p), h = coupling_of(p), m = p[P_M];
-    const double span = element(&w->h, lane), more = rates->grip * span;
+    const double *p = of->p, a = horizontal_stiffness(p), h = coupling_stiffness(p), m = p[P_M];
+    const double span = element(&w->h, lane), more = rates->mu_static * span;
     double force[COEFFICIENTS], grip[COEFFICIENTS], held[COEFFICIENTS];
     for (int n = 0; n < 4 * groups; n++) {
         double y = element(w->ys + n, lane);
@@ -172,22 +168,22 @@ INLINE void guards_of_hold(const Belt *of, const Block *w, int lane, int groups,
         force[n] = (n + 1) * moved + h * y, grip[n] = of->p[P_MU_S] * force[n], held[n] = -h * y;
     }
     /* Where the slider sticks x is of the second degree. */
-    force[0] = spring_force(of->p, element(w->ys, lane)), force[1] += rates->force;
+    force[0] = spring_force(of->p, element(w->ys, lane)), force[1] += rates->F;
     for (int n = 1; n < 3; n++) {
         double x = element(w->xs + n, lane);
         force[n] -= h * x, grip[n] = of->p[P_MU_S] * force[n], held[n] += a * x;
     }
-    grip[0] = of->p[P_MU_S] * force[0], held[0] = holding_force(of->p, element(w->xs, lane), element(w->ys, lane), of->rates.speed);
-    held[1] += of->p[P_C1] * rates->speed;
+    grip[0] = of->p[P_MU_S] * force[0], held[0] = holding_force(of->p, element(w->xs, lane), element(w->ys, lane), of->rates.v_belt);
+    held[1] += of->p[P_C1] * rates->v_belt;
     if (more != 0.0)
         for (int n = 1; n < 4 * groups; n++)
-            grip[n] += rates->grip * force[n - 1];
+            grip[n] += rates->mu_static * force[n - 1];
     memset(ahead, 0, sizeof *ahead);
     memset(behind, 0, sizeof *behind);
     for (int n = 0; n < 4 * groups; n++)
         ahead->c[n] = grip[n] - held[n], behind->c[n] = grip[n] + held[n];
     double y = element(&w->y, lane), last_grip = (of->p[P_MU_S] + more) * spring_force(of->p, y);
-    double last_held = holding_force(of->p, element(&w->x, lane), y, of->rates.speed) + of->p[P_C1] * rates->speed * span;
+    double last_held = holding_force(of->p, element(&w->x, lane), y, of->rates.v_belt) + of->p[P_C1] * rates->v_belt * span;
     ahead->final = last_grip - last_held, behind->final = last_grip + last_held;
 }
 
@@ -266,7 +262,7 @@ INLINE double speed_limit(const Belt *of, double h)
 {
     if (of->mode == STICK)
         return -INFINITE;
-    return of->mode == FORWARD ? larger(of->p[P_V_BELT], of->p[P_V_BELT] + of->rates.speed * h) : INFINITE;
+    return of->mode == FORWARD ? larger(of->p[P_V_BELT], of->p[P_V_BELT] + of->rates.v_belt * h) : INFINITE;
 }
 
 /* The first fall of a guard of the present mode, infinite if there is none; a slider that `stays` in
@@ -277,15 +273,15 @@ INLINE double first_fall(const Belt *of, const Block *w, int groups, int stays, 
         if (stays)
             return INFINITE;
         double sign = of->mode == FORWARD ? 1.0 : -1.0, v = of->p[P_V_BELT];
-        return keeps_sliding(w, groups, sign, v, v + of->rates.speed * w->h)
+        return keeps_sliding(w, groups, sign, v, v + of->rates.v_belt * w->h)
                    ? INFINITE
                    : fall_of_speed(of, w, groups, sign);
     }
     if (of->mode != STICK)
         return INFINITE;
-    const double *p = of->p, speed = of->rates.speed;
-    const Hold hold = {smaller(p[P_MU_S], p[P_MU_S] + of->rates.grip * w->h), p[P_K2], p[P_K_NL],
-                       coupling_of(p), holding_force(p, w->xs[0], 0.0, speed),
+    const double *p = of->p, speed = of->rates.v_belt;
+    const Hold hold = {smaller(p[P_MU_S], p[P_MU_S] + of->rates.mu_static * w->h), p[P_K2], p[P_K_NL],
+                       coupling_stiffness(p), holding_force(p, w->xs[0], 0.0, speed),
                        holding_force(p, w->x, 0.0, speed) + p[P_C1] * speed * w->h,
                        0.125 * horizontal_stiffness(p) * __builtin_fabs(speed) * (w->h * w->h)};
     const Held held = keeps_holding(w, &hold);
@@ -306,12 +302,25 @@ INLINE Cut find_end(const Belt *of, Block *w, int groups, int stays, int64_t *th
     return of->mode == STICK ? AT_HOLD : AT_SPEED;
 }
 
+/* Continue the first two coefficients by a friction law of which there is no tuned recurrence. */
+INLINE void expand_slipping(const Belt *of, V *x, V *y, int order)
+{
+#if !LAW_IS_TUNED
+    if (of->mode == FORWARD)
+        expand_forward(of->p, &of->rates, x, y, order);
+    else
+        expand_backward(of->p, &of->rates, x, y, order);
+#endif
+}
+
 /* Returns whether a slider stays in motion over the belt for certain. */
 INLINE int expand_step(const Belt *of, Block *w, double tol, int order, int cubic)
 {
     const Law *law = of->laws + of->mode;
     w->field = of->fields[of->mode];
-    if (of->by_speed && of->mode == STICK)
+    if (!LAW_IS_TUNED && law->per_speed > 0.0)
+        expand_slipping(of, w->xs, w->ys, order);
+    else if (of->by_speed && of->mode == STICK)
         expand_holding(w->xs, w->ys, &w->field, law, order, cubic);
     else if (of->by_speed)
         expand_by_law(w->xs, w->ys, &w->field, law, of->p[P_V_BELT], &of->next, order, cubic);
@@ -333,7 +342,7 @@ INLINE void foresee(Belt *of, const Block *w)
     const Law *law = of->laws + of->mode;
     if (law->per_speed > 0.0) {
         double exponent = exponent_of(law, of->p[P_V_BELT], w->vx);
-        of->next = (Start){exponent, decay(exponent)};
+        of->next = (Start){exponent, exponential(-exponent)};
     }
 }
 

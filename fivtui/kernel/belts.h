@@ -35,7 +35,7 @@ INLINE void put_belt(Belts *at, int lane, const Belt *of, const double *p)
     put(&at->contact, lane, p[P_K2] / p[P_M]);
     put(&at->a, lane, horizontal_stiffness(p));
     put(&at->driven, lane, holding_force(p, 0.0, 0.0, 0.0));
-    put(&at->hold.grip, lane, p[P_MU_S]), put(&at->hold.h, lane, coupling_of(p));
+    put(&at->hold.grip, lane, p[P_MU_S]), put(&at->hold.h, lane, coupling_stiffness(p));
     put(&at->hold.k2, lane, p[P_K2]), put(&at->hold.k_nl, lane, p[P_K_NL]);
     put_mode(at, lane, of->mode);
 }

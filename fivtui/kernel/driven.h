@@ -36,15 +36,6 @@ INLINE void set_out(Belt *of, Block *w, const Course *course, double late)
     of->smooth = p[P_MU_S] == p[P_MU] || of->laws[FORWARD].per_speed > 0.0;
 }
 
-/* The n-th coefficient of a product. */
-INLINE double convolved(const double *a, const double *b, int n)
-{
-    double sum = 0.0;
-    for (int i = 0; i <= n; i++)
-        sum += a[i] * b[n - i];
-    return sum;
-}
-
 /* How fast the slider slides in a mode; less than zero by rounding alone. */
 INLINE double speed_by_law(const Belt *of, const Law *law, double vx)
 {
@@ -59,28 +50,28 @@ APART void expand_driven(const Belt *of, V *x, V *y, int order)
     const double *p = of->p;
     const int touches = of->mode != SEPARATED, by_speed = law->per_speed > 0.0;
     const double sign = of->mode == BACKWARD ? -1.0 : 1.0, rate = law->sign * law->per_speed;
-    const double force[2] = {load_of(p), rates->force}, mu[2] = {p[P_MU], rates->friction};
+    const double force[2] = {load_of(p), rates->F}, mu[2] = {p[P_MU], rates->mu};
     /* μ(v) = μ + (μ_s − μ) e */
-    const double fall[2] = {law->fall, rates->grip - rates->friction};
+    const double fall[2] = {law->fall, rates->mu_static - rates->mu};
     double square[ROWS], contact[ROWS], e[ROWS], weight[ROWS], gap[ROWS];
     for (int n = 0; n < order; n++) {
-        square[n] = convolved(y, y, n);
-        contact[n] = touches ? -p[P_K2] * y[n] - p[P_K_NL] * convolved(y, square, n) : 0.0;
+        square[n] = product(y, y, n);
+        contact[n] = touches ? -p[P_K2] * y[n] - p[P_K_NL] * product(y, square, n) : 0.0;
         double friction = mu[0] * contact[n] + (n > 0 ? mu[1] * contact[n - 1] : 0.0);
         if (by_speed) {
-            e[n] = n > 0 ? rate * convolved(gap, e, n - 1) / n
-                         : decay(speed_by_law(of, law, x[1]) * law->per_speed);
+            e[n] = n > 0 ? rate * product(gap, e, n - 1) / n
+                         : exponential(-speed_by_law(of, law, x[1]) * law->per_speed);
             weight[n] = (n < 2 ? mu[n] : 0.0) + fall[0] * e[n] + (n > 0 ? fall[1] * e[n - 1] : 0.0);
-            friction = convolved(weight, contact, n);
+            friction = product(weight, contact, n);
         }
-        double pull = coupling_of(p) * (x[n] - y[n]), factor = p[P_M] * (n + 1.0) * (n + 2.0);
+        double pull = coupling_stiffness(p) * (x[n] - y[n]), factor = p[P_M] * (n + 1.0) * (n + 2.0);
         double load = n < 2 ? force[n] : 0.0;
         x[n + 2] = (sign * friction - p[P_C1] * (n + 1.0) * x[n + 1] - p[P_K1] * x[n] - pull) / factor;
         if (of->mode == STICK)
-            x[n + 2] = n == 0 ? 0.5 * rates->speed : 0.0;
+            x[n + 2] = n == 0 ? 0.5 * rates->v_belt : 0.0;
         y[n + 2] = (contact[n] - load - p[P_C2] * (n + 1.0) * y[n + 1] + pull) / factor;
         /* Of ẍ less the belt's acceleration. */
-        gap[n] = x[n + 2] * (n + 1.0) * (n + 2.0) - (n == 0 ? rates->speed : 0.0);
+        gap[n] = x[n + 2] * (n + 1.0) * (n + 2.0) - (n == 0 ? rates->v_belt : 0.0);
     }
 }
 
@@ -89,11 +80,14 @@ INLINE void expand_driven_step(const Belt *of, Block *w, double tol, int order, 
 {
     const Law *law = of->laws + of->mode;
     w->field = of->fields[of->mode];
-    expand_driven(of, w->xs, w->ys, order);
+    if (!LAW_IS_TUNED && law->per_speed > 0.0)
+        expand_slipping(of, w->xs, w->ys, order);
+    else
+        expand_driven(of, w->xs, w->ys, order);
     settle_at_switch(w);
     if (w->ys[0] == 0.0 && w->separation > 0.0
         && lifting_force(w->coupling, w->preload, w->xs[0]) == 0.0)
-        w->ys[3] -= of->rates.force / (6.0 * of->p[P_M]);
+        w->ys[3] -= of->rates.F / (6.0 * of->p[P_M]);
     if (w->xs[1] == of->p[P_V_BELT] && is_sliding(of->mode))
         w->xs[2] = settled_start(of, w->xs[0], w->ys[0], w->xs[2]);
     set_length(w, tol, order / 4);
@@ -101,7 +95,7 @@ INLINE void expand_driven_step(const Belt *of, Block *w, double tol, int order, 
         /* v_r changes by what the belt's speed does, too. */
         const double bend = w->xs[2];
         M stays;
-        w->xs[2] -= 0.5 * of->rates.speed;
+        w->xs[2] -= 0.5 * of->rates.v_belt;
         w->h = limited(w->h, w->xs, law, speed_by_law(of, law, w->xs[1]), order / 4, &stays);
         w->xs[2] = bend;
     }
@@ -117,7 +111,7 @@ INLINE double driven_side(const Belt *of, const Block *w)
     if (w->y != 0.0)
         return w->y > 0.0 ? 1.0 : -1.0;
     double force = lifting_force(w->coupling, w->preload, w->x);
-    double push = w->coupling * w->vx - of->rates.force;
+    double push = w->coupling * w->vx - of->rates.F;
     double third = __builtin_fabs(push) > LEAST ? push : -(w->coupling * w->x);
     double direction = w->vy != 0.0 ? w->vy : force != 0.0 ? force : third;
     return direction > 0.0 ? 1.0 : -1.0;

@@ -17,8 +17,8 @@
 #ifndef FIVTUI_EXPANSION_H
 #define FIVTUI_EXPANSION_H
 
+#include "exponential.h"
 #include "tables.h"
-#include "vector.h"
 
 /* a, b, the diagonal of C, d and F/m of the field that governs the step. */
 typedef struct {
@@ -33,12 +33,6 @@ typedef struct {
 } Terms;
 
 #define SCALE 0x1p-64
-static const double FACTORIAL[FEWER_ROWS] = {
-    1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0, 5040.0, 40320.0, 362880.0, 3628800.0, 39916800.0,
-    479001600.0, 6227020800.0, 87178291200.0, 1307674368000.0, 20922789888000.0,
-    355687428096000.0, 6402373705728000.0, 121645100408832000.0, 2432902008176640000.0,
-    51090942171709440000.0,
-};
 
 /* Σ yᵢ yₙ₋ᵢ and Σ yᵢ rₙ₋ᵢ over 1 < i < n − 1. */
 INLINE void sum_ahead(Terms *s, int n)

@@ -1,4 +1,4 @@
-"""The equations of `fivtui.model.field` as text in C: the header `field.h`, made at the build.
+"""The equations of `fivtui.model.field` as text in C: headers that are made at the build.
 
 Each function is evaluated on expressions, and its derivative on pairs of expressions, so that the
 kernel and the native FMU have the same equations as Python. Imported by the build hook, so that it
@@ -6,18 +6,18 @@ needs the standard library alone.
 """
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from fivtui.model import field as equations
-from fivtui.model.modes import MODES, Mode
+from fivtui.model.modes import ALWAYS_SLIDING, MODES, Mode
 from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
 from fivtui.taylor.expression import Expression, expression
+from fivtui.taylor.recurrence import Terms, motion
 
-FIELD_HEADER: Final = "field.h"
-_MOTION: Final = ("x", "y", "vx", "vy")
+_NEXT: Final = ",\n        "
 
 
 class Dual:
@@ -48,6 +48,11 @@ class Dual:
         quotient = self.value / b.value
         return Dual(quotient, (self.slope - quotient * b.slope) / b.value)
 
+    def exp(self) -> "Dual":
+        """The exponential function of it."""
+        value = self.value.exp()
+        return Dual(value, value * self.slope)
+
     def __radd__(self, other: object) -> "Dual":
         return _dual(other) + self
 
@@ -74,107 +79,191 @@ def _named(prefix: str) -> dict[str, Expression]:
     return {name: Expression(f"{prefix}[{column(name)}]") for name in ALL_PARAMETERS}
 
 
-def _parameters(values: Mapping[str, Any]) -> SimpleNamespace:
-    return SimpleNamespace(**values, mu_static=values["mu_s"])
+def _parameters(values: Mapping[str, Any], *, by_law: bool = False) -> SimpleNamespace:
+    speed_law = values["v_s"] if by_law else None
+    return SimpleNamespace(**values, mu_static=values["mu_s"], speed_law=speed_law)
 
 
-# Functions of parameters and other numbers, by their names in C: what is called with them, and the
-# names of the numbers.
-_FUNCTIONS: Final[Mapping[str, tuple[Any, Sequence[str]]]] = {
-    "load_of": (equations.load, ()),
-    "coupling_of": (equations.coupling_stiffness, ()),
-    "horizontal_stiffness": (equations.horizontal_stiffness, ()),
-    "total_stiffness": (equations.total_stiffness, ()),
-    "suspension_stiffness": (equations.suspension_stiffness, ()),
-    "spring_force": (equations.spring_force, ("y",)),
-    "tangent_stiffness": (equations.tangent_stiffness, ("y",)),
-    "tangent_slope": (equations.tangent_slope, ("y",)),
-    "horizontal_acceleration": (
-        equations.horizontal_acceleration,
-        ("x", "vx", "y", "friction"),
+class Function(NamedTuple):
+    """A function of parameters and other numbers in C: what computes it, and names of the numbers.
+
+    `has_change` says whether its derivative is needed, too, as `NAME_change`.
+    """
+
+    compute: Callable[..., Any]
+    arguments: Sequence[str] = ()
+    has_change: bool = False
+
+
+_FUNCTIONS: Final[Mapping[str, Function]] = {
+    "load_of": Function(equations.load, (), True),
+    "coupling_stiffness": Function(equations.coupling_stiffness),
+    "horizontal_stiffness": Function(equations.horizontal_stiffness),
+    "total_stiffness": Function(equations.total_stiffness),
+    "suspension_stiffness": Function(equations.suspension_stiffness, (), True),
+    "spring_force": Function(equations.spring_force, ("y",), True),
+    "tangent_stiffness": Function(equations.tangent_stiffness, ("y",)),
+    "tangent_slope": Function(equations.tangent_slope, ("y",)),
+    "horizontal_acceleration": Function(
+        equations.horizontal_acceleration, ("x", "vx", "y", "friction"), True
     ),
-    "vertical_acceleration": (equations.vertical_acceleration, ("x", "y", "vy", "force")),
-    "holding_force": (
+    "vertical_acceleration": Function(
+        equations.vertical_acceleration, ("x", "y", "vy", "force"), True
+    ),
+    "holding_force": Function(
         lambda p, x, y, speed_rate: equations.holding_force(
             p, x, y, equations.Rates(v_belt=speed_rate)
         ),
         ("x", "y", "speed_rate"),
+        True,
     ),
-    "holding_force_rate": (equations.holding_force_rate, ("acceleration", "vx", "vy")),
-    "rest_position": (equations.rest_position, ("y", "friction")),
-    "rest_cubic": (lambda p, mu: equations.rest_coefficients(p, mu)[0], ("mu",)),
-    "rest_linear": (lambda p, mu: equations.rest_coefficients(p, mu)[1], ("mu",)),
+    "holding_force_rate": Function(equations.holding_force_rate, ("acceleration", "vx", "vy")),
+    "rest_position": Function(equations.rest_position, ("y", "friction"), True),
+    "rest_cubic": Function(lambda p, mu: equations.rest_coefficients(p, mu)[0], ("mu",), True),
+    "rest_linear": Function(lambda p, mu: equations.rest_coefficients(p, mu)[1], ("mu",), True),
 }
+_FRICTION: Final = Function(equations.friction_coefficient, ("speed",), True)
+# Deviations are followed on belts that are always faster.
+_CHANGED: Final = ALWAYS_SLIDING
+# The law for which `friction.h` and `driven.h` have recurrences of their own.
+_TUNED_LAW: Final = "p[P_MU] + (p[P_MU_S] - p[P_MU]) * exponential(-speed / p[P_V_S])"
 
 
-def _function(name: str, function: Any, arguments: Sequence[str]) -> str:
-    values = [Expression(argument) for argument in arguments]
-    text = expression(function(_parameters(_named("p")), *values)).text
-    given = "".join(f", double {argument}" for argument in arguments)
-    return f"INLINE double {name}(const double *p{given})\n{{\n    return {text};\n}}\n"
+def _value(of: Function, *, by_law: bool = False) -> str:
+    p = _parameters(_named("p"), by_law=by_law)
+    return expression(of.compute(p, *map(Expression, of.arguments))).text
 
 
-def _derivative(name: str, function: Any, arguments: Sequence[str]) -> str:
+def _change(of: Function, *, by_law: bool = False) -> str:
     slopes = _named("q")
-    parameters = {each: Dual(value, slopes[each]) for each, value in _named("p").items()}
-    values = [Dual(Expression(each), Expression(f"d{each}")) for each in arguments]
-    text = _dual(function(_parameters(parameters), *values)).slope.text
-    given = "".join(f", double {each}, double d{each}" for each in arguments)
+    duals = {name: Dual(value, slopes[name]) for name, value in _named("p").items()}
+    numbers = [Dual(Expression(name), Expression(f"d{name}")) for name in of.arguments]
+    return _dual(of.compute(_parameters(duals, by_law=by_law), *numbers)).slope.text
+
+
+def _function(name: str, of: Function, value: str) -> str:
+    arguments = "".join(f", double {argument}" for argument in of.arguments)
+    return f"INLINE double {name}(const double *p{arguments})\n{{\n    return {value};\n}}\n"
+
+
+def _change_function(name: str, of: Function, change: str) -> str:
+    arguments = "".join(f", double {each}, double d{each}" for each in of.arguments)
     return (
-        f"INLINE double {name}_change(const double *p, const double *q{given})\n"
-        f"{{\n    return {text};\n}}\n"
+        f"INLINE double {name}_change(const double *p, const double *q{arguments})\n"
+        f"{{\n    return {change};\n}}\n"
     )
+
+
+def _functions() -> list[str]:
+    texts = [_function(name, of, _value(of)) for name, of in _FUNCTIONS.items()]
+    texts += [
+        _change_function(name, of, _change(of)) for name, of in _FUNCTIONS.items() if of.has_change
+    ]
+    # Where v_s is 0 there is no law.
+    name, of = "friction_coefficient", _FRICTION
+    value, change = (
+        f"p[P_V_S] > 0.0 ? {text(of, by_law=True)} : {text(of)}" for text in (_value, _change)
+    )
+    scalar = [_function(name, of, value), _change_function(name, of, change)]
+    return [*texts, "#if LANES == 1\n", *scalar, "#endif\n"]
 
 
 def _coefficients(mode: Mode) -> list[str]:
     # The coefficients of a mode, and how they change with parameters p that change by q.
     name = mode.name.lower()
-    values = _named("p")
-    slopes = _named("q")
+    values, slopes = _named("p"), _named("q")
+    duals = {name: Dual(value, slopes[name]) for name, value in values.items()}
     c = equations.field(_parameters(values), mode)
-    changes = equations.field(
-        _parameters({each: Dual(value, slopes[each]) for each, value in values.items()}), mode
-    )
-    texts = ",\n        ".join(expression(value).text for value in c)
-    of_changes = ",\n        ".join(_dual(value).slope.text for value in changes)
-    head = f"INLINE Coefficients {name}"
+    texts = [f"INLINE Coefficients {name}_coefficients(const double *p)\n"]
+    lists = [[expression(value).text for value in c]]
+    if mode in _CHANGED:
+        changes = equations.field(_parameters(duals), mode)
+        texts.append(f"INLINE Coefficients {name}_changes(const double *p, const double *q)\n")
+        lists.append([_dual(value).slope.text for value in changes])
     return [
-        f"{head}_coefficients(const double *p)\n{{\n"
-        f"    return (Coefficients){{\n        {texts}}};\n}}\n",
-        f"{head}_changes(const double *p, const double *q)\n{{\n"
-        f"    return (Coefficients){{\n        {of_changes}}};\n}}\n",
+        f"{head}{{\n    return (Coefficients){{\n        {_NEXT.join(numbers)}}};\n}}\n"
+        for head, numbers in zip(texts, lists, strict=True)
     ]
 
 
-def field_header() -> str:
-    """The text of `field.h`."""
+def _field_header() -> str:
     columns = [column(name) for name in PARAMETERS]
     optional = [column(name) for name in ALL_PARAMETERS if name not in PARAMETERS]
     modes = ", ".join(mode.name for mode in Mode)
-    names = ", ".join(equations.Field._fields)
     parts = [
         "/* The equations of `fivtui.model.field`, made by `fivtui.kernel.field_text`. */\n",
         "#ifndef FIVTUI_FIELD_H\n#define FIVTUI_FIELD_H\n",
-        '#include "vector.h"\n',
+        '#include "exponential.h"\n',
         f"/* Columns of parameters; behind them those of a belt of finite speed. */\nenum {{\n"
         f"    {', '.join(columns)}, PARAMETERS,\n    {optional[0]} = PARAMETERS, "
         f"{', '.join(optional[1:])}, BELT_PARAMETERS\n}};\n",
         f"enum {{ {modes}, MODES }};\n",
-        f"/* As `fivtui.model.field.Field`. */\ntypedef struct {{\n    double {names};\n"
-        "} Coefficients;\n",
-        *(_function(name, *rest) for name, rest in _FUNCTIONS.items()),
-        *(_derivative(name, *rest) for name, rest in _FUNCTIONS.items()),
+        f"/* As `fivtui.model.field.Field`. */\ntypedef struct {{\n"
+        f"    double {', '.join(equations.Field._fields)};\n}} Coefficients;\n",
+        f"/* As `fivtui.model.field.Rates`. */\ntypedef struct {{\n"
+        f"    double {', '.join(equations.Rates._fields)};\n}} Rates;\n",
+        *_functions(),
         *(text for mode in MODES for text in _coefficients(mode)),
         "#endif\n",
     ]
     return "\n".join(parts)
 
 
+def law_is_tuned() -> bool:
+    """Whether the kernel has tuned recurrences for the friction law; if not, generated ones."""
+    return _value(_FRICTION, by_law=True) == _TUNED_LAW
+
+
+def _name_in_c(group: str, name: str) -> str:
+    if group == "rates":
+        return f"rates->{name}"
+    return f"p[{column('mu_s' if name == 'mu_static' else name)}]"
+
+
+def _expansion(mode: Mode) -> str:
+    # The function that continues a motion that slips by a friction law.
+    terms = Terms(by_law=True, finite_belt=True, over_time=True)
+    recurrence, ax, ay = motion(terms, mode, _name_in_c)
+    lines = [f"const double {name} = {text};" for name, text in recurrence.constants.items()]
+    for name, (value, slope) in recurrence.lines.items():
+        lines.append(f"const double {name}[ROWS] = {{{value}, {slope}}};")
+    lines += [f"double {name}[ROWS];" for name in recurrence.statements]
+    lines.append("for (int n = 0; n < order; n++) {")
+    lines += [f"    {name}[n] = {text};" for name, text in recurrence.statements.items()]
+    lines += [
+        f"    const double ax = {ax.value.text}, ay = {ay.value.text};",
+        "    x[n + 2] = ax / ((n + 1) * (n + 2)), y[n + 2] = ay / ((n + 1) * (n + 2));",
+        "}",
+    ]
+    head = f"INLINE void expand_{mode.name.lower()}(const double *p, const Rates *rates, double *x,"
+    body = "\n    ".join(lines)
+    return f"{head}\n    double *y, int order)\n{{\n    {body}\n}}\n"
+
+
+def _recurrence_header() -> str:
+    tuned = law_is_tuned()
+    parts = [
+        "/* Recurrences for a friction law of which the kernel has no tuned ones, made by\n"
+        "   `fivtui.kernel.field_text`. */\n",
+        "#ifndef FIVTUI_RECURRENCE_H\n#define FIVTUI_RECURRENCE_H\n",
+        '#include "power_series.h"\n',
+        f"#define LAW_IS_TUNED {int(tuned)}\n",
+        *([] if tuned else map(_expansion, (Mode.FORWARD, Mode.BACKWARD))),
+        "#endif\n",
+    ]
+    return "\n".join(parts)
+
+
+def headers() -> dict[str, str]:
+    """The generated headers by name."""
+    return {"field.h": _field_header(), "recurrence.h": _recurrence_header()}
+
+
 def sources_digest(folder: Path) -> str:
     """The digest of the kernel's text, by which a library that is older than it is recognised."""
     content = hashlib.sha256()
     texts = {path.name: path.read_bytes() for path in [*folder.glob("*.c"), *folder.glob("*.h")]}
-    texts[FIELD_HEADER] = field_header().encode()
+    texts |= {name: text.encode() for name, text in headers().items()}
     for name, text in sorted(texts.items()):
         content.update(name.encode() + b"\0" + text.replace(b"\r\n", b"\n"))
     return content.hexdigest()[:32]

@@ -8,10 +8,6 @@
 #include "polynomial.h"
 
 /* As in `fivtui.taylor.friction`. */
-#define LN2_HIGH 6.93147180369123816490e-01
-#define LN2_LOW 1.90821492927058770002e-10
-#define LOG2_E 1.44269504088896338700
-#define MOST_EXPONENT 700.0
 #define MOST_CHANGE 12.0
 #define WIDENING 0.09
 #define NEGLIGIBLE 37.0
@@ -32,24 +28,6 @@ typedef enum { FALLING, LEVEL, HOLDING } Friction;
 typedef struct {
     V sign, mu, fall, per_speed, contact;
 } Law;
-
-/* exp(−exponent) by arithmetic alone; below zero, where rounding comes, not beyond −700. */
-INLINE V decay(V exponent)
-{
-    const double whole = 0x1.8p52;
-    M some = exponent < MOST_EXPONENT;
-    V above = choose(some, greatest(exponent, splat(-MOST_EXPONENT)), splat(MOST_EXPONENT));
-    V count = (whole - above * LOG2_E) - whole;
-    V rest = fma_of(count, splat(-LN2_LOW), fma_of(count, splat(-LN2_HIGH), -above));
-    V square = rest * rest, fourth = square * square;
-    V term[7];
-    UNROLLED for (int n = 0; n < 7; n++)
-        term[n] = fma_of(rest, splat(1.0 / FACTORIAL[2 * n + 1]), splat(1.0 / FACTORIAL[2 * n]));
-    V low = fma_of(fma_of(term[3], square, term[2]), fourth, fma_of(term[1], square, term[0]));
-    V high = fma_of(term[6], fourth, fma_of(term[5], square, term[4]));
-    V value = fma_of(high, fourth * fourth, low);
-    return choose(some, value * from_bits_beyond_one(count * 0x1p52, 1023LL << 52), splat(0.0));
-}
 
 /* What is carried from term to term: (xₙ, yₙ) and their coefficients (uₙ, vₙ) of ẍ and ÿ; eₙ; with p
    that of P/m and rₙ = −d (3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ), all sums being over 0 < i < n, (rₙ, −d yₙ) in
@@ -322,7 +300,7 @@ typedef struct {
 INLINE V start_of(V exponent, const Start *known)
 {
     M same = exponent == known->exponent;
-    return bits_of(same) == ALL_LANES ? known->e : decay(exponent);
+    return bits_of(same) == ALL_LANES ? known->e : exponential(-exponent);
 }
 
 /* Expand a step by a friction law, in whatever mode: where the slider is far from the speed of the

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fivtui.model import ALL_PARAMETERS, PARAMETERS, ComputationError
 
 from .driven import Legs
-from .field_text import sources_digest
+from .field_text import law_is_tuned, sources_digest
 from .in_turn import RunsInTurn
 from .lanes import Work
 from .orbits import OrbitSearch
@@ -242,7 +242,7 @@ class Kernel:
         self, *, observed: tuple[bool, bool, bool], belts: Floats | None = None, **asked: Any
     ) -> Work | RunsInTurn:
         """Begin a chunk of a batch, in lanes or in turn, with the same bits: see `Work`."""
-        if belts is not None and self._is_slow_in_lanes:
+        if belts is not None and (self._is_slow_in_lanes or not law_is_tuned()):
             # Single runs know all extremes.
             return RunsInTurn(self.begin, belts=belts, **asked)
         return Work(self._functions, observed=observed, belts=belts, **asked)

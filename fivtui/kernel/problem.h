@@ -45,7 +45,7 @@ INLINE void begin(Block *w, int lane, const double *p, int separation, const dou
     OF(w, contact_d_y, lane) = contact.cubic;
     OF(w, off_b_x, lane) = off.xy;
     OF(w, off_b_y, lane) = off.yy;
-    OF(w, coupling, lane) = coupling_of(p);
+    OF(w, coupling, lane) = coupling_stiffness(p);
     OF(w, preload, lane) = load_of(p);
     OF(w, deflection, lane) = __builtin_fabs(load_of(p)) / stiffness;
     OF(w, frequency, lane) = 1.0 / __builtin_sqrt(m / stiffness);

@@ -63,6 +63,7 @@ if TYPE_CHECKING:
         Rows as Rows,
         TimeTable as TimeTable,
         course_of as course_of,
+        parameters_after as parameters_after,
         time_table as time_table,
     )
     from .parameters import (

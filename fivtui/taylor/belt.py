@@ -24,7 +24,7 @@ from fivtui.model.slider_belt import BALANCED, State, lift, mode_of, static_defl
 
 from .friction import shortened_step
 from .polynomial import first_root
-from .recurrence import Kind, guard_function, motion_function
+from .recurrence import Terms, guard_function, motion_function
 from .segment import BeltSegment
 from .series import Coefficients
 from .stepper import SHORTEST_FLIGHT, TaylorStepper
@@ -73,14 +73,14 @@ class BeltStepper(TaylorStepper):
         self._mode = mode_of(p, state, separation=separation, rates=self._rates)
         # There is a law, too, where a table begins at μ_s: μ may fall from there.
         self._by_law = p.v_s is not None and p.mu_s is not None if tables else bool(p.speed_law)
-        self._kind = Kind(self._by_law, p.v_belt is not None, bool(tables))
+        self._terms = Terms(self._by_law, p.v_belt is not None, bool(tables))
 
     def advance(self) -> BeltSegment:
         """Compute the next segment: one Taylor step, cut at the first fall of a guard or at a row.
 
         Raises `ComputationError` if the motion overflows, or switches faster than time resolves.
         """
-        if self._kind.over_time:
+        if self._terms.over_time:
             self._p, self._rates = self._course.after(self._time)
             self._row_time = self._course.next_break(self._time)
         segment = self._step()
@@ -145,7 +145,7 @@ class BeltStepper(TaylorStepper):
 
     def _speed_after(self, duration: float) -> float:
         # Of the belt, m/s.
-        if not self._kind.over_time:
+        if not self._terms.over_time:
             return self._p.v_belt or 0.0
         if duration >= (self._row_time - self._time) - self._remainder:
             return self._course.speed_before(self._row_time)
@@ -161,8 +161,8 @@ class BeltStepper(TaylorStepper):
 
     def _expanded(self, mode: Mode) -> Coefficients:
         state = self._state
-        if self._kind.over_time or (self._by_law and MODES[mode].slips):
-            motion = motion_function(self._kind, mode)
+        if self._terms.over_time or (self._by_law and MODES[mode].slips):
+            motion = motion_function(self._terms, mode)
             x, y = motion(self._p, self._rates, state, self._degree - 1)
         else:
             x, y = self._expand[mode](*state, *self._constants[mode])
@@ -209,7 +209,7 @@ class BeltStepper(TaylorStepper):
             if guard in _HEIGHT_GUARDS:
                 root = self._first_root(y, final[2]) if self._separation else None
             else:
-                c = guard_function(self._kind, guard)(self._p, self._rates, *motion)
+                c = guard_function(self._terms, guard)(self._p, self._rates, *motion)
                 if c[0] <= 0.0:
                     # At the start of a mode its guard is zero, and rises but for rounding.
                     c[0], c[1] = 0.0, max(c[1], 0.0)

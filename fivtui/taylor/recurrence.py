@@ -25,8 +25,8 @@ from .series import Coefficients, compiled
 Naming = Callable[[str, str], str]
 
 
-class Kind(NamedTuple):
-    """What a recurrence is for.
+class Terms(NamedTuple):
+    """Which terms the equations have.
 
     Whether friction follows a law of speed, the belt has a finite speed, and parameters follow
     tables over time.
@@ -172,20 +172,20 @@ class Series:
         return self.array
 
 
-def motion(kind: Kind, mode: Mode, name: Naming) -> tuple[Recurrence, Series, Series]:
+def motion(terms: Terms, mode: Mode, name: Naming) -> tuple[Recurrence, Series, Series]:
     """The recurrence of a mode, with the accelerations in x and y."""
     recurrence = Recurrence()
-    p, rates = _parameters(recurrence, kind, name)
+    p, rates = _parameters(recurrence, terms, name)
     (x, vx), (y, vy) = recurrence.motion("x"), recurrence.motion("y")
     state: Any = (x, vx, y, vy)
     ax, ay = accelerations(p, state, mode, rates)
     return recurrence, _series(recurrence, ax), _series(recurrence, ay)
 
 
-def guard(kind: Kind, of: Guard, name: Naming) -> tuple[Recurrence, Series]:
+def guard(terms: Terms, of: Guard, name: Naming) -> tuple[Recurrence, Series]:
     """The recurrence of a guard along a motion whose coefficients are known."""
     recurrence = Recurrence()
-    p, rates = _parameters(recurrence, kind, name)
+    p, rates = _parameters(recurrence, terms, name)
     (x, vx), (y, vy) = recurrence.motion("x"), recurrence.motion("y")
     value = guard_value(p, (x, vx, y, vy), of, rates)
     return recurrence, _series(recurrence, value)
@@ -200,7 +200,7 @@ def _series(recurrence: Recurrence, value: Any) -> Series:
     return (value if isinstance(value, Series) else _constant(recurrence, value)).varying()
 
 
-def _parameters(recurrence: Recurrence, kind: Kind, name: Naming) -> tuple[Any, Any]:
+def _parameters(recurrence: Recurrence, terms: Terms, name: Naming) -> tuple[Any, Any]:
     # Parameters and rates as series.
     names = sorted({*ALL_PARAMETERS, *Rates._fields})
     values = {each: Expression(name("p", each)) for each in names}
@@ -208,13 +208,13 @@ def _parameters(recurrence: Recurrence, kind: Kind, name: Naming) -> tuple[Any, 
     p: dict[str, Series | None] = {
         each: _constant(recurrence, value) for each, value in values.items()
     }
-    if kind.over_time:
+    if terms.over_time:
         for each in rates:
             slope = Expression(name("rates", each))
             rates[each] = _constant(recurrence, slope)
             p[each] = recurrence.line(values[each], slope)
-    p["speed_law"] = p["v_s"] if kind.by_law else None
-    p["v_belt"] = p["v_belt"] if kind.finite_belt else None
+    p["speed_law"] = p["v_s"] if terms.by_law else None
+    p["v_belt"] = p["v_belt"] if terms.finite_belt else None
     return SimpleNamespace(**p), SimpleNamespace(**rates)
 
 
@@ -240,12 +240,12 @@ def _function(head: str, lines: Sequence[str], returned: str) -> Callable[..., A
 
 
 @lru_cache(maxsize=64)
-def motion_function(kind: Kind, mode: Mode) -> Callable[[Any, Rates, Any, int], Coefficients]:
+def motion_function(terms: Terms, mode: Mode) -> Callable[[Any, Rates, Any, int], Coefficients]:
     """The function of (p, rates, state, order) that continues a motion in a mode.
 
     It returns the coefficients of x and of y, order + 2 each, in m/sⁿ.
     """
-    recurrence, ax, ay = motion(kind, mode, python_name)
+    recurrence, ax, ay = motion(terms, mode, python_name)
     steps = [
         "share = 1.0 / ((n + 1) * (n + 2))",
         f"ax, ay = {ax.value.text}, {ay.value.text}",
@@ -258,12 +258,12 @@ def motion_function(kind: Kind, mode: Mode) -> Callable[[Any, Rates, Any, int], 
 
 
 @lru_cache(maxsize=64)
-def guard_function(kind: Kind, of: Guard) -> Callable[[Any, Rates, Any, Any], list[float]]:
+def guard_function(terms: Terms, of: Guard) -> Callable[[Any, Rates, Any, Any], list[float]]:
     """The function of (p, rates, x, y) that gives the coefficients of a guard, as many, per sⁿ.
 
     Along a motion with the coefficients x and y in m/sⁿ.
     """
-    recurrence, value = guard(kind, of, python_name)
+    recurrence, value = guard(terms, of, python_name)
     lines = ["    x, c = [*x, 0.0], []"]
     lines += _python(recurrence, "len(y)", [f"c.append({value.value.text})"])
     return _function("p, rates, x, y", lines, "c")

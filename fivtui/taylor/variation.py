@@ -23,7 +23,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import LEAST, State, accelerations, mode_of
 
 from .belt import HOLD_GUARDS, SPEED_GUARDS
-from .recurrence import Kind, motion_function
+from .recurrence import Terms, motion_function
 from .segment import BeltSegment, Segment
 from .series import Coefficients, coefficient_function, right_hand_side, state_function
 from .stepper import overflow_error
@@ -222,8 +222,8 @@ def expanded(p: Parameters, mode: Mode, state: Any) -> Coefficients:
     """Taylor coefficients of the motion of `ORDER`, from numbers that may be complex."""
     if p.speed_law is None or not MODES[mode].slips:
         return coefficient_function(right_hand_side(p, mode), ORDER)(*state, *field(p, mode))
-    kind = Kind(by_law=True, finite_belt=True, over_time=False)
-    return motion_function(kind, mode)(p, CONSTANT, state, ORDER)
+    terms = Terms(by_law=True, finite_belt=True, over_time=False)
+    return motion_function(terms, mode)(p, CONSTANT, state, ORDER)
 
 
 def _towards(state: State, direction: State) -> tuple[complex, ...]:

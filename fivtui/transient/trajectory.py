@@ -18,9 +18,9 @@ from fivtui.model import (
     Rates,
     State,
     accelerations,
+    parameters_after,
     spring_force,
 )
-from fivtui.model.over_time import parameters_after
 from fivtui.results import Result, equal_values
 from fivtui.taylor import Segment
 

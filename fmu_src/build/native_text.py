@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from fivtui.kernel import FIELD_HEADER, field_header
+from fivtui.kernel import headers
 from fivtui.model import PARAMETERS
 from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Role, Type, Variable, VariableTable
 
@@ -59,7 +59,7 @@ def _sources() -> dict[str, str]:
     texts = {file.name: file.read_text(encoding="utf-8") for file in files}
     for model, table in MODELS.items():
         texts[f"{UNITS[model][0]}_table.h"] = _table(table)
-    texts[FIELD_HEADER] = field_header()
+    texts |= headers()
     return dict(sorted(texts.items()))
 
 
@@ -69,11 +69,8 @@ def generated() -> dict[str, str]:
     names |= {f"{units[0].upper()}_GUID": guid_of(model) for model, units in UNITS.items()}
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
     head = "/* Names of the text that the binaries are compiled from. */\n\n"
-    made = {
-        name: text
-        for name, text in _sources().items()
-        if name.endswith("_table.h") or name == FIELD_HEADER
-    }
+    made = {name: text for name, text in _sources().items() if name.endswith("_table.h")}
+    made |= headers()
     return {**made, "build.h": head + "".join(lines)}
 
 

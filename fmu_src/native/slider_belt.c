@@ -263,22 +263,11 @@ static void look_at_belt(Instance *i)
     at->motion = before;
 }
 
-/* The friction coefficient where the slider slides at a speed, and its changes by those of values. */
-static double friction_of(const State *s, double speed, double *e)
-{
-    const double *v = s->values;
-    *e = 0.0;
-    if (!(v[V_mu_s] > 0.0 && v[V_v_s] > 0.0))
-        return v[V_mu];
-    *e = decay(larger(speed, 0.0) / v[V_v_s]);
-    return v[V_mu] + (v[V_mu_s] - v[V_mu]) * *e;
-}
-
-/* The speed by which the slider slides in a mode. */
+/* The speed by which the slider slides in a mode; not less than zero by rounding. */
 static double sliding_speed(const State *s, double mode)
 {
     const double ahead = belt_speed(s) - s->states[VX];
-    return mode == BACKWARD ? -ahead : ahead;
+    return larger(mode == BACKWARD ? -ahead : ahead, 0.0);
 }
 
 /* The friction force on the slider, given that of the contact. */
@@ -286,12 +275,11 @@ static double friction_on_slider(const Instance *i, const double *p, double forc
 {
     const Content *at = content_in(i);
     const double mode = at->mode;
-    double e;
     if (mode == STICK)
         return holding_force(p, i->s.states[X], i->s.states[Y], at->acceleration);
     if (mode != FORWARD && mode != BACKWARD)
         return i->s.values[V_mu] * force;
-    const double friction = friction_of(&i->s, sliding_speed(&i->s, mode), &e) * force;
+    const double friction = friction_coefficient(p, sliding_speed(&i->s, mode)) * force;
     return mode == BACKWARD ? -friction : friction;
 }
 
@@ -408,20 +396,16 @@ static double change_of_friction(const Instance *i, const double *p, const doubl
 {
     const State *s = &i->s;
     const double *v = s->values, mode = content_in(i)->mode;
-    double e;
     if (mode == STICK)
         return holding_force_change(p, q, v[V_x], d[V_x], v[V_y], d[V_y],
                                     content_in(i)->acceleration, 0.0);
     if (mode != FORWARD && mode != BACKWARD)
         return v[V_mu] * force + d[V_mu] * v[V_P];
     const double sign = mode == FORWARD ? 1.0 : -1.0, speed = sliding_speed(s, mode);
-    const double mu = friction_of(s, speed, &e);
-    double change = d[V_mu];
-    if (v[V_mu_s] > 0.0 && v[V_v_s] > 0.0) {
-        const double slower = sign * (d[V_v_belt] - d[V_vx]) - speed / v[V_v_s] * d[V_v_s];
-        const double fall = v[V_mu_s] - v[V_mu];
-        change += e * (d[V_mu_s] - d[V_mu] - fall / v[V_v_s] * slower);
-    } else if (v[V_v_s] > 0.0 && d[V_mu_s] != 0.0) {
+    const double mu = friction_coefficient(p, speed);
+    const double faster = sign * (d[V_v_belt] - d[V_vx]);
+    double change = friction_coefficient_change(p, q, speed, faster);
+    if (v[V_v_s] > 0.0 && v[V_mu_s] == 0.0 && d[V_mu_s] != 0.0) {
         /* 0 stands for μ: friction jumps there. */
         change = __builtin_nan("");
     }

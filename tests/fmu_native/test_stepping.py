@@ -14,7 +14,7 @@ from typing import Any, Self
 import pytest
 
 from fivtui import Parameters, simulate
-from fivtui.kernel.field_text import FIELD_HEADER, field_header
+from fivtui.kernel.field_text import headers
 from fivtui.model import TIMED, Course, Mode, State, course_of, static_start
 from fivtui.taylor import local_tolerance
 from fivtui.transient import Transient
@@ -42,7 +42,8 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
         pytest.skip("there is no compiler")
     cc = ["cc"] if shutil.which("cc") else [sys.executable, "-m", "ziglang", "cc"]
     flags = [flag for flag in FLAGS if flag not in ("-O3", "-Wall")]
-    (target.parent / FIELD_HEADER).write_text(field_header(), encoding="utf-8")
+    for header, content in headers().items():
+        (target.parent / header).write_text(content, encoding="utf-8")
     includes = [f"-I{NATIVE}", f"-I{KERNEL}", f"-I{target.parent}"]
     text = [str(HERE / "stepping.c"), "-lm"]
     subprocess.run([*cc, *flags, "-O1", *includes, "-shared", "-o", str(target), *text], check=True)

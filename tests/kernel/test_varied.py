@@ -10,7 +10,7 @@ import pytest
 import fivtui
 import hatch_build
 from fivtui.kernel import Kernel, Status, VariedRun, load_kernel, native
-from fivtui.kernel.field_text import FIELD_HEADER, field_header
+from fivtui.kernel.field_text import headers
 from fivtui.kernel.runs import MOST_SEEDS
 from fivtui.taylor.variation import past_switch
 
@@ -119,7 +119,8 @@ def test_deviations_pass_a_switch_of_any_field_as_those_in_python(tmp_path: Path
         pytest.skip("there is no gcc")
     source, program = tmp_path / "pass.c", tmp_path / "pass"
     source.write_text(PASS_SWITCH, encoding="utf-8")
-    (tmp_path / FIELD_HEADER).write_text(field_header(), encoding="utf-8")
+    for name, text in headers().items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
     folder = Path(fivtui.__file__).parent / "kernel"
     includes = [f"-I{tmp_path}", f"-I{folder}"]
     options = ["-std=c11", "-O0", "-Wno-psabi", *includes, str(source), "-o", str(program)]
