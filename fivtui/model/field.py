@@ -152,9 +152,28 @@ def friction_coefficient(p: Any, speed: Any) -> Any:
     return p.mu + (p.mu_static - p.mu) * exponential(-speed / p.speed_law)
 
 
-def friction_slope(p: Any, speed: float) -> float:
+def friction_slope(p: Any, speed: Any) -> Any:
     """The derivative of the friction coefficient by a sliding speed v ≥ 0, s/m."""
-    return derivative(friction_coefficient(p, complex(speed, DERIVATIVE_STEP)) + 0j)
+    return derivative(friction_coefficient(p, speed + complex(0.0, DERIVATIVE_STEP)) + 0j)
+
+
+def friction_derivatives(p: Any, speed: float, order: int) -> tuple[float, ...]:
+    """The friction coefficient μ and its derivatives μ′, μ″, … by a sliding speed v ≥ 0, m/s.
+
+    There are `order` derivatives, at least one.
+    """
+    # The FMU carries this module and needs no derivatives.
+    from .power_series import PowerSeries
+
+    friction = friction_coefficient(p, PowerSeries.variable(speed, order)) + 0.0
+    if isinstance(friction, PowerSeries):
+        return friction.derivatives()
+    return (friction, *[0.0] * order)
+
+
+def depends_on_speed(p: Any) -> bool:
+    """Whether friction changes with the sliding speed: by two derivatives of μ at speed zero."""
+    return any(friction_derivatives(p, 0.0, 2)[1:])
 
 
 def sliding_friction(p: Any, vx: Any, force: Any, mode: Mode) -> Any:

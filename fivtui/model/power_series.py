@@ -1,0 +1,79 @@
+"""Truncated power series, from which derivatives of any order are read."""
+
+import math
+from collections.abc import Sequence
+from typing import Self
+
+
+class PowerSeries:
+    """The series c₀ + c₁ s + … + cₙ sⁿ of a small s; higher powers are dropped.
+
+    Operands are numbers, or series of the same order n.
+    """
+
+    __slots__ = ("coefficients",)
+
+    def __init__(self, coefficients: Sequence[float]) -> None:
+        self.coefficients = tuple(coefficients)
+
+    @classmethod
+    def variable(cls, value: float, order: int) -> Self:
+        """The series value + s up to an order of at least 1."""
+        return cls((value, 1.0, *[0.0] * (order - 1)))
+
+    def derivatives(self) -> tuple[float, ...]:
+        """The value and the derivatives by s at s = 0, up to the order of the series."""
+        return tuple(math.factorial(n) * value for n, value in enumerate(self.coefficients))
+
+    def _operand(self, value: Self | float) -> tuple[float, ...]:
+        # The coefficients of the second operand.
+        if isinstance(value, PowerSeries):
+            return value.coefficients
+        return (value, *[0.0] * (len(self.coefficients) - 1))
+
+    def __neg__(self) -> Self:
+        return type(self)([-value for value in self.coefficients])
+
+    def __add__(self, addend: Self | float) -> Self:
+        pairs = zip(self.coefficients, self._operand(addend), strict=True)
+        return type(self)([value + added for value, added in pairs])
+
+    __radd__ = __add__
+
+    def __sub__(self, subtrahend: Self | float) -> Self:
+        return self + -subtrahend
+
+    def __rsub__(self, minuend: float) -> Self:
+        return -self + minuend
+
+    def __mul__(self, factor: Self | float) -> Self:
+        if not isinstance(factor, PowerSeries):
+            return type(self)([value * factor for value in self.coefficients])
+        left, right = self.coefficients, factor.coefficients
+        pairs = [zip(left, reversed(right[: n + 1]), strict=False) for n in range(len(left))]
+        return type(self)([sum(value * by for value, by in terms) for terms in pairs])
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: Self | float) -> Self:
+        if not isinstance(divisor, PowerSeries):
+            return type(self)([value / divisor for value in self.coefficients])
+        first, *higher = divisor.coefficients
+        quotient: list[float] = []
+        for value in self.coefficients:
+            terms = zip(reversed(quotient), higher, strict=False)
+            quotient.append((value - sum(term * by for term, by in terms)) / first)
+        return type(self)(quotient)
+
+    def __rtruediv__(self, dividend: float) -> Self:
+        return type(self)(self._operand(dividend)) / self
+
+    def exp(self) -> Self:
+        """The exponential, by the recurrence that its derivative f′ exp(f) gives."""
+        first, *higher = self.coefficients
+        slopes = [n * value for n, value in enumerate(higher, start=1)]
+        powers = [math.exp(first)]
+        for n in range(1, len(self.coefficients)):
+            terms = zip(slopes, reversed(powers), strict=False)
+            powers.append(sum(slope * value for slope, value in terms) / n)
+        return type(self)(powers)

@@ -1,0 +1,81 @@
+"""Tests of truncated power series, and of the derivatives of friction that they give."""
+
+import math
+
+import pytest
+from hypothesis import given, strategies as st
+
+from fivtui.model import Parameters
+from fivtui.model.field import friction_coefficient, friction_derivatives, friction_slope
+from fivtui.model.power_series import PowerSeries
+
+ORDER = 4
+sizes = st.floats(0.25, 4.0)
+numbers = st.one_of(sizes, sizes.map(lambda value: -value))
+
+
+def series(first: st.SearchStrategy[float]) -> st.SearchStrategy[PowerSeries]:
+    rest = [st.floats(-2.0, 2.0) for _ in range(ORDER)]
+    return st.tuples(first, *rest).map(PowerSeries)
+
+
+def assert_equal(left: PowerSeries, right: PowerSeries) -> None:
+    scale = max(map(abs, (*left.coefficients, *right.coefficients)))
+    assert left.coefficients == pytest.approx(right.coefficients, rel=1e-10, abs=1e-9 * scale)
+
+
+@given(series(numbers), series(numbers), series(numbers))
+def test_products_and_quotients_are_those_of_a_field(
+    a: PowerSeries, b: PowerSeries, c: PowerSeries
+) -> None:
+    assert_equal(a * b, b * a)
+    assert_equal(a * (b + c), a * b + a * c)
+    assert_equal(a * (b - c), a * b - a * c)
+    assert_equal(a / b * b + 10.0, a + 10.0)
+
+
+@given(series(sizes), numbers)
+def test_numbers_are_series_without_powers(a: PowerSeries, number: float) -> None:
+    constant = PowerSeries((number, *[0.0] * ORDER))
+    for left, right in (
+        (a + number, a + constant),
+        (number + a, constant + a),
+        (a - number, a - constant),
+        (number - a, constant - a),
+        (a * number, a * constant),
+        (number * a, constant * a),
+        (a / number, a / constant),
+        (number / a, constant / a),
+        (-a, 0.0 - a),
+    ):
+        assert_equal(left, right)
+
+
+@given(series(st.floats(-2.0, 2.0)), series(st.floats(-2.0, 2.0)))
+def test_the_exponential_of_a_sum_is_a_product(a: PowerSeries, b: PowerSeries) -> None:
+    assert_equal((a + b).exp(), a.exp() * b.exp())
+    assert_equal((-a).exp(), 1.0 / a.exp())
+
+
+def test_derivatives_of_known_functions() -> None:
+    x = PowerSeries.variable(0.5, 5)
+    assert (x.exp()).derivatives() == pytest.approx([math.exp(0.5)] * 6, rel=1e-15)
+    reciprocal = [(-1.0) ** n * math.factorial(n) / 0.5 ** (n + 1) for n in range(6)]
+    assert (1.0 / x).derivatives() == pytest.approx(reciprocal, rel=1e-15)
+    assert (x * x * x).derivatives() == (0.125, 0.75, 3.0, 6.0, 0.0, 0.0)
+
+
+@given(st.floats(0.0, 5.0), st.floats(0.05, 5.0))
+def test_derivatives_of_friction_are_those_of_its_exponential(speed: float, v_s: float) -> None:
+    p = Parameters(mu=0.3, mu_s=0.5, v_s=v_s, v_belt=1.0)
+    fall = 0.2 * math.exp(-speed / v_s)
+    found = friction_derivatives(p, speed, 3)
+    assert found[0] == friction_coefficient(p, speed)
+    assert found[1:] == pytest.approx((-fall / v_s, fall / v_s**2, -fall / v_s**3), rel=1e-14)
+    assert found[1] == pytest.approx(friction_slope(p, speed), rel=1e-14)
+
+
+def test_constant_friction_has_no_derivatives() -> None:
+    for values in ({"v_s": None}, {"mu_s": None}, {"mu_s": 0.3}):
+        p = Parameters(mu=0.3, v_belt=1.0).with_values({"mu_s": 0.5, "v_s": 0.4, **values})
+        assert friction_derivatives(p, 0.5, 3) == (0.3, 0.0, 0.0, 0.0)
