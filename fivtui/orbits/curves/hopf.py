@@ -18,7 +18,7 @@ from fivtui.model import (
     Equilibrium,
     Parameters,
     equilibrium,
-    friction_coefficient,
+    friction_derivatives,
     jacobian,
     tangent_slope,
     tangent_stiffness,
@@ -114,16 +114,14 @@ def hopf_point(p: Parameters, name: str, *, separation: bool = True) -> HopfPoin
 
 
 class _Bends:
-    # Second and third derivatives of the motion at an equilibrium. Those of friction by ẋ are terms
-    # of (μ_s − μ) exp((ẋ − v_belt)/v_s).
+    # Second and third derivatives of the motion at an equilibrium. Those of friction are by ẋ, and
+    # the sliding speed is v_belt − ẋ.
 
     def __init__(self, p: Parameters, point: Equilibrium) -> None:
-        speed, law = p.v_belt, p.speed_law
-        mu = p.mu if speed is None else friction_coefficient(p, speed)
-        self._mu = (mu, 0.0, 0.0, 0.0)
-        if speed is not None and law is not None:
-            fall = (p.mu_static - p.mu) * math.exp(-speed / law)
-            self._mu = (mu, fall / law, fall / law**2, fall / law**3)
+        self._mu = (p.mu, 0.0, 0.0, 0.0)
+        if p.v_belt is not None:
+            mu, slope, bend, third = friction_derivatives(p, p.v_belt, 3)
+            self._mu = (mu, -slope, bend, -third)
         self._force = (
             point.P,
             -tangent_stiffness(p, point.y),
