@@ -7,8 +7,10 @@ n = −k_nl (3 y_e η² + η³)/m. Hence with |η| ≤ |w| |q|
     d|q|/dt ≤ −σ |q| + |b| k_nl/m (3 |y_e| |w|² |q|² + |w|³ |q|³)
 
 which is negative for all |q| below a root of a quadratic. On a belt of finite speed the region ends
-where the slider would have the speed of the belt, and friction μ(v_belt + δ) that falls with the
-sliding speed adds what its straight line leaves: |μ″| ≤ (μ_s − μ)/v_s² bounds it.
+where the slider would have the speed of the belt, so that the sliding speed v is between 0 and
+2 v_belt. Friction μ(v) then adds what its tangent at v_belt leaves. The friction law has to be
+convex, with |μ″| decreasing with v: |μ″(0)| bounds |μ″|, and the greater of μ(0) and μ(2 v_belt)
+bounds μ.
 """
 
 import math
@@ -21,7 +23,9 @@ from fivtui.model import (
     Equilibrium,
     Parameters,
     State,
+    depends_on_speed,
     friction_coefficient,
+    friction_derivatives,
     friction_slope,
     jacobian,
     tangent_stiffness,
@@ -57,9 +61,9 @@ class Attraction:
         linear = 3.0 * strength * abs(point.y) * reach**2
         square = strength * reach**3
         fast = float(np.linalg.norm(vectors[1]))
-        if touching and p.v_belt is not None and p.speed_law is not None:
+        if touching and p.v_belt is not None and depends_on_speed(p):
             along = float(np.linalg.norm(self._modal[:, 1])) / p.m
-            bend = 0.5 * along * (p.mu_static - p.mu) * (fast / p.speed_law) ** 2
+            bend = 0.5 * along * abs(friction_derivatives(p, 0.0, 2)[2]) * fast**2
             stiffness = tangent_stiffness(p, point.y)
             slope = abs(friction_slope(p, p.v_belt))
             linear += bend * abs(point.P) + along * slope * stiffness * reach * fast
@@ -73,11 +77,12 @@ class Attraction:
 
     def _push(self, p: Parameters) -> float:
         # How strongly a force of the contact, over m, drives the modes; at most.
-        if p.v_belt is None or p.speed_law is None:
+        if p.v_belt is None or not depends_on_speed(p):
             mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
             return float(np.linalg.norm(self._modal @ np.array([0.0, mu, 0.0, 1.0])))
         along, across = np.linalg.norm(self._modal[:, [1, 3]], axis=0).tolist()
-        return float(p.mu_static * along + across)
+        greatest = max(friction_coefficient(p, speed) for speed in (0.0, 2.0 * p.v_belt))
+        return float(greatest * along + across)
 
     @property
     def offset(self) -> float:
