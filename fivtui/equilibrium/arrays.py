@@ -29,14 +29,13 @@ from fivtui.model import (
 
 from .belt import critical_mu_on_belt
 from .eigenvalues import ROUNDING, judge_growth, why_no_growth
-from .quartic import cube_root_bound, rightmost_real_part
+from .heights import resting_heights
+from .quartic import rightmost_real_part
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _MOST_ITERATIONS: Final = 200
-# Steps of Newton's method that square what is amiss, from a start of the same order.
-_APPROACH: Final = 7
 _CONVERGED: Final = 4.0 * np.finfo(float).eps
 
 
@@ -120,20 +119,7 @@ class StabilityPoints:
         return relative
 
     def _tangent(self, mu: FloatArray) -> FloatArray:
-        return tangent_stiffness(self, self._deflection(mu))
-
-    def _deflection(self, mu: FloatArray) -> FloatArray:
-        # As `model.resting_height`: the cubic by Newton's method from beyond the root, at most 2.2
-        # times too far.
-        alpha, beta, downward = rest_coefficients(self, mu)
-        force = np.abs(downward)
-        linear = force / beta
-        y = np.fmin(linear, cube_root_bound(force / alpha))
-        y = np.where((force > 0.0) & (alpha > 0.0), y, linear)
-        for _ in range(_APPROACH):
-            y = y - (alpha * y * y * y + beta * y - force) / (3.0 * alpha * y * y + beta)
-        height: FloatArray = np.copysign(y, -downward)
-        return height
+        return tangent_stiffness(self, resting_heights(self, mu))
 
     def critical_mu(self) -> FloatArray:
         """The μ above which the equilibrium is unstable, shape (n,); NaN if none is in range."""
@@ -163,7 +149,7 @@ class StabilityPoints:
 
     def _excess(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
         # μ − boundary/(h k_t) and its derivative by μ; k_t follows μ by the equilibrium.
-        y = self._deflection(mu)
+        y = resting_heights(self, mu)
         alpha, beta, _ = rest_coefficients(self, mu)
         kt = tangent_stiffness(self, y)
         by_mu = self.h / self.a * spring_force(self, y)

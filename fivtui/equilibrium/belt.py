@@ -1,43 +1,54 @@
 """Stability of sliding on a belt of finite speed, where friction depends on it.
 
-About the equilibrium the slider has the friction coefficient μ_b = μ + (μ_s − μ) e, e = e^(−v/v_s),
-and its velocity changes the friction force: c1 becomes C = c1 − P (μ_s − μ) e/v_s. At given y the
-condition of Hurwitz is a cubic in μ, and y depends on μ by the coupling. But y gives μ_b,
-
-    h μ_b P = a F + h k1 y − a P,
-
-so that both the condition and C are polynomials in y once they are multiplied by P and h v_s. Their
-roots are isolated in rational numbers: every change of stability is found, for these parameters as
-they are.
+Whether sliding is stable follows from the Jacobian at the equilibrium by the Routh–Hurwitz
+criterion. Its last determinant is a smooth function of the friction coefficient or of the speed of
+the belt: changes of stability are its zeros, isolated on a grid that is refined where the
+determinant comes near zero, and found by Brent's method. The friction law is not used in any
+other form than the functions of `fivtui.model.field`.
 """
 
-import math
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Final
+from functools import cache
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fivtui.model import (
     PARAMETERS,
+    Mode,
     Parameters,
-    coupling_stiffness,
-    horizontal_stiffness,
+    depends_on_speed,
+    friction_coefficient,
+    jacobian,
     load,
     parameter_spec,
     resting_height,
-    spring_force,
 )
 
 from .critical import Becomes, CriticalMu, critical_mu as critical_mu_of_constant
-from .exact import Polynomial, integers, product, real_roots, total, value_at
+from .heights import resting_heights
 
-# How far heights in numbers of double precision may be off, at first.
-_MARGIN: Final = Fraction(1, 2**40)
-# A share of the static friction below this power of 1/2 is none.
-_LEAST_SHARE: Final = 1100
-_LESS: Final = (Fraction(-1),)
-_HALF: Final = 0.5
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# Intervals over the friction coefficient.
+_MU_INTERVALS: Final = 128
+# Parts into which intervals are divided to search them again, and how often.
+_FINER: Final = 16
+_LEVELS: Final = 8
+_LEVELS_OF_CONDITIONS: Final = 2
+_NEARER: Final = 2.0
+# A determinant below this part of its terms is zero to rounding.
+_ROUNDING: Final = 2.0**-50
+
+
+class _Values(np.ndarray[Any, Any]):
+    # An array of which the friction law can take the exponential.
+
+    def exp(self) -> Any:
+        return np.exp(np.asarray(self))
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,192 +62,146 @@ class CriticalSpeed:
 def critical_mu_on_belt(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, ...]:
     """Every μ > 0, at most `mu_s`, at which the stability of sliding changes, ascending.
 
-    Without coupling (k3 = 0) it is μ_s − c1 v_s/(P e^(−v/v_s)).
+    Two changes so close together that rounding hides what is between them are not listed.
     """
-    if p.mu_s is None or p.v_s is None or p.v_belt is None:
+    if p.v_belt is None or not depends_on_speed(p.replaced(mu=0.0)):
         return critical_mu_of_constant(p, separation=separation)
     if p.v_belt == 0.0 or (separation and load(p) < 0.0):
         return ()
-    if p.k3 == 0.0:
-        grip = _force_without_coupling(p) * math.exp(-p.v_belt / p.v_s)
-        mu = p.mu_s - p.c1 * p.v_s / grip if grip > 0.0 and p.c2 > 0.0 else 0.0
-        return (CriticalMu(mu, "stable"),) if 0.0 < mu < p.mu_s else ()
-    top = min(p.mu_s, PARAMETERS["mu"].upper)
-    found = _over_mu(p, p.v_belt / p.v_s, Fraction(p.mu_s)).changes()
-    return tuple(CriticalMu(mu, becomes) for mu, becomes in found if 0.0 < mu <= top)
+    top = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
+    grid = 0.5 * top * (1.0 - np.cos(np.linspace(0.0, np.pi, _MU_INTERVALS + 1)))
+    grid[-1] = top
+    return tuple(CriticalMu(mu, becomes) for mu, becomes in _changes(p, "mu", grid))
 
 
 def critical_speeds(p: Parameters, *, separation: bool = True) -> tuple[CriticalSpeed, ...]:
     """Every belt speed above 0 at which the stability of sliding changes, ascending.
 
-    Without coupling (k3 = 0) it is v_s ln(P (μ_s − μ)/(c1 v_s)).
+    Two changes so close together that rounding hides what is between them are not listed.
     """
-    fall, v_s, top = p.mu_static - p.mu, p.speed_law, parameter_spec("v_belt").upper
-    if v_s is None or p.v_belt is None or (separation and load(p) < 0.0):
+    if p.v_belt is None or not depends_on_speed(p) or (separation and load(p) < 0.0):
         return ()
-    if p.k3 == 0.0:
-        force = _force_without_coupling(p)
-        excess = force * fall / (p.c1 * v_s) if p.c1 > 0.0 and p.c2 > 0.0 else math.inf
-        if not 1.0 < excess < math.inf:
-            return ()
-        return (CriticalSpeed(v_s * math.log(excess), "stable"),)
-    found = _over_speed(p, v_s).changes()
-    return tuple(CriticalSpeed(v, becomes) for v, becomes in found if 0.0 < v <= top)
+    top = parameter_spec("v_belt").upper
+    grid = (p.v_s or 1.0) * _relative_speeds()
+    grid = np.append(grid[grid < top], top)
+    return tuple(CriticalSpeed(v, becomes) for v, becomes in _changes(p, "v_belt", grid))
 
 
-def _force_without_coupling(p: Parameters) -> float:
-    return float(spring_force(p, resting_height(p, p.mu, separation=False)))
-
-
-@dataclass(frozen=True, slots=True)
-class _Family:
-    # Equilibria by their height y: their friction coefficient, between two bounds, is
-    # `friction`/(h P), what varies is a function of `unknown`/(`scale` P), given as numerator and
-    # denominator, and C is `damping`/`scale`.
-    p: Parameters
-    bounds: tuple[Fraction, Fraction]
-    unknown: Polynomial
-    damping: Polynomial
-    scale: Fraction
-    reading: Callable[[int, int], float]
-
-    def changes(self) -> list[tuple[float, Becomes]]:
-        """Where stability changes, ascending, and what sliding becomes above."""
-        ends = self._heights()
-        if ends is None:
-            return []
-        force, friction = _balance(self.p)
-        condition = self._condition(force, friction)
-        signs = [integers(c)[0] for c in (*condition, force)]
-        above, below = integers(self.unknown, product([self.scale], force))
-
-        def at(y: Fraction) -> float:
-            return self.reading(value_at(above, y), value_at(below, y))
-
-        def is_stable(y: Fraction) -> bool:
-            a3, a1, last, pressing = (value_at(c, y) for c in signs)
-            return a3 > 0 and a1 > 0 and (last > 0) == (pressing > 0) and last != 0
-
-        found = []
-        least = (ends[1] - ends[0]) * _MARGIN**2
-        for left, right in real_roots(condition[-1], *ends, lambda one, two: at(one) == at(two)):
-            width = max(right - left, least)
-            found.append((at(left), is_stable(left - width), is_stable(right + width)))
-        if at(ends[0]) > at(ends[1]):
-            found = [(value, after, before) for value, before, after in reversed(found)]
-        changed = [(value, after) for value, before, after in found if before is not after]
-        return [(value, "stable" if after else "unstable") for value, after in changed]
-
-    def _heights(self) -> tuple[Fraction, Fraction] | None:
-        # Around those of the bounds, no further than these are apart; None where stability does not
-        # change: no friction moves the slider, or nothing but friction that falls damps it.
-        p, (low, high) = self.p, self.bounds
-        downward = load(p)
-        if downward == 0.0 or low == high or (downward > 0.0 and p.c1 == p.c2 == 0.0):
-            return None
-        h, sign = coupling_stiffness(p.exact()), (1 if downward > 0.0 else -1)
-        force, friction = _balance(p)
-        span = high - low
-
-        def bracket(bound: Fraction, outside: int) -> Fraction:
-            # A height whose friction is beyond the bound by less than the span.
-            excess, far = integers(
-                total(friction, product([-bound * h], force)),
-                total(friction, product([-(bound + outside * span) * h], force)),
-            )
-            y = Fraction(resting_height(p, float(bound), separation=False))
-            step = _MARGIN * abs(y)
-            ends = [y, y]
-            for place, towards in ((0, outside), (1, -outside)):
-                # |y| falls as friction grows.
-                while value_at(excess, ends[place]) * sign * towards <= 0:
-                    ends[place] += step * sign * towards
-                    step *= 2
-            while value_at(far, ends[0]) * sign * outside >= 0:
-                middle = (ends[0] + ends[1]) / 2
-                ends[int(value_at(excess, middle) * sign * outside <= 0)] = middle
-            return ends[0]
-
-        found = bracket(low, -1), bracket(high, 1)
-        return min(found), max(found)
-
-    def _condition(
-        self, force: Polynomial, friction: Polynomial
-    ) -> tuple[Polynomial, Polynomial, Polynomial]:
-        # a3 and a1, both times the scale, and P times the last condition of Hurwitz.
-        p, scale = self.p, [self.scale]
-        exact = p.exact()
-        m, c2 = [exact.m], [exact.c2]
-        h, a = [coupling_stiffness(exact)], [horizontal_stiffness(exact)]
-        kt = [exact.k2, Fraction(0), 3 * exact.k_nl]
-        b = total(kt, h)
-        c1 = self.damping
-        a3 = product(m, total(c1, product(c2, scale)))
-        a2 = total(product(scale, m, total(a, b)), product(c1, c2))
-        a1 = total(product(c1, b), product(scale, c2, a))
-        a0 = total(
-            product(total(product(a, b), product(_LESS, h, h)), force), product(friction, kt)
-        )
-        pairs = total(product(a3, a2), product(_LESS, m, m, scale, a1))
-        last = total(product(a1, pairs, force), product(_LESS, scale, a3, a3, a0))
-        return a3, a1, last
-
-
-def _over_mu(p: Parameters, exponent: float, top: Fraction) -> _Family:
-    # Over μ from 0 to μ_s, at a speed of the belt.
-    rest = Fraction(-math.expm1(-exponent))
-    share, v_s, h = 1 - rest, Fraction(p.v_s or 0.0), coupling_stiffness(p.exact())
-    force, friction = _balance(p)
-    held, scale = product([h * top], force), h * rest * v_s
-    return _Family(
-        p,
-        (top * share, top),
-        product([v_s], total(friction, product([-share], held))),
-        total([Fraction(p.c1) * scale], product([-share], held), product([share], friction)),
-        scale,
-        _ratio,
+@cache
+def _relative_speeds() -> FloatArray:
+    # Speeds by the scale of the friction law: evenly spaced, then in the same ratio.
+    parts = (
+        np.array([0.0, 0.01, 0.03, 0.06, 0.1, 0.15, 0.2]),
+        np.arange(0.25, 64.0, 0.25),
+        np.geomspace(64.0, 1e3, 256, endpoint=False),
+        np.geomspace(1e3, 1e21, 160),
     )
+    return np.concatenate(parts)
 
 
-def _over_speed(p: Parameters, v_s: float) -> _Family:
-    # Over the speed of the belt, by e from 0 to 1.
-    h, mu, top = coupling_stiffness(p.exact()), Fraction(p.mu), Fraction(p.mu_static)
-    force, friction = _balance(p)
-    scale = h * Fraction(v_s)
-    more = total(friction, product([-h * mu], force))
+def _changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Becomes]]:
+    # Values of a parameter at which stability changes, ascending, and what sliding becomes above.
+    def margins(values: FloatArray) -> tuple[FloatArray, BoolArray]:
+        varied = p.replaced(**{name: values.view(_Values)})
+        with np.errstate(all="ignore"):
+            mu = np.asarray(friction_coefficient(varied, varied.v_belt))
+            last, size, others_hold = _hurwitz(varied, resting_heights(varied, mu))
+        margin = np.where(others_hold, last, -np.abs(last))
+        return np.where(np.abs(last) > _ROUNDING * size, margin, np.nan), others_hold
 
-    def speed(above: int, below: int) -> float:
-        if below < 0:
-            above, below = -above, -below
-        if above << _LEAST_SHARE < below:
-            return math.inf
-        if above >= below:
-            return 0.0
-        share = above / below
-        if share < sys.float_info.min:
-            return v_s * (math.log(below) - math.log(above))
-        return -v_s * (math.log(share) if share < _HALF else math.log1p(-(below - above) / below))
+    def margin(value: float) -> float:
+        varied = p.replaced(**{name: value})
+        mu = friction_coefficient(varied, varied.v_belt)
+        last, _, others_hold = _hurwitz(varied, resting_height(varied, mu, separation=False))
+        return float(last if others_hold else -abs(last))
 
-    return _Family(
-        p,
-        (mu, top),
-        product([Fraction(v_s) / (top - mu)], more),
-        total([Fraction(p.c1) * scale], product(_LESS, more)),
-        scale,
-        speed,
+    return [
+        (_zero(margin, low, high), "stable" if stable else "unstable")
+        for low, high, stable in _brackets(margins, grid)
+    ]
+
+
+def _hurwitz(p: Parameters, y: Any) -> tuple[Any, Any, Any]:
+    # The last Hurwitz determinant of the equilibrium at y, the sum of the sizes of its terms, and
+    # whether all other conditions of stability hold. The characteristic polynomial is
+    # (λ² + c1 λ + a) (λ² + c2 λ + b) − d. Divided by c1 + c2 the determinant has a simple zero at
+    # c1 = 0 if c2 = 0.
+    _, (xx, xvx, xy, _), _, (yx, _, yy, yvy) = jacobian(p, y, Mode.FORWARD)
+    a, c1, b, c2, d = -xx, -xvx, -yy, -yvy, xy * yx
+    cubic, linear = c1 + c2, c1 * b + c2 * a
+    terms = c1 * c2 * ((a - b) * (a - b)), c1 * c2 * (cubic * linear), cubic * cubic * d
+    others_hold = (cubic > 0.0) & (linear > 0.0) & (a * b > d)
+    scale = abs(cubic) + (cubic == 0.0)
+    return sum(terms) / scale, sum(map(abs, terms)) / scale, others_hold
+
+
+def _brackets(
+    function: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
+    grid: FloatArray,
+    level: int = 0,
+) -> list[tuple[float, float, bool]]:
+    # Ends of intervals in which the margin of stability changes its sign once, ascending, and
+    # whether it is positive above. Ranges are searched again where two changes may be hidden: where
+    # the margin nearly touches zero, where the other conditions begin or cease to hold, and, on the
+    # first grid, around each change.
+    margins, others_hold = function(grid)
+    known = ~np.isnan(margins)
+    if not known.any():
+        return []
+    grid, margins, others_hold = grid[known], margins[known], others_hold[known]
+    stable = margins > 0.0
+    changes = np.flatnonzero(stable[1:] != stable[:-1]).tolist()
+    ranges = [(n - 1, n + 2) for n in changes] if level == 0 else []
+    if level < _LEVELS:
+        ranges += [(n - 1, n + 1) for n in _near_zero(margins, others_hold)]
+    if level < _LEVELS_OF_CONDITIONS:
+        begins = np.flatnonzero(others_hold[1:] > others_hold[:-1]).tolist()
+        ends = np.flatnonzero(others_hold[1:] < others_hold[:-1]).tolist()
+        ranges += [(n, n + 1) for n in begins if not stable[n + 1 : n + 3].any()]
+        ranges += [(n, n + 1) for n in ends if not stable[max(n - 1, 0) : n + 1].any()]
+    ranges = _merged([(max(low, 0), min(high, grid.size - 1)) for low, high in ranges])
+    brackets = [
+        (float(grid[n]), float(grid[n + 1]), bool(stable[n + 1]))
+        for n in changes
+        if not any(low <= n < high for low, high in ranges)
+    ]
+    for low, high in ranges:
+        indices = np.linspace(low, high, _FINER * (high - low) + 1)
+        finer = np.interp(indices, np.arange(grid.size), grid)
+        brackets += _brackets(function, finer, level + 1)
+    return sorted(brackets)
+
+
+def _near_zero(margins: FloatArray, others_hold: BoolArray) -> Any:
+    # Indices of margins that are nearer to zero than their neighbours, of the same sign, and by a
+    # factor nearer than one of the next two: two lines or a parabola that touch zero are. Where the
+    # other conditions of stability fail around it, a margin does not become positive.
+    size, stable, here = np.abs(margins), margins > 0.0, np.arange(margins.size)
+    far_before, before, after, far_after = (
+        np.clip(here + offset, 0, margins.size - 1) for offset in (-2, -1, 1, 2)
     )
+    same = (stable[before] == stable) & (stable == stable[after])
+    able = others_hold[before] | others_hold | others_hold[after]
+    least = (size <= size[before]) & (size <= size[after])
+    nearer = _NEARER * size < np.maximum(size[far_before], size[far_after])
+    return np.flatnonzero(same & able & least & nearer).tolist()
 
 
-def _ratio(above: int, below: int) -> float:
-    try:
-        return above / below
-    except OverflowError:
-        return math.inf if (above > 0) == (below > 0) else -math.inf
+def _merged(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    # Ranges of indices, ascending, those that overlap made one.
+    merged: list[tuple[int, int]] = []
+    for low, high in sorted(ranges):
+        if merged and low < merged[-1][1]:
+            merged[-1] = (merged[-1][0], max(high, merged[-1][1]))
+        else:
+            merged.append((low, high))
+    return merged
 
 
-def _balance(p: Parameters) -> tuple[Polynomial, Polynomial]:
-    # P, and h μ_b P, as polynomials in y.
-    exact = p.exact()
-    a, h = horizontal_stiffness(exact), coupling_stiffness(exact)
-    force = [Fraction(0), -exact.k2, Fraction(0), -exact.k_nl]
-    return force, total([a * load(exact), h * exact.k1], product([-a], force))
+def _zero(function: Callable[[float], float], low: float, high: float) -> float:
+    # The middle where the ends have equal signs, by rounding.
+    from scipy.optimize import brentq
+
+    if (function(low) > 0.0) == (function(high) > 0.0):
+        return 0.5 * (low + high)
+    return float(brentq(function, low, high, xtol=1e-300, rtol=1e-15))

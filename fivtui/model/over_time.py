@@ -175,7 +175,7 @@ def parameters_after(p: Parameters, rates: Rates, duration: float) -> Parameters
     values = {"F": p.F + rates.F * duration, "mu": max(p.mu + rates.mu * duration, 0.0)}
     if p.v_belt is not None:
         values["v_belt"] = max(p.v_belt + rates.v_belt * duration, 0.0)
-    return p.replaced(values)
+    return p.replaced(**values)
 
 
 def course_of(p: Parameters, over_time: Mapping[str, Rows]) -> Course:

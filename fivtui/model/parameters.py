@@ -3,7 +3,6 @@
 import difflib
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from fractions import Fraction
 from operator import attrgetter
 from typing import Any, Final, Self
 
@@ -244,21 +243,17 @@ class Parameters:
         For derivatives, see `fivtui.model.field.DERIVATIVE_STEP`; it is not checked.
         """
         return self.replaced(
-            {
+            **{
                 name: complex(value, changes.get(name, 0.0) * DERIVATIVE_STEP)
                 for name, value in self.as_dict().items()
             }
         )
 
-    def exact(self) -> Any:
-        """A copy whose values are `Fraction`, without rounding."""
-        return self.replaced({name: Fraction(value) for name, value in self.as_dict().items()})
-
     def linearised(self, **values: float) -> Self:
         """A copy with a linear contact spring and other values, which are not checked."""
-        return self.replaced({"k_nl": 0.0, **values})
+        return self.replaced(k_nl=0.0, **values)
 
-    def replaced(self, values: Mapping[str, Any]) -> Self:
+    def replaced(self, **values: Any) -> Self:
         """A copy with other values, of any type of number, which are not checked."""
         copy = object.__new__(type(self))
         for name in ALL_PARAMETERS:
