@@ -35,11 +35,13 @@ BoolArray = NDArray[np.bool_]
 
 # Intervals over the friction coefficient.
 _MU_INTERVALS: Final = 128
-# Parts into which intervals are divided to search them again, and how often.
-_FINER: Final = 16
+# Parts into which intervals are divided to search them again, and how often: where the determinant
+# nearly touches zero, and where the other conditions of stability begin or cease to hold.
+_PARTS: Final = 16
 _LEVELS: Final = 8
 _LEVELS_OF_CONDITIONS: Final = 2
-_NEARER: Final = 2.0
+# A determinant nearly touches zero between if the next but one is greater by this factor.
+_RISE: Final = 2.0
 # A determinant below this part of its terms is zero to rounding.
 _ROUNDING: Final = 2.0**-50
 
@@ -105,15 +107,17 @@ def _changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Be
         varied = p.replaced(**{name: values.view(_Values)})
         with np.errstate(all="ignore"):
             mu = np.asarray(friction_coefficient(varied, varied.v_belt))
-            last, size, others_hold = _hurwitz(varied, resting_heights(varied, mu))
-        margin = np.where(others_hold, last, -np.abs(last))
-        return np.where(np.abs(last) > _ROUNDING * size, margin, np.nan), others_hold
+            determinant, size, conditions_hold = _hurwitz(varied, resting_heights(varied, mu))
+        margin = np.where(conditions_hold, determinant, -np.abs(determinant))
+        return np.where(np.abs(determinant) > _ROUNDING * size, margin, np.nan), conditions_hold
 
     def margin(value: float) -> float:
         varied = p.replaced(**{name: value})
         mu = friction_coefficient(varied, varied.v_belt)
-        last, _, others_hold = _hurwitz(varied, resting_height(varied, mu, separation=False))
-        return float(last if others_hold else -abs(last))
+        determinant, _, conditions_hold = _hurwitz(
+            varied, resting_height(varied, mu, separation=False)
+        )
+        return float(determinant if conditions_hold else -abs(determinant))
 
     return [
         (_zero(margin, low, high), "stable" if stable else "unstable")
@@ -130,9 +134,9 @@ def _hurwitz(p: Parameters, y: Any) -> tuple[Any, Any, Any]:
     a, c1, b, c2, d = -xx, -xvx, -yy, -yvy, xy * yx
     cubic, linear = c1 + c2, c1 * b + c2 * a
     terms = c1 * c2 * ((a - b) * (a - b)), c1 * c2 * (cubic * linear), cubic * cubic * d
-    others_hold = (cubic > 0.0) & (linear > 0.0) & (a * b > d)
+    conditions_hold = (cubic > 0.0) & (linear > 0.0) & (a * b > d)
     scale = abs(cubic) + (cubic == 0.0)
-    return sum(terms) / scale, sum(map(abs, terms)) / scale, others_hold
+    return sum(terms) / scale, sum(map(abs, terms)) / scale, conditions_hold
 
 
 def _brackets(
@@ -144,19 +148,19 @@ def _brackets(
     # whether it is positive above. Ranges are searched again where two changes may be hidden: where
     # the margin nearly touches zero, where the other conditions begin or cease to hold, and, on the
     # first grid, around each change.
-    margins, others_hold = function(grid)
-    known = ~np.isnan(margins)
-    if not known.any():
+    margins, conditions_hold = function(grid)
+    resolved = ~np.isnan(margins)
+    if not resolved.any():
         return []
-    grid, margins, others_hold = grid[known], margins[known], others_hold[known]
+    grid, margins, conditions_hold = grid[resolved], margins[resolved], conditions_hold[resolved]
     stable = margins > 0.0
     changes = np.flatnonzero(stable[1:] != stable[:-1]).tolist()
     ranges = [(n - 1, n + 2) for n in changes] if level == 0 else []
     if level < _LEVELS:
-        ranges += [(n - 1, n + 1) for n in _near_zero(margins, others_hold)]
+        ranges += [(n - 1, n + 1) for n in _near_zero(margins, conditions_hold)]
     if level < _LEVELS_OF_CONDITIONS:
-        begins = np.flatnonzero(others_hold[1:] > others_hold[:-1]).tolist()
-        ends = np.flatnonzero(others_hold[1:] < others_hold[:-1]).tolist()
+        begins = np.flatnonzero(conditions_hold[1:] > conditions_hold[:-1]).tolist()
+        ends = np.flatnonzero(conditions_hold[1:] < conditions_hold[:-1]).tolist()
         ranges += [(n, n + 1) for n in begins if not stable[n + 1 : n + 3].any()]
         ranges += [(n, n + 1) for n in ends if not stable[max(n - 1, 0) : n + 1].any()]
     ranges = _merged([(max(low, 0), min(high, grid.size - 1)) for low, high in ranges])
@@ -166,24 +170,24 @@ def _brackets(
         if not any(low <= n < high for low, high in ranges)
     ]
     for low, high in ranges:
-        indices = np.linspace(low, high, _FINER * (high - low) + 1)
+        indices = np.linspace(low, high, _PARTS * (high - low) + 1)
         finer = np.interp(indices, np.arange(grid.size), grid)
         brackets += _brackets(function, finer, level + 1)
     return sorted(brackets)
 
 
-def _near_zero(margins: FloatArray, others_hold: BoolArray) -> Any:
+def _near_zero(margins: FloatArray, conditions_hold: BoolArray) -> Any:
     # Indices of margins that are nearer to zero than their neighbours, of the same sign, and by a
     # factor nearer than one of the next two: two lines or a parabola that touch zero are. Where the
     # other conditions of stability fail around it, a margin does not become positive.
-    size, stable, here = np.abs(margins), margins > 0.0, np.arange(margins.size)
+    size, stable, index = np.abs(margins), margins > 0.0, np.arange(margins.size)
     far_before, before, after, far_after = (
-        np.clip(here + offset, 0, margins.size - 1) for offset in (-2, -1, 1, 2)
+        np.clip(index + offset, 0, margins.size - 1) for offset in (-2, -1, 1, 2)
     )
     same = (stable[before] == stable) & (stable == stable[after])
-    able = others_hold[before] | others_hold | others_hold[after]
+    able = conditions_hold[before] | conditions_hold | conditions_hold[after]
     least = (size <= size[before]) & (size <= size[after])
-    nearer = _NEARER * size < np.maximum(size[far_before], size[far_after])
+    nearer = _RISE * size < np.maximum(size[far_before], size[far_after])
     return np.flatnonzero(same & able & least & nearer).tolist()
 
 
@@ -199,9 +203,10 @@ def _merged(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def _zero(function: Callable[[float], float], low: float, high: float) -> float:
-    # The middle where the ends have equal signs, by rounding.
+    # The end that is nearer to zero if the ends have equal signs, by rounding.
     from scipy.optimize import brentq
 
-    if (function(low) > 0.0) == (function(high) > 0.0):
-        return 0.5 * (low + high)
+    at_low, at_high = function(low), function(high)
+    if (at_low > 0.0) == (at_high > 0.0):
+        return low if abs(at_low) < abs(at_high) else high
     return float(brentq(function, low, high, xtol=1e-300, rtol=1e-15))

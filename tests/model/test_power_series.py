@@ -69,10 +69,10 @@ def test_derivatives_of_known_functions() -> None:
 def test_derivatives_of_friction_are_those_of_its_exponential(speed: float, v_s: float) -> None:
     p = Parameters(mu=0.3, mu_s=0.5, v_s=v_s, v_belt=1.0)
     fall = 0.2 * math.exp(-speed / v_s)
-    found = friction_derivatives(p, speed, 3)
-    assert found[0] == friction_coefficient(p, speed)
-    assert found[1:] == pytest.approx((-fall / v_s, fall / v_s**2, -fall / v_s**3), rel=1e-14)
-    assert found[1] == pytest.approx(friction_slope(p, speed), rel=1e-14)
+    derivatives = friction_derivatives(p, speed, 3)
+    assert derivatives[0] == friction_coefficient(p, speed)
+    assert derivatives[1:] == pytest.approx((-fall / v_s, fall / v_s**2, -fall / v_s**3), rel=1e-14)
+    assert derivatives[1] == pytest.approx(friction_slope(p, speed), rel=1e-14)
 
 
 def test_constant_friction_has_no_derivatives() -> None:
