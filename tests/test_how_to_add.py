@@ -48,7 +48,9 @@ def add(subject: str, edits: Iterable[Edit], root: Path) -> None:
     text = said(subject)
     for edit in edits:
         folder = edit.path.rpartition("/")[0]
-        assert f"`{edit.path}`" in text or (not edit.old and f"`{folder}/" in text), edit.path
+        assert f"`{edit.path}`" in text + said("A parameter") * (subject == "A friction law") or (
+            not edit.old and f"`{folder}/" in text
+        ), edit.path
         edit.make(root)
     for path in re.findall(r"`((?:fivtui|fmu_src)/[\w/]+\.\w+)`", text):
         if subject != "A tab":
@@ -173,6 +175,99 @@ for flavour in FLAVOURS:
 """
 
 
+# A friction law: a viscous term beside the exponential one.
+LAW: Final = (
+    Edit(
+        "fivtui/model/parameters.py",
+        r"    mu: float = _spec\(.*\n",
+        r'\g<0>    mu_v: float = _spec("μ_v", "s/m", 0.0, (0.0, 1e3), "viscous friction")\n',
+    ),
+    Edit(
+        "fivtui/model/field.py",
+        r"(return p\.mu) \+ (.*/ p\.v_s\))",
+        r"\1 + p.mu_v * speed + \2",
+    ),
+    Edit(
+        "fivtui/transient/finite_belt/rk4.py",
+        r'friction = sign \* \(p\["mu"\] \+',
+        r'\g<0> p["mu_v"] * sign * (p["v"] - vx) +',
+    ),
+)
+WITH_LAW: Final = """
+import math
+import numpy as np
+from fivtui import *
+from fivtui.equilibrium import critical_mu_on_belt, critical_speeds
+
+from fivtui.model.slider_belt import Mode, accelerations, friction_force
+from fivtui.orbits import branch
+
+def same(one, other, tol=1e-9):
+    for a, b in zip(one, other, strict=True):
+        assert math.isclose(a, b, rel_tol=tol, abs_tol=tol), (one, other)
+
+law = Parameters(v_belt=1.0, mu=0.3, mu_s=0.9, v_s=0.4, mu_v=0.02)
+start = (0.3, 0.0, -0.5, 0.0)
+state = (0.1, 0.2, -0.3, 0.4)
+mu = 0.3 + 0.6 * math.exp(-0.8 / 0.4) + 0.02 * 0.8
+same([friction_force(law, state, Mode.FORWARD)], [mu * (50.0 * 0.3 + 100.0 * 0.3**3)])
+methods = ("taylor", "rk4", "scipy-dop853")
+runs = [simulate(law, t_end=3.0, start=start, method=method) for method in methods]
+for run in runs:
+    same(run.final, runs[0].final, 1e-6)
+    assert run.events.transitions == runs[0].events.transitions
+assert {"forward-stick", "stick-forward"} <= {*runs[0].events.transitions}
+same(simulate(law, t_end=3.0, start=start, kernel="interpreted").final, runs[0].final, 1e-7)
+without = simulate(law.with_values({"mu_v": 0.0}), t_end=3.0, start=start)
+assert abs(without.final.y - runs[0].final.y) > 1e-3
+constant = {"F": [(0.0, 80.0)], "mu": [(0.0, 0.3)], "v_belt": [(0.0, 1.0)]}
+for kernel in ("auto", "interpreted"):
+    run = simulate(law, t_end=3.0, start=start, over_time=constant, kernel=kernel)
+    same(run.final, runs[0].final, 1e-6)
+falling = {"mu": [(0.0, 0.3), (3.0, 0.2)], "v_belt": [(0.0, 1.0), (3.0, 2.0)]}
+one, other = (
+    simulate(law, t_end=3.0, start=start, over_time=falling, kernel=kernel)
+    for kernel in ("auto", "interpreted")
+)
+same(one.final, other.final, 1e-6)
+members = {name: [value, value] for name, value in law.as_dict().items()}
+many = simulate_batch({**members, "mu_v": [0.0, 0.02]}, t_end=3.0, start=start)
+same(many.final[1], runs[0].final[1:])
+same(many.final[0], without.final[1:])
+rates = simulate(law, t_end=1.0, start=start, sensitivities=["mu_v", "v_s"]).sensitivities
+for name, step in (("mu_v", 1e-6), ("v_s", 1e-6)):
+    ends = [
+        simulate(law.with_values({name: getattr(law, name) + by}), t_end=1.0, start=start).final.y
+        for by in (-step, step)
+    ]
+    same([rates[name].final.y], [(ends[1] - ends[0]) / (2 * step)], 1e-5)
+# A viscous term damps: sliding is stable from a lower speed of the belt on, and from a lower μ.
+faster = [critical_speeds(law.with_values({"mu_v": v}))[0].v_belt for v in (0.0, 0.02)]
+assert faster[1] < faster[0]
+for v in (faster[1] * 0.999, faster[1] * 1.001):
+    margin = stability(law.with_values({"v_belt": v})).growth_rate
+    assert (margin > 0.0) is (v < faster[1])
+for critical in critical_mu_on_belt(law):
+    assert abs(stability(law.with_values({"mu": critical.mu})).growth_rate) < 1e-9
+point = stability(law).equilibrium
+ax, ay = accelerations(law, (point.x, 0.0, point.y, 0.0), point.mode)
+assert abs(ax) + abs(ay) < 1e-12
+if "native" in FLAVOURS:
+    cycles = branch(law, "v_belt", low=faster[1] * 0.9, high=faster[1] * 1.1)
+    cycle = cycles.points[len(cycles.points) // 2]
+for flavour in FLAVOURS:
+    fmu = build_fmu(f"{flavour}.fmu", flavour=flavour)
+    values = dict(
+        finite_belt=True, v_belt=1.0, mu=0.3, mu_s=0.9, v_s=0.4, mu_v=0.02, start_static=False,
+        x_start=0.3, y_start=-0.5,
+    )
+    outputs = ["x", "vx", "y", "vy", "friction_slider", "mode"]
+    driven = run_fmu(fmu, t_end=3.0, start_values=values, outputs=outputs)
+    *state, friction, mode = (driven.columns[name][-1] for name in outputs)
+    same(state, runs[0].final[1:], 1e-7)
+    same([friction], [friction_force(law, state, Mode(int(mode)))])
+"""
+
 # A mode: off the belt a slider that is lifted, F < 0, has twice the damping.
 DRAG: Final = '''def off_belt(p: Parameters) -> Mode:
     """The mode of a slider off the belt."""
@@ -215,6 +310,11 @@ MODE: Final = (
     Edit("fivtui/kernel/motion.h", r"V coupling, preload,", "V drag, coupling, preload,"),
     Edit(
         "fivtui/kernel/motion.h",
+        r"CONTACT : SEPARATED",
+        "CONTACT : element(&w->preload, lane) < 0.0 ? LIFTED : SEPARATED",
+    ),
+    Edit(
+        "fivtui/kernel/motion.h",
         r"    w->field\.d_x = .*\n",
         r"\g<0>    V twice = choose(off & (w->preload < 0.0), splat(2.0), splat(1.0));\n"
         r"    w->field.damping_y = w->drag * twice;\n",
@@ -223,16 +323,6 @@ MODE: Final = (
         "fivtui/kernel/problem.h",
         r"OF\(w, field\.damping_y, lane\) =",
         r"OF(w, drag, lane) = \g<0>",
-    ),
-    Edit(
-        "fivtui/kernel/deviations.h",
-        r"separated_changes\(p, q\)",
-        r"(load_of(p) < 0.0 ? lifted_changes(p, q) : \g<0>)",
-    ),
-    Edit(
-        "fivtui/kernel/single.c",
-        r"return w->side < 0\.0;",
-        "return w->side < 0.0 ? 1 : w->preload < 0.0 ? 5 : 0;",
     ),
 )
 # Off the belt it is what twice the damping gives without the mode, and in contact what it was.
@@ -525,7 +615,11 @@ def test_a_parameter(tree: Path) -> None:
 @pytest.mark.host
 @pytest.mark.parametrize(
     ("subject", "edits", "code"),
-    [("A parameter", PARAMETER, WITH_PARAMETER), ("A mode", MODE, WITH_MODE)],
+    [
+        ("A parameter", PARAMETER, WITH_PARAMETER),
+        ("A friction law", LAW, WITH_LAW),
+        ("A mode", MODE, WITH_MODE),
+    ],
 )
 def test_what_is_added_to_the_kernel_too(
     subject: str, edits: Sequence[Edit], code: str, tree: Path
@@ -537,6 +631,11 @@ def test_what_is_added_to_the_kernel_too(
     try_out(tree, "import runpy; runpy.run_path('hatch_build.py', run_name='__main__')")
     compiled = "from fivtui.kernel import stepping_kernel; assert stepping_kernel() == 'compiled'"
     try_out(tree, f"{compiled}\nFLAVOURS = ['python', 'native']\n{code}")
+
+
+def test_a_friction_law(tree: Path) -> None:
+    add("A friction law", LAW, tree)
+    try_out(tree, f"FLAVOURS = ['python']\n{WITH_LAW}")
 
 
 def test_a_mode(tree: Path) -> None:

@@ -386,19 +386,17 @@ INLINE void begin_belt(Belt *of, const Block *w, int lane, const double *p, int 
     of->frequency = element(&w->frequency, lane);
     of->by_speed = of->p[P_V_S] > 0.0;
 #if LANES == 1
-    const Coefficients modes[MODES] = {separated_coefficients(p), contact_coefficients(p),
-                                       forward_coefficients(p), backward_coefficients(p),
-                                       stick_coefficients(p)};
     of->next = (Start){0.0, 1.0};
     for (int mode = 0; mode < MODES; mode++) {
-        set_belt_field(of->fields + mode, modes + mode);
+        const Coefficients c = coefficients_in(mode, p);
+        set_belt_field(of->fields + mode, &c);
         if (!of->by_speed)
             continue;
         double sign = mode == FORWARD ? 1.0 : mode == BACKWARD ? -1.0 : 0.0;
         of->laws[mode] = (Law){sign, p[P_MU], of->p[P_MU_S] - p[P_MU],
                                sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
                                mode == SEPARATED ? 0.0 : p[P_K2] / p[P_M]};
-        of->fields[mode].b_x = mode == STICK ? 0.0 : modes[SEPARATED].xy;
+        of->fields[mode].b_x = mode == STICK ? 0.0 : separated_coefficients(p).xy;
     }
 #endif
     of->smooth = of->p[P_MU_S] == p[P_MU] || of->by_speed;

@@ -71,11 +71,10 @@ typedef struct {
     Eight x[ROWS], y[ROWS];
 } Series;
 
-/* The change of the field, in contact or off the belt, with parameters p that change by q. */
-INLINE void put_change(Change *c, int place, const double *p, const double *q, int contact)
+/* The change of the field of a mode with parameters p that change by q. */
+INLINE void put_change(Change *c, int place, const double *p, const double *q, int mode)
 {
-    const Coefficients of = contact ? contact_coefficients(p) : separated_coefficients(p);
-    const Coefficients by = contact ? contact_changes(p, q) : separated_changes(p, q);
+    const Coefficients of = coefficients_in(mode, p), by = changes_in(mode, p, q);
     c->a_x[place] = by.xx, c->a_y[place] = by.yx;
     c->b_x[place] = by.xy, c->b_y[place] = by.yy;
     c->damping_x[place] = by.xvx, c->damping_y[place] = by.yvy;

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
 
 from fivtui.model import field as equations
-from fivtui.model.modes import ALWAYS_SLIDING, MODES, Mode
+from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
 from fivtui.taylor.expression import Expression, expression
 from fivtui.taylor.recurrence import Terms, motion
@@ -80,8 +80,8 @@ def _named(prefix: str) -> dict[str, Expression]:
 
 
 def _parameters(values: Mapping[str, Any], *, by_law: bool = False) -> SimpleNamespace:
-    speed_law = values["v_s"] if by_law else None
-    return SimpleNamespace(**values, mu_static=values["mu_s"], speed_law=speed_law)
+    law = {"v_s": values["v_s"] if by_law else None, "mu_static": values["mu_s"]}
+    return SimpleNamespace(**{**values, **law})
 
 
 class Function(NamedTuple):
@@ -123,8 +123,6 @@ _FUNCTIONS: Final[Mapping[str, Function]] = {
     "rest_linear": Function(lambda p, mu: equations.rest_coefficients(p, mu)[1], ("mu",), True),
 }
 _FRICTION: Final = Function(equations.friction_coefficient, ("speed",), True)
-# Deviations are followed on belts that are always faster.
-_CHANGED: Final = ALWAYS_SLIDING
 # The law for which `friction.h` and `driven.h` have recurrences of their own.
 _TUNED_LAW: Final = "p[P_MU] + (p[P_MU_S] - p[P_MU]) * exponential(-speed / p[P_V_S])"
 
@@ -168,22 +166,33 @@ def _functions() -> list[str]:
     return [*texts, "#if LANES == 1\n", *scalar, "#endif\n"]
 
 
-def _coefficients(mode: Mode) -> list[str]:
-    # The coefficients of a mode, and how they change with parameters p that change by q.
-    name = mode.name.lower()
+def _coefficients() -> list[str]:
+    # The coefficients of each mode; those of a mode given by its number; and how these change with
+    # parameters p that change by q.
     values, slopes = _named("p"), _named("q")
     duals = {name: Dual(value, slopes[name]) for name, value in values.items()}
-    c = equations.field(_parameters(values), mode)
-    texts = [f"INLINE Coefficients {name}_coefficients(const double *p)\n"]
-    lists = [[expression(value).text for value in c]]
-    if mode in _CHANGED:
-        changes = equations.field(_parameters(duals), mode)
-        texts.append(f"INLINE Coefficients {name}_changes(const double *p, const double *q)\n")
-        lists.append([_dual(value).slope.text for value in changes])
-    return [
-        f"{head}{{\n    return (Coefficients){{\n        {_NEXT.join(numbers)}}};\n}}\n"
-        for head, numbers in zip(texts, lists, strict=True)
-    ]
+    p, moved = _parameters(values), _parameters(duals)
+    head = "INLINE Coefficients"
+    texts, cases = [], []
+    for mode in Mode:
+        name = f"{mode.name.lower()}_coefficients"
+        coefficients = _NEXT.join(expression(value).text for value in equations.field(p, mode))
+        texts.append(
+            f"{head} {name}(const double *p)\n{{\n"
+            f"    return (Coefficients){{\n        {coefficients}}};\n}}\n"
+        )
+        changes = _NEXT.join(_dual(value).slope.text for value in equations.field(moved, mode))
+        cases.append((mode.name, f"{name}(p)", f"(Coefficients){{\n        {changes}}}"))
+    for signature, place in (
+        ("coefficients_in(int mode, const double *p)", 1),
+        ("changes_in(int mode, const double *p, const double *q)", 2),
+    ):
+        lines = [
+            f"    if (mode == {case[0]})\n        return {case[place]};" for case in cases[:-1]
+        ]
+        body = "\n".join([*lines, f"    return {cases[-1][place]};"])
+        texts.append(f"{head} {signature}\n{{\n{body}\n}}\n")
+    return texts
 
 
 def _field_header() -> str:
@@ -203,7 +212,7 @@ def _field_header() -> str:
         f"/* As `fivtui.model.field.Rates`. */\ntypedef struct {{\n"
         f"    double {', '.join(equations.Rates._fields)};\n}} Rates;\n",
         *_functions(),
-        *(text for mode in MODES for text in _coefficients(mode)),
+        *_coefficients(),
         "#endif\n",
     ]
     return "\n".join(parts)

@@ -9,6 +9,7 @@
 #include <stddef.h>
 
 #include "expansion.h"
+#include "field.h"
 #include "polynomial.h"
 
 /* How a run ends: `fivtui.kernel.status.Status`; it goes on while that is RUNNING. */
@@ -162,6 +163,12 @@ INLINE V side_after(const Block *w, V x, V vx, V vy)
     V third = choose(absolute(push) > LEAST, push, -(w->coupling * x));
     V direction = choose(vy != 0.0, vy, choose(force != 0.0, force, third));
     return choose(direction > 0.0, splat(1.0), splat(-1.0));
+}
+
+/* The mode of a run on a belt that is always faster. */
+INLINE int mode_in_lane(const Block *w, int lane)
+{
+    return element(&w->side, lane) < 0.0 ? CONTACT : SEPARATED;
 }
 
 INLINE void set_field(Block *w)

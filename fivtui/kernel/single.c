@@ -13,9 +13,6 @@ typedef struct {
 /* What a call gives back behind the columns of a result. */
 enum { R_SWITCHES = RESULTS, R_SEGMENTS, R_SAMPLES };
 
-/* The mode, as in `fivtui.model.modes`. */
-INLINE int mode_of(const Block *w) { return w->side < 0.0; }
-
 /* Bytes of a run. */
 EXPORT int64_t NAME(run_size)(void) { return sizeof(Sampled); }
 
@@ -54,10 +51,10 @@ EXPORT int64_t NAME(run_advance)(Sampled *of, double *switches, int64_t switch_r
         }
         for (; sampled < time_count && (times[sampled] < ending.t || ending.last); sampled++) {
             store_sample(w, groups, times[sampled], samples + sampled, time_count);
-            modes[sampled] = (int8_t)mode_of(w);
+            modes[sampled] = (int8_t)mode_in_lane(w, 0);
         }
         if (segments)
-            store_segment(w, groups, ending.t, mode_of(w), segments + stored++ * columns);
+            store_segment(w, groups, ending.t, mode_in_lane(w, 0), segments + stored++ * columns);
         double switches_before = w->lifts + w->landings;
         status = end_step(run, &ending, cut);
         if (w->lifts + w->landings != switches_before)

@@ -18,7 +18,7 @@ static const double SIGN[] = {-1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0};
 typedef struct {
     Run run;
     int64_t count, eights, cubic;
-    Change contact[EIGHTS], off[EIGHTS];
+    Change changes[MODES][EIGHTS];
     Deviation now[EIGHTS];
     double moments[sizeof(Extremes) / sizeof(V)];
     Eight by[sizeof(Extremes) / sizeof(V)][EIGHTS];
@@ -80,8 +80,8 @@ static int carry(Varied *v, unsigned wanted, const double *places)
 {
     const Block *w = &v->run.w;
     const int groups = (int)v->run.order / 4, eights = (int)v->eights;
-    const int contact = w->side < 0.0, cubic = contact && v->cubic;
-    const Change *change = contact ? v->contact : v->off;
+    const int cubic = w->side < 0.0 && v->cubic;
+    const Change *change = v->changes[mode_in_lane(w, 0)];
     double done = 0.0;
     for (int last = 0; !last;) {
         Motion m;
@@ -158,8 +158,8 @@ EXPORT void NAME(vary_begin)(Varied *v, const double *parameters, int64_t separa
         v->cubic |= seed[STATE + P_K_NL] != 0.0;
         d->x[i % 8] = seed[0], d->vx[i % 8] = seed[1];
         d->y[i % 8] = seed[2], d->vy[i % 8] = seed[3];
-        put_change(v->contact + i / 8, i % 8, parameters, seed + STATE, 1);
-        put_change(v->off + i / 8, i % 8, parameters, seed + STATE, 0);
+        for (int mode = 0; mode < MODES; mode++)
+            put_change(v->changes[mode] + i / 8, i % 8, parameters, seed + STATE, mode);
     }
 }
 
@@ -191,7 +191,7 @@ EXPORT int64_t NAME(vary_advance)(Varied *v, double *crossings, int64_t room, in
         if (w->lifts + w->landings != switches) {
             double *row = crossings + crossed++ * columns;
             row[0] = w->last, row[1] = w->xs[0], row[2] = w->xs[1], row[3] = w->ys[0];
-            row[4] = w->ys[1], row[5] = w->side < 0.0;
+            row[4] = w->ys[1], row[5] = mode_in_lane(w, 0);
             write_deviations(v, row + CROSSING_HEAD);
         }
     }

@@ -147,9 +147,9 @@ def holding_force_size(p: Any, x: float, y: float, rates: Rates = CONSTANT) -> f
 
 def friction_coefficient(p: Any, speed: Any) -> Any:
     """The friction coefficient μ + (μ_s − μ) exp(−v/v_s) at a sliding speed v ≥ 0, m/s."""
-    if p.speed_law is None:
+    if p.mu_s is None or p.v_s is None:
         return p.mu
-    return p.mu + (p.mu_static - p.mu) * exponential(-speed / p.speed_law)
+    return p.mu + (p.mu_static - p.mu) * exponential(-speed / p.v_s)
 
 
 def friction_slope(p: Any, speed: Any) -> Any:

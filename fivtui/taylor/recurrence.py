@@ -213,7 +213,7 @@ def _parameters(recurrence: Recurrence, terms: Terms, name: Naming) -> tuple[Any
             slope = Expression(name("rates", each))
             rates[each] = _constant(recurrence, slope)
             p[each] = recurrence.line(values[each], slope)
-    p["speed_law"] = p["v_s"] if terms.by_law else None
+    p["v_s"] = p["v_s"] if terms.by_law else None
     p["v_belt"] = p["v_belt"] if terms.finite_belt else None
     return SimpleNamespace(**p), SimpleNamespace(**rates)
 
