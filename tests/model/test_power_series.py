@@ -21,7 +21,9 @@ def series(first: st.SearchStrategy[float]) -> st.SearchStrategy[PowerSeries]:
 
 def assert_equal(left: PowerSeries, right: PowerSeries) -> None:
     scale = max(map(abs, (*left.coefficients, *right.coefficients)))
-    assert left.coefficients == pytest.approx(right.coefficients, rel=1e-10, abs=1e-9 * (1.0 + scale))
+    assert left.coefficients == pytest.approx(
+        right.coefficients, rel=1e-10, abs=1e-9 * (1.0 + scale)
+    )
 
 
 @given(series(numbers), series(numbers), series(numbers))

@@ -1,0 +1,113 @@
+"""The generated C says what the equations of the model say, and derives them."""
+
+import math
+import re
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from fivtui import Parameters
+from fivtui.kernel.field_text import headers, law_is_tuned
+from fivtui.model import field as equations
+from fivtui.model.modes import Mode
+from fivtui.model.parameters import ALL_PARAMETERS
+from fivtui.taylor.expression import Expression
+
+HEADER = headers()["field.h"]
+P = Parameters(c1=0.4, F=70.0, mu=0.5, v_belt=1.0, mu_s=0.9, v_s=0.4).as_dict()
+# How each parameter changes with a number.
+Q = {name: 0.1 * (n + 1) for n, name in enumerate(P)}
+PYTHON: dict[str, Callable[..., Any]] = {
+    "load_of": equations.load,
+    "coupling_stiffness": equations.coupling_stiffness,
+    "horizontal_stiffness": equations.horizontal_stiffness,
+    "total_stiffness": equations.total_stiffness,
+    "suspension_stiffness": equations.suspension_stiffness,
+    "spring_force": equations.spring_force,
+    "tangent_stiffness": equations.tangent_stiffness,
+    "tangent_slope": equations.tangent_slope,
+    "horizontal_acceleration": equations.horizontal_acceleration,
+    "vertical_acceleration": equations.vertical_acceleration,
+    "holding_force": lambda p, x, y, rate: equations.holding_force(
+        p, x, y, equations.Rates(v_belt=rate)
+    ),
+    "holding_force_rate": equations.holding_force_rate,
+    "rest_position": equations.rest_position,
+    "rest_cubic": lambda p, mu: equations.rest_coefficients(p, mu)[0],
+    "rest_linear": lambda p, mu: equations.rest_coefficients(p, mu)[1],
+    "friction_coefficient": equations.friction_coefficient,
+}
+FUNCTIONS = re.findall(
+    r"INLINE double (\w+)\(const double \*p(.*?)\)\n\{\n    return (.*?);\n\}", HEADER
+)
+MODES = re.findall(
+    r"INLINE Coefficients (\w+)_coefficients\(const double \*p\)\n\{\n    return \(Coefficients\)"
+    r"\{\n(.*?)\};",
+    HEADER,
+    re.DOTALL,
+)
+
+
+def parameters(step: float) -> Any:
+    """Parameters that carry a derivative by the number that moves them by Q."""
+    values = {name: complex(P[name], step * Q[name]) if step else P[name] for name in P}
+    return SimpleNamespace(**values, mu_static=values["mu_s"])
+
+
+def of_text(text: str, names: dict[str, float]) -> Any:
+    """What an expression in C is worth."""
+    columns = {f"P_{name.upper()}": name for name in ALL_PARAMETERS}
+    known = {**columns, **names, "p": P, "q": Q, "exponential": math.exp}
+    text = re.sub(r"^(.*) \? (.*) : (.*)$", r"(\2) if (\1) else (\3)", text)
+    return eval(text, {}, known)
+
+
+@pytest.mark.parametrize(("name", "arguments", "text"), FUNCTIONS, ids=[f[0] for f in FUNCTIONS])
+def test_functions_in_c_are_those_of_the_model(name: str, arguments: str, text: str) -> None:
+    is_change = name.endswith("_change")
+    numbers = re.findall(r"double (\w+)", arguments)
+    values = {number: 0.3 + 0.2 * n for n, number in enumerate(numbers)}
+    compute, step = PYTHON[name.removesuffix("_change")], equations.DERIVATIVE_STEP
+    if not is_change:
+        expected = compute(parameters(0.0), *values.values())
+    else:
+        # Every number is followed by its change.
+        pairs = zip(numbers[::2], numbers[1::2], strict=True)
+        moved = [complex(values[number], step * values[change]) for number, change in pairs]
+        expected = equations.derivative(compute(parameters(step), *moved) + 0j)
+    assert of_text(text, values) == pytest.approx(expected, rel=1e-14)
+
+
+def test_every_function_of_the_header_is_compared() -> None:
+    assert {name.removesuffix("_change") for name, _, _ in FUNCTIONS} == set(PYTHON)
+    assert HEADER.count("INLINE double") == len(FUNCTIONS)
+    assert law_is_tuned()
+
+
+def test_the_coefficients_of_every_mode_and_their_changes_are_those_of_the_model() -> None:
+    changes = re.findall(r"return \(Coefficients\)\{\n([^}]*q\[.*?)\};", HEADER, re.DOTALL)
+    assert [name for name, _ in MODES] == [mode.name.lower() for mode in Mode]
+    assert len(changes) == len(MODES)
+    step = equations.DERIVATIVE_STEP
+    for mode, (_, values), slopes in zip(Mode, MODES, changes, strict=True):
+        expected = equations.field(parameters(0.0), mode)
+        moved = equations.field(parameters(step), mode)
+        for text, value in zip(values.split(",\n"), expected, strict=True):
+            assert of_text(text.strip(), {}) == pytest.approx(value, rel=1e-14)
+        for text, value in zip(slopes.split(",\n"), moved, strict=True):
+            slope = equations.derivative(value + 0j)
+            assert of_text(text.strip(), {}) == pytest.approx(slope, rel=1e-13, abs=1e-13)
+
+
+def test_expressions_leave_out_what_changes_nothing() -> None:
+    a, b = Expression("a"), Expression("b")
+    assert (a + 0.0).text == (a * 1.0).text == (a / 1.0).text == (0.0 + a).text == "a"
+    assert (a * 0.0).text == (0.0 * a).text == (0.0 / a).text == "0.0"
+    assert (-(-a)).text == "a"
+    assert (-1.0 * a).text == "-a"
+    assert (a - (b - a)).text == "a - (b - a)"
+    assert (a / (b * a)).text == "a / (b * a)"
+    assert ((a + b) * a).text == "(a + b) * a"
+    assert (-a * b).text == "-a * b"
