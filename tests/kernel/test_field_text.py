@@ -105,7 +105,7 @@ def test_expressions_leave_out_what_changes_nothing() -> None:
     a, b = Expression("a"), Expression("b")
     assert (a + 0.0).text == (a * 1.0).text == (a / 1.0).text == (0.0 + a).text == "a"
     assert (a * 0.0).text == (0.0 * a).text == (0.0 / a).text == "0.0"
-    assert (-(-a)).text == "a"
+    assert (-Expression("-a")).text == "a"
     assert (-1.0 * a).text == "-a"
     assert (a - (b - a)).text == "a - (b - a)"
     assert (a / (b * a)).text == "a / (b * a)"
