@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from fivtui.model import ALL_PARAMETERS, Parameters, without_effect
+from fivtui.model import ALL_PARAMETERS, Parameters, System, without_effect
 
 PHYSICS: Final = (*ALL_PARAMETERS, "separation")
 _BASE: Final = Parameters().as_dict()
@@ -163,7 +163,7 @@ class Comparable:
     def __hash__(self) -> int:
         # Of what is equal for certain: arrays have no hash.
         hashed = (getattr(self, name) for name in _compared(self))
-        return hash((type(self), *(v for v in hashed if isinstance(v, (Parameters, str)))))
+        return hash((type(self), *(v for v in hashed if isinstance(v, (System, Parameters, str)))))
 
 
 def _compared(record: Any) -> list[str]:
@@ -223,14 +223,33 @@ class Result(Comparable):
         return f"<table><caption>{type(self).__name__}</caption><tbody>{rows}</tbody></table>"
 
 
+class SystemResult(Result):
+    """Base of results about one system, which their first field holds."""
+
+    __slots__ = ()
+
+    system: System
+
+    @property
+    def parameters(self) -> Parameters:
+        """The parameter set."""
+        return self.system.parameters
+
+    @property
+    def separation(self) -> bool:
+        """Whether separation is considered."""
+        return self.system.separation
+
+
 def scene_fields(scene: Any, said: Sequence[str]) -> dict[str, Any]:
     """The parameters and the fields named of a scene, or of what has attributes like one."""
     names = [name for name in said if name not in ALL_PARAMETERS]
     return {name: getattr(scene, name) for name in ("parameters", *names)}
 
 
-def scene_text(p: Parameters, *, separation: bool, without: Sequence[str] = ()) -> str:
-    """What a parameter set changes of the base set, and the physics, in one phrase."""
+def scene_text(system: System, *, without: Sequence[str] = ()) -> str:
+    """What a system changes of the base set, and the physics, in one phrase."""
+    p = system.parameters
     changed = [
         f"{name}={value:g}"
         for name, value in p.as_dict().items()
@@ -238,7 +257,7 @@ def scene_text(p: Parameters, *, separation: bool, without: Sequence[str] = ()) 
     ]
     phrases = [
         f"base set with {', '.join(changed)}" if changed else "base set",
-        "" if separation else "separation ignored",
+        "" if system.separation else "separation ignored",
         without_effect(p, without),
     ]
     return "; ".join(phrase for phrase in phrases if phrase)

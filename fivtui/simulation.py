@@ -4,6 +4,8 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from fivtui.model import System, time_tables
+
 from .model import Parameters, Rows, unknown_name
 from .transient import (
     DEFAULT_T_END,
@@ -123,10 +125,11 @@ def simulate(
     10.6029 0.347463
     """
     request = Request(
-        _BASE if parameters is None else parameters,
+        System(
+            _BASE if parameters is None else parameters, separation, time_tables(over_time or {})
+        ),
         t_end,
         tol,
-        separation,
         start,
         method,
         step,
@@ -134,7 +137,6 @@ def simulate(
         max_steps,
         kernel,
         sensitivities,
-        over_time or {},
     )
     return compute(request, progress=progress, on_samples=on_samples)
 

@@ -9,6 +9,7 @@ import pytest
 
 from fivtui.console.layout import GAP, TableColumn, blocks_of
 from fivtui.console.printing import print_list, print_rows
+from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Explorer
@@ -108,8 +109,8 @@ def test_sweep_and_attractors_keep_their_first_columns(monkeypatch: pytest.Monke
     varied = Design({"F": (21.0, 43.0), "mu": (0.1,)})
     study = Study(varied, p, outputs=("growth_rate", "stable"))
     result = sweep_in_memory(study, local_engine(1))
-    found = Explorer(p).reach("static")
-    branch = Continuation(p, True, "mu", np.array([0.7]), (BranchPoint(0.7, ("up",), found),))
+    found = Explorer(System(p)).reach("static")
+    branch = Continuation(System(p), "mu", np.array([0.7]), (BranchPoint(0.7, ("up",), found),))
     for width in (40, 60, 80, 120, None):
         out = shown(monkeypatch, width)
         print_sweep(result)

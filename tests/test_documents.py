@@ -10,6 +10,7 @@ import pytest
 
 from fivtui.assessment.stress_tests import METHODS_UNDER_TEST
 from fivtui.io.tables import FORMATS
+from fivtui.model import System
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.simulation import ALL_METHODS
 from fivtui.sweeps.formats import SWEEP_FORMATS
@@ -106,9 +107,9 @@ def test_form_and_fmu_follow_from_the_table_of_parameters() -> None:
 def test_a_line_more_of_methods_is_a_method_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(METHODS, "another", METHODS["rk4"])
     p = Parameters()
-    found = integrate(Request(p, t_end=1.0, method="another"))
+    found = integrate(Request(System(p), t_end=1.0, method="another"))
     assert found.method == "another"
-    assert found.final == integrate(Request(p, t_end=1.0, method="rk4")).final
+    assert found.final == integrate(Request(System(p), t_end=1.0, method="rk4")).final
 
 
 def test_the_tables_of_methods_know_the_same_methods() -> None:

@@ -17,6 +17,7 @@ from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.figure import map_figure, mode_figure
 from fivtui.equilibrium.map import stability_map
 from fivtui.equilibrium.scan import mode_scan
+from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.basins import Basin
 from fivtui.orbits.branches import BranchPoint, Continuation
@@ -152,7 +153,7 @@ def test_runs_of_several_parameters_are_named_at_their_own_lines() -> None:
 def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> None:
     p = Parameters()
     found = stability(p)
-    figure = mode_figure(p, found, mode_scan(p, 1.5))
+    figure = mode_figure(found, mode_scan(System(p), 1.5))
     frequency, growth, plane = figure.axes
     assert labels(frequency) == ("Friction coefficient μ", "Frequency Im λ/(2π) (Hz)")
     assert labels(growth) == ("Friction coefficient μ", "Growth rate Re λ (1/s)")
@@ -176,7 +177,7 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
 
 def test_the_critical_and_the_present_friction_are_marked_where_they_are() -> None:
     p = Parameters(F=100.0, k_nl=500.0, mu=1.1)
-    figure = mode_figure(p, stability(p), mode_scan(p, 2.0))
+    figure = mode_figure(stability(p), mode_scan(System(p), 2.0))
     legend = the_legend(figure)
     critical = own_slider.critical_mu(F=100.0, k_nl=500.0)
     assert plain(figure.get_suptitle()).endswith("F = 100 N, k_nl = 500 N/m^3, μ = 1.1")
@@ -458,8 +459,7 @@ REST = Attractor(Kind.EQUILIBRIUM)
 def test_attractors_along_a_parameter_stand_where_and_how_they_were_met() -> None:
     contact, separating = cycle(Kind.CONTACT_CYCLE, 0.5), cycle(Kind.SEPARATING_CYCLE, 4.0)
     result = Continuation(
-        Parameters(),
-        True,
+        System(Parameters()),
         "k_nl",
         np.array([10.0, 20.0, 40.0]),
         (
@@ -501,8 +501,7 @@ def test_a_basin_has_the_colour_of_the_attractor_that_its_starts_reach() -> None
     reached = np.array([[0, 1, 1], [2, 0, 1]])
     first, second = np.array([-1.0, 1.0]), np.array([2.0, 4.0, 6.0])
     result = Basin(
-        Parameters(),
-        True,
+        System(Parameters()),
         (0.1, 0.2, 0.3, 0.4),
         ("y0", "vx0"),
         (first, second),

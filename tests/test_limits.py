@@ -7,6 +7,7 @@ import pytest
 
 from fivtui import Parameters, simulate, stability
 from fivtui.assessment.lyapunov import error_growth
+from fivtui.model import System
 from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import State
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
@@ -35,10 +36,10 @@ def folded() -> PeriodicOrbit:
     one, other = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
     there = run.solution([one])
     guess = as_state([float(there.x[0]), float(there.vx[0]), 0.0, float(there.vy[0])])
-    orbit = shoot(p, guess, float(other - one), Section.LIFT_OFF)
+    orbit = shoot(System(p), guess, float(other - one), Section.LIFT_OFF)
     for beyond in (1e-2, 2e-3, 3e-4, 4e-5, 2e-6, 4e-8):
         at = Parameters(mu=FOLD + beyond)
-        orbit = shoot(at, orbit.start, orbit.period, Section.LIFT_OFF)
+        orbit = shoot(System(at), orbit.start, orbit.period, Section.LIFT_OFF)
     return orbit
 
 
@@ -47,7 +48,9 @@ def test_next_to_the_fold_there_is_an_orbit_and_below_it_none(folded: PeriodicOr
     # Here the return map misses by 1e-9 to 1e-8 of the orbit, and by no less.
     for below in (1e-9, 3e-9, 1e-8):
         with pytest.raises(ComputationError, match="no periodic orbit"):
-            shoot(Parameters(mu=FOLD - below), folded.start, folded.period, Section.LIFT_OFF)
+            shoot(
+                System(Parameters(mu=FOLD - below)), folded.start, folded.period, Section.LIFT_OFF
+            )
 
 
 def test_an_orbit_closes_and_its_numbers_are_those_of_a_run_over_it(folded: PeriodicOrbit) -> None:
@@ -72,7 +75,7 @@ def test_a_small_cycle_is_told_from_rest(beyond: float) -> None:
     rest = verdict.equilibrium
     guess = (rest.x + x.real, (mode.eigenvalue * x).real, rest.y + y.real, 0.0)
     period = 2.0 * math.pi / mode.angular_frequency
-    orbit = shoot(p, guess, period, Section.LOWEST_POINT)
+    orbit = shoot(System(p), guess, period, Section.LOWEST_POINT)
     assert orbit.half_range / math.sqrt(beyond) == pytest.approx(3.53, rel=2e-3)
     assert orbit.period == pytest.approx(period, rel=beyond + 1e-9)
 
@@ -87,7 +90,7 @@ def test_a_small_cycle_is_told_from_rest(beyond: float) -> None:
 def test_errors_grow_as_the_derivative_of_the_flow_says(
     p: Parameters, separation: bool, start: State
 ) -> None:
-    request = Request(p, t_end=20.0, separation=separation, tol=1e-12, start=start)
+    request = Request(System(p, separation), t_end=20.0, tol=1e-12, start=start)
     frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
     weights = np.array([1.0, frequency, 1.0, frequency])
     end = vary(request, START_SEEDS).derivatives @ weights
@@ -98,7 +101,7 @@ def test_errors_grow_as_the_derivative_of_the_flow_says(
 def test_the_derivative_of_the_flow_contracts_volume_to_rounding() -> None:
     # Liouville; the trace of the matrix is the divergence everywhere, −(c1 + c2)/m.
     p = Parameters()
-    request = Request(p, t_end=3.0, tol=1e-13, start=(0.3, 1.0, -0.5, 2.0))
+    request = Request(System(p), t_end=3.0, tol=1e-13, start=(0.3, 1.0, -0.5, 2.0))
     derivative = vary(request, START_SEEDS).derivatives
     contraction = math.exp(-(p.c1 + p.c2) / p.m * 3.0)
     assert np.linalg.det(derivative) == pytest.approx(contraction, rel=1e-13)

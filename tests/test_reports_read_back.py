@@ -19,6 +19,7 @@ from fivtui.equilibrium.files import map_to_dict, save_map, save_modes, stabilit
 from fivtui.equilibrium.map import stability_map
 from fivtui.equilibrium.report import print_map, print_stability
 from fivtui.equilibrium.scan import mode_scan
+from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import Coexistence
 from fivtui.orbits.basins import Basin, EscapeOffset
@@ -168,7 +169,7 @@ def written(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]
 
 def test_written_modes_and_maps_have_every_number_in_its_column(tmp_path: Path) -> None:
     p = Parameters()
-    save_modes(p, stability(p), mode_scan(p, 1.5), tmp_path / "modes.csv")
+    save_modes(stability(p), mode_scan(System(p), 1.5), tmp_path / "modes.csv")
     header, columns = written(tmp_path / "modes.csv")
     for place in (0, 100, 240):
         own = own_slider.eigenvalues(mu=float(columns["mu"][place]))
@@ -385,7 +386,7 @@ def test_printed_attractors_have_the_figures_of_their_orbits(capsys: Printed) ->
     ]  # fmt: skip
     both = (REST, SEPARATING)
     print_coexistence(
-        Coexistence(Parameters(), True, both, (1, 0), stable=True, escape=EscapeOffset(0.2, None))
+        Coexistence(System(Parameters()), both, (1, 0), stable=True, escape=EscapeOffset(0.2, None))
     )
     shown = dict(listed(capsys))
     assert shown["offset above that leaves the equilibrium"] == "0.2 m"
@@ -398,7 +399,7 @@ def continuation() -> Continuation:
         BranchPoint(20.0, ("down",), SEPARATING),
         BranchPoint(40.0, ("up",), CONTACT),
     )
-    return Continuation(Parameters(), True, "F", np.array([10.0, 20.0, 40.0]), points)
+    return Continuation(System(Parameters()), "F", np.array([10.0, 20.0, 40.0]), points)
 
 
 def test_attractors_along_a_parameter_are_printed_and_written_where_they_were_met(
@@ -446,7 +447,7 @@ def test_basins_are_printed_and_written_by_their_attractors(
     axes = np.array([-1.0, 1.0]), np.array([2.0, 4.0, 6.0])
     reached = np.array([[0, 1, 1], [0, 0, 1]])
     p, start = Parameters(), (0.1, 0.2, 0.3, 0.4)
-    result = Basin(p, True, start, ("y0", "vx0"), axes, (CONTACT, REST), reached)
+    result = Basin(System(p), start, ("y0", "vx0"), axes, (CONTACT, REST), reached)
     print_basin(dataclasses.replace(result, reached=np.array([[0, 1, 1], [0, 1, 1]])))
     (contact, _, counted), rest = (
         (name.partition(",")[0], name, text) for name, text in listed(capsys)

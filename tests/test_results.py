@@ -20,6 +20,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import fivtui
+from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.results import Result, equal_values, scene_text
@@ -151,9 +152,9 @@ def test_a_sweep_of_many_columns_prints_in_a_few_lines_all_the_same() -> None:
 
 
 def test_the_scene_is_said_by_what_differs_from_the_base_set() -> None:
-    assert scene_text(Parameters(), separation=True) == "base set"
-    assert scene_text(_P, separation=True, without=("mu",)) == "base set with F=120"
-    assert scene_text(Parameters(), separation=False) == "base set; separation ignored"
+    assert scene_text(System(Parameters())) == "base set"
+    assert scene_text(System(_P), without=("mu",)) == "base set with F=120"
+    assert scene_text(System(Parameters(), separation=False)) == "base set; separation ignored"
 
 
 @pytest.mark.parametrize("name", PLAIN)

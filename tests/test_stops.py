@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fivtui.model import System
 from fivtui.model.errors import Cancelled
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import coexistence
@@ -19,9 +20,9 @@ from fivtui.transient import integrate
 P = Parameters(F=120.0)
 Go = Callable[[float], bool]
 SEARCHES: dict[str, Callable[[Go], Any]] = {
-    "attractors": lambda go: find_attractors(P, kernel="interpreted", progress=go),
-    "coexistence": lambda go: coexistence(P, kernel="interpreted", progress=go),
-    "escape": lambda go: escape_offset(P, kernel="interpreted", progress=go),
+    "attractors": lambda go: find_attractors(System(P), kernel="interpreted", progress=go),
+    "coexistence": lambda go: coexistence(System(P), kernel="interpreted", progress=go),
+    "escape": lambda go: escape_offset(System(P), kernel="interpreted", progress=go),
     "basin": lambda go: basin(
         P, {"x0": [0.0, 1.0], "y0": [0.0, 1.0]}, kernel="interpreted", progress=go
     ),

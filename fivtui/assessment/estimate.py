@@ -66,7 +66,7 @@ class Accuracy(Result):
     def _summary(self) -> list[tuple[str, str]]:
         run = self.run
         rows = [
-            ("scene", scene_text(run.parameters, separation=run.separation)),
+            ("scene", scene_text(run.system)),
             ("run", f"{run.t_end:g} s, {run.method}, compared with {self.finer}"),
             *(
                 (name, f"{reliable_digits(entry)} ± {entry.difference:.1g}")

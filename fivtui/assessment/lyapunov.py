@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model import Cancelled, ComputationError, State, time_scale
+from fivtui.model import Cancelled, ComputationError, State, System, time_scale
 from fivtui.taylor import Seed
 from fivtui.transient import Request, vary
 
@@ -72,15 +72,13 @@ def error_growth(
     Uses the Taylor method at the request's tolerance. Raises `ComputationError` if the run cannot
     be finished, and `Cancelled` if `progress`, called with the fraction done, returns False.
     """
-    p = request.parameters
+    p, system = request.parameters, System(request.parameters, request.separation)
     frequency = 1.0 / time_scale(p)
     stretch = request.t_end / _STRETCHES
 
     def after(state: State, deviation: State) -> tuple[State, State]:
         try:
-            part = Request(
-                p, t_end=stretch, tol=request.tol, separation=request.separation, start=state
-            )
+            part = Request(system, t_end=stretch, tol=request.tol, start=state)
             found = vary(part, [Seed(deviation)])
         except ComputationError as error:
             begin = (len(sizes) - 1) * stretch

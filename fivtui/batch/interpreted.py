@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel import RunColumns, Status
-from fivtui.model import PARAMETERS, ComputationError, Parameters, static_start
+from fivtui.model import PARAMETERS, ComputationError, Parameters, System, static_start
 from fivtui.taylor import BeltStepper, StallError, TaylorStepper, local_tolerance
 from fivtui.transient import Recorder, Request
 
@@ -25,7 +25,7 @@ def interpreted_starts(parameters: Floats, separation: NDArray[np.bool_]) -> Flo
     starts = np.full((len(parameters), 4), np.inf)
     for place, (row, considered) in enumerate(zip(parameters, separation, strict=True)):
         try:
-            starts[place] = static_start(_parameters(row), separation=bool(considered))
+            starts[place] = static_start(System(_parameters(row), bool(considered)))
         except ComputationError:
             continue
     return starts
@@ -50,7 +50,7 @@ def interpreted_results(
             of_belt = {name: float(column[place]) for name, column in belt.items()}
             p = _parameters(row).with_values(of_belt)
             request = Request(
-                p, t_end=t_end, tol=tol, separation=bool(separation), start=start.tolist()
+                System(p, bool(separation)), t_end=t_end, tol=tol, start=start.tolist()
             )
             results[place] = _result(request, max_steps)
         else:

@@ -89,7 +89,7 @@ def _reached(chosen: "Scene", *, quiet: bool) -> dict[str, Any]:
     from fivtui.orbits import coexistence, reached_words
 
     with progress_bar("attractors") as progress:
-        found = coexistence(chosen.parameters, separation=chosen.separation, progress=progress)
+        found = coexistence(chosen.system, progress=progress)
     said = reached_words(found)
     if not quiet:
         say(said)

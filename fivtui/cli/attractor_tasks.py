@@ -67,13 +67,13 @@ def _slice(texts: Sequence[str], start: Start | None) -> Task:
 
 def _from(start: Start) -> Task:
     def compute(scene: Scene, _progress: Progress) -> Any:
-        return Explorer(scene.parameters, separation=scene.separation).reach(start)
+        return Explorer(scene.system).reach(start)
 
     return Task("attractor", compute)
 
 
 def _search(scene: Scene, progress: Progress) -> Any:
-    return coexistence(scene.parameters, separation=scene.separation, progress=progress)
+    return coexistence(scene.system, progress=progress)
 
 
 SEARCH: Final = Task("attractors", _search)

@@ -154,7 +154,7 @@ def _say_if_stiff(result: "Transient") -> None:
     from fivtui.transient import find_stiffness
 
     if result.method == "taylor" and result.stats.kernel != "exact":
-        stiff = find_stiffness(result.parameters, t_end=result.t_end, separation=result.separation)
+        stiff = find_stiffness(result.system, t_end=result.t_end)
         if stiff is not None:
             say(f"{stiff}; this took {result.stats.steps} steps, try --method scipy-lsoda")
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         CriticalMu as CriticalMu,
         critical_mu as critical_mu,
         flutter_margin as flutter_margin,
+        lowest_critical_mu as lowest_critical_mu,
     )
     from .eigenvalues import (
         Stability as Stability,

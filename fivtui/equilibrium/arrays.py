@@ -15,6 +15,7 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
+    System,
     coupling_stiffness,
     flutter_boundary,
     flutter_boundary_slope,
@@ -231,7 +232,7 @@ def judge_growths(
     for place in np.flatnonzero(points.no_equilibrium | ~np.isfinite(growth)).tolist():
         values = p.with_values({name: float(column[place]) for name, column in varied.items()})
         growth[place], stable[place] = np.nan, False
-        reasons[place] = str(why_no_growth(values, separation=bool(separation[place])))
+        reasons[place] = str(why_no_growth(System(values, bool(separation[place]))))
     return growth, stable, reasons
 
 
@@ -245,7 +246,7 @@ def _judged_one_by_one(
     for place, considered in enumerate(separation.tolist()):
         try:
             one = p.with_values({name: float(column[place]) for name, column in varied.items()})
-            growth[place], stable[place] = judge_growth(one, separation=considered)
+            growth[place], stable[place] = judge_growth(System(one, considered))
         except (ComputationError, InputError) as error:
             reasons[place] = str(error)
     return growth, stable, reasons

@@ -21,6 +21,7 @@ from fivtui.model import (
     PARAMETERS,
     Mode,
     Parameters,
+    System,
     coupling_stiffness,
     equilibrium,
     flutter_boundary,
@@ -65,23 +66,29 @@ def critical_mu(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, 
     """
     if p.k3 == 0.0 or (separation and load(p) < 0.0):
         return ()
-    h = coupling_stiffness(p)
+    h, touching = coupling_stiffness(p), System(p, separation=False)
 
     def excess(mu: float) -> float:
-        kt = tangent_stiffness(p, equilibrium(p, separation=False, mu=mu).y)
+        kt = tangent_stiffness(p, equilibrium(touching, mu=mu).y)
         return float(mu * h * kt - flutter_boundary(p, kt))
 
     mu_c = _least_nonnegative(excess, 0.0, PARAMETERS["mu"].upper)
     return () if mu_c is None else (CriticalMu(mu_c, "unstable"),)
 
 
-def flutter_margin(p: Parameters, *, separation: bool = True) -> float | None:
+def lowest_critical_mu(system: System) -> float | None:
+    """The least critical friction coefficient; None if there is none in range."""
+    critical = critical_mu(system.parameters, separation=system.separation)
+    return critical[0].mu if critical else None
+
+
+def flutter_margin(system: System) -> float | None:
     """By how much μ h k_t is below the Hopf boundary, N²/m²; None for an equilibrium off the belt.
 
     Negative where the equilibrium is unstable, zero at a Hopf point. Raises `ComputationError` if
     there is no equilibrium.
     """
-    point = equilibrium(p, separation=separation)
+    p, point = system.parameters, equilibrium(system)
     if point.mode is Mode.SEPARATED:
         return None
     kt = tangent_stiffness(p, point.y)
@@ -116,10 +123,9 @@ def _least_nonnegative(function: Callable[[float], float], low: float, high: flo
     return high
 
 
-def coalescence_mu(p: Parameters, *, separation: bool = True) -> float | None:
+def coalescence_mu(system: System) -> float | None:
     """The μ at which the undamped frequencies coalesce; None if they do not at any μ in range.
 
     They do where h μ k_t = (a − b)²/4 + h², which is the boundary without damping.
     """
-    undamped = p.with_values({"c1": 0.0, "c2": 0.0, "v_belt": None})
-    return next((c.mu for c in critical_mu(undamped, separation=separation)), None)
+    return lowest_critical_mu(system.with_values({"c1": 0.0, "c2": 0.0, "v_belt": None}))

@@ -13,12 +13,13 @@ from fivtui.model import (
     ComputationError,
     Equilibrium,
     Parameters,
+    System,
     advise,
-    check_parameters,
     equilibrium,
     jacobian,
+    system_of,
 )
-from fivtui.results import Result, scene_text
+from fivtui.results import SystemResult, scene_text
 
 from .belt import CriticalSpeed, critical_mu_on_belt, critical_speeds
 from .critical import CriticalMu, coalescence_mu, linear_critical_mu
@@ -66,11 +67,13 @@ class Coalescence:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Stability(Result):
+class Stability(SystemResult):
     """Stability of the equilibrium of one parameter set.
 
     Attributes
     ----------
+    system : System
+        The system, with `parameters` and `separation`.
     equilibrium : Equilibrium
         The point at which the system is linearised.
     eigenvalues : ndarray of complex, shape (4,)
@@ -92,12 +95,9 @@ class Stability(Result):
         Distance to the loss of stability.
     coalescence : Coalescence
         Distance between the two modes, and where they meet.
-    parameters : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation was considered.
     """
 
+    system: System
     equilibrium: Equilibrium
     eigenvalues: NDArray[np.complex128]
     growth_rate: float
@@ -108,15 +108,13 @@ class Stability(Result):
     modes: tuple[VibrationMode, ...]
     margin: Margin
     coalescence: Coalescence
-    parameters: Parameters
-    separation: bool
 
     def _summary(self) -> list[tuple[str, str]]:
         verdict = "stable" if self.stable else "unstable"
         critical = ", ".join(f"{each.mu:.6g}" for each in self.critical_mu) or "none"
         linear = "none" if self.linear_critical_mu is None else f"{self.linear_critical_mu:.6g}"
         return [
-            ("scene", scene_text(self.parameters, separation=self.separation)),
+            ("scene", scene_text(self.system)),
             ("equilibrium", f"{verdict}, growth rate {self.growth_rate:.6g} 1/s"),
             ("frequencies", ", ".join(f"{mode.frequency:.6g} Hz" for mode in self.modes)),
             ("critical mu", f"{critical} (of the linear system {linear})"),
@@ -132,13 +130,13 @@ class Stability(Result):
         """Eigenvalues over μ, from 0 to beyond μ and every critical one."""
         from .files import modes_over_mu
 
-        return modes_over_mu(self.parameters, self, separation=self.separation)
+        return modes_over_mu(self)
 
     def figure(self) -> "Figure":
         """Matplotlib figure: frequencies and growth rates over μ, and the eigenvalues."""
         from .figure import mode_figure
 
-        return mode_figure(self.parameters, self, self.modes_over_mu())
+        return mode_figure(self, self.modes_over_mu())
 
 
 def stability(parameters: Parameters | None = None, *, separation: bool = True) -> Stability:
@@ -170,14 +168,15 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     >>> found.stable, round(found.critical_mu[0].mu, 4)
     (True, 0.4394)
     """
-    p = Parameters() if parameters is None else check_parameters(parameters)
-    point = equilibrium(p, separation=separation)
+    system = system_of(parameters, separation)
+    p, point = system.parameters, equilibrium(system)
     values = _eigenvalues(p, point)
     growth, stable = _judged(values)
     critical = critical_mu_on_belt(p, separation=separation)
     modes = vibration_modes(p, point, values)
     frequencies = [mode.angular_frequency for mode in modes]
     return Stability(
+        system=system,
         equilibrium=point,
         eigenvalues=values,
         growth_rate=growth,
@@ -187,11 +186,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
         linear_critical_mu=_linear_critical_mu(p),
         modes=modes,
         margin=Margin(_distance(p.mu, critical), -growth),
-        coalescence=Coalescence(
-            max(frequencies) - min(frequencies), coalescence_mu(p, separation=separation)
-        ),
-        parameters=p,
-        separation=separation,
+        coalescence=Coalescence(max(frequencies) - min(frequencies), coalescence_mu(system)),
     )
 
 
@@ -210,20 +205,21 @@ def _linear_critical_mu(p: Parameters) -> float | None:
     return next((critical.mu for critical in critical_mu_on_belt(linear)), None)
 
 
-def growth_rate(p: Parameters, *, separation: bool = True) -> float:
+def growth_rate(system: System) -> float:
     """Greatest real part of the eigenvalues at the equilibrium, 1/s."""
-    return float(_eigenvalues(p, equilibrium(p, separation=separation)).real.max())
+    return float(_eigenvalues(system.parameters, equilibrium(system)).real.max())
 
 
-def judge_growth(p: Parameters, *, separation: bool = True) -> tuple[float, bool]:
+def judge_growth(system: System) -> tuple[float, bool]:
     """Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`."""
-    return _judged(_eigenvalues(p, equilibrium(p, separation=separation)))
+    return _judged(_eigenvalues(system.parameters, equilibrium(system)))
 
 
-def why_no_growth(p: Parameters, *, separation: bool = True) -> ComputationError:
+def why_no_growth(system: System) -> ComputationError:
     """Why the growth rate of a parameter set cannot be had."""
+    p = system.parameters
     try:
-        _linearised(p, equilibrium(p, separation=separation))
+        _linearised(p, equilibrium(system))
     except ComputationError as error:
         return error
     return ComputationError(

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.model import ALL_PARAMETERS, PARAMETERS, Parameters
+from fivtui.model import ALL_PARAMETERS, PARAMETERS
 from fivtui.plotting import (
     STYLE,
     WIDTH,
@@ -41,7 +41,7 @@ _PRESENT: Final[dict[str, Any]] = {"color": "0.35", "linestyle": "-.", "linewidt
 _ZERO: Final[dict[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
 
 
-def mode_figure(p: Parameters, found: Stability, scan: ModeScan) -> Figure:
+def mode_figure(found: Stability, scan: ModeScan) -> Figure:
     """Figure of frequency and growth rate over μ, and of the eigenvalues in the complex plane.
 
     μ and every critical μ are marked. The figure has an Agg canvas and no window.
@@ -59,9 +59,9 @@ def mode_figure(p: Parameters, found: Stability, scan: ModeScan) -> Figure:
             axes.set_xlim(scan.mu[0], scan.mu[-1])
             axes.set_xlabel(quantity_label(PARAMETERS["mu"]))
             axes.set_ylabel(label)
-            _mark(axes, p, found)
+            _mark(axes, found)
         growth.axhline(0.0, **_ZERO)
-        _draw_plane(plane, p, found, scan)
+        _draw_plane(plane, found, scan)
         handles, labels = frequency.get_legend_handles_labels()
         more, names = plane.get_legend_handles_labels()
         figure.legend(
@@ -72,20 +72,21 @@ def mode_figure(p: Parameters, found: Stability, scan: ModeScan) -> Figure:
             frameon=False,
             handlelength=3.0,
         )
-        figure.suptitle(parameter_line(p), fontsize=7.5)
+        figure.suptitle(parameter_line(found.parameters), fontsize=7.5)
     return figure
 
 
-def _mark(axes: Axes, p: Parameters, found: Stability) -> None:
+def _mark(axes: Axes, found: Stability) -> None:
     for place, critical in enumerate(found.critical_mu):
         label = f"{math_symbol('μ_c')} = {critical.mu:.4g}"
         several = len(found.critical_mu) > 1
         words = f"{label}, above it {critical.becomes}" if several else label
         axes.axvline(critical.mu, label=words, zorder=1.5 + 0.01 * place, **_CRITICAL)
-    axes.axvline(p.mu, label=f"$μ$ = {p.mu:.4g}", zorder=1.4, **_PRESENT)
+    mu = found.parameters.mu
+    axes.axvline(mu, label=f"$μ$ = {mu:.4g}", zorder=1.4, **_PRESENT)
 
 
-def _draw_plane(axes: Axes, p: Parameters, found: Stability, scan: ModeScan) -> None:
+def _draw_plane(axes: Axes, found: Stability, scan: ModeScan) -> None:
     along = scan.eigenvalues.ravel()
     name = f"eigenvalues, $μ$ = 0 to {scan.mu[-1]:g}"
     axes.plot(along.real, along.imag, ".", color="0.6", markersize=2.0, label=name)
@@ -97,7 +98,7 @@ def _draw_plane(axes: Axes, p: Parameters, found: Stability, scan: ModeScan) -> 
         color="black",
         markersize=4.5,
         markerfacecolor="white",
-        label=f"at $μ$ = {p.mu:.4g}",
+        label=f"at $μ$ = {found.parameters.mu:.4g}",
     )
     axes.axvline(0.0, **_ZERO)
     axes.set_xlabel("Re $λ$ (1/s)")

@@ -28,23 +28,15 @@ from .scan import ModeScan, mode_scan, scan_top
 _EIGENVALUES: Final = 4
 
 
-def modes_over_mu(p: Parameters, found: Stability, *, separation: bool = True) -> ModeScan:
+def modes_over_mu(found: Stability) -> ModeScan:
     """Eigenvalues over evenly spaced μ, from 0 to beyond μ and every critical one.
 
     Raises `ComputationError` if there is no equilibrium at one of them.
     """
-    return mode_scan(p, scan_top(p, found), separation=separation)
+    return mode_scan(found.system, scan_top(found))
 
 
-def save_modes(
-    p: Parameters,
-    found: Stability,
-    scan: ModeScan,
-    path: Path,
-    *,
-    separation: bool = True,
-    force: bool = False,
-) -> None:
+def save_modes(found: Stability, scan: ModeScan, path: Path, *, force: bool = False) -> None:
     """Write the eigenvalues over μ as ``.csv``, ``.npz`` or ``.parquet``.
 
     Columns are ``mu``, and ``sigma_1``, ``omega_1`` to ``sigma_4``, ``omega_4``: real and imaginary
@@ -57,8 +49,8 @@ def save_modes(
         columns.append(Column(f"sigma_{number}", "1/s", f"real part of eigenvalue {number}"))
         columns.append(Column(f"omega_{number}", "rad/s", f"imaginary part of eigenvalue {number}"))
     header = {
-        "parameters": p.as_dict(),
-        "separation": separation,
+        "parameters": found.parameters.as_dict(),
+        "separation": found.separation,
         "critical_mu": [critical.mu for critical in found.critical_mu],
     }
     write_table(path, "table of modes", columns, scan.to_columns(), header, force=force)

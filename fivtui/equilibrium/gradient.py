@@ -6,6 +6,7 @@ from fivtui.model import (
     DERIVATIVE_STEP,
     PARAMETERS,
     Parameters,
+    System,
     coupling_stiffness,
     derivative,
     equilibrium,
@@ -30,7 +31,7 @@ def critical_mu_derivatives(p: Parameters, *, separation: bool = True) -> dict[s
     if not found or (p.v_belt is not None and p.speed_law is not None):
         return None
     mu = found[0].mu
-    y = equilibrium(p, separation=False, mu=mu).y
+    y = equilibrium(System(p, separation=False), mu=mu).y
     still = p.perturbed({})
     step = complex(0.0, DERIVATIVE_STEP)
     solved = np.array([_derivatives(still, y + step, mu), _derivatives(still, y, mu + step)]).T

@@ -22,14 +22,12 @@ _DEFAULT_VALUE: Final = "growth-rate"
 
 
 def _save_modes(result: "Stability", path: Path, *, force: bool) -> None:
-    p, separation = result.parameters, result.separation
-    files.save_modes(p, result, result.modes_over_mu(), path, separation=separation, force=force)
+    files.save_modes(result, result.modes_over_mu(), path, force=force)
 
 
 STABILITY: Final = StudyKind(
     data="table of modes",
     show=report.print_stability,
-    figure=lambda result: figure.mode_figure(result.parameters, result, result.modes_over_mu()),
     suffixes=_FORMATS,
     save=_save_modes,
     as_json=True,

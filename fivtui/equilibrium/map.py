@@ -15,12 +15,14 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
+    System,
     check_effect,
     parameter_spec,
+    system_of,
     time_scale,
     unknown_name,
 )
-from fivtui.results import Result, scene_text
+from fivtui.results import SystemResult, scene_text
 
 from .arrays import StabilityPoints, critical_mus, is_on_belt, judge_growths
 
@@ -42,15 +44,13 @@ _CHUNK_ON_BELT: Final = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class StabilityMap(Result):
+class StabilityMap(SystemResult):
     """A quantity over two parameters.
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameters that do not vary.
-    separation : bool
-        Whether separation was considered.
+    system : System
+        The system, with `parameters` that do not vary and `separation`.
     names : tuple of str
         Names of the two parameters.
     axes : tuple of ndarray, shapes (n,) and (k,)
@@ -66,8 +66,7 @@ class StabilityMap(Result):
         equilibrium. On a belt of finite speed the growth rate times √(m/stiffness).
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     names: tuple[str, str]
     axes: tuple[FloatArray, FloatArray]
     value: MapValue
@@ -77,7 +76,7 @@ class StabilityMap(Result):
     def _summary(self) -> list[tuple[str, str]]:
         known = self.values[~np.isnan(self.values)]
         span = f"{known.min():.6g} to {known.max():.6g}" if known.size else "none"
-        scene = scene_text(self.parameters, separation=self.separation, without=self.names)
+        scene = scene_text(self.system, without=self.names)
         return [
             ("scene", scene),
             *(
@@ -153,7 +152,8 @@ def stability_map(
     >>> found.values.round(3).tolist()
     [[0.765, 0.599], [0.297, 0.439]]
     """
-    p = Parameters() if parameters is None else parameters
+    system = system_of(parameters, separation)
+    p = system.parameters
     if value not in MAP_VALUES:
         raise unknown_name("map value", value, MAP_VALUES)
     if len(over) != 2:
@@ -185,8 +185,7 @@ def stability_map(
     if progress is not None:
         progress(1.0)
     return StabilityMap(
-        parameters=p,
-        separation=separation,
+        system=system,
         names=(first, second),
         axes=(rows, columns),
         value=next(known for known in MAP_VALUES if known == value),

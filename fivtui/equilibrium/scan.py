@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, Cancelled, Parameters, equilibrium, jacobian
+from fivtui.model import PARAMETERS, Cancelled, System, equilibrium, jacobian
 from fivtui.results import Result
 
 from .eigenvalues import Stability
@@ -54,11 +54,12 @@ class ModeScan(Result):
         return columns
 
 
-def scan_top(p: Parameters, found: Stability) -> float:
+def scan_top(found: Stability) -> float:
     """Upper end of a scan: a round number beyond μ and every critical μ.
 
     Being round, it stays the same while a value is edited.
     """
+    p = found.parameters
     highest = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
     wanted = _BEYOND * max(_LEAST_TOP / _BEYOND, p.mu, *(c.mu for c in found.critical_mu), 0.0)
     decade = 10.0 ** np.floor(np.log10(wanted))
@@ -67,10 +68,9 @@ def scan_top(p: Parameters, found: Stability) -> float:
 
 
 def mode_scan(
-    p: Parameters,
+    system: System,
     top: float,
     *,
-    separation: bool = True,
     go_on: Callable[[], bool] = lambda: True,
 ) -> ModeScan:
     """Eigenvalues over evenly spaced μ from 0 to `top`.
@@ -83,9 +83,9 @@ def mode_scan(
     for place, value in enumerate(mu.tolist()):
         if place % _BLOCK == 0 and not go_on():
             raise Cancelled
-        there = p.with_values({"mu": value})
-        point = equilibrium(there, separation=separation)
-        matrices[place] = jacobian(there, point.y, point.mode)
+        changed = system.with_values({"mu": value})
+        point = equilibrium(changed)
+        matrices[place] = jacobian(changed.parameters, point.y, point.mode)
     values = np.linalg.eigvals(matrices).astype(np.complex128)
     # Merged frequencies are equal but for rounding.
     size = _MERGED * np.abs(values).max()

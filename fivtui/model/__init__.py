@@ -67,6 +67,7 @@ if TYPE_CHECKING:
         course_of as course_of,
         parameters_after as parameters_after,
         time_table as time_table,
+        time_tables as time_tables,
     )
     from .parameters import (
         ALL_PARAMETERS as ALL_PARAMETERS,
@@ -102,6 +103,7 @@ if TYPE_CHECKING:
         static_start_change as static_start_change,
         time_scale as time_scale,
     )
+    from .system import System as System, system_of as system_of
 else:
     from fivtui.lazy import lazily
 

@@ -104,6 +104,11 @@ def time_table(name: str, rows: Rows) -> TimeTable:
     return TimeTable(tuple(times), tuple(values))
 
 
+def time_tables(over_time: Mapping[str, Rows]) -> dict[str, TimeTable]:
+    """The checked tables of parameters, see `time_table`."""
+    return {name: time_table(name, rows) for name, rows in over_time.items()}
+
+
 @dataclass(frozen=True, slots=True)
 class Course:
     """A parameter set of which some values follow tables.
@@ -180,4 +185,4 @@ def parameters_after(p: Parameters, rates: Rates, duration: float) -> Parameters
 
 def course_of(p: Parameters, over_time: Mapping[str, Rows]) -> Course:
     """The checked course of parameters of which some follow tables; `InputError` if it is none."""
-    return Course(p, {name: time_table(name, rows) for name, rows in over_time.items()})
+    return Course(p, time_tables(over_time))

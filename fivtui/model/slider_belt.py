@@ -13,6 +13,7 @@ from .errors import ComputationError
 from .field import CONSTANT, Rates, spring_force, tangent_stiffness
 from .modes import IN_CONTACT, Mode
 from .parameters import Parameters
+from .system import System
 
 # Forces whose difference is below this part of them balance: it is their rounding. Below the other
 # number, N or N/s, what they do to a mass may be lost to underflow.
@@ -202,7 +203,7 @@ class Equilibrium:
     mode: Mode
 
 
-def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = None) -> Equilibrium:
+def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     """The unique equilibrium (Eq. 6).
 
     Eliminating x gives the monotone cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
@@ -210,12 +211,11 @@ def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = No
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation is considered; if so, the equilibrium for F < 0 is off the belt.
+    system : System
+        The system; if it considers separation, the equilibrium for F < 0 is off the belt.
     mu : float, optional
-        Friction coefficient to use instead of that of `p`, on a belt of finite speed μ(v_belt).
+        Friction coefficient to use instead of that of the system, on a belt of finite speed
+        μ(v_belt).
 
     Raises
     ------
@@ -223,6 +223,7 @@ def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = No
         If F < 0 lifts the slider off the belt and no spring holds it (k3 = 0), or the belt is at
         rest: then the slider sticks where it is.
     """
+    p, separation = system.parameters, system.separation
     load = equations.load(p)
     in_contact = Mode.CONTACT if p.v_belt is None else Mode.FORWARD
     off = separation and load < 0.0
@@ -269,15 +270,13 @@ def no_equilibrium_error(force: float) -> ComputationError:
     )
 
 
-def static_start(p: Parameters, *, separation: bool = True) -> State:
+def static_start(system: System) -> State:
     """The state at rest at the equilibrium of μ = 0 under F, before the belt moves.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set; its μ is not used.
-    separation : bool
-        Whether separation is considered.
+    system : System
+        The system; its μ is not used.
 
     Returns
     -------
@@ -289,7 +288,8 @@ def static_start(p: Parameters, *, separation: bool = True) -> State:
     ComputationError
         If there is no such equilibrium.
     """
-    y = resting_height(p, 0.0, separation=separation)
+    p = system.parameters
+    y = resting_height(p, 0.0, separation=system.separation)
     if not math.isfinite(y):
         raise no_equilibrium_error(equations.load(p))
     return (equations.rest_position(p, y, 0.0), 0.0, y, 0.0)
@@ -317,7 +317,7 @@ def static_start_change(p: Parameters, name: str, *, separation: bool = True) ->
     ComputationError
         If there is no such start.
     """
-    _, _, y, _ = static_start(p, separation=separation)
+    _, _, y, _ = static_start(System(p, separation))
     off = separation and equations.load(p) < 0.0
     moved = p.perturbed({name: 1.0})
 

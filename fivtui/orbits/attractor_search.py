@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from fivtui.model import Cancelled, Parameters
-from fivtui.results import Result, scene_text
+from fivtui.model import Cancelled, Parameters, System, system_of
+from fivtui.results import SystemResult, scene_text
 from fivtui.transient import Kernel, Progress
 
 from .basins import EscapeOffset, escape_offset
@@ -16,15 +16,13 @@ _SEARCH: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Coexistence(Result):
+class Coexistence(SystemResult):
     """The attractors of a parameter set.
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation was considered.
+    system : System
+        The system, with `parameters` and `separation`.
     attractors : tuple of Attractor
         Those found, the equilibrium first.
     reached : tuple of int
@@ -36,8 +34,7 @@ class Coexistence(Result):
         coexists with it.
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     attractors: tuple[Attractor, ...]
     reached: tuple[int, ...]
     stable: bool
@@ -64,7 +61,7 @@ class Coexistence(Result):
         from .files import describe, warning_of
 
         rows = [
-            ("scene", scene_text(self.parameters, separation=self.separation)),
+            ("scene", scene_text(self.system)),
             ("equilibrium", self._equilibrium()),
             *(
                 (f"attractor {place}", f"{describe(each)}: {self.reached.count(place)} starts")
@@ -123,14 +120,12 @@ def attractors(
     >>> [str(each.kind) for each in found.attractors], found.coexists
     (['equilibrium'], False)
     """
-    p = Parameters() if parameters is None else parameters
-    return coexistence(p, separation=separation, progress=progress)
+    return coexistence(system_of(parameters, separation), progress=progress)
 
 
 def coexistence(
-    p: Parameters,
+    system: System,
     *,
-    separation: bool = True,
     kernel: Kernel | None = None,
     progress: Progress | None = None,
     found: Callable[[Coexistence], None] = lambda _: None,
@@ -143,14 +138,12 @@ def coexistence(
     def part(start: float, share: float) -> Progress:
         return lambda done: progress is None or progress(start + share * done)
 
-    ends = search(p, separation=separation, kernel=kernel, progress=part(0.0, _SEARCH))
-    result = Coexistence(p, separation, ends.attractors, ends.reached, ends.stable, None)
+    ends = search(system, kernel=kernel, progress=part(0.0, _SEARCH))
+    result = Coexistence(system, ends.attractors, ends.reached, ends.stable, None)
     if not result.coexists:
         if progress is not None and not progress(1.0):
             raise Cancelled
         return result
     found(result)
-    escape = escape_offset(
-        p, separation=separation, kernel=kernel, progress=part(_SEARCH, 1.0 - _SEARCH)
-    )
+    escape = escape_offset(system, kernel=kernel, progress=part(_SEARCH, 1.0 - _SEARCH))
     return replace(result, escape=escape)

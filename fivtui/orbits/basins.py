@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import InputError, Parameters, State, unknown_name
-from fivtui.results import Result, scene_text
+from fivtui.model import InputError, Parameters, State, System, system_of, unknown_name
+from fivtui.results import SystemResult, scene_text
 from fivtui.transient import START_SPECS, Kernel, Progress, Start, resolve_start
 
 from .explorer import Attractor, Explorer, Kind, Watch, add_new
@@ -27,15 +27,13 @@ _RESOLVED: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Basin(Result):
+class Basin(SystemResult):
     """A slice of the basins of attraction.
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation was considered.
+    system : System
+        The system, with `parameters` and `separation`.
     start : State
         The start of which two components vary; (x, ẋ, y, ẏ), m and m/s.
     names : tuple of str
@@ -48,8 +46,7 @@ class Basin(Result):
         Index in `attractors` of what each start reaches.
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     start: State
     names: tuple[str, str]
     axes: tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -60,7 +57,7 @@ class Basin(Result):
         from .files import describe
 
         return [
-            ("scene", scene_text(self.parameters, separation=self.separation)),
+            ("scene", scene_text(self.system)),
             *(
                 (name, f"{axis[0]:g} to {axis[-1]:g}, {axis.size} values")
                 for name, axis in zip(self.names, self.axes, strict=True)
@@ -138,7 +135,7 @@ def basin(
     >>> [str(found.attractors[place].kind) for place in found.reached.ravel()]
     ['equilibrium', 'separating limit cycle']
     """
-    p = Parameters() if parameters is None else parameters
+    system = system_of(parameters, separation)
     if len(over) != 2:
         raise InputError(f"basin: {len(over)} start values vary; must be two different ones")
     (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
@@ -146,8 +143,8 @@ def basin(
     if total > MAX_STARTS:
         raise InputError(f"basin: {total} starts; must be at most {MAX_STARTS}")
     watch = Watch(progress)
-    explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
-    base = explorer.rest if start is None else resolve_start(p, start, separation=separation)
+    explorer = Explorer(system, kernel=kernel, go_on=watch.go_on)
+    base = explorer.rest if start is None else resolve_start(system, start)
     places = tuple(list(START_SPECS).index(name) for name in (first, second))
     found: list[Attractor] = []
     reached = np.empty(total, dtype=np.int64)
@@ -160,8 +157,7 @@ def basin(
     if progress is not None:
         progress(1.0)
     return Basin(
-        parameters=p,
-        separation=separation,
+        system=system,
         start=base,
         names=(first, second),
         axes=(rows, columns),
@@ -193,9 +189,8 @@ class EscapeOffset:
 
 
 def escape_offset(
-    p: Parameters,
+    system: System,
     *,
-    separation: bool = True,
     kernel: Kernel | None = None,
     progress: Progress | None = None,
 ) -> EscapeOffset | None:
@@ -207,7 +202,7 @@ def escape_offset(
     and `Cancelled`.
     """
     watch = Watch(progress)
-    explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
+    explorer = Explorer(system, kernel=kernel, go_on=watch.go_on)
     if not explorer.equilibrium_attracts:
         return None
     x, _, y, _ = explorer.rest

@@ -13,10 +13,12 @@ from fivtui.model import (
     Parameters,
     ParameterSpec,
     State,
+    System,
     check_effect,
     parameter_spec,
+    system_of,
 )
-from fivtui.results import Result, scene_text
+from fivtui.results import SystemResult, scene_text
 from fivtui.transient import Kernel, Progress
 
 from .explorer import AT_REST, Attractor, Explorer, Kind, Watch, add_new, starts_around
@@ -42,15 +44,13 @@ class BranchPoint:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Continuation(Result):
+class Continuation(SystemResult):
     """Attractors along a parameter.
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameters that do not vary.
-    separation : bool
-        Whether separation was considered.
+    system : System
+        The system, with `parameters` that do not vary and `separation`.
     name : str
         The parameter.
     values : ndarray, shape (n,)
@@ -59,8 +59,7 @@ class Continuation(Result):
         Every attractor found at every value, in the order of the values.
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     name: str
     values: NDArray[np.float64]
     points: tuple[BranchPoint, ...]
@@ -78,7 +77,7 @@ class Continuation(Result):
         )
 
     def _summary(self) -> list[tuple[str, str]]:
-        scene = scene_text(self.parameters, separation=self.separation, without=(self.name,))
+        scene = scene_text(self.system, without=(self.name,))
         span = f"{self.values[0]:g} to {self.values[-1]:g}, {self.values.size} values"
         kinds = Counter(str(point.attractor.kind) for point in self.points)
         shared = self.coexisting
@@ -161,13 +160,13 @@ def continuation(
     >>> [(point.value, str(point.attractor.kind)) for point in found.points]
     [(0.2, 'equilibrium'), (0.5, 'separating limit cycle')]
     """
-    p = Parameters() if parameters is None else parameters
-    spec = varied_spec(p, name)
+    system = system_of(parameters, separation)
+    spec = varied_spec(system.parameters, name)
     grid = np.unique([spec.check(float(value)) for value in values])
     if grid.size < 2:
         raise InputError(f"continuation: {name}: must be two or more different values")
     for extreme in grid[[0, -1]].tolist():
-        p.with_values({name: extreme})
+        system.with_values({name: extreme})
     found: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
     met: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
     watch = Watch(progress)
@@ -175,10 +174,10 @@ def continuation(
         starts: list[State] | None = None
         for step, value in enumerate(found if direction == "up" else reversed(found)):
             watch.tell((turn + step / grid.size) / 2.0)
-            at = p.with_values({name: value})
-            explorer = Explorer(at, separation=separation, kernel=kernel, go_on=watch.go_on)
+            at = system.with_values({name: value})
+            explorer = Explorer(at, kernel=kernel, go_on=watch.go_on)
             if starts is None:
-                starts = starts_around(explorer, at, separation=separation)
+                starts = starts_around(explorer)
             here: list[Attractor] = []
             for start in starts:
                 add_new(here, explorer.reach(start))
@@ -195,7 +194,7 @@ def continuation(
         for value in found
         for attractor, directions in zip(found[value], met[value], strict=True)
     )
-    return Continuation(p, separation, name, grid, tuple(points))
+    return Continuation(system, name, grid, tuple(points))
 
 
 def varied_spec(p: Parameters, name: str) -> ParameterSpec:

@@ -14,8 +14,8 @@ from fivtui.model import (
     Cancelled,
     ComputationError,
     Mode,
-    Parameters,
     State,
+    System,
     static_start,
 )
 from fivtui.transient import Kernel, Progress, Request, Start, Transient, integrate, resolve_start
@@ -117,10 +117,8 @@ class Explorer:
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation is considered.
+    system : System
+        The system.
     kernel : "compiled" or "interpreted", optional
         Implementation of the integrator; the compiled one where there is one, if not given. Both
         give reproducible results.
@@ -129,6 +127,8 @@ class Explorer:
 
     Attributes
     ----------
+    system : System
+        The system.
     length : float
         Characteristic length, m, see `length_scale`.
     rest : State
@@ -142,22 +142,20 @@ class Explorer:
 
     def __init__(
         self,
-        p: Parameters,
+        system: System,
         *,
-        separation: bool = True,
         kernel: Kernel | None = None,
         go_on: Callable[[], bool] = lambda: True,
     ) -> None:
-        self._p, self._separation, self._kernel = p, separation, kernel or stepping_kernel()
-        self._go_on = go_on
-        point = reference_point(p, separation=separation)
+        self.system, self._kernel, self._go_on = system, kernel or stepping_kernel(), go_on
+        p, separation, point = system.parameters, system.separation, reference_point(system)
         rests = p.v_belt == 0.0 and point.mode in IN_CONTACT
         self._attraction = None if rests else Attraction(p, point, separation=separation)
         self._leg = _LEG_PERIODS * slowest_period(p)
         # Orbits found, stable or not: an unstable one need not be searched for again.
         self._known: list[PeriodicOrbit] = []
         self._linear = p.k_nl == 0.0 and not separation and p.v_belt is None
-        self.length = length_scale(p, separation=separation)
+        self.length = length_scale(system)
         self.rest: State = (point.x, 0.0, point.y, 0.0)
 
     @property
@@ -188,7 +186,7 @@ class Explorer:
         Cancelled
             If `go_on` returned False.
         """
-        state = resolve_start(self._p, start, separation=self._separation)
+        state = resolve_start(self.system, start)
         extent, steps, leg = self._extent(state), 0, self._leg
         for _ in range(most_legs):
             if steps > _MOST_STEPS:
@@ -200,10 +198,9 @@ class Explorer:
                 if self._linear and region.unstable:
                     return Attractor(Kind.UNBOUNDED)
             request = Request(
-                self._p,
+                self.system,
                 t_end=leg,
                 tol=_TOL,
-                separation=self._separation,
                 start=state,
                 samples="dense",
                 kernel=self._kernel,
@@ -214,7 +211,11 @@ class Explorer:
             state = (final.x, final.vx, final.y, final.vy)
             if max(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED * max(self.length, extent):
                 return Attractor(Kind.UNBOUNDED)
-            if region is None and last_mode(run) is Mode.STICK and stays_stuck(self._p, state):
+            if (
+                region is None
+                and last_mode(run) is Mode.STICK
+                and stays_stuck(self.system.parameters, state)
+            ):
                 return Attractor(Kind.STICK)
             returns = _returns(run)
             if 0 < returns.times.size < _MOST_RETURNS + 2 and returns.section is Section.STICK:
@@ -247,11 +248,10 @@ class Explorer:
                 continue
             try:
                 orbit = shoot(
-                    self._p,
+                    self.system,
                     (latest[0], latest[1], latest[2], latest[3]),
                     float(times[-1] - times[-1 - count]),
                     section,
-                    separation=self._separation,
                     go_on=self._go_on,
                 )
             except ComputationError:
@@ -314,14 +314,14 @@ def _states(run: Transient, times: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([there.x, there.vx, there.y, there.vy], axis=1)
 
 
-def starts_around(explorer: Explorer, p: Parameters, *, separation: bool = True) -> list[State]:
+def starts_around(explorer: Explorer) -> list[State]:
     """Starts of a search: the static one, and at rest above and below the equilibrium.
 
     Offsets are from 1e-3 to 30 characteristic lengths.
     """
     x, _, y, _ = explorer.rest
     around = [(x, 0.0, y + offset * explorer.length, 0.0) for offset in _OFFSETS]
-    return [static_start(p, separation=separation), *around]
+    return [static_start(explorer.system), *around]
 
 
 class Watch:
@@ -342,9 +342,8 @@ class Watch:
 
 
 def find_attractors(
-    p: Parameters,
+    system: System,
     *,
-    separation: bool = True,
     starts: Iterable[Start] | None = None,
     kernel: Kernel | None = None,
     progress: Progress | None = None,
@@ -354,9 +353,7 @@ def find_attractors(
     The equilibrium comes first, then cycles by growing half peak-to-peak. There may be more
     attractors. Raises `ComputationError` if a motion cannot be followed, and `Cancelled`.
     """
-    return search(
-        p, separation=separation, starts=starts, kernel=kernel, progress=progress
-    ).attractors
+    return search(system, starts=starts, kernel=kernel, progress=progress).attractors
 
 
 @dataclass(frozen=True, slots=True)
@@ -372,17 +369,16 @@ class FoundAttractors:
 
 
 def search(
-    p: Parameters,
+    system: System,
     *,
-    separation: bool = True,
     starts: Iterable[Start] | None = None,
     kernel: Kernel | None = None,
     progress: Progress | None = None,
 ) -> FoundAttractors:
     """As `find_attractors`, with the attractor that each start reaches."""
     watch = Watch(progress)
-    explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
-    chosen = list(starts_around(explorer, p, separation=separation) if starts is None else starts)
+    explorer = Explorer(system, kernel=kernel, go_on=watch.go_on)
+    chosen = list(starts_around(explorer) if starts is None else starts)
     found: list[Attractor] = []
     reached = []
     for index, start in enumerate(chosen):

@@ -9,6 +9,7 @@ from fivtui.model import (
     Equilibrium,
     Parameters,
     State,
+    System,
     coupling_stiffness,
     equilibrium,
     holding_force,
@@ -22,20 +23,20 @@ from fivtui.model import (
 _MOST_STEPS: Final = 60
 
 
-def reference_point(p: Parameters, *, separation: bool) -> Equilibrium:
+def reference_point(system: System) -> Equilibrium:
     """The equilibrium; on a belt at rest, where a range of positions is one, without friction."""
-    if p.v_belt != 0.0:
-        return equilibrium(p, separation=separation)
-    return equilibrium(p.with_values({"v_belt": None}), separation=separation, mu=0.0)
+    if system.parameters.v_belt != 0.0:
+        return equilibrium(system)
+    return equilibrium(system.with_values({"v_belt": None}), mu=0.0)
 
 
-def length_scale(p: Parameters, *, separation: bool = True) -> float:
+def length_scale(system: System) -> float:
     """Characteristic length, m.
 
     The static deflection, or the y at which the linear and the cubic contact force are equal,
     whichever is greater; 1 if neither is above 0.
     """
-    y = reference_point(p, separation=separation).y
+    p, y = system.parameters, reference_point(system).y
     return max(abs(y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
 
 

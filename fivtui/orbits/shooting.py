@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, ComputationError, Parameters, State
+from fivtui.model import Cancelled, ComputationError, Parameters, State, System
 from fivtui.transient import START_SEEDS, Request, Variation, integrate, vary
 
 _MOST_ITERATIONS: Final = 10
@@ -107,28 +107,25 @@ class PeriodicOrbit:
 
 
 def shoot(
-    p: Parameters,
+    system: System,
     guess: State,
     period: float,
     section: Section,
     *,
-    separation: bool = True,
     go_on: Callable[[], bool] = lambda: True,
 ) -> PeriodicOrbit:
     """Find the periodic orbit close to a guess, closed to about 1e-12 of its size, stable or not.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    system : System
+        The system.
     guess : State
         (x, ẋ, y, ẏ) near the orbit, on the section, m and m/s.
     period : float
         Estimate of the period, or of a multiple of it, s.
     section : Section
         The section.
-    separation : bool
-        Whether separation is considered.
     go_on : callable
         Called before every iteration; cancels the search by returning False.
 
@@ -139,12 +136,13 @@ def shoot(
     Cancelled
         If `go_on` returned False.
     """
+    p = system.parameters
     state, time = _on_belt(p, np.array(guess), section), period
     fixed = section.value
     held = guess[fixed] if section is Section.STICK else 0.0
     least, best = np.inf, None
     for _ in range(_MOST_ITERATIONS):
-        there = _flow(p, state, time, go_on, separation=separation)
+        there = _flow(system, state, time, go_on)
         missed = np.array(there.final) - state
         size = _sizes(state, time)
         residual = float(np.abs(missed / size).max()) + abs(state[fixed] - held) / size[fixed]
@@ -170,11 +168,11 @@ def shoot(
             "shooting converged to the equilibrium", "start farther from the equilibrium"
         )
     for parts in range(_MOST_PARTS, 1, -1):
-        part = _flow(p, state, time / parts, go_on, separation=separation)
+        part = _flow(system, state, time / parts, go_on)
         if np.abs((np.array(part.final) - state) / _sizes(state, time)).max() < _PART_CLOSES:
             time, there = time / parts, part
             break
-    return _measured(p, state, time, (section, least, there), separation=separation)
+    return _measured(system, state, time, (section, least, there))
 
 
 def _on_belt(p: Parameters, state: NDArray[np.float64], section: Section) -> NDArray[np.float64]:
@@ -185,20 +183,14 @@ def _on_belt(p: Parameters, state: NDArray[np.float64], section: Section) -> NDA
 
 
 def _flow(
-    p: Parameters,
-    state: NDArray[np.float64],
-    time: float,
-    go_on: Callable[[], bool],
-    *,
-    separation: bool,
+    system: System, state: NDArray[np.float64], time: float, go_on: Callable[[], bool]
 ) -> Variation:
     if not go_on():
         raise Cancelled
     request = Request(
-        p,
+        system,
         t_end=time,
         tol=_FLOW_TOL,
-        separation=separation,
         start=state.tolist(),
         max_steps=_MOST_STEPS,
     )
@@ -218,22 +210,19 @@ def _newton(
 
 
 def _measured(
-    p: Parameters,
+    system: System,
     state: NDArray[np.float64],
     period: float,
     found: tuple[Section, float, Variation],
-    *,
-    separation: bool,
 ) -> PeriodicOrbit:
     section, residual, there = found
     state = state.copy()
     if section is not Section.STICK:
         state[section.value] = 0.0
     request = Request(
-        p,
+        system,
         t_end=period,
         tol=_TOL,
-        separation=separation,
         start=state.tolist(),
     )
     run = integrate(request)

@@ -88,9 +88,7 @@ def _batched(scenes: Sequence[Scene], workers: int, progress: Progress) -> list[
         t_end=scenes[0].t_end,
         tol=scenes[0].tol,
         separation=np.array([scene.separation for scene in scenes]),
-        start=np.array(
-            [resolve_start(s.parameters, s.start, separation=s.separation) for s in scenes]
-        ),
+        start=np.array([resolve_start(s.system, s.start) for s in scenes]),
         require={"amplitude", "steady", "events"},
         workers=workers,
         progress=progress,

@@ -12,7 +12,7 @@ from fivtui.equilibrium import (
     growth_rate,
     stability,
 )
-from fivtui.model import ComputationError, Parameters, equilibrium
+from fivtui.model import ComputationError, Parameters, System, equilibrium
 from fivtui.scene import Scene
 from fivtui.transient import Transient, trajectory_of
 
@@ -26,7 +26,7 @@ _MERGED: Final = 1e-6
 
 def equilibrium_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
     """Equilibria along a parameter (Eq. 6): columns of the two parameters, ``x_e`` and ``y_e``."""
-    points = [equilibrium(scene.parameters) for scene in scenes]
+    points = [equilibrium(System(scene.parameters)) for scene in scenes]
     return _data(panel, {"x_e": [p.x for p in points], "y_e": [p.y for p in points]})
 
 
@@ -79,7 +79,7 @@ def _least(found: Sequence[CriticalMu]) -> float:
 
 def amplitude_table(panel: Panel, amplitudes: Sequence[Amplitude]) -> FigureData:
     """Amplitudes along a parameter: case, parameter, growth rate, fields of `Amplitude`."""
-    growth = [growth_rate(scene.parameters) for scene in panel.scenes()]
+    growth = [growth_rate(System(scene.parameters)) for scene in panel.scenes()]
     columns: dict[str, Sequence[float]] = {
         "growth_rate": growth,
         "y_peak": [a.y_peak for a in amplitudes],

@@ -7,7 +7,7 @@ from operator import attrgetter
 from typing import Final
 
 from fivtui.equilibrium import critical_mu_derivatives
-from fivtui.model import ComputationError, Parameters
+from fivtui.model import ComputationError, Parameters, System
 from fivtui.safety import safe_mu_derivatives
 from fivtui.simulation import simulate
 from fivtui.sweeps import OUTPUTS, Study
@@ -83,7 +83,7 @@ def _derivatives(
     if _CRITICAL in study.outputs:
         found[_CRITICAL] = critical_mu_derivatives(at, separation=separation)
     if SAFE in study.outputs:
-        found[SAFE] = safe_mu_derivatives(at, separation=separation)
+        found[SAFE] = safe_mu_derivatives(System(at, separation))
     paths = {
         name: OUTPUTS[name].path
         for name in study.outputs

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from fivtui.distributions import Distribution
-from fivtui.model import ALL_PARAMETERS, ComputationError, Parameters
+from fivtui.model import ALL_PARAMETERS, ComputationError, Parameters, System
 from fivtui.safety import safe_friction, safe_mus
 from fivtui.sweeps import Study
 
@@ -34,13 +34,13 @@ def safe_mu_unknown_above(study: Study) -> float | None:
     """
     if SAFE not in study.outputs:
         return None
-    return _unknown_above(
-        parameters_at_means(study).with_values({"mu": 0.0}), separation=study.cases[0]
-    )
+    p = parameters_at_means(study).with_values({"mu": 0.0})
+    return _unknown_above(System(p, study.cases[0]))
 
 
 @lru_cache(maxsize=64)
-def _unknown_above(p: Parameters, *, separation: bool) -> float | None:
+def _unknown_above(system: System) -> float | None:
+    p, separation = system.parameters, system.separation
     (continued,) = safe_mus(p, {}, np.array([separation])).tolist()
     try:
         verdict = safe_friction(p, separation=separation)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fivtui.distributions import Distribution, parse_distribution, parse_scattered
 from fivtui.equilibrium import is_on_belt
-from fivtui.model import PARAMETERS, InputError, Interval, Parameters, parse_number
+from fivtui.model import PARAMETERS, InputError, Interval, Parameters, System, parse_number
 from fivtui.safety import MOST_FOLDS, safe_table
 from fivtui.scene import Scene
 from fivtui.sweeps import (
@@ -157,10 +157,9 @@ def with_table(study: Study, progress: Progress | None = None) -> Study:
     drawn = replace(design, kind="sobol", count=MOST_FOLDS // 2, repeats=2, indices=False)
     draws = drawn.columns(np.arange(drawn.size))
     table = safe_table(
-        study.parameters,
+        System(study.parameters, study.cases[0]),
         ranges,
         {name: draws[name] for name in names},
-        separation=study.cases[0],
         progress=progress,
     )
     return replace(study, safe=table)

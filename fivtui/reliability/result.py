@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
-from fivtui.model import InputError
+from fivtui.model import InputError, System
 from fivtui.results import Result, scene_text
 from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep
 
@@ -127,7 +127,7 @@ class Uncertainty(Result):
         rows = [
             (
                 "scene",
-                scene_text(study.parameters, separation=study.cases[0], without=tuple(self.inputs)),
+                scene_text(System(study.parameters, study.cases[0]), without=tuple(self.inputs)),
             ),
             *((name, str(each)) for name, each in self.inputs.items()),
             ("samples", f"{self.scatter.samples}, {self.sweep.table.failed} members failed"),

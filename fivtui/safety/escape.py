@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fivtui.batch import simulate_batch
 from fivtui.kernel import Status
-from fivtui.model import Parameters, equilibrium
+from fivtui.model import System, equilibrium
 
 Floats = NDArray[np.float64]
 
@@ -29,25 +29,22 @@ _CHUNK: Final = 256
 
 
 def escape_offsets(
-    p: Parameters,
+    system: System,
     columns: Mapping[str, Floats],
     sizes: Floats,
     *,
-    separation: bool,
     tell: Callable[[float], None],
 ) -> Floats:
     """The least displacement from rest, up or down, that escapes, to 2 %; NaN where none does.
 
     Parameters
     ----------
-    p : Parameters
-        The parameters that do not vary.
+    system : System
+        The system, with the parameters that do not vary.
     columns : mapping of str to ndarray, shape (n,)
         Those that do.
     sizes : ndarray, shape (n,)
         Half peak-to-peak of y of the cycle at the fold of each set, m.
-    separation : bool
-        Whether separation is considered.
     tell : callable
         Called with the fraction done; raises `Cancelled` to end the work.
     """
@@ -56,24 +53,22 @@ def escape_offsets(
         tell(begin / sizes.size)
         part = slice(begin, begin + _CHUNK)
         chosen = {name: column[part] for name, column in columns.items()}
-        found[part] = _Chunk(p, chosen, sizes[part], separation=separation).least()
+        found[part] = _Chunk(system, chosen, sizes[part]).least()
     return found
 
 
 class _Chunk:
     # Parameter sets, each with a displacement upwards and one downwards.
 
-    def __init__(
-        self, p: Parameters, columns: Mapping[str, Floats], sizes: Floats, *, separation: bool
-    ) -> None:
-        self._p, self._columns, self._sizes, self._separation = p, columns, sizes, separation
+    def __init__(self, system: System, columns: Mapping[str, Floats], sizes: Floats) -> None:
+        self._system, self._columns, self._sizes = system, columns, sizes
         sets = [
-            p.with_values({name: float(column[place]) for name, column in columns.items()})
+            system.with_values({name: float(column[place]) for name, column in columns.items()})
             for place in range(sizes.size)
         ]
-        points = [equilibrium(one, separation=separation) for one in sets]
+        points = [equilibrium(one) for one in sets]
         self._rest = np.array([(point.x, point.y) for point in points])
-        decay = [(one.c1 + one.c2) / (4.0 * one.m) for one in sets]
+        decay = [(p.c1 + p.c2) / (4.0 * p.m) for p in (one.parameters for one in sets)]
         self._horizon = float(_DECAYS / min(decay))
 
     def least(self) -> Floats:
@@ -106,10 +101,10 @@ class _Chunk:
             return np.zeros(0, dtype=bool)
         run = simulate_batch(
             {name: column[places] for name, column in self._columns.items()},
-            base=self._p,
+            base=self._system.parameters,
             t_end=self._horizon,
             tol=_TOL,
-            separation=self._separation,
+            separation=self._system.separation,
             start=starts,
             require={"steady"},
             max_steps=_MOST_STEPS,

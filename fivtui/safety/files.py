@@ -212,13 +212,12 @@ def _from_columns(columns: Columns, said: Header) -> SafetyMap:
 def _map(
     over: Mapping[str, Floats], safe: Floats, escape: Floats | None, said: Mapping[str, Any]
 ) -> SafetyMap:
-    p, separation = Parameters().with_values(said["parameters"]), bool(said["separation"])
-    plain = stability_map(p, over, "unstable-modes", separation=separation)
+    p = Parameters().with_values(said["parameters"])
+    plain = stability_map(p, over, "unstable-modes", separation=bool(said["separation"]))
     if safe.shape != plain.excess.shape:
         raise InputError(f"{safe.shape} values for {plain.excess.shape} points")
     return SafetyMap(
-        parameters=p,
-        separation=separation,
+        system=plain.system,
         names=plain.names,
         axes=plain.axes,
         value=SAFETY_VALUES[0 if escape is None else 1],

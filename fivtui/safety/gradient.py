@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.equilibrium import critical_mu, critical_mu_derivatives
-from fivtui.model import PARAMETERS, ComputationError, Parameters
+from fivtui.equilibrium import critical_mu_derivatives, lowest_critical_mu
+from fivtui.model import PARAMETERS, ComputationError, System
 from fivtui.orbits import EventKind
 from fivtui.taylor import Seed
 from fivtui.transient import START_SEEDS, Request, vary
@@ -16,7 +16,7 @@ _AT_REST: Final = (0.0, 0.0, 0.0, 0.0)
 _TOL: Final = 1e-13
 
 
-def safe_mu_derivatives(p: Parameters, *, separation: bool = True) -> dict[str, float] | None:
+def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     """Derivatives of the safe μ by the parameters but μ, per unit of each.
 
     At a fold the equations of the periodic orbit, by state and period, are singular: their left
@@ -29,12 +29,13 @@ def safe_mu_derivatives(p: Parameters, *, separation: bool = True) -> dict[str, 
     ComputationError
         If the branch cannot be followed.
     """
-    critical = next((one.mu for one in critical_mu(p, separation=separation)), None)
+    p, separation = system.parameters, system.separation
+    critical = lowest_critical_mu(system)
     if critical is None:
         return None
     if not separation and p.k_nl == 0.0:
         return critical_mu_derivatives(p, separation=separation)
-    found = branch_below(p, critical, separation=separation)
+    found = branch_below(system, critical)
     least = least_attracting(found)
     if least is None or least.value >= critical:
         return critical_mu_derivatives(p, separation=separation)
@@ -44,10 +45,9 @@ def safe_mu_derivatives(p: Parameters, *, separation: bool = True) -> dict[str, 
     names = [name for name in PARAMETERS if name != "mu"]
     seeds = [Seed(_AT_REST, {name: 1.0}) for name in ("mu", *names)]
     request = Request(
-        p.with_values({"mu": least.value}),
+        system.with_values({"mu": least.value}),
         t_end=least.period,
         tol=_TOL,
-        separation=separation,
         start=least.start,
     )
     flow = vary(request, [*START_SEEDS, *seeds])

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.stats.qmc import Sobol
 
 from fivtui.batch import simulate_batch
-from fivtui.model import ComputationError, Parameters, State, load
+from fivtui.model import ComputationError, Parameters, State, System, load
 from fivtui.orbits import slowest_period
 from fivtui.transient import Request, integrate
 
@@ -89,7 +89,12 @@ def _rate(p: Parameters, mu: float, start: State) -> float:
     try:
         for duration in (_SETTLING * period, _MEASURED * period):
             request = Request(
-                at, t_end=duration, tol=_TOL, start=state, samples="dense", max_steps=_MOST_STEPS
+                System(at),
+                t_end=duration,
+                tol=_TOL,
+                start=state,
+                samples="dense",
+                max_steps=_MOST_STEPS,
             )
             run = integrate(request)
             final = run.final

@@ -11,11 +11,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.equilibrium import critical_mu
+from fivtui.equilibrium import lowest_critical_mu
 from fivtui.model import (
     PARAMETERS,
     ComputationError,
     Parameters,
+    System,
     check_always_sliding,
     coupling_stiffness,
     load,
@@ -75,24 +76,25 @@ def least_of(group: tuple[float, ...], *, separation: bool) -> float:
     """
     values = dict(zip(GROUPS, group, strict=True))
     p = Parameters(m=1.0, k1=1.0, F=1.0, mu=0.0).with_values(values)
-    critical = next((one.mu for one in critical_mu(p, separation=separation)), None)
+    system = System(p, separation)
+    critical = lowest_critical_mu(system)
     if critical is None:
         return np.nan
     if not separation and p.k_nl == 0.0:
         return critical
     try:
-        found = branch_below(p, critical, separation=separation)
+        found = branch_below(system, critical)
     except ComputationError:
         return np.nan
     least = least_attracting(found)
     return critical if least is None else min(critical, least.value)
 
 
-def branch_below(p: Parameters, critical: float, *, separation: bool) -> CycleBranch:
+def branch_below(system: System, critical: float) -> CycleBranch:
     """The branch that begins at the critical μ, up to twice that."""
     top = min(_ABOVE * critical, PARAMETERS["mu"].upper)
-    at = p.with_values({"mu": critical})
-    return branch(at, "mu", low=0.0, high=top, separation=separation)
+    at = system.parameters.with_values({"mu": critical})
+    return branch(at, "mu", low=0.0, high=top, separation=system.separation)
 
 
 def least_attracting(found: CycleBranch) -> CyclePoint | None:

@@ -15,11 +15,13 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
+    System,
     check_always_sliding,
+    system_of,
     unknown_name,
 )
 from fivtui.orbits import folds_of
-from fivtui.results import Result, scene_text
+from fivtui.results import SystemResult, scene_text
 from fivtui.transient import Progress
 
 from .escape import escape_offsets
@@ -44,15 +46,13 @@ _SHARE_OF_SEARCHES: Final = 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SafetyMap(Result):
+class SafetyMap(SystemResult):
     """The safe friction coefficient over two parameters, or the three regions that it bounds.
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameters that do not vary.
-    separation : bool
-        Whether separation was considered.
+    system : System
+        The system, with `parameters` that do not vary and `separation`.
     names : tuple of str
         Names of the two parameters.
     axes : tuple of ndarray, shapes (n,) and (k,)
@@ -74,8 +74,7 @@ class SafetyMap(Result):
         The points at which a global search was made: corners and centre.
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     names: tuple[str, str]
     axes: tuple[Floats, Floats]
     value: SafetyValue
@@ -116,7 +115,7 @@ class SafetyMap(Result):
         return found
 
     def _summary(self) -> list[tuple[str, str]]:
-        scene = scene_text(self.parameters, separation=self.separation, without=self.names)
+        scene = scene_text(self.system, without=self.names)
         counts = [int(np.count_nonzero(self.regions == one)) for one in range(len(REGIONS))]
         known = self.safe_mu[~np.isnan(self.safe_mu)]
         span = f"{known.min():.6g} to {known.max():.6g}" if known.size else "none"
@@ -205,7 +204,8 @@ def safety_map(
     >>> found.safe_mu.round(3).tolist()
     [[0.278, 0.278], [0.278, 0.278]]
     """
-    p = Parameters() if parameters is None else parameters
+    system = system_of(parameters, separation)
+    p = system.parameters
     if value not in SAFETY_VALUES:
         raise unknown_name("map value", value, SAFETY_VALUES)
     check_always_sliding(p, f"maps of {value}; critical-mu and growth-rate are known", over)
@@ -227,9 +227,7 @@ def safety_map(
     varied = {
         name: axis for name, axis in zip(plain.names, plain.axes, strict=True) if name != "mu"
     }
-    verdicts, least, sizes = _folds(
-        p, varied, lambda done: tell(share * done), separation=separation
-    )
+    verdicts, least, sizes = _folds(system, varied, lambda done: tell(share * done))
     shape = critical.shape
     if "mu" in plain.names:
         axis = plain.names.index("mu")
@@ -246,8 +244,7 @@ def safety_map(
     )
     safe[safe > limits(searched, shape)] = np.nan
     result = SafetyMap(
-        parameters=p,
-        separation=separation,
+        system=system,
         names=plain.names,
         axes=plain.axes,
         value=next(known for known in SAFETY_VALUES if known == value),
@@ -263,10 +260,9 @@ def safety_map(
         grids = np.meshgrid(*plain.axes, indexing="ij")
         columns = {name: grid[inside] for name, grid in zip(plain.names, grids, strict=True)}
         escape[inside] = escape_offsets(
-            p,
+            system,
             columns,
             sizes[inside],
-            separation=separation,
             tell=lambda done: tell(share + (1.0 - share) * done),
         )
         result = replace(result, escape=escape)
@@ -297,13 +293,10 @@ def critical_over(plain: StabilityMap) -> Floats:
 
 
 def _folds(
-    p: Parameters,
-    varied: Mapping[str, Floats],
-    tell: Callable[[float], None],
-    *,
-    separation: bool,
+    system: System, varied: Mapping[str, Floats], tell: Callable[[float], None]
 ) -> tuple[dict[tuple[int, ...], SafeFriction], Floats, Floats]:
     # Verdicts of global searches by place; at every point the least μ of a fold, and its size.
+    p, separation = system.parameters, system.separation
     shape = tuple(values.size for values in varied.values())
     damped = p.c1 > 0.0 or p.c2 > 0.0 or "c1" in varied or "c2" in varied
     bent = separation or p.k_nl > 0.0 or "k_nl" in varied
@@ -326,9 +319,8 @@ def _folds(
         for fold in folds_of(curve)
     ]
     sheets = FoldSheets(
-        p,
+        system,
         varied,
-        separation=separation,
         tell=lambda done: tell(_SHARE_OF_SEARCHES + (1.0 - _SHARE_OF_SEARCHES) * done),
         seeds=seeds,
     )

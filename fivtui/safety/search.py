@@ -15,7 +15,7 @@ from scipy.stats.qmc import Sobol
 
 from fivtui.batch import Batch, simulate_batch
 from fivtui.kernel import Status
-from fivtui.model import Parameters, equilibrium
+from fivtui.model import System, equilibrium
 from fivtui.orbits import Attraction, length_scale, slowest_period
 from fivtui.transient import MAX_T_END, Progress
 
@@ -149,14 +149,12 @@ class Round:
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set; its μ is not used.
+    system : System
+        The system; its μ is not used.
     top : float
         The values of μ are below this one.
     starts : int
         Starts at each μ.
-    separation : bool
-        Whether separation is considered.
     progress : callable, optional
         Called with the fraction done of a stage; cancels by returning False.
 
@@ -168,35 +166,31 @@ class Round:
 
     def __init__(
         self,
-        p: Parameters,
+        system: System,
         top: float,
         starts: int,
         *,
-        separation: bool,
         progress: Progress | None = None,
     ) -> None:
-        self._p, self._separation, self._progress = p, separation, progress
+        self._system, self._progress = system, progress
         self._levels = (top * np.linspace(_LOWEST, _HIGHEST, LEVELS)).tolist()
-        sets = [p.with_values({"mu": mu}) for mu in self._levels]
-        self._regions = [
-            Attraction(at, equilibrium(at, separation=separation), separation=separation)
-            for at in sets
-        ]
+        sets = [system.with_values({"mu": mu}) for mu in self._levels]
+        self._regions = [_attraction(at) for at in sets]
         self._growth = np.array([region.growth for region in self._regions])
-        self._period = slowest_period(p)
+        self._period = slowest_period(system.parameters)
         self._durations = _durations(-self._growth.min(), self._period)
         fastest, decay = max(region.fastest for region in self._regions), -self._growth.min()
         stiff = fastest * self._period > _STIFF * math.tau
         self._most = _MOST_STEPS // (_PART_IF_STIFF if stiff else 1)
         too_slow = sum(self._durations[:2]) > _MOST_PERIODS * self._period
         count = 0 if too_slow or decay <= _NEUTRAL * fastest else starts
-        begin = [disturbed(at, count, separation=separation) for at in sets]
+        begin = [disturbed(at, count) for at in sets]
         self._begin: Floats = np.concatenate(begin)
         self._level: Indices = np.repeat(np.arange(LEVELS), count)
         scale = self._period / math.tau
         self._scale = np.array([1.0, scale, 1.0, scale])
         self._rest = np.array([region.rest for region in self._regions])
-        self._length = length_scale(p, separation=separation)
+        self._length = length_scale(system)
         self._extent_at_start = self._extent(self._begin, self._level)
         self._states = self._begin.copy()
         self._sizes = np.full(len(self._begin), np.nan)
@@ -302,10 +296,10 @@ class Round:
     def _integrate(self, followed: Indices, duration: float, limit: int) -> _Ends:
         run = simulate_batch(
             {"mu": np.array(self._levels)[self._level[followed]]},
-            base=self._p,
+            base=self._system.parameters,
             t_end=duration,
             tol=_TOL,
-            separation=self._separation,
+            separation=self._system.separation,
             start=self._states[followed],
             require={"final", "peak", "steady"},
             max_steps=limit,
@@ -353,45 +347,42 @@ def starts_within_limit(scouts: SearchRound) -> int:
     return min(STARTS, int(_EXPECTED_COST * scouts.most_steps / steps))
 
 
-def least_growth(p: Parameters, motion: Survivor, ended: SearchRound, *, separation: bool) -> float:
+def least_growth(system: System, motion: Survivor, ended: SearchRound) -> float:
     """The least μ, to a thousandth of a level, from which a motion's start grows without bounds."""
     index = ended.levels.index(motion.mu)
     low = ended.levels[index - 1] if index else 0.0
-    length = max(float(np.abs(motion.state).max()), length_scale(p, separation=separation))
+    length = max(float(np.abs(motion.state).max()), length_scale(system))
 
     def grows(run: Batch) -> Flags:
         over: Flags = np.maximum(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED * length
         over |= run.status == Status.OVERFLOW
         return over
 
-    return _least(p, motion, (low, ended.horizon), grows, separation=separation)
+    return _least(system, motion, (low, ended.horizon), grows)
 
 
-def least_staying(p: Parameters, motion: Survivor, low: float, *, separation: bool) -> float:
+def least_staying(system: System, motion: Survivor, low: float) -> float:
     """The least μ, between `low` and its own, at which a motion does not die out.
 
     Its own where damping is so small that no motion would.
     """
-    at = p.with_values({"mu": low})
-    region = Attraction(at, equilibrium(at, separation=separation), separation=separation)
-    horizon = _durations(-region.growth, slowest_period(p))[-1]
-    if horizon > _MOST_PERIODS * slowest_period(p):
+    period = slowest_period(system.parameters)
+    horizon = _durations(-_attraction(system.with_values({"mu": low})).growth, period)[-1]
+    if horizon > _MOST_PERIODS * period:
         return motion.mu
 
     def stays(run: Batch) -> Flags:
         staying: Flags = run.steady.y_half_range > _STAYS * motion.half_range
         return staying
 
-    return _least(p, motion, (low, horizon), stays, separation=separation)
+    return _least(system, motion, (low, horizon), stays)
 
 
 def _least(
-    p: Parameters,
+    system: System,
     motion: Survivor,
     span: tuple[float, float],
     holds: Callable[[Batch], Flags],
-    *,
-    separation: bool,
 ) -> float:
     # The least μ from which on, up to its own, something holds of the motion from a state.
     (low, horizon), high = span, motion.mu
@@ -399,10 +390,10 @@ def _least(
         mu = np.linspace(low, high, _BETWEEN + 1)
         run = simulate_batch(
             {"mu": mu[:-1]},
-            base=p,
+            base=system.parameters,
             t_end=horizon,
             tol=_TOL,
-            separation=separation,
+            separation=system.separation,
             start=motion.state,
             require={"peak", "steady"},
             max_steps=_MOST_STEPS // _BETWEEN,
@@ -413,13 +404,17 @@ def _least(
     return high
 
 
+def _attraction(system: System) -> Attraction:
+    return Attraction(system.parameters, equilibrium(system), separation=system.separation)
+
+
 def _durations(decay: float, period: float) -> list[float]:
     # Durations of the stages, s.
     time = 1.0 / decay if decay > 0.0 else 0.0
     return [min(max(decays * time, periods * period), MAX_T_END) for decays, periods in _STAGES]
 
 
-def disturbed(p: Parameters, count: int, *, separation: bool) -> Floats:
+def disturbed(system: System, count: int) -> Floats:
     """Start states around the equilibrium, shape (count, 4), m and m/s.
 
     Displacements are up to a size between 0.1 and 100 characteristic lengths, velocities up to
@@ -427,8 +422,8 @@ def disturbed(p: Parameters, count: int, *, separation: bool) -> Floats:
     """
     # The first point of the sequence is its origin.
     points = Sobol(_DIMENSIONS, scramble=False).fast_forward(1).random(count)
-    rest = equilibrium(p, separation=separation)
-    speed = 2.0 * math.pi / slowest_period(p)
-    size = length_scale(p, separation=separation) * _SMALLEST * 10.0 ** (_DECADES * points[:, 4])
+    rest = equilibrium(system)
+    speed = 2.0 * math.pi / slowest_period(system.parameters)
+    size = length_scale(system) * _SMALLEST * 10.0 ** (_DECADES * points[:, 4])
     away: Floats = (2.0 * points[:, :4] - 1.0) * size[:, None]
     return away * [1.0, speed, 1.0, speed] + [rest.x, 0.0, rest.y, 0.0]

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.equilibrium import critical_mu
-from fivtui.model import ComputationError, Parameters
+from fivtui.equilibrium import lowest_critical_mu
+from fivtui.model import ComputationError, System
 from fivtui.orbits import FoldOrbit, branch, fold_near, folds_of
 
 Floats = NDArray[np.float64]
@@ -50,12 +50,10 @@ class FoldSheets:
 
     Parameters
     ----------
-    p : Parameters
-        The parameters that do not vary.
+    system : System
+        The system, with the parameters that do not vary.
     over : mapping of str to ndarray
         One or two parameters that vary, none of them μ, and their values.
-    separation : bool
-        Whether separation is considered.
     tell : callable
         Called with the fraction done; raises `Cancelled` to end the work.
     seeds : iterable of (tuple of int, FoldOrbit)
@@ -64,14 +62,13 @@ class FoldSheets:
 
     def __init__(
         self,
-        p: Parameters,
+        system: System,
         over: Mapping[str, Floats],
         *,
-        separation: bool,
         tell: Callable[[float], None],
         seeds: Iterable[tuple[Place, FoldOrbit]] = (),
     ) -> None:
-        self._p, self._over, self._separation, self._tell = p, dict(over), separation, tell
+        self._system, self._over, self._tell = system, dict(over), tell
         self._shape = tuple(values.size for values in over.values())
         self._directions = [
             tuple(sign if axis == one else 0 for axis in range(len(self._shape)))
@@ -109,22 +106,22 @@ class FoldSheets:
         places = list(product(*chosen))
         for count, place in enumerate(places):
             self._tell(_SHARE_OF_ANCHORS * count / len(places))
-            p = self._set(place)
-            critical = next((c.mu for c in critical_mu(p, separation=self._separation)), None)
+            system = self._set(place)
+            critical = lowest_critical_mu(system)
             if critical is None:
                 continue
-            at = p.with_values({"mu": critical})
+            at = system.parameters.with_values({"mu": critical})
             try:
                 found = branch(
-                    at, "mu", low=0.0, high=_REACH * critical, separation=self._separation
+                    at, "mu", low=0.0, high=_REACH * critical, separation=system.separation
                 )
             except ComputationError:
                 continue
             for fold in folds_of(found):
                 self._add(place, _Reached(fold))
 
-    def _set(self, at: Sequence[float]) -> Parameters:
-        # The parameter set at a place that may be between two points.
+    def _set(self, at: Sequence[float]) -> System:
+        # The system at a place that may be between two points.
         values = {}
         for (name, axis), index in zip(self._over.items(), at, strict=True):
             below = int(index)
@@ -132,7 +129,7 @@ class FoldSheets:
             values[name] = float(axis[below])
             if share:
                 values[name] += share * float(axis[below + 1] - axis[below])
-        return self._p.with_values(values)
+        return self._system.with_values(values)
 
     def _step(self, place: Place, reached: _Reached, direction: Place) -> None:
         there = tuple(index + change for index, change in zip(place, direction, strict=True))
@@ -142,7 +139,7 @@ class FoldSheets:
         expected = (float(guess[-1]), float(guess[-2]), reached.fold.amplitude)
         if any(_alike(_features(fold), expected, _NEAR) for fold in self._found.get(there, ())):
             return
-        before, fold = reached.fold, self._fold(self._set(there), reached.fold, guess)
+        before, fold = reached.fold, fold_near(self._set(there), reached.fold, guess)
         if fold is None:
             before, fold = self._in_parts(place, reached.fold, direction)
         if fold is not None:
@@ -156,15 +153,12 @@ class FoldSheets:
         for part in range(1, _PARTS + 1):
             share = part / _PARTS
             middle = [index + share * way for index, way in zip(place, direction, strict=True)]
-            found = self._fold(self._set(middle), here, 2.0 * here.unknowns - before.unknowns)
+            found = fold_near(self._set(middle), here, 2.0 * here.unknowns - before.unknowns)
             if found is None:
                 return here, None
             before, here = here, found
         # What is extrapolated from is a whole step back.
         return fold, here
-
-    def _fold(self, p: Parameters, guess: FoldOrbit, unknowns: Floats) -> FoldOrbit | None:
-        return fold_near(p, guess, unknowns, separation=self._separation)
 
     def _add(self, place: Place, reached: _Reached) -> None:
         folds = self._found.setdefault(place, [])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mus
-from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters
+from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters, System
 from fivtui.transient import Progress
 
 from .least import GROUPS, MADE_OF, groups_of, least_of
@@ -225,25 +225,22 @@ def safe_mus(
 
 
 def safe_table(
-    p: Parameters,
+    system: System,
     ranges: Mapping[str, tuple[float, float]],
     draws: Mapping[str, Floats],
     *,
-    separation: bool,
     progress: Progress | None = None,
 ) -> SafeTable | None:
     """A table of safe μ where parameters vary; None if nothing but μ does.
 
     Parameters
     ----------
-    p : Parameters
-        The parameters that do not vary.
+    system : System
+        The system, with the parameters that do not vary.
     ranges : mapping of str to (float, float)
         Least and greatest value of the others.
     draws : mapping of str to ndarray, shape (n,)
         Values of the others as they are met, for a table over several groups.
-    separation : bool
-        Whether separation is considered.
     progress : callable, optional
         Called with a fraction of the greatest number of folds; cancels by returning False.
 
@@ -257,7 +254,7 @@ def safe_table(
     names = tuple(name for name in GROUPS if set(MADE_OF[name]) & ranges.keys())
     if not names:
         return None
-    folds = _Folds(names, progress, separation=separation)
+    p, folds = system.parameters, _Folds(names, progress, separation=system.separation)
     if len(names) == 1:
         return _over_one(p, ranges, folds)
     return _over_several(p, draws, folds)

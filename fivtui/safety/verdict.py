@@ -5,15 +5,16 @@ import time
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
 
-from fivtui.equilibrium import critical_mu
+from fivtui.equilibrium import lowest_critical_mu
 from fivtui.model import (
     PARAMETERS,
     Cancelled,
     ComputationError,
     Parameters,
+    System,
     check_always_sliding,
-    check_parameters,
     equilibrium,
+    system_of,
 )
 from fivtui.orbits import (
     Attraction,
@@ -26,7 +27,7 @@ from fivtui.orbits import (
     branch_through,
     cycles_at,
 )
-from fivtui.results import Result, scene_text
+from fivtui.results import SystemResult, scene_text
 from fivtui.transient import Progress
 
 from .growth import least_mu_of_growth
@@ -124,15 +125,14 @@ class SafeFrictionBasis:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SafeFriction(Result):
+class SafeFriction(SystemResult):
     """Which friction coefficients are safe, for small disturbances and for all that were searched.
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameter set; its μ matters for `coexisting` and the proof alone.
-    separation : bool
-        Whether separation was considered.
+    system : System
+        The system, with `parameters` and `separation`; its μ matters for `coexisting` and the proof
+        alone.
     critical_mu : float or None
         Below it the equilibrium is stable to small disturbances; None if it is at every μ.
     safe_mu : float or None
@@ -155,8 +155,7 @@ class SafeFriction(Result):
         What was searched.
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     critical_mu: float | None
     safe_mu: float | None
     unknown_above: float | None
@@ -200,7 +199,7 @@ class SafeFriction(Result):
     def _summary(self) -> list[tuple[str, str]]:
         from .words import basis_rows, safety_words
 
-        scene = scene_text(self.parameters, separation=self.separation, without=("mu",))
+        scene = scene_text(self.system, without=("mu",))
         return [("scene", scene), ("verdict", safety_words(self)), *basis_rows(self)]
 
     def to_dict(self) -> dict[str, Any]:
@@ -255,18 +254,17 @@ def safe_friction(
     >>> round(found.critical_mu, 4), round(found.safe_mu, 4), found.found_by
     (0.7623, 0.2779, 'continuation')
     """
-    p = Parameters() if parameters is None else check_parameters(parameters)
+    system = system_of(parameters, separation)
+    p = system.parameters
     check_always_sliding(p, "safe friction; follow limit cycles down in mu by branch instead")
     begun = time.process_time()
-    search = _Search(p, progress, separation=separation)
+    search = _Search(system, progress)
     search.run()
-    point = equilibrium(p, separation=separation)
-    region = Attraction(p, point, separation=separation)
+    region = Attraction(p, equilibrium(system), separation=separation)
     others, unknown_above = search.others(), search.unknown_above
     safe_mu, found_by = _verdict(search, others) if unknown_above is None else (None, None)
     result = SafeFriction(
-        parameters=p,
-        separation=separation,
+        system=system,
         critical_mu=search.critical,
         safe_mu=safe_mu,
         unknown_above=unknown_above,
@@ -301,12 +299,12 @@ def _verdict(
 class _Search:
     # The work under way.
 
-    def __init__(self, p: Parameters, progress: Progress | None, *, separation: bool) -> None:
-        self._p, self._separation = p, separation
+    def __init__(self, system: System, progress: Progress | None) -> None:
+        self._system, self._p = system, system.parameters
         self._progress, self._fraction = progress, 0.0
-        self.critical = next((c.mu for c in critical_mu(p, separation=separation)), None)
+        self.critical = lowest_critical_mu(system)
         upper = PARAMETERS["mu"].upper
-        self._reach = min(_SPAN * max(self.critical or 0.0, p.mu, 1.0), upper)
+        self._reach = min(_SPAN * max(self.critical or 0.0, self._p.mu, 1.0), upper)
         self.top = self._reach if self.critical is None else self.critical
         self.branches: list[CycleBranch] = []
         self.rounds: list[SearchRound] = []
@@ -316,7 +314,7 @@ class _Search:
         self._nothing_dies_out = self._ended_early = False
 
     def run(self) -> None:
-        if not self._separation and self._p.k_nl == 0.0:
+        if not self._system.separation and self._p.k_nl == 0.0:
             self.not_followed = "the system is linear"
             return
         if self._p.c1 == 0.0 and self._p.c2 == 0.0:
@@ -401,7 +399,7 @@ class _Search:
                 "mu",
                 low=0.0,
                 high=self._reach,
-                separation=self._separation,
+                separation=self._system.separation,
                 progress=self._go_on,
             )
         except ComputationError as error:
@@ -420,20 +418,20 @@ class _Search:
     def _lower(self, starts: int) -> bool:
         # A round of the search below the least μ known; whether it found an attractor there.
         least = self._least()
-        search = Round(self._p, least, starts, separation=self._separation, progress=self._go_on)
+        search = Round(self._system, least, starts, progress=self._go_on)
         while self._least() >= least and search.advance():
             self._examine(search.persisting(_TRIED_AT_A_LEVEL))
         ended = search.result()
         self.rounds.append(ended)
         growing = next(iter(ended.unbounded), None)
         if growing is not None and growing.mu < self._least():
-            mu = least_growth(self._p, growing, ended, separation=self._separation)
+            mu = least_growth(self._system, growing, ended)
             self._add_attractor(mu, "unbounded growth")
         steady = next(iter(ended.settled), None)
         if steady is not None and steady.mu < self._least():
             # Shooting found no cycle: the motion is on a torus, or the cycle has a long period.
             low = _BEYOND * max((mu for mu in ended.levels if mu < steady.mu), default=0.0)
-            mu = least_staying(self._p, steady, low, separation=self._separation)
+            mu = least_staying(self._system, steady, low)
             self._add_attractor(mu, "other motion")
         return self._least() < least
 
@@ -466,14 +464,14 @@ class _Search:
         # Where a cycle loses its stability to a torus or a cycle of twice its period, motion on
         # these goes on, perhaps to lower μ than that of any cycle of the branch.
         motion = Survivor(cycle.value, cycle.start, cycle.half_range)
-        mu = least_staying(self._p, motion, _BEYOND * least, separation=self._separation)
+        mu = least_staying(self._system, motion, _BEYOND * least)
         if mu < cycle.value:
             self._add_attractor(mu, "other motion")
 
     def _confirm(self, motion: Survivor) -> bool:
         # Whether shooting finds a stable cycle near a motion.
-        at = self._p.with_values({"mu": motion.mu})
-        explorer = Explorer(at, separation=self._separation, go_on=lambda: self._go_on(0.0))
+        at = self._system.with_values({"mu": motion.mu})
+        explorer = Explorer(at, go_on=lambda: self._go_on(0.0))
         try:
             reached = explorer.reach(motion.state, most_legs=_MOST_LEGS)
         except ComputationError:
@@ -486,7 +484,6 @@ class _Search:
                 "mu",
                 (reached.orbit.start, reached.orbit.period),
                 (0.0, self._reach),
-                separation=self._separation,
                 progress=self._go_on,
             )
         except ComputationError:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mu, judge_growths
-from fivtui.model import Cancelled, InputError, Parameters, parameter_spec
+from fivtui.model import Cancelled, InputError, System, parameter_spec
 from fivtui.transient import Progress
 
 from .table import safe_mus
@@ -92,21 +92,17 @@ def _merged(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Zones:
     return Zones(name, (*kept, bounds[-1]), tuple(different))
 
 
-def linear_zones(
-    parameters: Parameters, name: str, low: float, high: float, *, separation: bool = True
-) -> Zones:
+def linear_zones(system: System, name: str, low: float, high: float) -> Zones:
     """Zones over a parameter by eigenvalues alone, in milliseconds.
 
     Parameters
     ----------
-    parameters : Parameters
-        The parameter set.
+    system : System
+        The system.
     name : str
         The parameter that varies.
     low, high : float
         Its range.
-    separation : bool
-        Whether separation is considered.
 
     Returns
     -------
@@ -121,21 +117,20 @@ def linear_zones(
 
     Examples
     --------
-    >>> from fivtui import Parameters
+    >>> from fivtui.model import Parameters, System
     >>> from fivtui.safety import linear_zones
-    >>> linear_zones(Parameters(), "mu", 0.0, 1.5).zones
+    >>> linear_zones(System(Parameters()), "mu", 0.0, 1.5).zones
     (<Zone.SMALL: 'small disturbances die out'>, <Zone.SQUEALS: 'squeals by itself'>)
     """
-    return _Judge(parameters, name, low, high, separation=separation).zones()
+    return _Judge(system, name, low, high).zones()
 
 
 def safety_zones(
-    parameters: Parameters,
+    system: System,
     name: str,
     low: float,
     high: float,
     *,
-    separation: bool = True,
     progress: Progress | None = None,
 ) -> Zones:
     """Zones over a parameter by eigenvalues and continuation.
@@ -146,7 +141,7 @@ def safety_zones(
 
     Parameters
     ----------
-    parameters, name, low, high, separation
+    system, name, low, high
         As for `linear_zones`.
     progress : callable, optional
         Called with the fraction done; cancels by returning False.
@@ -167,13 +162,13 @@ def safety_zones(
 
     Examples
     --------
-    >>> from fivtui import Parameters
+    >>> from fivtui.model import Parameters, System
     >>> from fivtui.safety import safety_zones
-    >>> found = safety_zones(Parameters(), "mu", 0.0, 1.5)
+    >>> found = safety_zones(System(Parameters()), "mu", 0.0, 1.5)
     >>> [round(bound, 4) for bound in found.bounds], found.zones[0]
     ([0.0, 0.2779, 0.4394, 1.5], <Zone.SAFE: 'safe'>)
     """
-    scale = _Judge(parameters, name, low, high, separation=separation)
+    scale = _Judge(system, name, low, high)
     if not scale.searched:
         return scale.zones()
     if name == "mu":
@@ -191,7 +186,7 @@ def searched_zones(found: "SafeFriction", low: float, high: float) -> Zones:
     low, high : float
         The range of μ.
     """
-    scale = _Judge(found.parameters, "mu", low, high, separation=found.separation)
+    scale = _Judge(found.system, "mu", low, high)
     if not scale.searched:
         return scale.zones()
     squeals = found.others[0].mu if found.others else found.critical_mu
@@ -209,13 +204,12 @@ class _Bounds:
 class _Judge:
     # A parameter over a range: what eigenvalues say of it.
 
-    def __init__(
-        self, p: Parameters, name: str, low: float, high: float, *, separation: bool
-    ) -> None:
+    def __init__(self, system: System, name: str, low: float, high: float) -> None:
         spec = parameter_spec(name)
         if not low < high:
             raise InputError(f"range of {spec.name}: must have a start below its end")
-        self.p, self.name, self.low, self.high, self.separation = p, name, low, high, separation
+        self.p, self.separation = p, separation = system.parameters, system.separation
+        self.name, self.low, self.high = name, low, high
         # The end may be no value of the parameter.
         self.least = low + _FROM_END * (high - low)
         self.on_belt = p.v_belt is not None or spec.optional

@@ -116,7 +116,9 @@ def _case_runs(
 ) -> CaseRuns:
     samples = np.linspace(0.0, scene.t_end, _POINTS)
     begin = time.perf_counter()
-    request = scene.request(separation=separation, method="taylor", step=None, samples=samples)
+    request = dataclasses.replace(scene, separation=separation).request(
+        method="taylor", step=None, samples=samples
+    )
     native = compute(request, progress=lambda fraction: report(0.1 * fraction))
     middle = time.perf_counter()
     through = integrate_fmu(

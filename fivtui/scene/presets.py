@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from fivtui.model import Parameters, TimeTable, equilibrium
+from fivtui.model import Parameters, System, TimeTable, equilibrium
 
 from .scene import Scene
 
@@ -17,7 +17,7 @@ _COEXISTENCE_T_END: Final = 800.0
 
 
 def _offset_from_equilibrium(p: Parameters, offset: float) -> tuple[float, float, float, float]:
-    point = equilibrium(p)
+    point = equilibrium(System(p))
     return (point.x, 0.0, point.y + offset, 0.0)
 
 

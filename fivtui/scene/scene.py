@@ -9,6 +9,7 @@ from fivtui.model import (
     PARAMETERS,
     InputError,
     Parameters,
+    System,
     check_names,
     check_parameters,
     course_of,
@@ -40,7 +41,7 @@ _LONGEST_NAME: Final = 255
 _LONGEST_DESCRIPTION: Final = 2000
 
 # The fields that a scene shares with a request.
-_OF_REQUEST: Final = ("parameters", "t_end", "tol", "separation", "start", "method", "step")
+_OF_REQUEST: Final = ("t_end", "tol", "start", "method", "step")
 
 _CORRELATED: Final = (*PARAMETERS, *START_SPECS)
 
@@ -140,11 +141,15 @@ class Scene:
         for key, value in checked.items():
             object.__setattr__(self, key, value)
 
+    @property
+    def system(self) -> System:
+        """The system, with tables over time."""
+        return System(self.parameters, self.separation, dict(self.over_time))
+
     def request(self, **changes: Any) -> Request:
         """The request for the transient of this scene, with changes to its fields."""
         asked: dict[str, Any] = {key: getattr(self, key) for key in _OF_REQUEST}
-        asked |= {"over_time": dict(self.over_time), **changes}
-        return Request(**asked)
+        return Request(self.system, **(asked | changes))
 
     def check_constant(self, subject: str) -> None:
         """Raise `InputError` if a parameter changes with time, which `subject` cannot have."""

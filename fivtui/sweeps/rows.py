@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from fivtui.batch import Batch, BatchAmplitude, BatchPeak, Requirement, simulate_batch
 from fivtui.equilibrium import critical_mus, judge_growths
-from fivtui.model import ALL_PARAMETERS, Cancelled, ComputationError, Parameters, spring_force
+from fivtui.model import (
+    ALL_PARAMETERS,
+    Cancelled,
+    ComputationError,
+    Parameters,
+    System,
+    spring_force,
+)
 from fivtui.safety import safe_mus
 from fivtui.simulation import simulate
 from fivtui.transient import (
@@ -355,7 +362,7 @@ class _Block:
             for place, separation in enumerate(self.separation.tolist()):
                 try:
                     p = self.parameters(place)
-                    states[place] = resolve_start(p, start, separation=separation)
+                    states[place] = resolve_start(System(p, separation), start)
                 except ComputationError as error:
                     self.reasons[place] = str(error)
         elif not static:

@@ -19,8 +19,9 @@ from fivtui.model import (
     InputError,
     Parameters,
     Rows as TableRows,
+    System,
     check_names,
-    time_table,
+    time_tables,
 )
 from fivtui.results import Result, scene_text
 from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Progress, Start
@@ -89,7 +90,7 @@ class Sweep(Result):
         study, table = self.study, self.table
         axes = study.design.axes
         apart = (*axes, *dict(study.over_time))
-        scene = scene_text(study.parameters, separation=any(study.cases), without=apart)
+        scene = scene_text(System(study.parameters, any(study.cases)), without=apart)
         rows = [
             ("scene", scene),
             *((f"{name} over time", table.in_words()) for name, table in study.over_time),
@@ -238,7 +239,7 @@ def sweep(
         accuracy=tuple(accuracy.items()),
         outputs=check_names("outputs", outputs),
         method=method,
-        over_time=tuple((name, time_table(name, rows)) for name, rows in (over_time or {}).items()),
+        over_time=tuple(time_tables(over_time or {}).items()),
     )
     return sweep_in_memory(study, local_engine(workers), progress=progress)
 

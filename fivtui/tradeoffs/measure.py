@@ -124,9 +124,8 @@ class Tradeoff(Result):
     targets: Mapping[str, float] = field(default_factory=dict)
 
     def _summary(self) -> list[tuple[str, str]]:
-        p, separation = self.scene.parameters, self.scene.separation
         rows = [
-            ("scene", f"{scene_text(p, separation=separation)}; {self.scene.t_end:g} s"),
+            ("scene", f"{scene_text(self.scene.system)}; {self.scene.t_end:g} s"),
             ("uncertainty", f"{self.floor.of('peak'):.2g} of the peak"),
         ]
         for label in dict.fromkeys(row.setting.label for row in self.rows):
@@ -336,7 +335,7 @@ class _Bench:
 
 def _through_fmu(scene: Scene, fmu: Path, step: float, go_on: Progress) -> tuple[Observation, int]:
     # As with fmpy: peaks are those of the values at communication points.
-    x, vx, y, vy = resolve_start(scene.parameters, scene.start, separation=scene.separation)
+    x, vx, y, vy = resolve_start(scene.system, scene.start)
     run = run_fmu(
         fmu,
         t_end=scene.t_end,

@@ -19,7 +19,7 @@ from fivtui.io import (
     write_atomically,
     write_table,
 )
-from fivtui.model import InputError, Mode, Parameters, course_of
+from fivtui.model import InputError, Mode, Parameters, System, time_tables
 
 from .derivatives.digits import final_digits
 from .derivatives.sensitivity import Sensitivities
@@ -217,7 +217,7 @@ def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
     edges = np.flatnonzero(off[1:] != off[:-1])
     switches = _crossings(motion, edges)
     first_mode, changes = Mode(int(motion.mode[0])), _mode_changes(motion, switches)
-    on_belt = scene["parameters"].v_belt is not None
+    on_belt = scene["system"].parameters.v_belt is not None
     separations = int(np.count_nonzero(off[1:][edges]))
     late = motion.y[motion.t >= 0.5 * motion.t[-1]]
     y_max, y_min = float(motion.y.max()), float(motion.y.min())
@@ -246,7 +246,7 @@ def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
                 first=first,
                 last=last,
             ),
-            scene["parameters"],
+            scene["system"].parameters,
             first_mode,
             changes,
             float(motion.t[-1]),
@@ -331,12 +331,10 @@ def _scene_of(said: Mapping[str, Any], step: float | None) -> dict[str, Any]:
     x, vx, y, vy = (float(value) for value in said["start"])
     p = Parameters().with_values(said["parameters"])
     return {
-        "parameters": p,
-        "separation": bool(said["separation"]),
+        "system": System(p, bool(said["separation"]), time_tables(said.get(_OVER_TIME, {}))),
         "start": (x, vx, y, vy),
         "t_end": float(said["t_end"]),
         "method": str(said["method"]),
         "tol": float(said["tol"]),
         "step": step,
-        "over_time": course_of(p, said.get(_OVER_TIME, {})).tables,
     }

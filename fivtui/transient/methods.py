@@ -95,11 +95,10 @@ def _scipy(solver: str) -> Callable[[Request], Stepper]:
 
         make = ScipyStepper if request.parameters.v_belt is None else BeltScipyStepper
         return make(
-            request.parameters,
+            request.system,
             request.initial,
             solver=solver,
             t_end=request.t_end,
-            separation=request.separation,
             tol=request.tol,
         )
 

@@ -186,10 +186,9 @@ def later_amplitude(result: Transient) -> LaterAmplitude | None:
     try:
         motion = integrate(
             Request(
-                p,
+                result.system,
                 t_end=t_end,
                 tol=_TOL,
-                separation=result.separation,
                 start=(final.x, final.vx, final.y, final.vy),
                 max_steps=_MAX_STEPS,
             )

@@ -15,12 +15,10 @@ from fivtui.model import (
     Mode,
     Parameters,
     ParameterSpec,
-    Rows,
     State,
-    TimeTable,
+    System,
     check_names,
     check_parameters,
-    course_of,
     mode_of,
     parameter_spec,
     parse_number,
@@ -78,14 +76,12 @@ class Request:
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameter set.
+    system : System
+        The system; where parameters change over time, with those at the start.
     t_end : float
         Horizon, s.
     tol : float
         Relative tolerance of the variable-step methods.
-    separation : bool
-        Whether separation is considered.
     start : "static" or sequence of four floats
         Start as asked for.
     method : str
@@ -100,9 +96,6 @@ class Request:
         What runs the method ``taylor``.
     sensitivities : sequence of str
         Names of the parameters to derive the results by.
-    over_time : mapping of str to TimeTable, or pairs of time, s, and value
-        Parameters that change with time, linearly between rows; `parameters` becomes those at the
-        start.
     course : Course or None
         The parameters over time, if any change.
     initial : State
@@ -113,15 +106,14 @@ class Request:
     Raises
     ------
     InputError
-        If a value is out of range, or `parameters` is no parameter set.
+        If a value is out of range, or the system has no parameter set.
     ComputationError
         If there is no static start.
     """
 
-    parameters: Parameters
+    system: System
     t_end: float = DEFAULT_T_END
     tol: float = DEFAULT_TOL
-    separation: bool = True
     start: Start = "static"
     method: str = "taylor"
     step: float | None = None
@@ -129,34 +121,37 @@ class Request:
     max_steps: int = MAX_STEPS
     kernel: KernelChoice = "auto"
     sensitivities: Sequence[str] = ()
-    over_time: Mapping[str, Rows] = field(default_factory=dict)
     course: Course | None = field(init=False)
     initial: State = field(init=False)
     times: NDArray[np.float64] | None = field(init=False)
 
     def __post_init__(self) -> None:
-        p = check_parameters(self.parameters)
-        put = object.__setattr__
-        course = course_of(p, self.over_time) if self.over_time else None
+        system, put = self.system, object.__setattr__
+        p = check_parameters(system.parameters)
+        course = Course(p, system.over_time) if system.over_time else None
         put(self, "course", course)
         if course is not None:
             p, _ = course.after(0.0)
-            put(self, "parameters", p)
-            # Rows may be given by an iterator, which ends: a changed copy needs them again.
-            put(self, "over_time", course.tables)
+            system = System(p, system.separation, system.over_time)
+            put(self, "system", system)
         put(self, "t_end", check_horizon(self.t_end))
         put(self, "tol", check_tolerance(self.tol))
         put(self, "max_steps", check_max_steps(self.max_steps))
         if self.step is not None:
             put(self, "step", check_step(self.step, self.t_end))
         put(self, "sensitivities", check_sensitivities(self.sensitivities, p))
-        put(self, "initial", resolve_start(p, self.start, separation=self.separation))
+        put(self, "initial", resolve_start(system, self.start))
         put(self, "times", _sample_times(self.samples, self.t_end))
 
     @property
-    def over_time_tables(self) -> Mapping[str, TimeTable]:
-        """The tables of the parameters that change with time."""
-        return {} if self.course is None else self.course.tables
+    def parameters(self) -> Parameters:
+        """The parameter set, at the start if parameters change over time."""
+        return self.system.parameters
+
+    @property
+    def separation(self) -> bool:
+        """Whether separation is considered."""
+        return self.system.separation
 
     @property
     def first_mode(self) -> Mode:
@@ -172,17 +167,15 @@ class Request:
         return isinstance(self.samples, str) and self.samples == "dense"
 
 
-def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
+def resolve_start(system: System, start: Start) -> State:
     """The start state (x, ẋ, y, ẏ) in m and m/s.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    system : System
+        The system.
     start : "static" or sequence of four floats
         At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s; less than 1e-150 is zero.
-    separation : bool
-        Whether separation is considered.
 
     Raises
     ------
@@ -192,7 +185,7 @@ def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
         If there is no static start.
     """
     checked = check_start(start)
-    return static_start(p, separation=separation) if isinstance(checked, str) else checked
+    return static_start(system) if isinstance(checked, str) else checked
 
 
 def check_start(start: Start) -> Literal["static"] | State:

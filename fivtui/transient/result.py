@@ -15,12 +15,13 @@ from fivtui.model import (
     Mode,
     Parameters,
     State,
+    System,
     TimeTable,
     contact_force,
     horizontal_stiffness,
     transition_name,
 )
-from fivtui.results import Result, scene_text
+from fivtui.results import SystemResult, scene_text
 from fivtui.taylor import overflow_error
 
 from .extremes import Extremes
@@ -167,15 +168,13 @@ class Stats:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Transient(Result):
+class Transient(SystemResult):
     """Result of a transient.
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation was considered.
+    system : System
+        The system, with `parameters`, at the start where they change over time, and `separation`.
     start : State
         (x, ẋ, y, ẏ) at t = 0, m and m/s.
     t_end : float
@@ -202,12 +201,9 @@ class Transient(Result):
         returns a `Trajectory`.
     sensitivities : Sensitivities or None
         Derivatives of final state and extremes by the parameters asked for.
-    over_time : mapping of str to TimeTable
-        Parameters that changed with time; `parameters` are those at the start.
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     start: State
     t_end: float
     method: str
@@ -225,7 +221,11 @@ class Transient(Result):
     solution: DenseSolution | None = None
     sensitivities: "Sensitivities | None" = None
     changes: NDArray[np.float64] = field(default_factory=lambda: NO_CHANGES)
-    over_time: Mapping[str, TimeTable] = field(default_factory=dict)
+
+    @property
+    def over_time(self) -> Mapping[str, TimeTable]:
+        """Parameters that changed with time; `parameters` are those at the start."""
+        return self.system.over_time
 
     @property
     def separated_intervals(self) -> list[tuple[float, float]]:
@@ -289,9 +289,7 @@ class Transient(Result):
         rows = [
             (
                 "scene",
-                scene_text(
-                    self.parameters, separation=self.separation, without=tuple(self.over_time)
-                ),
+                scene_text(self.system, without=tuple(self.over_time)),
             ),
             *self._over_time_rows(),
             ("run", f"{self.t_end:g} s, {self.method}, {self.stats.steps} steps"),
@@ -377,8 +375,7 @@ def assemble(
         raise overflow_error(t_end, final, p, separation=considered)
     first, last = (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
     return Transient(
-        p,
-        considered,
+        request.system,
         request.initial,
         t_end,
         request.method,
@@ -402,7 +399,6 @@ def assemble(
         trajectory,
         solution,
         changes=changes,
-        over_time=request.over_time_tables,
     )
 
 

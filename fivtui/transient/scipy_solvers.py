@@ -11,8 +11,8 @@ from fivtui.model import (
     IN_CONTACT,
     ComputationError,
     Mode,
-    Parameters,
     State,
+    System,
     accelerations,
     jacobian,
     mode_of,
@@ -38,18 +38,17 @@ class ScipyStepper:
 
     def __init__(
         self,
-        p: Parameters,
+        system: System,
         state: State,
         *,
         solver: str,
         t_end: float,
-        separation: bool,
         tol: float,
     ) -> None:
-        self._p = p
+        self._p = p = system.parameters
         self._make, self._degree = _SOLVERS[solver]
         self._t_end = t_end
-        self._separation = separation
+        self._separation = system.separation
         self._tol = tol
         size = max(abs(state[0]), abs(state[2]), static_deflection(p))
         self._absolute = tol * (size if size > 0.0 else 1.0)

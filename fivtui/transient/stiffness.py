@@ -8,7 +8,7 @@ import numpy as np
 from fivtui.model import (
     ComputationError,
     Mode,
-    Parameters,
+    System,
     equilibrium,
     jacobian,
     use_one_of,
@@ -51,31 +51,29 @@ class Stiffness:
         )
 
 
-def find_stiffness(p: Parameters, *, t_end: float, separation: bool) -> Stiffness | None:
+def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
     """Stiffness of a scene, from the eigenvalues in contact and off the belt.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    system : System
+        The system.
     t_end : float
         Horizon, s: a short one takes few steps all the same.
-    separation : bool
-        Whether separation is considered.
 
     Returns
     -------
     Stiffness or None
         None if an explicit method such as ``taylor`` suits the scene.
     """
-    modes = (Mode.CONTACT, Mode.SEPARATED) if separation else (Mode.CONTACT,)
+    modes = (Mode.CONTACT, Mode.SEPARATED) if system.separation else (Mode.CONTACT,)
     try:
-        y = min(equilibrium(p, separation=separation).y, 0.0)
+        y = min(equilibrium(system).y, 0.0)
     except ComputationError:
         y = 0.0
     found = None
     for mode in modes:
-        matrix = np.array(jacobian(p, y, mode))
+        matrix = np.array(jacobian(system.parameters, y, mode))
         if not np.all(np.isfinite(matrix)):
             continue
         values = np.linalg.eigvals(matrix)
@@ -92,7 +90,7 @@ def find_stiffness(p: Parameters, *, t_end: float, separation: bool) -> Stiffnes
 
 def stiffness_of(request: Request) -> Stiffness | None:
     """Stiffness of what is requested, see `find_stiffness`."""
-    return find_stiffness(request.parameters, t_end=request.t_end, separation=request.separation)
+    return find_stiffness(request.system, t_end=request.t_end)
 
 
 def budget_error(max_steps: int, t: float, t_end: float, *, tol: float | None) -> ComputationError:

@@ -32,6 +32,7 @@ _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
         "over_time",
         "parameters",
         "slider_belt",
+        "system",
     ),
     "fivtui.taylor": (
         "belt",

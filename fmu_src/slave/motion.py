@@ -18,6 +18,7 @@ from fivtui.model.slider_belt import (
     mode_of,
     static_start,
 )
+from fivtui.model.system import System
 from fivtui.taylor.belt import BeltStepper
 from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import StepperSnapshot, TaylorStepper, local_tolerance
@@ -231,7 +232,7 @@ def start_state(values: Values) -> State:
     Raises `ComputationError` if the start is static and there is no equilibrium.
     """
     if values[REFERENCES["start_static"]]:
-        return static_start(parameters_from(values), separation=separation_in(values))
+        return static_start(System(parameters_from(values), separation_in(values)))
     x, vx, y, vy = (float(values[REFERENCES[f"{name}_start"]]) for name in STATES)
     return (x, vx, y, vy)
 

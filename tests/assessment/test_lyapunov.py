@@ -6,19 +6,20 @@ import pytest
 from fivtui import Parameters, simulate
 from fivtui.assessment.lyapunov import ErrorGrowth, Fate, error_growth
 from fivtui.equilibrium.eigenvalues import growth_rate
+from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.transient.request import Request
 
 
 def growth(p: Parameters, t_end: float, *, separation: bool = True) -> ErrorGrowth:
-    return error_growth(Request(p, t_end=t_end, separation=separation, tol=1e-10))
+    return error_growth(Request(System(p, separation), t_end=t_end, tol=1e-10))
 
 
 def test_at_a_stable_equilibrium_the_exponent_is_the_growth_rate() -> None:
     p = Parameters(mu=0.2)
     found = growth(p, 400.0)
     assert found.fate is Fate.DECAYS
-    assert found.exponent == pytest.approx(growth_rate(p), abs=found.uncertainty / 5.0)
+    assert found.exponent == pytest.approx(growth_rate(System(p)), abs=found.uncertainty / 5.0)
     assert found.final < 1e-3
 
 
@@ -26,7 +27,7 @@ def test_in_a_growing_linear_scene_the_exponent_is_the_greatest_real_part() -> N
     p = Parameters(k_nl=0.0, mu=2.0)
     found = growth(p, 200.0, separation=False)
     assert found.fate is Fate.UNBOUNDED
-    assert found.exponent == pytest.approx(growth_rate(p, separation=False), rel=0.02)
+    assert found.exponent == pytest.approx(growth_rate(System(p, separation=False)), rel=0.02)
 
 
 @pytest.mark.parametrize("separation", [True, False])
@@ -68,4 +69,4 @@ def test_failure_and_cancellation() -> None:
     with pytest.raises(ComputationError, match=r"in the interval from t = .* on: the motion grows"):
         growth(Parameters(k2=186.0, k_nl=0.0, mu=2.0), 2000.0, separation=False)
     with pytest.raises(Cancelled):
-        error_growth(Request(Parameters()), progress=lambda part: part < 0.1)
+        error_growth(Request(System(Parameters())), progress=lambda part: part < 0.1)

@@ -10,7 +10,7 @@ import pytest
 from fivtui import Parameters, branch, continuation
 from fivtui.cli import run
 from fivtui.equilibrium import growth_rate
-from fivtui.model import InputError
+from fivtui.model import InputError, System
 from fivtui.orbits import End, EventKind
 from fivtui.orbits.curves.arclength import PERIOD, VALUE
 from fivtui.orbits.curves.cycle_branches import parameter_range
@@ -36,8 +36,8 @@ def test_the_period_of_a_mass_on_a_belt_changes_as_the_closed_form_does(name: st
     # In the middle of its stick.
     start = (0.0 + 0.75 - 0.25, 0.2, -1.0, 0.0)
     value = DAMPED.as_dict()[name]
-    given = (DAMPED, name, (0.5 * value, 2.0 * value), Watch(None))
-    curve, orbit = cycle_near(*given, (start, MASS_PERIOD), separation=True)
+    given = (System(DAMPED), name, (0.5 * value, 2.0 * value), Watch(None))
+    curve, orbit = cycle_near(*given, (start, MASS_PERIOD))
     assert orbit is not None
     scales = curve.scales
     assert orbit.unknowns[PERIOD] * scales[PERIOD] == pytest.approx(MASS_PERIOD, rel=1e-12)
@@ -81,18 +81,18 @@ def test_a_branch_of_stick_slip_cycles_has_the_period_in_closed_form_and_a_multi
 
 
 def test_small_cycles_have_the_amplitude_of_the_normal_form() -> None:
-    value, _ = hopf_values(FALLING, "v_belt", 0.05, 2.0)
-    for other in hopf_values(FALLING, "c1", 5.0, 20.0):
-        assert abs(growth_rate(FALLING.with_values({"c1": other}))) < 1e-9
+    value, _ = hopf_values(System(FALLING), "v_belt", 0.05, 2.0)
+    for other in hopf_values(System(FALLING), "c1", 5.0, 20.0):
+        assert abs(growth_rate(System(FALLING.with_values({"c1": other})))) < 1e-9
     at = FALLING.with_values({"v_belt": value})
-    assert abs(growth_rate(at)) < 1e-9
-    hopf = hopf_point(at, "v_belt")
+    assert abs(growth_rate(System(at))) < 1e-9
+    hopf = hopf_point(System(at), "v_belt")
     assert hopf.direction == "subcritical"
     found = branch(FALLING, "v_belt", low=0.4428, high=0.4432)
     assert [event.direction for event in found.events] == ["subcritical"]
     for point in found.points:
         assert not point.stable
-        growth = growth_rate(FALLING.with_values({"v_belt": point.value}))
+        growth = growth_rate(System(FALLING.with_values({"v_belt": point.value})))
         size = 2.0 * math.sqrt(-growth / hopf.lyapunov)
         assert point.half_range == pytest.approx(size, rel=0.02)
         assert point.period == pytest.approx(2.0 * math.pi / hopf.omega, rel=1e-3)
@@ -144,8 +144,8 @@ def test_where_motion_jumps_a_branch_ends_and_says_why() -> None:
 def test_the_order_of_modes_does_not_depend_on_where_a_period_begins() -> None:
     found = []
     for share in (0.0, 0.3, 0.6, 0.9):
-        given = (DAMPED, "v_belt", (0.1, 0.4), Watch(None))
-        curve, orbit = cycle_near(*given, ((0.5, 0.2, -1.0, 0.0), MASS_PERIOD), separation=True)
+        given = (System(DAMPED), "v_belt", (0.1, 0.4), Watch(None))
+        curve, orbit = cycle_near(*given, ((0.5, 0.2, -1.0, 0.0), MASS_PERIOD))
         assert orbit is not None
         moved = curve.orbits.later(orbit, share) if share else orbit
         assert moved is not None

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, example, given, settings, strategies as st
 
 from fivtui import Parameters, simulate
-from fivtui.model import ComputationError, InputError, accelerations
+from fivtui.model import ComputationError, InputError, System, accelerations
 from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.model.slider_belt import State, sliding
@@ -62,7 +62,7 @@ def set_names(p: Parameters) -> list[str]:
 
 def derived(p: Parameters, start: State, t_end: float, *, separation: bool) -> Variation:
     seeds = [*START_SEEDS, *(Seed((0.0,) * 4, {name: 1.0}) for name in set_names(p))]
-    request = Request(p, t_end=t_end, tol=1e-13, start=start, separation=separation)
+    request = Request(System(p, separation), t_end=t_end, tol=1e-13, start=start)
     return vary(request, seeds)
 
 

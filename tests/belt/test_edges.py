@@ -9,7 +9,7 @@ import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.kernel import Status, load_kernel
-from fivtui.model import static_start
+from fivtui.model import System, static_start
 from fivtui.model.errors import ComputationError
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
@@ -182,7 +182,7 @@ def test_a_friction_law_that_no_number_resolves_is_refused_with_what_to_do(
 
 def durations_of(p: Parameters, kernel: KernelChoice) -> list[float]:
     """Lengths of the steps of a run that ends because its steps do not advance it."""
-    start, law = static_start(p, separation=True), (p.v_belt or 0.0, p.mu_static, p.v_s or 0.0)
+    start, law = static_start(System(p)), (p.v_belt or 0.0, p.mu_static, p.v_s or 0.0)
     steps: list[float] = []
     if kernel == "interpreted":
         stepper = BeltStepper(p, start, tol=1e-9, order=12)

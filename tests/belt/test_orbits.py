@@ -8,6 +8,7 @@ import pytest
 
 from fivtui import Parameters, attractors, simulate
 from fivtui.cli import run
+from fivtui.model import System
 from fivtui.model.slider_belt import accelerations, equilibrium
 from fivtui.orbits import Attraction, Explorer, continuation
 from fivtui.orbits.explorer import Attractor, Kind, _ended_in
@@ -20,7 +21,7 @@ from .test_motion import MASS, PERIOD
 
 
 def reached(p: Parameters, start: Start) -> PeriodicOrbit:
-    orbit = Explorer(p).reach(start).orbit
+    orbit = Explorer(System(p)).reach(start).orbit
     assert orbit is not None
     return orbit
 
@@ -60,7 +61,7 @@ def test_multipliers_are_those_of_differences_of_the_return_map() -> None:
 @pytest.mark.whole
 def test_two_stick_slip_cycles_coexist() -> None:
     p = Parameters(v_belt=0.4, mu=0.3, mu_s=0.5, v_s=0.4, c1=10.0)
-    x, _, y, _ = Explorer(p).rest
+    x, _, y, _ = Explorer(System(p)).rest
     small, large = reached(p, (x, 0.0, y + 0.01, 0.0)), reached(p, (x, 0.0, y + 1.0, 0.0))
     assert (small.separations, large.separations) == (0, 1)
     assert small.multipliers[2] == large.multipliers[2] == 0.0
@@ -87,7 +88,7 @@ def test_on_a_belt_at_rest_the_slider_sticks_for_good() -> None:
 @pytest.mark.parametrize("v_s", [None, 0.5])
 def test_motion_decays_in_all_of_the_region_of_proof(v_s: float | None) -> None:
     p = Parameters(v_belt=2.0, mu=0.2, mu_s=0.4, v_s=v_s, c1=3.0, c2=3.0)
-    point = equilibrium(p)
+    point = equilibrium(System(p))
     region = Attraction(p, point, separation=True)
     assert region.radius > 0.0
     rng = np.random.default_rng(5)
@@ -131,7 +132,7 @@ def test_the_command_prints_multipliers_and_sticks(capsys: pytest.CaptureFixture
 def test_sticks_of_a_cycle_are_printed_apart_from_their_time(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    found = Explorer(Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)).reach("static")
+    found = Explorer(System(Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4))).reach("static")
     orbit = found.orbit
     assert orbit is not None
     print_attractors([found])

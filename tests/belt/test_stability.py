@@ -11,7 +11,7 @@ from fivtui import Parameters, stability
 from fivtui.equilibrium import belt
 from fivtui.equilibrium.belt import critical_mu_on_belt, critical_speeds
 from fivtui.equilibrium.eigenvalues import judge_growth
-from fivtui.model import field
+from fivtui.model import System, field
 from fivtui.model.errors import ComputationError
 from fivtui.model.field import depends_on_speed, friction_coefficient
 from fivtui.model.slider_belt import State, accelerations, equilibrium, jacobian
@@ -72,7 +72,7 @@ def test_every_critical_mu_is_listed_where_friction_falls_with_the_speed() -> No
     p = TWICE
     found = stability(p).critical_mu
     mus = np.linspace(0.0, 0.719, 201)
-    stable = [judge_growth(p.with_values({"mu": float(mu)}))[1] for mu in mus]
+    stable = [judge_growth(System(p.with_values({"mu": float(mu)})))[1] for mu in mus]
     changes = [
         (float(mus[n]), float(mus[n + 1]), "stable" if stable[n + 1] else "unstable")
         for n in range(200)
@@ -96,7 +96,7 @@ def test_critical_mus_that_nearly_merge_are_both_listed() -> None:
         assert (first.becomes, second.becomes) == ("stable", "unstable")
         gaps.append(second.mu - first.mu)
         between = beside.with_values({"mu": 0.5 * (first.mu + second.mu)})
-        assert judge_growth(between)[0] < 0.0 < judge_growth(beside)[0]
+        assert judge_growth(System(between))[0] < 0.0 < judge_growth(System(beside))[0]
     assert np.diff(np.log10(gaps)) == pytest.approx(-1.0, abs=0.05)
 
 
@@ -138,7 +138,7 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
         for name, listed in found.items():
             places = np.linspace(*ends[name], 120).tolist()
             stable = [
-                judge_growth(p.with_values({name: place}), separation=separation)[1]
+                judge_growth(System(p.with_values({name: place}), separation))[1]
                 for place in places
             ]
             changes = [n for n in range(len(places) - 1) if stable[n] != stable[n + 1]]
@@ -149,7 +149,7 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
                 assert places[n] <= value <= places[n + 1]
                 assert (then == "stable") == stable[n + 1]
                 before, after = (
-                    judge_growth(p.with_values({name: value * by}), separation=separation)[0]
+                    judge_growth(System(p.with_values({name: value * by}), separation))[0]
                     for by in (1.0 - 1e-9, min(1.0 + 1e-9, ends[name][1] / value))
                 )
                 assert before * after < 0.0
@@ -199,7 +199,7 @@ def test_extreme_parameters_have_an_answer(values: dict[str, float]) -> None:
 @settings(max_examples=30)
 def test_the_linearisation_is_the_derivative_of_the_accelerations(p: Parameters) -> None:
     p = p.with_values({"v_belt": 0.2 + (p.v_belt or 0.0), "F": 10.0 + p.F})
-    point = equilibrium(p)
+    point = equilibrium(System(p))
     x, y = point.x, point.y
     matrix, step = np.array(jacobian(p, y, point.mode)), 1e-6
     assert accelerations(p, (x, 0.0, y, 0.0), point.mode) == pytest.approx((0.0, 0.0), abs=1e-9)
@@ -240,13 +240,13 @@ def test_changes_are_those_of_another_friction_law(monkeypatch: pytest.MonkeyPat
         assert listed
         for critical in listed:
             before, after = (
-                judge_growth(p.with_values({"v_belt": critical.v_belt * factor}))[0]
+                judge_growth(System(p.with_values({"v_belt": critical.v_belt * factor})))[0]
                 for factor in (1.0 - 1e-6, 1.0 + 1e-6)
             )
             assert before * after < 0.0
             assert (after < 0.0) == (critical.becomes == "stable")
         speeds = np.geomspace(1e-3, 1e4, 400).tolist()
-        stable = [judge_growth(p.with_values({"v_belt": speed}))[1] for speed in speeds]
+        stable = [judge_growth(System(p.with_values({"v_belt": speed})))[1] for speed in speeds]
         assert np.count_nonzero(np.diff(stable)) == len(listed)
 
 

@@ -15,6 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from fivtui import Parameters, simulate, simulate_batch
+from fivtui.model import System
 from fivtui.model.slider_belt import static_start
 
 COUNT: Final = 1000
@@ -110,7 +111,7 @@ def heyoka_single(*, peaks: bool) -> Callable[[np.ndarray[Any, Any], float], Fou
         final, greatest = [], []
         for force in forces:
             ta.time = 0.0
-            ta.state[:] = static_start(Parameters(F=force))
+            ta.state[:] = static_start(System(Parameters(F=force)))
             ta.pars[:] = (1.0, force)
             ta.reset_cooldowns()
             seen[0] = abs(ta.state[2])
@@ -156,7 +157,9 @@ def heyoka_batch(*, peaks: bool) -> Callable[[np.ndarray[Any, Any], float], Foun
         for first in range(0, len(forces), width):
             some = forces[first : first + width]
             ta.set_time(0.0)
-            ta.state[:] = np.transpose([static_start(Parameters(F=force)) for force in some])
+            ta.state[:] = np.transpose(
+                [static_start(System(Parameters(F=force))) for force in some]
+            )
             ta.pars[:] = (np.ones(width), some)
             ta.reset_cooldowns()
             seen[:] = np.abs(ta.state[2])

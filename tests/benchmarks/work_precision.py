@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
+from fivtui.model import System
 from fivtui.model.errors import ComputationError
 from fivtui.transient.request import resolve_start
 from tests.references import Reference
@@ -59,7 +60,7 @@ def measure(
     say : callable
         Told what is being done.
     """
-    start = resolve_start(scene.parameters, scene.start, separation=scene.separation)
+    start = resolve_start(System(scene.parameters, scene.separation), scene.start)
     size = max(map(abs, scene.final))
     cases = []
     for solver in solvers:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import static_start
 from fivtui.transient.rk4 import RungeKutta4
@@ -67,7 +68,7 @@ def oscillating(p: Table) -> list[list[float]]:
 
 def runs(sets: Sequence[Table], *, separation: bool) -> list[dict[str, Any]]:
     parameters = [Parameters(**p) for p in sets]
-    starts = [static_start(p) for p in parameters]
+    starts = [static_start(System(p)) for p in parameters]
     integrator = RungeKutta4(parameters, starts, step=STEP, separation=separation)
     peak, late_max, late_min = (np.full(len(sets), value) for value in (0.0, -np.inf, np.inf))
     at: dict[float, Any] = {}

@@ -8,6 +8,7 @@ from hypothesis import assume, example, given, settings, strategies as st
 from fivtui import Parameters, stability
 from fivtui.equilibrium.critical import _least_nonnegative
 from fivtui.equilibrium.eigenvalues import growth_rate
+from fivtui.model import System
 from fivtui.model.field import tangent_stiffness
 from fivtui.model.slider_belt import equilibrium, jacobian
 from tests.support.strategies import moderate_parameters, wide_parameters
@@ -55,7 +56,7 @@ def test_the_eigenvalue_verdict_of_the_coexistence_scene_is_stable() -> None:
 @example(Parameters(m=1e-6))
 def test_eigenvalues_are_those_of_the_jacobian_at_the_equilibrium(p: Parameters) -> None:
     verdict = stability(p)
-    point = equilibrium(p)
+    point = equilibrium(System(p))
     matrix = np.array(jacobian(p, point.y, point.mode))
     size = np.abs(verdict.eigenvalues).max()
     quartic = np.poly(matrix)
@@ -70,7 +71,7 @@ def test_eigenvalues_are_those_of_the_jacobian_at_the_equilibrium(p: Parameters)
 def crossings_by_scan(p: Parameters, highest: float) -> list[float]:
     # Eigenvalues on a grid, each change of sign bisected.
     def rate(mu: float) -> float:
-        return growth_rate(p.with_values({"mu": mu}))
+        return growth_rate(System(p.with_values({"mu": mu})))
 
     grid = np.linspace(0.0, highest, 301)
     rates = [rate(mu) for mu in grid]
@@ -135,11 +136,11 @@ def test_along_mu_the_equilibrium_is_stable_below_the_crossing_and_unstable_abov
     (critical,) = stability(p).critical_mu or (None,)
     highest = 100.0 if critical is None else critical.mu * 0.999
     for mu in np.geomspace(1e-4, 1.0, 8) * highest:
-        assert growth_rate(p.with_values({"mu": float(mu)})) < 1e-9 * np.sqrt(p.k1 / p.m)
+        assert growth_rate(System(p.with_values({"mu": float(mu)}))) < 1e-9 * np.sqrt(p.k1 / p.m)
     if critical is not None:
         for mu in np.geomspace(min(critical.mu * 1.001, 100.0), 100.0, 8):
             size = np.abs(stability(p.with_values({"mu": float(mu)})).eigenvalues).max()
-            assert growth_rate(p.with_values({"mu": float(mu)})) > -1e-12 * size
+            assert growth_rate(System(p.with_values({"mu": float(mu)}))) > -1e-12 * size
 
 
 def test_without_coupling_friction_cannot_destabilise() -> None:

@@ -10,6 +10,7 @@ from hypothesis import assume, given
 from fivtui import Parameters, stability
 from fivtui.equilibrium.eigenvalues import growth_rate
 from fivtui.equilibrium.modes import VibrationMode
+from fivtui.model import System
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import jacobian
@@ -105,7 +106,7 @@ def test_at_coalescence_the_undamped_frequencies_meet(p: Parameters) -> None:
     assert at.coalescence.frequency_distance < 1e-5 * size
     assert below.coalescence.frequency_distance > 1e-5 * size
     assume(1.1 * mu <= PARAMETERS["mu"].upper)
-    assert growth_rate(undamped.with_values({"mu": 1.1 * mu})) > 1e-5 * size
+    assert growth_rate(System(undamped.with_values({"mu": 1.1 * mu}))) > 1e-5 * size
 
 
 def test_with_equal_damping_the_modes_coalesce_and_with_unequal_damping_they_do_not() -> None:

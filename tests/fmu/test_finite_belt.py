@@ -11,7 +11,7 @@ from fivtui import Parameters, simulate
 from fivtui.cli import run
 from fivtui.fmu.run import run_fmu
 from fivtui.fmu.transient import integrate_fmu
-from fivtui.model import InputError, Mode
+from fivtui.model import InputError, Mode, System, time_tables
 from fivtui.transient import Request, Transient
 from fmu_src.build.builder import build_fmu
 
@@ -99,7 +99,8 @@ def test_a_slider_that_sticks_is_left_behind_where_the_belt_jumps() -> None:
 
 
 def test_tables_over_time_need_derivatives_of_inputs(fmu: Path) -> None:
-    request = Request(Parameters(), t_end=1.0, method="fmu-native", over_time=TABLES)
+    system = System(Parameters(), over_time=time_tables(TABLES))
+    request = Request(system, t_end=1.0, method="fmu-native")
     with pytest.raises(InputError, match="F, mu, v_belt over time: the FMU must take derivatives"):
         integrate_fmu(request, fmu=fmu)
 

@@ -17,6 +17,7 @@ from fivtui.fmu import master
 from fivtui.fmu.instance import interrupts_deferred
 from fivtui.fmu.run import run_fmu
 from fivtui.fmu.transient import integrate_fmu
+from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.transient.request import KernelChoice, Request
 from fivtui.transient.result import Transient
@@ -75,7 +76,9 @@ def test_several_switches_within_a_communication_step_are_told_apart() -> None:
 
 def test_samples_are_the_outputs_at_their_times(fmu: Path) -> None:
     times = [0.0, 0.1, 0.1, 1.0 / 3.0, 2.860607592369662, 4.0, 10.0]
-    through = integrate_fmu(Request(Parameters(), t_end=10.0, method="fmu", samples=times), fmu=fmu)
+    through = integrate_fmu(
+        Request(System(Parameters()), t_end=10.0, method="fmu", samples=times), fmu=fmu
+    )
     native = interpreted(t_end=10.0, samples=times)
     assert through.trajectory is not None
     assert native.trajectory is not None
@@ -111,7 +114,7 @@ def test_progress_rises_to_one_and_can_cancel(fmu: Path) -> None:
         seen.append(fraction)
         return True
 
-    request = Request(Parameters(), t_end=30.0, method="fmu")
+    request = Request(System(Parameters()), t_end=30.0, method="fmu")
     integrate_fmu(request, fmu=fmu, progress=note)
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
@@ -162,11 +165,11 @@ def test_too_many_parts_of_a_communication_step_are_refused(
 ) -> None:
     monkeypatch.setattr(master, "MAX_STEPS", 20)
     with pytest.raises(ComputationError, match="more than 20 communication steps"):
-        integrate_fmu(Request(Parameters(), t_end=5.0, method="fmu", step=5.0), fmu=fmu)
+        integrate_fmu(Request(System(Parameters()), t_end=5.0, method="fmu", step=5.0), fmu=fmu)
 
 
 def test_a_file_that_is_not_this_fmu_is_wrong_input(fmu: Path, tmp_path: Path) -> None:
-    request = Request(Parameters(), t_end=1.0, method="fmu")
+    request = Request(System(Parameters()), t_end=1.0, method="fmu")
     for path, said in (
         (tmp_path / "absent.fmu", "there is no such file"),
         (other_fmu(tmp_path), "unknown FMU variable"),
@@ -185,7 +188,7 @@ def test_a_temporary_folder_that_fmus_cannot_handle_is_not_used(
     plain.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", (str(plain),))
-    request = Request(Parameters(), t_end=1.0, method="fmu")
+    request = Request(System(Parameters()), t_end=1.0, method="fmu")
     assert integrate_fmu(request, fmu=fmu).final == interpreted(t_end=1.0).final
     monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", ())
     for run in (lambda: integrate_fmu(request, fmu=fmu), lambda: run_fmu(fmu, t_end=1.0)):
@@ -200,7 +203,7 @@ def test_a_temporary_folder_with_spaces_works(
     folder = tmp_path / "with a space"
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    request = Request(Parameters(), t_end=1.0, method="fmu")
+    request = Request(System(Parameters()), t_end=1.0, method="fmu")
     assert integrate_fmu(request, fmu=fmu).final == interpreted(t_end=1.0).final
 
 
@@ -230,7 +233,7 @@ def test_an_interrupt_waits_until_the_fmu_has_returned(fmu: Path) -> None:
             return True
 
         with pytest.raises(KeyboardInterrupt):
-            integrate_fmu(Request(Parameters(), method="fmu"), fmu=fmu, progress=interrupt)
+            integrate_fmu(Request(System(Parameters()), method="fmu"), fmu=fmu, progress=interrupt)
         assert len(reached) == 1
         with pytest.raises(KeyboardInterrupt), interrupts_deferred():
             os.kill(os.getpid(), signal.SIGINT)

@@ -15,7 +15,7 @@ import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.kernel.field_text import headers
-from fivtui.model import TIMED, Course, Mode, State, course_of, static_start
+from fivtui.model import TIMED, Course, Mode, State, System, course_of, static_start
 from fivtui.taylor import local_tolerance
 from fivtui.transient import Transient
 from fmu_src.build.native_text import FLAGS, KERNEL, NATIVE
@@ -174,7 +174,7 @@ def test_ramps_give_the_answer_of_tables(step: float, library: ctypes.CDLL) -> N
     for belt in ({"mu_s": 0.8, "v_s": 0.3}, {"mu_s": 0.9}, {}):
         course = course_of(Parameters(v_belt=1.0, k3=30.0, **belt), tables)
         p, _ = course.after(0.0)
-        motion = Motion(library, p, static_start(p), 1e-12)
+        motion = Motion(library, p, static_start(System(p)), 1e-12)
         drive(motion, course, 12.0, step)
         run = simulate(p, t_end=12.0, over_time=tables, tol=1e-12)
         assert motion.state == pytest.approx(list(run.final[1:]), abs=1e-9)
@@ -199,7 +199,7 @@ def test_a_slider_sticks_on_over_ramps_of_the_speed_of_its_belt(library: ctypes.
     # The values of the ramps do not fit together to the last bit.
     fixed = Parameters(k1=0.01, k3=1.0, F=60.0, v_belt=0.3)
     course = course_of(fixed, {"v_belt": [(0.0, 0.3), (3.0, 0.1), (7.0, 0.0)]})
-    motion = Motion(library, fixed, (0.0, 0.3, static_start(fixed)[2], 0.0), 1e-9)
+    motion = Motion(library, fixed, (0.0, 0.3, static_start(System(fixed))[2], 0.0), 1e-9)
     speeds = []
     for n in range(1, 81):
         drive(motion, course, 0.1 * n, 0.1)

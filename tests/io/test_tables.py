@@ -143,10 +143,10 @@ def test_a_trade_off_is_read_as_it_was_written(measured: Tradeoff, tmp_path: Pat
 def test_the_modes_over_mu_are_columns_with_what_they_are_of(tmp_path: Path) -> None:
     p = Parameters(F=60.0)
     found = stability(p)
-    scan = modes_over_mu(p, found)
+    scan = modes_over_mu(found)
     for suffix in FORMATS:
         path = tmp_path / f"modes{suffix}"
-        save_modes(p, found, scan, path)
+        save_modes(found, scan, path)
         columns = read_columns(path, "table of modes")
         said = read_header(path, "table of modes")
         assert list(columns)[:3] == ["mu", "sigma_1", "omega_1"]

@@ -8,6 +8,7 @@ import pytest
 
 from fivtui import Parameters, branch
 from fivtui.kernel import native, orbits
+from fivtui.model import System
 from fivtui.orbits.curves import arclength
 from fivtui.orbits.curves.arclength import OrbitCurve, OrbitOnCurve
 from fivtui.orbits.curves.flow import FloatArray, SliderBeltFlow
@@ -31,7 +32,7 @@ def searches(count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
 
 
 def solved(count: int, *, turning: bool) -> list[OrbitOnCurve | None]:
-    flow = SliderBeltFlow(Parameters(), ("mu", "F")[:count])
+    flow = SliderBeltFlow(System(Parameters()), ("mu", "F")[:count])
     curve = OrbitCurve(flow, SCALES[: 5 + count])
     return [curve.solve(*each, turning=turning) for each in searches(count)]
 
@@ -81,7 +82,7 @@ def test_instruction_sets_find_the_same_orbits(
 )
 def test_from_where_there_is_no_motion_nothing_is_found(change: tuple[int, float]) -> None:
     place, value = change
-    curve = OrbitCurve(SliderBeltFlow(Parameters(), ("mu",)), SCALES[:6])
+    curve = OrbitCurve(SliderBeltFlow(System(Parameters()), ("mu",)), SCALES[:6])
     guess, planes = next(searches(1))
     guess[place] = value
     assert curve.solve(guess, planes) is None

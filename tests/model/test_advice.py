@@ -13,7 +13,9 @@ from fivtui.model import (
     SEPARATION,
     SMALLER_PRELOAD,
     ComputationError,
+    System,
     advise,
+    time_tables,
     use_one_of,
 )
 from fivtui.model.advice import LARGER_V_S
@@ -99,21 +101,21 @@ def test_fixed_steps_that_overflow_advise_what_is_in_play() -> None:
 
 
 def test_a_run_out_of_steps_advises_what_its_method_has() -> None:
-    assert step_limit_error(Request(Parameters()), 1.0).advice == (
+    assert step_limit_error(Request(System(Parameters())), 1.0).advice == (
         "use a shorter horizon or a larger tol"
     )
-    largest = Request(Parameters(), tol=TOL_RANGE[1])
+    largest = Request(System(Parameters()), tol=TOL_RANGE[1])
     assert step_limit_error(largest, 1.0).advice == "use a shorter horizon"
-    fixed = Request(Parameters(), method="rk4")
+    fixed = Request(System(Parameters()), method="rk4")
     assert step_limit_error(fixed, 1.0).advice == "use a shorter horizon"
     stiff = Parameters(c2=1e8)
-    error = step_limit_error(Request(stiff, t_end=1e3), 1.0)
+    error = step_limit_error(Request(System(stiff), t_end=1e3), 1.0)
     assert "the scene is stiff" in error.why
     assert error.advice == "use the method scipy-lsoda or scipy-radau"
     for request in (
-        Request(stiff, t_end=1e3, method="scipy-radau"),
-        Request(stiff, t_end=1e3, sensitivities=("mu",)),
-        Request(stiff, t_end=1e3, over_time={"F": [(0.0, 80.0), (1.0, 90.0)]}),
+        Request(System(stiff), t_end=1e3, method="scipy-radau"),
+        Request(System(stiff), t_end=1e3, sensitivities=("mu",)),
+        Request(System(stiff, over_time=time_tables({"F": [(0.0, 80.0), (1.0, 90.0)]})), t_end=1e3),
     ):
         error = step_limit_error(request, 1.0)
         assert "the scene is stiff" in error.why

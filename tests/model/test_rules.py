@@ -8,6 +8,7 @@ from hypothesis import assume, given, settings, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.equilibrium.arrays import StabilityPoints
+from fivtui.model import System
 from fivtui.model.errors import ComputationError
 from fivtui.model.field import field as field_of, tangent_stiffness
 from fivtui.model.modes import ALWAYS_SLIDING, Mode
@@ -79,7 +80,7 @@ def test_the_equilibrium_on_arrays_is_that_of_every_set(
     with np.errstate(all="ignore"):
         points = StabilityPoints(p, {}, np.array([separation]))
     try:
-        point = equilibrium(p, separation=separation)
+        point = equilibrium(System(p, separation))
     except ComputationError:
         assert points.no_equilibrium.tolist() == [True]
         return

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import assume, example, given, strategies as st
 
 from fivtui import Parameters, simulate
+from fivtui.model import System
 from fivtui.model.errors import ComputationError
 from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.slider_belt import (
@@ -26,7 +27,7 @@ from tests.support.strategies import states, wide_parameters
 @example(Parameters(k2=1e8), True)
 @example(Parameters(k_nl=1e-300, F=1e-300), True)
 def test_no_force_acts_at_the_equilibrium(p: Parameters, separation: bool) -> None:
-    point = equilibrium(p, separation=separation)
+    point = equilibrium(System(p, separation))
     ax, ay = accelerations(p, (point.x, 0.0, point.y, 0.0), point.mode)
     forces = max(abs(p.F), abs(point.P) * max(p.mu, 1.0), p.k3 * abs(point.y))
     assert abs(ax) * p.m <= 1e-12 * forces
@@ -36,7 +37,7 @@ def test_no_force_acts_at_the_equilibrium(p: Parameters, separation: bool) -> No
 @given(wide_parameters())
 def test_the_equilibrium_is_in_contact_and_the_contact_force_carries_it(p: Parameters) -> None:
     assume(p.F > 0.0)
-    point = equilibrium(p)
+    point = equilibrium(System(p))
     assert point.mode is Mode.CONTACT
     assert point.y < 0.0 < point.P <= p.F * (1.0 + 1e-12)
 
@@ -44,22 +45,22 @@ def test_the_equilibrium_is_in_contact_and_the_contact_force_carries_it(p: Param
 @given(wide_parameters(), st.floats(1e-3, 1e3))
 def test_a_negative_preload_lifts_the_equilibrium_off_the_belt(p: Parameters, lift: float) -> None:
     assume(p.k3 > 0.0)
-    point = equilibrium(p.with_values({"F": -lift}))
+    point = equilibrium(System(p.with_values({"F": -lift})))
     assert point.mode is Mode.SEPARATED
     assert point.y > 0.0 == point.P
 
 
 def test_nothing_holds_a_lifted_slider_without_the_coupling_spring() -> None:
     with pytest.raises(ComputationError, match="no equilibrium"):
-        equilibrium(Parameters(F=-1.0, k3=0.0))
+        equilibrium(System(Parameters(F=-1.0, k3=0.0)))
 
 
 def test_equilibrium_without_cubic_stiffness_is_that_of_the_linear_system() -> None:
     p = Parameters(k_nl=0.0, mu=0.0)
     matrix = np.array([[130.0, -30.0], [-30.0, 80.0]])
     expected = np.linalg.solve(matrix, [0.0, -p.F])
-    assert equilibrium(p).x == pytest.approx(expected[0], rel=1e-14)
-    assert equilibrium(p).y == pytest.approx(expected[1], rel=1e-14)
+    assert equilibrium(System(p)).x == pytest.approx(expected[0], rel=1e-14)
+    assert equilibrium(System(p)).y == pytest.approx(expected[1], rel=1e-14)
 
 
 @given(wide_parameters(), st.floats(-2.0, 2.0))
@@ -127,8 +128,8 @@ def test_energy_is_continuous_across_the_switch() -> None:
 
 
 def test_static_start_is_the_equilibrium_without_friction_and_at_rest() -> None:
-    x, vx, y, vy = static_start(Parameters(mu=0.7))
-    still = equilibrium(Parameters(mu=0.0))
+    x, vx, y, vy = static_start(System(Parameters(mu=0.7)))
+    still = equilibrium(System(Parameters(mu=0.0)))
     assert (x, y) == (still.x, still.y)
     assert vx == vy == 0.0
 
@@ -157,9 +158,9 @@ def test_a_slider_at_rest_on_the_switch_without_preload_stays_in_contact() -> No
 
 
 def test_equilibrium_deepens_with_preload_and_rises_with_cubic_stiffness() -> None:
-    deepening = [equilibrium(Parameters(F=force)).y for force in (0.0, 20.0, 50.0, 100.0)]
+    deepening = [equilibrium(System(Parameters(F=force))).y for force in (0.0, 20.0, 50.0, 100.0)]
     assert deepening == sorted(deepening, reverse=True)
-    rising = [equilibrium(Parameters(k_nl=k)).y for k in (0.0, 50.0, 100.0, 500.0)]
+    rising = [equilibrium(System(Parameters(k_nl=k))).y for k in (0.0, 50.0, 100.0, 500.0)]
     assert rising == sorted(rising)
-    assert all(equilibrium(Parameters(F=0.0, k_nl=k)).y == 0.0 for k in (0.0, 500.0))
-    assert math.isclose(equilibrium(Parameters()).y, -0.629220913061061, rel_tol=1e-13)
+    assert all(equilibrium(System(Parameters(F=0.0, k_nl=k))).y == 0.0 for k in (0.0, 500.0))
+    assert math.isclose(equilibrium(System(Parameters())).y, -0.629220913061061, rel_tol=1e-13)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import assume, given, settings, strategies as st
 
 from fivtui import Parameters, simulate, stability
+from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.slider_belt import equilibrium
 from fivtui.orbits import explorer
@@ -27,7 +28,7 @@ COEXISTENCE = Parameters(F=120.0)
 
 @pytest.fixture(scope="module")
 def found() -> Coexistence:
-    return coexistence(COEXISTENCE)
+    return coexistence(System(COEXISTENCE))
 
 
 def test_a_stable_equilibrium_is_found_to_coexist_with_a_separating_limit_cycle(
@@ -47,7 +48,7 @@ def test_an_offset_of_a_tenth_dies_out_and_one_of_three_tenths_does_not(
     assert 0.1 < found.escape.up < 0.3
     assert found.escape.down is not None
     assert found.escape.down > 0.1
-    x, y = equilibrium(COEXISTENCE).x, equilibrium(COEXISTENCE).y
+    x, y = equilibrium(System(COEXISTENCE)).x, equilibrium(System(COEXISTENCE)).y
     for sign, edge in ((1.0, found.escape.up), (-1.0, found.escape.down)):
         ranges = []
         for factor in (0.999, 1.001):
@@ -59,7 +60,7 @@ def test_an_offset_of_a_tenth_dies_out_and_one_of_three_tenths_does_not(
 
 
 def test_at_the_base_scene_the_cycle_is_alone() -> None:
-    result = coexistence(Parameters())
+    result = coexistence(System(Parameters()))
     (cycle,) = result.attractors
     assert cycle.kind is Kind.SEPARATING_CYCLE
     assert cycle.orbit is not None
@@ -67,11 +68,11 @@ def test_at_the_base_scene_the_cycle_is_alone() -> None:
     assert cycle.orbit.start[3] == pytest.approx(16.6114178, abs=1e-7)
     assert not result.coexists
     assert result.escape is None
-    assert escape_offset(Parameters()) is None
+    assert escape_offset(System(Parameters())) is None
 
 
 def test_with_separation_ignored_the_cycle_keeps_contact() -> None:
-    (cycle,) = find_attractors(Parameters(), separation=False)
+    (cycle,) = find_attractors(System(Parameters(), separation=False))
     run = simulate(Parameters(), t_end=1200.0, separation=False, kernel="compiled")
     assert cycle.kind is Kind.CONTACT_CYCLE
     assert cycle.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
@@ -79,7 +80,7 @@ def test_with_separation_ignored_the_cycle_keeps_contact() -> None:
 
 def test_both_kernels_find_the_same() -> None:
     one, other = (
-        find_attractors(COEXISTENCE, starts=["static"], kernel=kernel)[0]
+        find_attractors(System(COEXISTENCE), starts=["static"], kernel=kernel)[0]
         for kernel in ("compiled", "interpreted")
     )
     assert one.same_as(other)
@@ -88,19 +89,19 @@ def test_both_kernels_find_the_same() -> None:
 def test_without_a_compiled_kernel_motions_are_followed_interpreted() -> None:
     calm = Parameters(F=120.0, mu=0.2)
     with INTERPRETED:
-        assert find_attractors(calm, starts=["static"]) == (Attractor(Kind.EQUILIBRIUM),)
+        assert find_attractors(System(calm), starts=["static"]) == (Attractor(Kind.EQUILIBRIUM),)
 
 
 def test_a_linear_contact_that_never_breaks_grows_without_bounds_or_dies_out() -> None:
     linear = Parameters(k_nl=0.0)
     for mu, kind in ((1.2, Kind.UNBOUNDED), (0.9, Kind.EQUILIBRIUM)):
-        (end,) = find_attractors(linear.with_values({"mu": mu}), separation=False)
+        (end,) = find_attractors(System(linear.with_values({"mu": mu}), separation=False))
         assert end == Attractor(kind)
 
 
 def test_a_slider_lifted_off_the_belt_can_be_knocked_into_a_cycle() -> None:
     p = Parameters(F=-10.0)
-    rest, cycle = find_attractors(p)
+    rest, cycle = find_attractors(System(p))
     assert rest == Attractor(Kind.EQUILIBRIUM)
     run = simulate(p, t_end=1500.0, start=(0.1, 0.0, 5.0, 0.0), kernel="compiled")
     assert cycle.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
@@ -111,7 +112,7 @@ def test_a_slider_lifted_off_the_belt_can_be_knocked_into_a_cycle() -> None:
 def test_in_the_region_of_proven_decay_motion_dies_out(
     p: Parameters, direction: tuple[float, float, float, float]
 ) -> None:
-    point = equilibrium(p)
+    point = equilibrium(System(p))
     region = Attraction(p, point, separation=True)
     assume(p.F > 1.0 and region.radius > 0.0 and np.linalg.norm(direction) > 0.1)
     assert stability(p).stable
@@ -131,7 +132,7 @@ def test_in_the_region_of_proven_decay_motion_dies_out(
 
 
 def test_a_slice_of_the_basins_agrees_with_transients() -> None:
-    point = equilibrium(COEXISTENCE)
+    point = equilibrium(System(COEXISTENCE))
     offsets = np.array([-0.3, -0.05, 0.05, 0.3])
     result = basin(COEXISTENCE, {"y0": point.y + offsets, "vy0": [0.0, 2.0]})
     kinds = np.array([each.kind for each in result.attractors])[result.reached]
@@ -169,7 +170,7 @@ def test_up_and_down_a_parameter_coexistence_shows_as_hysteresis(
 
 
 def test_a_start_on_the_cycle_or_at_rest_reaches_what_it_is_on(found: Coexistence) -> None:
-    known = Explorer(COEXISTENCE)
+    known = Explorer(System(COEXISTENCE))
     cycle = found.attractors[1]
     assert cycle.orbit is not None
     assert known.reach(cycle.orbit.start).same_as(cycle)
@@ -202,16 +203,16 @@ def test_a_wrong_continuation_is_refused() -> None:
 
 def test_what_did_not_settle_is_said_and_is_no_coexistence() -> None:
     rest, open_end = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
-    result = Coexistence(COEXISTENCE, True, (rest, open_end), (0, 1), True, None)
+    result = Coexistence(System(COEXISTENCE), (rest, open_end), (0, 1), True, None)
     assert not result.coexists
     assert warning_of(result) == "some motions did not settle in the time allowed"
     points = tuple(BranchPoint(0.5, ("up",), each) for each in (rest, open_end))
-    assert Continuation(COEXISTENCE, True, "mu", np.array([0.5]), points).coexisting == []
+    assert Continuation(System(COEXISTENCE), "mu", np.array([0.5]), points).coexisting == []
 
 
 def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
     pair = (Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNBOUNDED))
-    said = warning_of(Coexistence(COEXISTENCE, True, pair, (1, 0), True, EscapeOffset(0.5, None)))
+    said = warning_of(Coexistence(System(COEXISTENCE), pair, (1, 0), True, EscapeOffset(0.5, None)))
     assert said is not None
     assert "with unbounded growth; a release from rest 0.5 m above it" in said
 
@@ -239,14 +240,16 @@ def test_newton_is_asked_once_a_leg_where_it_fails_or_ends_elsewhere(
     monkeypatch.setattr(explorer, "shoot", shoot)
     monkeypatch.setattr(explorer, "integrate", leg)
     # On the cycle every one of the last returns recurs.
-    assert Explorer(COEXISTENCE).reach(cycle.start, most_legs=5) == Attractor(Kind.UNSETTLED)
+    assert Explorer(System(COEXISTENCE)).reach(cycle.start, most_legs=5) == Attractor(
+        Kind.UNSETTLED
+    )
     assert asked == [1, 2, 3, 4, 5]
 
 
 def test_without_damping_nothing_settles() -> None:
     undamped = Parameters(c1=0.0, c2=0.0, mu=0.0)
     start = (0.0, 0.0, -0.5, 0.0)
-    assert find_attractors(undamped, starts=[start]) == (Attractor(Kind.UNSETTLED),)
+    assert find_attractors(System(undamped), starts=[start]) == (Attractor(Kind.UNSETTLED),)
 
 
 def test_every_search_can_be_cancelled() -> None:
@@ -254,9 +257,9 @@ def test_every_search_can_be_cancelled() -> None:
         return False
 
     for search in (
-        lambda: coexistence(COEXISTENCE, progress=stop),
-        lambda: find_attractors(COEXISTENCE, progress=stop),
-        lambda: escape_offset(COEXISTENCE, progress=stop),
+        lambda: coexistence(System(COEXISTENCE), progress=stop),
+        lambda: find_attractors(System(COEXISTENCE), progress=stop),
+        lambda: escape_offset(System(COEXISTENCE), progress=stop),
         lambda: continuation(COEXISTENCE, "mu", [0.1, 0.2], progress=stop),
         lambda: basin(COEXISTENCE, {"y0": [0.0], "vy0": [0.0]}, progress=stop),
     ):
@@ -271,6 +274,6 @@ def test_progress_rises_to_one() -> None:
         told.append(fraction)
         return True
 
-    assert isinstance(coexistence(COEXISTENCE, progress=keep).escape, EscapeOffset)
+    assert isinstance(coexistence(System(COEXISTENCE), progress=keep).escape, EscapeOffset)
     assert told == sorted(told)
     assert told[-1] == 1.0

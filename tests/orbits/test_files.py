@@ -8,6 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from fivtui.io.tables import read_columns, read_header
+from fivtui.model import System
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
@@ -26,7 +27,7 @@ ORBIT_COLUMNS = {
 }
 REST = BranchPoint(0.3, ("up", "down"), Attractor(Kind.EQUILIBRIUM))
 LOST = BranchPoint(0.7, ("up",), Attractor(Kind.UNSETTLED))
-RESULT = Continuation(Parameters(), True, "mu", np.array([0.3, 0.7]), (REST, LOST))
+RESULT = Continuation(System(Parameters()), "mu", np.array([0.3, 0.7]), (REST, LOST))
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
+from fivtui.model import System
 from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import State, static_start
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
@@ -23,7 +24,7 @@ def last_lift_off(p: Parameters, t_end: float) -> tuple[State, float]:
 
 @pytest.fixture(scope="module")
 def base_orbit() -> PeriodicOrbit:
-    return shoot(Parameters(), *last_lift_off(Parameters(), 100.0), Section.LIFT_OFF)
+    return shoot(System(Parameters()), *last_lift_off(Parameters(), 100.0), Section.LIFT_OFF)
 
 
 def test_the_base_scene_settles_on_the_known_cycle(base_orbit: PeriodicOrbit) -> None:
@@ -37,7 +38,7 @@ def test_the_base_scene_settles_on_the_known_cycle(base_orbit: PeriodicOrbit) ->
 
 def test_without_a_compiled_kernel_the_orbit_is_the_same(base_orbit: PeriodicOrbit) -> None:
     with INTERPRETED:
-        found = shoot(Parameters(), base_orbit.start, base_orbit.period, Section.LIFT_OFF)
+        found = shoot(System(Parameters()), base_orbit.start, base_orbit.period, Section.LIFT_OFF)
     assert found.period == pytest.approx(base_orbit.period, rel=1e-12)
     assert found.multipliers == pytest.approx(base_orbit.multipliers, abs=1e-9)
 
@@ -71,7 +72,7 @@ def test_the_decay_of_a_transient_is_that_of_the_largest_multiplier(
 
 
 def test_the_coexisting_cycle_is_large_and_attracts() -> None:
-    orbit = shoot(COEXISTENCE, *last_lift_off(COEXISTENCE, 400.0), Section.LIFT_OFF)
+    orbit = shoot(System(COEXISTENCE), *last_lift_off(COEXISTENCE, 400.0), Section.LIFT_OFF)
     assert orbit.half_range == pytest.approx(7.44345, abs=1e-5)
     assert orbit.stable
 
@@ -79,28 +80,28 @@ def test_the_coexisting_cycle_is_large_and_attracts() -> None:
 @pytest.mark.parametrize("p", [Parameters(), COEXISTENCE, Parameters(mu=0.3)])
 def test_the_product_of_the_multipliers_is_the_contraction_of_volume(p: Parameters) -> None:
     # Liouville: the divergence of the field is −(c1 + c2)/m everywhere; one multiplier is 1.
-    start = static_start(p) if p.mu > 0.5 else (0.0, 0.0, 1.5, 3.0)
+    start = static_start(System(p)) if p.mu > 0.5 else (0.0, 0.0, 1.5, 3.0)
     run = simulate(p, t_end=200.0, start=start, samples="dense", kernel="interpreted")
     assert run.solution is not None
     one, other = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
     there = run.solution([one])
     guess = (float(there.x[0]), float(there.vx[0]), 0.0, float(there.vy[0]))
-    orbit = shoot(p, guess, float(other - one), Section.LIFT_OFF)
+    orbit = shoot(System(p), guess, float(other - one), Section.LIFT_OFF)
     contraction = np.exp(-(p.c1 + p.c2) / p.m * orbit.period)
     assert np.prod(orbit.multipliers) == pytest.approx(contraction, rel=1e-11)
 
 
 def test_an_orbit_run_through_twice_is_found_once(base_orbit: PeriodicOrbit) -> None:
-    twice = shoot(Parameters(), base_orbit.start, 2.0 * base_orbit.period, Section.LIFT_OFF)
+    twice = shoot(System(Parameters()), base_orbit.start, 2.0 * base_orbit.period, Section.LIFT_OFF)
     assert twice.period == pytest.approx(base_orbit.period, rel=1e-10)
     assert twice.multipliers == pytest.approx(base_orbit.multipliers, abs=1e-8)
 
 
 def test_the_equilibrium_is_no_orbit() -> None:
     with pytest.raises(ComputationError, match="converged to the equilibrium"):
-        shoot(Parameters(mu=0.2), (0.01, 0.0, -0.64, 0.0), 1.0, Section.LOWEST_POINT)
+        shoot(System(Parameters(mu=0.2)), (0.01, 0.0, -0.64, 0.0), 1.0, Section.LOWEST_POINT)
 
 
 def test_without_an_orbit_near_shooting_says_so() -> None:
     with pytest.raises(ComputationError, match="no periodic orbit"):
-        shoot(Parameters(mu=0.0), (3.0, 0.0, 0.0, 9.0), 1.3, Section.LIFT_OFF)
+        shoot(System(Parameters(mu=0.0)), (3.0, 0.0, 0.0, 9.0), 1.3, Section.LIFT_OFF)

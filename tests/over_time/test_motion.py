@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from fivtui import Parameters, find_scene, load_scene, save_scene, simulate
 from fivtui.cli import run as command
-from fivtui.model import InputError, TimeTable
+from fivtui.model import InputError, System, TimeTable, time_tables
 from fivtui.simulation import compute
 from fivtui.transient import START_SEEDS, Request, vary
 
@@ -340,9 +340,8 @@ def test_commands_take_tables_or_refuse_them(
 
 def test_rows_may_come_from_an_iterator_and_serve_several_runs() -> None:
     rows = [(0.0, 20.0), (1.0, 60.0)]
-    request = Request(Parameters(), t_end=2.0, over_time={"F": iter(rows)})
+    request = Request(System(Parameters(), over_time=time_tables({"F": iter(rows)})), t_end=2.0)
     shorter = dataclasses.replace(request, t_end=1.5)
-    assert shorter.over_time["F"] == request.over_time["F"]
     found = simulate(t_end=1.5, over_time={"F": rows}).final
     assert compute(shorter).final == found
 
@@ -356,7 +355,7 @@ def test_options_that_need_constant_parameters_are_refused() -> None:
         ({"method": "fmu-native", "sensitivities": ["mu"]}, "fmu-native has none"),
     )
     with pytest.raises(InputError, match="F over time: must be constant for derivatives"):
-        vary(Request(Parameters(), over_time=scene), START_SEEDS)
+        vary(Request(System(Parameters(), over_time=time_tables(scene))), START_SEEDS)
     for options, said in wrong:
         with pytest.raises(InputError, match=said):
             simulate(t_end=1.0, over_time=scene, **options)

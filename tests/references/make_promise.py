@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui import Parameters, simulate
-from fivtui.model import PARAMETERS, ComputationError, State, static_start, time_scale
+from fivtui.model import PARAMETERS, ComputationError, State, System, static_start, time_scale
 
 from . import PROMISE_FILE
 
@@ -62,7 +62,7 @@ def scene(rng: np.random.Generator) -> tuple[Parameters, bool, State, float]:
     speed = 1.0 / time_scale(p)
     start = (part(1.0), part(speed), part(1.0), part(speed))
     if rng.random() < 0.2 and force > 0.0:
-        start = static_start(p, separation=separation)
+        start = static_start(System(p, separation))
     return p, separation, start, t_end
 
 

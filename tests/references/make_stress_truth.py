@@ -12,6 +12,7 @@ from pathlib import Path
 
 import fivtui
 from fivtui.assessment.stress_tests import STRESS_TESTS, TRUTH_FILE
+from fivtui.model import System
 from fivtui.transient.request import resolve_start
 
 SOURCE = Path(__file__).with_name("quad.c")
@@ -22,7 +23,7 @@ FIELDS = ("x", "vx", "y", "vy", "y_abs", "x_abs", "separations", "separated_time
 def solve(program: Path, name: str) -> dict[str, str]:
     test = STRESS_TESTS[name]
     p = test.parameters
-    start = resolve_start(p, test.start, separation=test.separation)
+    start = resolve_start(System(p, test.separation), test.start)
     given = (*p.values(), float(test.separation), test.t_end, *start)
     done = subprocess.run(
         [str(program)],

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fivtui.equilibrium.gradient import critical_mu_derivatives
+from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.safety.gradient import safe_mu_derivatives
 from fivtui.safety.table import safe_mus
@@ -11,7 +12,7 @@ from fivtui.safety.table import safe_mus
 
 @pytest.mark.parametrize("p", [Parameters(), Parameters(F=62.0, c1=0.5, k2=70.0)], ids=str)
 def test_derivatives_at_a_fold_are_those_of_differences(p: Parameters) -> None:
-    found = safe_mu_derivatives(p)
+    found = safe_mu_derivatives(System(p))
     assert found is not None
     for name in ("m", "k1", "k2", "k3", "c1", "F"):
         value = getattr(p, name)
@@ -24,7 +25,7 @@ def test_derivatives_at_a_fold_are_those_of_differences(p: Parameters) -> None:
 
 def test_where_the_hopf_point_is_supercritical_they_are_those_of_the_critical_one() -> None:
     p = Parameters(F=40.0)
-    assert safe_mu_derivatives(p) == critical_mu_derivatives(p)
+    assert safe_mu_derivatives(System(p)) == critical_mu_derivatives(p)
     linear = Parameters(k_nl=0.0)
-    assert safe_mu_derivatives(linear, separation=False) == critical_mu_derivatives(linear)
-    assert safe_mu_derivatives(Parameters(k3=0.0)) is None
+    assert safe_mu_derivatives(System(linear, separation=False)) == critical_mu_derivatives(linear)
+    assert safe_mu_derivatives(System(Parameters(k3=0.0))) is None

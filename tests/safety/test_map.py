@@ -15,6 +15,7 @@ from fivtui import (
     safety_map,
     stability,
 )
+from fivtui.model import System
 from fivtui.orbits.basins import escape_offset
 from fivtui.orbits.boundaries.fold_orbits import fold_near, folds_of
 from fivtui.safety.map import SafetyMap
@@ -94,7 +95,7 @@ def test_what_turns_the_branch_the_other_way_is_no_fold_of_safe_friction() -> No
     (fold,) = folds_of(found)
     assert fold.mu == pytest.approx(min(values), abs=1e-9)
     # The two meet in a cusp; beyond it there is none.
-    assert fold_near(Parameters(F=44.0), fold, separation=True) is None
+    assert fold_near(System(Parameters(F=44.0)), fold) is None
 
 
 def test_regions_follow_from_the_friction_and_offsets_from_transients(regions: SafetyMap) -> None:
@@ -104,7 +105,7 @@ def test_regions_follow_from_the_friction_and_offsets_from_transients(regions: S
     assert np.array_equal(np.isnan(regions.escape), ~inside)
     for row, column in np.argwhere(inside).tolist():
         p = Parameters(mu=regions.axes[0][row], F=regions.axes[1][column])
-        exact = escape_offset(p)
+        exact = escape_offset(System(p))
         assert exact is not None
         known = [one for one in (exact.up, exact.down) if one is not None]
         assert regions.escape[row, column] == pytest.approx(min(known), rel=0.04)

@@ -7,7 +7,7 @@ import pytest
 
 from fivtui import ComputationError, Parameters, safe_friction, simulate_batch
 from fivtui.kernel import Status
-from fivtui.model import equilibrium
+from fivtui.model import System, equilibrium
 from fivtui.orbits import Explorer, slowest_period
 from fivtui.orbits.explorer import Kind
 
@@ -44,7 +44,7 @@ def vibrates(p: Parameters, seed: int) -> bool:
     examined by shooting.
     """
     random, period = np.random.default_rng([7, seed]), slowest_period(p)
-    rest = equilibrium(p)
+    rest = equilibrium(System(p))
     size = abs(rest.y) * 10.0 ** random.uniform(-1.0, 2.0, _STARTS)
     directions = random.normal(size=(_STARTS, 4))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
@@ -64,7 +64,7 @@ def vibrates(p: Parameters, seed: int) -> bool:
     far = np.maximum(run.peak.y_abs, run.peak.x_abs) > 1e6 * np.abs(starts).max(axis=1)
     if (far | (run.status == Status.OVERFLOW)).any():
         return True
-    explorer = Explorer(p)
+    explorer = Explorer(System(p))
     for index in np.flatnonzero(run.steady.y_half_range > 1e-2 * abs(rest.y))[:_EXAMINED]:
         try:
             reached = explorer.reach(run.final[index].tolist())

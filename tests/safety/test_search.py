@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
+from fivtui.model import System
 from fivtui.safety import search
 from fivtui.safety.search import (
     LEVELS,
@@ -24,7 +25,7 @@ def ended(motions: Round) -> SearchRound:
 
 
 def test_starts_are_around_the_equilibrium_in_all_directions() -> None:
-    starts = disturbed(Parameters(F=0.0), 255, separation=True)
+    starts = disturbed(System(Parameters(F=0.0)), 255)
     assert np.all(np.sign(starts).min(axis=0) == -1.0)
     assert np.all(np.sign(starts).max(axis=0) == 1.0)
     size = np.abs(starts[:, 2])
@@ -33,7 +34,7 @@ def test_starts_are_around_the_equilibrium_in_all_directions() -> None:
 
 def test_motions_that_persist_are_told_from_those_that_die_out() -> None:
     p = Parameters(F=120.0)
-    result = ended(Round(p, 0.32, 32, separation=True))
+    result = ended(Round(System(p), 0.32, 32))
     assert result.died_out + len(result.settled) + result.undecided == result.starts
     levels = {motion.mu for motion in result.settled}
     assert levels == {mu for mu in result.levels if mu > 0.278}
@@ -43,7 +44,7 @@ def test_motions_that_persist_are_told_from_those_that_die_out() -> None:
 
 
 def test_motions_that_persist_come_with_the_steadiest_amplitude_first() -> None:
-    motions = Round(Parameters(F=120.0), 0.32, 32, separation=True)
+    motions = Round(System(Parameters(F=120.0)), 0.32, 32)
     assert motions.advance()
     assert motions.advance()
     top = motions.result().levels[-1]
@@ -60,15 +61,15 @@ def test_motions_that_persist_come_with_the_steadiest_amplitude_first() -> None:
 
 def test_growth_without_bounds_is_found_with_the_friction_from_which_it_is() -> None:
     p = Parameters(F=1000.0)
-    result = ended(Round(p, 3.0, 8, separation=True))
+    result = ended(Round(System(p), 3.0, 8))
     motion = result.unbounded[0]
-    mu = least_growth(p, motion, result, separation=True)
+    mu = least_growth(System(p), motion, result)
     assert 1.0 < mu <= motion.mu
 
 
 def test_the_limit_of_steps_ends_motions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(search, "_MOST_STEPS", 200_000)
-    result = ended(Round(Parameters(c1=0.01, c2=0.01), 0.27, 4, separation=True))
+    result = ended(Round(System(Parameters(c1=0.01, c2=0.01)), 0.27, 4))
     assert result.undecided > 0.5 * result.starts
     assert result.steps < 3 * result.most_steps
     assert len(result.levels) == len(result.undecided_at) == LEVELS
@@ -76,7 +77,7 @@ def test_the_limit_of_steps_ends_motions(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_the_number_of_starts_follows_from_what_those_of_scouts_cost() -> None:
     for p, fewer in ((Parameters(), False), (Parameters(c1=0.03, c2=0.03), True)):
-        scouts = ended(Round(p, 0.27, SCOUTS, separation=True))
+        scouts = ended(Round(System(p), 0.27, SCOUTS))
         starts = starts_within_limit(scouts)
         assert SCOUTS < starts <= STARTS
         assert (starts < STARTS) is fewer

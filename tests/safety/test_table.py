@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fivtui.equilibrium.critical import critical_mu
+from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.model.parameters import Parameters
 from fivtui.safety.table import MOST_FOLDS, SafeTable, safe_mus, safe_table
@@ -61,7 +62,7 @@ def table_of(ranges: dict[str, tuple[float, float]], size: int) -> SafeTable:
 @cache
 def _table_of(items: tuple[tuple[str, tuple[float, float]], ...], size: int) -> SafeTable:
     ranges = dict(items)
-    table = safe_table(BASE, ranges, drawn(ranges, size, 1), separation=True)
+    table = safe_table(System(BASE), ranges, drawn(ranges, size, 1))
     assert table is not None
     assert table.folds <= MOST_FOLDS
     return table
@@ -110,9 +111,9 @@ def test_far_from_all_draws_a_table_stays_among_what_it_has_seen() -> None:
 
 
 def test_a_table_is_of_what_the_safe_friction_depends_on() -> None:
-    assert safe_table(BASE, {}, {}, separation=True) is None
+    assert safe_table(System(BASE), {}, {}) is None
     below, near = {"F": (-5.0, -1.0)}, {"F": (70.0, 90.0)}
     with pytest.raises(ComputationError, match="no safe μ in the ranges"):
-        safe_table(BASE, below, drawn(below, 4, 1), separation=True)
+        safe_table(System(BASE), below, drawn(below, 4, 1))
     with pytest.raises(Cancelled):
-        safe_table(BASE, near, drawn(near, 4, 1), separation=True, progress=lambda _: False)
+        safe_table(System(BASE), near, drawn(near, 4, 1), progress=lambda _: False)

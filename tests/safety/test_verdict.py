@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fivtui import Cancelled, Parameters, safe_friction, simulate
-from fivtui.model import equilibrium
+from fivtui.model import System, equilibrium
 from fivtui.safety import search
 from fivtui.safety.verdict import SafeFriction
 from fivtui.safety.words import coexistence_here, safety_words
@@ -53,7 +53,7 @@ def test_what_coexists_here_is_what_a_knock_leads_to(base: SafeFriction) -> None
 def test_motion_from_within_the_proved_offset_decays(base: SafeFriction) -> None:
     offset = base.basis.proved_offset
     assert offset is not None
-    rest = equilibrium(base.parameters)
+    rest = equilibrium(System(base.parameters))
     for sign in (1.0, -1.0):
         start = (rest.x, 0.0, rest.y + sign * 0.999 * offset, 0.0)
         run = simulate(base.parameters, start=start, t_end=1000.0)

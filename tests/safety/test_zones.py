@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from fivtui.equilibrium import critical_mu, stability
-from fivtui.model import Cancelled, InputError, Parameters
+from fivtui.model import Cancelled, InputError, Parameters, System
 from fivtui.safety import (
     SafeFriction,
     Zone,
@@ -28,7 +28,7 @@ def least(p: Parameters, separation: bool = True) -> float:
 
 
 def test_over_friction_the_bounds_are_safe_and_critical_friction() -> None:
-    found = safety_zones(F_120, "mu", 0.0, 1.5)
+    found = safety_zones(System(F_120), "mu", 0.0, 1.5)
     assert found.zones == (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS)
     (critical,) = critical_mu(F_120)
     assert found.bounds == (0.0, least(F_120), critical.mu, 1.5)
@@ -37,7 +37,7 @@ def test_over_friction_the_bounds_are_safe_and_critical_friction() -> None:
 @pytest.mark.parametrize(("name", "high"), [("F", 150.0), ("k1", 150.0), ("c1", 0.5)])
 def test_every_zone_is_what_its_middle_says(name: str, high: float) -> None:
     p = Parameters(mu=0.35)
-    found = safety_zones(p, name, 0.0, high)
+    found = safety_zones(System(p), name, 0.0, high)
     for place, zone in enumerate(found.zones):
         middle = 0.5 * (found.bounds[place] + found.bounds[place + 1])
         there = p.with_values({name: middle})
@@ -49,7 +49,7 @@ def test_every_zone_is_what_its_middle_says(name: str, high: float) -> None:
 
 
 def test_bounds_of_another_parameter_are_where_stability_is_lost() -> None:
-    found = linear_zones(F_120, "F", 0.0, 150.0)
+    found = linear_zones(System(F_120), "F", 0.0, 150.0)
     assert found.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
     for bound in found.bounds[1:-1]:
         (critical,) = critical_mu(F_120.with_values({"F": bound}))
@@ -67,12 +67,12 @@ def test_a_narrow_zone_between_the_values_is_found() -> None:
     p, worst = Parameters(mu=found.fun * (1.0 + 2e-6)), float(found.x)
     # It lies half way between two values that are looked at first.
     low, high = worst - 10.5, worst + 117.5
-    zones = linear_zones(p, "F", low, high)
+    zones = linear_zones(System(p), "F", low, high)
     assert zones.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
     assert zones.at(worst) is Zone.SQUEALS
     width = zones.bounds[2] - zones.bounds[1]
     assert 0.0 < width < 0.5
-    assert linear_zones(p.with_values({"mu": found.fun * 0.999}), "F", low, high).zones == (
+    assert linear_zones(System(p.with_values({"mu": found.fun * 0.999})), "F", low, high).zones == (
         Zone.SMALL,
     )
 
@@ -91,7 +91,7 @@ def test_a_narrow_zone_of_knocks_between_the_values_is_found(
         return np.array([p.mu + sign * (1e-5 * (preload - at) ** 2 - 1e-6)])
 
     monkeypatch.setattr("fivtui.safety.zones.safe_mus", around)
-    zones = safety_zones(p, "F", 50.0, 98.0)
+    zones = safety_zones(System(p), "F", 50.0, 98.0)
     others, inside = (Zone.SAFE, Zone.KNOCK) if sign > 0.0 else (Zone.KNOCK, Zone.SAFE)
     assert zones.zones == (others, inside, others)
     assert zones.bounds[1:3] == pytest.approx((at - 0.316, at + 0.316), abs=0.01)
@@ -100,27 +100,27 @@ def test_a_narrow_zone_of_knocks_between_the_values_is_found(
 
 def test_what_is_not_searched_is_not_called_safe() -> None:
     undamped = Parameters(c1=0.0, c2=0.0)
-    assert safety_zones(undamped, "mu", 0.0, 1.5).zones == (Zone.SMALL, Zone.SQUEALS)
-    assert safety_zones(Parameters(k3=0.0), "mu", 0.0, 1.5).zones == (Zone.SMALL,)
+    assert safety_zones(System(undamped), "mu", 0.0, 1.5).zones == (Zone.SMALL, Zone.SQUEALS)
+    assert safety_zones(System(Parameters(k3=0.0)), "mu", 0.0, 1.5).zones == (Zone.SMALL,)
     belt = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
-    on_belt = safety_zones(belt, "F", 0.0, 200.0)
+    on_belt = safety_zones(System(belt), "F", 0.0, 200.0)
     assert Zone.SAFE not in on_belt.zones
     assert Zone.KNOCK not in on_belt.zones
-    beyond = linear_zones(belt, "mu", 0.0, 1.5)
+    beyond = linear_zones(System(belt), "mu", 0.0, 1.5)
     assert beyond.at(1.0) is Zone.NONE
     assert beyond.bounds[-2] == pytest.approx(0.9, rel=1e-3)
 
 
 def test_a_linear_system_is_safe_where_it_is_stable() -> None:
     linear = Parameters(k_nl=0.0)
-    found = safety_zones(linear, "mu", 0.0, 1.5, separation=False)
+    found = safety_zones(System(linear, separation=False), "mu", 0.0, 1.5)
     assert found.zones == (Zone.SAFE, Zone.SQUEALS)
-    assert found == linear_zones(linear, "mu", 0.0, 1.5, separation=False)
+    assert found == linear_zones(System(linear, separation=False), "mu", 0.0, 1.5)
 
 
 def test_a_verdict_has_its_zones() -> None:
     verdict = safe_friction(F_120)
-    found, known = searched_zones(verdict, 0.0, 1.5), safety_zones(F_120, "mu", 0.0, 1.5)
+    found, known = searched_zones(verdict, 0.0, 1.5), safety_zones(System(F_120), "mu", 0.0, 1.5)
     assert found.zones == known.zones
     assert found.bounds == pytest.approx(known.bounds, rel=1e-12)
     uncoupled = safe_friction(Parameters(k3=0.0))
@@ -143,11 +143,11 @@ def test_values_outside_the_range_have_no_zone() -> None:
 
 def test_ranges_and_names_are_checked_and_work_is_stopped() -> None:
     with pytest.raises(InputError, match="range of F: must have a start below its end"):
-        linear_zones(F_120, "F", 1.0, 1.0)
+        linear_zones(System(F_120), "F", 1.0, 1.0)
     with pytest.raises(InputError, match="unknown parameter"):
-        linear_zones(F_120, "G", 0.0, 1.0)
+        linear_zones(System(F_120), "G", 0.0, 1.0)
     with pytest.raises(Cancelled):
-        safety_zones(F_120, "F", 0.0, 150.0, progress=lambda _: False)
+        safety_zones(System(F_120), "F", 0.0, 150.0, progress=lambda _: False)
     assert math.isfinite(least(F_120))
 
 

@@ -10,6 +10,7 @@ from hypothesis import given, strategies as st
 
 from fivtui import simulation
 from fivtui.cli import run
+from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.files import load_scene, save_scene
@@ -29,9 +30,8 @@ def test_the_errors_are_within_those_asked_and_those_estimated(name: str, wish: 
     result = simulate_to(
         {"peak": wish, "final": wish},
         Request(
-            reference.parameters,
+            System(reference.parameters, reference.separation),
             t_end=reference.t_end,
-            separation=reference.separation,
             start=reference.start,
         ),
     )
@@ -45,7 +45,7 @@ def test_the_errors_are_within_those_asked_and_those_estimated(name: str, wish: 
 
 
 def test_a_fixed_step_is_refined_until_the_error_is_met() -> None:
-    request = Request(Parameters(), method="rk4", t_end=5.0)
+    request = Request(System(Parameters()), method="rk4", t_end=5.0)
     loose, tight = (simulate_to({"final": error}, request) for error in (1.0, 1e-5))
     assert tight.transient.stats.steps > loose.transient.stats.steps
     assert tight.runs > 2
@@ -54,7 +54,7 @@ def test_a_fixed_step_is_refined_until_the_error_is_met() -> None:
 
 def test_an_error_below_rounding_is_refused_with_what_can_be_had() -> None:
     with pytest.raises(ComputationError, match="error of final is about"):
-        simulate_to({"final": 1e-16}, Request(Parameters()))
+        simulate_to({"final": 1e-16}, Request(System(Parameters())))
 
 
 # Without damping an error grows for ever: two runs part after some hundred seconds.
@@ -64,11 +64,11 @@ UNDAMPED = Parameters(c1=0.0, c2=0.0)
 @pytest.mark.parametrize("wish", [2e-4, 1e-2, 1.0])
 def test_numbers_after_two_runs_part_are_refused_with_the_time_and_the_reason(wish: float) -> None:
     with pytest.raises(ComputationError, match=r"part at t = .* switches differ") as caught:
-        simulate_to({"half_range": wish}, Request(UNDAMPED, t_end=1000.0))
+        simulate_to({"half_range": wish}, Request(System(UNDAMPED), t_end=1000.0))
     found = re.search(r"t = ([\d.]+) s", caught.value.why)
     assert found is not None
     # What is advised is right: before that time the same number is verified.
-    shorter = Request(UNDAMPED, t_end=0.8 * float(found[1]))
+    shorter = Request(System(UNDAMPED), t_end=0.8 * float(found[1]))
     before = simulate_to({"half_range": wish}, shorter)
     assert before.estimate.half_range <= wish
 
@@ -113,7 +113,7 @@ def test_agreement_by_chance_is_no_agreement(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr("fivtui.scene.verified.compute", by_chance)
     with pytest.raises(PartedError, match=r"part at t = 10 s: .*% of the amplitude") as caught:
-        simulate_to({"peak": 1.0}, Request(Parameters(), t_end=10.0))
+        simulate_to({"peak": 1.0}, Request(System(Parameters()), t_end=10.0))
     assert caught.value.before is None
 
 

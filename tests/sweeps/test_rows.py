@@ -16,6 +16,7 @@ import fivtui.sweeps.rows as sweep_module
 from fivtui import Parameters, simulate, stability, sweep
 from fivtui.batch.run import simulate_batch
 from fivtui.cli import run
+from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.scene.verified import simulate_to
 from fivtui.studies import command_of, load_study
@@ -241,7 +242,7 @@ def test_the_errors_of_a_member_are_those_of_its_own_verified_run() -> None:
     result = sweep(vary={"mu": [0.5, 0.7, 0.9]}, t_end=40.0, accuracy=asked, outputs=["y_abs"])
     for row in result.rows:
         named = dict(zip(result.columns, row, strict=True))
-        own = simulate_to(asked, Request(Parameters(mu=named["mu"]), t_end=40.0)).estimate
+        own = simulate_to(asked, Request(System(Parameters(mu=named["mu"])), t_end=40.0)).estimate
         for name in asked:
             assert named[f"{name}_error"] == pytest.approx(own.of(name), rel=1e-3, abs=1e-14)
 
@@ -288,7 +289,7 @@ def test_a_member_whose_runs_part_is_refused_however_near_its_numbers_are() -> N
     for row in result.rows:
         p = Parameters(c2=0.0, F=row[0], c1=row[1])
         try:
-            simulate_to(asked, Request(p, t_end=most, kernel="compiled"))
+            simulate_to(asked, Request(System(p), t_end=most, kernel="compiled"))
         except ComputationError as error:
             found = re.search(r"part at t = ([\d.]+) s", error.why)
             told = re.search(r"part between t = ([\d.]+) and ([\d.]+) s", row[-1])

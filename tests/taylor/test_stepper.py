@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from fivtui import Parameters, simulate
+from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.modes import Mode
 from fivtui.model.slider_belt import State, static_start
@@ -81,7 +82,7 @@ def test_the_error_falls_with_the_tolerance(order: int) -> None:
     p = Parameters()
 
     def end(tol: float) -> State:
-        stepper = TaylorStepper(p, static_start(p), tol=tol, order=order)
+        stepper = TaylorStepper(p, static_start(System(p)), tol=tol, order=order)
         while (segment := stepper.advance()).end < 20.0:
             pass
         return segment.state(20.0)

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fivtui.cli import run
+from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
@@ -84,9 +85,11 @@ def test_an_unknown_quantity_is_refused_with_the_nearest() -> None:
 
 def test_a_deviation_is_the_error_against_a_stored_reference() -> None:
     reference = REFERENCES["base"]
-    fine = integrate(Request(reference.parameters, t_end=reference.t_end, kernel="interpreted"))
+    fine = integrate(
+        Request(System(reference.parameters), t_end=reference.t_end, kernel="interpreted")
+    )
     coarse = integrate(
-        Request(reference.parameters, t_end=reference.t_end, method="rk4", step=0.02)
+        Request(System(reference.parameters), t_end=reference.t_end, method="rk4", step=0.02)
     )
     found = deviation(observation(coarse), observation(fine))
     assert found.peak == pytest.approx(
@@ -100,20 +103,22 @@ def test_a_deviation_is_the_error_against_a_stored_reference() -> None:
 def test_missed_switches_have_no_finite_error() -> None:
     p = Parameters()
     found = deviation(
-        observation(integrate(Request(p, t_end=20.0, separation=False))),
-        observation(integrate(Request(p, t_end=20.0))),
+        observation(integrate(Request(System(p, separation=False), t_end=20.0))),
+        observation(integrate(Request(System(p), t_end=20.0))),
     )
     assert found.separations < 0
     assert math.isinf(found.events)
 
 
 def test_rk4_across_the_switch_converges_but_loses_its_order() -> None:
-    truth = observation(integrate(Request(Parameters(), t_end=10.0, kernel="interpreted")))
+    truth = observation(integrate(Request(System(Parameters()), t_end=10.0, kernel="interpreted")))
 
     def order(method: str) -> float:
         coarse, fine = (
             deviation(
-                observation(integrate(Request(Parameters(), t_end=10.0, method=method, step=step))),
+                observation(
+                    integrate(Request(System(Parameters()), t_end=10.0, method=method, step=step))
+                ),
                 truth,
             ).final
             for step in (0.01, 0.0025)
@@ -150,7 +155,7 @@ def test_methods_of_a_kind_are_measured_at_the_same_steps() -> None:
 def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
     cost: float, budget: float, runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    observed = observation(integrate(Request(Parameters(), t_end=1.0)))
+    observed = observation(integrate(Request(System(Parameters()), t_end=1.0)))
     clock = [100.0]
     costs: list[float] = []
 

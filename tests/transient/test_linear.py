@@ -9,6 +9,7 @@ from mpmath import expm, matrix, mp, mpf
 from scipy.linalg import expm as scipy_expm
 
 from fivtui import Parameters, accuracy, simulate
+from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.slider_belt import State
 from fivtui.scene.verified import simulate_to
@@ -210,9 +211,9 @@ def test_the_dense_solution_is_the_sampled_one() -> None:
 
 def test_the_exact_solution_is_for_linear_scenes() -> None:
     p = linear()
-    assert is_linear(Request(p, separation=False))
-    assert not is_linear(Request(p, separation=True))
-    assert not is_linear(Request(Parameters(), separation=False))
+    assert is_linear(Request(System(p, separation=False)))
+    assert not is_linear(Request(System(p)))
+    assert not is_linear(Request(System(Parameters(), separation=False)))
     with pytest.raises(InputError, match="k_nl = 0, separation ignored"):
         simulate(p, separation=True, kernel="exact")
 
@@ -261,7 +262,7 @@ def test_errors_are_within_those_of_rounding(name: str, factor: float) -> None:
 
 def test_an_error_below_rounding_is_refused_and_estimates_are_never_below_it() -> None:
     p = linear(c1=0.0, c2=0.0, mu=0.2)
-    request = Request(p, t_end=2e4, separation=False)
+    request = Request(System(p, separation=False), t_end=2e4)
     with pytest.raises(ComputationError, match=r"error of final is about "):
         simulate_to({"final": 1e-13}, request)
     verified = simulate_to({"final": 1e-9}, request)

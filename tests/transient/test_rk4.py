@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 
 from fivtui import Parameters, simulate
+from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import State, static_start
 from fivtui.transient import rk4 as reference
@@ -78,7 +79,7 @@ def test_base_scene_agrees_with_taylor_within_its_own_error() -> None:
 
 def test_parameter_sets_advanced_together_are_those_advanced_alone() -> None:
     sets = [Parameters(F=force, k_nl=k) for force, k in ((20, 50), (80, 100), (120, 0), (0, 10))]
-    starts = [static_start(p) for p in sets]
+    starts = [static_start(System(p)) for p in sets]
     together = RungeKutta4(sets, starts, step=0.01)
     alone = [RungeKutta4([p], [s], step=0.01) for p, s in zip(sets, starts, strict=True)]
     for _ in range(500):

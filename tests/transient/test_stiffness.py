@@ -3,6 +3,7 @@
 import pytest
 
 from fivtui import Parameters, simulate
+from fivtui.model import System
 from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import equilibrium
 from fivtui.transient.stiffness import find_stiffness
@@ -24,20 +25,20 @@ LIGHT = Parameters(m=1e-6)
     ],
 )
 def test_oscillations_are_not_stiff_however_fast(p: Parameters) -> None:
-    assert find_stiffness(p, t_end=1e3, separation=True) is None
+    assert find_stiffness(System(p), t_end=1e3) is None
 
 
 def test_a_light_slider_is_stiff_unless_the_run_is_short() -> None:
-    found = find_stiffness(LIGHT, t_end=100.0, separation=True)
+    found = find_stiffness(System(LIGHT), t_end=100.0)
     assert found is not None
     assert found.decay == pytest.approx(0.32 / 1e-6, rel=1e-2)
     assert found.motion < 1e3
     assert found.steps == pytest.approx(3.6e6, rel=0.05)
-    assert find_stiffness(LIGHT, t_end=0.1, separation=True) is None
+    assert find_stiffness(System(LIGHT), t_end=0.1) is None
 
 
 def test_one_strong_damper_is_enough() -> None:
-    found = find_stiffness(Parameters(c1=1e6), t_end=100.0, separation=True)
+    found = find_stiffness(System(Parameters(c1=1e6)), t_end=100.0)
     assert found is not None
     assert found.decay == pytest.approx(2e5, rel=1e-3)
 
@@ -54,7 +55,7 @@ def test_running_out_of_steps_on_a_stiff_scene_says_so_and_what_helps() -> None:
 @pytest.mark.parametrize("method", ["scipy-radau", "scipy-lsoda"])
 def test_the_methods_it_advises_solve_it(method: str) -> None:
     run = simulate(LIGHT, method=method, tol=1e-8)
-    rest = equilibrium(LIGHT)
+    rest = equilibrium(System(LIGHT))
     assert run.stats.steps < 2_000
     assert (run.final.x, run.final.y) == pytest.approx((rest.x, rest.y), rel=1e-10)
     assert run.peak.y_min == pytest.approx(run.start[2])

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -79,12 +79,12 @@ class FoldCurve:
         self.tests: Mapping[EventKind, Callable[[FoldOnCurve], float]] = {
             EventKind.CUSP: lambda fold: fold.bend
         }
-        if plane.separation:
+        if plane.system.separation:
             self.tests = {
                 **self.tests,
                 EventKind.TOUCH: lambda fold: float(fold.extremes[3]) - height,
             }
-        self._flow = SliderBeltFlow(plane.p, plane.names, separation=separation)
+        self._flow = SliderBeltFlow(replace(plane.system, separation=separation), plane.names)
         self._go_on, self._separation = go_on, separation
 
     def correct(

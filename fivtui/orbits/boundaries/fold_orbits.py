@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import Parameters, accelerations, mode_of
+from fivtui.model import System, accelerations, mode_of
 from fivtui.orbits.curves.arclength import VALUE, OrbitCurve, OrbitOnCurve
 from fivtui.orbits.curves.events import EventKind
 from fivtui.orbits.curves.flow import FloatArray, SliderBeltFlow
@@ -74,7 +74,7 @@ class FoldOrbit:
 def folds_of(branch: CycleBranch) -> list[FoldOrbit]:
     """The folds of a branch along μ from which on cycles attract, see `fold_near`."""
     found = []
-    units = _units(branch.parameters, separation=branch.separation)
+    units = _units(branch.system)
     places = {(point.value, point.period): place for place, point in enumerate(branch.points)}
     for event in branch.events:
         place = places.get((event.value, event.period), 0)
@@ -97,32 +97,29 @@ def folds_of(branch: CycleBranch) -> list[FoldOrbit]:
             tangent / np.linalg.norm(tangent),
             0.0,
         )
-        fold = fold_near(branch.parameters, start, separation=branch.separation)
+        fold = fold_near(branch.system, start)
         if fold is not None:
             found.append(fold)
     return found
 
 
 def fold_near(
-    p: Parameters,
+    system: System,
     guess: FoldOrbit,
     unknowns: FloatArray | None = None,
     *,
-    separation: bool,
     go_on: Callable[[], bool] = lambda: True,
 ) -> FoldOrbit | None:
-    """The fold of a parameter set near that of another.
+    """The fold of a system near that of another.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set; its μ does not matter.
+    system : System
+        The system; its μ does not matter.
     guess : FoldOrbit
-        A fold of a parameter set nearby.
+        A fold of a system nearby.
     unknowns : ndarray, shape (6,), optional
         A better guess of the unknowns than those of `guess`.
-    separation : bool
-        Whether separation is considered.
     go_on : callable
         Called before every search of an orbit; cancels the work by returning False.
 
@@ -137,8 +134,7 @@ def fold_near(
     Cancelled
         If `go_on` returned False.
     """
-    flow = SliderBeltFlow(p, (_MU,), separation=separation)
-    units = _units(p, separation=separation)
+    flow, units = SliderBeltFlow(system, (_MU,)), _units(system)
     curve = OrbitCurve(flow, units, go_on=go_on)
     base = guess.unknowns if unknowns is None else unknowns
     planes = np.zeros((2, len(base)))
@@ -204,10 +200,11 @@ def _unknowns(point: CyclePoint) -> FloatArray:
     return np.array([*point.start, point.period, point.value])
 
 
-def _units(p: Parameters, *, separation: bool) -> FloatArray:
+def _units(system: System) -> FloatArray:
     # The length is that of the contact's own where there is one: motions of the same F² k_nl differ
     # by it alone.
-    length = math.sqrt(p.k2 / p.k_nl) if p.k_nl > 0.0 else length_scale(p, separation=separation)
+    p = system.parameters
+    length = math.sqrt(p.k2 / p.k_nl) if p.k_nl > 0.0 else length_scale(system)
     period = slowest_period(p)
     speed = 2.0 * math.pi * length / period
     return np.array([length, speed, length, speed, period, 1.0])

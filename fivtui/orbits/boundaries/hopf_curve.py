@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.equilibrium import critical_mu
+from fivtui.equilibrium import lowest_critical_mu
 from fivtui.model import Cancelled, ComputationError, InputError
 from fivtui.orbits.curves.events import EventKind
 from fivtui.orbits.curves.flow import FloatArray
@@ -89,11 +89,11 @@ class HopfCurve:
     def _excess(self, unknowns: FloatArray) -> float | None:
         # The friction coefficient beyond the critical one; None without one.
         try:
-            p = self._plane.at((unknowns * self.scales).tolist())
-            found = critical_mu(p, separation=self._plane.separation)
+            system = self._plane.at((unknowns * self.scales).tolist())
+            critical = lowest_critical_mu(system)
         except (InputError, ComputationError):
             return None
-        return p.mu - found[0].mu if found else None
+        return None if critical is None else system.parameters.mu - critical
 
     def _slope(self, unknowns: FloatArray) -> FloatArray | None:
         slope = np.empty(2)
@@ -136,8 +136,8 @@ class HopfCurve:
             direction = -direction
         values = (unknowns * self.scales).tolist()
         try:
-            p = self._plane.at(values)
+            system = self._plane.at(values)
         except InputError:
             return None
-        hopf = hopf_point(p, self._plane.names[0], separation=self._plane.separation)
+        hopf = hopf_point(system, self._plane.names[0])
         return HopfOnCurve(unknowns, direction, hopf, iterations)

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import Parameters
+from fivtui.model import System
 from fivtui.orbits.curves.flow import FloatArray
 from fivtui.orbits.curves.following import Bound
 
@@ -22,20 +22,17 @@ class ParameterPlane:
 
     Attributes
     ----------
-    p : Parameters
-        The parameter set.
+    system : System
+        The system.
     names : tuple of str
         The two that vary.
     ranges : tuple of tuple of float
         Lowest and highest value of each.
-    separation : bool
-        Whether separation is considered.
     """
 
-    p: Parameters
+    system: System
     names: tuple[str, str]
     ranges: tuple[tuple[float, float], tuple[float, float]]
-    separation: bool
 
     @property
     def units(self) -> FloatArray:
@@ -51,6 +48,6 @@ class ParameterPlane:
         )
         return first, second
 
-    def at(self, values: Sequence[float]) -> Parameters:
-        """The parameter set at a point of the plane."""
-        return self.p.with_values(dict(zip(self.names, values, strict=True)))
+    def at(self, values: Sequence[float]) -> System:
+        """The system at a point of the plane."""
+        return self.system.with_values(dict(zip(self.names, values, strict=True)))

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from numpy.typing import NDArray
 
-from fivtui.model import Parameters, State
+from fivtui.model import State, System
 from fivtui.orbits.curves.events import End, EventKind
-from fivtui.results import Result, scene_text
+from fivtui.results import SystemResult, scene_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -89,15 +89,13 @@ class BoundaryCurve:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Boundary(Result):
+class Boundary(SystemResult):
     """The curves of Hopf points, folds or touches over two parameters.
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameters that do not vary.
-    separation : bool
-        Whether separation was considered.
+    system : System
+        The system, with `parameters` that do not vary and `separation`.
     kind : str
         What is on the curves: ``"hopf"``, ``"fold"`` or ``"touch"``.
     names : tuple of str
@@ -109,8 +107,7 @@ class Boundary(Result):
         ranges is not found.
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     kind: BoundaryKind
     names: tuple[str, str]
     ranges: tuple[tuple[float, float], tuple[float, float]]
@@ -127,7 +124,7 @@ class Boundary(Result):
         return tuple(event for curve in self.curves for event in curve.events)
 
     def _summary(self) -> list[tuple[str, str]]:
-        scene = scene_text(self.parameters, separation=self.separation, without=self.names)
+        scene = scene_text(self.system, without=self.names)
         ranges = zip(self.names, self.ranges, strict=True)
         rows = [
             (

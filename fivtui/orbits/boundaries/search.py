@@ -12,9 +12,11 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
+    System,
     check_always_sliding,
     equilibrium,
     number_spec,
+    system_of,
 )
 from fivtui.orbits.curves.arclength import OrbitOnCurve
 from fivtui.orbits.curves.cycle_branches import branch, parameter_range
@@ -100,7 +102,7 @@ def boundary(
     >>> [(str(event.kind), round(event.values[0], 6)) for event in found.events]
     [('cusp', 36.510164)]
     """
-    plane = _plane(parameters, kind, over, separation=separation)
+    plane = _plane(system_of(parameters, separation), kind, over)
     watch = Watch(progress)
     curves: list[BoundaryCurve] = []
     trace = {"hopf": _hopf_curves, "fold": _fold_curves, "touch": _touch_curves}[kind]
@@ -113,20 +115,16 @@ def boundary(
         raise ComputationError(
             f"no {_SAID[kind]} was found over {names}", "widen the ranges, or change the others"
         )
-    return Boundary(plane.p, separation, kind, plane.names, plane.ranges, tuple(curves))
+    return Boundary(plane.system, kind, plane.names, plane.ranges, tuple(curves))
 
 
 _SAID: Final = {"hopf": "Hopf point", "fold": "fold", "touch": "touch of y = 0"}
 
 
 def _plane(
-    parameters: Parameters | None,
-    kind: BoundaryKind,
-    over: Mapping[str, tuple[float, float] | None],
-    *,
-    separation: bool,
+    system: System, kind: BoundaryKind, over: Mapping[str, tuple[float, float] | None]
 ) -> ParameterPlane:
-    p = Parameters() if parameters is None else parameters
+    p, separation = system.parameters, system.separation
     check_always_sliding(p, "boundaries; follow branches over one parameter instead")
     if kind not in BOUNDARIES:
         raise InputError(f"kind = {kind!r}: must be one of {', '.join(BOUNDARIES)}")
@@ -141,30 +139,31 @@ def _plane(
         number_spec(name)
         ranges.append(parameter_range(p, name, *((None, None) if ends is None else ends)))
     first, second = over
-    return ParameterPlane(p, (first, second), (ranges[0], ranges[1]), separation)
+    return ParameterPlane(system, (first, second), (ranges[0], ranges[1]))
 
 
-def _lines(plane: ParameterPlane, watch: Watch) -> Iterator[tuple[Parameters, str, int]]:
-    # Parameter sets with values of one of the two, the name of the other, and its place: friction
+def _lines(plane: ParameterPlane, watch: Watch) -> Iterator[tuple[System, str, int]]:
+    # Systems with values of one of the two, the name of the other, and its place: friction
     # if it is one of them, along which there is one Hopf point at most.
     along = 0 if plane.names[0] == "mu" else 1
     low, high = plane.ranges[1 - along]
     name = plane.names[1 - along]
-    own = getattr(plane.p, name)
+    own = getattr(plane.system.parameters, name)
     values = [low + (high - low) * (place + 0.5) / _LINES for place in range(_LINES)]
     for count, value in enumerate([*([own] if low <= own <= high else []), *values]):
         watch.tell(count / (_LINES + 1))
-        yield plane.p.with_values({name: value}), plane.names[along], along
+        yield plane.system.with_values({name: value}), plane.names[along], along
 
 
 def _events(
     plane: ParameterPlane, kind: EventKind, watch: Watch
-) -> Iterator[tuple[Parameters, CyclePoint, FloatArray]]:
-    # Cycles at events of branches, the parameter sets, and the values of both parameters.
-    for p, name, along in _lines(plane, watch):
+) -> Iterator[tuple[System, CyclePoint, FloatArray]]:
+    # Cycles at events of branches, the systems, and the values of both parameters.
+    for system, name, along in _lines(plane, watch):
+        p = system.parameters
         low, high = plane.ranges[along]
         try:
-            found = branch(p, name, low=low, high=high, separation=plane.separation)
+            found = branch(p, name, low=low, high=high, separation=system.separation)
         except ComputationError:
             continue
         places = {(event.value, event.period) for event in found.events if event.kind is kind}
@@ -172,16 +171,16 @@ def _events(
             if (point.value, point.period) in places:
                 values = [getattr(p, each) for each in plane.names]
                 values[along] = point.value
-                yield p.with_values({name: point.value}), point, np.array(values)
+                yield system.with_values({name: point.value}), point, np.array(values)
 
 
 def _fold_curves(
     plane: ParameterPlane, watch: Watch, known: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
-    for p, cycle, values in _events(plane, EventKind.FOLD, watch):
+    for system, cycle, values in _events(plane, EventKind.FOLD, watch):
         if _is_on(plane, known, values, (cycle.period, cycle.y_min, cycle.y_max)):
             continue
-        length = length_scale(p, separation=plane.separation)
+        length = length_scale(system)
         tracer = FoldTracer(plane, length, cycle.period, lambda _count: None, watch.go_on)
         unknowns = np.array([*cycle.start, cycle.period, *values]) / tracer.scales
         extremes = np.array([0.0, 0.0, cycle.y_min, cycle.y_max])
@@ -197,10 +196,10 @@ def _fold_curves(
 def _touch_curves(
     plane: ParameterPlane, watch: Watch, known: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
-    for p, cycle, values in _events(plane, EventKind.TOUCH, watch):
+    for system, cycle, values in _events(plane, EventKind.TOUCH, watch):
         if _is_on(plane, known, values, (cycle.period, cycle.y_min, cycle.y_max)):
             continue
-        length = length_scale(p)
+        length = length_scale(system)
         curve = TouchCurve(plane, length, cycle.period, go_on=watch.go_on)
         top = highest_point(plane, cycle.start, cycle.period, values)
         start = curve.begin(top, cycle.period, values)
@@ -216,9 +215,9 @@ def _hopf_curves(
 ) -> Iterator[BoundaryCurve]:
     curve = HopfCurve(plane, go_on=watch.go_on)
     follower = Follower(curve, 0.0, lambda _count: None)
-    for p, name, along in _lines(plane, watch):
-        for value in hopf_values(p, name, *plane.ranges[along], separation=plane.separation):
-            values = [getattr(p, each) for each in plane.names]
+    for system, name, along in _lines(plane, watch):
+        for value in hopf_values(system, name, *plane.ranges[along]):
+            values = [getattr(system.parameters, each) for each in plane.names]
             values[along] = value
             start = curve.begin((values[0], values[1]), 1 - along)
             if start is None:
@@ -313,7 +312,7 @@ def _cycle_point(scales: FloatArray, orbit: OrbitOnCurve) -> BoundaryPoint:
 
 def _hopf_point(plane: ParameterPlane, scales: FloatArray, point: HopfOnCurve) -> BoundaryPoint:
     first, second = (point.unknowns * scales).tolist()
-    rest = equilibrium(plane.at((first, second)), separation=plane.separation)
+    rest = equilibrium(plane.at((first, second)))
     return BoundaryPoint(
         (first, second),
         2.0 * math.pi / point.hopf.omega,

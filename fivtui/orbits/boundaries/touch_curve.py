@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -48,7 +49,9 @@ class TouchCurve:
             EventKind.FOLD: lambda orbit: float(np.linalg.det(orbit.monodromy - np.eye(3)))
         }
         self._orbits = OrbitCurve(
-            SliderBeltFlow(plane.p, plane.names, separation=False), self.scales, go_on=go_on
+            SliderBeltFlow(replace(plane.system, separation=False), plane.names),
+            self.scales,
+            go_on=go_on,
         )
 
     def begin(self, state: State, period: float, values: FloatArray) -> OrbitOnCurve | None:
@@ -99,10 +102,10 @@ class TouchCurve:
 
 def highest_point(plane: ParameterPlane, state: State, period: float, values: FloatArray) -> State:
     """The state at the highest point of a cycle on the belt."""
-    p = plane.at(values.tolist())
-    run = Request(p, t_end=period, tol=FLOW_TOL, separation=False, start=state)
+    system = replace(plane.at(values.tolist()), separation=False)
+    run = Request(system, t_end=period, tol=FLOW_TOL, start=state)
     moment = float(vary(run, START_SEEDS[:1]).moments[3])
     if not 0.0 < moment < period:
         return state
-    part = Request(p, t_end=moment, tol=FLOW_TOL, separation=False, start=state)
+    part = Request(system, t_end=moment, tol=FLOW_TOL, start=state)
     return vary(part, START_SEEDS[:1]).final

@@ -78,7 +78,7 @@ class FoldTracer:
         self._tell, self._go_on = tell, go_on
         self._on, self._off = (
             FoldCurve(plane, length, period, separation=separates, go_on=go_on)
-            for separates in (False, plane.separation)
+            for separates in (False, plane.system.separation)
         )
         self.scales = self._on.scales
 
@@ -98,7 +98,7 @@ class FoldTracer:
 
     def _curve(self, orbit: OrbitOnCurve) -> FoldCurve:
         leaves = float(orbit.extremes[3]) > _SETTLED * self._length
-        return self._off if leaves and self.plane.separation else self._on
+        return self._off if leaves and self.plane.system.separation else self._on
 
     def _to_corner(
         self, part: FoldPart, start: FoldOnCurve, at: EventKind | None
@@ -109,7 +109,7 @@ class FoldTracer:
         part.events |= {len(part.points) + place: kind for place, kind in found.events.items()}
         part.points += found.points
         part.end = found.end
-        if not self.plane.separation or found.end not in (End.EVENT, End.LOST):
+        if not self.plane.system.separation or found.end not in (End.EVENT, End.LOST):
             return None
         if curve is self._on:
             return self._leave_belt(part) if found.end is End.EVENT else None
@@ -147,10 +147,10 @@ class FoldTracer:
         if touch is None:
             return None
         values = (touch.unknowns * self.scales)[FIRST:]
-        p = self.plane.at(values.tolist())
+        system = replace(self.plane.at(values.tolist()), separation=True)
         name, bounds = self.plane.names[other - FIRST], self.plane.ranges[other - FIRST]
         curve = slider_belt_curve(
-            p, name, bounds, self._length, self._period, separation=True, go_on=self._go_on
+            system, name, bounds, self._length, self._period, go_on=self._go_on
         )
         planes = np.zeros((2, 6))
         planes[0, _STATE], planes[1, VALUE] = touch.across, 1.0

@@ -239,7 +239,7 @@ def _compiled(flow: SliderBeltFlow, scales: FloatArray) -> OrbitSearch | None:
     places: Mapping[str, int] = {name: place for place, name in enumerate(PARAMETERS)}
     specs = (PARAMETERS[name] for name in flow.names)
     return load_kernel().orbits(
-        parameters=[getattr(flow.p, name) for name in PARAMETERS],
+        parameters=[getattr(flow.system.parameters, name) for name in PARAMETERS],
         varied=[
             Varied(
                 places[spec.name],
@@ -249,7 +249,7 @@ def _compiled(flow: SliderBeltFlow, scales: FloatArray) -> OrbitSearch | None:
             for spec in specs
         ],
         scales=scales,
-        separation=flow.separation,
+        separation=flow.system.separation,
         tol=tol,
         order=order_for(tol),
         longest=MAX_T_END,

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import Parameters
+from fivtui.model import System
 
 from .arclength import VALUE, OrbitCurve, OrbitOnCurve
 from .events import (
@@ -117,27 +117,27 @@ _LEAST_UNIT: Final = 64.0
 
 
 def slider_belt_curve(
-    p: Parameters,
+    system: System,
     name: str,
     bounds: tuple[float, float],
     length: float,
     period: float,
     *,
-    separation: bool,
     go_on: Callable[[], bool],
 ) -> BranchCurve:
-    """The curve of the slider-belt model, in units of a length, a period, and about p's value."""
+    """The curve of the slider-belt model, in units of a length, a period, and about its value."""
+    p = system.parameters
     always = p.v_belt is None
     low, high = bounds
     speed = 2.0 * math.pi * length / period
     value = 2.0 ** math.floor(math.log2(max(abs(getattr(p, name)), (high - low) / _LEAST_UNIT)))
     return BranchCurve(
-        (SliderBeltFlow if always else FiniteBeltFlow)(p, (name,), separation=separation),
+        (SliderBeltFlow if always else FiniteBeltFlow)(system, (name,)),
         np.array([length, speed, length, speed, period, value]),
         low,
         high,
         (length, length),
         go_on=go_on,
-        touches=separation,
+        touches=system.separation,
         courses=not always,
     )

@@ -33,7 +33,7 @@ def cycles_at(
     """
     found: list[CyclePoint] = []
     watch = Watch(progress)
-    p = branch.parameters.with_values({branch.name: value})
+    system = branch.system.with_values({branch.name: value})
     bounds = (branch.low, branch.high)
     for one, other in pairwise(branch.points):
         passed = (one.value - value) * (other.value - value) <= 0.0
@@ -44,9 +44,7 @@ def cycles_at(
         begin, end = (np.array([*point.start, point.period]) for point in (one, other))
         x, vx, y, vy, period = (begin + share * (end - begin)).tolist()
         cycle = ((x, vx, y, vy), period)
-        curve, orbit = cycle_near(
-            p, branch.name, bounds, watch, cycle, separation=branch.separation
-        )
+        curve, orbit = cycle_near(system, branch.name, bounds, watch, cycle)
         if orbit is not None:
             found += points_of(curve, [orbit])
     return tuple(found)

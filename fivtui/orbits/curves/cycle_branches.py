@@ -12,8 +12,10 @@ from fivtui.model import (
     InputError,
     Parameters,
     State,
+    System,
     check_effect,
     parameter_spec,
+    system_of,
 )
 from fivtui.orbits.explorer import Watch
 from fivtui.transient import Progress
@@ -95,7 +97,8 @@ def branch(
     >>> [(str(event.kind), round(event.value, 6)) for event in found.events]
     [('hopf', 0.439388), ('touch', 0.37073), ('fold', 0.277877)]
     """
-    p = Parameters() if parameters is None else parameters
+    system = system_of(parameters, separation)
+    p = system.parameters
     if origin not in _ORIGINS and not isinstance(origin, Path):
         raise InputError(f"origin = {origin!r}: must be one of {', '.join(_ORIGINS)}, or a path")
     if doubled and p.v_belt is not None:
@@ -107,43 +110,43 @@ def branch(
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
     watch = Watch(progress)
-    given = (p, name, (bottom, top), watch)
+    given = (system, name, (bottom, top), watch)
     if isinstance(origin, Path):
-        cycle = saved_cycle(origin, p, separation=separation)
-        beginning = through(*given, cycle, separation=separation)
+        beginning = through(*given, saved_cycle(origin, system))
     elif origin == "hopf":
-        beginning = from_hopf(*given, separation=separation)
+        beginning = from_hopf(*given)
     else:
-        beginning = from_cycle(*given, separation=separation)
+        beginning = from_cycle(*given)
     if doubled:
         points, events, ends = _doubled(name, watch, beginning)
     else:
-        points, events, ends = _followed(*given, beginning, separation=separation)
+        points, events, ends = _followed(*given, beginning)
     if progress is not None:
         progress(1.0)
     told: Origin = "file" if isinstance(origin, Path) else origin
-    return CycleBranch(p, separation, name, bottom, top, told, points, events, ends, doubled)
+    return CycleBranch(system, name, bottom, top, told, points, events, ends, doubled)
 
 
 def branch_through(
-    p: Parameters,
+    system: System,
     name: str,
     cycle: tuple[State, float],
     bounds: tuple[float, float],
     *,
-    separation: bool = True,
     progress: Progress | None = None,
 ) -> CycleBranch:
-    """The branch through a limit cycle of a parameter set, followed both ways.
+    """The branch through a limit cycle of a system, followed both ways.
 
     Parameters
     ----------
-    p, name, separation, progress
+    system : System
+        The system.
+    name, progress
         As in `branch`.
     cycle : tuple of State and float
         A state near the cycle, m and m/s, and its period, s.
     bounds : tuple of float
-        Range of the parameter, in which its value in `p` is.
+        Range of the parameter, in which its value in the system is.
 
     Raises
     ------
@@ -153,23 +156,21 @@ def branch_through(
         If `progress` returned False.
     """
     watch = Watch(progress)
-    beginning = through(p, name, bounds, watch, cycle, separation=separation)
-    parts = _followed(p, name, bounds, watch, beginning, separation=separation)
+    beginning = through(system, name, bounds, watch, cycle)
+    parts = _followed(system, name, bounds, watch, beginning)
     low, high = bounds
-    return CycleBranch(p, separation, name, low, high, "cycle", *parts)
+    return CycleBranch(system, name, low, high, "cycle", *parts)
 
 
 _Parts = tuple[tuple[CyclePoint, ...], tuple[BranchEvent, ...], tuple[End, End]]
 
 
 def _followed(
-    p: Parameters,
+    system: System,
     name: str,
     bounds: tuple[float, float],
     watch: Watch,
     beginning: Beginning,
-    *,
-    separation: bool,
 ) -> _Parts:
     # Both ways, or away from a Hopf point.
     curve, start = beginning.curve, beginning.start
@@ -185,10 +186,10 @@ def _followed(
         points, events = [*before[:0:-1], *points], [*events_before[::-1], *events]
         ends = (back.end, ahead.end)
         if back.end is End.EQUILIBRIUM:
-            first = nearest_hopf(p, name, bounds, points[0].value, separation=separation)
+            first = nearest_hopf(system, name, bounds, points[0].value)
             events = [*first, *events]
     if ahead.end is End.EQUILIBRIUM:
-        events += nearest_hopf(p, name, bounds, points[-1].value, separation=separation)
+        events += nearest_hopf(system, name, bounds, points[-1].value)
     return tuple(points), tuple(events), ends
 
 

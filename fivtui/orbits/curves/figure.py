@@ -104,9 +104,8 @@ def _draw_orbits(axes: Axes, result: CycleBranch, chosen: Mapping[CyclePoint, st
     spec = ALL_PARAMETERS[result.name]
     for point, colour in chosen.items():
         request = Request(
-            result.parameters.with_values({result.name: point.value}),
+            result.system.with_values({result.name: point.value}),
             t_end=point.period,
-            separation=result.separation,
             start=point.start,
             samples=_SAMPLES,
         )

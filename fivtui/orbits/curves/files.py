@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import read_bytes, save_json, write_table
-from fivtui.model import ALL_PARAMETERS, Column, InputError, Parameters
+from fivtui.model import ALL_PARAMETERS, Column, InputError, Parameters, System
 from fivtui.orbits.columns import (
     MEASURES,
     MULTIPLIERS,
@@ -130,8 +130,10 @@ def restore_branch(path: Path) -> CycleBranch:
         own = said.get(_OWN, points[0].value)
         low, high = (float(each) for each in said["range"])
         return CycleBranch(
-            Parameters().with_values({**said["parameters"], name: own}),
-            bool(said["separation"]),
+            System(
+                Parameters().with_values({**said["parameters"], name: own}),
+                bool(said["separation"]),
+            ),
             name,
             low,
             high,

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError, InputError, Mode, Parameters
+from fivtui.model import ComputationError, InputError, Mode, System
 from fivtui.taylor import Seed
 from fivtui.transient import EXTREMES, START_SEEDS, Request, Variation, vary
 
@@ -133,45 +133,42 @@ class SliderBeltFlow:
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    system : System
+        The system.
     names : sequence of str
         The parameters that vary, one or two.
-    separation : bool
-        Whether separation is considered.
     """
 
     states: Final = 4
 
-    def __init__(self, p: Parameters, names: Sequence[str], *, separation: bool = True) -> None:
-        self.p, self.names, self.separation = p, tuple(names), separation
+    def __init__(self, system: System, names: Sequence[str]) -> None:
+        self.system, self.names = system, tuple(names)
         self._seeds = [*START_SEEDS, *(Seed((0.0,) * 4, {name: 1.0}) for name in names)]
 
-    def parameters(self, values: Sequence[float]) -> Parameters:
-        """The parameter set with values of what varies."""
-        return self.p.with_values(dict(zip(self.names, values, strict=True)))
+    def at(self, values: Sequence[float]) -> System:
+        """The system with values of what varies."""
+        return self.system.with_values(dict(zip(self.names, values, strict=True)))
 
     def follow(self, state: FloatArray, time: float, values: FloatArray) -> Return | None:
         """As `Flow` says; None for values out of range and motions that run away."""
         try:
-            p = self.parameters(values.tolist())
+            system = self.at(values.tolist())
         except InputError:
             return None
-        there = self.varied(p, state.tolist(), time)
+        there = self.varied(system, state.tolist(), time)
         if there is None:
             return None
         return Return(np.array(there.final), there.rate, there.derivatives, there.extremes)
 
-    def varied(self, p: Parameters, state: Sequence[float], time: float) -> Variation | None:
+    def varied(self, system: System, state: Sequence[float], time: float) -> Variation | None:
         """The motion from a state with its derivatives; None if it runs away."""
         try:
             request = Request(
-                p,
+                system,
                 t_end=float(time),
                 tol=FLOW_TOL,
-                separation=self.separation,
                 start=state,
-                max_steps=MOST_STEPS if p.v_belt is None else _MOST_BELT_STEPS,
+                max_steps=MOST_STEPS if system.parameters.v_belt is None else _MOST_BELT_STEPS,
             )
             return vary(request, self._seeds)
         except (InputError, ComputationError):
@@ -187,21 +184,21 @@ class FiniteBeltFlow:
 
     states: Final = 4
 
-    def __init__(self, p: Parameters, names: Sequence[str], *, separation: bool = True) -> None:
-        self._sliding = SliderBeltFlow(p, names, separation=separation)
+    def __init__(self, system: System, names: Sequence[str]) -> None:
+        self._sliding = SliderBeltFlow(system, names)
 
     def follow(self, state: FloatArray, time: float, values: FloatArray) -> Return | None:
         """As `Flow` says; None for values out of range and motions that run away."""
         flow = self._sliding
         try:
-            p = flow.parameters(values.tolist())
+            system = flow.at(values.tolist())
         except InputError:
             return None
-        speed = p.v_belt or 0.0
+        speed = system.parameters.v_belt or 0.0
         x, vx, y, vy = state.tolist()
         if abs(vx - speed) <= _ON_BELT * (speed + abs(vy)):
             vx = speed
-        there = flow.varied(p, (x, vx, y, vy), time)
+        there = flow.varied(system, (x, vx, y, vy), time)
         if there is None:
             return None
         makeup = makeup_of(there, time, speed)

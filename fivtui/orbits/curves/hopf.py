@@ -17,6 +17,7 @@ from fivtui.equilibrium import (
 from fivtui.model import (
     Equilibrium,
     Parameters,
+    System,
     equilibrium,
     friction_derivatives,
     jacobian,
@@ -65,14 +66,13 @@ class HopfPoint:
         return "subcritical" if self.lyapunov > 0.0 else "supercritical"
 
 
-def hopf_values(
-    p: Parameters, name: str, low: float, high: float, *, separation: bool = True
-) -> list[float]:
+def hopf_values(system: System, name: str, low: float, high: float) -> list[float]:
     """Values of a parameter in a range at which the equilibrium has a Hopf point, ascending.
 
     For μ, and for the speed of the belt, all of them; for other parameters every change of
     stability between 512 intervals.
     """
+    p, separation = system.parameters, system.separation
     if name == "mu":
         found = (one.mu for one in critical_mu_on_belt(p, separation=separation))
         return [value for value in found if low <= value <= high]
@@ -82,10 +82,10 @@ def hopf_values(
     from scipy.optimize import brentq
 
     def margin(value: float) -> float:
-        at = p.with_values({name: value})
+        at = system.with_values({name: value})
         if p.v_belt is not None:
-            return -growth_rate(at, separation=separation)
-        found = flutter_margin(at, separation=separation)
+            return -growth_rate(at)
+        found = flutter_margin(at)
         return math.nan if found is None else found
 
     wide = low > 0.0 and high > _DECADE * low
@@ -102,9 +102,9 @@ def hopf_values(
     return found_values
 
 
-def hopf_point(p: Parameters, name: str, *, separation: bool = True) -> HopfPoint:
-    """The Hopf point at which a parameter set is."""
-    point = equilibrium(p, separation=separation)
+def hopf_point(system: System, name: str) -> HopfPoint:
+    """The Hopf point at which a system is."""
+    p, point = system.parameters, equilibrium(system)
     matrix = np.array(jacobian(p, point.y, point.mode))
     values, vectors = np.linalg.eig(matrix)
     place = int(np.where(values.imag > 0.0, values.real, -np.inf).argmax())

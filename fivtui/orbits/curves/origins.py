@@ -11,6 +11,7 @@ from fivtui.model import (
     InputError,
     Parameters,
     State,
+    System,
     accelerations,
     equilibrium,
     mode_of,
@@ -38,31 +39,27 @@ class Beginning:
     hopf: BranchEvent | None = None
 
 
-def from_hopf(
-    p: Parameters, name: str, bounds: tuple[float, float], watch: Watch, *, separation: bool
-) -> Beginning:
+def from_hopf(system: System, name: str, bounds: tuple[float, float], watch: Watch) -> Beginning:
     """The branch from the Hopf point nearest to the parameter set, with its events and ends."""
+    p = system.parameters
     if not _is_damped(p, name):
         raise ComputationError("without damping there is no Hopf point", "set c1 or c2 above 0")
-    values = hopf_values(p, name, *bounds, separation=separation)
+    values = hopf_values(system, name, *bounds)
     if not values:
         raise ComputationError(
             f"no Hopf point with {name} from {bounds[0]:g} to {bounds[1]:g}",
             "widen the range, or begin at a limit cycle (--from cycle)",
         )
     value = min(values, key=lambda one: abs(one - getattr(p, name)))
-    at = p.with_values({name: value})
-    hopf = hopf_point(at, name, separation=separation)
-    point = equilibrium(at, separation=separation)
+    at = system.with_values({name: value})
+    hopf, point = hopf_point(at, name), equilibrium(at)
     period = 2.0 * math.pi / hopf.omega
-    if point.y == 0.0 and separation:
+    if point.y == 0.0 and system.separation:
         raise ComputationError(
             f"the equilibrium is at y = 0 at the Hopf point {name} = {value:g}", "change F"
         )
-    length = abs(point.y) or math.sqrt(at.k2 / at.k_nl)
-    curve = slider_belt_curve(
-        at, name, bounds, length, period, separation=separation, go_on=watch.go_on
-    )
+    length = abs(point.y) or math.sqrt(at.parameters.k2 / at.parameters.k_nl)
+    curve = slider_belt_curve(at, name, bounds, length, period, go_on=watch.go_on)
     first = np.zeros(6)
     first[:4] = hopf.vector.real / curve.scales[:4] * length
     size = float(np.linalg.norm(first))
@@ -76,7 +73,7 @@ def from_hopf(
             f"no limit cycle was found next to the Hopf point {name} = {value:g}",
             "begin at a limit cycle (--from cycle)",
         )
-    return Beginning(curve, start, hopf_event(at, hopf, separation=separation))
+    return Beginning(curve, start, hopf_event(at, hopf))
 
 
 def _is_damped(p: Parameters, name: str) -> bool:
@@ -89,32 +86,26 @@ def _beginning_elsewhere(p: Parameters, name: str) -> str:
     return f"begin at another value{hopf}"
 
 
-def from_cycle(
-    p: Parameters, name: str, bounds: tuple[float, float], watch: Watch, *, separation: bool
-) -> Beginning:
+def from_cycle(system: System, name: str, bounds: tuple[float, float], watch: Watch) -> Beginning:
     """The branch through the first limit cycle that transients reach, followed both ways."""
-    if not bounds[0] <= getattr(p, name) <= bounds[1]:
-        raise InputError(
-            f"{name} = {getattr(p, name):g}: must be in the range {bounds[0]:g} to {bounds[1]:g}"
-        )
-    explorer = Explorer(p, separation=separation, go_on=watch.go_on)
-    orbit = _first_cycle(p, name, explorer, separation=separation)
-    given = (p, name, bounds, watch)
-    return through(*given, (orbit.start, orbit.period), separation=separation)
+    value = getattr(system.parameters, name)
+    if not bounds[0] <= value <= bounds[1]:
+        raise InputError(f"{name} = {value:g}: must be in the range {bounds[0]:g} to {bounds[1]:g}")
+    orbit = _first_cycle(Explorer(system, go_on=watch.go_on), name)
+    return through(system, name, bounds, watch, (orbit.start, orbit.period))
 
 
 def through(
-    p: Parameters,
+    system: System,
     name: str,
     bounds: tuple[float, float],
     watch: Watch,
     cycle: tuple[State, float],
-    *,
-    separation: bool,
 ) -> Beginning:
     """The branch through a limit cycle, given by a state and its period."""
-    curve, start = cycle_near(p, name, bounds, watch, cycle, separation=separation)
+    curve, start = cycle_near(system, name, bounds, watch, cycle)
     if start is None:
+        p = system.parameters
         raise ComputationError(
             f"the limit cycle at {name} = {getattr(p, name):g} cannot be followed",
             _beginning_elsewhere(p, name),
@@ -123,21 +114,17 @@ def through(
 
 
 def cycle_near(
-    p: Parameters,
+    system: System,
     name: str,
     bounds: tuple[float, float],
     watch: Watch,
     cycle: tuple[State, float],
-    *,
-    separation: bool,
 ) -> tuple[BranchCurve, OrbitOnCurve | None]:
-    """The curve of the cycles, and of a parameter set the one near a state and its period."""
-    state, period = cycle
-    length = length_scale(p, separation=separation)
-    curve = slider_belt_curve(
-        p, name, bounds, length, period, separation=separation, go_on=watch.go_on
-    )
-    ax, ay = accelerations(p, state, mode_of(p, state, separation=separation))
+    """The curve of the cycles, and of a system the one near a state and its period."""
+    p, (state, period) = system.parameters, cycle
+    length = length_scale(system)
+    curve = slider_belt_curve(system, name, bounds, length, period, go_on=watch.go_on)
+    ax, ay = accelerations(p, state, mode_of(p, state, separation=system.separation))
     planes = np.eye(6)[[0, VALUE]]
     planes[0, :4] = np.array([state[1], ax, state[3], ay]) / curve.scales[:4]
     planes[0] /= np.linalg.norm(planes[0])
@@ -145,33 +132,31 @@ def cycle_near(
     return curve, curve.orbits.solve(guess, planes)
 
 
-def _first_cycle(
-    p: Parameters, name: str, explorer: Explorer, *, separation: bool
-) -> PeriodicOrbit:
-    starts = starts_around(explorer, p, separation=separation)
+def _first_cycle(explorer: Explorer, name: str) -> PeriodicOrbit:
+    starts = starts_around(explorer)
     for start in starts:
         orbit = explorer.reach(start).orbit
         if orbit is not None:
             return orbit
     raise ComputationError(
         f"no limit cycle was found from {len(starts)} starts",
-        _beginning_elsewhere(p, name),
+        _beginning_elsewhere(explorer.system.parameters, name),
     )
 
 
-def hopf_event(p: Parameters, hopf: HopfPoint, *, separation: bool) -> BranchEvent:
+def hopf_event(system: System, hopf: HopfPoint) -> BranchEvent:
     """A Hopf point as an event of a branch."""
-    y = equilibrium(p, separation=separation).y
+    y = equilibrium(system).y
     period = 2.0 * math.pi / hopf.omega
     return BranchEvent(EventKind.HOPF, hopf.value, period, y, y, hopf.direction)
 
 
 def nearest_hopf(
-    p: Parameters, name: str, bounds: tuple[float, float], value: float, *, separation: bool
+    system: System, name: str, bounds: tuple[float, float], value: float
 ) -> list[BranchEvent]:
     """The Hopf point to which a branch has returned; none if it is beyond the range."""
-    values = hopf_values(p, name, *bounds, separation=separation)
+    values = hopf_values(system, name, *bounds)
     if not values:
         return []
-    at = p.with_values({name: min(values, key=lambda one: abs(one - value))})
-    return [hopf_event(at, hopf_point(at, name, separation=separation), separation=separation)]
+    at = system.with_values({name: min(values, key=lambda one: abs(one - value))})
+    return [hopf_event(at, hopf_point(at, name))]

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from numpy.typing import NDArray
 
-from fivtui.model import Parameters, State
-from fivtui.results import Result, scene_text
+from fivtui.model import State, System
+from fivtui.results import SystemResult, scene_text
 
 from .events import End, EventKind
 
@@ -87,15 +87,13 @@ class BranchEvent:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CycleBranch(Result):
+class CycleBranch(SystemResult):
     """A branch of limit cycles along a parameter.
 
     Attributes
     ----------
-    parameters : Parameters
-        The parameters that do not vary.
-    separation : bool
-        Whether separation was considered.
+    system : System
+        The system, with `parameters` that do not vary and `separation`.
     name : str
         The parameter that varies.
     low, high : float
@@ -112,8 +110,7 @@ class CycleBranch(Result):
         Why it ends, at the first point and at the last; from a Hopf point it begins there.
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     name: str
     low: float
     high: float
@@ -124,7 +121,7 @@ class CycleBranch(Result):
     doubled: bool = False
 
     def _summary(self) -> list[tuple[str, str]]:
-        scene = scene_text(self.parameters, separation=self.separation, without=(self.name,))
+        scene = scene_text(self.system, without=(self.name,))
         values = [point.value for point in self.points]
         stable = sum(point.stable for point in self.points)
         rows = [

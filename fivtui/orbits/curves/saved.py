@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from fivtui.io import FORMATS, read_bytes, read_columns, read_header
-from fivtui.model import ALL_PARAMETERS, InputError, Parameters, State
+from fivtui.model import ALL_PARAMETERS, InputError, State, System
 from fivtui.transient import START_SPECS
 
 # What a file is called in messages.
@@ -26,8 +26,8 @@ class _Saved(NamedTuple):
     cycles: Sequence[tuple[float, State, float]]
 
 
-def saved_cycle(path: Path, p: Parameters, *, separation: bool) -> tuple[State, float]:
-    """A state near the limit cycle of a parameter set in a file, and its period.
+def saved_cycle(path: Path, system: System) -> tuple[State, float]:
+    """A state near the limit cycle of a system in a file, and its period.
 
     Parameters
     ----------
@@ -35,10 +35,8 @@ def saved_cycle(path: Path, p: Parameters, *, separation: bool) -> tuple[State, 
         A branch as a table or JSON, or attractors or one of them as JSON. Of a branch the first
         cycle at the set's value of the parameter that varies in it is taken, of attractors the
         first limit cycle.
-    p : Parameters
-        The parameter set; what the file says of parameters must agree with it.
-    separation : bool
-        Whether separation is considered.
+    system : System
+        The system; what the file says of it must agree with it.
 
     Raises
     ------
@@ -49,19 +47,19 @@ def saved_cycle(path: Path, p: Parameters, *, separation: bool) -> tuple[State, 
     if suffix not in known:
         raise InputError(f"{path}: the suffix must be one of {', '.join(known)}")
     saved = _from_json(path) if suffix == _JSON else _from_table(path)
-    own = p.as_dict()
+    own = system.parameters.as_dict()
     # Attractors say nothing of parameters.
     names = [name for name in {**own, **saved.fixed} if name != saved.name] if saved.fixed else []
     for name in names:
         if saved.fixed.get(name) != own.get(name):
             here, there = (_told(one.get(name)) for one in (own, saved.fixed))
             raise InputError(f"{name} = {here}: must be {there}, as in {path}")
-    if saved.separation is not None and saved.separation != separation:
+    if saved.separation is not None and saved.separation != system.separation:
         said = "considered" if saved.separation else "ignored"
         raise InputError(f"separation: must be {said}, as in {path}")
     if saved.name is None:
         return saved.cycles[0][1:]
-    value = getattr(p, saved.name)
+    value = getattr(system.parameters, saved.name)
     for one, other in pairwise(saved.cycles):
         if (one[0] - value) * (other[0] - value) <= 0.0:
             share = (value - one[0]) / (other[0] - one[0]) if other[0] != one[0] else 0.0

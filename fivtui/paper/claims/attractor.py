@@ -5,7 +5,7 @@ from itertools import product
 from typing import Final
 
 from fivtui.equilibrium import growth_rate
-from fivtui.model import Parameters, equilibrium
+from fivtui.model import Parameters, System, equilibrium
 from fivtui.orbits import EventKind, branch
 from fivtui.paper import PaperResults, critical_mu
 from fivtui.scene import PRESETS, Scene
@@ -36,14 +36,14 @@ def _grid_of_starts() -> tuple[Scene, ...]:
     grid = product(range(10, 151, 20), (20.0, 50.0, 100.0, 200.0, 500.0), (0.3, 0.5, 0.7, 1.0))
     base = dataclasses.replace(PRESETS["base"], name="static start", t_end=_T_END, tol=_TOL)
     scenes = (base.with_values({"F": F, "k_nl": k_nl, "mu": mu}) for F, k_nl, mu in grid)
-    return tuple(scene for scene in scenes if growth_rate(scene.parameters) < 0.0)
+    return tuple(scene for scene in scenes if growth_rate(System(scene.parameters)) < 0.0)
 
 
 _STABLE: Final = _grid_of_starts()
 
 
 def _pushed_up(offset: float) -> Scene:
-    point = equilibrium(_COEXISTENCE.parameters)
+    point = equilibrium(System(_COEXISTENCE.parameters))
     start = (point.x, 0.0, point.y + offset, 0.0)
     return dataclasses.replace(_COEXISTENCE, name=f"offset {offset:g} m", start=start)
 
@@ -59,7 +59,7 @@ _PUSHED: Final = _pushed_up(0.3)
 )
 def _linear_contact_unbounded(results: PaperResults) -> Finding:
     early, late = results.amplitudes(_LINEAR)
-    growth = growth_rate(_LINEAR[0].parameters)
+    growth = growth_rate(System(_LINEAR[0].parameters))
     return Finding(
         late.y_half_range > 1e3 * early.y_half_range and growth > 0.0,
         (
@@ -107,7 +107,9 @@ def _stable_returns_to_equilibrium(results: PaperResults) -> Finding:
         (
             Quantity("stable static starts with separation", len(separated)),
             Quantity("of these back at the equilibrium", returned),
-            Quantity("growth rate (F = 120 N)", growth_rate(_COEXISTENCE.parameters), "1/s"),
+            Quantity(
+                "growth rate (F = 120 N)", growth_rate(System(_COEXISTENCE.parameters)), "1/s"
+            ),
             Quantity("half peak-to-peak, second half, static start", static.y_half_range, "m"),
             Quantity("half peak-to-peak, second half, offset 0.3 m", large.y_half_range, "m"),
             Quantity("half peak-to-peak, second half, offset 0.1 m", small.y_half_range, "m"),

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from fivtui.equilibrium import growth_rate
-from fivtui.model import Parameters
+from fivtui.model import Parameters, System
 from fivtui.paper import FigureData, PaperResults, critical_mu
 
 from .claim import Chapter, Finding, Quantity
@@ -167,7 +167,7 @@ def _small_preload_stays_below_linear(results: PaperResults) -> Finding:
 @CRITICAL.claim("4.2", "At μ = 1.2 the linear system is unstable", "μ_c(linear) < 1.2")
 def _linear_unstable_at_1_2(_: PaperResults) -> Finding:
     linear = _BASE.with_values({"k_nl": 0.0, "mu": 1.2})
-    critical, growth = critical_mu(linear), growth_rate(linear)
+    critical, growth = critical_mu(linear), growth_rate(System(linear))
     return Finding(
         critical < 1.2 and growth > 0.0,
         (Quantity("μ_c(linear)", critical), Quantity("growth rate", growth, "1/s")),
@@ -183,7 +183,7 @@ def _stabilised_at_1_2(_: PaperResults) -> Finding:
     from scipy.optimize import brentq
 
     p = _BASE.with_values({"F": 100.0, "k_nl": 300.0, "mu": 1.2})
-    growth = growth_rate(p)
+    growth = growth_rate(System(p))
 
     def excess(k_nl: float) -> float:
         return critical_mu(p.with_values({"k_nl": k_nl})) - 1.2

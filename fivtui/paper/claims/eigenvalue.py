@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from fivtui.equilibrium import growth_rate, stability
-from fivtui.model import Parameters
+from fivtui.model import Parameters, System
 from fivtui.paper import FigureData, PaperResults, critical_mu, modes
 
 from .claim import Chapter, Finding, Quantity
@@ -175,7 +175,7 @@ def _stiffness_destabilises_then_stabilises(_: PaperResults) -> Finding:
 
 
 def _growth_along(name: str, values: tuple[float, float, float], unit: str) -> Finding:
-    growth = [growth_rate(_BASE.with_values({name: value})) for value in values]
+    growth = [growth_rate(System(_BASE.with_values({name: value}))) for value in values]
     before, between, after = growth
     return Finding(
         before < 0.0 < between and after < 0.0,

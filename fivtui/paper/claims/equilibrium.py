@@ -9,6 +9,7 @@ from fivtui.equilibrium import stability
 from fivtui.model import (
     Mode,
     Parameters,
+    System,
     contact_force,
     equilibrium,
     jacobian,
@@ -87,7 +88,7 @@ def _reattachment_without_force(results: PaperResults) -> Finding:
     "3", "At reattachment the mass is back at the original static position", "y = y_static"
 )
 def _reattachment_at_the_static_position(results: PaperResults) -> Finding:
-    rest = static_start(_BASE)[2]
+    rest = static_start(System(_BASE))[2]
     y = _at_reattachments(results).y
     return Finding(
         float(np.abs(y - rest).max()) <= _NEGLIGIBLE,
@@ -114,7 +115,7 @@ def _one_real_equilibrium(_: PaperResults) -> Finding:
             roots = np.roots(_equilibrium_cubic(p))
             real = np.isclose(roots.imag, 0.0, atol=1e-9)
             counts.add(int(real.sum()))
-            gap = max(gap, abs(float(roots[real][0].real) - equilibrium(p).y))
+            gap = max(gap, abs(float(roots[real][0].real) - equilibrium(System(p)).y))
     return Finding(
         counts == {1} and gap < 1e-9,
         (
@@ -189,10 +190,10 @@ def _preload_brings_stiffness_into_the_jacobian(_: PaperResults) -> Finding:
         matrices = []
         for k_nl in (0.0, _BASE.k_nl):
             p = _BASE.with_values({"F": F, "k_nl": k_nl})
-            matrices.append(np.array(jacobian(p, equilibrium(p).y, Mode.CONTACT)))
+            matrices.append(np.array(jacobian(p, equilibrium(System(p)).y, Mode.CONTACT)))
         change = float(np.abs(matrices[1] - matrices[0]).max())
         quantities.append(Quantity(f"largest change of J at F = {F:g} N", change, "1/s²"))
-    stiffness = tangent_stiffness(_BASE, equilibrium(_BASE).y)
+    stiffness = tangent_stiffness(_BASE, equilibrium(System(_BASE)).y)
     quantities.append(Quantity(f"k_2 + 3 k_nl y_e² at F = {_BASE.F:g} N", stiffness, "N/m"))
     without, with_preload = quantities[0].value, quantities[1].value
     return Finding(without <= _ROUNDING < with_preload, tuple(quantities))

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import Mode, Parameters, equilibrium, static_start
+from fivtui.model import Mode, Parameters, System, equilibrium, static_start
 from fivtui.paper import PaperResults
 from fivtui.scene import PRESETS
 from fivtui.transient import Transient, trajectory_of
@@ -119,7 +119,7 @@ def _separation_changes_both_motions(results: PaperResults) -> Finding:
     "unequal excursions of x and y",
 )
 def _vibration_asymmetric(results: PaperResults) -> Finding:
-    x, _, y, _ = static_start(_BASE)
+    x, _, y, _ = static_start(System(_BASE))
     return _asymmetry(results.run(_CONSIDERED), {"x": x, "y": y}, "m")
 
 
@@ -129,7 +129,7 @@ def _vibration_asymmetric(results: PaperResults) -> Finding:
     "unequal excursions of P",
 )
 def _contact_force_asymmetric(results: PaperResults) -> Finding:
-    return _asymmetry(results.run(_CONSIDERED), {"P": equilibrium(_BASE, mu=0.0).P}, "N")
+    return _asymmetry(results.run(_CONSIDERED), {"P": equilibrium(System(_BASE), mu=0.0).P}, "N")
 
 
 def _asymmetry(run: Transient, rest: Mapping[str, float], unit: str) -> Finding:

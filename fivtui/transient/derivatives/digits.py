@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel import why_interpreted
-from fivtui.model import ComputationError, Parameters, State, time_scale
+from fivtui.model import ComputationError, State, System, time_scale
 from fivtui.transient.linear.rounding import rounding_error
 from fivtui.transient.request import Request
 from fivtui.transient.result import Transient
@@ -76,7 +76,7 @@ def final_digits(run: Transient) -> FinalDigits | None:
     x, vx, y, vy = run.start if share == 1.0 else state
     span = run.t_end * share / _PARTS
     try:
-        flows = _flows(p, (x, vx, y, vy), run.separation, span, run.tol)
+        flows = _flows(System(p, run.separation), (x, vx, y, vy), span, run.tol)
     except ComputationError:
         return None
     made = _ROUNDING * math.sqrt(run.stats.steps) + _OF_TOL * run.tol
@@ -112,13 +112,11 @@ def _magnified(flows: tuple[FloatArray, ...], scales: FloatArray, share: float) 
 
 
 @lru_cache(maxsize=64)
-def _flows(
-    p: Parameters, start: State, separation: bool, span: float, tol: float
-) -> tuple[FloatArray, ...]:
+def _flows(system: System, start: State, span: float, tol: float) -> tuple[FloatArray, ...]:
     # How deviations are carried over each part of a motion.
     flows = []
     for _ in range(_PARTS):
-        request = Request(p, t_end=span, tol=tol, separation=separation, start=start)
+        request = Request(system, t_end=span, tol=tol, start=start)
         found = vary(request, START_SEEDS)
         flows.append(found.derivatives)
         start = found.final

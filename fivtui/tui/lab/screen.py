@@ -196,7 +196,7 @@ class LabScreen(LabActions):
     def _show_verdict(self) -> None:
         view = self.query_one(VerdictView)
         try:
-            parameters, found = self.session.parameters(), self.session.stability()
+            found = self.session.stability()
         except (InputError, ComputationError) as error:
             why = ": invalid input" if isinstance(error, InputError) else ""
             view.show("invalid", [f"NO VERDICT{why}"], [str(error)])
@@ -204,9 +204,8 @@ class LabScreen(LabActions):
             self._gauges.stop()
             self.session.coexisting = None
         else:
-            coexisting = self._search.coexisting(
-                parameters, separation=self.session.separation, stable=verdict(found) == "STABLE"
-            )
+            stable = verdict(found) == "STABLE"
+            coexisting = self._search.coexisting(found.system, stable=stable)
             self.session.coexisting = coexisting
             gauges = self._gauges.gauges(found, coexisting, both=self.has_class("-tall"))
             lines = stability_brief(found, coexisting)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from textual.screen import Screen
 from textual.timer import Timer
 
-from fivtui.model import Parameters
+from fivtui.model import System
 from fivtui.tui.session import Coexisting, Job, outcome_of
 from fivtui.tui.tabs import SearchUpdated
 
@@ -21,7 +21,7 @@ _PAUSE: Final = 0.5
 _REMEMBERED: Final = 64
 _GROUP: Final = "search"
 
-Key = tuple[Parameters, bool, bool]
+Key = tuple[System, bool]
 
 
 class SearchController:
@@ -40,9 +40,9 @@ class SearchController:
         self._known: OrderedDict[Key, Coexisting] = OrderedDict()
         self._found: Coexistence | None = None
 
-    def coexisting(self, p: Parameters, *, separation: bool, stable: bool) -> Coexisting:
+    def coexisting(self, system: System, *, stable: bool) -> Coexisting:
         """What is known beside the equilibrium; starts a search if it is not all known yet."""
-        key = (p, separation, stable)
+        key = (system, stable)
         if key != self._key:
             self.stop()
             self._key = key
@@ -63,7 +63,7 @@ class SearchController:
     def _begin(self) -> None:
         if self._key is None:
             return
-        (p, separation, stable), self._waiting = self._key, None
+        (system, stable), self._waiting = self._key, None
         self._job = job = Job()
 
         def tell(found: "Coexistence", *, done: bool = False) -> None:
@@ -74,19 +74,20 @@ class SearchController:
             from fivtui.safety import safe_friction
 
             if stable:
-                ended = outcome_of(
-                    lambda: coexistence(p, separation=separation, progress=job.report, found=tell)
-                )
+                ended = outcome_of(lambda: coexistence(system, progress=job.report, found=tell))
                 if ended.error:
                     self._screen.post_message(SearchUpdated(job, error=ended.error))
                 elif ended.result is not None:
                     tell(ended.result, done=True)
                 else:
                     return
+            p = system.parameters
             if p.v_belt is not None:
                 self._screen.post_message(SearchUpdated(job, last=True))
                 return
-            safe = outcome_of(lambda: safe_friction(p, separation=separation, progress=job.report))
+            safe = outcome_of(
+                lambda: safe_friction(p, separation=system.separation, progress=job.report)
+            )
             if safe.result is not None or safe.error:
                 self._screen.post_message(SearchUpdated(job, safe=safe.result, last=True))
 

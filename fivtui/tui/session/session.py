@@ -10,6 +10,7 @@ from fivtui.model import (
     BELT_PARAMETERS,
     InputError,
     Parameters,
+    System,
     unused_parameters,
 )
 from fivtui.ranges import number_text
@@ -87,7 +88,7 @@ class Session(Editing):
         # What the engines return to, and what F9 compares.
         self._native_method, self._fmu_method = _FIRST_METHOD, next(iter(FMU_ENGINES))
         # The last result: several views ask for it at every key.
-        self._stability: tuple[tuple[Parameters, bool], Stability] | None = None
+        self._stability: Stability | None = None
 
     @property
     def lives(self) -> bool:
@@ -245,10 +246,10 @@ class Session(Editing):
         ComputationError
             If there is no equilibrium.
         """
-        asked = self.parameters(), self.separation
-        if self._stability is None or self._stability[0] != asked:
-            self._stability = asked, stability(asked[0], separation=asked[1])
-        return self._stability[1]
+        p, separation = self.parameters(), self.separation
+        if self._stability is None or self._stability.system != System(p, separation):
+            self._stability = stability(p, separation=separation)
+        return self._stability
 
     def _number(self, name: str) -> float:
         return cast("float", FIELDS[name].check(self.texts[name]))

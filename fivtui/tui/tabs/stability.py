@@ -73,7 +73,7 @@ class StabilityPane(ViewsPane):
             self.draw()
             return
         self._now = (p, found)
-        top = scan_top(p, found)
+        top = scan_top(found)
         key = (p.with_values({"mu": 0.0}), self.session.separation, top)
         if key != self._key:
             self._key = key
@@ -88,14 +88,13 @@ class StabilityPane(ViewsPane):
     def _begin(self) -> None:
         if self._now is None:
             return
-        key, separation = self._key, self.session.separation
-        p, top = self._now[0], scan_top(*self._now)
+        key, (_, found) = self._key, self._now
 
         def compute() -> None:
             worker = get_current_worker()
             try:
                 scan = mode_scan(
-                    p, top, separation=separation, go_on=lambda: not worker.is_cancelled
+                    found.system, scan_top(found), go_on=lambda: not worker.is_cancelled
                 )
             except (Cancelled, ComputationError):
                 # No equilibrium somewhere along μ: nothing to draw.

@@ -8,7 +8,7 @@ import pytest
 
 from fivtui import ComputationError, InputError, Parameters, branch, simulate, stability
 from fivtui.equilibrium import critical_mu
-from fivtui.model import accelerations, mode_of
+from fivtui.model import System, accelerations, mode_of
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.result import CycleBranch, CyclePoint
@@ -224,7 +224,7 @@ def test_hopf_points_along_any_parameter_are_those_of_the_closed_form(name: str)
         value = 1.3 * getattr(drawn_set, name)
         (critical,) = critical_mu(drawn_set.with_values({name: value}))
         p = drawn_set.with_values({"mu": critical.mu})
-        found = hopf_values(p, name, value / 10.0, value * 10.0)
+        found = hopf_values(System(p), name, value / 10.0, value * 10.0)
         assert min(abs(one - value) for one in found) < 1e-9 * value
         for one in found:
             there = critical_mu(p.with_values({name: one}))
@@ -234,8 +234,8 @@ def test_hopf_points_along_any_parameter_are_those_of_the_closed_form(name: str)
 def test_cycles_next_to_a_hopf_point_grow_as_the_lyapunov_coefficient_says() -> None:
     # Of the normal form: 0 = σ' (μ − μ_c) + l a²/4, with the amplitude a of y.
     for p in drawn(6, 3):
-        (mu_c,) = hopf_values(p, "mu", 0.0, 100.0)
-        hopf = hopf_point(p.with_values({"mu": mu_c}), "mu")
+        (mu_c,) = hopf_values(System(p), "mu", 0.0, 100.0)
+        hopf = hopf_point(System(p.with_values({"mu": mu_c})), "mu")
         rates = [stability(p.with_values({"mu": mu_c + d})).growth_rate for d in (1e-6, -1e-6)]
         first = branch(p, "mu", low=0.999 * mu_c, high=1.001 * mu_c).points[0]
         slope = (rates[0] - rates[1]) / 2e-6

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 import tests.references
 from fivtui import Parameters, simulate
 from fivtui.cli import commands
+from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import equilibrium, static_start, static_start_change
@@ -84,8 +85,10 @@ def test_the_static_start_changes_as_differences_say(p: Parameters) -> None:
             nudge = 1e-6 * (1.0 + abs(getattr(p, name)))
             ends = [
                 static_start(
-                    dataclasses.replace(p, **{name: getattr(p, name) + place * nudge}),
-                    separation=separation,
+                    System(
+                        dataclasses.replace(p, **{name: getattr(p, name) + place * nudge}),
+                        separation,
+                    ),
                 )
                 for place in (0, 1, 2)
             ]
@@ -97,7 +100,7 @@ def test_the_static_start_changes_as_differences_say(p: Parameters) -> None:
 def test_a_start_in_numbers_does_not_depend_on_parameters() -> None:
     # Over a time in which nothing moves, the derivatives are those of the start.
     p = Parameters()
-    start = static_start(p)
+    start = static_start(System(p))
     of_numbers = simulate(p, t_end=1e-9, start=start, sensitivities=["F", "k1"]).sensitivities
     static = simulate(p, t_end=1e-9, sensitivities=["F", "k1"]).sensitivities
     assert of_numbers is not None
@@ -135,7 +138,10 @@ def test_what_has_decayed_is_nothing_and_costs_nothing() -> None:
     run = simulate(Parameters(m=1e-3, mu=0.2), t_end=10.0, sensitivities=["mu"])
     assert run.sensitivities is not None
     assert run.sensitivities.growth == 0.0
-    rest, more = equilibrium(run.parameters), equilibrium(Parameters(m=1e-3, mu=0.2 + 1e-6))
+    rest, more = (
+        equilibrium(System(run.parameters)),
+        equilibrium(System(Parameters(m=1e-3, mu=0.2 + 1e-6))),
+    )
     expected = ((more.x - rest.x) / 1e-6, 0.0, (more.y - rest.y) / 1e-6, 0.0)
     assert run.sensitivities["mu"].final == pytest.approx(expected, rel=1e-5, abs=1e-9)
 

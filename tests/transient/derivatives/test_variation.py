@@ -12,6 +12,7 @@ from scipy.linalg import expm
 
 import tests.references
 from fivtui import Parameters, simulate
+from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
@@ -36,7 +37,7 @@ PARAMETER_SEEDS: Final = tuple(Seed(AT_REST, {name: 1.0}) for name in PARAMETERS
 
 
 def flow(p: Parameters, start: State, duration: float, *, separation: bool = True) -> Variation:
-    request = Request(p, t_end=duration, tol=1e-13, separation=separation, start=start)
+    request = Request(System(p, separation), t_end=duration, tol=1e-13, start=start)
     return vary(request, START_SEEDS)
 
 
@@ -44,7 +45,9 @@ def flow(p: Parameters, start: State, duration: float, *, separation: bool = Tru
 def test_extremes_are_at_the_same_times_with_the_same_derivatives_in_both_kernels(x: float) -> None:
     compiled, interpreted = (
         vary(
-            Request(Parameters(), t_end=3.0, tol=1e-12, start=(x, 0.5, -0.5, 1.0), kernel=kernel),
+            Request(
+                System(Parameters()), t_end=3.0, tol=1e-12, start=(x, 0.5, -0.5, 1.0), kernel=kernel
+            ),
             (*START_SEEDS, *PARAMETER_SEEDS),
         )
         for kernel in KERNELS
@@ -62,7 +65,7 @@ def test_derivatives_are_differences_of_25_digit_runs(name: str, kernel: Kernel)
     reference = REFERENCES[name]
     names = reference["quantities"]
     request = Request(
-        Parameters(**reference["parameters"]),
+        System(Parameters(**reference["parameters"])),
         t_end=reference["t_end"],
         tol=1e-13,
         start=reference["start"],
@@ -85,7 +88,7 @@ def test_both_kernels_give_the_same_derivatives(
 ) -> None:
     one, other = (
         vary(
-            Request(p, t_end=duration, separation=separation, start=start, kernel=kernel),
+            Request(System(p, separation), t_end=duration, start=start, kernel=kernel),
             [*START_SEEDS, Seed((0.5, 0.0, -0.1, 0.0), {"mu": 1.0, "m": -0.3, "F": 2.0})],
         )
         for kernel in KERNELS
@@ -154,8 +157,10 @@ def test_the_flow_over_two_times_is_that_over_one_after_the_other(
 def test_at_rest_the_flow_is_the_exponential_of_the_jacobian(kernel: Kernel, t_end: float) -> None:
     # The motion takes one step to the end; what deviates from it oscillates.
     p = Parameters(mu=0.3)
-    rest = equilibrium(p)
-    request = Request(p, t_end=t_end, tol=1e-13, start=(rest.x, 0.0, rest.y, 0.0), kernel=kernel)
+    rest = equilibrium(System(p))
+    request = Request(
+        System(p), t_end=t_end, tol=1e-13, start=(rest.x, 0.0, rest.y, 0.0), kernel=kernel
+    )
     expected = expm(np.array(jacobian(p, rest.y, Mode.CONTACT)) * t_end)
     found = vary(request, START_SEEDS).derivatives
     assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
@@ -163,7 +168,7 @@ def test_at_rest_the_flow_is_the_exponential_of_the_jacobian(kernel: Kernel, t_e
 
 def test_the_flow_ends_where_a_transient_does_and_switches_when_it_does() -> None:
     run = simulate(t_end=7.3, tol=1e-13)
-    found = vary(Request(Parameters(), t_end=7.3, tol=1e-13), START_SEEDS)
+    found = vary(Request(System(Parameters()), t_end=7.3, tol=1e-13), START_SEEDS)
     assert found.final == (run.final.x, run.final.vx, run.final.y, run.final.vy)
     assert found.switch_times.tolist() == run.switch_times.tolist()
 
@@ -183,7 +188,7 @@ def test_a_switch_moves_as_its_derivatives_say() -> None:
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_what_cannot_be_finished_says_why(kernel: Kernel) -> None:
     growing = Parameters(k_nl=0.0, mu=100.0)
-    endless = Request(growing, t_end=5000.0, separation=False, kernel=kernel)
+    endless = Request(System(growing, separation=False), t_end=5000.0, kernel=kernel)
     with pytest.raises(
         ComputationError, match=r"beyond the floating-point range|cannot be followed"
     ):
@@ -191,11 +196,15 @@ def test_what_cannot_be_finished_says_why(kernel: Kernel) -> None:
     # Deviations get there before the motion does.
     huge = [Seed((1e300, 0.0, 0.0, 0.0))]
     with pytest.raises(ComputationError, match="deviations from the motion cannot be followed"):
-        vary(Request(growing, t_end=100.0, separation=False, kernel=kernel), huge)
+        vary(Request(System(growing, separation=False), t_end=100.0, kernel=kernel), huge)
     with pytest.raises(ComputationError, match="steps"):
-        vary(Request(Parameters(), max_steps=10, kernel=kernel), START_SEEDS)
+        vary(Request(System(Parameters()), max_steps=10, kernel=kernel), START_SEEDS)
     with pytest.raises(Cancelled):
-        vary(Request(Parameters(), kernel=kernel), START_SEEDS, progress=lambda done: done < 0.1)
+        vary(
+            Request(System(Parameters()), kernel=kernel),
+            START_SEEDS,
+            progress=lambda done: done < 0.1,
+        )
 
 
 def test_numbers_of_every_size_end_in_an_answer_or_a_reason() -> None:
@@ -203,7 +212,7 @@ def test_numbers_of_every_size_end_in_an_answer_or_a_reason() -> None:
     for _ in range(30):
         m, k1, k2, k3 = 10.0 ** rng.uniform(-6.0, 6.0, 4)
         p = Parameters(m=m, k1=k1, k2=k2, k3=k3, k_nl=10.0 ** rng.uniform(-6.0, 15.0))
-        request = Request(p, t_end=float(3.0 * math.sqrt(m / k2)), max_steps=3000)
+        request = Request(System(p), t_end=float(3.0 * math.sqrt(m / k2)), max_steps=3000)
         try:
             found = vary(request, [*START_SEEDS, *PARAMETER_SEEDS])
         except ComputationError:
@@ -217,7 +226,9 @@ def test_a_linear_motion_is_derived_however_large_it_is(kernel: Kernel) -> None:
     p = Parameters(k_nl=0.0)
     small, large = (
         vary(
-            Request(p, t_end=2.0, separation=False, start=(0.0, 0.0, y, 0.0), kernel=kernel),
+            Request(
+                System(p, separation=False), t_end=2.0, start=(0.0, 0.0, y, 0.0), kernel=kernel
+            ),
             [*START_SEEDS, Seed(AT_REST, {"mu": 1.0})],
         )
         for y in (-1.0, -1e200)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from textual.pilot import Pilot
 
+from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import Coexistence
@@ -85,7 +86,7 @@ def test_the_words_claim_no_more_than_was_found(
     words: str,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    found = Coexistence(P, True, attractors, reached, stable, None)
+    found = Coexistence(System(P), attractors, reached, stable, None)
     assert coexistence_words(found) == words
     print_coexistence(found)
     assert words in " ".join(capsys.readouterr().out.split())
@@ -105,7 +106,8 @@ class Searches:
         # Counts the cancelled ones.
         self.ended = threading.Semaphore(0)
 
-    def __call__(self, p: Parameters, *, progress: Callable[[float], bool], **said: Any) -> Any:
+    def __call__(self, system: System, *, progress: Callable[[float], bool], **said: Any) -> Any:
+        p = system.parameters
         self.begun.append(p)
         while p.F not in self.answers:
             self.told.wait(0.005)
@@ -160,7 +162,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     assert f"STABLE, {SEARCHING}" in headline(pilot)
     await until(pilot, lambda: searches.begun == [P])
     searches.answers[120.0] = Coexistence(
-        P, True, (REST, LARGE), (0, 1), True, EscapeOffset(0.25, None)
+        System(P), (REST, LARGE), (0, 1), True, EscapeOffset(0.25, None)
     )
     await until_shown(pilot, "STABLE, but a limit cycle coexists: ±")
     await until_shown(pilot, "±7.250 m (after a knock)")
@@ -175,9 +177,9 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
 async def test_it_says_so_where_none_is_found_or_the_search_fails(
     pilot: Pilot[None], searches: Searches
 ) -> None:
-    searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
+    searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
     searches.answers[125.0] = ComputationError("too many steps", "another step")
-    searches.answers[130.0] = Coexistence(P, True, (REST,), (0,) * 11, True, None)
+    searches.answers[130.0] = Coexistence(System(P), (REST,), (0,) * 11, True, None)
     await edit(pilot, "130")
     await until_shown(pilot, "STABLE, no limit cycle found from 11 starts")
     await edit(pilot, "125")
@@ -196,7 +198,7 @@ async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_fricti
     pilot: Pilot[None], searches: Searches
 ) -> None:
     app_of(pilot).session.set_text("v_belt", "10")
-    searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
+    searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
     await edit(pilot, "120")
     await until_shown(pilot, "STABLE, but a limit cycle coexists")
     await until(pilot, lambda: now_known(pilot).searched)
@@ -211,7 +213,7 @@ async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches
         # Keys are answered while it goes on.
         await edit(pilot, "125")
         await until(pilot, lambda: searches.cancelled == [P])
-        searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
+        searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
         await until(pilot, lambda: len(searches.begun) == 2)
         assert searches.begun[1].F == 125.0
         assert f"STABLE, {SEARCHING}" in headline(pilot)
@@ -238,7 +240,7 @@ def safe_searches(monkeypatch: pytest.MonkeyPatch, safe: SafeFriction) -> list[P
 
     def found(p: Parameters, **_: object) -> SafeFriction:
         begun.append(p)
-        return replace(safe, parameters=p)
+        return replace(safe, system=System(p))
 
     monkeypatch.setattr("fivtui.safety.safe_friction", found)
     return begun
@@ -247,7 +249,7 @@ def safe_searches(monkeypatch: pytest.MonkeyPatch, safe: SafeFriction) -> list[P
 async def test_the_verdict_says_from_which_friction_on_a_cycle_coexists(
     searches: Searches, safe_searches: list[Parameters]
 ) -> None:
-    searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
+    searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
     async with FivtuiApp().run_test(size=(120, 40)) as pilot:
         await edit(pilot, "120")
         await until_shown(
@@ -264,7 +266,7 @@ async def test_the_verdict_says_from_which_friction_on_a_cycle_coexists(
 async def test_it_says_so_of_an_unstable_equilibrium_and_of_what_was_not_found_by_transients(
     searches: Searches, safe_searches: list[Parameters]
 ) -> None:
-    searches.answers[120.0] = Coexistence(P, True, (REST,), (0, 0), True, None)
+    searches.answers[120.0] = Coexistence(System(P), (REST,), (0, 0), True, None)
     async with FivtuiApp().run_test(size=(120, 40)) as pilot:
         await until_shown(pilot, "UNSTABLE: growth rate")
         await until_shown(pilot, "a limit cycle attracts: ±7.443 m")

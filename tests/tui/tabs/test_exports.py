@@ -17,6 +17,7 @@ from fivtui import cli
 from fivtui.equilibrium.files import load_map
 from fivtui.equilibrium.map import StabilityMap
 from fivtui.io.tables import read_columns
+from fivtui.model import System
 from fivtui.model.errors import InputError
 from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
@@ -341,7 +342,7 @@ def test_the_lines_of_an_accuracy_ask_for_it_and_for_nothing_that_follows_from_i
 def test_a_map_that_no_command_can_say_is_not_copied() -> None:
     axis = np.array([0.0, 1.0, 3.0])
     uneven = StabilityMap(
-        BASE.parameters, True, ("F", "mu"), (axis, axis), "growth-rate", axis, axis
+        System(BASE.parameters), ("F", "mu"), (axis, axis), "growth-rate", axis, axis
     )
     with pytest.raises(InputError, match="F: its values are not evenly spaced"):
         study_line("map", uneven, Origin(BASE, ""))

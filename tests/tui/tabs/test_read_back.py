@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.map import stability_map
 from fivtui.equilibrium.scan import mode_scan
+from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
@@ -157,7 +158,7 @@ def test_a_difference_is_the_run_minus_its_baseline(motions: list[PlottedRun]) -
 
 def test_modes_over_mu_are_drawn_in_hertz_and_one_over_seconds() -> None:
     p = Parameters()
-    found, scan = stability(p), mode_scan(p, 1.5)
+    found, scan = stability(p), mode_scan(System(p), 1.5)
     growth, frequency = growth_chart(scan, p, found), frequency_chart(scan, p, found)
     assert (growth.x_label, growth.y_label) == ("μ", "Re λ (1/s)")
     assert (frequency.x_label, frequency.y_label) == ("μ", "Im λ/(2π) (Hz)")
@@ -179,7 +180,7 @@ def test_modes_over_mu_are_drawn_in_hertz_and_one_over_seconds() -> None:
 
 def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
     p = Parameters()
-    chart = plane_chart(stability(p), mode_scan(p, 1.5))
+    chart = plane_chart(stability(p), mode_scan(System(p), 1.5))
     assert (chart.x_label, chart.y_label) == ("Re λ (1/s)", "Im λ (rad/s)")
     path, now = chart.traces
     assert (path.name, now.name) == ("μ 0 to 1.5", "now")

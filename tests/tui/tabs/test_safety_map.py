@@ -8,6 +8,7 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui import Parameters, safety_map
+from fivtui.model import System
 from fivtui.safety.map import SafetyMap
 from fivtui.safety.searched import SearchedPoint
 from fivtui.tui.chart.chart import Cursors, View
@@ -118,7 +119,7 @@ def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: SafetyMap
     only = replace(partly, critical_mu=flat.critical_mu)
     assert "none" not in map_scale(only)
     assert map_scale(only).endswith("× not known")
-    regions = replace(only, value="coexistence", parameters=Parameters(mu=0.3))
+    regions = replace(only, value="coexistence", system=System(Parameters(mu=0.3)))
     assert "not known" in map_scale(regions)
     lifted = replace(regions, excess=np.full((2, 2), np.nan))
     assert map_scale(lifted) == "? no equilibrium"

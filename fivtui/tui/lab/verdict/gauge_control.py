@@ -8,7 +8,7 @@ from textual.message import Message
 from textual.screen import Screen
 
 from fivtui.equilibrium import Stability, scan_top
-from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, Parameters
+from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, System
 from fivtui.safety import Zone, Zones, linear_zones, searched_zones
 from fivtui.tui.session import FIELDS, Coexisting, Job, Session, outcome_of
 
@@ -28,11 +28,10 @@ _GROUP: Final = "zones"
 @dataclass(frozen=True, slots=True)
 class _GaugeRange:
     # What zones depend on; the value of the parameter itself does not matter.
-    parameters: Parameters
+    system: System
     name: str
     low: float
     high: float
-    separation: bool
 
 
 @dataclass
@@ -93,9 +92,7 @@ class GaugeController:
             self._wanted.append(key)
             searching = True
         if zones is None:
-            zones = linear_zones(
-                key.parameters, key.name, key.low, key.high, separation=key.separation
-            )
+            zones = linear_zones(key.system, key.name, key.low, key.high)
         refuted = coexisting.safe is not None and found.parameters.mu > coexisting.safe.safe_to
         if refuted and name != _MU and zones.at(value) is Zone.SAFE:
             # The search contradicts continuation here, so nowhere is that alone to be relied on.
@@ -108,7 +105,7 @@ class GaugeController:
     def _key(self, name: str, value: float, found: Stability) -> _GaugeRange:
         p = found.parameters
         if name == _MU:
-            low, high = 0.0, scan_top(p, found)
+            low, high = 0.0, scan_top(found)
         else:
             low, high = round_span(value, ALL_PARAMETERS[name].lower, ALL_PARAMETERS[name].upper)
         # A range that is not much too wide stays: the gauge does not jump while a value changes.
@@ -121,8 +118,7 @@ class GaugeController:
             high = min(high, p.mu_s)
         if name == _STATIC:
             low = max(low, p.mu)
-        rest = p.with_values({name: high})
-        return _GaugeRange(rest, name, low, high, self._session.separation)
+        return _GaugeRange(found.system.with_values({name: high}), name, low, high)
 
     def _begin(self) -> None:
         if self._running is not None:
@@ -141,14 +137,7 @@ class GaugeController:
 
             job.report(0.0)
             outcome = outcome_of(
-                lambda: safety_zones(
-                    key.parameters,
-                    key.name,
-                    key.low,
-                    key.high,
-                    separation=key.separation,
-                    progress=job.report,
-                )
+                lambda: safety_zones(key.system, key.name, key.low, key.high, progress=job.report)
             )
             if outcome.result is not None or outcome.error:
                 self._screen.post_message(ZonesComputed(key, outcome.result))

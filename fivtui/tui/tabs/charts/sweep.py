@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ALL_PARAMETERS, InputError
+from fivtui.model import ALL_PARAMETERS, InputError, System
 from fivtui.scene import Scene
 from fivtui.transient import START_SPECS, resolve_start
 from fivtui.tui.chart import Backdrop, Chart, Guide, NearestPoint, Trace
@@ -196,7 +196,7 @@ def point_scene(study: "Study", point: NearestPoint, case: bool) -> Scene:
     p, start = study.parameters.with_values(parameters), study.start
     moved = {name: value for name, value in values.items() if name not in ALL_PARAMETERS}
     if moved:
-        state = dict(zip(START_SPECS, resolve_start(p, start, separation=case), strict=True))
+        state = dict(zip(START_SPECS, resolve_start(System(p, case), start), strict=True))
         start = tuple((state | moved).values())
     return dataclasses.replace(
         base_scene(), parameters=p, separation=case, start=start, t_end=study.t_end, tol=study.tol
