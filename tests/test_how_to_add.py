@@ -76,6 +76,7 @@ from fivtui import *
 from fivtui.cli import run
 import numpy as np
 from fivtui.equilibrium import critical_mu_derivatives, critical_speeds
+from fivtui.model import System
 from fivtui.model.slider_belt import mechanical_energy, static_start_change
 from fivtui.orbits import branch
 from fivtui.safety.least import MADE_OF, groups_of
@@ -143,10 +144,10 @@ pairs = zip((light, heavy), tables, strict=True)
 one, other = (simulate(p, t_end=2.0, over_time=table) for p, table in pairs)
 same(one.final, other.final, 1e-6)
 falling = [p.with_values({**law, "mu": 0.3}) for p in (light, heavy)]
-speeds = [[c.v_belt for c in critical_speeds(p)] for p in falling]
+speeds = [[c.v_belt for c in critical_speeds(System(p))] for p in falling]
 assert len(speeds[0]) == 1
 same(*speeds)
-one, other = (critical_mu_derivatives(p) for p in (light, heavy))
+one, other = (critical_mu_derivatives(System(p)) for p in (light, heavy))
 same([one["g"], one["F"]], [5.0 * other["F"], other["F"]])
 same([one["m"]], [other["m"] + 2.0 * other["F"]])
 members = {"g": np.array([0.0, 2.0])}, {"F": np.array([80.0, 90.0])}
@@ -198,6 +199,7 @@ import math
 import numpy as np
 from fivtui import *
 from fivtui.equilibrium import critical_mu_on_belt, critical_speeds
+from fivtui.model import System
 
 from fivtui.model.slider_belt import Mode, accelerations, friction_force
 from fivtui.orbits import branch
@@ -242,12 +244,12 @@ for name, step in (("mu_v", 1e-6), ("v_s", 1e-6)):
     ]
     same([rates[name].final.y], [(ends[1] - ends[0]) / (2 * step)], 1e-5)
 # A viscous term damps: sliding is stable from a lower speed of the belt on, and from a lower μ.
-faster = [critical_speeds(law.with_values({"mu_v": v}))[0].v_belt for v in (0.0, 0.02)]
+faster = [critical_speeds(System(law.with_values({"mu_v": v})))[0].v_belt for v in (0.0, 0.02)]
 assert faster[1] < faster[0]
 for v in (faster[1] * 0.999, faster[1] * 1.001):
     margin = stability(law.with_values({"v_belt": v})).growth_rate
     assert (margin > 0.0) is (v < faster[1])
-for critical in critical_mu_on_belt(law):
+for critical in critical_mu_on_belt(System(law)):
     assert abs(stability(law.with_values({"mu": critical.mu})).growth_rate) < 1e-9
 point = stability(law).equilibrium
 ax, ay = accelerations(law, (point.x, 0.0, point.y, 0.0), point.mode)

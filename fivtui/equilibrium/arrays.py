@@ -195,7 +195,7 @@ def _critical_one_by_one(
     found = np.full(separation.size, np.nan)
     for place, considered in enumerate(separation.tolist()):
         values = {name: float(column[place]) for name, column in varied.items()}
-        critical = critical_mu_on_belt(p.with_values({**values, "mu": 0.0}), separation=considered)
+        critical = critical_mu_on_belt(System(p.with_values({**values, "mu": 0.0}), considered))
         found[place] = next((one.mu for one in critical if one.becomes == "unstable"), np.nan)
     return found
 

@@ -19,6 +19,7 @@ from fivtui.model import (
     PARAMETERS,
     Mode,
     Parameters,
+    System,
     depends_on_speed,
     friction_coefficient,
     jacobian,
@@ -61,14 +62,15 @@ class CriticalSpeed:
     becomes: Becomes
 
 
-def critical_mu_on_belt(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, ...]:
+def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
     """Every μ > 0, at most `mu_s`, at which the stability of sliding changes, ascending.
 
     Two changes so close together that rounding hides what is between them are not listed.
     """
+    p = system.parameters
     if p.v_belt is None or not depends_on_speed(p.replaced(mu=0.0)):
-        return critical_mu_of_constant(p, separation=separation)
-    if p.v_belt == 0.0 or (separation and load(p) < 0.0):
+        return critical_mu_of_constant(system)
+    if p.v_belt == 0.0 or (system.separation and load(p) < 0.0):
         return ()
     top = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
     grid = 0.5 * top * (1.0 - np.cos(np.linspace(0.0, np.pi, _MU_INTERVALS + 1)))
@@ -76,12 +78,13 @@ def critical_mu_on_belt(p: Parameters, *, separation: bool = True) -> tuple[Crit
     return tuple(CriticalMu(mu, becomes) for mu, becomes in _changes(p, "mu", grid))
 
 
-def critical_speeds(p: Parameters, *, separation: bool = True) -> tuple[CriticalSpeed, ...]:
+def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
     """Every belt speed above 0 at which the stability of sliding changes, ascending.
 
     Two changes so close together that rounding hides what is between them are not listed.
     """
-    if p.v_belt is None or not depends_on_speed(p) or (separation and load(p) < 0.0):
+    p, off = system.parameters, system.separation and load(system.parameters) < 0.0
+    if p.v_belt is None or off or not depends_on_speed(p):
         return ()
     top = parameter_spec("v_belt").upper
     grid = (p.v_s or 1.0) * _relative_speeds()

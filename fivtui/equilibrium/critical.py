@@ -50,21 +50,16 @@ def linear_critical_mu(p: Parameters) -> float | None:
     return found if math.isfinite(found) else None
 
 
-def critical_mu(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, ...]:
+def critical_mu(system: System) -> tuple[CriticalMu, ...]:
     """Every μ > 0 in range at which the growth rate changes sign, ascending and to the last bit.
 
     The boundary is closed for a given k_t, and F fixes k_t by one scalar equation. Along μ the
     left-hand side of μ h k_t = boundary grows faster than the right-hand side for every parameter
-    set in range (k_t falls by less than 3/4 of its own rate): there is one crossing at most.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set; its μ is not used.
-    separation : bool
-        Whether separation is considered; if so, the equilibrium for F < 0 is off the belt.
+    set in range (k_t falls by less than 3/4 of its own rate): there is one crossing at most. With
+    separation the equilibrium for F < 0 is off the belt: then there is none.
     """
-    if p.k3 == 0.0 or (separation and load(p) < 0.0):
+    p = system.parameters
+    if p.k3 == 0.0 or (system.separation and load(p) < 0.0):
         return ()
     h, touching = coupling_stiffness(p), System(p, separation=False)
 
@@ -78,7 +73,7 @@ def critical_mu(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, 
 
 def lowest_critical_mu(system: System) -> float | None:
     """The least critical friction coefficient; None if there is none in range."""
-    critical = critical_mu(system.parameters, separation=system.separation)
+    critical = critical_mu(system)
     return critical[0].mu if critical else None
 
 

@@ -172,7 +172,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     p, point = system.parameters, equilibrium(system)
     values = _eigenvalues(p, point)
     growth, stable = _judged(values)
-    critical = critical_mu_on_belt(p, separation=separation)
+    critical = critical_mu_on_belt(system)
     modes = vibration_modes(p, point, values)
     frequencies = [mode.angular_frequency for mode in modes]
     return Stability(
@@ -182,7 +182,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
         growth_rate=growth,
         stable=stable,
         critical_mu=critical,
-        critical_speed=critical_speeds(p, separation=separation),
+        critical_speed=critical_speeds(system),
         linear_critical_mu=_linear_critical_mu(p),
         modes=modes,
         margin=Margin(_distance(p.mu, critical), -growth),
@@ -202,7 +202,7 @@ def _linear_critical_mu(p: Parameters) -> float | None:
     if p.v_belt is None:
         return linear_critical_mu(p)
     linear = p.with_values({"k_nl": 0.0})
-    return next((critical.mu for critical in critical_mu_on_belt(linear)), None)
+    return next((critical.mu for critical in critical_mu_on_belt(System(linear))), None)
 
 
 def growth_rate(system: System) -> float:

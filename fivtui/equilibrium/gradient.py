@@ -18,7 +18,7 @@ from fivtui.model import (
 from .critical import critical_mu
 
 
-def critical_mu_derivatives(p: Parameters, *, separation: bool = True) -> dict[str, float] | None:
+def critical_mu_derivatives(system: System) -> dict[str, float] | None:
     """Derivatives of μ_c by the parameters but μ, per unit of each; None if there is no μ_c.
 
     None, too, where friction falls with the sliding speed.
@@ -27,7 +27,7 @@ def critical_mu_derivatives(p: Parameters, *, separation: bool = True) -> dict[s
     imaginary steps, are exact to rounding, and the implicit function theorem gives those of μ_c.
     By dampings, where both are zero, there are none: NaN.
     """
-    found = critical_mu(p, separation=separation)
+    p, found = system.parameters, critical_mu(system)
     if not found or (p.v_belt is not None and p.speed_law is not None):
         return None
     mu = found[0].mu

@@ -23,6 +23,7 @@ from fivtui.model import (
     Equilibrium,
     Parameters,
     State,
+    System,
     depends_on_speed,
     friction_coefficient,
     friction_derivatives,
@@ -41,7 +42,8 @@ class Attraction:
     equilibrium as a state.
     """
 
-    def __init__(self, p: Parameters, point: Equilibrium, *, separation: bool) -> None:
+    def __init__(self, system: System, point: Equilibrium) -> None:
+        p = system.parameters
         matrix = np.array(jacobian(p, point.y, point.mode))
         values, vectors = np.linalg.eig(matrix)
         self.growth = growth = float(values.real.max())
@@ -70,7 +72,7 @@ class Attraction:
             square += bend * stiffness * reach
         root = linear + math.sqrt(linear * linear - 4.0 * square * growth)
         self.radius = -2.0 * growth / root if root > 0.0 else math.inf
-        if separation and reach > 0.0:
+        if system.separation and reach > 0.0:
             self.radius = min(self.radius, abs(point.y) / reach)
         if touching and p.v_belt is not None and fast > 0.0:
             self.radius = min(self.radius, p.v_belt / fast)

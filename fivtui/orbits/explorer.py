@@ -150,7 +150,7 @@ class Explorer:
         self.system, self._kernel, self._go_on = system, kernel or stepping_kernel(), go_on
         p, separation, point = system.parameters, system.separation, reference_point(system)
         rests = p.v_belt == 0.0 and point.mode in IN_CONTACT
-        self._attraction = None if rests else Attraction(p, point, separation=separation)
+        self._attraction = None if rests else Attraction(system, point)
         self._leg = _LEG_PERIODS * slowest_period(p)
         # Orbits found, stable or not: an unstable one need not be searched for again.
         self._known: list[PeriodicOrbit] = []

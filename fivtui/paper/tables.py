@@ -65,7 +65,7 @@ def critical_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
 
 def critical_mu(p: Parameters) -> float:
     """The least μ_c; `ComputationError` if no friction destabilises the equilibrium."""
-    return _least(critical_mus(p))
+    return _least(critical_mus(System(p)))
 
 
 def _least(found: Sequence[CriticalMu]) -> float:

@@ -81,7 +81,7 @@ def _derivatives(
     separation = study.cases[0]
     found: dict[str, Mapping[str, float] | None] = {}
     if _CRITICAL in study.outputs:
-        found[_CRITICAL] = critical_mu_derivatives(at, separation=separation)
+        found[_CRITICAL] = critical_mu_derivatives(System(at, separation))
     if SAFE in study.outputs:
         found[SAFE] = safe_mu_derivatives(System(at, separation))
     paths = {

@@ -34,11 +34,11 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     if critical is None:
         return None
     if not separation and p.k_nl == 0.0:
-        return critical_mu_derivatives(p, separation=separation)
+        return critical_mu_derivatives(system)
     found = branch_below(system, critical)
     least = least_attracting(found)
     if least is None or least.value >= critical:
-        return critical_mu_derivatives(p, separation=separation)
+        return critical_mu_derivatives(system)
     folds = {e.value for e in found.events if e.kind is EventKind.FOLD}
     if least.value not in folds:
         return None

@@ -405,7 +405,7 @@ def _least(
 
 
 def _attraction(system: System) -> Attraction:
-    return Attraction(system.parameters, equilibrium(system), separation=system.separation)
+    return Attraction(system, equilibrium(system))
 
 
 def _durations(decay: float, period: float) -> list[float]:

@@ -260,7 +260,7 @@ def safe_friction(
     begun = time.process_time()
     search = _Search(system, progress)
     search.run()
-    region = Attraction(p, equilibrium(system), separation=separation)
+    region = Attraction(system, equilibrium(system))
     others, unknown_above = search.others(), search.unknown_above
     safe_mu, found_by = _verdict(search, others) if unknown_above is None else (None, None)
     result = SafeFriction(

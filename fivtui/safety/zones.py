@@ -237,7 +237,7 @@ class _Judge:
     def edges(self) -> list[float]:
         # Where what eigenvalues say changes.
         if self.name == "mu" and not self.on_belt:
-            critical = critical_mu(self.p, separation=self.separation)
+            critical = critical_mu(System(self.p, self.separation))
             return [one.mu for one in critical if self.low < one.mu < self.high]
         count = _JUDGED_ON_BELT if self.on_belt else _JUDGED
         values = np.linspace(self.low, self.high, count)

@@ -89,7 +89,7 @@ def test_on_a_belt_at_rest_the_slider_sticks_for_good() -> None:
 def test_motion_decays_in_all_of_the_region_of_proof(v_s: float | None) -> None:
     p = Parameters(v_belt=2.0, mu=0.2, mu_s=0.4, v_s=v_s, c1=3.0, c2=3.0)
     point = equilibrium(System(p))
-    region = Attraction(p, point, separation=True)
+    region = Attraction(System(p), point)
     assert region.radius > 0.0
     rng = np.random.default_rng(5)
     states = region.rest + rng.normal(size=(2000, 4)) * [1.0, 5.0, 1.0, 5.0]

@@ -88,11 +88,11 @@ def test_critical_mus_that_nearly_merge_are_both_listed() -> None:
     # Less damping, and there is none: the two come together by the root of what is left to there.
     p = TWICE
     merged = 7.677906964971566
-    assert critical_mu_on_belt(p.with_values({"c1": merged - 1e-9})) == ()
+    assert critical_mu_on_belt(System(p.with_values({"c1": merged - 1e-9}))) == ()
     gaps = []
     for excess in (1e-5, 1e-7, 1e-9):
         beside = p.with_values({"c1": merged + excess})
-        first, second = critical_mu_on_belt(beside)
+        first, second = critical_mu_on_belt(System(beside))
         assert (first.becomes, second.becomes) == ("stable", "unstable")
         gaps.append(second.mu - first.mu)
         between = beside.with_values({"mu": 0.5 * (first.mu + second.mu)})
@@ -131,8 +131,8 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
         assert p.v_s is not None
         assert p.mu_s is not None
         found = {
-            "mu": [(c.mu, c.becomes) for c in critical_mu_on_belt(p, separation=separation)],
-            "v_belt": [(c.v_belt, c.becomes) for c in critical_speeds(p, separation=separation)],
+            "mu": [(c.mu, c.becomes) for c in critical_mu_on_belt(System(p, separation))],
+            "v_belt": [(c.v_belt, c.becomes) for c in critical_speeds(System(p, separation))],
         }
         ends = {"mu": (0.0, p.mu_s), "v_belt": (1e-6, 12.0 * p.v_s)}
         for name, listed in found.items():
@@ -159,18 +159,18 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
 
 def test_without_coupling_the_critical_mu_is_that_in_closed_form() -> None:
     known = 0.5 - 10.0 * 0.4 / (80.0 * math.exp(-1.0))
-    (critical,) = critical_mu_on_belt(ALONG)
+    (critical,) = critical_mu_on_belt(System(ALONG))
     assert critical.mu == pytest.approx(known, rel=1e-14)
     assert critical.becomes == "stable"
     # Weak coupling changes it by as much as it is weaker than the contact.
-    (weak,) = critical_mu_on_belt(ALONG.with_values({"k3": 6e-11}))
+    (weak,) = critical_mu_on_belt(System(ALONG.with_values({"k3": 6e-11})))
     assert weak.mu == pytest.approx(known, rel=1e-11)
     assert weak.becomes == "stable"
-    (speed,) = critical_speeds(ALONG.with_values({"k3": 6e-11}))
-    assert speed.v_belt == pytest.approx(critical_speeds(ALONG)[0].v_belt, rel=1e-11)
+    (speed,) = critical_speeds(System(ALONG.with_values({"k3": 6e-11})))
+    assert speed.v_belt == pytest.approx(critical_speeds(System(ALONG))[0].v_belt, rel=1e-11)
     # A vertical motion without damping is never asymptotically stable.
     undamped = ALONG.with_values({"c2": 0.0})
-    assert (critical_mu_on_belt(undamped), critical_speeds(undamped)) == ((), ())
+    assert (critical_mu_on_belt(System(undamped)), critical_speeds(System(undamped))) == ((), ())
     assert stability(undamped).stable is False
 
 
@@ -190,7 +190,10 @@ def test_without_coupling_the_critical_mu_is_that_in_closed_form() -> None:
 )
 def test_extreme_parameters_have_an_answer(values: dict[str, float]) -> None:
     p = ALONG.with_values({"k3": 60.0, "mu": 0.2, **values})
-    for found in ([c.mu for c in critical_mu_on_belt(p)], [c.v_belt for c in critical_speeds(p)]):
+    for found in (
+        [c.mu for c in critical_mu_on_belt(System(p))],
+        [c.v_belt for c in critical_speeds(System(p))],
+    ):
         assert found == sorted(set(found))
         assert all(0.0 < value < math.inf for value in found)
 
@@ -220,7 +223,7 @@ def test_narrow_ranges_of_stability_are_listed() -> None:
     p = ALONG.with_values({"k3": 60.0, "mu": 0.2, "mu_s": 1.5, "c1": 1.0})
     widths = []
     for c2 in (1e-3, 1e-5, 1e-7):
-        first, second = critical_speeds(p.with_values({"c2": c2}))[:2]
+        first, second = critical_speeds(System(p.with_values({"c2": c2})))[:2]
         assert (first.becomes, second.becomes) == ("stable", "unstable")
         widths.append(second.v_belt - first.v_belt)
     assert np.diff(np.log10(widths)) == pytest.approx(-2.0, abs=0.05)
@@ -236,7 +239,7 @@ def test_changes_are_those_of_another_friction_law(monkeypatch: pytest.MonkeyPat
         monkeypatch.setattr(module, "friction_coefficient", rising)
     for p in (TWICE, TWICE.with_values({"mu_s": None}), TWICE.with_values({"mu_s": 0.3})):
         assert depends_on_speed(p)
-        listed = critical_speeds(p)
+        listed = critical_speeds(System(p))
         assert listed
         for critical in listed:
             before, after = (

@@ -14,7 +14,7 @@ from fivtui import (
 )
 from fivtui.cli import run
 from fivtui.equilibrium import critical_mu_derivatives
-from fivtui.model import InputError
+from fivtui.model import InputError, System
 
 FALLING = Parameters(v_belt=0.4, mu=0.3, mu_s=0.5, v_s=0.4, c1=10.0)
 
@@ -81,8 +81,10 @@ def test_uncertainty_has_probabilities_and_shares_by_the_speed_of_the_belt() -> 
 
 def test_derivatives_of_the_critical_friction_are_those_of_constant_friction() -> None:
     constant = Parameters(v_belt=1.0)
-    assert critical_mu_derivatives(constant) == critical_mu_derivatives(Parameters())
-    assert critical_mu_derivatives(FALLING) is None
+    assert critical_mu_derivatives(System(constant)) == critical_mu_derivatives(
+        System(Parameters())
+    )
+    assert critical_mu_derivatives(System(FALLING)) is None
 
 
 def test_a_map_says_how_many_points_are_without_equilibrium(

@@ -6,6 +6,7 @@ import pytest
 
 from fivtui.equilibrium.critical import critical_mu
 from fivtui.equilibrium.gradient import critical_mu_derivatives
+from fivtui.model import System
 from fivtui.model.parameters import Parameters
 
 SETS = [
@@ -18,22 +19,24 @@ SETS = [
 
 @pytest.mark.parametrize("p", SETS, ids=str)
 def test_derivatives_are_those_of_differences(p: Parameters) -> None:
-    found = critical_mu_derivatives(p)
+    found = critical_mu_derivatives(System(p))
     assert found is not None
     for name, derivative in found.items():
         value = getattr(p, name)
         step = 1e-5 * (value or 1.0)
         # By a value at its bound from one side.
         low = value - step if value > 0.0 else value
-        ends = [critical_mu(p.with_values({name: each}))[0].mu for each in (low, value + step)]
+        ends = [
+            critical_mu(System(p.with_values({name: each})))[0].mu for each in (low, value + step)
+        ]
         rate = (ends[1] - ends[0]) / (value + step - low)
         assert derivative == pytest.approx(rate, rel=2e-4, abs=1e-9)
 
 
 def test_without_a_critical_coefficient_or_damping_there_are_none() -> None:
-    assert critical_mu_derivatives(Parameters(k3=0.0)) is None
-    assert critical_mu_derivatives(Parameters(F=-1.0)) is None
-    undamped = critical_mu_derivatives(Parameters(c1=0.0, c2=0.0))
+    assert critical_mu_derivatives(System(Parameters(k3=0.0))) is None
+    assert critical_mu_derivatives(System(Parameters(F=-1.0))) is None
+    undamped = critical_mu_derivatives(System(Parameters(c1=0.0, c2=0.0)))
     assert undamped is not None
     assert math.isnan(undamped["c1"])
     assert undamped["F"] > 0.0

@@ -113,7 +113,7 @@ def test_in_the_region_of_proven_decay_motion_dies_out(
     p: Parameters, direction: tuple[float, float, float, float]
 ) -> None:
     point = equilibrium(System(p))
-    region = Attraction(p, point, separation=True)
+    region = Attraction(System(p), point)
     assume(p.F > 1.0 and region.radius > 0.0 and np.linalg.norm(direction) > 0.1)
     assert stability(p).stable
     rest = np.array([point.x, 0.0, point.y, 0.0])

@@ -25,7 +25,9 @@ def test_derivatives_at_a_fold_are_those_of_differences(p: Parameters) -> None:
 
 def test_where_the_hopf_point_is_supercritical_they_are_those_of_the_critical_one() -> None:
     p = Parameters(F=40.0)
-    assert safe_mu_derivatives(System(p)) == critical_mu_derivatives(p)
+    assert safe_mu_derivatives(System(p)) == critical_mu_derivatives(System(p))
     linear = Parameters(k_nl=0.0)
-    assert safe_mu_derivatives(System(linear, separation=False)) == critical_mu_derivatives(linear)
+    assert safe_mu_derivatives(System(linear, separation=False)) == critical_mu_derivatives(
+        System(linear)
+    )
     assert safe_mu_derivatives(System(Parameters(k3=0.0))) is None

@@ -29,7 +29,7 @@ def test_safe_friction_is_the_least_fold_or_the_hopf_point() -> None:
     found = at(BASE, F=list(FACTS))
     for mu, (force, fact) in zip(found.tolist(), FACTS.items(), strict=True):
         p = Parameters(F=force)
-        expected = critical_mu(p)[0].mu if fact is None else fact
+        expected = critical_mu(System(p))[0].mu if fact is None else fact
         assert mu == pytest.approx(expected, abs=2e-9)
     assert found[0] == pytest.approx(safe_friction(BASE).safe_mu, rel=1e-9)
 
@@ -45,9 +45,9 @@ def test_without_preload_coupling_or_cycles_there_is_none() -> None:
     assert np.isnan(at(BASE, k3=[0.0])).all()
     # A critical μ of 84, twice which is out of range.
     weak = Parameters(k3=0.3)
-    assert 0.1 < at(weak, mu=[0.1])[0] < critical_mu(weak)[0].mu
+    assert 0.1 < at(weak, mu=[0.1])[0] < critical_mu(System(weak))[0].mu
     linear = at(Parameters(k_nl=0.0), mu=[0.1])[0]
-    assert linear == pytest.approx(critical_mu(Parameters(k_nl=0.0))[0].mu, rel=1e-9)
+    assert linear == pytest.approx(critical_mu(System(Parameters(k_nl=0.0)))[0].mu, rel=1e-9)
 
 
 def drawn(ranges: dict[str, tuple[float, float]], size: int, seed: int) -> dict[str, np.ndarray]:

@@ -30,7 +30,7 @@ def least(p: Parameters, separation: bool = True) -> float:
 def test_over_friction_the_bounds_are_safe_and_critical_friction() -> None:
     found = safety_zones(System(F_120), "mu", 0.0, 1.5)
     assert found.zones == (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS)
-    (critical,) = critical_mu(F_120)
+    (critical,) = critical_mu(System(F_120))
     assert found.bounds == (0.0, least(F_120), critical.mu, 1.5)
 
 
@@ -52,14 +52,14 @@ def test_bounds_of_another_parameter_are_where_stability_is_lost() -> None:
     found = linear_zones(System(F_120), "F", 0.0, 150.0)
     assert found.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
     for bound in found.bounds[1:-1]:
-        (critical,) = critical_mu(F_120.with_values({"F": bound}))
+        (critical,) = critical_mu(System(F_120.with_values({"F": bound})))
         assert critical.mu == pytest.approx(F_120.mu, rel=1e-3)
 
 
 def test_a_narrow_zone_between_the_values_is_found() -> None:
     # Critical friction over the preload has one least value; μ is just above it.
     def critical(preload: float) -> float:
-        return critical_mu(Parameters(F=preload))[0].mu
+        return critical_mu(System(Parameters(F=preload)))[0].mu
 
     found = minimize_scalar(
         critical, bounds=(20.0, 100.0), method="bounded", options={"xatol": 1e-9}

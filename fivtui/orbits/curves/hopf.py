@@ -72,12 +72,12 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
     For μ, and for the speed of the belt, all of them; for other parameters every change of
     stability between 512 intervals.
     """
-    p, separation = system.parameters, system.separation
+    p = system.parameters
     if name == "mu":
-        found = (one.mu for one in critical_mu_on_belt(p, separation=separation))
+        found = (one.mu for one in critical_mu_on_belt(system))
         return [value for value in found if low <= value <= high]
     if name == "v_belt":
-        speeds = (one.v_belt for one in critical_speeds(p, separation=separation))
+        speeds = (one.v_belt for one in critical_speeds(system))
         return [value for value in speeds if low <= value <= high]
     from scipy.optimize import brentq
 

@@ -8,6 +8,7 @@ import pytest
 
 from fivtui import Cancelled, ComputationError, InputError, Parameters, boundary, branch, simulate
 from fivtui.equilibrium import critical_mu
+from fivtui.model import System
 from fivtui.orbits.boundaries.files import warning_on
 from fivtui.orbits.boundaries.result import (
     BOUNDARIES,
@@ -90,7 +91,7 @@ def test_hopf_points_are_those_of_the_closed_form() -> None:
     for found in (narrow("hopf"), boundary(BASE, "hopf", {"k1": (20.0, 300.0), "c1": (0.05, 2.0)})):
         for point in found.points[::4]:
             p = at(found, point)
-            (critical,) = critical_mu(p)
+            (critical,) = critical_mu(System(p))
             assert critical.mu == pytest.approx(p.mu, rel=1e-12)
     point = narrow("hopf").points[0]
     assert point.lyapunov != 0.0
@@ -171,7 +172,7 @@ def test_curves_of_drawn_sets_end_where_there_is_a_reason() -> None:
     # In any two parameters; no curve is lost, and every fold is one.
     random, met = np.random.default_rng(3), 0
     for p in drawn(40, 9):
-        (critical,) = critical_mu(p)
+        (critical,) = critical_mu(System(p))
         there = p.with_values({"mu": critical.mu * random.uniform(0.7, 1.2)})
         names = ("F", "mu", "k_nl", "k1", "k2", "k3", "c1", "c2")
         one, other = (str(name) for name in random.choice(names, 2, replace=False))

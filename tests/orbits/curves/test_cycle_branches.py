@@ -213,7 +213,7 @@ def test_a_branch_between_two_hopf_points_ends_at_both() -> None:
     assert found.ends == (End.EQUILIBRIUM, End.EQUILIBRIUM)
     first, last = values_of(found, EventKind.HOPF)
     for value in (first, last):
-        assert critical_mu(Parameters(k1=value))[0].mu == pytest.approx(0.7, abs=1e-12)
+        assert critical_mu(System(Parameters(k1=value)))[0].mu == pytest.approx(0.7, abs=1e-12)
     assert found.points[-1].half_range < 0.01
     assert found.points[-1].value == pytest.approx(last, abs=1e-3 * last)
 
@@ -222,12 +222,12 @@ def test_a_branch_between_two_hopf_points_ends_at_both() -> None:
 def test_hopf_points_along_any_parameter_are_those_of_the_closed_form(name: str) -> None:
     for drawn_set in drawn(6, 7):
         value = 1.3 * getattr(drawn_set, name)
-        (critical,) = critical_mu(drawn_set.with_values({name: value}))
+        (critical,) = critical_mu(System(drawn_set.with_values({name: value})))
         p = drawn_set.with_values({"mu": critical.mu})
         found = hopf_values(System(p), name, value / 10.0, value * 10.0)
         assert min(abs(one - value) for one in found) < 1e-9 * value
         for one in found:
-            there = critical_mu(p.with_values({name: one}))
+            there = critical_mu(System(p.with_values({name: one})))
             assert there[0].mu == pytest.approx(critical.mu, rel=1e-12)
 
 
@@ -248,7 +248,7 @@ def assert_explained(p: Parameters) -> set[EventKind]:
     # Ends are reasons, and stability changes at events alone.
     found = branch(p, "mu", low=0.0, high=10.0)
     assert not {End.LOST, End.LONG} & set(found.ends)
-    assert found.events[0].value == critical_mu(p)[0].mu
+    assert found.events[0].value == critical_mu(System(p))[0].mu
     rises = found.points[0].value > found.events[0].value
     assert found.points[0].stable == rises == (found.events[0].direction == "supercritical")
     events = {event.value: event.kind for event in found.events}
