@@ -124,10 +124,9 @@ def simulate(
     >>> print(f"{rates['mu'].peak.y_abs:.4f} {rates['F'].peak.y_abs:.6f}")
     10.6029 0.347463
     """
+    tables = time_tables(over_time) if over_time else {}
     request = Request(
-        System(
-            _BASE if parameters is None else parameters, separation, time_tables(over_time or {})
-        ),
+        System(_BASE if parameters is None else parameters, separation, tables),
         t_end,
         tol,
         start,

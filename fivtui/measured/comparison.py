@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import write_table
-from fivtui.model import COLUMNS, Column, InputError, Parameters, unknown_name
-from fivtui.results import Result
+from fivtui.model import COLUMNS, Column, InputError, System, unknown_name
+from fivtui.results import SystemResult
 from fivtui.signals import Spectrum, motion_at, spectrum
 from fivtui.transient import Transient
 
@@ -40,15 +40,13 @@ class Criterion(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Validation(Result):
+class Validation(SystemResult):
     """A run compared with a measurement.
 
     Attributes
     ----------
-    parameters : Parameters
-        Of the run.
-    separation : bool
-        Whether it considers separation.
+    system : System
+        That of the run, with `parameters` and `separation`.
     measurement : Measurement
         The measured signal, as in its file.
     quantity : str
@@ -71,8 +69,7 @@ class Validation(Result):
         When the slider is off the belt, and when it sticks to one of finite speed, s.
     """
 
-    parameters: Parameters
-    separation: bool
+    system: System
     measurement: Measurement
     quantity: str
     shift: float
@@ -236,8 +233,7 @@ def validate(
     if asked.band is not None:
         band = asked.band.value * (half_range(computed) if asked.band.relative else 1.0)
     return Validation(
-        run.parameters,
-        run.separation,
+        run.system,
         measurement,
         quantity,
         moved,

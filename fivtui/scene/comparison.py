@@ -105,20 +105,17 @@ def compare(
     begin = time.perf_counter()
     build_fmu(fmu, force=force)
     build_s = time.perf_counter() - begin
-    considered = _case_runs(scene, fmu, True, lambda fraction: report(0.5 * fraction))
-    ignored = _case_runs(scene, fmu, False, lambda fraction: report(0.5 + 0.5 * fraction))
+    case_1, case_2 = (dataclasses.replace(scene, separation=flag) for flag in (True, False))
+    considered = _case_runs(case_1, fmu, lambda fraction: report(0.5 * fraction))
+    ignored = _case_runs(case_2, fmu, lambda fraction: report(0.5 + 0.5 * fraction))
     save_figure(transient_figure([ignored.native, considered.native]), figure, force=force)
     return Comparison(considered, ignored, build_s, fmu, figure)
 
 
-def _case_runs(
-    scene: Scene, fmu: Path, separation: bool, report: Callable[[float], bool]
-) -> CaseRuns:
+def _case_runs(scene: Scene, fmu: Path, report: Callable[[float], bool]) -> CaseRuns:
     samples = np.linspace(0.0, scene.t_end, _POINTS)
     begin = time.perf_counter()
-    request = dataclasses.replace(scene, separation=separation).request(
-        method="taylor", step=None, samples=samples
-    )
+    request = scene.request(method="taylor", step=None, samples=samples)
     native = compute(request, progress=lambda fraction: report(0.1 * fraction))
     middle = time.perf_counter()
     through = integrate_fmu(

@@ -41,7 +41,8 @@ def run(
     request: Request, progress: Progress | None, on_samples: OnSamples | None = None
 ) -> Transient:
     """Compute a transient with the compiled kernel: the interpreted one's, to rounding."""
-    p, t_end = request.parameters, request.t_end
+    system, t_end = request.system, request.t_end
+    p, separation = system.parameters, system.separation
     tol = local_tolerance(request.tol)
     order = order_for(tol, by_law=follows_law(p))
     times, dense, max_steps = request.times, request.dense, request.max_steps
@@ -49,7 +50,7 @@ def run(
     under_way = load_kernel().begin(
         p.values(),
         request.initial,
-        separation=request.separation,
+        separation=separation,
         t_end=t_end,
         tol=tol,
         order=order,
@@ -78,7 +79,7 @@ def run(
         if status in _ENDED_EARLY:
             if status is Status.STALLED:
                 raise stall_error(reached, p)
-            raise overflow_error(reached, here[:4], p, separation=request.separation)
+            raise overflow_error(reached, here[:4], p, separation=separation)
         switches.append(under_way.switches)
         if dense:
             segments.append(under_way.segments)
@@ -110,7 +111,7 @@ def run(
 
 def _belt_of(request: Request) -> tuple[float, float, float] | None:
     # The belt as the kernel reads it. Where μ follows a table it may fall from μ_s.
-    p = request.parameters
+    p = request.system.parameters
     if p.v_belt is None:
         return None
     law = p.v_s if request.course is not None and p.mu_s is not None else p.speed_law

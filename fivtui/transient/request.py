@@ -156,10 +156,10 @@ class Request:
     @property
     def first_mode(self) -> Mode:
         """The mode at the start."""
-        p, rates = self.parameters, CONSTANT
+        p, rates = self.system.parameters, CONSTANT
         if self.course is not None:
             p, rates = self.course.after(0.0)
-        return mode_of(p, self.initial, separation=self.separation, rates=rates)
+        return mode_of(p, self.initial, separation=self.system.separation, rates=rates)
 
     @property
     def dense(self) -> bool:

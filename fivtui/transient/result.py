@@ -365,7 +365,8 @@ def assemble(
     switches on a belt of finite speed, `tally` as of `all_events`. Raises `ComputationError` if the
     contact force is beyond the floating-point range.
     """
-    p, considered, t_end = request.parameters, request.separation, request.t_end
+    system, t_end = request.system, request.t_end
+    p, considered = system.parameters, system.separation
     y_min, y_max = whole.y_min, whole.y_max
     # P decreases with y, so its extremes are those of y, except that it ends at zero.
     highest, lowest = (min(y_max, 0.0), min(y_min, 0.0)) if considered else (y_max, y_min)
@@ -375,7 +376,7 @@ def assemble(
         raise overflow_error(t_end, final, p, separation=considered)
     first, last = (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
     return Transient(
-        request.system,
+        system,
         request.initial,
         t_end,
         request.method,

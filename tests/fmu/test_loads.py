@@ -14,7 +14,7 @@ from fmu_src.build.builder import build_fmu
 LOADS = """
 import json, os, sys, threading
 from pathlib import Path
-from fivtui import Parameters
+from fivtui.model import Parameters, System
 from fivtui.transient.request import Request
 from fivtui.fmu.transient import integrate_fmu
 from fivtui.fmu.run import run_fmu
@@ -27,7 +27,7 @@ fmu = Path(sys.argv[1])
 found = []
 for _ in range(12):
     run_fmu(fmu, t_end=0.1)
-    integrate_fmu(Request(Parameters(), t_end=0.1, method="fmu"), fmu=fmu)
+    integrate_fmu(Request(System(Parameters()), t_end=0.1, method="fmu"), fmu=fmu)
     found.append(held())
 print(json.dumps(found))
 """

@@ -20,8 +20,9 @@ _TIMES: Final = 4096
 
 def is_linear(request: Request) -> bool:
     """Whether the scene is linear: no cubic term, separation ignored, a belt that is faster."""
-    p = request.parameters
-    return not request.separation and p.k_nl == 0.0 and p.v_belt is None
+    system = request.system
+    p = system.parameters
+    return not system.separation and p.k_nl == 0.0 and p.v_belt is None
 
 
 def run(request: Request, progress: Progress | None) -> Transient:

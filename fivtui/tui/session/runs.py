@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError, System, equilibrium, time_scale
+from fivtui.model import ComputationError, equilibrium, time_scale
 from fivtui.scene import Scene, scene_transient
 from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, takes_step
 
@@ -175,7 +175,7 @@ def sample_interval(scene: Scene) -> Fraction:
     """
     p = scene.parameters
     try:
-        y = equilibrium(System(p, scene.separation)).y
+        y = equilibrium(scene.system).y
     except ComputationError:
         y = 0.0
     # All springs on one mass bound the natural frequencies from above.
