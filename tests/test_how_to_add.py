@@ -155,7 +155,8 @@ one, other = (groups_of(Parameters(), varied, 2).ravel() for varied in members)
 same(one, other)
 assert "g" in MADE_OF["k_nl"] and "m" in MADE_OF["k_nl"]
 same(*([mechanical_energy(p, (0.1, 0.2, -0.3, 0.4), Mode.CONTACT)] for p in (light, heavy)))
-same(static_start_change(light, "g"), [5.0 * by for by in static_start_change(heavy, "F")])
+by_g = static_start_change(System(light), "g")
+same(by_g, [5.0 * by for by in static_start_change(System(heavy), "F")])
 if "native" in FLAVOURS:
     # What the interpreted kernel would take minutes for.
     one, other = (safe_friction(p) for p in (light, heavy))
@@ -386,10 +387,11 @@ class MidpointStepper(ReferenceStepper):
     """A request by the midpoint rule; `advance` yields its segments."""
 
     def __init__(self, request: Request) -> None:
-        p, start = request.parameters, request.initial
-        step, separation = request.step or 1e-3, request.separation
-        super().__init__(p, start, step=step, separation=separation)
-        self._integrator = MidpointSteps([p], [start], step=step, separation=separation)
+        system, start, step = request.system, request.initial, request.step or 1e-3
+        super().__init__(system, start, step=step)
+        self._integrator = MidpointSteps(
+            [self._p], [start], step=step, separation=system.separation
+        )
 '''
 METHOD: Final = (
     Edit("fivtui/transient/midpoint.py", "", MIDPOINT),

@@ -64,12 +64,7 @@ def interpreted_results(
 def _result(request: Request, max_steps: int) -> RunColumns:
     recorder = Recorder(request)
     make = TaylorStepper if request.parameters.v_belt is None else BeltStepper
-    stepper = make(
-        request.parameters,
-        request.initial,
-        separation=request.separation,
-        tol=local_tolerance(request.tol),
-    )
+    stepper = make(request.system, request.initial, tol=local_tolerance(request.tol))
     steps, status = 0, Status.STEP_LIMIT
     try:
         while steps < max_steps and status is not Status.DONE:

@@ -13,6 +13,7 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
+    System,
     no_equilibrium_error,
 )
 from fivtui.results import Comparable, Result
@@ -142,7 +143,7 @@ class Batch(Result):
         given = zip(ALL_PARAMETERS, values, strict=True)
         p = Parameters().with_values({name: v for name, v in given if not math.isnan(v)})
         if status is Status.OVERFLOW:
-            return overflow_error(t, (x, vx, y, vy), p, separation=bool(separation))
+            return overflow_error(t, (x, vx, y, vy), System(p, separation=bool(separation)))
         if status is Status.STALLED:
             return stall_error(t, p)
         if status is Status.STEP_LIMIT:

@@ -118,7 +118,7 @@ def _changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Be
         varied = p.replaced(**{name: value})
         mu = friction_coefficient(varied, varied.v_belt)
         determinant, _, conditions_hold = _hurwitz(
-            varied, resting_height(varied, mu, separation=False)
+            varied, resting_height(System(varied, separation=False), mu)
         )
         return float(determinant if conditions_hold else -abs(determinant))
 

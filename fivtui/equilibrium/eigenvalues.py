@@ -223,7 +223,7 @@ def why_no_growth(system: System) -> ComputationError:
     except ComputationError as error:
         return error
     return ComputationError(
-        "the growth rate overflows", advise(p, ("a greater mass", LESS_DAMPING))
+        "the growth rate overflows", advise(System(p), ("a greater mass", LESS_DAMPING))
     )
 
 
@@ -243,6 +243,6 @@ def _linearised(p: Parameters, point: Equilibrium) -> NDArray[np.float64]:
     if not np.all(np.isfinite(matrix)):
         raise ComputationError(
             f"the linearisation overflows at the equilibrium y = {point.y:.3g} m",
-            advise(p, ("a greater mass", SMALLER_PRELOAD, "a softer contact")),
+            advise(System(p), ("a greater mass", SMALLER_PRELOAD, "a softer contact")),
         )
     return matrix

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from .field import load
-from .parameters import Parameters
+from .system import System
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,21 +17,29 @@ class Remedy:
     text : str
         Noun phrase that follows "use".
     applies : callable
-        Whether it is possible, of a parameter set and of whether separation is considered.
+        Whether it is possible for a system.
     """
 
     text: str
-    applies: Callable[[Parameters, bool], bool]
+    applies: Callable[[System], bool]
 
 
 LARGER_V_S: Final = Remedy(
-    "a larger v_s", lambda p, _: p.v_belt is not None and p.speed_law is not None
+    "a larger v_s",
+    lambda system: system.parameters.v_belt is not None and system.parameters.speed_law is not None,
 )
-LESS_DAMPING: Final = Remedy("less damping", lambda p, _: max(p.c1, p.c2) > 0.0)
+LESS_DAMPING: Final = Remedy(
+    "less damping", lambda system: max(system.parameters.c1, system.parameters.c2) > 0.0
+)
 # The linearisation depends on the preload by the cubic stiffness alone.
-SMALLER_PRELOAD: Final = Remedy("a smaller preload", lambda p, _: load(p) != 0.0 and p.k_nl > 0.0)
-SEPARATION: Final = Remedy("separation", lambda _, separation: not separation)
-CUBIC_CONTACT: Final = Remedy("a cubic contact (k_nl above 0)", lambda p, _: p.k_nl == 0.0)
+SMALLER_PRELOAD: Final = Remedy(
+    "a smaller preload",
+    lambda system: load(system.parameters) != 0.0 and system.parameters.k_nl > 0.0,
+)
+SEPARATION: Final = Remedy("separation", lambda system: not system.separation)
+CUBIC_CONTACT: Final = Remedy(
+    "a cubic contact (k_nl above 0)", lambda system: system.parameters.k_nl == 0.0
+)
 
 
 def use_one_of(alternatives: Iterable[str]) -> str:
@@ -40,20 +48,18 @@ def use_one_of(alternatives: Iterable[str]) -> str:
     return f"use {', '.join(others)} or {final}" if others else f"use {final}"
 
 
-def advise(p: Parameters, remedies: Iterable[Remedy | str], *, separation: bool = True) -> str:
-    """Advice to use one of the remedies that apply to a parameter set.
+def advise(system: System, remedies: Iterable[Remedy | str]) -> str:
+    """Advice to use one of the remedies that apply to a system.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    system : System
+        The system.
     remedies : iterable of Remedy or str
-        Changes that may help; a text applies to all parameter sets. At least one must apply.
-    separation : bool
-        Whether separation is considered.
+        Changes that may help; a text applies to all systems. At least one must apply.
     """
     return use_one_of(
         remedy if isinstance(remedy, str) else remedy.text
         for remedy in remedies
-        if isinstance(remedy, str) or remedy.applies(p, separation)
+        if isinstance(remedy, str) or remedy.applies(system)
     )

@@ -234,7 +234,7 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
         )
     if mu is None:
         mu = p.mu if p.v_belt is None else equations.friction_coefficient(p, p.v_belt)
-    y = resting_height(p, mu, separation=separation)
+    y = resting_height(system, mu)
     if not math.isfinite(y):
         raise no_equilibrium_error(load)
     if off:
@@ -243,10 +243,11 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
     return Equilibrium(equations.rest_position(p, y, mu * force), y, force, in_contact)
 
 
-def resting_height(p: Parameters, mu: float, *, separation: bool) -> float:
+def resting_height(system: System, mu: float) -> float:
     """Height y of the equilibrium in m; not finite if the slider is lifted and not held."""
+    p = system.parameters
     alpha, beta, load = equations.rest_coefficients(p, mu)
-    if separation and load < 0.0:
+    if system.separation and load < 0.0:
         held = equations.suspension_stiffness(p)
         return -load / held if held > 0.0 else math.inf
     y = -load / beta
@@ -289,23 +290,21 @@ def static_start(system: System) -> State:
         If there is no such equilibrium.
     """
     p = system.parameters
-    y = resting_height(p, 0.0, separation=system.separation)
+    y = resting_height(system, 0.0)
     if not math.isfinite(y):
         raise no_equilibrium_error(equations.load(p))
     return (equations.rest_position(p, y, 0.0), 0.0, y, 0.0)
 
 
-def static_start_change(p: Parameters, name: str, *, separation: bool = True) -> State:
+def static_start_change(system: System, name: str) -> State:
     """The derivative of the static start by a parameter.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    system : System
+        The system.
     name : str
         Name of the parameter.
-    separation : bool
-        Whether separation is considered.
 
     Returns
     -------
@@ -317,8 +316,8 @@ def static_start_change(p: Parameters, name: str, *, separation: bool = True) ->
     ComputationError
         If there is no such start.
     """
-    _, _, y, _ = static_start(System(p, separation))
-    off = separation and equations.load(p) < 0.0
+    p, (_, _, y, _) = system.parameters, static_start(system)
+    off = system.separation and equations.load(p) < 0.0
     moved = p.perturbed({name: 1.0})
 
     def excess(of: Parameters, height: complex) -> complex:

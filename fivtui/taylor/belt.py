@@ -6,7 +6,7 @@ of a table: between rows parameters change linearly, so that guards are power se
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import accumulate, repeat
 from operator import mul
 from typing import Final
@@ -18,9 +18,9 @@ from fivtui.model.field import (
     spring_force,
 )
 from fivtui.model.modes import MODES, Guard, Mode, Transition
-from fivtui.model.over_time import Course, TimeTable, parameters_after
-from fivtui.model.parameters import Parameters
+from fivtui.model.over_time import Course, parameters_after
 from fivtui.model.slider_belt import BALANCED, State, lift, mode_of, static_deflection
+from fivtui.model.system import System
 
 from .friction import shortened_step
 from .polynomial import first_root
@@ -45,10 +45,8 @@ class BeltStepper(TaylorStepper):
 
     Parameters
     ----------
-    p, state, t, separation, tol, order
-        As of `TaylorStepper`.
-    tables : mapping of str to TimeTable
-        Tables of F, μ and the belt's speed over time; a belt without tables is constant.
+    system, state, t, tol, order
+        As of `TaylorStepper`; a system without tables is constant.
     """
 
     def _modes(self) -> Iterable[Mode]:
@@ -56,21 +54,20 @@ class BeltStepper(TaylorStepper):
 
     def __init__(
         self,
-        p: Parameters,
+        system: System,
         state: State,
         *,
         t: float = 0.0,
-        separation: bool = True,
         tol: float = 1e-15,
         order: int | None = None,
-        tables: Mapping[str, TimeTable] | None = None,
     ) -> None:
-        self._course = Course(p, tables or {})
+        tables = system.over_time
+        self._course = Course(system.parameters, tables)
         p, self._rates = self._course.after(t)
-        super().__init__(p, state, t=t, separation=separation, tol=tol, order=order)
+        super().__init__(System(p, system.separation), state, t=t, tol=tol, order=order)
         self._deflection = static_deflection(p.with_values({"F": self._course.greatest_load}))
         self._row_time = self._course.next_break(t)
-        self._mode = mode_of(p, state, separation=separation, rates=self._rates)
+        self._mode = mode_of(p, state, separation=system.separation, rates=self._rates)
         # There is a law, too, where a table begins at μ_s: μ may fall from there.
         self._by_law = p.v_s is not None and p.mu_s is not None if tables else bool(p.speed_law)
         self._terms = Terms(self._by_law, p.v_belt is not None, bool(tables))

@@ -23,6 +23,7 @@ from fivtui.model.slider_belt import (
     static_deflection,
     time_scale,
 )
+from fivtui.model.system import System
 
 from .polynomial import first_root
 from .segment import Segment
@@ -90,9 +91,7 @@ def follows_law(p: Parameters) -> bool:
     return p.v_belt is not None and p.speed_law is not None
 
 
-def overflow_error(
-    t: float, state: State, p: Parameters, *, separation: bool = True
-) -> ComputationError:
+def overflow_error(t: float, state: State, system: System) -> ComputationError:
     """The error for a motion that overflows; its last finite time, s, and state are given.
 
     What is still small does not grow: its derivatives overflow.
@@ -102,12 +101,12 @@ def overflow_error(
         return ComputationError(
             f"the motion changes faster than floating-point numbers resolve at t = {t:.6g} s "
             f"(x = {x:.3g} m, y = {y:.3g} m)",
-            advise(p, (LARGER_V_S, "a softer contact", LESS_DAMPING, "a greater mass")),
+            advise(system, (LARGER_V_S, "a softer contact", LESS_DAMPING, "a greater mass")),
         )
     return ComputationError(
         f"the motion grows beyond the floating-point range at t = {t:.6g} s "
         f"(x = {x:.3g} m, y = {y:.3g} m)",
-        advise(p, (SEPARATION, CUBIC_CONTACT, "a shorter run"), separation=separation),
+        advise(system, (SEPARATION, CUBIC_CONTACT, "a shorter run")),
     )
 
 
@@ -119,7 +118,7 @@ def stall_error(t: float, p: Parameters) -> StallError:
     """The error for a motion that changes faster than floats resolve time, at t in s."""
     return StallError(
         f"at t = {t:.17g} s the motion changes faster than floating-point time resolves",
-        advise(p, ("a less stiff contact", "more damping", LARGER_V_S)),
+        advise(System(p), ("a less stiff contact", "more damping", LARGER_V_S)),
     )
 
 
@@ -144,14 +143,12 @@ class TaylorStepper:
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    system : System
+        The system; parameters over time need `BeltStepper`.
     state : State
         (x, ẋ, y, ẏ) at `t`, m and m/s.
     t : float
         Start time, s.
-    separation : bool
-        Whether separation is considered.
     tol : float
         Local tolerance: last Taylor terms of each velocity relative to the scale of its own.
     order : int, optional
@@ -165,11 +162,10 @@ class TaylorStepper:
 
     def __init__(
         self,
-        p: Parameters,
+        system: System,
         state: State,
         *,
         t: float = 0.0,
-        separation: bool = True,
         tol: float = 1e-15,
         order: int | None = None,
     ) -> None:
@@ -179,8 +175,8 @@ class TaylorStepper:
             )
         if not all(map(math.isfinite, state)):
             raise InputError(f"start = {state}: must be four finite numbers")
-        self._p = p
-        self._separation = separation
+        self._p = p = system.parameters
+        self._separation = separation = system.separation
         self._tol = tol
         self._degree = (order or order_for(tol, by_law=follows_law(p))) + 1
         modes = self._modes()
@@ -290,7 +286,7 @@ class TaylorStepper:
         return root
 
     def _overflow(self, state: State) -> ComputationError:
-        return overflow_error(self._time, state, self._p, separation=self._separation)
+        return overflow_error(self._time, state, System(self._p, self._separation))
 
     def _add_to_time(self, duration: float) -> None:
         # Two-sum, so that the rounding of t does not grow with the number of steps.

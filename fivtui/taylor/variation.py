@@ -21,6 +21,7 @@ from fivtui.model.field import CONSTANT, DERIVATIVE_STEP, derivative, field, gua
 from fivtui.model.modes import MODES, Guard, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import LEAST, State, accelerations, mode_of
+from fivtui.model.system import System
 
 from .belt import HOLD_GUARDS, SPEED_GUARDS
 from .recurrence import Terms, motion_function
@@ -175,7 +176,9 @@ class Deviations:
         state = segment.state(t)
         motion = expanded(self._p, segment.mode, state)
         size = sum(n * abs(value) for z in motion for n, value in enumerate(z, 1))
-        return unbounded_error(t) if math.isfinite(size) else overflow_error(t, state, self._p)
+        if math.isfinite(size):
+            return unbounded_error(t)
+        return overflow_error(t, state, System(self._p))
 
     def _successor(self, segment: Segment) -> Mode:
         # The mode behind the end of a segment that ends at a switch.

@@ -79,7 +79,7 @@ def run(
         if status in _ENDED_EARLY:
             if status is Status.STALLED:
                 raise stall_error(reached, p)
-            raise overflow_error(reached, here[:4], p, separation=separation)
+            raise overflow_error(reached, here[:4], system)
         switches.append(under_way.switches)
         if dense:
             segments.append(under_way.segments)

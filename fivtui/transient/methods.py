@@ -63,12 +63,7 @@ def _taylor(request: Request) -> Stepper:
         from fivtui.taylor import BeltStepper
 
         make = BeltStepper
-    return make(
-        request.parameters,
-        request.initial,
-        separation=request.separation,
-        tol=local_tolerance(request.tol),
-    )
+    return make(request.system, request.initial, tol=local_tolerance(request.tol))
 
 
 def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
@@ -77,13 +72,7 @@ def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
         from .rk4 import ReferenceStepper
 
         make = ReferenceStepper if request.parameters.v_belt is None else BeltReferenceStepper
-        return make(
-            request.parameters,
-            request.initial,
-            step=fixed_step(request),
-            separation=request.separation,
-            locate=locate,
-        )
+        return make(request.system, request.initial, step=fixed_step(request), locate=locate)
 
     return stepper
 

@@ -117,13 +117,7 @@ def _driven(
     from fivtui.taylor import BeltStepper
 
     recorder = Recorder(request, on_samples)
-    stepper = BeltStepper(
-        request.parameters,
-        request.initial,
-        tables=course.tables,
-        separation=request.separation,
-        tol=local_tolerance(request.tol),
-    )
+    stepper = BeltStepper(request.system, request.initial, tol=local_tolerance(request.tol))
     recorder.follow(stepper, progress)
     return recorder.result("interpreted")
 

@@ -373,7 +373,7 @@ def assemble(
     weakest = contact_force(p, highest, Mode.CONTACT) + 0.0
     strongest = contact_force(p, lowest, Mode.CONTACT) + 0.0
     if not math.isfinite(strongest - weakest):
-        raise overflow_error(t_end, final, p, separation=considered)
+        raise overflow_error(t_end, final, system)
     first, last = (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
     return Transient(
         system,

@@ -20,6 +20,7 @@ from fivtui.model import (
     Mode,
     Parameters,
     State,
+    System,
     advise,
     mode_of,
 )
@@ -193,7 +194,7 @@ class RungeKutta4:
         remedies = ("a smaller step", SEPARATION, CUBIC_CONTACT, "a shorter run")
         return ComputationError(
             f"the motion grows beyond the floating-point range at t = {self.t:.6g} s",
-            advise(self._parameters[member], remedies, separation=self.separation),
+            advise(System(self._parameters[member], self.separation), remedies),
         )
 
     def _check_step(self) -> None:
@@ -217,12 +218,10 @@ class ReferenceStepper:
     Switches that are not located count at the end of the step in which they lie.
     """
 
-    def __init__(
-        self, p: Parameters, state: State, *, step: float, separation: bool, locate: bool = True
-    ) -> None:
-        self._p = p
+    def __init__(self, system: System, state: State, *, step: float, locate: bool = True) -> None:
+        self._p = system.parameters
         self._integrator = RungeKutta4(
-            [p], [state], step=step, separation=separation, locate=locate
+            [self._p], [state], step=step, separation=system.separation, locate=locate
         )
         self._waiting: list[Segment] = []
 

@@ -152,9 +152,7 @@ class SliderBeltMotion:
 
     def _stepper_from(self, state: State, t: float) -> TaylorStepper:
         kind = TaylorStepper if self._p.v_belt is None else BeltStepper
-        return kind(
-            self._p, state, t=t, separation=self._separation, tol=local_tolerance(self._tol)
-        )
+        return kind(System(self._p, self._separation), state, t=t, tol=local_tolerance(self._tol))
 
     def _change_inputs(self, F: float, mu: float, v_belt: float | None) -> None:
         at = self.current

@@ -185,7 +185,7 @@ def durations_of(p: Parameters, kernel: KernelChoice) -> list[float]:
     start, law = static_start(System(p)), (p.v_belt or 0.0, p.mu_static, p.v_s or 0.0)
     steps: list[float] = []
     if kernel == "interpreted":
-        stepper = BeltStepper(p, start, tol=1e-9, order=12)
+        stepper = BeltStepper(System(p), start, tol=1e-9, order=12)
         with suppress(StallError):
             steps.extend(segment.duration for segment in iter(stepper.advance, None))
         return steps

@@ -14,6 +14,7 @@ from fmpy.fmi1 import FMICallException
 from fivtui import Parameters
 from fivtui.model.modes import Mode
 from fivtui.model.slider_belt import jacobian, static_start_change
+from fivtui.model.system import System
 from fmu_src.build.builder import build_fmu
 from fmu_src.slave.slider_belt import SliderBeltInstance
 from fmu_src.slave.variable import Role, Type
@@ -165,7 +166,7 @@ def test_in_initialization_mode_they_are_those_of_the_initial_values(
     for column, name in enumerate(knowns):
         exact = difference(values, name)
         assert found[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
-        change = static_start_change(Parameters(**values), name)
+        change = static_start_change(System(Parameters(**values)), name)
         at = [UNKNOWNS.index(state) for state in STATES]
         assert found[at, column] == pytest.approx(change, rel=1e-12), name
 

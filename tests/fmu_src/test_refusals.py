@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from fivtui import Parameters, simulate
+from fivtui.model import System
 from fivtui.taylor import overflow_error
 from fivtui.transient import KernelChoice
 from fmu_src.build.builder import NATIVE, PYTHON
@@ -255,7 +256,7 @@ def test_a_motion_out_of_the_range_of_numbers_ends_with_cause_and_advice(
     assert failed.status == "discard"
     assert "grows beyond the floating-point range" in failed.log[0]
     p = Parameters(k_nl=0.0)
-    advice = overflow_error(0.0, (1e200, 0.0, 1e200, 0.0), p, separation=separation).advice
+    advice = overflow_error(0.0, (1e200, 0.0, 1e200, 0.0), System(p, separation=separation)).advice
     assert failed.log[0].endswith(f"; {advice}")
     assert before.value == after.value
     assert on.status == "ok"

@@ -51,27 +51,30 @@ def test_a_remedy_is_named_where_it_applies_alone(
     remedy: Any, applying: dict[str, float], other: dict[str, float]
 ) -> None:
     remedies = (remedy, "a greater mass")
-    assert advise(Parameters().with_values(applying), remedies) == (
+    assert advise(System(Parameters().with_values(applying)), remedies) == (
         f"use {remedy.text} or a greater mass"
     )
-    assert advise(Parameters().with_values(other), remedies) == "use a greater mass"
+    assert advise(System(Parameters().with_values(other)), remedies) == "use a greater mass"
 
 
 def test_separation_is_advised_where_it_is_ignored() -> None:
     p, remedies = Parameters(), (SEPARATION, "a shorter run")
-    assert advise(p, remedies, separation=False) == "use separation or a shorter run"
-    assert advise(p, remedies, separation=True) == "use a shorter run"
+    assert advise(System(p, separation=False), remedies) == "use separation or a shorter run"
+    assert advise(System(p, separation=True), remedies) == "use a shorter run"
 
 
 def test_errors_of_the_integrators_advise_what_is_in_play() -> None:
     slow, fast = (1e-3, 0.0, -1e-3, 0.0), (1e200, 0.0, 1e200, 0.0)
     undamped = Parameters(c1=0.0, c2=0.0)
-    assert overflow_error(0.0, slow, undamped).advice == "use a softer contact or a greater mass"
-    assert overflow_error(0.0, slow, LAW).advice == (
+    assert (
+        overflow_error(0.0, slow, System(undamped)).advice
+        == "use a softer contact or a greater mass"
+    )
+    assert overflow_error(0.0, slow, System(LAW)).advice == (
         "use a larger v_s, a softer contact, less damping or a greater mass"
     )
-    assert overflow_error(0.0, fast, Parameters()).advice == "use a shorter run"
-    assert overflow_error(0.0, fast, Parameters(k_nl=0.0), separation=False).advice == (
+    assert overflow_error(0.0, fast, System(Parameters())).advice == "use a shorter run"
+    assert overflow_error(0.0, fast, System(Parameters(k_nl=0.0), separation=False)).advice == (
         "use separation, a cubic contact (k_nl above 0) or a shorter run"
     )
     assert stall_error(0.0, Parameters()).advice == "use a less stiff contact or more damping"

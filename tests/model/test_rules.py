@@ -109,7 +109,7 @@ def test_the_mode_at_the_switch_is_the_sign_of_the_first_derivative_of_y_that_is
         y = [0.0 if abs(c) < 1e-9 and kind == "balanced" else c for c in series[1]]
         first = next(c for c in y if c != 0.0)
         assert (first > 0.0) == (mode is Mode.SEPARATED)
-    assert TaylorStepper(p, start).advance().mode is mode
+    assert TaylorStepper(System(p), start).advance().mode is mode
 
 
 @given(moderate_parameters(), states(), st.sampled_from([1e-15, 1e-12, 1e-8]))
@@ -118,7 +118,7 @@ def test_a_step_ends_where_the_last_terms_reach_the_tolerance(
     p: Parameters, state: State, tol: float
 ) -> None:
     # The rule with exact powers and logarithms; the stepper's are rough, by a few per cent.
-    segment = TaylorStepper(p, state, separation=False, tol=tol).advance()
+    segment = TaylorStepper(System(p, separation=False), state, tol=tol).advance()
     degree, field = order_for(tol) + 1, right_hand_side(p, Mode.CONTACT)
     x, y = coefficient_function(field, degree - 1)(*state, *field_of(p, Mode.CONTACT))
     own = [max(abs(z[1]), abs(z[0]) / time_scale(p)) for z in (x, y)]

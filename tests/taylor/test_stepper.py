@@ -82,7 +82,7 @@ def test_the_error_falls_with_the_tolerance(order: int) -> None:
     p = Parameters()
 
     def end(tol: float) -> State:
-        stepper = TaylorStepper(p, static_start(System(p)), tol=tol, order=order)
+        stepper = TaylorStepper(System(p), static_start(System(p)), tol=tol, order=order)
         while (segment := stepper.advance()).end < 20.0:
             pass
         return segment.state(20.0)
@@ -97,7 +97,7 @@ def test_the_error_falls_with_the_tolerance(order: int) -> None:
 def test_segments_join_and_keep_to_their_mode(
     p: Parameters, start: State, separation: bool
 ) -> None:
-    stepper = TaylorStepper(p, start, separation=separation, tol=1e-12)
+    stepper = TaylorStepper(System(p, separation=separation), start, tol=1e-12)
     state, end, remainder, switched, mode = start, 0.0, 0.0, False, None
     for _ in range(60):
         try:
@@ -152,12 +152,12 @@ def test_unbounded_growth_ends_with_the_time_and_the_reason() -> None:
 @pytest.mark.parametrize("bad", [0.0, -1.0, 1.0, math.nan])
 def test_a_local_tolerance_out_of_range_is_refused(bad: float) -> None:
     with pytest.raises(InputError, match="must be"):
-        TaylorStepper(Parameters(), (0.0, 0.0, -1.0, 0.0), tol=bad)
+        TaylorStepper(System(Parameters()), (0.0, 0.0, -1.0, 0.0), tol=bad)
 
 
 def test_a_start_that_is_not_finite_is_refused() -> None:
     with pytest.raises(InputError, match="finite"):
-        TaylorStepper(Parameters(), (0.0, math.nan, -1.0, 0.0))
+        TaylorStepper(System(Parameters()), (0.0, math.nan, -1.0, 0.0))
 
 
 def test_the_order_is_the_multiple_of_four_that_the_tolerance_asks_for() -> None:

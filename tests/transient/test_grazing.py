@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from fivtui import Parameters, simulate, simulate_batch
+from fivtui.model import System
 from fivtui.model.slider_belt import State
 from fivtui.taylor.stepper import TaylorStepper
 from fivtui.transient.request import KernelChoice
@@ -207,7 +208,7 @@ def test_leaving_and_landing_lie_in_one_step(way: Way) -> None:
     spanned = 0
     for lead in LEADS:
         start = from_below(1e-4, lead)
-        stepper = TaylorStepper(FREE, start, separation=False)
+        stepper = TaylorStepper(System(FREE, separation=False), start)
         around = next(step for step in iter(stepper.advance, None) if step.end > lead)
         spanned += around.y[0] < 0.0 and around.final[2] < 0.0
         if lead > 0.02:

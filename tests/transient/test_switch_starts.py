@@ -7,6 +7,7 @@ import pytest
 
 from fivtui import Parameters, simulate, simulate_batch
 from fivtui.kernel import Status
+from fivtui.model import System
 from fivtui.model.modes import Mode
 from fivtui.model.slider_belt import State, mode_of
 from fivtui.taylor.stepper import TaylorStepper
@@ -105,7 +106,7 @@ def test_the_mode_at_the_switch_is_the_sign_that_y_takes() -> None:
     # A step that begins at y = 0 keeps to its side until its first switch; none is skipped.
     for p, (x, vx, _, vy) in cases(12, 300):
         start = (x, vx, 0.0, vy)
-        stepper = TaylorStepper(p, start)
+        stepper = TaylorStepper(System(p), start)
         segment = stepper.advance()
         assert segment.mode is mode_of(p, start, separation=True)
         size = sum(map(abs, segment.y))

@@ -118,7 +118,7 @@ def sensitivities_of(
     static = isinstance(request.start, str)
     seeds = [
         Seed(
-            static_start_change(p, name, separation=request.separation) if static else _AT_REST,
+            static_start_change(request.system, name) if static else _AT_REST,
             {name: 1.0},
         )
         for name in names

@@ -173,7 +173,7 @@ def _follow(run: VariedRun, request: Request, progress: Progress | None) -> Floa
         status = run.advance(budget)
         reached, steps = run.outcome.t, int(run.outcome.steps)
         if status is Status.OVERFLOW:
-            raise overflow_error(reached, run.outcome[:4], p, separation=request.separation)
+            raise overflow_error(reached, run.outcome[:4], request.system)
         if status is Status.STALLED:
             raise stall_error(reached, p)
         if status is Status.UNBOUNDED:
@@ -190,7 +190,7 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | N
         from fivtui.taylor import BeltStepper
 
         integrator = BeltStepper
-    stepper = integrator(p, request.initial, separation=separation, tol=tol)
+    stepper = integrator(request.system, request.initial, tol=tol)
     deviations = Deviations(p, seeds)
     extremes = _Extremes(0.5 * t_end, len(seeds))
     switches: list[tuple[float, State, FloatArray]] = []

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Mode, Parameters, State, mode_of
+from fivtui.model import Mode, Parameters, State, System, mode_of
 from fivtui.taylor import BeltSegment, Segment
 from fivtui.transient.rk4 import BoolArray, FloatArray, ReferenceStepper, RungeKutta4, StepPart
 from fivtui.transient.trajectory import segment_between
@@ -105,12 +105,10 @@ class BeltRungeKutta4(RungeKutta4):
 class BeltReferenceStepper(ReferenceStepper):
     """One parameter set under `BeltRungeKutta4`, as segments."""
 
-    def __init__(
-        self, p: Parameters, state: State, *, step: float, separation: bool, locate: bool = True
-    ) -> None:
-        super().__init__(p, state, step=step, separation=separation, locate=locate)
+    def __init__(self, system: System, state: State, *, step: float, locate: bool = True) -> None:
+        super().__init__(system, state, step=step, locate=locate)
         self._integrator = BeltRungeKutta4(
-            [p], [state], step=step, separation=separation, locate=locate
+            [self._p], [state], step=step, separation=system.separation, locate=locate
         )
 
     def advance(self) -> BeltSegment:

@@ -20,6 +20,7 @@ from fivtui.model import (
     Mode,
     Parameters,
     State,
+    System,
     accelerations,
     jacobian,
     total_stiffness,
@@ -177,7 +178,7 @@ class Walk:
                 left, self.z = left - span, later
         if blocked:
             x, vx, y, vy = motion.states(self.z)[0].tolist()
-            raise overflow_error(t_end - left, (x, vx, y, vy), self._p, separation=False)
+            raise overflow_error(t_end - left, (x, vx, y, vy), System(self._p, separation=False))
         # The rest is so short that the chord suffices.
         self.z = self.z + left * motion.velocity(self.z)
         self.t = t_end

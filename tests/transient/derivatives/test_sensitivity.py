@@ -93,7 +93,7 @@ def test_the_static_start_changes_as_differences_say(p: Parameters) -> None:
                 for place in (0, 1, 2)
             ]
             difference = (4.0 * np.array(ends[1]) - 3.0 * np.array(ends[0]) - ends[2]) / 2 / nudge
-            found = static_start_change(p, name, separation=separation)
+            found = static_start_change(System(p, separation), name)
             assert found == pytest.approx(difference, rel=1e-5, abs=1e-7), name
 
 
@@ -107,7 +107,7 @@ def test_a_start_in_numbers_does_not_depend_on_parameters() -> None:
     assert static is not None
     for name in ("F", "k1"):
         assert of_numbers[name].final == pytest.approx((0.0,) * 4, abs=1e-9)
-        assert static[name].final == pytest.approx(static_start_change(p, name), abs=1e-9)
+        assert static[name].final == pytest.approx(static_start_change(System(p), name), abs=1e-9)
 
 
 def test_growth_is_what_costs_digits() -> None:
