@@ -26,6 +26,7 @@ from fivtui.model import (
     equilibrium,
     flutter_boundary,
     load,
+    resting_height,
     tangent_stiffness,
 )
 
@@ -64,7 +65,7 @@ def critical_mu(system: System) -> tuple[CriticalMu, ...]:
     h, touching = coupling_stiffness(p), System(p, separation=False)
 
     def excess(mu: float) -> float:
-        kt = tangent_stiffness(p, equilibrium(touching, mu=mu).y)
+        kt = tangent_stiffness(p, resting_height(touching, mu))
         return float(mu * h * kt - flutter_boundary(p, kt))
 
     mu_c = _least_nonnegative(excess, 0.0, PARAMETERS["mu"].upper)
