@@ -12,7 +12,7 @@ import pytest
 
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.paper.amplitudes import Amplitude
-from fivtui.paper.claims.amplitude import AMPLITUDES
+from fivtui.paper.claims import stability, vibration
 from fivtui.paper.claims.check import (
     CLAIMS,
     check_claims,
@@ -21,18 +21,7 @@ from fivtui.paper.claims.check import (
     claims_to_stored,
     stored_claims,
 )
-from fivtui.paper.claims.claim import (
-    Chapter,
-    CheckedClaim,
-    Claim,
-    Finding,
-    Quantity,
-    Verdict,
-    check,
-)
-from fivtui.paper.claims.critical import CRITICAL
-from fivtui.paper.claims.eigenvalue import EIGENVALUES
-from fivtui.paper.claims.equilibrium import EQUILIBRIUM
+from fivtui.paper.claims.claim import CheckedClaim, Claim, Verdict, check
 from fivtui.paper.claims.report import claims_markdown, print_claims
 from fivtui.paper.claims.trends import crossing, falls, falls_then_rises, rises
 from fivtui.paper.results import PaperResults
@@ -119,7 +108,7 @@ def alike(scenes: Sequence[Scene], **more: Any) -> list[Amplitude]:
 def early() -> list[CheckedClaim]:
     # The claims that need no amplitudes.
     results = PaperResults(workers=1)
-    return [check(claim, results) for claim in (*EQUILIBRIUM, *EIGENVALUES, *CRITICAL)]
+    return [check(claim, results) for claim in CLAIMS if claim.id in stability.TESTS]
 
 
 @pytest.mark.slow
@@ -164,11 +153,15 @@ def test_claims_have_names_of_their_own_and_say_what_they_are_about() -> None:
     assert set(names) == HOLD | DO_NOT_HOLD | NOT_TESTABLE
     assert len(names) == len(set(names)) >= 25
     assert len({claim.statement for claim in CLAIMS}) == len(CLAIMS)
+    tests = [*stability.TESTS, *vibration.TESTS]
+    assert sorted(tests) == sorted(claim.id for claim in CLAIMS if claim.test is not None)
+    assert set(vibration.SCENES) <= set(vibration.TESTS)
     for claim in CLAIMS:
         assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)+", claim.id)
         assert re.match(r"Abstract|[1-6]", claim.section)
         assert claim.stated
         assert (claim.test is None) == bool(claim.untestable)
+        assert (claim.test is None) == (not claim.names)
 
 
 def test_claims_that_need_no_runs_hold_but_for_two(early: list[CheckedClaim]) -> None:
@@ -202,7 +195,8 @@ def test_claims_about_amplitudes_fail_where_nothing_depends_on_anything(
     results = PaperResults()
     # Whether the figures lie where the equilibrium is unstable does not depend on amplitudes.
     spared = {"figures-show-unstable-motion"}
-    for claim in AMPLITUDES:
+    amplitudes = CLAIMS[[claim.id for claim in CLAIMS].index("figures-show-unstable-motion") :]
+    for claim in amplitudes:
         if claim.test is not None and claim.id not in spared:
             checked = check(claim, results)
             assert checked.verdict is Verdict.DOES_NOT_HOLD, claim.id
@@ -211,13 +205,15 @@ def test_claims_about_amplitudes_fail_where_nothing_depends_on_anything(
 
 @pytest.mark.parametrize(("holds", "verdict"), [(True, "holds"), (False, "does not hold")])
 def test_the_verdict_is_that_of_the_test(holds: bool, verdict: str) -> None:
-    chapter = Chapter()
-
-    @chapter.claim("9", "It holds", "x = 1")
-    def _it_holds_so(_: PaperResults) -> Finding:
-        return Finding(holds, (Quantity("x", 1.23456, "m"), Quantity("n", 3)), "because")
-
-    (claim,) = chapter
+    claim = Claim(
+        "it-holds-so",
+        "9",
+        "It holds",
+        "x = 1",
+        test=lambda _: (holds, (1.23456, None, 3)),
+        names=("x [m]", "y [m]", "n"),
+        reason="because",
+    )
     checked = check(claim, PaperResults())
     assert claims_to_list([checked]) == [
         {
@@ -239,7 +235,7 @@ def test_a_claim_without_a_test_is_not_testable_and_says_why() -> None:
 
 
 def test_a_row_without_reason_has_no_such_key() -> None:
-    claim = Claim("some-id", "9", "It holds", "x", test=lambda _: Finding(True, ()))
+    claim = Claim("some-id", "9", "It holds", "x", test=lambda _: (True, ()))
     assert "reason" not in claims_to_list([check(claim, PaperResults())])[0]
 
 
@@ -258,7 +254,7 @@ def test_the_markdown_table_has_seven_cells_a_row(early: list[CheckedClaim]) -> 
 
 
 def test_markdown_keeps_bars_and_underscores_as_they_are() -> None:
-    claim = Claim("some-id", "9", "|y_e| < 1", "a * b", test=lambda _: Finding(True, ()))
+    claim = Claim("some-id", "9", "|y_e| < 1", "a * b", test=lambda _: (True, ()))
     row = claims_markdown([check(claim, PaperResults())]).splitlines()[-1]
     assert r"\|y\_e\| \< 1" in row
     assert r"a \* b" in row

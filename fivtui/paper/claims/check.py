@@ -1,6 +1,7 @@
 """All claims of the paper, and checking them against the model."""
 
 import json
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -10,21 +11,25 @@ from fivtui.model import Cancelled, InputError, unknown_name
 from fivtui.paper import PANELS, PaperResults
 from fivtui.transient import Progress
 
-from .amplitude import AMPLITUDES
-from .attractor import ATTRACTORS
+from . import stability, vibration
 from .claim import CheckedClaim, Claim, Quantity, Verdict, check
-from .critical import CRITICAL
-from .eigenvalue import EIGENVALUES
-from .equilibrium import EQUILIBRIUM
-from .transient import TRANSIENTS
 
-CLAIMS: Final[tuple[Claim, ...]] = (
-    *EQUILIBRIUM,
-    *EIGENVALUES,
-    *CRITICAL,
-    *ATTRACTORS,
-    *TRANSIENTS,
-    *AMPLITUDES,
+_TESTS: Final = {**stability.TESTS, **vibration.TESTS}
+
+
+def _claim(name: str, row: Sequence[Any]) -> Claim:
+    section, stated, statement, names, reason = (*row, "")[:5]
+    if name not in _TESTS:
+        return Claim(name, section, statement, stated, untestable=reason)
+    scenes = vibration.SCENES.get(name, ())
+    return Claim(name, section, statement, stated, _TESTS[name], "", scenes, names, reason)
+
+
+CLAIMS: Final[tuple[Claim, ...]] = tuple(
+    _claim(name, row)
+    for name, row in tomllib.loads(
+        Path(__file__).with_name("statements.toml").read_text(encoding="utf-8")
+    ).items()
 )
 
 # Share of the time that the runs for amplitudes take.
@@ -66,9 +71,8 @@ def claims(ids: Sequence[str] = (), *, progress: Progress | None = None) -> list
     for name in ids:
         if name not in known:
             raise unknown_name("claim", name, known)
-    if not ids:
-        return check_claims(progress=progress)
-    return check_claims(chosen=[claim for claim in CLAIMS if claim.id in ids], progress=progress)
+    chosen = [claim for claim in CLAIMS if not ids or claim.id in ids]
+    return check_claims(chosen=chosen, progress=progress)
 
 
 def check_claims(
@@ -103,23 +107,9 @@ def check_claims(
 
 
 def claims_to_list(checked: Sequence[CheckedClaim]) -> list[dict[str, str]]:
-    """Checked claims as JSON data.
-
-    Keys of each are ``id``, ``section``, ``statement``, ``stated``, ``computed``, ``verdict``, and
-    ``reason`` if there is one.
-    """
-    rows = []
-    for entry in checked:
-        row = {
-            "id": entry.claim.id,
-            "section": entry.claim.section,
-            "statement": entry.claim.statement,
-            "stated": entry.claim.stated,
-            "computed": entry.computed,
-            "verdict": entry.verdict.value,
-        }
-        rows.append(row | ({"reason": entry.reason} if entry.reason else {}))
-    return rows
+    """Checked claims as JSON data: their rows, without the key ``reason`` if there is none."""
+    rows = [entry.row for entry in checked]
+    return [{key: text for key, text in row.items() if text or key != "reason"} for row in rows]
 
 
 def claims_to_stored(checked: Sequence[CheckedClaim]) -> list[dict[str, Any]]:

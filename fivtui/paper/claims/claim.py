@@ -1,11 +1,19 @@
 """A claim of the paper, and the result of checking it against the model."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
+
+import numpy as np
 
 from fivtui.paper import PaperResults
 from fivtui.scene import Scene
+
+# The computed numbers of a claim, in the order of their names; None is left out.
+Values = Sequence[float | None]
+# Whether a claim holds, and the numbers that show it.
+Finding = tuple[bool | np.bool, Values]
+Test = Callable[[PaperResults], Finding]
 
 
 class Verdict(StrEnum):
@@ -29,21 +37,6 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
-    """Result of the test of a claim: whether it holds, and the numbers that show it.
-
-    `reason` is the likely reason if it does not hold, or the reading under which it does.
-    """
-
-    holds: bool
-    quantities: tuple[Quantity, ...]
-    reason: str = ""
-
-
-Test = Callable[[PaperResults], Finding]
-
-
-@dataclass(frozen=True, slots=True)
 class Claim:
     """A statement of the paper.
 
@@ -58,11 +51,15 @@ class Claim:
     stated : str
         The value or relation that the paper gives.
     test : callable or None
-        Computes the finding; None if the model cannot decide.
+        Computes whether it holds, and the numbers that show it; None if the model cannot decide.
     untestable : str
         Why the model cannot decide; empty if it can.
     scenes : tuple of Scene
         Scenes whose amplitudes the test needs besides those of the figures.
+    names : sequence of str
+        Names of the computed numbers, each with its unit in brackets if it has one.
+    reason : str
+        Why it does not hold, or the reading under which it does; may be empty.
     """
 
     id: str
@@ -72,23 +69,13 @@ class Claim:
     test: Test | None = None
     untestable: str = ""
     scenes: tuple[Scene, ...] = ()
+    names: Sequence[str] = field(default=(), repr=False)
+    reason: str = field(default="", repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class CheckedClaim:
-    """A claim with its verdict.
-
-    Attributes
-    ----------
-    claim : Claim
-        The claim.
-    verdict : Verdict
-        Whether it holds.
-    quantities : tuple of Quantity
-        The computed numbers.
-    reason : str
-        Why it does not hold or cannot be tested, or the reading under which it holds; may be empty.
-    """
+    """A claim with its verdict, the computed numbers, and the claim's `reason` or `untestable`."""
 
     claim: Claim
     verdict: Verdict
@@ -100,39 +87,31 @@ class CheckedClaim:
         """The computed numbers in one line."""
         return "; ".join(map(str, self.quantities)) or "–"
 
-
-class Chapter:
-    """A list of claims, filled by decorators."""
-
-    def __init__(self) -> None:
-        self._claims: list[Claim] = []
-
-    def __iter__(self) -> Iterator[Claim]:
-        return iter(self._claims)
-
-    def claim(
-        self, section: str, statement: str, stated: str, *, scenes: Sequence[Scene] = ()
-    ) -> Callable[[Test], Test]:
-        """Decorator that makes a claim of its test; the function's name gives the id."""
-
-        def add(test: Test) -> Test:
-            name = test.__name__.strip("_").replace("_", "-")
-            self._claims.append(
-                Claim(name, section, statement, stated, test=test, scenes=tuple(scenes))
-            )
-            return test
-
-        return add
-
-    def untestable(self, name: str, section: str, statement: str, stated: str, why: str) -> None:
-        """Add a claim that the model cannot decide."""
-        self._claims.append(Claim(name, section, statement, stated, untestable=why))
+    @property
+    def row(self) -> dict[str, str]:
+        """The texts of a table, by column."""
+        return {
+            "id": self.claim.id,
+            "section": self.claim.section,
+            "statement": self.claim.statement,
+            "stated": self.claim.stated,
+            "computed": self.computed,
+            "verdict": self.verdict.value,
+            "reason": self.reason,
+        }
 
 
 def check(claim: Claim, results: PaperResults) -> CheckedClaim:
     """Check a claim; `ComputationError` if a run cannot be finished."""
     if claim.test is None:
         return CheckedClaim(claim, Verdict.NOT_TESTABLE, (), claim.untestable)
-    finding = claim.test(results)
-    verdict = Verdict.HOLDS if finding.holds else Verdict.DOES_NOT_HOLD
-    return CheckedClaim(claim, verdict, finding.quantities, finding.reason)
+    holds, values = claim.test(results)
+    quantities = tuple(
+        Quantity(name, value.item() if isinstance(value, np.generic) else value, unit.rstrip("]"))
+        for (name, _, unit), value in zip(
+            (name.partition(" [") for name in claim.names), values, strict=True
+        )
+        if value is not None
+    )
+    verdict = Verdict.HOLDS if holds else Verdict.DOES_NOT_HOLD
+    return CheckedClaim(claim, verdict, quantities, claim.reason)

@@ -68,26 +68,20 @@ def _verdict(entry: "CheckedClaim") -> Text:
 
 def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
     """The paper's claims as a Markdown table, one row each, the reason in the last column."""
-    rows = [_CLAIM_HEADER, tuple("---" for _ in _CLAIM_HEADER)]
-    rows += [(f"`{entry.claim.id}`", *_claim_cells(entry)) for entry in checked]
-    return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in rows)
+    rows = [entry.row | {"id": f"`{entry.claim.id}`"} for entry in checked]
+    table = [_CLAIM_HEADER, ["---"] * len(_CLAIM_HEADER), *(row.values() for row in rows)]
+    return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in table)
 
 
 def save_claims(checked: Sequence["CheckedClaim"], path: Path, *, force: bool = False) -> None:
     """Write the paper's claims as CSV, one row each; errors as `write_atomically`."""
-    rows = [(entry.claim.id, *_claim_cells(entry)) for entry in checked]
+    rows = [entry.row.values() for entry in checked]
 
     def write(file: BinaryIO) -> None:
         write_csv_head(file, _CLAIM_HEADER, {})
         write_csv_rows(file, (map(csv_cell, column) for column in zip(*rows, strict=True)))
 
     write_atomically(path, write, force=force)
-
-
-def _claim_cells(entry: "CheckedClaim") -> tuple[str, ...]:
-    claim = entry.claim
-    known = (claim.section, claim.statement, claim.stated)
-    return (*known, entry.computed, entry.verdict.value, entry.reason)
 
 
 def _markdown_cell(text: str) -> str:

@@ -1,25 +1,52 @@
-"""Trends of a computed line: rising, falling, crossing."""
+"""Readings of the paper's tables, trends along lines, and tests made of them."""
+
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from fivtui.paper import FloatArray
+from fivtui.paper import FloatArray, PaperResults
+
+from .claim import Finding, Test, Values
 
 
-def rises(values: FloatArray) -> bool:
+def columns(paper: PaperResults, key: str, name: str) -> dict[float, FloatArray]:
+    """A column of every line of a panel, by the value that distinguishes the lines."""
+    return {value: line[name] for value, line in paper.table(key).lines()}
+
+
+def compare(values: Callable[[PaperResults], Values], holds: Callable[..., bool]) -> Test:
+    """The test that computes values and compares them by `holds`."""
+
+    def test(paper: PaperResults) -> Finding:
+        computed = values(paper)
+        return holds(*computed), computed
+
+    return test
+
+
+def trend(
+    rule: Callable[[FloatArray], bool], lines: Iterable[FloatArray], *indices: int
+) -> Finding:
+    """Whether all lines follow a rule, and their values at the indices."""
+    every = list(lines)
+    return all(map(rule, every)), [line[index] for line in every for index in indices]
+
+
+def rises(values: FloatArray | Sequence[float]) -> bool:
     """Whether each value is greater than the one before."""
     return bool(np.all(np.diff(values) > 0.0))
 
 
-def falls(values: FloatArray) -> bool:
+def falls(values: FloatArray | Sequence[float]) -> bool:
     """Whether each value is less than the one before."""
     return bool(np.all(np.diff(values) < 0.0))
 
 
 def falls_then_rises(values: FloatArray) -> bool:
     """Whether values fall to a minimum before the last one, and rise from there."""
-    place = int(np.argmin(values))
-    inside = 0 < place < values.size - 1
-    return inside and falls(values[: place + 1]) and rises(values[place:])
+    least = int(np.argmin(values))
+    inside = 0 < least < values.size - 1
+    return inside and falls(values[: least + 1]) and rises(values[least:])
 
 
 def crossing(along: FloatArray, excess: FloatArray) -> float | None:
@@ -30,6 +57,6 @@ def crossing(along: FloatArray, excess: FloatArray) -> float | None:
     high = excess > 0.0
     if high[0] or np.count_nonzero(np.diff(high)) != 1:
         return None
-    place = int(np.argmax(high)) - 1
-    share = excess[place] / (excess[place] - excess[place + 1])
-    return float(along[place] + share * (along[place + 1] - along[place]))
+    before = int(np.argmax(high)) - 1
+    share = excess[before] / (excess[before] - excess[before + 1])
+    return float(along[before] + share * (along[before + 1] - along[before]))

@@ -1,0 +1,267 @@
+"""Tests of the claims of sections 2 to 4: damping, contact, equilibria and their stability."""
+
+import math
+from collections.abc import Callable, Mapping
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from fivtui.equilibrium import growth_rate, stability
+from fivtui.model import (
+    Mode,
+    Parameters,
+    contact_force,
+    equilibrium,
+    jacobian,
+    static_start,
+    tangent_stiffness,
+)
+from fivtui.paper import FloatArray, PaperResults, critical_mu, modes
+from fivtui.scene import PRESETS
+from fivtui.simulation import simulate
+from fivtui.transient import Trajectory, trajectory_of
+
+from .claim import Finding, Test, Values
+from .trends import columns, compare, crossing, falls, falls_then_rises, rises, trend
+
+_BASE: Final = Parameters()
+_LINEAR: Final = _BASE.with_values({"k_nl": 0.0, "mu": 1.2})
+_ROUNDING: Final = 1e-12
+_ROUNDING_OF_MU: Final = 1e-9
+# Greatest displacement, m, or force, N, at a located switch.
+_NEGLIGIBLE: Final = 1e-9
+# Frequencies closer than this have merged, rad/s.
+_MERGED: Final = 1e-6
+
+
+def _proportional_damping(_: PaperResults) -> Finding:
+    lower, upper = modes(stability(_BASE.with_values({"mu": 0.0})))
+    expected = -_BASE.c1 / (2.0 * _BASE.m)
+    alike = all(math.isclose(mode.real, expected, rel_tol=1e-9) for mode in (lower, upper))
+    return alike, (lower.real, upper.real, expected)
+
+
+def _contact_means_negative_y(_: PaperResults) -> Finding:
+    sets = [_BASE.with_values({"k_nl": k_nl}) for k_nl in (0.0, 20.0, 100.0, 500.0)]
+    points = list(product(sets, np.linspace(-5.0, 5.0, 2001).tolist()))
+    wrong = sum((contact_force(p, y, Mode.CONTACT) > 0.0) != (y < 0.0) for p, y in points)
+    return wrong == 0, (len(points), wrong)
+
+
+def _at_reattachments(paper: PaperResults) -> Trajectory:
+    # The base scene at the end of every separation; the last may last to the end of the run.
+    scene = PRESETS["base"]
+    run = paper.run(scene)
+    ends = [end for _, end in run.separated_intervals if end < run.t_end]
+    return trajectory_of(simulate(scene.parameters, t_end=scene.t_end, tol=scene.tol, samples=ends))
+
+
+def _reattachment_without_force(paper: PaperResults) -> Finding:
+    force = np.abs(_at_reattachments(paper).P)
+    return force.max() <= _NEGLIGIBLE, (force.size, force.max())
+
+
+def _reattachment_at_the_static_position(paper: PaperResults) -> Finding:
+    y, rest = _at_reattachments(paper).y, static_start(_BASE)[2]
+    return np.abs(y - rest).max() <= _NEGLIGIBLE, (np.abs(y).max(), rest)
+
+
+def _one_real_equilibrium(_: PaperResults) -> Finding:
+    counts, gaps = set(), []
+    for k_nl, F in product((1.0, 50.0, 100.0, 500.0), (5.0, 20.0, 50.0, 100.0)):
+        p = _BASE.with_values({"k_nl": k_nl, "F": F})
+        # Eq. 6 with x_e eliminated by its first row.
+        a, h = p.k1 + 0.5 * p.k3, 0.5 * p.k3
+        linear = p.k2 + h - h * (h - p.mu * p.k2) / a
+        roots = np.roots((p.k_nl + h * p.mu * p.k_nl / a, 0.0, linear, p.F))
+        real = roots.real[np.isclose(roots.imag, 0.0, atol=1e-9)]
+        counts.add(real.size)
+        gaps.append(abs(float(real[0]) - equilibrium(p).y))
+    return counts == {1} and max(gaps) < 1e-9, (max(counts), max(gaps))
+
+
+def _preload_brings_stiffness_into_the_jacobian(_: PaperResults) -> Finding:
+    def change(F: float) -> float:
+        sets = [_BASE.with_values({"F": F, "k_nl": k_nl}) for k_nl in (0.0, _BASE.k_nl)]
+        linear, nonlinear = (np.array(jacobian(p, equilibrium(p).y, Mode.CONTACT)) for p in sets)
+        return float(np.abs(nonlinear - linear).max())
+
+    without, loaded = change(0.0), change(_BASE.F)
+    stiffness = tangent_stiffness(_BASE, equilibrium(_BASE).y)
+    return without <= _ROUNDING < loaded, (without, loaded, stiffness)
+
+
+def _exceptions(paper: PaperResults, *keys: str) -> tuple[int, int]:
+    # Points of Figs. 3 to 5, and those where friction above the critical one does not mean growth.
+    points = wrong = 0
+    for line in (line for key in keys for _, line in paper.table(key).lines()):
+        growth = np.maximum(line["sigma_1"], line["sigma_2"])
+        points += growth.size
+        wrong += int(np.sum((growth > 0.0) != (line["mu"] > line["mu_c"])))
+    return points, wrong
+
+
+def _frequencies_merge(_: PaperResults) -> Finding:
+    def gap(p: Parameters, share: float) -> float:
+        lower, upper = modes(stability(p.with_values({"mu": share * critical_mu(p)})))
+        return abs(upper.imag - lower.imag)
+
+    grid = product((20.0, 100.0), (0.0, 50.0, 100.0, 500.0))
+    sets = [_BASE.with_values({"F": F, "k_nl": k_nl}) for F, k_nl in grid]
+    before, at = min(gap(p, 0.99) for p in sets), max(gap(p, 1.0) for p in sets)
+    return before > 0.0 and at <= _MERGED, (before, at)
+
+
+def _critical(key: str) -> Callable[[PaperResults], Values]:
+    # μ_c of the lines of Figs. 3 to 5, the linear one first.
+    return lambda paper: [line[0] for line in columns(paper, key, "mu_c").values()]
+
+
+def _no_coalescence(paper: PaperResults) -> Finding:
+    gaps = [line["omega_2"] - line["omega_1"] for _, line in paper.table("5").lines()]
+    apart = all(gap.min() > 1e-3 and gap.min() < gap[0] for gap in gaps)
+    return apart, [gap.min() for gap in gaps]
+
+
+def _one_real_part_passes_zero(paper: PaperResults) -> Finding:
+    lines = [line for _, line in paper.table("5").lines()]
+    decay = all(np.all(np.minimum(line["sigma_1"], line["sigma_2"]) < 0.0) for line in lines)
+    return decay and not _exceptions(paper, "5")[1], _critical("5")(paper)
+
+
+def _growth_along(name: str, *values: float) -> Test:
+    return compare(
+        lambda _: [growth_rate(_BASE.with_values({name: value})) for value in values],
+        lambda before, between, after: before < 0.0 < between and after < 0.0,
+    )
+
+
+def _mu_c(paper: PaperResults, *keys: str) -> tuple[float, list[FloatArray]]:
+    # μ_c of the linear system, and along the nonlinear lines of Figs. 6 to 9.
+    panels = [columns(paper, key, "mu_c") for key in keys]
+    lines = [line for panel in panels for value, line in panel.items() if value > 0.0]
+    return float(panels[0][0.0][0]), lines
+
+
+def _first_below_linear(paper: PaperResults, key: str) -> Finding:
+    linear, lines = _mu_c(paper, key)
+    falling = [line[: np.argmin(line) + 1] for line in lines]
+    holds = all(line.size > 1 and falls(line) and line[1] < linear for line in falling)
+    return holds, (linear, *(line[-1] for line in falling))
+
+
+def _preload_stabilises_later(paper: PaperResults) -> Finding:
+    lines, loads = _mu_c(paper, "6")[1], columns(paper, "6", "F")[0.0]
+    least = [loads[np.argmin(line)] for line in lines]
+    return all(map(falls_then_rises, lines)) and falls(least), least
+
+
+def _exceeds_linear(paper: PaperResults, key: str, along: str) -> Finding:
+    # Whether the last line ends above the linear one, and where that begins.
+    linear, lines = _mu_c(paper, key)
+    begin = crossing(columns(paper, key, along)[0.0], lines[-1] - linear)
+    return begin is not None, (linear, *(line[-1] for line in lines), begin)
+
+
+def _same_trend_with_other_damping(_: PaperResults) -> Finding:
+    base = _BASE.with_values({"c1": 0.8})
+    loads = np.linspace(0.0, 100.0, 101)
+    linear = critical_mu(base.with_values({"k_nl": 0.0}))
+    same, values = True, [linear]
+    for k_nl in (50.0, 200.0, 500.0):
+        sets = (base.with_values({"k_nl": k_nl, "F": F}) for F in loads.tolist())
+        line = np.array([critical_mu(p) for p in sets])
+        same &= falls_then_rises(line) and bool((line[-1] > linear) == (k_nl == 500.0))
+        values += [loads[np.argmin(line)], line[-1]]
+    return same, values
+
+
+def _small_preload_stays_below_linear(paper: PaperResults) -> Finding:
+    linear, (line, *_) = _mu_c(paper, "7")
+    return np.all(line[1:] < linear), (linear, line[-1])
+
+
+def _stabilised_at_1_2(_: PaperResults) -> Finding:
+    from scipy.optimize import brentq
+
+    p = _BASE.with_values({"F": 100.0, "k_nl": 300.0, "mu": 1.2})
+    growth = growth_rate(p)
+
+    def excess(k_nl: float) -> float:
+        return critical_mu(p.with_values({"k_nl": k_nl})) - 1.2
+
+    return growth < 0.0, (critical_mu(p), growth, brentq(excess, 100.0, 500.0, xtol=1e-9))
+
+
+def _soft_horizontal_more_stable(paper: PaperResults) -> Finding:
+    linear, lines = _mu_c(paper, "8", "9")
+    # The first point of every line is the linear system.
+    least = min(line[1:].min() for line in lines)
+    return least > linear, (linear, least - linear, max(line.max() for line in lines))
+
+
+TESTS: Final[Mapping[str, Test]] = {
+    "proportional-damping": _proportional_damping,
+    "contact-means-negative-y": _contact_means_negative_y,
+    "reattachment-without-force": _reattachment_without_force,
+    "reattachment-at-the-static-position": _reattachment_at_the_static_position,
+    "one-real-equilibrium": _one_real_equilibrium,
+    "equilibrium-sinks-with-preload": lambda paper: trend(
+        falls, columns(paper, "2a", "y_e").values(), -1
+    ),
+    # y_e is negative with preload, which the first line is without.
+    "stiffness-resists-displacement": lambda paper: trend(
+        rises, list(columns(paper, "2b", "y_e").values())[1:], 0, -1
+    ),
+    "no-preload-no-displacement": compare(
+        lambda paper: [np.ptp(columns(paper, "2b", "y_e")[0.0])],
+        lambda change: change <= _ROUNDING,
+    ),
+    "preload-brings-stiffness-into-the-jacobian": _preload_brings_stiffness_into_the_jacobian,
+    "one-critical-friction": compare(
+        lambda paper: _exceptions(paper, "3", "4"), lambda _, wrong: wrong == 0
+    ),
+    "frequencies-merge": _frequencies_merge,
+    "critical-friction-falls-at-small-preload": compare(
+        _critical("3"), lambda _, *nonlinear: falls(nonlinear)
+    ),
+    "below-linear-at-small-preload": compare(
+        _critical("3"), lambda linear, *nonlinear: max(nonlinear) < linear
+    ),
+    "critical-friction-rises-at-large-preload": compare(
+        _critical("4"), lambda _, *nonlinear: rises(nonlinear)
+    ),
+    "strong-nonlinearity-above-linear": compare(
+        _critical("4"), lambda linear, *nonlinear: nonlinear[-1] > linear
+    ),
+    "weak-nonlinearities-below-linear": compare(
+        _critical("4"), lambda linear, *nonlinear: max(nonlinear[:-1]) < linear
+    ),
+    "no-coalescence": _no_coalescence,
+    "one-real-part-passes-zero": _one_real_part_passes_zero,
+    "preload-destabilises-then-stabilises": _growth_along("F", 0.0, 60.0, 120.0),
+    "stiffness-destabilises-then-stabilises": _growth_along("k_nl", 0.0, 100.0, 500.0),
+    "preload-leaves-the-linear-system": compare(
+        lambda paper: (_mu_c(paper, "6")[0], np.ptp(columns(paper, "6", "mu_c")[0.0])),
+        lambda _, change: change <= _ROUNDING_OF_MU,
+    ),
+    "preload-destabilises-at-first": lambda paper: _first_below_linear(paper, "6"),
+    "preload-stabilises-later": _preload_stabilises_later,
+    "preload-stabilises-beyond-linear": lambda paper: _exceeds_linear(paper, "6", "F"),
+    "same-trend-with-other-damping": _same_trend_with_other_damping,
+    "stiffness-needs-preload": compare(
+        lambda paper: [np.ptp(columns(paper, "7", "mu_c")[0.0])],
+        lambda change: change <= _ROUNDING_OF_MU,
+    ),
+    "stiffness-destabilises-at-first": lambda paper: _first_below_linear(paper, "7"),
+    "stiffness-stabilises-at-large-preload": lambda paper: _exceeds_linear(paper, "7", "k_nl"),
+    "small-preload-stays-below-linear": _small_preload_stays_below_linear,
+    "linear-unstable-at-1-2": compare(
+        lambda _: (critical_mu(_LINEAR), growth_rate(_LINEAR)),
+        lambda critical, growth: critical < 1.2 and growth > 0.0,
+    ),
+    "stabilised-at-1-2": _stabilised_at_1_2,
+    "soft-horizontal-more-stable": _soft_horizontal_more_stable,
+    "soft-horizontal-monotonic": lambda paper: trend(rises, _mu_c(paper, "8", "9")[1], -1),
+}

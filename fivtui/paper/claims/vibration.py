@@ -1,0 +1,283 @@
+"""Tests of the claims of sections 1, 5 and 6: vibration with separation considered and ignored."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from itertools import product
+from typing import Any, Final
+
+import numpy as np
+
+from fivtui.equilibrium import growth_rate
+from fivtui.model import Mode, Parameters, equilibrium, static_start
+from fivtui.orbits import EventKind, branch
+from fivtui.paper import FloatArray, PaperResults, critical_mu
+from fivtui.scene import PRESETS, Scene
+from fivtui.transient import trajectory_of
+
+from .claim import Finding, Test, Values
+from .trends import columns, compare, crossing, falls, rises, trend
+
+_BASE: Final = Parameters()
+_CONSIDERED: Final = PRESETS["base"]
+_IGNORED: Final = PRESETS["separation-ignored"]
+_COEXISTENCE: Final = PRESETS["coexistence"]
+_MEASURES: Final = ("y_peak", "y_half_range")
+# A motion whose half peak-to-peak is less than this part of its peak has returned to rest.
+_RETURNED: Final = 0.1
+# Variation along a figure, separation ignored, that counts as "barely".
+_BARELY: Final = 1.2
+
+
+def _changed(scene: Scene, values: Mapping[str, float], **settings: Any) -> Scene:
+    return dataclasses.replace(scene, **settings).with_values(values)
+
+
+_UNBOUNDED: Final = tuple(
+    _changed(PRESETS["linear"], {"mu": 1.2}, name="linear, unstable", t_end=t_end)
+    for t_end in (30.0, 60.0)
+)
+_PRELOAD_ALONE: Final = tuple(
+    _changed(_CONSIDERED, {"F": F, "k_nl": 100.0, "mu": 0.7}, name="preload alone", tol=1e-9)
+    for F in (40.0, 60.0)
+)
+
+
+def _stable_starts() -> tuple[Scene, ...]:
+    # Static starts at parameters like the paper's, and long enough for a motion to decay.
+    base = dataclasses.replace(_CONSIDERED, name="static start", t_end=200.0, tol=1e-9)
+    grid = product(range(10, 151, 20), (20.0, 50.0, 100.0, 200.0, 500.0), (0.3, 0.5, 0.7, 1.0))
+    scenes = (base.with_values({"F": F, "k_nl": k_nl, "mu": mu}) for F, k_nl, mu in grid)
+    return tuple(scene for scene in scenes if growth_rate(scene.parameters) < 0.0)
+
+
+def _pushed_up(offset: float) -> Scene:
+    point = equilibrium(_COEXISTENCE.parameters)
+    start = (point.x, 0.0, point.y + offset, 0.0)
+    return dataclasses.replace(_COEXISTENCE, name=f"offset {offset:g} m", start=start)
+
+
+_STABLE: Final = _stable_starts()
+_ATTRACTORS: Final = (_COEXISTENCE, _pushed_up(0.3), PRESETS["coexistence-decay"])
+
+
+def _linear_contact_unbounded(paper: PaperResults) -> Finding:
+    early, late = (amplitude.y_half_range for amplitude in paper.amplitudes(_UNBOUNDED))
+    growth = growth_rate(_UNBOUNDED[0].parameters)
+    return late > 1e3 * early and growth > 0.0, (early, late, growth)
+
+
+def _stable_seldom_separates(paper: PaperResults) -> Finding:
+    separated = sum(amplitude.separations > 0 for amplitude in paper.amplitudes(_STABLE))
+    return separated < 0.5 * len(_STABLE), (len(_STABLE), separated)
+
+
+def _stable_returns_to_equilibrium(paper: PaperResults) -> Finding:
+    separated = [each for each in paper.amplitudes(_STABLE) if each.separations > 0]
+    returned = sum(each.y_half_range < _RETURNED * each.y_peak for each in separated)
+    static, large, small = paper.amplitudes(_ATTRACTORS)
+    return (
+        returned == len(separated) and static.y_half_range < _RETURNED * static.y_peak,
+        (
+            *(len(separated), returned, growth_rate(_COEXISTENCE.parameters)),
+            *(amplitude.y_half_range for amplitude in (static, large, small)),
+        ),
+    )
+
+
+def _critical_friction_of_the_example(_: PaperResults) -> Finding:
+    critical = critical_mu(_BASE)
+    events = branch(_BASE, "mu", low=0.0, high=critical).events
+    fold = next(event for event in events if event.kind is EventKind.FOLD)
+    lighter = critical_mu(_BASE.with_values({"F": 50.0}))
+    return abs(critical - 0.28) < 0.005, (critical, fold.value, lighter)
+
+
+def _ignored_contact_force_becomes_negative(paper: PaperResults) -> Finding:
+    trajectory = trajectory_of(paper.run(_IGNORED))
+    P, negative = trajectory.P, trajectory.P < 0.0
+    first = int(np.argmax(negative))
+    greatest = P[:first].max(initial=0.0)
+    values = (P[0], greatest, trajectory.t[first], P.min(), 100.0 * float(negative.mean()))
+    return negative.any() and first > 0, values
+
+
+def _contact_force_falls_to_zero_repeatedly(paper: PaperResults) -> Finding:
+    run = paper.run(_CONSIDERED)
+    force, count = run.contact_force, run.events.separations
+    return force.min >= 0.0 and count > 10, (force.min + 0.0, force.max, count)
+
+
+def _no_force_off_the_belt(paper: PaperResults) -> Finding:
+    trajectory = trajectory_of(paper.run(_CONSIDERED))
+    off = trajectory.mode == Mode.SEPARATED
+    greatest = np.abs(trajectory.P[off]).max()
+    return greatest == 0.0 and np.all(trajectory.y[off] >= 0.0), (int(off.sum()), greatest)
+
+
+def _stretched_spring_holds_back(paper: PaperResults) -> Finding:
+    trajectory = trajectory_of(paper.run(_IGNORED))
+    P, y = trajectory.P, trajectory.y
+    highest = paper.run(_CONSIDERED).peak.y_max
+    return np.all(P[y > 0.0] < 0.0), (int((y > 0.0).sum()), P.min(), y.max(), highest)
+
+
+def _separation_changes_both_motions(paper: PaperResults) -> Finding:
+    with_it, without = paper.run(_CONSIDERED).peak, paper.run(_IGNORED).peak
+    pairs = ((with_it.x_abs, without.x_abs), (with_it.y_abs, without.y_abs))
+    return all(a / b > 1.1 for a, b in pairs), (*pairs[0], *pairs[1])
+
+
+def _asymmetry(paper: PaperResults, **rest: float) -> Finding:
+    # Excursions in the second half of the run, after the initial transient.
+    run = paper.run(_CONSIDERED)
+    trajectory = trajectory_of(run)
+    late = trajectory.t >= 0.5 * run.t_end
+    excursions = [getattr(trajectory, name)[late] - level for name, level in rest.items()]
+    sides = [(values.max(), -values.min()) for values in excursions]
+    unequal = all(max(pair) > 1.5 * min(pair) for pair in sides)
+    return unequal, [side for pair in sides for side in pair]
+
+
+def _separations_are_short(paper: PaperResults) -> Finding:
+    run = paper.run(_CONSIDERED)
+    durations = np.array([end - start for start, end in run.separated_intervals])
+    share = run.events.separated_time / run.t_end
+    contact = (run.t_end - durations.sum()) / durations.size
+    return share < 0.1, (100.0 * share, durations.max(), durations.mean(), contact)
+
+
+def _crossings(paper: PaperResults, key: str) -> list[float | None]:
+    # Where Case 1 begins to exceed Case 2 for good, by measure, if it does.
+    ignored, considered = (line for _, line in paper.table(key).lines())
+    along = considered[considered.along]
+    return [crossing(along, considered[name] - ignored[name]) for name in _MEASURES]
+
+
+def _barely(paper: PaperResults, key: str) -> Finding:
+    lines = [line for name in _MEASURES for line in columns(paper, key, name).values()]
+    ratios = [float(line.max() / line.min()) for line in lines]
+    return max(ratios[::2]) < _BARELY and min(ratios[1::2]) > 5.0, ratios
+
+
+def _grows(paper: PaperResults, key: str) -> Finding:
+    return trend(rises, [columns(paper, key, name)[1.0] for name in _MEASURES], 0, -1)
+
+
+def _cross(paper: PaperResults, key: str) -> Finding:
+    places = _crossings(paper, key)
+    return None not in places, places
+
+
+def _same_trends_with_stronger_nonlinearity(paper: PaperResults) -> Finding:
+    (constant, ratios), (grows, ends), (cross, places) = (
+        trend(paper, "14") for trend in (_barely, _grows, _cross)
+    )
+    return constant and grows and cross, (*ratios[::2], *ends, *places)
+
+
+def _less(low: Values, high: Values, share: float) -> bool:
+    # Whether all values exist, and the first ones are less than a share of the second ones.
+    pairs = zip(low, high, strict=True)
+    return all(a is not None and b is not None and a < share * b for a, b in pairs)
+
+
+def _stronger_nonlinearity_crosses_sooner(paper: PaperResults) -> Finding:
+    weak, strong = _crossings(paper, "13"), _crossings(paper, "14")
+    return _less(strong, weak, 0.5), (*weak, *strong)
+
+
+def _half_ranges(paper: PaperResults, *keys: str) -> list[FloatArray]:
+    # The lines of separation ignored and considered in turn.
+    return [line for key in keys for line in columns(paper, key, "y_half_range").values()]
+
+
+def _along_stiffness(
+    paper: PaperResults, case: float, rule: Callable[[FloatArray], bool]
+) -> Finding:
+    peaks, ranges = (
+        trend(rule, [columns(paper, key, name)[case] for key in ("15", "16")], 0, -1)
+        for name in _MEASURES
+    )
+    return peaks[0] and ranges[0], ranges[1]
+
+
+def _greater_even_at_small_stiffness(paper: PaperResults) -> Finding:
+    light, heavy = _crossings(paper, "15"), _crossings(paper, "16")
+    range_end = float(paper.table("16")["k_nl"].max())
+    first = [line[0] for line in columns(paper, "16", "y_peak").values()]
+    return _less(heavy, light, 0.5) and _less(heavy, [range_end] * 2, 0.1), (*heavy, *first)
+
+
+def _amplitude_depends_on_preload(paper: PaperResults) -> Finding:
+    small, large = paper.amplitudes(_PRELOAD_ALONE)
+    peaks, ranges = (small.y_peak, large.y_peak), (small.y_half_range, large.y_half_range)
+    return all(after > 1.1 * before for before, after in (peaks, ranges)), (*peaks, *ranges)
+
+
+TESTS: Final[Mapping[str, Test]] = {
+    "linear-contact-unbounded": _linear_contact_unbounded,
+    "stable-seldom-separates": _stable_seldom_separates,
+    "stable-returns-to-equilibrium": _stable_returns_to_equilibrium,
+    "critical-friction-of-the-example": _critical_friction_of_the_example,
+    "ignored-contact-force-becomes-negative": _ignored_contact_force_becomes_negative,
+    "contact-force-falls-to-zero-repeatedly": _contact_force_falls_to_zero_repeatedly,
+    "no-force-off-the-belt": _no_force_off_the_belt,
+    "stretched-spring-holds-back": _stretched_spring_holds_back,
+    "separation-changes-both-motions": _separation_changes_both_motions,
+    "vibration-asymmetric": lambda paper: _asymmetry(
+        paper, x=static_start(_BASE)[0], y=static_start(_BASE)[2]
+    ),
+    "contact-force-asymmetric": lambda paper: _asymmetry(paper, P=equilibrium(_BASE, mu=0.0).P),
+    "separation-under-preload": compare(
+        lambda paper: (
+            paper.run(_CONSIDERED).events.separations,
+            next((start for start, _ in paper.run(_CONSIDERED).separated_intervals), None),
+        ),
+        lambda count, _: count > 0,
+    ),
+    "reattachment-follows-separation": compare(
+        lambda paper: (
+            paper.run(_CONSIDERED).events.separations,
+            paper.run(_CONSIDERED).events.reattachments,
+        ),
+        lambda separations, reattachments: 0 <= separations - reattachments <= 1,
+    ),
+    "separation-under-large-preload": compare(
+        lambda paper: [columns(paper, key, "separations")[1.0][-1] for key in ("13", "14")],
+        lambda *counts: min(counts) > 0.0,
+    ),
+    "separations-are-short": _separations_are_short,
+    "figures-show-unstable-motion": compare(
+        lambda paper: [paper.table(key)["growth_rate"].min() for key in ("13", "14", "15", "16")],
+        lambda *rates: min(rates) > 0.0,
+    ),
+    "ignored-barely-depends-on-preload": lambda paper: _barely(paper, "13"),
+    "considered-grows-with-preload": lambda paper: _grows(paper, "13"),
+    "cases-cross-along-preload": lambda paper: _cross(paper, "13"),
+    "same-trends-with-stronger-nonlinearity": _same_trends_with_stronger_nonlinearity,
+    "stronger-nonlinearity-crosses-sooner": _stronger_nonlinearity_crosses_sooner,
+    "ignoring-separation-underestimates": compare(
+        lambda paper: [
+            (considered / ignored).max()
+            for ignored, considered in (
+                columns(paper, key, "y_half_range").values() for key in ("13", "14", "15", "16")
+            )
+        ],
+        lambda *ratios: min(ratios) > 1.0,
+    ),
+    "ignored-falls-with-stiffness": lambda paper: _along_stiffness(paper, 0.0, falls),
+    "considered-grows-with-stiffness": lambda paper: _along_stiffness(paper, 1.0, rises),
+    "cases-cross-along-stiffness": lambda paper: _cross(paper, "15"),
+    "greater-even-at-small-stiffness": _greater_even_at_small_stiffness,
+    "amplitude-depends-on-preload": _amplitude_depends_on_preload,
+    "opposite-trends": compare(
+        lambda paper: [line[-1] - line[0] for line in _half_ranges(paper, "15", "16")],
+        lambda *changes: max(changes[::2]) < 0.0 < min(changes[1::2]),
+    ),
+}
+SCENES: Final[Mapping[str, tuple[Scene, ...]]] = {
+    "linear-contact-unbounded": _UNBOUNDED,
+    "stable-seldom-separates": _STABLE,
+    "stable-returns-to-equilibrium": (*_STABLE, *_ATTRACTORS),
+    "amplitude-depends-on-preload": _PRELOAD_ALONE,
+}
