@@ -7,6 +7,7 @@ figures, and `claims` compares the paper's statements with the model.
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .amplitudes import Amplitude as Amplitude
     from .claims.check import CLAIMS as CLAIMS, check_claims as check_claims
     from .claims.claim import CheckedClaim as CheckedClaim, Claim as Claim
     from .claims.report import claims_markdown as claims_markdown

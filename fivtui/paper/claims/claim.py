@@ -38,28 +38,10 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A statement of the paper.
+    """A statement of the paper: a row of `statements.toml`, and its test.
 
-    Attributes
-    ----------
-    id : str
-        Short name, unique.
-    section : str
-        Section of the paper, and figure.
-    statement : str
-        The statement in brief.
-    stated : str
-        The value or relation that the paper gives.
-    test : callable or None
-        Computes whether it holds, and the numbers that show it; None if the model cannot decide.
-    untestable : str
-        Why the model cannot decide; empty if it can.
-    scenes : tuple of Scene
-        Scenes whose amplitudes the test needs besides those of the figures.
-    names : sequence of str
-        Names of the computed numbers, each with its unit in brackets if it has one.
-    reason : str
-        Why it does not hold, or the reading under which it does; may be empty.
+    The model cannot decide a claim that has no test. `scenes` are those whose amplitudes the test
+    needs besides the figures'; of `names` each has its unit in brackets, if it has one.
     """
 
     id: str

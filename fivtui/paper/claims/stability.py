@@ -113,9 +113,13 @@ def _frequencies_merge(_: PaperResults) -> Finding:
     return before > 0.0 and at <= _MERGED, (before, at)
 
 
-def _critical(key: str) -> Callable[[PaperResults], Values]:
+def _critical(paper: PaperResults, key: str) -> Values:
     # μ_c of the lines of Figs. 3 to 5, the linear one first.
-    return lambda paper: [line[0] for line in columns(paper, key, "mu_c").values()]
+    return [line[0] for line in columns(paper, key, "mu_c").values()]
+
+
+def _critical_at(key: str, holds: Callable[..., bool]) -> Test:
+    return compare(lambda paper: _critical(paper, key), holds)
 
 
 def _no_coalescence(paper: PaperResults) -> Finding:
@@ -127,7 +131,7 @@ def _no_coalescence(paper: PaperResults) -> Finding:
 def _one_real_part_passes_zero(paper: PaperResults) -> Finding:
     lines = [line for _, line in paper.table("5").lines()]
     decay = all(np.all(np.minimum(line["sigma_1"], line["sigma_2"]) < 0.0) for line in lines)
-    return decay and not _exceptions(paper, "5")[1], _critical("5")(paper)
+    return decay and not _exceptions(paper, "5")[1], _critical(paper, "5")
 
 
 def _growth_along(name: str, *values: float) -> Test:
@@ -223,20 +227,12 @@ TESTS: Final[Mapping[str, Test]] = {
         lambda paper: _exceptions(paper, "3", "4"), lambda _, wrong: wrong == 0
     ),
     "frequencies-merge": _frequencies_merge,
-    "critical-friction-falls-at-small-preload": compare(
-        _critical("3"), lambda _, *nonlinear: falls(nonlinear)
-    ),
-    "below-linear-at-small-preload": compare(
-        _critical("3"), lambda linear, *nonlinear: max(nonlinear) < linear
-    ),
-    "critical-friction-rises-at-large-preload": compare(
-        _critical("4"), lambda _, *nonlinear: rises(nonlinear)
-    ),
-    "strong-nonlinearity-above-linear": compare(
-        _critical("4"), lambda linear, *nonlinear: nonlinear[-1] > linear
-    ),
-    "weak-nonlinearities-below-linear": compare(
-        _critical("4"), lambda linear, *nonlinear: max(nonlinear[:-1]) < linear
+    "critical-friction-falls-at-small-preload": _critical_at("3", lambda _, *mu: falls(mu)),
+    "below-linear-at-small-preload": _critical_at("3", lambda linear, *mu: max(mu) < linear),
+    "critical-friction-rises-at-large-preload": _critical_at("4", lambda _, *mu: rises(mu)),
+    "strong-nonlinearity-above-linear": _critical_at("4", lambda linear, *mu: mu[-1] > linear),
+    "weak-nonlinearities-below-linear": _critical_at(
+        "4", lambda linear, *mu: max(mu[:-1]) < linear
     ),
     "no-coalescence": _no_coalescence,
     "one-real-part-passes-zero": _one_real_part_passes_zero,

@@ -10,7 +10,7 @@ import numpy as np
 from fivtui.equilibrium import growth_rate
 from fivtui.model import Mode, Parameters, equilibrium, static_start
 from fivtui.orbits import EventKind, branch
-from fivtui.paper import FloatArray, PaperResults, critical_mu
+from fivtui.paper import Amplitude, FloatArray, PaperResults, critical_mu
 from fivtui.scene import PRESETS, Scene
 from fivtui.transient import trajectory_of
 
@@ -21,9 +21,8 @@ _BASE: Final = Parameters()
 _CONSIDERED: Final = PRESETS["base"]
 _IGNORED: Final = PRESETS["separation-ignored"]
 _COEXISTENCE: Final = PRESETS["coexistence"]
+_FIGURES: Final = ("13", "14", "15", "16")
 _MEASURES: Final = ("y_peak", "y_half_range")
-# A motion whose half peak-to-peak is less than this part of its peak has returned to rest.
-_RETURNED: Final = 0.1
 # Variation along a figure, separation ignored, that counts as "barely".
 _BARELY: Final = 1.2
 
@@ -71,17 +70,18 @@ def _stable_seldom_separates(paper: PaperResults) -> Finding:
     return separated < 0.5 * len(_STABLE), (len(_STABLE), separated)
 
 
+def _has_returned(amplitude: Amplitude) -> bool:
+    # To the equilibrium: the second half of the run is less than a tenth of the peak.
+    return amplitude.y_half_range < 0.1 * amplitude.y_peak
+
+
 def _stable_returns_to_equilibrium(paper: PaperResults) -> Finding:
-    separated = [each for each in paper.amplitudes(_STABLE) if each.separations > 0]
-    returned = sum(each.y_half_range < _RETURNED * each.y_peak for each in separated)
-    static, large, small = paper.amplitudes(_ATTRACTORS)
-    return (
-        returned == len(separated) and static.y_half_range < _RETURNED * static.y_peak,
-        (
-            *(len(separated), returned, growth_rate(_COEXISTENCE.parameters)),
-            *(amplitude.y_half_range for amplitude in (static, large, small)),
-        ),
-    )
+    separated = [amplitude for amplitude in paper.amplitudes(_STABLE) if amplitude.separations]
+    returned = sum(map(_has_returned, separated))
+    attractors = paper.amplitudes(_ATTRACTORS)
+    counts = (len(separated), returned, growth_rate(_COEXISTENCE.parameters))
+    holds = returned == len(separated) and _has_returned(attractors[0])
+    return holds, (*counts, *(amplitude.y_half_range for amplitude in attractors))
 
 
 def _critical_friction_of_the_example(_: PaperResults) -> Finding:
@@ -122,9 +122,9 @@ def _stretched_spring_holds_back(paper: PaperResults) -> Finding:
 
 
 def _separation_changes_both_motions(paper: PaperResults) -> Finding:
-    with_it, without = paper.run(_CONSIDERED).peak, paper.run(_IGNORED).peak
-    pairs = ((with_it.x_abs, without.x_abs), (with_it.y_abs, without.y_abs))
-    return all(a / b > 1.1 for a, b in pairs), (*pairs[0], *pairs[1])
+    peak, ignored = paper.run(_CONSIDERED).peak, paper.run(_IGNORED).peak
+    holds = min(peak.x_abs / ignored.x_abs, peak.y_abs / ignored.y_abs) > 1.1
+    return holds, (peak.x_abs, ignored.x_abs, peak.y_abs, ignored.y_abs)
 
 
 def _asymmetry(paper: PaperResults, **rest: float) -> Finding:
@@ -164,15 +164,15 @@ def _grows(paper: PaperResults, key: str) -> Finding:
 
 
 def _cross(paper: PaperResults, key: str) -> Finding:
-    places = _crossings(paper, key)
-    return None not in places, places
+    crossings = _crossings(paper, key)
+    return None not in crossings, crossings
 
 
 def _same_trends_with_stronger_nonlinearity(paper: PaperResults) -> Finding:
-    (constant, ratios), (grows, ends), (cross, places) = (
-        trend(paper, "14") for trend in (_barely, _grows, _cross)
-    )
-    return constant and grows and cross, (*ratios[::2], *ends, *places)
+    constant, ratios = _barely(paper, "14")
+    grows, ends = _grows(paper, "14")
+    cross, crossings = _cross(paper, "14")
+    return constant and grows and cross, (*ratios[::2], *ends, *crossings)
 
 
 def _less(low: Values, high: Values, share: float) -> bool:
@@ -186,9 +186,10 @@ def _stronger_nonlinearity_crosses_sooner(paper: PaperResults) -> Finding:
     return _less(strong, weak, 0.5), (*weak, *strong)
 
 
-def _half_ranges(paper: PaperResults, *keys: str) -> list[FloatArray]:
-    # The lines of separation ignored and considered in turn.
-    return [line for key in keys for line in columns(paper, key, "y_half_range").values()]
+def _half_ranges(paper: PaperResults, *keys: str) -> list[tuple[FloatArray, FloatArray]]:
+    # Lines of figures: separation ignored, and considered.
+    panels = [columns(paper, key, "y_half_range") for key in keys]
+    return [(panel[0.0], panel[1.0]) for panel in panels]
 
 
 def _along_stiffness(
@@ -211,7 +212,7 @@ def _greater_even_at_small_stiffness(paper: PaperResults) -> Finding:
 def _amplitude_depends_on_preload(paper: PaperResults) -> Finding:
     small, large = paper.amplitudes(_PRELOAD_ALONE)
     peaks, ranges = (small.y_peak, large.y_peak), (small.y_half_range, large.y_half_range)
-    return all(after > 1.1 * before for before, after in (peaks, ranges)), (*peaks, *ranges)
+    return all(at_60 > 1.1 * at_40 for at_40, at_60 in (peaks, ranges)), (*peaks, *ranges)
 
 
 TESTS: Final[Mapping[str, Test]] = {
@@ -248,7 +249,7 @@ TESTS: Final[Mapping[str, Test]] = {
     ),
     "separations-are-short": _separations_are_short,
     "figures-show-unstable-motion": compare(
-        lambda paper: [paper.table(key)["growth_rate"].min() for key in ("13", "14", "15", "16")],
+        lambda paper: [paper.table(key)["growth_rate"].min() for key in _FIGURES],
         lambda *rates: min(rates) > 0.0,
     ),
     "ignored-barely-depends-on-preload": lambda paper: _barely(paper, "13"),
@@ -258,10 +259,7 @@ TESTS: Final[Mapping[str, Test]] = {
     "stronger-nonlinearity-crosses-sooner": _stronger_nonlinearity_crosses_sooner,
     "ignoring-separation-underestimates": compare(
         lambda paper: [
-            (considered / ignored).max()
-            for ignored, considered in (
-                columns(paper, key, "y_half_range").values() for key in ("13", "14", "15", "16")
-            )
+            (considered / ignored).max() for ignored, considered in _half_ranges(paper, *_FIGURES)
         ],
         lambda *ratios: min(ratios) > 1.0,
     ),
@@ -271,7 +269,9 @@ TESTS: Final[Mapping[str, Test]] = {
     "greater-even-at-small-stiffness": _greater_even_at_small_stiffness,
     "amplitude-depends-on-preload": _amplitude_depends_on_preload,
     "opposite-trends": compare(
-        lambda paper: [line[-1] - line[0] for line in _half_ranges(paper, "15", "16")],
+        lambda paper: [
+            line[-1] - line[0] for pair in _half_ranges(paper, "15", "16") for line in pair
+        ],
         lambda *changes: max(changes[::2]) < 0.0 < min(changes[1::2]),
     ),
 }
