@@ -11,6 +11,7 @@ from fivtui.equilibrium import growth_rate, stability
 from fivtui.model import (
     Mode,
     Parameters,
+    System,
     contact_force,
     equilibrium,
     jacobian,
@@ -63,7 +64,7 @@ def _reattachment_without_force(paper: PaperResults) -> Finding:
 
 
 def _reattachment_at_the_static_position(paper: PaperResults) -> Finding:
-    y, rest = _at_reattachments(paper).y, static_start(_BASE)[2]
+    y, rest = _at_reattachments(paper).y, static_start(System(_BASE))[2]
     return np.abs(y - rest).max() <= _NEGLIGIBLE, (np.abs(y).max(), rest)
 
 
@@ -77,18 +78,20 @@ def _one_real_equilibrium(_: PaperResults) -> Finding:
         roots = np.roots((p.k_nl + h * p.mu * p.k_nl / a, 0.0, linear, p.F))
         real = roots.real[np.isclose(roots.imag, 0.0, atol=1e-9)]
         counts.add(real.size)
-        gaps.append(abs(float(real[0]) - equilibrium(p).y))
+        gaps.append(abs(float(real[0]) - equilibrium(System(p)).y))
     return counts == {1} and max(gaps) < 1e-9, (max(counts), max(gaps))
 
 
 def _preload_brings_stiffness_into_the_jacobian(_: PaperResults) -> Finding:
     def change(F: float) -> float:
         sets = [_BASE.with_values({"F": F, "k_nl": k_nl}) for k_nl in (0.0, _BASE.k_nl)]
-        linear, nonlinear = (np.array(jacobian(p, equilibrium(p).y, Mode.CONTACT)) for p in sets)
+        linear, nonlinear = (
+            np.array(jacobian(p, equilibrium(System(p)).y, Mode.CONTACT)) for p in sets
+        )
         return float(np.abs(nonlinear - linear).max())
 
     without, loaded = change(0.0), change(_BASE.F)
-    stiffness = tangent_stiffness(_BASE, equilibrium(_BASE).y)
+    stiffness = tangent_stiffness(_BASE, equilibrium(System(_BASE)).y)
     return without <= _ROUNDING < loaded, (without, loaded, stiffness)
 
 
@@ -136,7 +139,7 @@ def _one_real_part_passes_zero(paper: PaperResults) -> Finding:
 
 def _growth_along(name: str, *values: float) -> Test:
     return compare(
-        lambda _: [growth_rate(_BASE.with_values({name: value})) for value in values],
+        lambda _: [growth_rate(System(_BASE.with_values({name: value}))) for value in values],
         lambda before, between, after: before < 0.0 < between and after < 0.0,
     )
 
@@ -190,7 +193,7 @@ def _stabilised_at_1_2(_: PaperResults) -> Finding:
     from scipy.optimize import brentq
 
     p = _BASE.with_values({"F": 100.0, "k_nl": 300.0, "mu": 1.2})
-    growth = growth_rate(p)
+    growth = growth_rate(System(p))
 
     def excess(k_nl: float) -> float:
         return critical_mu(p.with_values({"k_nl": k_nl})) - 1.2
@@ -254,7 +257,7 @@ TESTS: Final[Mapping[str, Test]] = {
     "stiffness-stabilises-at-large-preload": lambda paper: _exceeds_linear(paper, "7", "k_nl"),
     "small-preload-stays-below-linear": _small_preload_stays_below_linear,
     "linear-unstable-at-1-2": compare(
-        lambda _: (critical_mu(_LINEAR), growth_rate(_LINEAR)),
+        lambda _: (critical_mu(_LINEAR), growth_rate(System(_LINEAR))),
         lambda critical, growth: critical < 1.2 and growth > 0.0,
     ),
     "stabilised-at-1-2": _stabilised_at_1_2,

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from fivtui.equilibrium import growth_rate
-from fivtui.model import Mode, Parameters, equilibrium, static_start
+from fivtui.model import Mode, Parameters, System, equilibrium, static_start
 from fivtui.orbits import EventKind, branch
 from fivtui.paper import Amplitude, FloatArray, PaperResults, critical_mu
 from fivtui.scene import PRESETS, Scene
@@ -46,11 +46,11 @@ def _stable_starts() -> tuple[Scene, ...]:
     base = dataclasses.replace(_CONSIDERED, name="static start", t_end=200.0, tol=1e-9)
     grid = product(range(10, 151, 20), (20.0, 50.0, 100.0, 200.0, 500.0), (0.3, 0.5, 0.7, 1.0))
     scenes = (base.with_values({"F": F, "k_nl": k_nl, "mu": mu}) for F, k_nl, mu in grid)
-    return tuple(scene for scene in scenes if growth_rate(scene.parameters) < 0.0)
+    return tuple(scene for scene in scenes if growth_rate(System(scene.parameters)) < 0.0)
 
 
 def _pushed_up(offset: float) -> Scene:
-    point = equilibrium(_COEXISTENCE.parameters)
+    point = equilibrium(System(_COEXISTENCE.parameters))
     start = (point.x, 0.0, point.y + offset, 0.0)
     return dataclasses.replace(_COEXISTENCE, name=f"offset {offset:g} m", start=start)
 
@@ -61,7 +61,7 @@ _ATTRACTORS: Final = (_COEXISTENCE, _pushed_up(0.3), PRESETS["coexistence-decay"
 
 def _linear_contact_unbounded(paper: PaperResults) -> Finding:
     early, late = (amplitude.y_half_range for amplitude in paper.amplitudes(_UNBOUNDED))
-    growth = growth_rate(_UNBOUNDED[0].parameters)
+    growth = growth_rate(System(_UNBOUNDED[0].parameters))
     return late > 1e3 * early and growth > 0.0, (early, late, growth)
 
 
@@ -79,7 +79,7 @@ def _stable_returns_to_equilibrium(paper: PaperResults) -> Finding:
     separated = [amplitude for amplitude in paper.amplitudes(_STABLE) if amplitude.separations]
     returned = sum(map(_has_returned, separated))
     attractors = paper.amplitudes(_ATTRACTORS)
-    counts = (len(separated), returned, growth_rate(_COEXISTENCE.parameters))
+    counts = (len(separated), returned, growth_rate(System(_COEXISTENCE.parameters)))
     holds = returned == len(separated) and _has_returned(attractors[0])
     return holds, (*counts, *(amplitude.y_half_range for amplitude in attractors))
 
@@ -226,9 +226,11 @@ TESTS: Final[Mapping[str, Test]] = {
     "stretched-spring-holds-back": _stretched_spring_holds_back,
     "separation-changes-both-motions": _separation_changes_both_motions,
     "vibration-asymmetric": lambda paper: _asymmetry(
-        paper, x=static_start(_BASE)[0], y=static_start(_BASE)[2]
+        paper, x=static_start(System(_BASE))[0], y=static_start(System(_BASE))[2]
     ),
-    "contact-force-asymmetric": lambda paper: _asymmetry(paper, P=equilibrium(_BASE, mu=0.0).P),
+    "contact-force-asymmetric": lambda paper: _asymmetry(
+        paper, P=equilibrium(System(_BASE), mu=0.0).P
+    ),
     "separation-under-preload": compare(
         lambda paper: (
             paper.run(_CONSIDERED).events.separations,
