@@ -31,6 +31,11 @@ def wide_parameters(*, damped_and_coupled: bool = False) -> st.SearchStrategy[Pa
     )
 
 
+def moderate(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers of engineering: zero, or at least 1e-9, of either sign."""
+    return st.floats(low, high).map(lambda value: value if abs(value) >= 1e-9 else 0.0)
+
+
 def moderate_parameters() -> st.SearchStrategy[Parameters]:
     """Parameter sets around the base set, on which runs of seconds are cheap."""
     return st.builds(
@@ -39,11 +44,11 @@ def moderate_parameters() -> st.SearchStrategy[Parameters]:
         k1=st.floats(20.0, 200.0),
         k2=st.floats(20.0, 200.0),
         k3=st.one_of(st.just(0.0), st.floats(1.0, 150.0)),
-        c1=st.floats(0.0, 2.0),
-        c2=st.floats(0.0, 2.0),
-        F=st.floats(0.0, 150.0),
-        k_nl=st.floats(0.0, 500.0),
-        mu=st.floats(0.0, 1.5),
+        c1=moderate(0.0, 2.0),
+        c2=moderate(0.0, 2.0),
+        F=moderate(0.0, 150.0),
+        k_nl=moderate(0.0, 500.0),
+        mu=moderate(0.0, 1.5),
     )
 
 
