@@ -11,16 +11,17 @@ if TYPE_CHECKING:
     from .assessment import accuracy
     from .batch import simulate_batch
     from .distributions import Distribution
-    from .equilibrium import stability, stability_map
+    from .equilibrium import stability
     from .film import animate
     from .fmu import check_fmu, run_fmu
+    from .maps import safety_map, stability_map
     from .measured import Tolerances, read_measurement, validate
     from .model import Cancelled, ComputationError, InputError, Parameters
     from .orbits import attractors, basin, boundary, branch, continuation
     from .paper import figures
     from .paper.claims import claims
     from .reliability import uncertainty
-    from .safety import safe_friction, safety_map
+    from .safety import safe_friction
     from .scene import PRESETS, Scene, find_scene, load_scene, save_scene
     from .signals import sound
     from .simulation import simulate

@@ -42,7 +42,7 @@ STUDIES: Final[dict[str, str]] = {
     "extremes": "fivtui.assessment.kinds:EXTREMES",
     "figure": "fivtui.paper.kinds:FIGURE",
     "claims": "fivtui.paper.kinds:CLAIMS",
-    "map": "fivtui.safety.kinds:MAP",
+    "map": "fivtui.maps.kinds:MAP",
 }
 _JSON: Final = ".json"
 

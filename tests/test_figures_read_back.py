@@ -14,9 +14,10 @@ from matplotlib.contour import QuadContourSet
 from numpy.typing import NDArray
 
 from fivtui.equilibrium.eigenvalues import stability
-from fivtui.equilibrium.figure import map_figure, mode_figure
-from fivtui.equilibrium.map import stability_map
+from fivtui.equilibrium.figure import mode_figure
 from fivtui.equilibrium.scan import mode_scan
+from fivtui.maps import stability_map
+from fivtui.maps.figure import map_figure
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.basins import Basin

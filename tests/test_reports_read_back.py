@@ -15,10 +15,10 @@ from fivtui.assessment.lyapunov import ErrorGrowth, Fate
 from fivtui.assessment.report import print_accuracy, print_stress_tests
 from fivtui.assessment.stress_tests import StressResult, StressVerdict
 from fivtui.equilibrium.eigenvalues import stability
-from fivtui.equilibrium.files import map_to_dict, save_map, save_modes, stability_to_dict
-from fivtui.equilibrium.map import stability_map
-from fivtui.equilibrium.report import print_map, print_stability
+from fivtui.equilibrium.files import save_modes, stability_to_dict
+from fivtui.equilibrium.report import print_stability
 from fivtui.equilibrium.scan import mode_scan
+from fivtui.maps import stability_map
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import Coexistence
@@ -32,11 +32,13 @@ from fivtui.orbits.report import (
     print_coexistence,
     print_continuation,
 )
+from fivtui.results import save_result
 from fivtui.scene.comparison import CaseRuns, Comparison
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.report import print_comparison, print_run
 from fivtui.scene.verified import SceneTransient, Verified
 from fivtui.simulation import simulate
+from fivtui.studies import study
 from fivtui.sweeps.report import print_sweep, progress_text
 from fivtui.sweeps.study import DEFAULT_OUTPUTS
 from fivtui.tradeoffs.files import tradeoff_to_dict
@@ -181,12 +183,12 @@ def test_written_modes_and_maps_have_every_number_in_its_column(tmp_path: Path) 
     assert header["critical_mu"] == [pytest.approx(own_slider.critical_mu())]
     over = {"F": np.array([20.0, 50.0, 90.0]), "mu": np.array([0.2, 0.9])}
     result = stability_map(p, over)
-    save_map(result, tmp_path / "map.csv")
+    save_result(result, tmp_path / "map.csv")
     header, columns = written(tmp_path / "map.csv")
     assert [header["units"][name] for name in ("F", "growth_rate")] == ["N", "1/s"]
     for force, mu, rate in zip(*(columns[n] for n in ("F", "mu", "growth_rate")), strict=True):
         assert rate == pytest.approx(own_slider.growth_rate(F=force, mu=mu), abs=1e-7)
-    data = map_to_dict(result)
+    data = result.to_dict()
     assert [(axis["name"], axis["unit"]) for axis in data["over"]] == [("F", "N"), ("mu", "")]
     assert data["values"][2][0] == pytest.approx(own_slider.growth_rate(F=90.0, mu=0.2), abs=1e-7)
     assert data["unit"] == "1/s"
@@ -194,7 +196,7 @@ def test_written_modes_and_maps_have_every_number_in_its_column(tmp_path: Path) 
 
 def test_a_printed_map_has_ranges_and_the_unstable_share(capsys: Printed) -> None:
     forces, frictions = np.linspace(20.0, 100.0, 5), np.linspace(0.1, 1.0, 4)
-    print_map(stability_map(Parameters(), {"F": forces, "mu": frictions}))
+    study("map").show(stability_map(Parameters(), {"F": forces, "mu": frictions}))
     rows = dict(listed(capsys))
     own = np.array([[own_slider.growth_rate(F=f, mu=m) for m in frictions] for f in forces])
     assert rows["F"] == "20 to 100 N, 5"

@@ -63,6 +63,7 @@ FREE: Final = {
         "cli",
         "equilibrium",
         "film",
+        "maps",
         "measured",
         "orbits",
         "paper",

@@ -1,6 +1,5 @@
 """Commands for stability, stability maps and attractors."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from .arguments import option
@@ -171,10 +170,9 @@ def map_over(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     coexistence has three regions: safe, safe for small disturbances alone (with the least vertical
     displacement from rest that escapes), and squealing.
     """
-    from fivtui.equilibrium import MAP_VALUES, check_map, stability_map
-    from fivtui.model import ALL_PARAMETERS, unknown_name
+    from fivtui.maps import MAP_VALUES, check_map, compute_map, map_value
+    from fivtui.model import ALL_PARAMETERS
     from fivtui.ranges import parse_ranges
-    from fivtui.safety import SAFETY_VALUES, safety_map
 
     chosen = scene_of(
         scene,
@@ -186,13 +184,10 @@ def map_over(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
         each.name: each.values() for each in parse_ranges("--over", given["ranges"], ALL_PARAMETERS)
     }
     out, plot, force = given["out"], given["plot"], given["force"]
-    if given["value"] not in (*MAP_VALUES, *SAFETY_VALUES):
-        raise unknown_name("map value", given["value"], (*MAP_VALUES, *SAFETY_VALUES))
-    check_map(given["value"], tuple(over))
+    check_map(map_value(given["value"], MAP_VALUES), tuple(over))
     check_outputs("map", out, plot, force=force)
-    compute: Callable[..., Any] = safety_map if given["value"] in SAFETY_VALUES else stability_map
     with progress_bar("map") as progress:
-        result = compute(
+        result = compute_map(
             chosen.parameters,
             over,
             given["value"],

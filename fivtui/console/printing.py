@@ -16,6 +16,7 @@ from rich.text import Text
 from fivtui.model import Parameters
 
 from .layout import GAP, READABLE, TableColumn, blocks_of
+from .numbers import number
 
 # A bar appears after this time.
 _PATIENCE_S: Final = 1.0
@@ -64,11 +65,6 @@ class Progress:
             self._bar.start()
             self._bar.add_task(words, total=1.0)
         self._bar.update(self._bar.task_ids[0], completed=fraction, description=words)
-
-
-def number(value: float, digits: int = 6) -> str:
-    """A number with a few significant digits."""
-    return f"{value:.{digits}g}"
 
 
 def print_list(title: str, rows: Sequence[tuple[str, str]]) -> None:

@@ -1,9 +1,10 @@
-"""Stability of the equilibrium: eigenvalues, critical friction coefficients, maps."""
+"""Stability of the equilibrium: eigenvalues, critical friction coefficients, modes."""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .arrays import (
+        StabilityPoints as StabilityPoints,
         critical_mus as critical_mus,
         is_on_belt as is_on_belt,
         judge_growths as judge_growths,
@@ -23,16 +24,7 @@ if TYPE_CHECKING:
         growth_rate as growth_rate,
         stability as stability,
     )
-    from .figure import draw_contours as draw_contours, is_logarithmic as is_logarithmic
     from .gradient import critical_mu_derivatives as critical_mu_derivatives
-    from .kinds import MAP as MAP
-    from .map import (
-        LEAST_CONTRAST as LEAST_CONTRAST,
-        MAP_VALUES as MAP_VALUES,
-        StabilityMap as StabilityMap,
-        check_map as check_map,
-        stability_map as stability_map,
-    )
     from .report import (
         critical_mu_text as critical_mu_text,
         margin_text as margin_text,

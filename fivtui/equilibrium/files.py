@@ -1,27 +1,13 @@
-"""Modes, maps and stability as JSON data and as files, with units and provenance."""
+"""Modes and stability as JSON data and as files, with units and provenance."""
 
-import json
-from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-from fivtui.io import (
-    Columns,
-    Header,
-    check_finite,
-    read_bytes,
-    read_columns,
-    read_header,
-    write_table,
-)
-from fivtui.model import ALL_PARAMETERS, PARAMETERS, Column, InputError, Parameters
+from fivtui.io import check_finite, write_table
+from fivtui.model import PARAMETERS, Column
 
 from .eigenvalues import Stability
-from .map import StabilityMap, stability_map
 from .modes import VibrationMode
 from .scan import ModeScan, mode_scan, scan_top
 
@@ -43,8 +29,7 @@ def save_modes(found: Stability, scan: ModeScan, path: Path, *, force: bool = Fa
     parts. Raises `InputError` if the format is unknown or its package missing, or the file cannot
     be written.
     """
-    mu = PARAMETERS["mu"]
-    columns = [Column("mu", mu.unit, mu.meaning)]
+    columns = [PARAMETERS["mu"].column]
     for number in range(1, _EIGENVALUES + 1):
         columns.append(Column(f"sigma_{number}", "1/s", f"real part of eigenvalue {number}"))
         columns.append(Column(f"omega_{number}", "rad/s", f"imaginary part of eigenvalue {number}"))
@@ -54,111 +39,6 @@ def save_modes(found: Stability, scan: ModeScan, path: Path, *, force: bool = Fa
         "critical_mu": [critical.mu for critical in found.critical_mu],
     }
     write_table(path, "table of modes", columns, scan.to_columns(), header, force=force)
-
-
-FloatArray = NDArray[np.float64]
-
-# Column of every quantity of a map.
-MAP_COLUMNS: Final = {
-    "growth-rate": Column("growth_rate", "1/s", "growth rate"),
-    "critical-mu": Column("critical_mu", "", "critical friction coefficient"),
-    "unstable-modes": Column("unstable_modes", "", "unstable modes"),
-}
-
-
-def map_to_dict(result: StabilityMap) -> dict[str, Any]:
-    """A stability map as JSON data.
-
-    Keys are ``parameters`` (those that do not vary), ``separation``, ``over`` (name, unit and
-    values of the two that do), ``value``, ``unit``, and ``values``: one list for every value of the
-    first parameter, None where there is no value.
-    """
-    column = MAP_COLUMNS[result.value]
-    rows = [[None if np.isnan(v) else v for v in row] for row in result.values.tolist()]
-    return {
-        **_provenance(result),
-        "over": [
-            {"name": name, "unit": ALL_PARAMETERS[name].unit, "values": axis.tolist()}
-            for name, axis in zip(result.names, result.axes, strict=True)
-        ],
-        "value": result.value,
-        "unit": column.unit,
-        "values": rows,
-    }
-
-
-def map_columns(result: StabilityMap) -> dict[str, FloatArray]:
-    """The points of a map by column, the second parameter varying fastest."""
-    first, second = np.meshgrid(*result.axes, indexing="ij")
-    names = (*result.names, MAP_COLUMNS[result.value].name)
-    arrays = (first.ravel(), second.ravel(), result.values.ravel())
-    return dict(zip(names, arrays, strict=True))
-
-
-def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:
-    """Write a map: one row per point, the second parameter varying fastest, ``nan`` for no value.
-
-    Raises `InputError` if the format is unknown or the file cannot be written; see `save_modes`.
-    """
-    value = MAP_COLUMNS[result.value]
-    specs = [ALL_PARAMETERS[name] for name in result.names]
-    columns = [*(Column(spec.name, spec.unit, spec.meaning) for spec in specs), value]
-    write_table(path, "map", columns, map_columns(result), _provenance(result), force=force)
-
-
-def load_map(path: Path) -> StabilityMap:
-    """Read a map from a file of `save_map`, or from the JSON that ``fivtui map --json`` prints.
-
-    The stability boundary is computed anew. Raises `InputError` if the file is not a map.
-    """
-    plain = path.suffix.lower() == ".json"
-    content = read_bytes(path) if plain else b""
-    values, said = ({}, {}) if plain else (read_columns(path, "map"), read_header(path, "map"))
-    try:
-        return _from_dict(json.loads(content)) if plain else _from_columns(values, said)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise InputError(f"{path}: not a map, or damaged") from None
-
-
-def _from_dict(data: Mapping[str, Any]) -> StabilityMap:
-    (first, rows), (second, columns) = (
-        (str(axis["name"]), np.array(axis["values"], dtype=float)) for axis in data["over"]
-    )
-    values = np.array(data["values"], dtype=float)
-    return _map((first, rows), (second, columns), str(data["value"]), values, data)
-
-
-def _from_columns(columns: Columns, said: Header) -> StabilityMap:
-    first, second, last = columns
-    value = {column.name: name for name, column in MAP_COLUMNS.items()}[last]
-    size = int(np.argmax(columns[first] != columns[first][0])) or columns[first].size
-    shape = (columns[first].size // size, size)
-    rows, line = columns[first].reshape(shape), columns[second].reshape(shape)
-    if not (np.all(rows == rows[:, :1]) and np.all(line == line[:1])):
-        raise InputError("the points do not form a grid")
-    values = columns[last].reshape(shape)
-    return _map((first, rows[:, 0]), (second, line[0]), value, values, said)
-
-
-def _map(
-    rows: tuple[str, FloatArray],
-    columns: tuple[str, FloatArray],
-    value: str,
-    values: FloatArray,
-    said: Mapping[str, Any],
-) -> StabilityMap:
-    p = Parameters().with_values(said["parameters"])
-    computed = stability_map(p, dict((rows, columns)), value, separation=bool(said["separation"]))
-    if values.shape != computed.values.shape:
-        raise InputError(f"{values.shape} values for {computed.values.shape} points")
-    return replace(computed, values=values)
-
-
-def _provenance(result: StabilityMap) -> dict[str, Any]:
-    fixed = {k: v for k, v in result.parameters.as_dict().items() if k not in result.names}
-    return {"parameters": fixed, "separation": result.separation}
 
 
 def stability_to_dict(stability: Stability) -> dict[str, Any]:

@@ -5,15 +5,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fivtui.console import number, parameter_line, print_list, print_rows_of
-from fivtui.model import ALL_PARAMETERS, IN_CONTACT, sliding
+from fivtui.console import number, parameter_line, print_rows_of
+from fivtui.model import IN_CONTACT, sliding
 from fivtui.results import Row
 
 from .eigenvalues import Stability
-from .files import MAP_COLUMNS
 
 if TYPE_CHECKING:
-    from .map import StabilityMap
     from .modes import VibrationMode
 
 
@@ -135,32 +133,3 @@ def print_stability(s: Stability) -> None:
     """Print the report of a stability analysis."""
     parameters = Row("parameters", parameter_line(s.parameters))
     print_rows_of("Stability", [parameters, *stability_rows(s)])
-
-
-def _span(low: float, high: float, unit: str) -> str:
-    return f"{number(low)} to {number(high)} {unit}".rstrip()
-
-
-# Why a point of a map has no equilibrium.
-_WHY_NONE: Final = "lifted and held by no spring, on a belt at rest, or with mu above mu_s"
-
-
-def print_map(result: "StabilityMap") -> None:
-    """Print a map's size, range of values and unstable share."""
-    values = result.values[~np.isnan(result.values)]
-    known = result.excess[~np.isnan(result.excess)]
-    none = result.excess.size - known.size
-    rows = [
-        (name, f"{_span(axis[0], axis[-1], ALL_PARAMETERS[name].unit)}, {axis.size}")
-        for name, axis in zip(result.names, result.axes, strict=True)
-    ]
-    column = MAP_COLUMNS[result.value]
-    span = _span(values.min(), values.max(), column.unit) if values.size else "none"
-    rows += [
-        ("points", str(result.values.size)),
-        (column.meaning, span),
-        ("points without value", str(result.values.size - values.size)),
-        *([("without equilibrium", f"{none} of them, {_WHY_NONE}")] if none else []),
-        ("unstable", f"{np.count_nonzero(known > 0.0) / result.values.size:.1%} of the points"),
-    ]
-    print_list("Stability map", rows)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 from operator import attrgetter
 from typing import Any, Final, Self
 
+from .columns import Column
 from .errors import InputError
 from .field import DERIVATIVE_STEP
 from .numbers import Interval
@@ -50,6 +51,11 @@ class ParameterSpec:
     def allowed(self) -> str:
         """The allowed range in words."""
         return str(self._interval)
+
+    @property
+    def column(self) -> Column:
+        """The column of its values in a table."""
+        return Column(self.name, self.unit, self.meaning)
 
     @property
     def _interval(self) -> Interval:

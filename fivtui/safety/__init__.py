@@ -4,12 +4,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .gradient import safe_mu_derivatives as safe_mu_derivatives
-    from .map import (
-        NOT_KNOWN as NOT_KNOWN,
-        SAFETY_VALUES as SAFETY_VALUES,
-        SafetyMap as SafetyMap,
-        safety_map as safety_map,
-    )
     from .table import (
         MOST_FOLDS as MOST_FOLDS,
         SafeTable as SafeTable,

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fivtui.equilibrium.files import load_map
 from fivtui.io.csv_format import read_csv
 from fivtui.io.tables import FORMATS, read_columns, read_header
+from fivtui.maps.files import load_map
 from fivtui.model import InputError
 from fivtui.studies import kind_of, load_study
 from fivtui.sweeps.files import read_sweep

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from fivtui.equilibrium.eigenvalues import stability
-from fivtui.equilibrium.files import load_map, map_to_dict, modes_over_mu, save_map, save_modes
-from fivtui.equilibrium.map import stability_map
+from fivtui.equilibrium.files import modes_over_mu, save_modes
 from fivtui.io.tables import FORMATS, read_columns, read_header
+from fivtui.maps import stability_map
+from fivtui.maps.files import load_map
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
+from fivtui.results import save_result
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.files import read_sweep, save_sweep
 from fivtui.sweeps.provenance import study_from_dict, study_to_dict
@@ -108,9 +110,9 @@ def test_a_map_is_read_as_it_was_written(value: str, tmp_path: Path) -> None:
     written = stability_map(Parameters(c1=0.4), over, value)
     paths = [tmp_path / f"map{suffix}" for suffix in FORMATS]
     for path in paths:
-        save_map(written, path)
+        save_result(written, path)
     paths.append(tmp_path / "map.json")
-    paths[-1].write_text(json.dumps(map_to_dict(written)))
+    paths[-1].write_text(json.dumps(written.to_dict()))
     for path in paths:
         read = load_map(path)
         assert (read.names, read.value, read.separation) == (("F", "k_nl"), value, True)

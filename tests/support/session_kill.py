@@ -17,7 +17,7 @@ from unittest import mock
 
 import numpy as np
 
-from fivtui.equilibrium.map import stability_map
+from fivtui.maps import stability_map
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tui import app as app_module

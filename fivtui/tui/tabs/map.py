@@ -33,8 +33,7 @@ from .job_pane import JobPane
 from .messages import PointOpened
 
 if TYPE_CHECKING:
-    from fivtui.equilibrium import StabilityMap
-    from fivtui.safety import SafetyMap
+    from fivtui.maps import StabilityMap
 
 _PREFIX: Final = "value-"
 _VALUE: Final = "value"
@@ -66,7 +65,7 @@ class MapPane(JobPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._computed: StabilityMap | SafetyMap | None = None
+        self._computed: StabilityMap | None = None
         kept = self.setting(_VALUE, "")
         self._value = kept if kept in VALUES else next(iter(VALUES))
         self._key: object = None
@@ -101,7 +100,7 @@ class MapPane(JobPane):
         return self.setting(self._ranges_key, usual)
 
     @property
-    def _result(self) -> "StabilityMap | SafetyMap | None":
+    def _result(self) -> "StabilityMap | None":
         # A map read from a file stays until another one is computed.
         read = self.session.studies.get("map")
         return self._computed if read is None else read.value
@@ -165,20 +164,18 @@ class MapPane(JobPane):
         over, p, key = self._request()
         value, separation = self._value, self.session.separation
 
-        def compute(job: Job) -> "StabilityMap | SafetyMap":
-            from fivtui.equilibrium import stability_map
-            from fivtui.safety import SAFETY_VALUES, safety_map
+        def compute(job: Job) -> "StabilityMap":
+            from fivtui.maps import SAFETY_VALUES, compute_map
 
-            if value not in SAFETY_VALUES:
-                return stability_map(p, over, value, separation=separation, progress=job.report)
-            coarse = {name: thinned(values) for name, values in over.items()}
-            return safety_map(p, coarse, value, separation=separation, progress=job.report)
+            thin = value in SAFETY_VALUES
+            chosen = {name: thinned(v) if thin else v for name, v in over.items()}
+            return compute_map(p, chosen, value, separation=separation, progress=job.report)
 
         self._key = key
         self.session.studies.put("map", None)
         self.start(compute)
 
-    def take(self, result: "StabilityMap | SafetyMap") -> None:
+    def take(self, result: "StabilityMap") -> None:
         """Display the map."""
         self._computed = result
         self.say(f"{result.values.size} points; Enter: run one")

@@ -10,10 +10,10 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import DataTable, Input
 
-from fivtui.equilibrium.files import save_map
-from fivtui.equilibrium.map import stability_map
+from fivtui.maps import stability_map
 from fivtui.model.errors import InputError
 from fivtui.paper.claims.check import claims
+from fivtui.results import save_result
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.sweeps.rows import compute_rows
@@ -275,7 +275,7 @@ def test_what_is_too_large_is_a_note_and_foreign_names_are_refused(
     files, notes = store.put({"map": a_map()})
     assert not files
     assert "it takes" in notes["map"]
-    save_map(a_map().value, tmp_path / "mine.npz")
+    save_result(a_map().value, tmp_path / "mine.npz")
     with pytest.raises(InputError, match="not the name of a file of this session"):
         store.get("map", StoredResult("../mine.npz"))
     assert (tmp_path / "mine.npz").is_file()

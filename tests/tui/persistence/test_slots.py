@@ -15,8 +15,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fivtui.equilibrium.map import stability_map
 from fivtui.io import locks
+from fivtui.maps import stability_map
 from fivtui.model.errors import InputError
 from fivtui.scene.presets import PRESETS
 from fivtui.tui import start

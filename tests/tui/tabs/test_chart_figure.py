@@ -17,8 +17,8 @@ from matplotlib.lines import Line2D
 from textual.pilot import Pilot
 
 from fivtui import safety_map
-from fivtui.equilibrium.map import stability_map
 from fivtui.io.tables import read_columns, read_header
+from fivtui.maps import stability_map
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.simulation import simulate

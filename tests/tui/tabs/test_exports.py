@@ -14,14 +14,15 @@ from textual.pilot import Pilot
 from textual.widgets import Input, Static
 
 from fivtui import cli
-from fivtui.equilibrium.files import load_map
-from fivtui.equilibrium.map import StabilityMap
 from fivtui.io.tables import read_columns
-from fivtui.model import System
+from fivtui.maps import StabilityMap
+from fivtui.maps.files import load_map
+from fivtui.model import PARAMETERS, System
 from fivtui.model.errors import InputError
 from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
 from fivtui.paper.results import PaperResults
+from fivtui.results import Grid
 from fivtui.scene.files import save_scene
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.request import parse_design, study_of
@@ -342,7 +343,11 @@ def test_the_lines_of_an_accuracy_ask_for_it_and_for_nothing_that_follows_from_i
 def test_a_map_that_no_command_can_say_is_not_copied() -> None:
     axis = np.array([0.0, 1.0, 3.0])
     uneven = StabilityMap(
-        System(BASE.parameters), ("F", "mu"), (axis, axis), "growth-rate", axis, axis
+        System(BASE.parameters),
+        Grid((PARAMETERS["F"], PARAMETERS["mu"]), (axis, axis)),
+        "growth-rate",
+        {"growth_rate": np.zeros((3, 3))},
+        np.zeros((3, 3)),
     )
     with pytest.raises(InputError, match="F: its values are not evenly spaced"):
         study_line("map", uneven, Origin(BASE, ""))

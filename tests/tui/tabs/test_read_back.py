@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from fivtui.equilibrium.eigenvalues import stability
-from fivtui.equilibrium.map import stability_map
 from fivtui.equilibrium.scan import mode_scan
+from fivtui.maps import stability_map
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS

@@ -8,9 +8,8 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui import Parameters, safety_map
-from fivtui.model import System
-from fivtui.safety.map import SafetyMap
-from fivtui.safety.searched import SearchedPoint
+from fivtui.maps import StabilityMap
+from fivtui.maps.searched import SearchedPoint
 from fivtui.tui.chart.chart import Cursors, View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
@@ -28,12 +27,12 @@ from tests.support.laboratory import clear_notices, until_shown
 
 
 @pytest.fixture(scope="module")
-def regions() -> SafetyMap:
+def regions() -> StabilityMap:
     over = {"F": np.array([120.0, 110.0, 100.0]), "mu": np.linspace(0.1, 0.9, 9)}
     return safety_map(None, over, "coexistence")
 
 
-def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: SafetyMap) -> None:
+def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -> None:
     chart = map_chart(regions, Parameters(F=110.0))
     scale = map_scale(regions)
     assert scale.startswith("· safe ░ ≥")
@@ -50,7 +49,7 @@ def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: SafetyMap) -> N
     assert "escapes from 0" in read
 
 
-def test_the_displacement_that_escapes_is_zero_where_it_squeals(regions: SafetyMap) -> None:
+def test_the_displacement_that_escapes_is_zero_where_it_squeals(regions: StabilityMap) -> None:
     found = offsets(regions)
     assert np.isnan(found[regions.regions == 0.0]).all()
     assert np.all(found[regions.regions == 2.0] == 0.0)
@@ -71,11 +70,11 @@ def test_a_scale_says_up_to_which_value_each_shade_goes() -> None:
 
 
 @pytest.fixture(scope="module")
-def flat() -> SafetyMap:
+def flat() -> StabilityMap:
     return safety_map(None, {"F": [80.0, 120.0], "k_nl": [95.0, 105.0]})
 
 
-def test_differences_without_consequence_have_one_shade(flat: SafetyMap) -> None:
+def test_differences_without_consequence_have_one_shade(flat: StabilityMap) -> None:
     # The folds differ by 2e-4 of themselves.
     assert 0.0 < np.ptp(flat.safe_mu) < 1e-3 * flat.safe_mu.max()
     chart = map_chart(flat, None)
@@ -101,11 +100,12 @@ def test_differences_without_consequence_have_one_shade(flat: SafetyMap) -> None
     assert knock[0, 0] > 1
 
 
-def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: SafetyMap) -> None:
+def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: StabilityMap) -> None:
     safe = flat.safe_mu.copy()
     critical = flat.critical_mu.copy()
     safe[0], critical[0, 0] = np.nan, np.nan
-    partly = replace(flat, safe_mu=safe, critical_mu=critical, searched=())
+    quantities = {"safe_mu": safe, "critical_mu": critical}
+    partly = replace(flat, quantities=quantities, searched=())
     assert partly.unknown.tolist() == [[False, True], [False, False]]
     assert map_scale(partly).endswith("? none × not known")
     for place, words in (((80.0, 95.0), "none"), ((80.0, 105.0), "not known")):
@@ -116,12 +116,14 @@ def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: SafetyMap
     # Without critical μ a search that contradicts makes it unknown as well.
     refuted = replace(partly, searched=(SearchedPoint((0, 0), 0.2),))
     assert refuted.unknown.tolist() == [[True, True], [False, False]]
-    only = replace(partly, critical_mu=flat.critical_mu)
+    only = replace(partly, quantities=quantities | {"critical_mu": flat.critical_mu})
     assert "none" not in map_scale(only)
     assert map_scale(only).endswith("× not known")
-    regions = replace(only, value="coexistence", system=System(Parameters(mu=0.3)))
+    region = {"region": np.where(np.isnan(safe), np.nan, 1.0)}
+    regions = replace(only, value="coexistence", quantities={**only.quantities, **region})
     assert "not known" in map_scale(regions)
-    lifted = replace(regions, excess=np.full((2, 2), np.nan))
+    none = np.full((2, 2), np.nan)
+    lifted = replace(regions, excess=none, quantities={**regions.quantities, "region": none})
     assert map_scale(lifted) == "? no equilibrium"
 
 

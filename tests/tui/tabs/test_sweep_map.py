@@ -7,7 +7,7 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
-from fivtui.equilibrium.map import stability_map
+from fivtui.maps import stability_map
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS

@@ -23,9 +23,8 @@ from .map_shades import (
 )
 
 if TYPE_CHECKING:
-    from fivtui.equilibrium import StabilityMap
+    from fivtui.maps import StabilityMap
     from fivtui.ranges import NamedRange
-    from fivtui.safety import SafetyMap
 
 FloatArray = NDArray[np.float64]
 
@@ -57,7 +56,7 @@ _UNSTABLE: Final = ("░", "▒", "▓", "█")
 
 def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
     """Parse the two ranges of a map, such as ``μ=0:1.5:121 F=5:120:93``; the first is along x."""
-    from fivtui.equilibrium import check_map
+    from fivtui.maps import check_map
     from fivtui.ranges import parse_ranges
 
     words = plain_names(text).split()
@@ -93,13 +92,13 @@ def values_in(given: "NamedRange", axis: Axis | None) -> FloatArray:
     return values
 
 
-def map_chart(result: "StabilityMap | SafetyMap", now: Parameters | None) -> Chart:
+def map_chart(result: "StabilityMap", now: Parameters | None) -> Chart:
     """A map as shades, with the boundary of stability and the edited point."""
     first, second = result.names
     x, y = result.axes
     regions = result.values
     grids = [result.values, result.excess, regions]
-    unknown = _unknown(result)
+    unknown = result.unknown
     if result.value == "coexistence":
         grids[0] = offsets(result)
     if x[0] > x[-1]:
@@ -134,18 +133,10 @@ def map_chart(result: "StabilityMap | SafetyMap", now: Parameters | None) -> Cha
     )
 
 
-def map_scale(result: "StabilityMap | SafetyMap") -> str:
+def map_scale(result: "StabilityMap") -> str:
     """What the shades of a map mean, in words."""
     values = offsets(result) if result.value == "coexistence" else result.values
-    return scale_words(*_graded_by_kind(result.value, values, result.values, _unknown(result))[1:])
-
-
-def _unknown(result: "StabilityMap | SafetyMap") -> NDArray[np.bool_]:
-    from fivtui.safety import SafetyMap
-
-    if isinstance(result, SafetyMap):
-        return result.unknown
-    return np.zeros(result.values.shape, dtype=bool)
+    return scale_words(*_graded_by_kind(result.value, values, result.values, result.unknown)[1:])
 
 
 def _graded_by_kind(
@@ -209,7 +200,7 @@ def _merged(
     return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1]])
 
 
-def point_texts(result: "StabilityMap | SafetyMap", point: NearestPoint) -> dict[str, str]:
+def point_texts(result: "StabilityMap", point: NearestPoint) -> dict[str, str]:
     """Field texts of a point of a map: all parameters and separation."""
     places = (float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y))
     values = result.parameters.as_dict() | dict(zip(result.names, places, strict=True))
@@ -217,7 +208,7 @@ def point_texts(result: "StabilityMap | SafetyMap", point: NearestPoint) -> dict
     return texts | {"separation": CONSIDERED if result.separation else IGNORED}
 
 
-def point_words(result: "StabilityMap | SafetyMap", point: NearestPoint) -> str:
+def point_words(result: "StabilityMap", point: NearestPoint) -> str:
     """The coordinates of a point of a map in words."""
     texts = point_texts(result, point)
     return ", ".join(f"{symbol_of(name)} = {texts[name]}" for name in result.names)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from fivtui.safety import SafetyMap
+    from fivtui.maps import StabilityMap
 
 FloatArray = NDArray[np.float64]
 Levels = NDArray[np.intp]
@@ -26,12 +26,12 @@ _BLANK: Final = "blank"
 _DIGITS: Final = range(3, 7)
 
 
-def offsets(result: "SafetyMap") -> FloatArray:
+def offsets(result: "StabilityMap") -> FloatArray:
     """Displacements from rest that escape, m: zero where the slider squeals, NaN where it is safe.
 
     Infinite where a limit cycle coexists that none of the displacements tried leads to.
     """
-    regions = result.regions
+    regions = result.values
     known = np.full(regions.shape, np.nan) if result.escape is None else result.escape
     within = np.where(np.isnan(known), np.inf, known)
     return np.where(regions == 2.0, 0.0, np.where(regions == 1.0, within, np.nan))
@@ -73,7 +73,7 @@ def ranks(values: FloatArray, count: int, least: float) -> Levels:
 
 def graded(values: FloatArray) -> tuple[Levels, Shades]:
     """Levels and shades from the smallest values to the largest, by their ranks."""
-    from fivtui.equilibrium import LEAST_CONTRAST
+    from fivtui.maps import LEAST_CONTRAST
 
     missing = np.isnan(values)
     levels = np.full(values.shape, len(_GRADES), dtype=np.intp)
@@ -97,7 +97,7 @@ def with_unknown(
     levels: Levels, shades: Shades, scale: Sequence[str], unknown: NDArray[np.bool_]
 ) -> tuple[Levels, Shades, Sequence[str]]:
     """Levels, shades and scale with a level of its own for points that are not known."""
-    from fivtui.safety import NOT_KNOWN
+    from fivtui.maps import NOT_KNOWN
 
     levels = np.where(unknown, len(shades), levels)
     counts = np.bincount(levels.ravel(), minlength=len(shades) + 1)

@@ -13,10 +13,10 @@ from hypothesis import example, given, settings, strategies as st
 
 from fivtui import Parameters, stability
 from fivtui.equilibrium.arrays import judge_growths
-from fivtui.equilibrium.figure import map_figure
-from fivtui.equilibrium.files import map_to_dict
-from fivtui.equilibrium.map import MAP_VALUES, StabilityMap, stability_map
 from fivtui.equilibrium.quartic import rightmost_real_part
+from fivtui.maps import StabilityMap, stability_map
+from fivtui.maps.figure import map_figure
+from fivtui.maps.stability import EIGENVALUE_VALUES
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS
 from tests.support.strategies import wide_parameters
@@ -127,7 +127,7 @@ def test_growth_rates_at_the_ends_of_the_ranges_need_no_eigenvalue_solver(
 def test_any_two_parameters_span_a_map(p: Parameters, names: list[str]) -> None:
     one, other = names[:2]
     axes = {one: [getattr(p, one)] * 2, other: [getattr(p, other)] * 3}
-    for value in MAP_VALUES:
+    for value in EIGENVALUE_VALUES:
         found = stability_map(p, axes, value).values
         assert found.shape == (2, 3)
         assert np.array_equal(found, np.full((2, 3), value_at(p, value)), equal_nan=True)
@@ -301,16 +301,16 @@ def small() -> StabilityMap:
 
 
 def test_a_map_as_data_is_plain_json(small: StabilityMap) -> None:
-    data = json.loads(json.dumps(map_to_dict(small), allow_nan=False))
+    data = json.loads(json.dumps(small.to_dict(), allow_nan=False))
     assert [axis["name"] for axis in data["over"]] == ["F", "mu"]
     assert data["over"][0]["unit"] == "N"
     assert np.array(data["values"]).shape == (12, 11)
     assert set(data["parameters"]) == set(PARAMETERS) - {"F", "mu"}
     none = stability_map(Parameters(), {"F": [-1.0, 1.0], "k1": [1.0]}, "critical-mu")
-    assert map_to_dict(none)["values"][0] == [None]
+    assert none.to_dict()["values"][0] == [None]
 
 
-@pytest.mark.parametrize("value", MAP_VALUES)
+@pytest.mark.parametrize("value", EIGENVALUE_VALUES)
 def test_a_figure_shows_units_and_the_boundary(value: str) -> None:
     over = {"F": np.geomspace(1.0, 150.0, 12), "k_nl": np.linspace(0.0, 500.0, 11)}
     figure = map_figure(stability_map(Parameters(), over, value))
@@ -325,5 +325,5 @@ def test_a_figure_shows_units_and_the_boundary(value: str) -> None:
 
 def test_a_figure_without_boundary_has_no_legend_of_it() -> None:
     over = {"F": np.linspace(1.0, 2.0, 3), "mu": np.linspace(0.0, 0.01, 3)}
-    for value in MAP_VALUES:
+    for value in EIGENVALUE_VALUES:
         assert map_figure(stability_map(Parameters(), over, value)).legends == []

@@ -4,105 +4,37 @@ Computed in chunks, which need little more memory than the map itself.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal, get_args
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.equilibrium import StabilityPoints, critical_mus, is_on_belt, judge_growths
 from fivtui.model import (
     Cancelled,
     ComputationError,
     InputError,
     Parameters,
-    System,
+    ParameterSpec,
     check_effect,
     parameter_spec,
     system_of,
     time_scale,
     unknown_name,
 )
-from fivtui.results import SystemResult, scene_text
+from fivtui.results import Grid
 
-from .arrays import StabilityPoints, critical_mus, is_on_belt, judge_growths
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .result import MAP_VALUES, SAFETY_VALUES, SHOWN, MapValue, StabilityMap
 
 FloatArray = NDArray[np.float64]
-MapValue = Literal["growth-rate", "critical-mu", "unstable-modes"]
 Progress = Callable[[float], bool]
 
-MAP_VALUES: Final[tuple[MapValue, ...]] = get_args(MapValue)
+EIGENVALUE_VALUES: Final = tuple(value for value in MAP_VALUES if value not in SAFETY_VALUES)
 MAX_POINTS: Final = 100_000_000
-# Least difference that is drawn, as a share of the greatest value: that of three-digit numbers.
-LEAST_CONTRAST: Final = 1e-3
 # A chunk's arrays stay in the processor's cache.
 _CHUNK: Final = 8192
 # On a belt of finite speed points are judged one by one.
 _CHUNK_ON_BELT: Final = 64
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class StabilityMap(SystemResult):
-    """A quantity over two parameters.
-
-    Attributes
-    ----------
-    system : System
-        The system, with `parameters` that do not vary and `separation`.
-    names : tuple of str
-        Names of the two parameters.
-    axes : tuple of ndarray, shapes (n,) and (k,)
-        Their values.
-    value : str
-        ``"growth-rate"`` (1/s), ``"critical-mu"`` or ``"unstable-modes"``.
-    values : ndarray, shape (n, k)
-        The quantity. NaN where there is no critical friction coefficient in range, or no
-        equilibrium (F < 0 lifts the slider and k3 = 0 does not hold it).
-    excess : ndarray, shape (n, k)
-        Relative excess of μ h k_t over its value on the stability boundary: negative where the
-        equilibrium is stable, zero on the boundary, −1 without friction coupling, NaN without
-        equilibrium. On a belt of finite speed the growth rate times √(m/stiffness).
-    """
-
-    system: System
-    names: tuple[str, str]
-    axes: tuple[FloatArray, FloatArray]
-    value: MapValue
-    values: FloatArray
-    excess: FloatArray
-
-    def _summary(self) -> list[tuple[str, str]]:
-        known = self.values[~np.isnan(self.values)]
-        span = f"{known.min():.6g} to {known.max():.6g}" if known.size else "none"
-        scene = scene_text(self.system, without=self.names)
-        return [
-            ("scene", scene),
-            *(
-                (name, f"{axis[0]:g} to {axis[-1]:g}, {axis.size} values")
-                for name, axis in zip(self.names, self.axes, strict=True)
-            ),
-            (self.value, f"{span}; {np.count_nonzero(self.excess < 0.0)} points stable"),
-        ]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui map --json`` prints."""
-        from .files import map_to_dict
-
-        return map_to_dict(self)
-
-    def to_columns(self) -> dict[str, FloatArray]:
-        """One element per point, the second parameter varying fastest; NaN for no value."""
-        from .files import map_columns
-
-        return map_columns(self)
-
-    def figure(self) -> "Figure":
-        """Matplotlib figure of the map with its stability boundary."""
-        from .figure import map_figure
-
-        return map_figure(self)
 
 
 def stability_map(
@@ -154,16 +86,14 @@ def stability_map(
     """
     system = system_of(parameters, separation)
     p = system.parameters
-    if value not in MAP_VALUES:
-        raise unknown_name("map value", value, MAP_VALUES)
+    kind = map_value(value, EIGENVALUE_VALUES)
     if len(over) != 2:
         raise InputError(f"over: {len(over)} parameters given; must be two different ones")
     check_effect(p, over)
-    (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
-    shape = (rows.size, columns.size)
-    total = rows.size * columns.size
-    if total > MAX_POINTS:
-        raise InputError(f"over: {total} points; must be at most {MAX_POINTS}")
+    grid = _grid(over)
+    total = grid.size
+    check_points(total, MAX_POINTS)
+    (first, second), (rows, columns) = grid.names, grid.axes
     values, excess = np.empty(total), np.empty(total)
     on_belt = is_on_belt(p, over)
     chunk = _CHUNK_ON_BELT if on_belt else _CHUNK
@@ -186,11 +116,10 @@ def stability_map(
         progress(1.0)
     return StabilityMap(
         system=system,
-        names=(first, second),
-        axes=(rows, columns),
-        value=next(known for known in MAP_VALUES if known == value),
-        values=values.reshape(shape),
-        excess=excess.reshape(shape),
+        grid=grid,
+        value=kind,
+        quantities={SHOWN[kind]: values.reshape(grid.shape)},
+        excess=excess.reshape(grid.shape),
     )
 
 
@@ -217,11 +146,29 @@ def check_map(value: str, names: Sequence[str]) -> None:
         )
 
 
-def _axis(name: str, values: Sequence[float] | FloatArray) -> FloatArray:
-    spec = parameter_spec(name)
+def map_value(value: str, allowed: Sequence[MapValue]) -> MapValue:
+    """The value of a map by its name, one of `allowed`; `InputError` for any other."""
+    for known in allowed:
+        if known == value:
+            return known
+    raise unknown_name("map value", value, allowed)
+
+
+def check_points(count: int, limit: int) -> None:
+    """Raise `InputError` if a map has more points than `limit`."""
+    if count > limit:
+        raise InputError(f"over: {count} points; must be at most {limit}")
+
+
+def _grid(over: Mapping[str, Sequence[float] | FloatArray]) -> Grid:
+    first, second = (parameter_spec(name) for name in over)
+    return Grid((first, second), (_axis(first, over[first.name]), _axis(second, over[second.name])))
+
+
+def _axis(spec: ParameterSpec, values: Sequence[float] | FloatArray) -> FloatArray:
     axis = np.array(values, dtype=float)
     if axis.ndim != 1 or axis.size == 0:
-        raise InputError(f"over: {name}: must be one or more numbers")
+        raise InputError(f"over: {spec.name}: must be one or more numbers")
     for extreme in (axis.min(), axis.max()):
         spec.check(float(extreme))
     return axis

@@ -15,26 +15,26 @@ from fivtui import (
     safety_map,
     stability,
 )
+from fivtui.maps import StabilityMap
 from fivtui.model import System
 from fivtui.orbits.basins import escape_offset
 from fivtui.orbits.boundaries.fold_orbits import fold_near, folds_of
-from fivtui.safety.map import SafetyMap
 from fivtui.studies import load_study, save_study
 
 
 @pytest.fixture(scope="module")
-def over_load() -> SafetyMap:
+def over_load() -> StabilityMap:
     return safety_map(None, {"F": np.linspace(20.0, 140.0, 5), "k_nl": [80.0, 100.0]})
 
 
 @pytest.fixture(scope="module")
-def regions() -> SafetyMap:
+def regions() -> StabilityMap:
     over = {"mu": [0.2, 0.5, 0.7, 0.9], "F": [100.0, 120.0]}
     return safety_map(None, over, "coexistence")
 
 
 def test_the_safe_friction_of_each_point_is_the_least_fold_of_its_branch(
-    over_load: SafetyMap,
+    over_load: StabilityMap,
 ) -> None:
     for row, F in enumerate(over_load.axes[0].tolist()):
         p = Parameters(F=F)
@@ -75,7 +75,7 @@ def test_cycles_are_searched_where_motions_are_damped_and_not_linear(
         searches.append(p)
         raise ComputationError("not searched", "this is a test")
 
-    monkeypatch.setattr("fivtui.safety.map.safe_friction", search)
+    monkeypatch.setattr("fivtui.maps.safety.safe_friction", search)
     axes = {"F": [60.0, 80.0], **(over or {"k1": [90.0, 100.0]})}
     safety_map(Parameters(**values), axes, separation=separation)
     assert bool(searches) is searched
@@ -98,7 +98,9 @@ def test_what_turns_the_branch_the_other_way_is_no_fold_of_safe_friction() -> No
     assert fold_near(System(Parameters(F=44.0)), fold) is None
 
 
-def test_regions_follow_from_the_friction_and_offsets_from_transients(regions: SafetyMap) -> None:
+def test_regions_follow_from_the_friction_and_offsets_from_transients(
+    regions: StabilityMap,
+) -> None:
     assert regions.regions.tolist() == [[0.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]
     assert regions.escape is not None
     inside = regions.regions == 1.0
@@ -112,22 +114,22 @@ def test_regions_follow_from_the_friction_and_offsets_from_transients(regions: S
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".json"])
-def test_maps_are_read_back_as_written(regions: SafetyMap, suffix: str, tmp_path: Path) -> None:
+def test_maps_are_read_back_as_written(regions: StabilityMap, suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"map{suffix}"
     save_study("map", regions, path)
     back = load_study("map", path)
-    assert isinstance(back, SafetyMap)
+    assert isinstance(back, StabilityMap)
     assert back.names == regions.names
     assert back.value == "coexistence"
     for name in ("safe_mu", "critical_mu", "excess", "escape", "regions"):
         assert np.array_equal(getattr(back, name), getattr(regions, name), equal_nan=True)
 
 
-def test_figures_say_what_they_rest_on(over_load: SafetyMap, regions: SafetyMap) -> None:
+def test_figures_say_what_they_rest_on(over_load: StabilityMap, regions: StabilityMap) -> None:
     for result in (over_load, regions):
         (axes, *_) = result.figure().axes
         assert "by continuation, and a global search at" in axes.get_title()
-    assert "by continuation, and a global search at 5 points" in repr(over_load)
+    assert "continuation, and a global search at 5 points" in repr(over_load)
 
 
 @pytest.mark.parametrize(
@@ -153,7 +155,7 @@ def test_edges_of_the_model_have_the_critical_friction_or_none() -> None:
 
 def test_cycles_that_only_a_global_search_finds_are_in_the_map() -> None:
     # Off the belt no friction is critical, and continuation has no Hopf point to begin at.
-    lifted = safety_map(None, {"F": [-20.0, -10.0], "k3": [0.0, 60.0]})
+    lifted = safety_map(None, {"F": [-20.0, -10.0], "k3": [0.0, 60.0]}, "coexistence")
     assert np.isnan(lifted.safe_mu).tolist() == [[True, False], [True, False]]
     for row, F in enumerate((-20.0, -10.0)):
         alone = safe_friction(Parameters(F=F)).safe_mu
@@ -176,7 +178,7 @@ def test_where_the_search_contradicts_continuation_safe_friction_is_not_known(
     path = tmp_path / "map.csv"
     save_study("map", result, path)
     back = load_study("map", path)
-    assert isinstance(back, SafetyMap)
+    assert isinstance(back, StabilityMap)
     assert back.searched == result.searched
     assert np.array_equal(back.regions, result.regions, equal_nan=True)
 

@@ -1,24 +1,15 @@
-"""What results have in common: how they are listed, stored, drawn, and said as a command."""
+"""Kinds of studies: what the command line and the laboratory do with each kind of result."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
-from html import escape
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
-from fivtui.model import ALL_PARAMETERS, Parameters, System, without_effect
+from fivtui.model import ALL_PARAMETERS
+
+from .base import Row
 
 PHYSICS: Final = (*ALL_PARAMETERS, "separation")
-_BASE: Final = Parameters().as_dict()
-
-
-class Row(NamedTuple):
-    """One line of a table: a label, its value with its unit, and a note."""
-
-    label: str
-    value: str
-    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,115 +140,7 @@ class StudyKind:
     stored: Stored | None = None
 
 
-class Comparable:
-    """Base of dataclasses that are compared by value; arrays are, too, and NaN equals NaN.
-
-    The dataclass must have ``eq=False``; a field with ``compare=False`` is left out.
-    """
-
-    __slots__ = ()
-
-    def __eq__(self, other: object) -> bool:
-        return equal_values(self, other) if type(other) is type(self) else NotImplemented
-
-    def __hash__(self) -> int:
-        # Of what is equal for certain: arrays have no hash.
-        hashed = (getattr(self, name) for name in _compared(self))
-        return hash((type(self), *(v for v in hashed if isinstance(v, (System, Parameters, str)))))
-
-
-def _compared(record: Any) -> list[str]:
-    return [each.name for each in fields(record) if each.compare]
-
-
-def equal_values(first: Any, second: Any) -> bool:
-    """Whether two values are equal: arrays, dataclasses and containers element by element."""
-    import numpy as np
-
-    if type(first) is not type(second):
-        return not (isinstance(first, np.ndarray) or isinstance(second, np.ndarray)) and bool(
-            first == second
-        )
-    if isinstance(first, np.ndarray):
-        return first.dtype == second.dtype and np.array_equal(
-            first, second, equal_nan=first.dtype.kind in "fc"
-        )
-    if is_dataclass(first):
-        names = _compared(first)
-        first, second = ([getattr(each, name) for name in names] for each in (first, second))
-    elif isinstance(first, Mapping):
-        if first.keys() != second.keys():
-            return False
-        first, second = list(first.values()), [second[key] for key in first]
-    if isinstance(first, (tuple, list)):
-        return len(first) == len(second) and all(map(equal_values, first, second))
-    is_nan = isinstance(first, float) and math.isnan(first) and math.isnan(second)
-    return is_nan or bool(first == second)
-
-
-class Result(Comparable):
-    """Base of what computations return: it prints in a few lines, whatever it holds.
-
-    A result also has, where they make sense, ``to_dict()``: the object that the command line prints
-    with ``--json``; ``to_columns()``: one-dimensional arrays by name, as pandas and polars take
-    them; and ``figure()``: a matplotlib figure.
-    """
-
-    __slots__ = ()
-
-    def _summary(self) -> Sequence[tuple[str, str]]:
-        raise NotImplementedError
-
-    def __repr__(self) -> str:
-        rows = self._summary()
-        width = max(len(name) for name, _ in rows)
-        return "\n".join(
-            [type(self).__name__, *(f"  {name:<{width}}  {text}" for name, text in rows)]
-        )
-
-    def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>"
-            for name, text in self._summary()
-        )
-        return f"<table><caption>{type(self).__name__}</caption><tbody>{rows}</tbody></table>"
-
-
-class SystemResult(Result):
-    """Base of results about one system, which their first field holds."""
-
-    __slots__ = ()
-
-    system: System
-
-    @property
-    def parameters(self) -> Parameters:
-        """The parameter set."""
-        return self.system.parameters
-
-    @property
-    def separation(self) -> bool:
-        """Whether separation is considered."""
-        return self.system.separation
-
-
 def scene_fields(scene: Any, said: Sequence[str]) -> dict[str, Any]:
     """The parameters and the fields named of a scene, or of what has attributes like one."""
     names = [name for name in said if name not in ALL_PARAMETERS]
     return {name: getattr(scene, name) for name in ("parameters", *names)}
-
-
-def scene_text(system: System, *, without: Sequence[str] = ()) -> str:
-    """What a system changes of the base set, and the physics, in one phrase."""
-    p = system.parameters
-    changed = [
-        f"{name}={value:g}"
-        for name, value in p.as_dict().items()
-        if value != _BASE.get(name) and name not in without
-    ]
-    phrases = [
-        f"base set with {', '.join(changed)}" if changed else "base set",
-        "" if system.separation else "separation ignored",
-        without_effect(p, without),
-    ]
-    return "; ".join(phrase for phrase in phrases if phrase)

@@ -1,0 +1,22 @@
+"""Maps over two parameters: stability, critical and safe friction, and where a knock suffices."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .figure import LEAST_CONTRAST as LEAST_CONTRAST
+    from .result import (
+        MAP_VALUES as MAP_VALUES,
+        NOT_KNOWN as NOT_KNOWN,
+        SAFETY_VALUES as SAFETY_VALUES,
+        StabilityMap as StabilityMap,
+    )
+    from .safety import compute_map as compute_map, safety_map as safety_map
+    from .stability import (
+        check_map as check_map,
+        map_value as map_value,
+        stability_map as stability_map,
+    )
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

@@ -1,0 +1,61 @@
+"""Read maps from tables and from JSON."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fivtui.io import Columns, Header
+from fivtui.model import InputError, Parameters
+from fivtui.results import over_of, read_result, split_grid
+
+from .result import COLUMNS, MAP_VALUES, SHOWN, FloatArray, StabilityMap
+from .searched import SearchedPoint
+from .stability import map_value, stability_map
+
+
+def load_map(path: Path) -> StabilityMap:
+    """Read a map from a table, or from the JSON that ``fivtui map --json`` prints.
+
+    The stability boundary is computed anew. Raises `InputError` if the file is not a map.
+    """
+    return read_result(path, StabilityMap.data_name, _from_data, _from_table)
+
+
+def _from_data(data: Mapping[str, Any]) -> StabilityMap:
+    value = map_value(str(data["value"]), MAP_VALUES)
+    arrays = {name: data[name] for name in COLUMNS if name in data}
+    arrays[SHOWN[value]] = data["values"]
+    quantities = {name: np.array(rows, dtype=float) for name, rows in arrays.items()}
+    return _map(over_of(data["over"]), value, quantities, data)
+
+
+def _from_table(columns: Columns, header: Header) -> StabilityMap:
+    over, quantities = split_grid(columns)
+    # A table of coexistence has the quantities of a table of safe μ, and more.
+    values = [value for value in MAP_VALUES if SHOWN[value] in quantities]
+    return _map(over, values[-1], quantities, header)
+
+
+def _map(
+    over: Mapping[str, FloatArray],
+    value: str,
+    quantities: Mapping[str, FloatArray],
+    header: Mapping[str, Any],
+) -> StabilityMap:
+    p = Parameters().with_values(header["parameters"])
+    plain = stability_map(p, over, "unstable-modes", separation=bool(header["separation"]))
+    for array in quantities.values():
+        if array.shape != plain.grid.shape:
+            raise InputError(f"{array.shape} values for {plain.grid.shape} points")
+    places = zip(header.get("searched", ()), header.get("confirmed_to", ()), strict=True)
+    return replace(
+        plain,
+        value=map_value(value, MAP_VALUES),
+        quantities={name: quantities[name] for name in COLUMNS if name in quantities},
+        searched=tuple(
+            SearchedPoint(tuple(map(int, place)), float(limit)) for place, limit in places
+        ),
+    )

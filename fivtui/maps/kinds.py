@@ -1,0 +1,54 @@
+"""Maps among the studies."""
+
+from typing import TYPE_CHECKING, Final
+
+from fivtui.console import print_rows_of
+from fivtui.io import FORMATS
+from fivtui.ranges import range_text
+from fivtui.results import PHYSICS, Command, Stored, StudyKind, save_result, scene_fields
+
+if TYPE_CHECKING:
+    from . import files
+    from .result import StabilityMap
+else:
+    from fivtui.lazy import later
+
+    (files,) = later(__name__, "files")
+
+_BYTES: Final = 8
+_DEFAULT_VALUE: Final = "growth-rate"
+
+
+def _show(result: "StabilityMap") -> None:
+    print_rows_of(result.title, result.rows())
+
+
+def _command(result: "StabilityMap") -> Command:
+    said = [name for name in PHYSICS if name not in result.names]
+    words = []
+    for name, axis in zip(result.names, result.axes, strict=True):
+        words += ["--over", f"{name}={range_text(name, axis)}"]
+    if result.value != _DEFAULT_VALUE:
+        words += ["--value", result.value]
+    return Command("map", scene_fields(result, PHYSICS), said, words)
+
+
+def _size(result: "StabilityMap") -> int:
+    return (2 + len(result.quantities)) * _BYTES * result.grid.size
+
+
+MAP: Final = StudyKind(
+    data="map",
+    show=_show,
+    rows=lambda result: result.rows(),
+    suffixes=tuple(FORMATS),
+    save=save_result,
+    as_json=True,
+    stem=lambda result: f"map-{'-'.join(result.names)}",
+    load=files.load_map,
+    load_suffixes=(*FORMATS, ".json"),
+    header=frozenset({"parameters", "separation"}),
+    json_keys=frozenset({"over", "values"}),
+    command=_command,
+    stored=Stored(".npz", save_result, files.load_map, _size),
+)

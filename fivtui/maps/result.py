@@ -1,0 +1,261 @@
+"""A map over two parameters: quantities at all points of a grid, as a table and as data."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.console import number
+from fivtui.model import PARAMETERS, Column, System
+from fivtui.results import Grid, Row, Table, TableResult, scene_text, to_data
+
+from .searched import SearchedPoint, limits
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+MapValue = Literal["growth-rate", "critical-mu", "unstable-modes", "safe-mu", "coexistence"]
+
+MAP_VALUES: Final[tuple[MapValue, ...]] = get_args(MapValue)
+# The values that limit cycles decide; eigenvalues decide the others.
+SAFETY_VALUES: Final = MAP_VALUES[3:]
+# What a map of coexistence says of a point.
+REGIONS: Final = ("safe", "safe for small disturbances alone", "squeals")
+# What it says of points whose safe μ is not known.
+NOT_KNOWN: Final = "not known"
+# The quantity that a map of each value shows.
+SHOWN: Final[Mapping[MapValue, str]] = {
+    "growth-rate": "growth_rate",
+    "critical-mu": "critical_mu",
+    "unstable-modes": "unstable_modes",
+    "safe-mu": "safe_mu",
+    "coexistence": "region",
+}
+COLUMNS: Final = {
+    column.name: column
+    for column in (
+        Column("growth_rate", "1/s", "growth rate"),
+        Column("unstable_modes", "", "unstable modes"),
+        Column("safe_mu", "", "safe friction coefficient"),
+        Column("critical_mu", "", "critical friction coefficient"),
+        Column("region", "", f"0 {REGIONS[0]}, 1 {REGIONS[1]}, 2 {REGIONS[2]}"),
+        Column("escape_offset", "m", "least displacement from rest that escapes"),
+    )
+}
+# What safe μ rests on, in the data of a map.
+_BASIS: Final = "continuation"
+_WHY_NO_EQUILIBRIUM: Final = (
+    "lifted and held by no spring, on a belt at rest, or with mu above mu_s"
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class StabilityMap(TableResult):
+    """Quantities over two parameters.
+
+    Attributes
+    ----------
+    system : System
+        The system, with `parameters` that do not vary and `separation`.
+    grid : Grid
+        The two parameters and their values.
+    value : str
+        What is mapped: ``"growth-rate"`` (1/s), ``"critical-mu"``, ``"unstable-modes"``,
+        ``"safe-mu"`` or ``"coexistence"``.
+    quantities : mapping of str to ndarray, shapes (n, k)
+        All quantities that were computed, by the names of their columns.
+    excess : ndarray, shape (n, k)
+        Relative excess of μ h k_t over its value on the stability boundary: negative where the
+        equilibrium is stable, zero on the boundary, −1 without friction coupling, NaN without
+        equilibrium. On a belt of finite speed the growth rate times √(m/stiffness).
+    searched : tuple of SearchedPoint
+        The points at which a global search was made for safe μ: corners and centre.
+    """
+
+    data_name: ClassVar[str] = "map"
+
+    system: System
+    grid: Grid
+    value: MapValue
+    quantities: Mapping[str, FloatArray]
+    excess: FloatArray
+    searched: tuple[SearchedPoint, ...] = field(default=())
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the two parameters."""
+        return self.grid.names
+
+    @property
+    def axes(self) -> tuple[FloatArray, FloatArray]:
+        """Their values, shapes (n,) and (k,)."""
+        return self.grid.axes
+
+    @property
+    def values(self) -> FloatArray:
+        """The quantity mapped, shape (n, k); of coexistence the index in `REGIONS`.
+
+        NaN where there is no critical μ in range, no safe μ, or no equilibrium (F < 0 lifts the
+        slider and k3 = 0 does not hold it).
+        """
+        return self.quantities[SHOWN[self.value]]
+
+    @property
+    def column(self) -> Column:
+        """Name, unit and meaning of `values`."""
+        return COLUMNS[SHOWN[self.value]]
+
+    @property
+    def safe_mu(self) -> FloatArray:
+        """Least μ of the limit cycles that continuation found, else the critical μ, shape (n, k).
+
+        NaN where there is neither, or no equilibrium, or where the global search at the nearest of
+        the points searched says that it is less, or not known. KeyError if it was not computed.
+        """
+        return self.quantities["safe_mu"]
+
+    @property
+    def critical_mu(self) -> FloatArray:
+        """The critical μ, shape (n, k), NaN where there is none; KeyError if not computed."""
+        return self.quantities["critical_mu"]
+
+    @property
+    def escape(self) -> FloatArray | None:
+        """Least vertical displacement from rest that leads to the other attractor, m, to 2 %.
+
+        Shape (n, k); NaN outside the region of coexistence; None if it was not computed.
+        """
+        return self.quantities.get("escape_offset")
+
+    @property
+    def regions(self) -> FloatArray:
+        """Index in `REGIONS`, shape (n, k), NaN where not known; KeyError if not computed."""
+        return self.quantities["region"]
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Where safe μ is not known: the nearest global search contradicts continuation."""
+        if "safe_mu" not in self.quantities:
+            return np.zeros(self.grid.shape, dtype=bool)
+        refuted = limits(self.searched, self.grid.shape) < PARAMETERS["mu"].upper
+        missing = np.isnan(self.safe_mu) & ~np.isnan(self.excess)
+        return missing & (refuted | ~np.isnan(self.critical_mu))
+
+    @property
+    def missing(self) -> str:
+        """What it means that a point, other than of `unknown`, has no value."""
+        return "no equilibrium" if self.value == "coexistence" else "none"
+
+    @property
+    def basis(self) -> str:
+        """What the safe μ of a map rest on, in one phrase."""
+        phrase = _BASIS
+        if self.searched:
+            phrase += f", and a global search at {len(self.searched)} points"
+        count = np.count_nonzero(self.unknown)
+        if count:
+            phrase += f"; not known at {count} points near those where the search found less"
+        return phrase
+
+    @property
+    def title(self) -> str:
+        """What it is a map of, in a few words."""
+        return "Map of safe friction" if self._of_safety else "Stability map"
+
+    @property
+    def _varied(self) -> tuple[str, ...]:
+        return self.grid.names
+
+    @property
+    def _of_safety(self) -> bool:
+        return self.value in SAFETY_VALUES
+
+    def rows(self) -> list[Row]:
+        """Its axes, the range of its values, and the share of its regions."""
+        rows = [
+            Row(spec.name, f"{_span(axis, spec.unit)}, {axis.size}")
+            for spec, axis in zip(self.grid.specs, self.axes, strict=True)
+        ]
+        return rows + (self._safety_rows() if self._of_safety else self._stability_rows())
+
+    def _stability_rows(self) -> list[Row]:
+        size, valued = self.grid.size, np.count_nonzero(~np.isnan(self.values))
+        without = np.count_nonzero(np.isnan(self.excess))
+        rows = [
+            Row("points", str(size)),
+            Row(self.column.meaning, _span(self.values, self.column.unit)),
+            Row("points without value", str(size - valued)),
+        ]
+        if without:
+            rows.append(Row("without equilibrium", f"{without} of them, {_WHY_NO_EQUILIBRIUM}"))
+        return [*rows, Row("unstable", self._share(self.excess > 0.0))]
+
+    def _safety_rows(self) -> list[Row]:
+        rows = [Row("safe μ", _span(self.safe_mu))]
+        if self.escape is None:
+            rows.append(Row("below the critical μ", self._share(self.safe_mu < self.critical_mu)))
+        else:
+            rows += [
+                Row(region, self._share(self.values == index))
+                for index, region in enumerate(REGIONS)
+            ]
+            rows.append(Row("offset from rest that escapes", _span(self.escape, "m")))
+        return [*rows, Row("safe μ rests on", self.basis)]
+
+    def _share(self, chosen: NDArray[np.bool_]) -> str:
+        return f"{np.count_nonzero(chosen) / chosen.size:.1%} of the points"
+
+    def _summary(self) -> list[Row]:
+        return [Row("scene", scene_text(self.system, without=self.names)), *self.rows()]
+
+    def _table(self) -> Table:
+        quantities = {COLUMNS[name]: array.ravel() for name, array in self.quantities.items()}
+        return {**self.grid.table(), **quantities}
+
+    def _header(self) -> dict[str, Any]:
+        if not self._of_safety:
+            return self._system_data()
+        return self._system_data() | {
+            "basis": _BASIS,
+            "searched": [list(point.place) for point in self.searched],
+            "confirmed_to": [point.limit for point in self.searched],
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui map --json`` prints.
+
+        Keys are ``parameters`` (those that do not vary), ``separation``, ``over`` (name, unit and
+        values of the two that do), ``value``, ``unit``, and ``values``: one list for every value of
+        the first parameter, None where there is no value. A map of safe friction adds ``basis``,
+        ``searched`` (indices of the points of a global search), ``confirmed_to`` (the μ up to which
+        it confirms the values) and ``critical_mu``: a value that is None where this is not is not
+        known. In a map of coexistence ``values`` are indices in ``regions``; it adds ``safe_mu``
+        and ``escape_offset`` (m).
+        """
+        others = {
+            name: array for name, array in self.quantities.items() if name != SHOWN[self.value]
+        }
+        return {
+            **self._header(),
+            "over": self.grid.to_data(),
+            "value": self.value,
+            "unit": "" if self._of_safety else self.column.unit,
+            "values": to_data(self.values),
+            **to_data(others),
+            **({"regions": list(REGIONS)} if self.value == "coexistence" else {}),
+        }
+
+    def figure(self) -> "Figure":
+        """Matplotlib figure of the map with its stability boundary, or the regions of friction."""
+        from .figure import map_figure, safety_map_figure
+
+        return safety_map_figure(self) if self._of_safety else map_figure(self)
+
+
+def _span(values: FloatArray, unit: str = "") -> str:
+    known = values[~np.isnan(values)]
+    span = f"{number(known.min())} to {number(known.max())}" if known.size else "none"
+    return f"{span} {unit}".rstrip() if known.size else span

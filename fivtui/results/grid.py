@@ -1,0 +1,101 @@
+"""Grids over two quantities, as results, tables and JSON hold them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model import Column, InputError, ParameterSpec
+
+from .base import Comparable
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid(Comparable):
+    """All pairs of the values of two quantities; tables list them with the second varying fastest.
+
+    Attributes
+    ----------
+    specs : tuple of ParameterSpec
+        The two quantities: parameters, or components of a start.
+    axes : tuple of ndarray, shapes (n,) and (k,)
+        Their values.
+    """
+
+    specs: tuple[ParameterSpec, ParameterSpec]
+    axes: tuple[FloatArray, FloatArray]
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the two quantities."""
+        first, second = self.specs
+        return first.name, second.name
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of values, n and k."""
+        first, second = self.axes
+        return first.size, second.size
+
+    @property
+    def size(self) -> int:
+        """Number of points, n k."""
+        rows, columns = self.shape
+        return rows * columns
+
+    def meshes(self) -> dict[str, FloatArray]:
+        """The values of both quantities at all points, shapes (n, k), by name."""
+        return dict(zip(self.names, np.meshgrid(*self.axes, indexing="ij"), strict=True))
+
+    def table(self) -> dict[Column, FloatArray]:
+        """The values of both quantities at all points as columns of a table."""
+        meshes = self.meshes()
+        return {spec.column: meshes[spec.name].ravel() for spec in self.specs}
+
+    def to_data(self) -> list[dict[str, Any]]:
+        """Name, unit and values of both quantities as data for JSON."""
+        return [
+            {"name": spec.name, "unit": spec.unit, "values": axis.tolist()}
+            for spec, axis in zip(self.specs, self.axes, strict=True)
+        ]
+
+
+def over_of(data: Sequence[Mapping[str, Any]]) -> dict[str, FloatArray]:
+    """The values of both quantities by name, from `Grid.to_data`."""
+    return {str(axis["name"]): np.array(axis["values"], dtype=float) for axis in data}
+
+
+def split_grid(
+    columns: Mapping[str, NDArray[Any]],
+) -> tuple[dict[str, FloatArray], dict[str, NDArray[Any]]]:
+    """Separate the columns of a table of a grid.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray, shape (n k,)
+        Both quantities, then others.
+
+    Returns
+    -------
+    dict of str to ndarray, shapes (n,) and (k,)
+        The values of both quantities.
+    dict of str to ndarray, shape (n, k)
+        The other columns.
+
+    Raises
+    ------
+    InputError
+        If the points do not form a grid.
+    """
+    first, second, *others = columns
+    rows = columns[first]
+    length = int(np.argmax(rows != rows[0])) or rows.size
+    arrays = {name: column.reshape(-1, length) for name, column in columns.items()}
+    over = {first: arrays[first][:, 0], second: arrays[second][0]}
+    if not (np.all(over[first] == arrays[first].T) and np.all(arrays[second] == over[second])):
+        raise InputError("the points do not form a grid")
+    return over, {name: arrays[name] for name in others}

@@ -1,0 +1,96 @@
+"""Results that tables hold: columns with units under a header, written and read in every format."""
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
+
+from numpy.typing import NDArray
+
+from fivtui.io import Columns, read_bytes, read_columns, read_header, write_table
+from fivtui.model import Column, InputError
+
+from .base import SystemResult
+
+Table = dict[Column, NDArray[Any]]
+T = TypeVar("T")
+
+
+class TableResult(SystemResult):
+    """Base of results that a table holds, in a file or in memory.
+
+    A class declares its columns by `_table`, and what varies in it by `_varied`.
+    """
+
+    __slots__ = ()
+
+    data_name: ClassVar[str]
+
+    @property
+    def _varied(self) -> tuple[str, ...]:
+        # Names of the parameters whose values are in the table, not in the header.
+        return ()
+
+    def _table(self) -> Table:
+        raise NotImplementedError
+
+    def _header(self) -> dict[str, Any]:
+        # What the table does not say, as data for JSON.
+        return self._system_data()
+
+    def _system_data(self) -> dict[str, Any]:
+        fixed = self.parameters.as_dict()
+        return {
+            "parameters": {n: value for n, value in fixed.items() if n not in self._varied},
+            "separation": self.separation,
+        }
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """The columns of its table by name, arrays of equal length; NaN means no value."""
+        return {column.name: values for column, values in self._table().items()}
+
+
+def save_result(result: TableResult, path: Path, *, force: bool = False) -> None:
+    """Write a result as ``.csv``, ``.npz`` or ``.parquet``.
+
+    Raises `InputError` if the format is unknown or its package missing, or the file cannot be
+    written.
+    """
+    table = result._table()
+    values = {column.name: array for column, array in table.items()}
+    write_table(path, result.data_name, list(table), values, result._header(), force=force)
+
+
+def read_result(
+    path: Path,
+    data_name: str,
+    from_data: Callable[[Any], T],
+    from_table: Callable[[Columns, Mapping[str, Any]], T],
+) -> T:
+    """Read a result from a table, or from the JSON that the command line prints.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    data_name : str
+        What it should hold, for messages.
+    from_data, from_table : callable
+        Make the result of the content of a JSON file, or of the columns and header of a table.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or holds something else.
+    """
+    plain = path.suffix.lower() == ".json"
+    content = read_bytes(path) if plain else b""
+    columns, header = (
+        ({}, {}) if plain else (read_columns(path, data_name), read_header(path, data_name))
+    )
+    try:
+        return from_data(json.loads(content)) if plain else from_table(columns, header)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError):
+        raise InputError(f"{path}: not a {data_name}, or damaged") from None
