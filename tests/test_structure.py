@@ -60,6 +60,7 @@ FREE: Final = {
     "click": {"__main__", "cli", "lazy", "version"},
     "matplotlib": {
         "__main__",
+        "charts",
         "cli",
         "equilibrium",
         "film",
@@ -67,7 +68,6 @@ FREE: Final = {
         "measured",
         "orbits",
         "paper",
-        "plotting",
         "reliability",
         "safety",
         "sweeps",
@@ -294,8 +294,7 @@ KNOWN_TO: Final = {
     "click": r"fivtui\.cli(\..+)?",
     "distributed": r"fivtui\.sweeps\.cluster",
     "fmpy": r"fivtui\.fmu\..+|fmu_src\.build\..+",
-    "matplotlib": r"fivtui\.(plotting|(\w+\.)+figure|paper\.drawing"
-    r"|tui\.tabs\.exports\.chart_figure)",
+    "matplotlib": r"fivtui\.(charts\.plotting|(\w+\.)+figure|paper\.drawing)",
     "rich": r"fivtui\.(console\..+|(\w+\.)+report|tui\.(chart\.widget|lab|tabs)\..+)",
     "textual": r"fivtui\.tui\.(app|lab\..+|tabs\.(?!charts\b).+|chart\.widget\..+)",
     "textual_serve": r"fivtui\.tui\.browser",

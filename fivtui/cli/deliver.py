@@ -13,7 +13,7 @@ def check_outputs(kind: str, out: Path | None, plot: Path | None, *, force: bool
 
         check_study_path(kind, out, force=force)
     if plot is not None:
-        from fivtui.plotting import check_figure_path
+        from fivtui.charts import check_figure_path
 
         check_figure_path(plot, force=force)
 
@@ -26,7 +26,7 @@ def write(kind: str, result: Any, out: Path | None, plot: Path | None, *, force:
         save_study(kind, result, out, force=force)
         say_written(out)
     if plot is not None:
-        from fivtui.plotting import save_figure
+        from fivtui.charts import save_figure
 
         save_figure(study(kind).figure(result), plot, force=force)
         say_written(plot)

@@ -8,8 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS
-from fivtui.plotting import (
+from fivtui.charts import (
     STYLE,
     WIDTH,
     math_symbol,
@@ -17,6 +16,7 @@ from fivtui.plotting import (
     parameter_line,
     quantity_label,
 )
+from fivtui.model import PARAMETERS
 
 from .eigenvalues import Stability
 from .scan import ModeScan

@@ -18,9 +18,9 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
+from fivtui.charts import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
 from fivtui.io import check_output, check_suffix, files_text, save_bytes, temporary_folder
 from fivtui.model import ALWAYS_SLIDING, Cancelled, InputError, Mode
-from fivtui.plotting import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
 from fivtui.results import Result
 from fivtui.signals import motion_at
 from fivtui.transient import Progress, Trajectory, Transient

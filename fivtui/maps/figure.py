@@ -12,8 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fivtui.model import ALL_PARAMETERS
-from fivtui.plotting import (
+from fivtui.charts import (
     STYLE,
     math_unit,
     new_figure,
@@ -22,6 +21,7 @@ from fivtui.plotting import (
     value_label,
     value_limits,
 )
+from fivtui.model import ALL_PARAMETERS
 
 from .result import NOT_KNOWN, REGIONS, StabilityMap
 

@@ -3,7 +3,7 @@
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from fivtui.plotting import (
+from fivtui.charts import (
     CASE_COLOURS,
     OFF_BELT,
     STUCK,

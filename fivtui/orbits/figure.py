@@ -9,8 +9,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from fivtui.model import ALL_PARAMETERS
-from fivtui.plotting import (
+from fivtui.charts import (
     STYLE,
     math_symbol,
     math_unit,
@@ -18,6 +17,7 @@ from fivtui.plotting import (
     parameter_line,
     quantity_label,
 )
+from fivtui.model import ALL_PARAMETERS
 from fivtui.transient import START_SPECS
 
 from .basins import Basin

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS
-from fivtui.plotting import (
+from fivtui.charts import (
     CASE_COLOURS,
     CASE_LINES,
     STYLE,
@@ -22,6 +21,7 @@ from fivtui.plotting import (
     quantity_label,
     value_label,
 )
+from fivtui.model import PARAMETERS
 from fivtui.transient import transient_figure
 
 from .data import FigureData, FloatArray

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from fivtui.charts import FORMATS, save_figure
 from fivtui.io import check_apart, check_output, written_together
 from fivtui.model import Cancelled, InputError, check_names, unknown_name
-from fivtui.plotting import FORMATS, save_figure
 from fivtui.transient import Progress
 
 from .data import save_data

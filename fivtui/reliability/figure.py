@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fivtui.plotting import STYLE, WIDTH, math_symbol, math_unit, new_figure, parameter_line
+from fivtui.charts import STYLE, WIDTH, math_symbol, math_unit, new_figure, parameter_line
 from fivtui.sweeps import OUTPUTS, VARIABLES
 
 from .result import Uncertainty

@@ -9,10 +9,10 @@ from typing import Final
 
 import numpy as np
 
+from fivtui.charts import check_figure_path, save_figure
 from fivtui.fmu import integrate_fmu
 from fivtui.io import check_apart, check_output
 from fivtui.model import InputError
-from fivtui.plotting import check_figure_path, save_figure
 from fivtui.simulation import compute
 from fivtui.transient import Transient, transient_figure
 from fmu_src.build import build_fmu

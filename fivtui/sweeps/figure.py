@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fivtui.model import InputError
-from fivtui.plotting import (
+from fivtui.charts import (
     CASE_COLOURS,
     CASE_LINES,
     STYLE,
@@ -17,6 +16,7 @@ from fivtui.plotting import (
     new_figure,
     quantity_label,
 )
+from fivtui.model import InputError
 
 from .design import VARIABLES, Range
 from .run import Sweep

@@ -6,7 +6,7 @@ from typing import Any, Final
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from fivtui.plotting import STYLE, WIDTH, new_figure
+from fivtui.charts import STYLE, WIDTH, new_figure
 
 from .files import fronts
 from .measure import Tradeoff

@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.model import ALL_PARAMETERS, InputError, unknown_name
-from fivtui.plotting import (
+from fivtui.charts import (
     CASE_COLOURS,
     CASE_LINES,
     OFF_BELT,
@@ -27,6 +26,7 @@ from fivtui.plotting import (
     shade_times,
     value_label,
 )
+from fivtui.model import ALL_PARAMETERS, InputError, unknown_name
 
 from .files import trajectory_of
 from .result import Transient

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
+from fivtui.charts.chart import View
+from fivtui.charts.plotting import quantity_label
 from fivtui.cli import run
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS
-from fivtui.plotting import quantity_label
 from fivtui.scene import Scene, load_scene, save_scene
 from fivtui.transient import Transient, transient_figure, transient_rows
-from fivtui.tui.chart.chart import View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session.session import Session
 from fivtui.tui.tabs.charts.transient import (

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from fivtui.charts.reading import NearestPoint
 from fivtui.paper import results as paper_results
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.data import DATA_COLUMNS, save_data
@@ -20,7 +21,6 @@ from fivtui.paper.drawing import draw
 from fivtui.paper.families import PANELS, panels_of
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
-from fivtui.tui.chart.reading import NearestPoint
 from fivtui.tui.tabs.charts.paper import figure_charts, figure_rows, point_scene
 from tests.support import own_slider
 from tests.support.reading import entries, labels, line_like, lines_like, plain, points, the_legend

@@ -16,9 +16,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from fivtui.charts.plotting import check_figure_path, save_figure
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
-from fivtui.plotting import check_figure_path, save_figure
 from fivtui.simulation import simulate
 from fivtui.transient.figure import run_labels, transient_figure
 from fivtui.transient.request import Start

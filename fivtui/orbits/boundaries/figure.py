@@ -5,9 +5,9 @@ from typing import Final
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from fivtui.charts import STYLE, new_figure, parameter_line, quantity_label
 from fivtui.model import PARAMETERS
 from fivtui.orbits.curves.events import EventKind
-from fivtui.plotting import STYLE, new_figure, parameter_line, quantity_label
 
 from .result import Boundary
 

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fivtui.model import ALL_PARAMETERS
-from fivtui.plotting import (
+from fivtui.charts import (
     STYLE,
     WIDTH,
     math_symbol,
@@ -17,6 +16,7 @@ from fivtui.plotting import (
     parameter_line,
     quantity_label,
 )
+from fivtui.model import ALL_PARAMETERS
 from fivtui.transient import Request, integrate
 
 from .events import EventKind

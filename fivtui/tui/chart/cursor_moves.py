@@ -2,8 +2,17 @@
 
 from typing import Final
 
-from .chart import Chart, Place, Trace, View
-from .reading import NearestPoint, crosshair, nearest, nearest_along, nearest_index
+from fivtui.charts import (
+    Chart,
+    NearestPoint,
+    Place,
+    Trace,
+    View,
+    crosshair,
+    nearest,
+    nearest_along,
+    nearest_index,
+)
 
 # Steps of a cursor along a whole curve, and where cursors appear.
 _STEPS: Final = 500

@@ -9,12 +9,28 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .axis import Axis
-from .chart import MOST_JOINED, Backdrop, Chart, Place, Trace, View, reduced
-from .plot_data import shading, share_of_time
+from fivtui.charts import (
+    CURSOR_SIGNS,
+    MOST_JOINED,
+    Axis,
+    Backdrop,
+    Chart,
+    NearestPoint,
+    Place,
+    Span,
+    Trace,
+    View,
+    crosshair,
+    heading,
+    nearest,
+    reduced,
+    shading,
+    share_of_time,
+    trace_mark,
+    trace_style,
+)
+
 from .raster import DOTS_X, Raster
-from .reading import CURSOR_SIGNS, NearestPoint, Span, crosshair, heading, nearest
-from .styles import trace_mark, trace_style
 
 MARGIN: Final = 8
 _TICK_WIDTH: Final = 8

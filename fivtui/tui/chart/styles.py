@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import Final
 
-from .chart import Trace
-
 _MUTED: Final = "$foreground-muted"
 
 # By the names in `picture`. Textual would look up style sheet rules again for every chart at every
@@ -40,16 +38,3 @@ FOCUSED_STYLES: Final[Mapping[str, str]] = {
     "tick": "$foreground",
     "label": "bold underline $foreground",
 }
-
-
-TRACE_STYLES: Final = 8
-
-
-def trace_style(trace: Trace, index: int) -> str:
-    """Style name of a trace, or its own colour."""
-    return trace.colour or f"trace-{index % TRACE_STYLES + 1}"
-
-
-def trace_mark(trace: Trace, index: int) -> str:
-    """Character of a trace's points, or of a line among others."""
-    return trace.mark or str(index + 1)[-1] if trace.look == "line" else trace.mark or "●"

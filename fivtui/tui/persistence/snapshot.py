@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, Final
 
-from fivtui.tui.chart import Cursors
+from fivtui.charts import Cursors
 from fivtui.tui.session import Run, RunState, RunStyle, Session, StoredResult
 
 from .state_file import SavedRun, SavedRuns, State

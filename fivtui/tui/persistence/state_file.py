@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from fivtui.charts import Axis, View
 from fivtui.io import save_json
 from fivtui.model import InputError
 from fivtui.scene import (
@@ -19,7 +20,6 @@ from fivtui.scene import (
     scene_to_dict,
 )
 from fivtui.studies import STUDIES
-from fivtui.tui.chart import Axis, View
 from fivtui.tui.session import FIELDS, Edited, RunState, StoredResult
 
 STATE_VERSION: Final = 2

@@ -47,7 +47,6 @@ if TYPE_CHECKING:
         verdict_kind as verdict_kind,
     )
     from .runs import (
-        COLOURS as COLOURS,
         MAX_RUNS as MAX_RUNS,
         SOLVER as SOLVER,
         Run as Run,

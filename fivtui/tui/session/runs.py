@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.charts import COLOURS
 from fivtui.model import ComputationError, equilibrium, time_scale
 from fivtui.scene import Scene, scene_transient
 from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, takes_step
@@ -27,8 +28,6 @@ FMU_ENGINES: Final = {
 _PER_PERIOD: Final = 64
 _FEWEST: Final = 1000
 _MOST: Final = 250_000
-# Okabe and Ito's colours, distinct also with colour vision deficiencies, on dark and light.
-COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
 MARKERS: Final = "●■▲◆▼★"
 
 

@@ -4,6 +4,7 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from fivtui.charts import View
 from fivtui.equilibrium import Stability, stability
 from fivtui.model import (
     ALL_PARAMETERS,
@@ -16,7 +17,6 @@ from fivtui.model import (
 from fivtui.ranges import number_text
 from fivtui.scene import Accuracy, Scene
 from fivtui.transient import METHODS, Start, takes_step
-from fivtui.tui.chart import View
 
 from .editing import Editing, text_at_start
 from .equations import symbol_of

@@ -10,6 +10,7 @@ from textual.containers import Horizontal, Vertical
 from textual.timer import Timer
 from textual.widgets import Button, Input, Static
 
+from fivtui.charts import Heading
 from fivtui.model import InputError, Parameters
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
@@ -28,7 +29,7 @@ from .charts.map import (
     point_words,
     values_in,
 )
-from .exports.export import Export, Heading, as_displayed, scene_study_export
+from .exports.export import Export, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .messages import PointOpened
 

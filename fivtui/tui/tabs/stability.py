@@ -11,6 +11,7 @@ from textual.message import Message
 from textual.timer import Timer
 from textual.worker import get_current_worker
 
+from fivtui.charts import Heading
 from fivtui.equilibrium import ModeScan, Stability, mode_scan, scan_top, stability_rows
 from fivtui.model import Cancelled, ComputationError, InputError, Parameters
 from fivtui.ranges import number_text
@@ -144,7 +145,7 @@ class StabilityPane(ViewsPane):
 
     def export(self, what: str) -> "Export":
         """The displayed charts, or the modes over μ and eigenvalues as data."""
-        from .exports.export import Heading, as_displayed, scene_study_export
+        from .exports.export import as_displayed, scene_study_export
 
         if self._now is None:
             raise InputError(f"no stability to export: {self._why}")

@@ -10,6 +10,7 @@ from textual.containers import Vertical
 from textual.message import Message
 from textual.widgets import Static
 
+from fivtui.charts import Heading
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
@@ -31,7 +32,7 @@ from .charts.sweep import (
     sweep_parts,
     sweep_request,
 )
-from .exports.export import Export, Heading, as_displayed, scene_study_export
+from .exports.export import Export, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .messages import PointOpened, Reported
 

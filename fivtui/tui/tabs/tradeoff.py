@@ -8,6 +8,7 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Button, Static
 
+from fivtui.charts import Heading
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
@@ -21,7 +22,7 @@ from .charts.tradeoff import (
     table_rows,
     tradeoff_chart,
 )
-from .exports.export import Export, Heading, as_displayed, scene_study_export
+from .exports.export import Export, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .tables import ListTable
 

@@ -12,10 +12,11 @@ from textual.containers import Horizontal, Vertical
 from textual.events import Resize
 from textual.widgets import Static
 
+from fivtui.charts import Axis, Heading
 from fivtui.equilibrium import stability
 from fivtui.model import ComputationError, InputError
 from fivtui.transient import Transient
-from fivtui.tui.chart import Axis, ChartView
+from fivtui.tui.chart import ChartView
 from fivtui.tui.session import (
     Run,
     Session,
@@ -265,7 +266,6 @@ class TransientPane(ViewsPane):
         """The displayed charts; as data the trajectory, or the charts' points."""
         from .exports.export import (
             FIGURE,
-            Heading,
             belt_export,
             charts_export,
             points_export,
@@ -299,7 +299,7 @@ class TransientPane(ViewsPane):
         return charts_export(of, stem, charts, heading)
 
     def _measured_export(self, what: str, run: Run) -> "Export":
-        from .exports.export import Heading, as_displayed, scene_study_export
+        from .exports.export import as_displayed, scene_study_export
 
         found, p = self.query_one(MeasuredView).found, run.scene.parameters
         whole = scene_study_export(what, "validation", found, f"{run.scene.name}-{run.number}")
@@ -315,7 +315,7 @@ class TransientPane(ViewsPane):
         return study_line("validation", asked, self.session.origin)
 
     def _live_export(self, what: str) -> "Export":
-        from .exports.export import FIGURE, Heading, charts_export, points_export, study_export
+        from .exports.export import FIGURE, charts_export, points_export, study_export
 
         charts, live, of = self.visible_charts(), self.session.live, "the live curve"
         curve = live.curve

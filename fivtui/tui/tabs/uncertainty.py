@@ -8,6 +8,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Button, Static
 
+from fivtui.charts import Heading
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
@@ -25,7 +26,7 @@ from .charts.uncertainty import (
     truncation_words,
     uncertainty_request,
 )
-from .exports.export import Export, Heading, as_displayed, scene_study_export
+from .exports.export import Export, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .tables import ListTable
 

@@ -12,7 +12,8 @@ from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Button, ContentSwitcher, Static
 
-from fivtui.tui.chart import ChartView, Cursors, View, VisibleCharts, cursor_words
+from fivtui.charts import Cursors, View, VisibleCharts, cursor_words
+from fivtui.tui.chart import ChartView
 
 from .pane import Pane
 

@@ -6,15 +6,15 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fivtui import Parameters
+from fivtui.charts.axis import Axis, axis_for, parse_limits
+from fivtui.charts.chart import Backdrop, Chart, Cursors, Guide, Trace, View
+from fivtui.charts.reading import cursor_words, nearest, nearest_along
 from fivtui.model.errors import InputError
 from fivtui.scene import Scene
 from fivtui.signals.spectra import spectrum
 from fivtui.simulation import simulate
-from fivtui.tui.chart.axis import Axis, axis_for, parse_limits
-from fivtui.tui.chart.chart import Backdrop, Chart, Cursors, Guide, Trace, View
 from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.raster import Raster
-from fivtui.tui.chart.reading import cursor_words, nearest, nearest_along
 from fivtui.tui.chart.styles import CHART_STYLES
 from fivtui.tui.session.runs import PartialTrajectory
 from fivtui.tui.tabs.charts.transient import (

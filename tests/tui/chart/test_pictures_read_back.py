@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import (
+from fivtui.charts.axis import Axis
+from fivtui.charts.chart import (
     MOST_JOINED,
     Backdrop,
     Chart,

@@ -17,6 +17,10 @@ from matplotlib.lines import Line2D
 from textual.pilot import Pilot
 
 from fivtui import safety_map
+from fivtui.charts import Heading
+from fivtui.charts.axis import Axis
+from fivtui.charts.chart import Chart, Cursors, Guide, Trace, View, VisibleCharts
+from fivtui.charts.figure import charts_figure, save_charts
 from fivtui.io.tables import read_columns, read_header
 from fivtui.maps import stability_map
 from fivtui.model.errors import InputError
@@ -24,14 +28,11 @@ from fivtui.model.parameters import Parameters
 from fivtui.simulation import simulate
 from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import Chart, Cursors, Guide, Trace, View, VisibleCharts
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.charts.map import map_chart
 from fivtui.tui.tabs.charts.transient import phase_chart, plotted_run, time_chart
-from fivtui.tui.tabs.exports.chart_figure import charts_figure, save_charts
-from fivtui.tui.tabs.exports.export import DATA, FIGURE, Heading
+from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.laboratory import app_of, show_tab, until
@@ -345,7 +346,7 @@ def lab_of(pilot: Pilot[None]) -> LabScreen:
 def drawn(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure:
     figures: list[Figure] = []
     monkeypatch.setattr(
-        "fivtui.plotting.save_figure", lambda figure, *_, **__: figures.append(figure)
+        "fivtui.charts.save_figure", lambda figure, *_, **__: figures.append(figure)
     )
     pane = lab_of(pilot).pane
     assert pane is not None

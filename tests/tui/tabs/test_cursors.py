@@ -3,8 +3,8 @@
 import pytest
 from textual.pilot import Pilot
 
+from fivtui.charts.axis import Axis
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.chart.axis import Axis
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.snapshot import state_of
 from tests.support.laboratory import (

@@ -12,18 +12,18 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
+from fivtui.charts import charts_figure
+from fivtui.charts.chart import Chart, View
 from fivtui.orbits import branch
 from fivtui.reliability import uncertainty
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tradeoffs import measure
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.chart.chart import Chart, View
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.charts.map import VALUES
-from fivtui.tui.tabs.exports import chart_figure
 from fivtui.tui.tabs.exports.export import FIGURE
 from fivtui.tui.tabs.map import MapPane
 from fivtui.tui.tabs.sweep import SweepPane
@@ -116,7 +116,7 @@ async def check(pilot: Pilot[None], name: str) -> set[str]:
     ]
     assert charts, name
     figures = []
-    draw = chart_figure.charts_figure
+    draw = charts_figure
 
     def keep(*given: Any) -> Any:
         figures.append(draw(*given))
@@ -124,7 +124,7 @@ async def check(pilot: Pilot[None], name: str) -> set[str]:
 
     path = Path(f"{name}.svg")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(chart_figure, "charts_figure", keep)
+        patch.setattr("fivtui.charts.charts_figure", keep)
         pane.export(FIGURE).write(path, False)
     said = words_of(path)
     lines = [

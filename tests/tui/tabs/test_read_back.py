@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fivtui.charts.chart import Cursors, View
+from fivtui.charts.reading import NearestPoint, nearest
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.scan import mode_scan
 from fivtui.maps import stability_map
@@ -17,9 +19,7 @@ from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
-from fivtui.tui.chart.chart import Cursors, View
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.chart.reading import NearestPoint, nearest
 from fivtui.tui.tabs.charts.map import map_chart, point_texts
 from fivtui.tui.tabs.charts.stability import frequency_chart, growth_chart, plane_chart
 from fivtui.tui.tabs.charts.sweep import case_of, grid_chart, point_scene, points_of, sweep_chart

@@ -8,9 +8,9 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui import Parameters, safety_map
+from fivtui.charts.chart import Cursors, View
 from fivtui.maps import StabilityMap
 from fivtui.maps.searched import SearchedPoint
-from fivtui.tui.chart.chart import Cursors, View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import map_chart, map_request, map_scale

@@ -7,16 +7,16 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
+from fivtui.charts.axis import Axis
+from fivtui.charts.chart import Cursors, View
+from fivtui.charts.reading import nearest
 from fivtui.maps import stability_map
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.sweeps.rows import compute_rows
-from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import Cursors, View
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.chart.reading import nearest
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import (
     map_chart,

@@ -8,12 +8,12 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
+from fivtui.charts.chart import View
 from fivtui.model.errors import InputError
 from fivtui.reliability.result import Uncertainty
 from fivtui.reliability.run import measured
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.run import local_engine
-from fivtui.tui.chart.chart import View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.book import TabBook

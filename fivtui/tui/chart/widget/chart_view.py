@@ -16,13 +16,14 @@ from textual.events import (
 )
 from textual.message import Message
 
-from fivtui.tui.chart.chart import Place, View
-from fivtui.tui.chart.cursor_moves import cursor_place, put_cursor, step_cursor, switch_cursor
-from fivtui.tui.chart.reading import (
+from fivtui.charts import (
     NearestPoint,
+    Place,
     Span,
+    View,
     nearest,
 )
+from fivtui.tui.chart.cursor_moves import cursor_place, put_cursor, step_cursor, switch_cursor
 
 from .drawn_chart import DrawnChart
 from .limits_dialog import LimitsDialog

@@ -9,9 +9,8 @@ from rich.style import Style
 from textual.strip import Strip
 from textual.widget import Widget
 
-from fivtui.tui.chart.chart import Chart, Cursors, View
+from fivtui.charts import Chart, Cursors, Span, View, is_long
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
-from fivtui.tui.chart.reading import Span, is_long
 from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
 
 _WIDE: Final = 90

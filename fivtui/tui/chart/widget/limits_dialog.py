@@ -10,10 +10,9 @@ from textual.containers import Horizontal, Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
+from fivtui.charts import Axis, Chart, View, parse_limits
 from fivtui.model import InputError
 from fivtui.ranges import decimal_points
-from fivtui.tui.chart.axis import Axis, parse_limits
-from fivtui.tui.chart.chart import Chart, View
 
 from .text_input import TextInput
 

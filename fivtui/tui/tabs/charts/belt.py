@@ -5,11 +5,11 @@ from typing import Final
 
 import numpy as np
 
+from fivtui.charts import Chart, Trace
 from fivtui.film import MODE_NAMES, Layout, Shape, Timing, shapes_at
 from fivtui.model import Mode
 from fivtui.signals import motion_at
 from fivtui.transient import Transient
-from fivtui.tui.chart import Chart, Trace
 
 # Traces, and the shapes that each has.
 _TRACES: Final[Mapping[str, tuple[str, ...]]] = {

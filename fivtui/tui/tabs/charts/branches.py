@@ -8,10 +8,10 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.charts import Chart, Guide, Trace
 from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
 from fivtui.orbits import CycleBranch, CyclePoint, EventKind
 from fivtui.scene import Scene
-from fivtui.tui.chart import Chart, Guide, Trace
 from fivtui.tui.session import base_scene, plain_names
 
 FloatArray = NDArray[np.float64]

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.charts import Axis, Backdrop, Chart, NearestPoint, Trace
 from fivtui.model import ALL_PARAMETERS, InputError, Parameters
 from fivtui.ranges import number_text
-from fivtui.tui.chart import Axis, Backdrop, Chart, NearestPoint, Trace
 from fivtui.tui.session import CONSIDERED, IGNORED, plain_names, symbol_of
 
 from .map_shades import (

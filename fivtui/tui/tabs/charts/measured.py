@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final, Literal
 
+from fivtui.charts import Chart, Guide, Trace
 from fivtui.measured import (
     QUANTITIES,
     Criterion,
@@ -14,7 +15,6 @@ from fivtui.measured import (
 )
 from fivtui.model import parse_number, unknown_name
 from fivtui.transient import Transient
-from fivtui.tui.chart import Chart, Guide, Trace
 
 from .transient import TIME_LABEL, contact_strips, label_of
 

@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
+from fivtui.charts import Chart, Guide, NearestPoint, Trace
 from fivtui.model import PARAMETERS
 from fivtui.paper import DATA_COLUMNS, PANELS, SEPARATION, CheckedClaim, Claim, FigureData, Panel
 from fivtui.scene import Scene
-from fivtui.tui.chart import Chart, Guide, NearestPoint, Trace
 from fivtui.tui.session import paper_scenes, symbol_of
 
 FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")

@@ -5,9 +5,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.charts import Chart, Guide, Trace
 from fivtui.equilibrium import ModeScan, Stability
 from fivtui.model import Parameters
-from fivtui.tui.chart import Chart, Guide, Trace
 
 FloatArray = NDArray[np.float64]
 

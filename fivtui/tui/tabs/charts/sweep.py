@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.charts import Backdrop, Chart, Guide, NearestPoint, Trace
 from fivtui.model import ALL_PARAMETERS, InputError, System
 from fivtui.scene import Scene
 from fivtui.transient import START_SPECS, resolve_start
-from fivtui.tui.chart import Backdrop, Chart, Guide, NearestPoint, Trace
 from fivtui.tui.session import (
     CONSIDERED,
     FIELDS,

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fivtui.charts import Chart, Guide, Look, Trace
 from fivtui.scene import Scene
 from fivtui.tradeoffs import MeasuredSetting, Setting, cheapest, pareto
-from fivtui.tui.chart import Chart, Guide, Look, Trace
 
 if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff

@@ -7,11 +7,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.charts import Chart, Guide, Strip, Trace
 from fivtui.model import COLUMNS, Mode
 from fivtui.scene import Scene
 from fivtui.signals import Spectrum, spectrum
 from fivtui.transient import Trajectory, Transient
-from fivtui.tui.chart import Chart, Guide, Strip, Trace
 
 FloatArray = NDArray[np.float64]
 Intervals = Sequence[tuple[float, float]]

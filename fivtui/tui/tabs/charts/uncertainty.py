@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.charts import Chart, Guide, Trace
 from fivtui.model import InputError
 from fivtui.scene import Scene
-from fivtui.tui.chart import Chart, Guide, Trace
 from fivtui.tui.session import plain_names, symbol_of
 
 if TYPE_CHECKING:

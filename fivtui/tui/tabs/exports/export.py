@@ -1,13 +1,14 @@
 """Figure and data exports. Imports no Textual; matplotlib only when a figure is drawn."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from fivtui.charts import Heading
 from fivtui.io import FORMATS, check_output, check_suffix
-from fivtui.model import ComputationError, InputError, Parameters
+from fivtui.model import ComputationError, InputError
 from fivtui.scene import Scene, save_scene
 from fivtui.studies import save_study, study
 from fivtui.tui.session import Run
@@ -15,7 +16,7 @@ from fivtui.tui.session import Run
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fivtui.tui.chart import VisibleCharts
+    from fivtui.charts import VisibleCharts
 
 FIGURE: Final = "figure"
 DATA: Final = "data"
@@ -57,35 +58,16 @@ class Export:
         return f"The suffix says the format: {', '.join(self.suffixes)}."
 
 
-@dataclass(frozen=True, slots=True)
-class Heading:
-    """What a figure says of its charts.
-
-    Attributes
-    ----------
-    parameters : sequence of Parameters
-        Of all that is drawn; those are said that all have.
-    without : sequence of str
-        Parameters not said: those along an axis.
-    ignored : bool
-        Whether all of it ignores separation.
-    """
-
-    parameters: Sequence[Parameters]
-    without: Sequence[str] = ()
-    ignored: bool = False
-
-
 def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
     """A figure as PNG, SVG or PDF; `draw` makes it, `stem` is the suggested file name."""
 
     def check(path: Path, force: bool) -> None:
-        from fivtui.plotting import check_figure_path
+        from fivtui.charts import check_figure_path
 
         check_figure_path(path, force=force)
 
     def write(path: Path, force: bool) -> None:
-        from fivtui.plotting import save_figure
+        from fivtui.charts import save_figure
 
         save_figure(draw(), path, force=force)
 
@@ -98,7 +80,7 @@ def charts_export(
     """The displayed charts as a figure; arguments as in `figure_export` and `charts_figure`."""
 
     def draw() -> "Figure":
-        from .chart_figure import charts_figure
+        from fivtui.charts import charts_figure
 
         return charts_figure(charts, heading)
 
@@ -161,7 +143,7 @@ def points_export(of: str, stem: str, charts: "VisibleCharts") -> Export:
     """The points of the displayed charts as data."""
 
     def save(path: Path, force: bool) -> None:
-        from .chart_figure import save_charts
+        from fivtui.charts import save_charts
 
         save_charts(charts, path, force=force)
 

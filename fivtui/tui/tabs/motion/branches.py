@@ -8,6 +8,7 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Button, Static
 
+from fivtui.charts import Heading
 from fivtui.model import InputError
 from fivtui.orbits import CycleBranch
 from fivtui.scene import Scene
@@ -23,7 +24,7 @@ from fivtui.tui.tabs.charts.branches import (
     parse_branch,
 )
 from fivtui.tui.tabs.charts.sweep import point_texts
-from fivtui.tui.tabs.exports.export import Export, Heading, as_displayed, scene_study_export
+from fivtui.tui.tabs.exports.export import Export, as_displayed, scene_study_export
 from fivtui.tui.tabs.job_pane import JobPane
 from fivtui.tui.tabs.messages import PointOpened
 

@@ -13,7 +13,10 @@ from matplotlib.figure import Figure
 
 from fivtui.io import write_table
 from fivtui.model import Column
-from fivtui.plotting import (
+
+from .axis import Axis
+from .chart import COLOURS, Backdrop, Chart, Guide, Heading, Trace, View, VisibleCharts, reduced
+from .plotting import (
     OFF_BELT,
     STUCK,
     STYLE,
@@ -22,23 +25,7 @@ from fivtui.plotting import (
     parameter_line,
     shade_times,
 )
-from fivtui.tui.chart import (
-    Axis,
-    Backdrop,
-    Chart,
-    Guide,
-    Trace,
-    View,
-    VisibleCharts,
-    crosshair,
-    cursor_words,
-    heading,
-    nearest,
-    reduced,
-)
-from fivtui.tui.session import COLOURS
-
-from .export import Heading
+from .reading import crosshair, cursor_words, heading, nearest
 
 # Markers per line, and columns that a long line is reduced to (several per pixel).
 _MARKS: Final = 12

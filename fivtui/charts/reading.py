@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .axis import Axis
-from .chart import Backdrop, Chart, Place, Trace, View, within
-from .styles import trace_mark, trace_style
+from .chart import Backdrop, Chart, Place, Trace, View, trace_mark, trace_style, within
 
 CURSOR_SIGNS: Final = "◆◇"
 _LABEL: Final = re.compile(r"(.*) \(([^()]*)\)")

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fivtui.tui.chart.plot_data import (
+from fivtui.charts.plot_data import (
     axis_limits,
     envelope,
     round_ticks,

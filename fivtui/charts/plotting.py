@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import NDArray
 
-from .io import check_output, check_suffix, write_atomically
-from .model import NONE, Parameters, ParameterSpec, parameter_spec
-from .version import __version__
+from fivtui.io import check_output, check_suffix, write_atomically
+from fivtui.model import NONE, Parameters, ParameterSpec, parameter_spec
+from fivtui.version import __version__
 
 # Metadata by suffix: no date, so that the same figure always gives the same bytes.
 _METADATA: Final[Mapping[str, Mapping[str, str | None]]] = {

@@ -7,6 +7,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.model import Parameters
+
 from .axis import Axis, axis_for
 from .plot_data import envelope
 
@@ -16,6 +18,10 @@ Look = Literal["line", "points", "dots", "marked"]
 # Samples of an unordered trace that are joined by lines; earlier ones are dots.
 MOST_JOINED: Final = 16_384
 _WHOLE: Final = 1e-6
+# Okabe and Ito's colours, distinct also with colour vision deficiencies, on dark and light.
+COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
+# Names of the styles of traces in the terminal, before they repeat.
+_TRACE_STYLES: Final = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -337,3 +343,32 @@ def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray
         return trace.x, trace.y
     edges = np.array([x.value(place) for place in np.linspace(0.0, 1.0, columns + 1).tolist()])
     return envelope(trace.x, trace.y, edges)
+
+
+def trace_style(trace: Trace, index: int) -> str:
+    """Style name of a trace, or its own colour."""
+    return trace.colour or f"trace-{index % _TRACE_STYLES + 1}"
+
+
+def trace_mark(trace: Trace, index: int) -> str:
+    """Character of a trace's points, or of a line among others."""
+    return trace.mark or str(index + 1)[-1] if trace.look == "line" else trace.mark or "●"
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """What a figure says of its charts.
+
+    Attributes
+    ----------
+    parameters : sequence of Parameters
+        Of all that is drawn; those are said that all have.
+    without : sequence of str
+        Parameters not said: those along an axis.
+    ignored : bool
+        Whether all of it ignores separation.
+    """
+
+    parameters: Sequence[Parameters]
+    without: Sequence[str] = ()
+    ignored: bool = False
