@@ -32,7 +32,6 @@ from fivtui.sweeps.figure import sweep_figure
 from fivtui.sweeps.rows import Rows
 from fivtui.sweeps.run import Sweep
 from fivtui.sweeps.study import Study
-from fivtui.tradeoffs.figure import tradeoff_figure
 from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
 from fivtui.transient.errors import Deviation
@@ -401,7 +400,7 @@ def measured() -> Tradeoff:
 
 def test_errors_of_every_method_stand_over_their_cpu_time() -> None:
     result = measured()
-    figure = tradeoff_figure(result)
+    figure = result.figure()
     legend = the_legend(figure)
     assert list(legend) == ["taylor", "rk4"]
     for axes, name, label in zip(

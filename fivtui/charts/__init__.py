@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         Heading as Heading,
         Look as Look,
         Place as Place,
+        Sheet as Sheet,
         Strip as Strip,
         Trace as Trace,
         View as View,
@@ -28,6 +29,14 @@ if TYPE_CHECKING:
     from .figure import (
         charts_figure as charts_figure,
         save_charts as save_charts,
+    )
+    from .labels import (
+        Label as Label,
+        math_symbol as math_symbol,
+        math_unit as math_unit,
+        parameter_line as parameter_line,
+        quantity_label as quantity_label,
+        value_label as value_label,
     )
     from .plot_data import (
         shading as shading,
@@ -42,14 +51,9 @@ if TYPE_CHECKING:
         STYLE as STYLE,
         WIDTH as WIDTH,
         check_figure_path as check_figure_path,
-        math_symbol as math_symbol,
-        math_unit as math_unit,
         new_figure as new_figure,
-        parameter_line as parameter_line,
-        quantity_label as quantity_label,
         save_figure as save_figure,
         shade_times as shade_times,
-        value_label as value_label,
         value_limits as value_limits,
     )
     from .reading import (
@@ -64,6 +68,7 @@ if TYPE_CHECKING:
         nearest_along as nearest_along,
         nearest_index as nearest_index,
     )
+    from .sheet import sheet_figure as sheet_figure
 else:
     from fivtui.lazy import lazily
 

@@ -13,6 +13,7 @@ from .axis import Axis, axis_for
 from .plot_data import envelope
 
 FloatArray = NDArray[np.float64]
+FigureLimits = tuple[float | None, float | None]
 Look = Literal["line", "points", "dots", "marked"]
 
 # Samples of an unordered trace that are joined by lines; earlier ones are dots.
@@ -46,6 +47,10 @@ class Trace:
         Ascending values along a curve, such as times; cursors of a chart `along` it are at one.
     number : int
         Number of the run that it shows, 0 if none.
+    role : str
+        What it is, as the `ROLES` of figures name it.
+    marker : str
+        Matplotlib's marker of its points in figures; if empty, that of its role.
     """
 
     name: str
@@ -57,15 +62,30 @@ class Trace:
     colour: str = ""
     along: FloatArray | None = None
     number: int = 0
+    role: str = ""
+    marker: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Guide:
-    """A labelled reference line at a value of x (vertical) or of y."""
+    """A labelled reference line at a value of x (vertical) or of y.
+
+    Attributes
+    ----------
+    value : float
+        Where it is.
+    label : str
+        Beside the line in the terminal, in the legend of figures.
+    vertical : bool
+        Whether it is at a value of x.
+    role : str
+        What it is, as the `ROLES` of figures name it; ``"floor"`` shades what is below.
+    """
 
     value: float
     label: str = ""
     vertical: bool = True
+    role: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,6 +167,10 @@ class Chart:
         Whether a length along x is as long along y.
     along : str
         Quantity and unit of what cursors are at a value of, if that is along curves.
+    log : str
+        Axes with a logarithmic scale in figures: ``"x"``, ``"y"``, ``"xy"`` or none.
+    figure_x, figure_y : tuple of float or None
+        Limits in figures; None fits a limit to the data.
     """
 
     x_label: str
@@ -162,6 +186,9 @@ class Chart:
     y_range: tuple[float, float] | None = None
     to_scale: bool = False
     along: str = ""
+    log: str = ""
+    figure_x: FigureLimits = (None, None)
+    figure_y: FigureLimits = (None, None)
 
     @property
     def cursor_label(self) -> str:
@@ -372,3 +399,25 @@ class Heading:
     parameters: Sequence[Parameters]
     without: Sequence[str] = ()
     ignored: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sheet:
+    """Charts side by side as a figure of its own.
+
+    Attributes
+    ----------
+    panels : sequence of Chart
+        From the left.
+    size : tuple of float
+        Width and height, inches.
+    title : str
+        Above the charts, in matplotlib's mathtext.
+    legend_columns : int
+        Columns of the legend below the charts.
+    """
+
+    panels: Sequence[Chart]
+    size: tuple[float, float]
+    title: str = ""
+    legend_columns: int = 2

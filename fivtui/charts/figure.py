@@ -16,13 +16,13 @@ from fivtui.model import Column
 
 from .axis import Axis
 from .chart import COLOURS, Backdrop, Chart, Guide, Heading, Trace, View, VisibleCharts, reduced
+from .labels import parameter_line
 from .plotting import (
     OFF_BELT,
     STUCK,
     STYLE,
     WIDTH,
     new_figure,
-    parameter_line,
     shade_times,
 )
 from .reading import crosshair, cursor_words, heading, nearest

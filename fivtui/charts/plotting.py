@@ -1,4 +1,4 @@
-"""Style, labels and files shared by all figures; matplotlib without pyplot."""
+"""Style and files shared by all figures; matplotlib without pyplot."""
 
 from collections.abc import Mapping, Sequence
 from io import BytesIO
@@ -14,7 +14,6 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import NDArray
 
 from fivtui.io import check_output, check_suffix, write_atomically
-from fivtui.model import NONE, Parameters, ParameterSpec, parameter_spec
 from fivtui.version import __version__
 
 # Metadata by suffix: no date, so that the same figure always gives the same bytes.
@@ -53,7 +52,6 @@ STYLE: Final[dict[Any, Any]] = {
 # Of times off the belt, and of those at which the slider sticks to it.
 OFF_BELT: Final = "0.9"
 STUCK: Final = "#f6e3c5"
-_NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
 def value_limits(values: NDArray[np.float64], least: float) -> tuple[float, float]:
@@ -87,41 +85,6 @@ def shade_times(
             zorder=0.0,
             label=label or "_",
         )
-
-
-def value_label(name: str, value: float | None) -> str:
-    """A parameter and its value in matplotlib's mathtext, such as ``F = 80 N``."""
-    spec = parameter_spec(name)
-    said = NONE if value is None else f"{value:g} {math_unit(spec.unit)}".rstrip()
-    text = f"{math_symbol(spec.symbol)} = {said}"
-    return text.replace(" ", _NO_BREAK)
-
-
-def quantity_label(spec: ParameterSpec) -> str:
-    """Axis label of a quantity in matplotlib's mathtext: meaning, symbol and unit."""
-    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
-    # What follows says of what, or what it means to have no value.
-    meaning = spec.meaning.partition(",")[0].partition(";")[0]
-    return f"{meaning.capitalize()} {math_symbol(spec.symbol)}{unit}"
-
-
-def parameter_line(p: Parameters, without: Sequence[str] = ()) -> str:
-    """All parameters but those named, on two lines of matplotlib's mathtext."""
-    texts = [value_label(k, value) for k, value in p.as_dict().items() if k not in without]
-    half = (len(texts) + 1) // 2
-    return "\n".join(", ".join(part) for part in (texts[:half], texts[half:]))
-
-
-def math_symbol(symbol: str) -> str:
-    """A symbol such as ``k_nl`` in matplotlib's mathtext, its index upright."""
-    head, _, index = symbol.partition("_")
-    return f"${head}_{{\\mathrm{{{index}}}}}$" if index else f"${head}$"
-
-
-def math_unit(unit: str) -> str:
-    """A unit such as ``N/m^3`` in matplotlib's mathtext."""
-    base, _, power = unit.partition("^")
-    return f"{base}$^{power}$" if power else base
 
 
 def check_figure_path(path: Path, *, force: bool) -> None:

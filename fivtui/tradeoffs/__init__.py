@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .charts import tradeoff_chart as tradeoff_chart
     from .measure import (
         Tradeoff as Tradeoff,
         measure_tradeoff as measure_tradeoff,

@@ -152,9 +152,11 @@ class Tradeoff(Result):
 
     def figure(self) -> "Figure":
         """Error against CPU time."""
-        from .figure import tradeoff_figure
+        from fivtui.charts import sheet_figure
 
-        return tradeoff_figure(self)
+        from .charts import tradeoff_sheet
+
+        return sheet_figure(tradeoff_sheet(self))
 
 
 def tradeoff(

@@ -7,7 +7,7 @@ import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.charts.chart import View
-from fivtui.charts.plotting import quantity_label
+from fivtui.charts.labels import quantity_label
 from fivtui.cli import run
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS

@@ -15,7 +15,6 @@ from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.tradeoffs import measure
-from fivtui.tradeoffs.figure import tradeoff_figure
 from fivtui.tradeoffs.files import save_tradeoff, tradeoff_to_dict
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting, cheapest, ladders, pareto
@@ -244,7 +243,7 @@ def test_a_tradeoff_is_json_csv_and_a_figure(short: Tradeoff, tmp_path: Path) ->
     read = list(csv.DictReader(lines))
     assert [entry["setting"] for entry in read] == [entry["setting"] for entry in data["rows"]]
     assert float(read[0]["cpu_s"]) == data["rows"][0]["cpu_s"]
-    figure = tradeoff_figure(short)
+    figure = short.figure()
     assert [axes.get_xscale() for axes in figure.axes] == ["log"] * 3
     legend = {text.get_text() for text in figure.legends[0].get_texts()}
     assert legend == {each.setting.label for each in short.rows if each.error is not None}

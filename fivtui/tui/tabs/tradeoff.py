@@ -11,6 +11,7 @@ from textual.widgets import Button, Static
 from fivtui.charts import Heading
 from fivtui.model import InputError
 from fivtui.scene import Scene
+from fivtui.tradeoffs import tradeoff_chart
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
 
@@ -20,7 +21,6 @@ from .charts.tradeoff import (
     present_row,
     present_words,
     table_rows,
-    tradeoff_chart,
 )
 from .exports.export import Export, as_displayed, scene_study_export
 from .job_pane import JobPane

@@ -15,6 +15,7 @@ from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
+from fivtui.tradeoffs import tradeoff_chart
 from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
 from fivtui.transient.errors import Deviation
@@ -23,7 +24,7 @@ from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.charts.map import map_chart, point_texts
 from fivtui.tui.tabs.charts.stability import frequency_chart, growth_chart, plane_chart
 from fivtui.tui.tabs.charts.sweep import case_of, grid_chart, point_scene, points_of, sweep_chart
-from fivtui.tui.tabs.charts.tradeoff import COLUMNS, table_rows, tradeoff_chart
+from fivtui.tui.tabs.charts.tradeoff import COLUMNS, table_rows
 from fivtui.tui.tabs.charts.transient import (
     PlottedRun,
     difference_chart,

@@ -14,7 +14,7 @@ from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
 from fivtui.paper.results import PaperResults
 from fivtui.scene.presets import PRESETS
-from fivtui.tradeoffs import measure as tradeoff
+from fivtui.tradeoffs import measure as tradeoff, tradeoff_chart
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
@@ -27,7 +27,6 @@ from fivtui.tui.tabs.charts.tradeoff import (
     present_row,
     present_words,
     table_rows,
-    tradeoff_chart,
 )
 from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.kernels import INTERPRETED

@@ -1,22 +1,15 @@
-"""Charts and words of the trade-off tab: error against CPU time. Imports no Textual."""
+"""Rows and words of the trade-off tab: error against CPU time. Imports no Textual."""
 
 import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
-from fivtui.charts import Chart, Guide, Look, Trace
 from fivtui.scene import Scene
 from fivtui.tradeoffs import MeasuredSetting, Setting, cheapest, pareto
 
 if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
 
-_MARKS: Final = "○□△▽◇×+☆"
-_PRESENT: Final = "◆"
-# An error of zero is drawn here.
-_LEAST: Final = 1e-16
 # Settings closer than this, in decades, count as equal.
 _NEAR: Final = 0.3
 
@@ -26,7 +19,6 @@ TITLES: Final[Mapping[str, str]] = {
     "half_range": "±2nd ½",
     "events": "Events",
 }
-_NAMES: Final = {"final": "final state", "half_range": "half peak-to-peak, 2nd half"}
 COLUMNS: Final = ("method", "setting", "error", "CPU ms", "remark", "steps", "sep.")
 
 
@@ -34,43 +26,6 @@ def columns_of(result: "Tradeoff") -> tuple[str, ...]:
     """Headings of the table of a trade-off."""
     on_belt = result.scene.parameters.v_belt is not None
     return (*COLUMNS, "sticks") if on_belt else COLUMNS
-
-
-def _methods(result: "Tradeoff") -> dict[str, list[MeasuredSetting]]:
-    methods: dict[str, list[MeasuredSetting]] = {}
-    for row in result.rows:
-        methods.setdefault(row.setting.label, []).append(row)
-    return methods
-
-
-def tradeoff_chart(result: "Tradeoff", quantity: str, present: MeasuredSetting | None) -> Chart:
-    """Error of a quantity against CPU time, a line per method.
-
-    Below the guide, errors are within the uncertainty of the reference.
-    """
-    traces = []
-    for place, (method, rows) in enumerate(_methods(result).items()):
-        mark = _MARKS[place % len(_MARKS)]
-        traces.append(_trace(method, rows, quantity, "marked", mark))
-    if present is not None:
-        traces.append(_trace("now", [present], quantity, "points", _PRESENT))
-    floor = result.floor.of(quantity)
-    guides = (Guide(floor, "uncertainty", vertical=False),) if floor > 0.0 else ()
-    unit = " (s)" if quantity == "events" else ""
-    return Chart(
-        "CPU time (s)",
-        f"error of {_NAMES.get(quantity, quantity)}{unit}",
-        tuple(traces),
-        guides=guides,
-        tight=False,
-    )
-
-
-def _trace(name: str, rows: list[MeasuredSetting], quantity: str, look: Look, mark: str) -> Trace:
-    points = [(row.cpu_s, row.error.of(quantity)) for row in rows if row.error is not None]
-    finite = [(cpu_s, max(error, _LEAST)) for cpu_s, error in points if math.isfinite(error)]
-    x, y = np.array(finite, dtype=float).reshape(-1, 2).T
-    return Trace(name, x, y, look=look, ordered=False, mark=mark)
 
 
 def table_rows(

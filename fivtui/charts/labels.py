@@ -1,0 +1,73 @@
+"""Labels of quantities: as the terminal writes them, and in matplotlib's mathtext."""
+
+from collections.abc import Sequence
+from typing import Final, Self
+
+from fivtui.model import NONE, Parameters, ParameterSpec, parameter_spec
+
+_NO_BREAK: Final = "\N{NO-BREAK SPACE}"
+
+
+class Label(str):
+    """A text as the terminal writes it, with the text that figures have in its place.
+
+    Attributes
+    ----------
+    math : str
+        The text of figures, in matplotlib's mathtext.
+    """
+
+    __slots__ = ("math",)
+    math: str
+
+    def __new__(cls, text: str, math: str) -> Self:
+        """Make a label of both texts."""
+        label = super().__new__(cls, text)
+        label.math = math
+        return label
+
+
+def axis_label(spec: ParameterSpec) -> Label:
+    """Symbol and unit of a quantity in the terminal; in figures with its meaning."""
+    symbol = spec.name if spec.symbol.isascii() else spec.symbol
+    return Label(f"{symbol} ({spec.unit})" if spec.unit else symbol, quantity_label(spec))
+
+
+def with_unit(text: str, unit: str) -> Label:
+    """A text and its unit; none if the quantity has no dimension."""
+    return Label(f"{text} ({unit})", f"{text} ({math_unit(unit)})") if unit else Label(text, text)
+
+
+def value_label(name: str, value: float | None) -> str:
+    """A parameter and its value in matplotlib's mathtext, such as ``F = 80 N``."""
+    spec = parameter_spec(name)
+    said = NONE if value is None else f"{value:g} {math_unit(spec.unit)}".rstrip()
+    text = f"{math_symbol(spec.symbol)} = {said}"
+    return text.replace(" ", _NO_BREAK)
+
+
+def quantity_label(spec: ParameterSpec) -> str:
+    """Axis label of a quantity in matplotlib's mathtext: meaning, symbol and unit."""
+    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
+    # What follows says of what, or what it means to have no value.
+    meaning = spec.meaning.partition(",")[0].partition(";")[0]
+    return f"{meaning.capitalize()} {math_symbol(spec.symbol)}{unit}"
+
+
+def parameter_line(p: Parameters, without: Sequence[str] = ()) -> str:
+    """All parameters but those named, on two lines of matplotlib's mathtext."""
+    texts = [value_label(k, value) for k, value in p.as_dict().items() if k not in without]
+    half = (len(texts) + 1) // 2
+    return "\n".join(", ".join(part) for part in (texts[:half], texts[half:]))
+
+
+def math_symbol(symbol: str) -> str:
+    """A symbol such as ``k_nl`` in matplotlib's mathtext, its index upright."""
+    head, _, index = symbol.partition("_")
+    return f"${head}_{{\\mathrm{{{index}}}}}$" if index else f"${head}$"
+
+
+def math_unit(unit: str) -> str:
+    """A unit such as ``N/m^3`` in matplotlib's mathtext."""
+    base, _, power = unit.partition("^")
+    return f"{base}$^{power}$" if power else base

@@ -1,0 +1,92 @@
+"""Charts of a trade-off: error against CPU time."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from fivtui.charts import Chart, Guide, Label, Look, Sheet, Trace
+
+from .files import fronts
+from .measure import Tradeoff
+from .settings import MeasuredSetting
+
+_SIZE: Final = (7.2, 3.9)
+_MARKS: Final = "○□△▽◇×+☆"
+_PRESENT: Final = "◆"
+# An error of zero is drawn here.
+_LEAST: Final = 1e-16
+_LABELS: Final[Mapping[str, Label]] = {
+    "final": Label("error of final state", "Error of the final state (1)"),
+    "peak": Label("error of peak", "Error of the peak of $|y|$ (1)"),
+    "half_range": Label(
+        "error of half peak-to-peak, 2nd half", "Error of half peak-to-peak, second half (1)"
+    ),
+    "events": Label("error of events (s)", "Error of the switch times (s)"),
+}
+_OF_FIGURE: Final = ("final", "peak", "events")
+
+
+def tradeoff_chart(
+    result: Tradeoff, quantity: str, present: MeasuredSetting | None = None
+) -> Chart:
+    """Error of a quantity against CPU time, a line per method.
+
+    Below the guide, errors are within the uncertainty of the reference. `present` is the setting
+    of the edited scene.
+    """
+    by_method: dict[str, list[MeasuredSetting]] = {}
+    for row in result.rows:
+        by_method.setdefault(row.setting.label, []).append(row)
+    traces = [
+        _trace(method, rows, quantity, "marked", mark=_MARKS[index % len(_MARKS)], role="series")
+        for index, (method, rows) in enumerate(by_method.items())
+    ]
+    if present is not None:
+        traces.append(_trace("now", [present], quantity, "points", mark=_PRESENT))
+    floor = result.floor.of(quantity)
+    uncertainty = Guide(floor, "uncertainty", vertical=False)
+    return Chart(
+        Label("CPU time (s)", "CPU time of a run (s)"),
+        _LABELS[quantity],
+        tuple(traces),
+        guides=(uncertainty,) if floor > 0.0 else (),
+        tight=False,
+        log="xy",
+        figure_y=(0.3 * _LEAST, None),
+    )
+
+
+def tradeoff_sheet(result: Tradeoff) -> Sheet:
+    """Errors of final state, peak and switch times side by side.
+
+    The wide grey line joins the settings that no other beats.
+    """
+    best = fronts(result)
+    charts = []
+    for quantity in _OF_FIGURE:
+        chart = tradeoff_chart(result, quantity)
+        methods = tuple(trace for trace in chart.traces if trace.x.size)
+        front = _trace("", best[quantity], quantity, "line", role="front")
+        least = Guide(
+            max(result.floor.of(quantity), _LEAST), "uncertainty", vertical=False, role="floor"
+        )
+        charts.append(replace(chart, traces=(front, *methods), guides=(least,)))
+    return Sheet(charts, _SIZE, legend_columns=4)
+
+
+def _trace(
+    name: str,
+    rows: Sequence[MeasuredSetting],
+    quantity: str,
+    look: Look,
+    *,
+    mark: str = "",
+    role: str = "",
+) -> Trace:
+    errors = [(row.cpu_s, row.error.of(quantity)) for row in rows if row.error is not None]
+    finite = [(cpu_s, max(error, _LEAST)) for cpu_s, error in errors if math.isfinite(error)]
+    x, y = np.array(finite, dtype=float).reshape(-1, 2).T
+    return Trace(name, x, y, look=look, ordered=False, mark=mark, role=role)
