@@ -13,8 +13,9 @@ from matplotlib.colors import to_hex
 from matplotlib.contour import QuadContourSet
 from numpy.typing import NDArray
 
+from fivtui.charts.sheet import sheet_figure
+from fivtui.equilibrium.charts import modes_sheet
 from fivtui.equilibrium.eigenvalues import stability
-from fivtui.equilibrium.figure import mode_figure
 from fivtui.equilibrium.scan import mode_scan
 from fivtui.maps import stability_map
 from fivtui.maps.figure import map_figure
@@ -153,7 +154,7 @@ def test_runs_of_several_parameters_are_named_at_their_own_lines() -> None:
 def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> None:
     p = Parameters()
     found = stability(p)
-    figure = mode_figure(found, mode_scan(System(p), 1.5))
+    figure = sheet_figure(modes_sheet(found, mode_scan(System(p), 1.5)))
     frequency, growth, plane = figure.axes
     assert labels(frequency) == ("Friction coefficient μ", "Frequency Im λ/(2π) (Hz)")
     assert labels(growth) == ("Friction coefficient μ", "Growth rate Re λ (1/s)")
@@ -177,7 +178,7 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
 
 def test_the_critical_and_the_present_friction_are_marked_where_they_are() -> None:
     p = Parameters(F=100.0, k_nl=500.0, mu=1.1)
-    figure = mode_figure(stability(p), mode_scan(System(p), 2.0))
+    figure = sheet_figure(modes_sheet(stability(p), mode_scan(System(p), 2.0)))
     legend = the_legend(figure)
     critical = own_slider.critical_mu(F=100.0, k_nl=500.0)
     assert plain(figure.get_suptitle()).endswith("F = 100 N, k_nl = 500 N/m^3, μ = 1.1")

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     )
     from .labels import (
         Label as Label,
+        axis_label as axis_label,
         math_symbol as math_symbol,
         math_unit as math_unit,
         parameter_line as parameter_line,

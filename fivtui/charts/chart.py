@@ -169,6 +169,10 @@ class Chart:
         Quantity and unit of what cursors are at a value of, if that is along curves.
     log : str
         Axes with a logarithmic scale in figures: ``"x"``, ``"y"``, ``"xy"`` or none.
+    linear_within : float
+        In figures, the x axis is linear up to this magnitude and logarithmic beyond; 0 if linear.
+    legend : "below", "above" or "inside"
+        Where figures have the names: below all charts, above this one or inside.
     figure_x, figure_y : tuple of float or None
         Limits in figures; None fits a limit to the data.
     """
@@ -187,6 +191,8 @@ class Chart:
     to_scale: bool = False
     along: str = ""
     log: str = ""
+    linear_within: float = 0.0
+    legend: Literal["below", "above", "inside"] = "below"
     figure_x: FigureLimits = (None, None)
     figure_y: FigureLimits = (None, None)
 
@@ -403,21 +409,25 @@ class Heading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheet:
-    """Charts side by side as a figure of its own.
+    """Charts as a figure of its own.
 
     Attributes
     ----------
-    panels : sequence of Chart
-        From the left.
+    columns : sequence of sequences of Chart
+        From the left, each from the top.
     size : tuple of float
         Width and height, inches.
     title : str
         Above the charts, in matplotlib's mathtext.
     legend_columns : int
         Columns of the legend below the charts.
+    widths, heights : sequence of float
+        Ratios of the widths of columns and the heights of rows; if empty, all are equal.
     """
 
-    panels: Sequence[Chart]
+    columns: Sequence[Sequence[Chart]]
     size: tuple[float, float]
     title: str = ""
     legend_columns: int = 2
+    widths: Sequence[float] = ()
+    heights: Sequence[float] = ()

@@ -7,9 +7,9 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .chart import Chart, Guide, Sheet, Trace
+from .chart import Chart, Guide, Sheet
 from .labels import Label
-from .plotting import STYLE, new_figure
+from .plotting import OFF_BELT, STUCK, STYLE, new_figure, shade_times
 
 _TITLE_SIZE: Final = 7.5
 _PANEL_GAP: Final = 0.06
@@ -28,18 +28,40 @@ _SERIES: Final[tuple[Mapping[str, Any], ...]] = (
 # What traces and guides are, and how figures draw them.
 ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "front": {"color": "0.8", "linewidth": 4.0, "zorder": 1.0},
+    "mode 1": {"color": "#1f4fd8", "linestyle": "-", "linewidth": 1.4},
+    "mode 2": {"color": "#b07d00", "linestyle": (0.0, (4.0, 1.5)), "linewidth": 1.4},
+    "path": {"color": "0.6", "linestyle": "none", "marker": ".", "markersize": 2.0},
+    "present point": {
+        "color": "black",
+        "linestyle": "none",
+        "marker": "D",
+        "markersize": 4.5,
+        "markerfacecolor": "white",
+    },
+    "critical": {"color": "#c8252c", "linestyle": ":", "linewidth": 1.0, "zorder": 1.5},
+    "present": {"color": "0.35", "linestyle": "-.", "linewidth": 0.8, "zorder": 1.4},
 }
+_ZERO: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
+# Shades of strips, from the first.
+_STRIPS: Final = (OFF_BELT, STUCK)
 
 
 def sheet_figure(sheet: Sheet) -> Figure:
-    """Draw the charts of a sheet, with one legend below; the figure has an Agg canvas."""
+    """Draw the charts of a sheet; the figure has an Agg canvas."""
     with mpl.rc_context(STYLE):
-        figure = new_figure(*sheet.size, wspace=_PANEL_GAP if len(sheet.panels) > 1 else None)
-        panels = list(figure.subplots(1, len(sheet.panels), squeeze=False)[0])
-        for axes, chart in zip(panels, sheet.panels, strict=True):
-            _draw_chart(axes, chart)
-        _add_title(figure, panels, sheet.title)
-        _add_legend(figure, panels, sheet.legend_columns)
+        gap = _PANEL_GAP if len(sheet.columns) > 1 else None
+        figure = new_figure(*sheet.size, wspace=gap)
+        grid = figure.add_gridspec(1, len(sheet.columns), width_ratios=sheet.widths or None)
+        panels = []
+        for column, charts in enumerate(sheet.columns):
+            rows = grid[0, column].subgridspec(len(charts), 1, height_ratios=sheet.heights or None)
+            for row, chart in enumerate(charts):
+                axes = figure.add_subplot(rows[row, 0])
+                _draw_chart(axes, chart)
+                panels.append((axes, chart))
+        _add_title(figure, [axes for axes, _ in panels], sheet.title)
+        below = [axes for axes, chart in panels if chart.legend == "below"]
+        _add_legend(figure, below, sheet.legend_columns)
     return figure
 
 
@@ -63,6 +85,7 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], columns: int) -> None:
             loc="outside lower center",
             ncols=columns,
             frameon=False,
+            handlelength=3.0,
         )
 
 
@@ -73,28 +96,57 @@ def _draw_chart(axes: Axes, chart: Chart) -> None:
         if trace.role == "series":
             look = {"markersize": 4.5, "linewidth": 0.9, **_SERIES[series % len(_SERIES)]}
             series += 1
-        _draw_trace(axes, trace, look)
-    if "x" in chart.log:
-        axes.set_xscale("log")
-    if "y" in chart.log:
-        axes.set_yscale("log")
-    axes.set_xlim(*chart.figure_x)
-    axes.set_ylim(*chart.figure_y)
+        if trace.colour:
+            look["color"] = trace.colour
+        if trace.marker:
+            look["marker"] = trace.marker
+        axes.plot(trace.x, trace.y, label=_math(trace.name) or "_", **look)
+    for number, strip in enumerate(chart.strips):
+        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
+    _scale(axes, chart)
     for guide in chart.guides:
         _draw_guide(axes, guide)
     axes.set_xlabel(_math(chart.x_label))
     axes.set_ylabel(_math(chart.y_label))
+    if chart.legend == "above":
+        axes.legend(
+            loc="lower center",
+            bbox_to_anchor=(0.5, 1.0),
+            ncols=2,
+            fontsize=6.0,
+            frameon=False,
+            handlelength=1.5,
+        )
+    elif chart.legend == "inside":
+        axes.legend(frameon=False, fontsize=8.0)
 
 
-def _draw_trace(axes: Axes, trace: Trace, look: dict[str, Any]) -> None:
-    if trace.marker:
-        look["marker"] = trace.marker
-    axes.plot(trace.x, trace.y, label=_math(trace.name) or "_", **look)
+def _scale(axes: Axes, chart: Chart) -> None:
+    if "x" in chart.log:
+        axes.set_xscale("log")
+    if "y" in chart.log:
+        axes.set_yscale("log")
+    if chart.tight and not chart.plane and chart.traces:
+        axes.set_xlim(chart.traces[0].x[0], chart.traces[0].x[-1])
+    if chart.linear_within:
+        axes.set_xscale("symlog", linthresh=chart.linear_within)
+    elif chart.to_scale:
+        axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlim(*chart.figure_x)
+    axes.set_ylim(*chart.figure_y)
 
 
 def _draw_guide(axes: Axes, guide: Guide) -> None:
     if guide.role == "floor":
         axes.axhspan(axes.get_ylim()[0], guide.value, color="0.93", zorder=0.0)
+        return
+    line = axes.axvline if guide.vertical else axes.axhline
+    look = ROLES.get(guide.role)
+    # Lines without a role have no name in the legend.
+    if look is None:
+        line(guide.value, label="_", **_ZERO)
+    else:
+        line(guide.value, label=_math(guide.label), **look)
 
 
 def _math(label: str) -> str:

@@ -13,6 +13,11 @@ if TYPE_CHECKING:
         critical_mu_on_belt as critical_mu_on_belt,
         critical_speeds as critical_speeds,
     )
+    from .charts import (
+        frequency_chart as frequency_chart,
+        growth_chart as growth_chart,
+        plane_chart as plane_chart,
+    )
     from .critical import (
         CriticalMu as CriticalMu,
         critical_mu as critical_mu,

@@ -134,9 +134,11 @@ class Stability(SystemResult):
 
     def figure(self) -> "Figure":
         """Matplotlib figure: frequencies and growth rates over μ, and the eigenvalues."""
-        from .figure import mode_figure
+        from fivtui.charts import sheet_figure
 
-        return mode_figure(self, self.modes_over_mu())
+        from .charts import modes_sheet
+
+        return sheet_figure(modes_sheet(self, self.modes_over_mu()))
 
 
 def stability(parameters: Parameters | None = None, *, separation: bool = True) -> Stability:

@@ -74,7 +74,7 @@ def tradeoff_sheet(result: Tradeoff) -> Sheet:
             max(result.floor.of(quantity), _LEAST), "uncertainty", vertical=False, role="floor"
         )
         charts.append(replace(chart, traces=(front, *methods), guides=(least,)))
-    return Sheet(charts, _SIZE, legend_columns=4)
+    return Sheet([[chart] for chart in charts], _SIZE, legend_columns=4)
 
 
 def _trace(

@@ -12,13 +12,21 @@ from textual.timer import Timer
 from textual.worker import get_current_worker
 
 from fivtui.charts import Heading
-from fivtui.equilibrium import ModeScan, Stability, mode_scan, scan_top, stability_rows
+from fivtui.equilibrium import (
+    ModeScan,
+    Stability,
+    frequency_chart,
+    growth_chart,
+    mode_scan,
+    plane_chart,
+    scan_top,
+    stability_rows,
+)
 from fivtui.model import Cancelled, ComputationError, InputError, Parameters
 from fivtui.ranges import number_text
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Session, base_scene, coexisting_rows
 
-from .charts.stability import frequency_chart, growth_chart, plane_chart
 from .messages import PointOpened
 from .tables import RowsView
 from .views_pane import ViewsPane

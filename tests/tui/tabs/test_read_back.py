@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fivtui.charts.chart import Cursors, View
 from fivtui.charts.reading import NearestPoint, nearest
+from fivtui.equilibrium.charts import frequency_chart, growth_chart, plane_chart
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.scan import mode_scan
 from fivtui.maps import stability_map
@@ -22,7 +23,6 @@ from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.charts.map import map_chart, point_texts
-from fivtui.tui.tabs.charts.stability import frequency_chart, growth_chart, plane_chart
 from fivtui.tui.tabs.charts.sweep import case_of, grid_chart, point_scene, points_of, sweep_chart
 from fivtui.tui.tabs.charts.tradeoff import COLUMNS, table_rows
 from fivtui.tui.tabs.charts.transient import (
