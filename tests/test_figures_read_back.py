@@ -26,6 +26,7 @@ from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
 from fivtui.orbits.figure import basin_figure, continuation_figure
 from fivtui.orbits.shooting import PeriodicOrbit, Section
+from fivtui.results import Grid
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.sweeps.design import Design, Range
@@ -35,6 +36,7 @@ from fivtui.sweeps.run import Sweep
 from fivtui.sweeps.study import Study
 from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
+from fivtui.transient import START_SPECS
 from fivtui.transient.errors import Deviation
 from fivtui.transient.figure import transient_figure
 from fivtui.transient.result import Transient
@@ -504,8 +506,7 @@ def test_a_basin_has_the_colour_of_the_attractor_that_its_starts_reach() -> None
     result = Basin(
         System(Parameters()),
         (0.1, 0.2, 0.3, 0.4),
-        ("y0", "vx0"),
-        (first, second),
+        Grid((START_SPECS["y0"], START_SPECS["vx0"]), (first, second)),
         (one, REST, other),
         reached,
     )

@@ -25,14 +25,13 @@ from fivtui.orbits.attractor_search import Coexistence
 from fivtui.orbits.basins import Basin, EscapeOffset
 from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.orbits.files import basin_to_dict, continuation_to_dict, save_basin, save_continuation
 from fivtui.orbits.report import (
     print_attractors,
     print_basin,
     print_coexistence,
     print_continuation,
 )
-from fivtui.results import save_result
+from fivtui.results import Grid, save_result
 from fivtui.scene.comparison import CaseRuns, Comparison
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.report import print_comparison, print_run
@@ -45,6 +44,7 @@ from fivtui.tradeoffs.files import tradeoff_to_dict
 from fivtui.tradeoffs.measure import Feature, Tradeoff
 from fivtui.tradeoffs.report import print_tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
+from fivtui.transient import START_SPECS
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 
@@ -416,7 +416,7 @@ def test_attractors_along_a_parameter_are_printed_and_written_where_they_were_me
         ("40", "contact limit cycle", "up"),
     ]
     assert [row["period s"] for row in rows] == ["", "1.25", "2.5"]
-    save_continuation(result, tmp_path / "branch.csv")
+    save_result(result, tmp_path / "branch.csv")
     header, columns = written(tmp_path / "branch.csv")
     assert columns["F"].tolist() == [10.0, 20.0, 40.0]
     assert (columns["up"].tolist(), columns["down"].tolist()) == ([1, 0, 1], [1, 1, 0])
@@ -436,7 +436,7 @@ def test_attractors_along_a_parameter_are_printed_and_written_where_they_were_me
     for name, (unit, values) in expected.items():
         assert header["units"][name] == unit
         np.testing.assert_array_equal(columns[name], values)
-    data = continuation_to_dict(result)
+    data = result.to_dict()
     assert (data["name"], data["unit"], data["coexisting"]) == ("F", "N", [])
     assert [point["value"] for point in data["points"]] == [10.0, 20.0, 40.0]
     assert data["points"][1]["y_max"] == 5.0
@@ -449,7 +449,8 @@ def test_basins_are_printed_and_written_by_their_attractors(
     axes = np.array([-1.0, 1.0]), np.array([2.0, 4.0, 6.0])
     reached = np.array([[0, 1, 1], [0, 0, 1]])
     p, start = Parameters(), (0.1, 0.2, 0.3, 0.4)
-    result = Basin(System(p), start, ("y0", "vx0"), axes, (CONTACT, REST), reached)
+    grid = Grid((START_SPECS["y0"], START_SPECS["vx0"]), axes)
+    result = Basin(System(p), start, grid, (CONTACT, REST), reached)
     print_basin(dataclasses.replace(result, reached=np.array([[0, 1, 1], [0, 1, 1]])))
     (contact, _, counted), rest = (
         (name.partition(",")[0], name, text) for name, text in listed(capsys)
@@ -457,7 +458,7 @@ def test_basins_are_printed_and_written_by_their_attractors(
     assert contact == "contact limit cycle"
     assert counted == "2 of 6 starts (33.3%)"
     assert rest[1:] == ("equilibrium", "4 of 6 starts (66.7%)")
-    save_basin(result, tmp_path / "basin.csv")
+    save_result(result, tmp_path / "basin.csv")
     header, columns = written(tmp_path / "basin.csv")
     assert [header["units"][name] for name in ("y0", "vx0")] == ["m", "m/s"]
     rows = zip(columns["y0"], columns["vx0"], columns["attractor"], strict=True)
@@ -466,7 +467,7 @@ def test_basins_are_printed_and_written_by_their_attractors(
         (1.0, 2.0, 0.0), (1.0, 4.0, 0.0), (1.0, 6.0, 1.0),
     ]  # fmt: skip
     assert header["attractors"][1] == "equilibrium"
-    data = basin_to_dict(result)
+    data = result.to_dict()
     assert [(axis["name"], axis["unit"]) for axis in data["over"]] == [("y0", "m"), ("vx0", "m/s")]
     assert data["reached"] == reached.tolist()
     assert data["start"] == list(start)

@@ -15,14 +15,13 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
-    ParameterSpec,
     check_effect,
     parameter_spec,
     system_of,
     time_scale,
     unknown_name,
 )
-from fivtui.results import Grid
+from fivtui.results import grid_of
 
 from .result import MAP_VALUES, SAFETY_VALUES, SHOWN, MapValue, StabilityMap
 
@@ -90,7 +89,7 @@ def stability_map(
     if len(over) != 2:
         raise InputError(f"over: {len(over)} parameters given; must be two different ones")
     check_effect(p, over)
-    grid = _grid(over)
+    grid = grid_of("over", over, parameter_spec)
     total = grid.size
     check_points(total, MAX_POINTS)
     (first, second), (rows, columns) = grid.names, grid.axes
@@ -158,20 +157,6 @@ def check_points(count: int, limit: int) -> None:
     """Raise `InputError` if a map has more points than `limit`."""
     if count > limit:
         raise InputError(f"over: {count} points; must be at most {limit}")
-
-
-def _grid(over: Mapping[str, Sequence[float] | FloatArray]) -> Grid:
-    first, second = (parameter_spec(name) for name in over)
-    return Grid((first, second), (_axis(first, over[first.name]), _axis(second, over[second.name])))
-
-
-def _axis(spec: ParameterSpec, values: Sequence[float] | FloatArray) -> FloatArray:
-    axis = np.array(values, dtype=float)
-    if axis.ndim != 1 or axis.size == 0:
-        raise InputError(f"over: {spec.name}: must be one or more numbers")
-    for extreme in (axis.min(), axis.max()):
-        spec.check(float(extreme))
-    return axis
 
 
 def _evaluated(points: StabilityPoints, value: str, excess: FloatArray) -> FloatArray:

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from .curves.result import CycleBranch as CycleBranch, CyclePoint as CyclePoint
     from .decay import Attraction as Attraction
     from .explorer import Explorer as Explorer
-    from .files import warning_of as warning_of
     from .rest import length_scale as length_scale, slowest_period as slowest_period
     from .words import (
         SEARCHING as SEARCHING,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from fivtui.model import Cancelled, Parameters, System, system_of
-from fivtui.results import SystemResult, scene_text
+from fivtui.results import SystemResult, scene_text, to_data
 from fivtui.transient import Kernel, Progress
 
 from .basins import EscapeOffset, escape_offset
@@ -13,6 +13,10 @@ from .explorer import AT_REST, Attractor, Kind, search
 
 # Share of the search for attractors in the work.
 _SEARCH: Final = 0.3
+_GROWTH: Final = {
+    Kind.UNBOUNDED: "unbounded growth",
+    Kind.UNSETTLED: "motion that did not settle in the time allowed",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -57,19 +61,37 @@ class Coexistence(SystemResult):
         """Whether every motion settled in the time allowed."""
         return all(attractor.kind is not Kind.UNSETTLED for attractor in self.attractors)
 
-    def _summary(self) -> list[tuple[str, str]]:
-        from .files import describe, warning_of
+    @property
+    def warning(self) -> str | None:
+        """Warning if another attractor coexists with rest, or a motion did not settle."""
+        if not self.coexists:
+            return None if self.settled else "some motions did not settle in the time allowed"
+        others = [
+            _GROWTH.get(attractor.kind, f"a {attractor.description}")
+            for attractor in self.attractors
+            if attractor.kind not in AT_REST
+        ]
+        beside = f"it coexists with {' and '.join(others)}"
+        if self.escape is None:
+            return f"the equilibrium is reached only from some starts: {beside}"
+        offsets = [
+            f"{value:.4g} m {side}"
+            for side, value in (("above", self.escape.up), ("below", self.escape.down))
+            if value is not None
+        ]
+        released = f"; a release from rest {' or '.join(offsets)} it leaves it" if offsets else ""
+        return f"the equilibrium is stable only for small disturbances: {beside}{released}"
 
+    def _summary(self) -> list[tuple[str, str]]:
         rows = [
             ("scene", scene_text(self.system)),
             ("equilibrium", self._equilibrium()),
             *(
-                (f"attractor {place}", f"{describe(each)}: {self.reached.count(place)} starts")
+                (f"attractor {place}", f"{each.description}: {self.reached.count(place)} starts")
                 for place, each in enumerate(self.attractors)
             ),
         ]
-        warning = warning_of(self)
-        return rows if warning is None else [*rows, ("warning", warning)]
+        return rows if self.warning is None else [*rows, ("warning", self.warning)]
 
     def _equilibrium(self) -> str:
         if any(each.kind is Kind.STICK for each in self.attractors):
@@ -77,10 +99,17 @@ class Coexistence(SystemResult):
         return "stable" if self.stable else "unstable"
 
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui attractors --json`` prints."""
-        from .files import coexistence_to_dict
+        """The object that ``fivtui attractors --json`` prints.
 
-        return coexistence_to_dict(self)
+        Keys are ``attractors``, ``coexistence``, ``escape_offset`` (``up`` and ``down``, m, or
+        None) and ``warning`` (None if there is none).
+        """
+        return {
+            "attractors": [attractor.to_dict() for attractor in self.attractors],
+            "coexistence": self.coexists,
+            "escape_offset": to_data(self.escape),
+            "warning": self.warning,
+        }
 
 
 def attractors(

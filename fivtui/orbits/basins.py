@@ -3,13 +3,22 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import InputError, Parameters, State, System, system_of, unknown_name
-from fivtui.results import SystemResult, scene_text
+from fivtui.model import (
+    Column,
+    InputError,
+    Parameters,
+    ParameterSpec,
+    State,
+    System,
+    system_of,
+    unknown_name,
+)
+from fivtui.results import Grid, Table, TableResult, grid_of, scene_text, to_data
 from fivtui.transient import START_SPECS, Kernel, Progress, Start, resolve_start
 
 from .explorer import Attractor, Explorer, Kind, Watch, add_new
@@ -27,8 +36,8 @@ _RESOLVED: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Basin(SystemResult):
-    """A slice of the basins of attraction.
+class Basin(TableResult):
+    """A slice of the basins of attraction; its table has one row for each start.
 
     Attributes
     ----------
@@ -36,26 +45,47 @@ class Basin(SystemResult):
         The system, with `parameters` and `separation`.
     start : State
         The start of which two components vary; (x, ẋ, y, ẏ), m and m/s.
-    names : tuple of str
-        The two components, names in `START_SPECS`.
-    axes : tuple of ndarray, shapes (n,) and (k,)
-        Their values, m or m/s.
+    grid : Grid
+        The two components, of `START_SPECS`, and their values, m or m/s.
     attractors : tuple of Attractor
         Every attractor that was reached.
     reached : ndarray of int, shape (n, k)
         Index in `attractors` of what each start reaches.
     """
 
+    data_name: ClassVar[str] = "attractor"
+
     system: System
     start: State
-    names: tuple[str, str]
-    axes: tuple[NDArray[np.float64], NDArray[np.float64]]
+    grid: Grid
     attractors: tuple[Attractor, ...]
     reached: NDArray[np.int64]
 
-    def _summary(self) -> list[tuple[str, str]]:
-        from .files import describe
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the two components."""
+        return self.grid.names
 
+    @property
+    def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Their values, shapes (n,) and (k,), m or m/s."""
+        return self.grid.axes
+
+    @property
+    def counts(self) -> list[int]:
+        """Number of the starts that reach each attractor."""
+        indices = range(len(self.attractors))
+        return [int(np.count_nonzero(self.reached == index)) for index in indices]
+
+    @property
+    def warning(self) -> str | None:
+        """Warning if a motion did not settle."""
+        for attractor, count in zip(self.attractors, self.counts, strict=True):
+            if attractor.kind is Kind.UNSETTLED:
+                return f"{count} of {self.grid.size} motions did not settle in the time allowed"
+        return None
+
+    def _summary(self) -> list[tuple[str, str]]:
         return [
             ("scene", scene_text(self.system)),
             *(
@@ -63,23 +93,36 @@ class Basin(SystemResult):
                 for name, axis in zip(self.names, self.axes, strict=True)
             ),
             *(
-                (f"attractor {place}", f"{describe(attractor)}: {count} of {self.reached.size}")
-                for place, attractor in enumerate(self.attractors)
-                for count in [np.count_nonzero(self.reached == place)]
+                (f"attractor {index}", f"{attractor.description}: {count} of {self.grid.size}")
+                for index, (attractor, count) in enumerate(
+                    zip(self.attractors, self.counts, strict=True)
+                )
             ),
         ]
 
+    def _table(self) -> Table:
+        attractor = Column("attractor", "1", "index in attractors")
+        return {**self.grid.table(), attractor: self.reached.ravel()}
+
+    def _header(self) -> dict[str, Any]:
+        return self._start_data() | {"attractors": [each.description for each in self.attractors]}
+
+    def _start_data(self) -> dict[str, Any]:
+        return self._system_data() | {"start": list(self.start)}
+
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui attractors --basin … --json`` prints."""
-        from .files import basin_to_dict
+        """The object that ``fivtui attractors --basin … --json`` prints.
 
-        return basin_to_dict(self)
-
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """One element per start; ``attractor`` is an index in `attractors`."""
-        from .files import basin_columns
-
-        return basin_columns(self)
+        Keys are ``parameters``, ``separation``, ``start``, ``over`` (name, unit and values of the
+        two components of the start), ``attractors`` and ``reached``: for every first value a list
+        of indices in ``attractors``.
+        """
+        return {
+            **self._start_data(),
+            "over": self.grid.to_data(),
+            "attractors": [attractor.to_dict() for attractor in self.attractors],
+            "reached": to_data(self.reached),
+        }
 
     def figure(self) -> "Figure":
         """Matplotlib figure of which attractor each start reaches."""
@@ -138,43 +181,36 @@ def basin(
     system = system_of(parameters, separation)
     if len(over) != 2:
         raise InputError(f"basin: {len(over)} start values vary; must be two different ones")
-    (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
-    total = rows.size * columns.size
-    if total > MAX_STARTS:
-        raise InputError(f"basin: {total} starts; must be at most {MAX_STARTS}")
+    grid = grid_of("basin", over, _start_spec)
+    if grid.size > MAX_STARTS:
+        raise InputError(f"basin: {grid.size} starts; must be at most {MAX_STARTS}")
     watch = Watch(progress)
     explorer = Explorer(system, kernel=kernel, go_on=watch.go_on)
     base = explorer.rest if start is None else resolve_start(system, start)
-    places = tuple(list(START_SPECS).index(name) for name in (first, second))
+    components = tuple(list(START_SPECS).index(name) for name in grid.names)
     found: list[Attractor] = []
-    reached = np.empty(total, dtype=np.int64)
-    for index, pair in enumerate(product(rows.tolist(), columns.tolist())):
-        watch.tell(index / total)
+    reached = np.empty(grid.size, dtype=np.int64)
+    for index, pair in enumerate(product(*(axis.tolist() for axis in grid.axes))):
+        watch.tell(index / grid.size)
         state = list(base)
-        for place, value in zip(places, pair, strict=True):
-            state[place] = value
+        for component, value in zip(components, pair, strict=True):
+            state[component] = value
         reached[index] = add_new(found, explorer.reach(state))
     if progress is not None:
         progress(1.0)
     return Basin(
         system=system,
         start=base,
-        names=(first, second),
-        axes=(rows, columns),
+        grid=grid,
         attractors=tuple(found),
-        reached=reached.reshape(rows.size, columns.size),
+        reached=reached.reshape(grid.shape),
     )
 
 
-def _axis(name: str, values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+def _start_spec(name: str) -> ParameterSpec:
     if name not in START_SPECS:
         raise unknown_name("start value", name, START_SPECS)
-    axis = np.array(values, dtype=float)
-    if axis.ndim != 1 or axis.size == 0:
-        raise InputError(f"basin: {name}: must be one or more numbers")
-    for extreme in (axis.min(), axis.max()):
-        START_SPECS[name].check(float(extreme))
-    return axis
+    return START_SPECS[name]
 
 
 @dataclass(frozen=True, slots=True)

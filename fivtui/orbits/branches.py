@@ -3,12 +3,14 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import (
+    ALL_PARAMETERS,
+    Column,
     InputError,
     Parameters,
     ParameterSpec,
@@ -18,7 +20,7 @@ from fivtui.model import (
     parameter_spec,
     system_of,
 )
-from fivtui.results import SystemResult, scene_text
+from fivtui.results import Table, TableResult, scene_text
 from fivtui.transient import Kernel, Progress
 
 from .explorer import AT_REST, Attractor, Explorer, Kind, Watch, add_new, starts_around
@@ -29,6 +31,19 @@ if TYPE_CHECKING:
 Direction = Literal["up", "down"]
 
 DIRECTIONS: Final[tuple[Direction, ...]] = ("up", "down")
+KINDS: Final = tuple(Kind)
+_NUMBERS: Final = (
+    Column("period", "s", "period of the limit cycle"),
+    Column("half_range", "m", "half peak-to-peak of y"),
+    Column("y_min", "m", "lowest point"),
+    Column("y_max", "m", "highest point"),
+    Column("separations", "1", "separations per period"),
+    Column("separated_time", "s", "time off the belt per period"),
+    Column("sticks", "1", "sticks per period"),
+    Column("stick_time", "s", "time of stick per period"),
+    Column("vx_max", "m/s", "greatest horizontal velocity"),
+    Column("force_max", "N", "greatest contact force"),
+)
 # An equilibrium is followed with this offset, in characteristic lengths, so that motion can leave
 # it where it has become unstable.
 _START_OFFSET: Final = 1e-4
@@ -44,8 +59,8 @@ class BranchPoint:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Continuation(SystemResult):
-    """Attractors along a parameter.
+class Continuation(TableResult):
+    """Attractors along a parameter; its table has one row for each attractor at each value.
 
     Attributes
     ----------
@@ -58,6 +73,8 @@ class Continuation(SystemResult):
     points : tuple of BranchPoint
         Every attractor found at every value, in the order of the values.
     """
+
+    data_name: ClassVar[str] = "attractor"
 
     system: System
     name: str
@@ -76,6 +93,18 @@ class Continuation(SystemResult):
             if met & {*AT_REST} and met - {*AT_REST, Kind.UNSETTLED}
         )
 
+    @property
+    def warning(self) -> str | None:
+        """Warning if the equilibrium and another attractor coexist."""
+        if not self.coexisting:
+            return None
+        values = ", ".join(f"{value:.6g}" for value in self.coexisting)
+        return f"a stable equilibrium coexists with vibration at {self.name} = {values}"
+
+    @property
+    def _varied(self) -> tuple[str, ...]:
+        return (self.name,)
+
     def _summary(self) -> list[tuple[str, str]]:
         scene = scene_text(self.system, without=(self.name,))
         span = f"{self.values[0]:g} to {self.values[-1]:g}, {self.values.size} values"
@@ -89,24 +118,63 @@ class Continuation(SystemResult):
             ("coexistence", coexisting),
         ]
 
-    def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui attractors --vary … --json`` prints."""
-        from .files import continuation_to_dict
+    def _table(self) -> Table:
+        points = self.points
+        kinds = np.array([KINDS.index(point.attractor.kind) for point in points])
+        return {
+            ALL_PARAMETERS[self.name].column: np.array([point.value for point in points]),
+            **{
+                Column(way, "1", f"1 if found going {way}"): np.array(
+                    [int(way in point.directions) for point in points]
+                )
+                for way in DIRECTIONS
+            },
+            Column("kind", "1", "index in kinds"): kinds,
+            **{c: np.array([_value(p.attractor, c.name) for p in points]) for c in _NUMBERS},
+        }
 
-        return continuation_to_dict(self)
+    def _header(self) -> dict[str, Any]:
+        return self._system_data() | {"kinds": [str(kind) for kind in KINDS]}
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """One element for every attractor at every value; NaN for quantities it does not have."""
-        from .files import continuation_columns
-
         kinds = np.array([str(point.attractor.kind) for point in self.points])
-        return continuation_columns(self) | {"kind": kinds}
+        return TableResult.to_columns(self) | {"kind": kinds}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui attractors --vary … --json`` prints.
+
+        Keys are ``parameters`` (those that do not vary), ``separation``, ``name``, ``unit``,
+        ``points`` (``value``, ``directions`` and the attractor) and ``coexisting``: the values at
+        which the equilibrium and another attractor coexist.
+        """
+        return {
+            **self._system_data(),
+            "name": self.name,
+            "unit": ALL_PARAMETERS[self.name].unit,
+            "points": [
+                {
+                    "value": point.value,
+                    "directions": list(point.directions),
+                    **point.attractor.to_dict(),
+                }
+                for point in self.points
+            ],
+            "coexisting": self.coexisting,
+        }
 
     def figure(self) -> "Figure":
         """Matplotlib figure of half peak-to-peak over the parameter."""
         from .figure import continuation_figure
 
         return continuation_figure(self)
+
+
+def _value(attractor: Attractor, name: str) -> float:
+    # A quantity of an attractor; NaN where it has none.
+    record = attractor if name == "half_range" else attractor.orbit
+    value = getattr(record, name, None)
+    return np.nan if value is None else float(value)
 
 
 def continuation(

@@ -1,12 +1,12 @@
 """Columns that tables of limit cycles have in common."""
 
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Iterable, Sequence
+from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fivtui.model import Column, State
+from fivtui.results import Table
 from fivtui.transient import START_SPECS
 
 _MULTIPLIERS: Final = 3
@@ -16,26 +16,42 @@ MEASURES: Final = (
     Column("y_max", "m", "highest point"),
     Column("half_range", "m", "half peak-to-peak of y"),
 )
-MULTIPLIERS: Final = tuple(
-    Column(f"multiplier_{place}_{part}", "1", f"Floquet multiplier {place}, {words} part")
-    for place in range(1, _MULTIPLIERS + 1)
-    for part, words in (("re", "real"), ("im", "imaginary"))
-)
 
 
-def state_columns(of: str) -> tuple[Column, ...]:
-    """Columns of x, ẋ, y, ẏ of a state, with what it is of."""
-    return tuple(Column(s.name, s.unit, f"{s.meaning}: {of}") for s in START_SPECS.values())
+class CycleLike(Protocol):
+    """What has a state and Floquet multipliers: a limit cycle, or none in a Hopf point."""
+
+    @property
+    def start(self) -> State:
+        """A state of the cycle."""
+
+    @property
+    def multipliers(self) -> Sequence[complex]:
+        """Its Floquet multipliers."""
 
 
-def multiplier_values(each: Sequence[Sequence[complex]]) -> dict[str, NDArray[Any]]:
-    """The columns `MULTIPLIERS` of cycles' multipliers; NaN where there are none."""
+def attribute_table(records: Sequence[object], columns: Iterable[Column]) -> Table:
+    """Columns of the attributes of records that bear their names."""
+    return {c: np.array([getattr(record, c.name) for record in records]) for c in columns}
+
+
+def multiplier_table(cycles: Sequence[CycleLike]) -> Table:
+    """Columns of the Floquet multipliers of cycles; NaN where there are none."""
     none = (complex(np.nan, np.nan),) * _MULTIPLIERS
-    values = np.array([tuple(multipliers) or none for multipliers in each]).T
-    parts = [part for value in values for part in (value.real, value.imag)]
-    return dict(zip((column.name for column in MULTIPLIERS), parts, strict=True))
+    rows = np.array([tuple(cycle.multipliers) or none for cycle in cycles])
+    return {
+        Column(
+            f"multiplier_{number}_{part}", "1", f"Floquet multiplier {number}, {meaning} part"
+        ): (values.real if part == "re" else values.imag)
+        for number, values in enumerate(rows.T, 1)
+        for part, meaning in (("re", "real"), ("im", "imaginary"))
+    }
 
 
-def state_values(states: Sequence[State]) -> dict[str, NDArray[Any]]:
-    """The columns `state_columns` of states."""
-    return dict(zip(START_SPECS, np.array(states).T, strict=True))
+def start_table(cycles: Sequence[CycleLike], of: str) -> Table:
+    """Columns of a state of each cycle; `of` says what it is a state of."""
+    states = np.array([cycle.start for cycle in cycles])
+    return {
+        Column(spec.name, spec.unit, f"{spec.meaning}: {of}"): values
+        for spec, values in zip(START_SPECS.values(), states.T, strict=True)
+    }

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from fivtui.model import (
     System,
     static_start,
 )
+from fivtui.results import to_data
 from fivtui.transient import Kernel, Progress, Request, Start, Transient, integrate, resolve_start
 
 from .decay import Attraction
@@ -67,6 +68,20 @@ class Kind(StrEnum):
 AT_REST: Final = (Kind.EQUILIBRIUM, Kind.STICK)
 
 
+_ORBIT_DATA: Final = (
+    "period",
+    "y_min",
+    "y_max",
+    "x_abs",
+    "vx_max",
+    "force_max",
+    "separations",
+    "separated_time",
+    "sticks",
+    "stick_time",
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Attractor:
     """What a motion ends in, with its orbit if it is periodic.
@@ -91,6 +106,34 @@ class Attractor:
         if self.kind in AT_REST:
             return 0.0
         return None if self.orbit is None else self.orbit.half_range
+
+    @property
+    def description(self) -> str:
+        """Kind, period and size in a few words."""
+        if self.orbit is None:
+            return str(self.kind)
+        size = f"half peak-to-peak {self.half_range:.6g} m"
+        return f"{self.kind}, period {self.orbit.period:.6g} s, {size}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The attractor as data for JSON, in SI units.
+
+        Keys are ``kind`` and ``half_range``, and of a limit cycle ``period``, ``start`` (x, ẋ, y, ẏ
+        at a separation, a lowest point or within a stick), ``section`` (which of these), ``y_min``,
+        ``y_max``, ``x_abs``, ``vx_max``, ``force_max``, ``separations``, ``separated_time``,
+        ``sticks`` and ``stick_time`` per period, and ``floquet_multipliers`` as pairs of real and
+        imaginary part.
+        """
+        data: dict[str, Any] = {"kind": self.kind, "half_range": self.half_range}
+        if self.orbit is not None:
+            data |= {name: getattr(self.orbit, name) for name in _ORBIT_DATA}
+            data |= {
+                "section": self.orbit.section.name.lower().replace("_", "-"),
+                "start": self.orbit.start,
+                "floquet_multipliers": self.orbit.multipliers.tolist(),
+            }
+        plain: dict[str, Any] = to_data(data)
+        return plain
 
     def same_as(self, other: "Attractor") -> bool:
         """Whether both are the same attractor."""

@@ -23,7 +23,6 @@ from fivtui.transient import START_SPECS
 from .basins import Basin
 from .branches import DIRECTIONS, Continuation
 from .explorer import AT_REST, Kind
-from .files import describe
 
 _SIZE: Final = (4.8, 3.9)
 _MARKERS: Final = {"up": "^", "down": "v"}
@@ -126,7 +125,9 @@ def basin_figure(result: Basin) -> Figure:
                 axes.contourf(first, second, inside, levels=[0.5, 1.5], **style)
                 axes.contour(first, second, inside, levels=[0.5], colors="black", linewidths=0.8)
         handles = [
-            Patch(facecolor=fill, hatch=hatch, edgecolor="black", linewidth=0.5, label=describe(a))
+            Patch(
+                facecolor=fill, hatch=hatch, edgecolor="black", linewidth=0.5, label=a.description
+            )
             for fill, hatch, a in zip(fills, hatches, result.attractors, strict=True)
         ]
         axes.set_xlabel(quantity_label(START_SPECS[result.names[0]]))

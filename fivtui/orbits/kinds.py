@@ -3,36 +3,33 @@
 from typing import TYPE_CHECKING, Final
 
 from fivtui.io import FORMATS
-from fivtui.results import StudyKind
+from fivtui.results import StudyKind, save_result
 
 if TYPE_CHECKING:
-    from . import files, report
+    from . import report
 else:
     from fivtui.lazy import later
 
-    files, report = later(__name__, "files", "report")
+    (report,) = later(__name__, "report")
 
 _FORMATS: Final = tuple(FORMATS)
 
 ATTRACTOR: Final = StudyKind(
     data="attractor",
     show=lambda result: report.print_attractors([result]),
-    to_dict=files.attractor_to_dict,
 )
 
 ATTRACTORS: Final = StudyKind(
     data="attractor",
     show=report.print_coexistence,
-    warning=files.warning_of,
     json_keys=frozenset({"attractors", "coexistence"}),
 )
 
 BRANCHES: Final = StudyKind(
     data="attractor",
     show=report.print_continuation,
-    warning=files.warning_along,
     suffixes=_FORMATS,
-    save=files.save_continuation,
+    save=save_result,
     as_json=True,
     stem=lambda result: f"branches-{result.name}",
     header=frozenset({"kinds"}),
@@ -42,9 +39,8 @@ BRANCHES: Final = StudyKind(
 BASIN: Final = StudyKind(
     data="attractor",
     show=report.print_basin,
-    warning=files.warning_in,
     suffixes=_FORMATS,
-    save=files.save_basin,
+    save=save_result,
     as_json=True,
     stem=lambda result: f"basin-{'-'.join(result.names)}",
     header=frozenset({"attractors"}),

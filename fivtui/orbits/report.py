@@ -10,7 +10,6 @@ from .attractor_search import Coexistence
 from .basins import Basin
 from .branches import Continuation
 from .explorer import Attractor
-from .files import describe
 from .words import coexistence_words
 
 _HEADER = (
@@ -92,9 +91,9 @@ def print_continuation(result: Continuation) -> None:
 
 def print_basin(result: Basin) -> None:
     """Print how many starts reach which attractor."""
-    total = result.reached.size
-    rows = []
-    for place, attractor in enumerate(result.attractors):
-        count = int(np.count_nonzero(result.reached == place))
-        rows.append((describe(attractor), f"{count} of {total} starts ({count / total:.1%})"))
+    total = result.grid.size
+    rows = [
+        (attractor.description, f"{count} of {total} starts ({count / total:.1%})")
+        for attractor, count in zip(result.attractors, result.counts, strict=True)
+    ]
     print_list("Basins of attraction", rows)

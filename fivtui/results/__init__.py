@@ -11,8 +11,8 @@ if TYPE_CHECKING:
         equal_values as equal_values,
         scene_text as scene_text,
     )
-    from .codec import to_data as to_data
-    from .grid import Grid as Grid, over_of as over_of, split_grid as split_grid
+    from .codec import from_data as from_data, to_data as to_data
+    from .grid import Grid as Grid, grid_of as grid_of, over_of as over_of, split_grid as split_grid
     from .kinds import (
         PHYSICS as PHYSICS,
         Command as Command,

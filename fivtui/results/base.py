@@ -75,6 +75,11 @@ class Result(Comparable):
 
     __slots__ = ()
 
+    @property
+    def warning(self) -> str | None:
+        """What the result warns of, in one sentence; None if there is nothing to warn of."""
+        return None
+
     def _summary(self) -> Sequence[tuple[str, ...]]:
         # Labels and values, and a note if there is one.
         raise NotImplementedError
@@ -113,6 +118,19 @@ class SystemResult(Result):
     def separation(self) -> bool:
         """Whether separation is considered."""
         return self.system.separation
+
+    @property
+    def _varied(self) -> tuple[str, ...]:
+        # Names of the parameters that vary in the result.
+        return ()
+
+    def _system_data(self) -> dict[str, Any]:
+        # The parameters that do not vary, and separation, as data for JSON.
+        values = self.parameters.as_dict()
+        return {
+            "parameters": {name: values[name] for name in values if name not in self._varied},
+            "separation": self.separation,
+        }
 
 
 def scene_text(system: System, *, without: Sequence[str] = ()) -> str:

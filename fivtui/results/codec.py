@@ -4,12 +4,10 @@ msgspec does both: it converts dataclasses, tuples and enumerations without a de
 and checks the types of what it reads, naming the value that is wrong.
 """
 
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 import numpy as np
-
-T = TypeVar("T")
 
 
 def to_data(value: Any) -> Any:
@@ -17,7 +15,7 @@ def to_data(value: Any) -> Any:
     return _lists(msgspec.to_builtins(value, enc_hook=_encode))
 
 
-def from_data(data: Any, kind: type[T]) -> T:
+def from_data(data: Any, kind: Any) -> Any:
     """A value of a type from the data of `to_data`; `ValueError` if they are of another form."""
     return msgspec.convert(data, kind, dec_hook=_decode)
 

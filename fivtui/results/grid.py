@@ -1,6 +1,6 @@
 """Grids over two quantities, as results, tables and JSON hold them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,6 +62,26 @@ class Grid(Comparable):
             {"name": spec.name, "unit": spec.unit, "values": axis.tolist()}
             for spec, axis in zip(self.specs, self.axes, strict=True)
         ]
+
+
+def grid_of(
+    label: str,
+    over: Mapping[str, Sequence[float] | FloatArray],
+    spec_of: Callable[[str], ParameterSpec],
+) -> Grid:
+    """A grid of the values of two quantities by name.
+
+    `label` begins messages, and `spec_of` finds a quantity by its name. Raises `InputError` if a
+    value is out of range, or there is none.
+    """
+    first, second = (spec_of(name) for name in over)
+    axes = [np.array(values, dtype=float) for values in over.values()]
+    for spec, axis in zip((first, second), axes, strict=True):
+        if axis.ndim != 1 or axis.size == 0:
+            raise InputError(f"{label}: {spec.name}: must be one or more numbers")
+        for extreme in (axis.min(), axis.max()):
+            spec.check(float(extreme))
+    return Grid((first, second), (axes[0], axes[1]))
 
 
 def over_of(data: Sequence[Mapping[str, Any]]) -> dict[str, FloatArray]:

@@ -53,8 +53,8 @@ def _no_file(_result: Any, path: Path, *, force: bool) -> None:  # noqa: ARG001
     raise TypeError(f"{path}: results of this kind have no file")
 
 
-def _no_warning(_result: Any) -> None:
-    return None
+def _warning_of(result: Any) -> str | None:
+    return getattr(result, "warning", None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class StudyKind:
     figure : callable
         A result as a matplotlib figure; its own ``figure()`` if not given.
     warning : callable
-        What a result warns of, in one sentence, or None.
+        What a result warns of, in one sentence, or None; its own `warning` if not given.
     suffixes : tuple of str
         Formats in which `save` writes it; empty if in none.
     save : callable
@@ -125,7 +125,7 @@ class StudyKind:
     rows: Callable[[Any], Sequence[Row]] = _rows_of
     to_dict: Callable[[Any], Any] = _dict_of
     figure: Callable[[Any], Any] = _figure_of
-    warning: Callable[[Any], str | None] = _no_warning
+    warning: Callable[[Any], str | None] = _warning_of
     suffixes: tuple[str, ...] = ()
     save: Callable[..., None] = _no_file
     as_json: bool = False

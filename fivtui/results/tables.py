@@ -19,17 +19,12 @@ T = TypeVar("T")
 class TableResult(SystemResult):
     """Base of results that a table holds, in a file or in memory.
 
-    A class declares its columns by `_table`, and what varies in it by `_varied`.
+    A class declares its columns by `_table`.
     """
 
     __slots__ = ()
 
     data_name: ClassVar[str]
-
-    @property
-    def _varied(self) -> tuple[str, ...]:
-        # Names of the parameters whose values are in the table, not in the header.
-        return ()
 
     def _table(self) -> Table:
         raise NotImplementedError
@@ -37,13 +32,6 @@ class TableResult(SystemResult):
     def _header(self) -> dict[str, Any]:
         # What the table does not say, as data for JSON.
         return self._system_data()
-
-    def _system_data(self) -> dict[str, Any]:
-        fixed = self.parameters.as_dict()
-        return {
-            "parameters": {n: value for n, value in fixed.items() if n not in self._varied},
-            "separation": self.separation,
-        }
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """The columns of its table by name, arrays of equal length; NaN means no value."""
@@ -65,7 +53,7 @@ def read_result(
     path: Path,
     data_name: str,
     from_data: Callable[[Any], T],
-    from_table: Callable[[Columns, Mapping[str, Any]], T],
+    from_table: Callable[[Columns, Mapping[str, Any]], T] | None = None,
 ) -> T:
     """Read a result from a table, or from the JSON that the command line prints.
 
@@ -76,20 +64,29 @@ def read_result(
     data_name : str
         What it should hold, for messages.
     from_data, from_table : callable
-        Make the result of the content of a JSON file, or of the columns and header of a table.
+        Make the result of the content of a JSON file, or of the columns and header of a table,
+        if tables of it are read.
 
     Raises
     ------
     InputError
         If the file cannot be read, or holds something else.
     """
-    plain = path.suffix.lower() == ".json"
-    content = read_bytes(path) if plain else b""
-    columns, header = (
-        ({}, {}) if plain else (read_columns(path, data_name), read_header(path, data_name))
-    )
+    content, columns, header = b"", {}, {}
+    if path.suffix.lower() == ".json":
+        content = read_bytes(path)
+    elif from_table is None:
+        raise InputError(
+            f"{path}: a {data_name} is read from JSON alone, which {data_name} --json prints"
+        )
+    else:
+        columns, header = read_columns(path, data_name), read_header(path, data_name)
     try:
-        return from_data(json.loads(content)) if plain else from_table(columns, header)
+        return (
+            from_table(columns, header)
+            if columns and from_table
+            else from_data(json.loads(content))
+        )
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError):

@@ -17,7 +17,6 @@ from fivtui.orbits.basins import EscapeOffset, basin, escape_offset
 from fivtui.orbits.branches import BranchPoint, Continuation, continuation
 from fivtui.orbits.decay import Attraction
 from fivtui.orbits.explorer import Attractor, Explorer, Kind, find_attractors
-from fivtui.orbits.files import warning_of
 from fivtui.orbits.shooting import PeriodicOrbit
 from fivtui.transient import Transient, integrate
 from tests.support.kernels import INTERPRETED
@@ -205,14 +204,15 @@ def test_what_did_not_settle_is_said_and_is_no_coexistence() -> None:
     rest, open_end = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
     result = Coexistence(System(COEXISTENCE), (rest, open_end), (0, 1), True, None)
     assert not result.coexists
-    assert warning_of(result) == "some motions did not settle in the time allowed"
+    assert result.warning == "some motions did not settle in the time allowed"
     points = tuple(BranchPoint(0.5, ("up",), each) for each in (rest, open_end))
     assert Continuation(System(COEXISTENCE), "mu", np.array([0.5]), points).coexisting == []
 
 
 def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
     pair = (Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNBOUNDED))
-    said = warning_of(Coexistence(System(COEXISTENCE), pair, (1, 0), True, EscapeOffset(0.5, None)))
+    offset = EscapeOffset(0.5, None)
+    said = Coexistence(System(COEXISTENCE), pair, (1, 0), True, offset).warning
     assert said is not None
     assert "with unbounded growth; a release from rest 0.5 m above it" in said
 

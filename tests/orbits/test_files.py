@@ -10,9 +10,9 @@ import pytest
 from fivtui.io.tables import read_columns, read_header
 from fivtui.model import System
 from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.orbits.branches import BranchPoint, Continuation
+from fivtui.orbits.branches import KINDS, BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.orbits.files import KINDS, save_continuation
+from fivtui.results import save_result
 
 ORBIT_COLUMNS = {
     "period": "s",
@@ -33,7 +33,7 @@ RESULT = Continuation(System(Parameters()), "mu", np.array([0.3, 0.7]), (REST, L
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
 def test_what_has_no_orbit_has_no_numbers_of_one(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"c{suffix}"
-    save_continuation(RESULT, path)
+    save_result(RESULT, path)
     columns, header = read_columns(path, "continuation"), read_header(path, "continuation")
     np.testing.assert_array_equal(columns["mu"], [0.3, 0.7])
     assert [header["kinds"][int(place)] for place in columns["kind"]] == [
@@ -50,7 +50,7 @@ def test_what_has_no_orbit_has_no_numbers_of_one(tmp_path: Path, suffix: str) ->
 
 
 def test_every_column_has_its_unit_and_meaning(tmp_path: Path) -> None:
-    save_continuation(RESULT, tmp_path / "c.parquet")
+    save_result(RESULT, tmp_path / "c.parquet")
     fields = {
         field.name: (field.metadata[b"unit"].decode(), field.metadata[b"meaning"].decode())
         for field in pq.read_schema(tmp_path / "c.parquet")

@@ -3,21 +3,20 @@
 from typing import TYPE_CHECKING, Final
 
 from fivtui.io import FORMATS
-from fivtui.results import StudyKind
+from fivtui.results import StudyKind, save_result
 
 if TYPE_CHECKING:
-    from . import files, report
+    from . import report
 else:
     from fivtui.lazy import later
 
-    files, report = later(__name__, "files", "report")
+    (report,) = later(__name__, "report")
 
 BOUNDARY: Final = StudyKind(
     data="boundary",
     show=report.print_boundary,
-    warning=files.warning_on,
     suffixes=tuple(FORMATS),
-    save=files.save_boundary,
+    save=save_result,
     as_json=True,
     stem=lambda result: f"{result.kind}-{'-'.join(result.names)}",
     header=frozenset({"curve_events"}),

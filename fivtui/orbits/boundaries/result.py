@@ -1,13 +1,14 @@
 """Curves over two parameters on which limit cycles or the equilibrium change."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
-from numpy.typing import NDArray
+import numpy as np
 
-from fivtui.model import State, System
+from fivtui.model import PARAMETERS, Column, State, System
+from fivtui.orbits.columns import MEASURES, attribute_table, multiplier_table, start_table
 from fivtui.orbits.curves.events import End, EventKind
-from fivtui.results import SystemResult, scene_text
+from fivtui.results import Table, TableResult, scene_text, to_data
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,6 +18,7 @@ BoundaryKind = Literal["hopf", "fold", "touch"]
 BOUNDARIES: Final[tuple[BoundaryKind, ...]] = ("hopf", "fold", "touch")
 # Events that a result prints.
 _TOLD: Final = 8
+_LYAPUNOV: Final = Column("lyapunov", "1/(m^2 s)", "first Lyapunov coefficient of a Hopf point")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +91,10 @@ class BoundaryCurve:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Boundary(SystemResult):
+class Boundary(TableResult):
     """The curves of Hopf points, folds or touches over two parameters.
+
+    Its table has one row for each point of the curves.
 
     Attributes
     ----------
@@ -106,6 +110,8 @@ class Boundary(SystemResult):
         The curves found. One that is not connected to a branch that begins at a Hopf point in the
         ranges is not found.
     """
+
+    data_name: ClassVar[str] = "boundary"
 
     system: System
     kind: BoundaryKind
@@ -145,20 +151,79 @@ class Boundary(SystemResult):
             *rows,
         ]
 
+    @property
+    def warning(self) -> str | None:
+        """Warning if a curve was not followed to an end of its own."""
+        cuts = []
+        for curve in self.curves:
+            for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
+                if end in (End.LOST, End.LONG):
+                    at = zip(self.names, point.values, strict=True)
+                    cuts.append(f"{end} at {', '.join(f'{n} = {value:.6g}' for n, value in at)}")
+        return f"a curve {' and '.join(cuts)}" if cuts else None
+
+    @property
+    def _varied(self) -> tuple[str, ...]:
+        return self.names
+
+    def _table(self) -> Table:
+        points = self.points
+        values = np.array([point.values for point in points]).T
+        parts = np.repeat(np.arange(len(self.curves)), [len(curve.points) for curve in self.curves])
+        return {
+            **{PARAMETERS[n].column: column for n, column in zip(self.names, values, strict=True)},
+            Column("part", "1", "number of the curve"): parts,
+            **attribute_table(points, (*MEASURES, _LYAPUNOV)),
+            **multiplier_table(points),
+            **start_table(points, "of a state of the motion"),
+        }
+
+    def _curve_data(self) -> dict[str, Any]:
+        return {"curve": self.kind, **self._system_data()}
+
+    def _header(self) -> dict[str, Any]:
+        return self._curve_data() | {
+            "over": list(self.names),
+            "ranges": [list(ends) for ends in self.ranges],
+            "curve_events": [str(event.kind) for event in self.events],
+            "curve_event_values": [list(event.values) for event in self.events],
+            "ends": [[str(end) for end in curve.ends] for curve in self.curves],
+        }
+
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui branch --curve … --json`` prints."""
-        from .files import boundary_to_dict
+        """The object that ``fivtui branch --curve … --json`` prints.
 
-        return boundary_to_dict(self)
-
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """One element for every point of the curves."""
-        from .files import boundary_columns
-
-        return boundary_columns(self)
+        Keys are ``curve`` (what is on them), ``over`` (name, unit and range of both parameters),
+        ``parameters`` (the others), ``separation`` and ``curves``: lists of ``points`` (``values``,
+        ``period``, ``y_min``, ``y_max``, ``start``, of a cycle ``multipliers``, of a Hopf point
+        ``lyapunov``), ``events`` (``kind``, ``values``, ``period``, ``y_min``, ``y_max``) and
+        ``ends``.
+        """
+        return {
+            **self._curve_data(),
+            "over": [
+                {"name": name, "unit": PARAMETERS[name].unit, "range": list(ends)}
+                for name, ends in zip(self.names, self.ranges, strict=True)
+            ],
+            "curves": [
+                {
+                    "points": [_point_data(point) for point in curve.points],
+                    "events": to_data(curve.events),
+                    "ends": to_data(curve.ends),
+                }
+                for curve in self.curves
+            ],
+        }
 
     def figure(self) -> "Figure":
         """Matplotlib figure of the curves in the plane of the parameters, with the events."""
         from .figure import boundary_figure
 
         return boundary_figure(self)
+
+
+def _point_data(point: BoundaryPoint) -> dict[str, Any]:
+    # A Hopf point has no multipliers, a cycle no Lyapunov coefficient.
+    data: dict[str, Any] = to_data(point)
+    del data["lyapunov" if point.multipliers else "multipliers"]
+    return data

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Final
 
 from fivtui.io import FORMATS
 from fivtui.model import InputError
-from fivtui.results import Command, Stored, StudyKind
+from fivtui.results import Command, Stored, StudyKind, save_result
 
 if TYPE_CHECKING:
     from . import files, report
@@ -28,9 +28,8 @@ def _command(result: "CycleBranch") -> Command:
 BRANCH: Final = StudyKind(
     data="branch",
     show=report.print_branch,
-    warning=files.warning_on,
     suffixes=_FORMATS,
-    save=files.save_branch,
+    save=save_result,
     as_json=True,
     stem=lambda result: f"branch-{result.name}",
     header=frozenset({"event_kinds"}),

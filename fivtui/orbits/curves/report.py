@@ -4,7 +4,6 @@ from typing import Final
 
 from fivtui.console import number, print_list, print_rows
 
-from .files import event_words
 from .result import CycleBranch
 
 _SHORT: Final = 5
@@ -27,7 +26,7 @@ def print_branch(result: CycleBranch) -> None:
     print_rows("Branch of limit cycles", header, rows)
     events = [
         (
-            event_words(event),
+            event.description,
             number(event.value, 10),
             number(event.period, 8),
             f"{number(event.y_min, _SHORT)} .. {number(event.y_max, _SHORT)}",

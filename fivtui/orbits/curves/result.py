@@ -1,12 +1,13 @@
 """A branch of limit cycles along a parameter: its cycles and the events along it."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
-from numpy.typing import NDArray
+import numpy as np
 
-from fivtui.model import State, System
-from fivtui.results import SystemResult, scene_text
+from fivtui.model import ALL_PARAMETERS, Column, State, System
+from fivtui.orbits.columns import MEASURES, attribute_table, multiplier_table, start_table
+from fivtui.results import Table, TableResult, scene_text, to_data
 
 from .events import End, EventKind
 
@@ -17,6 +18,8 @@ Origin = Literal["hopf", "cycle", "file"]
 
 # Events that a result prints.
 _TOLD: Final = 8
+# Names of the events in the column `event`.
+EVENTS: Final = ("none", *EventKind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +88,15 @@ class BranchEvent:
     y_max: float
     direction: str = ""
 
+    @property
+    def description(self) -> str:
+        """The event in words, e.g. ``"hopf, subcritical"``."""
+        return f"{self.kind}, {self.direction}" if self.direction else str(self.kind)
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CycleBranch(SystemResult):
-    """A branch of limit cycles along a parameter.
+class CycleBranch(TableResult):
+    """A branch of limit cycles along a parameter; its table has one row for each cycle.
 
     Attributes
     ----------
@@ -109,6 +117,8 @@ class CycleBranch(SystemResult):
     ends : tuple of End
         Why it ends, at the first point and at the last; from a Hopf point it begins there.
     """
+
+    data_name: ClassVar[str] = "branch"
 
     system: System
     name: str
@@ -138,17 +148,67 @@ class CycleBranch(SystemResult):
             ("ends", "; ".join(self.ends)),
         ]
 
+    @property
+    def warning(self) -> str | None:
+        """Warning if the branch was not followed to an end of its own."""
+        cuts = [
+            f"{end} at {self.name} = {point.value:.6g}"
+            for end, point in zip(self.ends, (self.points[0], self.points[-1]), strict=True)
+            if end in (End.LOST, End.LONG)
+        ]
+        return f"the branch {' and '.join(cuts)}" if cuts else None
+
+    @property
+    def _varied(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    def _table(self) -> Table:
+        points = self.points
+        at = {(event.value, event.period): EVENTS.index(event.kind) for event in self.events}
+        events = np.array([at.get((point.value, point.period), 0) for point in points])
+        return {
+            ALL_PARAMETERS[self.name].column: np.array([point.value for point in points]),
+            **attribute_table(points, MEASURES),
+            Column("stable", "1", "1 if stable"): np.array([int(point.stable) for point in points]),
+            **multiplier_table(points),
+            **start_table(points, "of a state on the cycle"),
+            Column("event", "1", "index in events"): events,
+        }
+
+    def _header(self) -> dict[str, Any]:
+        return self._branch_data() | {
+            "event_kinds": [str(kind) for kind in EVENTS],
+            "events": [event.description for event in self.events],
+            "event_values": [event.value for event in self.events],
+            "event_periods": [event.period for event in self.events],
+        }
+
+    def _branch_data(self) -> dict[str, Any]:
+        return self._system_data() | {
+            "range": [self.low, self.high],
+            "from": self.origin,
+            "doubled": self.doubled,
+            "ends": [str(end) for end in self.ends],
+        }
+
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui branch --json`` prints."""
-        from .files import branch_to_dict
+        """The object that ``fivtui branch --json`` prints.
 
-        return branch_to_dict(self)
-
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """One element for every point of the branch."""
-        from .files import branch_columns
-
-        return branch_columns(self)
+        Keys are ``parameter`` (the one that varies) and ``unit``, ``parameters`` (the others),
+        ``separation``, ``range``, ``from``, ``doubled``, ``ends`` (why the branch ends at the first
+        and at the last point), ``points`` (``value``, ``period``, ``y_min``, ``y_max``, ``stable``,
+        ``multipliers`` as pairs of real and imaginary part, ``start``) and ``events`` (``kind``,
+        ``value``, ``period``, ``y_min``, ``y_max``, and of a Hopf point ``direction``).
+        """
+        return {
+            "parameter": self.name,
+            "unit": ALL_PARAMETERS[self.name].unit,
+            **self._branch_data(),
+            "points": to_data(self.points),
+            "events": [
+                {k: v for k, v in event.items() if v != ""} for event in to_data(self.events)
+            ],
+        }
 
     def figure(self) -> "Figure":
         """Matplotlib figure of half peak-to-peak over the parameter, with the events."""

@@ -112,10 +112,10 @@ class SearchController:
     def _coexisting(self, event: SearchUpdated) -> Coexisting:
         if event.found is None:
             return Coexisting(f"search for limit cycles failed: {event.error}", done=True)
-        from fivtui.orbits import coexistence_words, warning_of
+        from fivtui.orbits import coexistence_words
 
         self._found = event.found
-        note = warning_of(event.found) if event.done else None
+        note = event.found.warning if event.done else None
         return Coexisting(
             coexistence_words(event.found), note or "", event.found.coexists, event.done
         )

@@ -9,7 +9,6 @@ import pytest
 from fivtui import Cancelled, ComputationError, InputError, Parameters, boundary, branch, simulate
 from fivtui.equilibrium import critical_mu
 from fivtui.model import System
-from fivtui.orbits.boundaries.files import warning_on
 from fivtui.orbits.boundaries.result import (
     BOUNDARIES,
     Boundary,
@@ -137,7 +136,7 @@ def test_a_fold_has_a_multiplier_1_and_closes_under_another_integrator(
     one: str, range_of_one: tuple[float, float], other: str, range_of_other: tuple[float, float]
 ) -> None:
     found = boundary(None, "fold", {one: range_of_one, other: range_of_other})
-    assert warning_on(found) is None
+    assert found.warning is None
     assert_folds(found)
     for point in found.points:
         assert range_of_one[0] <= point.values[0] <= range_of_one[1]

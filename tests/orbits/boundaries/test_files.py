@@ -8,7 +8,7 @@ import pytest
 from fivtui import Parameters, boundary
 from fivtui.io.tables import read_columns, read_header
 from fivtui.orbits.boundaries.figure import boundary_figure
-from fivtui.orbits.boundaries.files import boundary_to_dict, save_boundary
+from fivtui.results import save_result
 
 RESULT = boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.6)})
 
@@ -16,7 +16,7 @@ RESULT = boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
 def test_curves_in_a_file_have_their_points_and_events(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"b{suffix}"
-    save_boundary(RESULT, path)
+    save_result(RESULT, path)
     columns, header = read_columns(path, "boundary"), read_header(path, "boundary")
     for name, values in RESULT.to_columns().items():
         np.testing.assert_array_equal(columns[name], values)
@@ -26,7 +26,7 @@ def test_curves_in_a_file_have_their_points_and_events(tmp_path: Path, suffix: s
 
 
 def test_curves_as_json_have_points_events_and_ends() -> None:
-    data = boundary_to_dict(RESULT)
+    data = RESULT.to_dict()
     assert [each["name"] for each in data["over"]] == ["F", "mu"]
     (curve,) = data["curves"]
     assert curve["events"][0]["kind"] == "cusp"

@@ -11,14 +11,14 @@ from fivtui.io.tables import read_columns, read_header
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.curves.events import End
 from fivtui.orbits.curves.figure import branch_figure
-from fivtui.orbits.curves.files import save_branch, warning_on
+from fivtui.results import save_result
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
 def test_a_branch_in_a_file_has_its_cycles_and_its_events(tmp_path: Path, suffix: str) -> None:
     result = branch(None, "mu", low=0.25, high=0.6)
     path = tmp_path / f"b{suffix}"
-    save_branch(result, path)
+    save_result(result, path)
     columns, header = read_columns(path, "branch"), read_header(path, "branch")
     for name, values in result.to_columns().items():
         np.testing.assert_array_equal(columns[name], values)
@@ -76,6 +76,6 @@ def test_a_branch_that_grows_without_bounds_leaves_the_figure_and_not_the_rest()
 
 def test_a_branch_that_was_cut_short_warns_of_it() -> None:
     whole = branch(None, "mu", low=0.25, high=0.6)
-    assert warning_on(whole) is None
+    assert whole.warning is None
     cut = dataclasses.replace(whole, ends=(whole.ends[0], End.LOST))
-    assert warning_on(cut) == "the branch cannot be followed farther at mu = 0.6"
+    assert cut.warning == "the branch cannot be followed farther at mu = 0.6"

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from fivtui import InputError, Parameters, attractors, branch
-from fivtui.orbits.curves.files import branch_to_dict, save_branch
 from fivtui.orbits.curves.result import CycleBranch
-from fivtui.orbits.files import attractor_to_dict
+from fivtui.results import save_result
 
 WHOLE = branch(None, "mu", low=0.25, high=0.8)
 
@@ -17,9 +16,9 @@ WHOLE = branch(None, "mu", low=0.25, high=0.8)
 def saved(folder: Path, suffix: str, result: CycleBranch = WHOLE) -> Path:
     path = folder / f"b{suffix}"
     if suffix == ".json":
-        path.write_text(json.dumps(branch_to_dict(result)), encoding="utf-8")
+        path.write_text(json.dumps(result.to_dict()), encoding="utf-8")
     else:
-        save_branch(result, path)
+        save_result(result, path)
     return path
 
 
@@ -48,7 +47,7 @@ def test_the_cycle_may_be_followed_along_another_parameter(tmp_path: Path) -> No
 @pytest.mark.parametrize("many", [True, False])
 def test_attractors_are_taken_as_json(tmp_path: Path, many: bool) -> None:
     found = attractors(Parameters(F=120.0))
-    cycle = attractor_to_dict(found.others[0])
+    cycle = found.others[0].to_dict()
     path = tmp_path / "a.json"
     path.write_text(json.dumps({"attractors": [cycle]} if many else cycle), encoding="utf-8")
     result = branch(Parameters(F=120.0), "mu", low=0.6, high=0.8, origin=path)

@@ -15,7 +15,6 @@ from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import Coexistence
 from fivtui.orbits.basins import EscapeOffset
 from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.orbits.files import warning_of
 from fivtui.orbits.report import print_coexistence
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.orbits.words import SEARCHING, coexistence_words
@@ -171,7 +170,9 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     await pilot.press("alt+1")
     pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
     await until_shown(pilot, "m above it leaves")
-    assert now_known(pilot).note == warning_of(searches.answers[120.0])  # type: ignore[arg-type]
+    answer = searches.answers[120.0]
+    assert isinstance(answer, Coexistence)
+    assert now_known(pilot).note == answer.warning
 
 
 async def test_it_says_so_where_none_is_found_or_the_search_fails(
