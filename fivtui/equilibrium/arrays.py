@@ -17,6 +17,7 @@ from fivtui.model import (
     Parameters,
     System,
     coupling_stiffness,
+    equilibrium,
     flutter_boundary,
     flutter_boundary_slope,
     horizontal_stiffness,
@@ -29,7 +30,7 @@ from fivtui.model import (
 )
 
 from .belt import critical_mu_on_belt
-from .eigenvalues import ROUNDING, judge_growth, why_no_growth
+from .eigenvalues import ROUNDING, judge_growth
 from .heights import resting_heights
 from .quartic import rightmost_real_part
 
@@ -74,29 +75,20 @@ class StabilityPoints:
     def growth_rate(self) -> FloatArray:
         """Greatest real part of the eigenvalues, 1/s, shape (n,).
 
-        Meaningless where `no_equilibrium`, not finite where an eigenvalue overflows.
+        Meaningless where `no_equilibrium`.
         """
         b = self.kt + self.h
         # In units of this frequency every coefficient is of order one.
         stiffness = self.a + b
         scale = np.sqrt(self.m * stiffness)
         push = self.h - self.mu * self.kt
-        found = rightmost_real_part(
+        return rightmost_real_part(
             self.c1 / scale,
             self.a / stiffness,
             self.c2 / scale,
             b / stiffness,
             self.h * push / stiffness / stiffness,
         ) * np.sqrt(stiffness / self.m)
-        # Unless damping is so strong, or the mass so small, that they overflow.
-        fastest = self._fastest()
-        rest = np.flatnonzero(~np.isfinite(found) & np.isfinite(fastest))
-        if rest.size > 0:
-            m, unit = self.m[rest], fastest[rest]
-            a, b, h, push = (_in_units(each[rest], m, unit) for each in (self.a, b, self.h, push))
-            c1, c2 = self.c1[rest] / m / unit, self.c2[rest] / m / unit
-            found[rest] = rightmost_real_part(c1, a, c2, b, h * push) * unit
-        return found
 
     def _fastest(self) -> FloatArray:
         # A bound of all eigenvalues, of their order, 1/s.
@@ -229,10 +221,13 @@ def judge_growths(
         points = StabilityPoints(p, varied, separation)
         growth, stable = points.judged()
     reasons: dict[int, str] = {}
-    for place in np.flatnonzero(points.no_equilibrium | ~np.isfinite(growth)).tolist():
-        values = p.with_values({name: float(column[place]) for name, column in varied.items()})
-        growth[place], stable[place] = np.nan, False
-        reasons[place] = str(why_no_growth(System(values, bool(separation[place]))))
+    for index in np.flatnonzero(points.no_equilibrium).tolist():
+        values = p.with_values({name: float(column[index]) for name, column in varied.items()})
+        growth[index], stable[index] = np.nan, False
+        try:
+            equilibrium(System(values, bool(separation[index])))
+        except ComputationError as error:
+            reasons[index] = str(error)
     return growth, stable, reasons
 
 
@@ -250,9 +245,3 @@ def _judged_one_by_one(
         except (ComputationError, InputError) as error:
             reasons[place] = str(error)
     return growth, stable, reasons
-
-
-def _in_units(stiffness: FloatArray, m: FloatArray, unit: FloatArray) -> FloatArray:
-    # stiffness/(m unit²) with its sign, without overflow on the way.
-    root = np.sqrt(np.abs(stiffness)) / np.sqrt(m) / unit
-    return np.copysign(root * root, stiffness)

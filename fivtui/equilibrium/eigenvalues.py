@@ -8,13 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import (
-    LESS_DAMPING,
-    SMALLER_PRELOAD,
-    ComputationError,
     Equilibrium,
     Parameters,
     System,
-    advise,
     equilibrium,
     jacobian,
     system_of,
@@ -161,7 +157,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     InputError
         If `parameters` is not a `Parameters`.
     ComputationError
-        If there is no equilibrium, or a number overflows.
+        If there is no equilibrium.
 
     Examples
     --------
@@ -217,34 +213,12 @@ def judge_growth(system: System) -> tuple[float, bool]:
     return _judged(_eigenvalues(system.parameters, equilibrium(system)))
 
 
-def why_no_growth(system: System) -> ComputationError:
-    """Why the growth rate of a parameter set cannot be had."""
-    p = system.parameters
-    try:
-        _linearised(p, equilibrium(system))
-    except ComputationError as error:
-        return error
-    return ComputationError(
-        "the growth rate overflows", advise(System(p), ("a greater mass", LESS_DAMPING))
-    )
-
-
 def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
     growth = float(values.real.max())
     return growth, growth < -ROUNDING * float(np.abs(values).max())
 
 
 def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
-    values = np.linalg.eigvals(_linearised(p, point)).astype(np.complex128)
+    values = np.linalg.eigvals(np.array(jacobian(p, point.y, point.mode))).astype(np.complex128)
     order = np.lexsort((-values.real, -values.imag))
     return values[order]
-
-
-def _linearised(p: Parameters, point: Equilibrium) -> NDArray[np.float64]:
-    matrix = np.array(jacobian(p, point.y, point.mode))
-    if not np.all(np.isfinite(matrix)):
-        raise ComputationError(
-            f"the linearisation overflows at the equilibrium y = {point.y:.3g} m",
-            advise(System(p), ("a greater mass", SMALLER_PRELOAD, "a softer contact")),
-        )
-    return matrix

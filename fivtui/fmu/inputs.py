@@ -1,7 +1,6 @@
 """Inputs of an FMU run: start values, and values of inputs over time."""
 
 import math
-import sys
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -53,10 +52,7 @@ def _start_value(variable: Any, value: object) -> Any:
         float(limit) if limit is not None else bound
         for limit, bound in ((variable.min, -math.inf), (variable.max, math.inf))
     )
-    # FMI knows closed ranges only: the least normal number as the bound says that zero is excluded.
-    positive = lower == sys.float_info.min
-    interval = Interval(0.0 if positive else lower, upper, variable.unit or "", positive)
-    number = interval.check(variable.name, value)
+    number = Interval(lower, upper, variable.unit or "").check(variable.name, value)
     if variable.type in ("Real", "Float32", "Float64"):
         return number
     if not number.is_integer():

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from fivtui.equilibrium import StabilityPoints, critical_mus, is_on_belt, judge_growths
 from fivtui.model import (
     Cancelled,
-    ComputationError,
     InputError,
     Parameters,
     check_effect,
@@ -71,8 +70,6 @@ def stability_map(
     InputError
         If `over` has not two parameters, a name is unknown, a value is out of range, the map has
         more than 100 000 000 points, or is one of the critical μ over μ.
-    ComputationError
-        If a number overflows.
     Cancelled
         If `progress` returned False.
 
@@ -110,7 +107,6 @@ def stability_map(
             points = StabilityPoints(p, varied, np.full(place.size, separation))
             excess[place] = points.excess()
             values[place] = _evaluated(points, value, excess[place])
-        _check(points, value, values[place])
     if progress is not None:
         progress(1.0)
     return StabilityMap(
@@ -168,14 +164,3 @@ def _evaluated(points: StabilityPoints, value: str, excess: FloatArray) -> Float
         found = (excess > 0.0).astype(float)
     found[points.no_equilibrium] = np.nan
     return found
-
-
-def _check(points: StabilityPoints, value: str, found: FloatArray) -> None:
-    # NaN means "none", so an overflow must raise.
-    if not np.all(np.isfinite(points.kt[~points.no_equilibrium])) or (
-        value == "growth-rate" and not np.all(np.isfinite(found[~points.no_equilibrium]))
-    ):
-        raise ComputationError(
-            "a number of the map overflows",
-            "use less extreme parameters",
-        )

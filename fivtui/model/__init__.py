@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .advice import (
         CUBIC_CONTACT as CUBIC_CONTACT,
-        LESS_DAMPING as LESS_DAMPING,
         SEPARATION as SEPARATION,
-        SMALLER_PRELOAD as SMALLER_PRELOAD,
         advise as advise,
         use_one_of as use_one_of,
     )

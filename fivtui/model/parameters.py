@@ -11,6 +11,10 @@ from .errors import InputError
 from .field import DERIVATIVE_STEP
 from .numbers import Interval
 
+_STIFFNESS_MAX: Final = 1e12
+# Least size of a value that is not zero: with smaller ones products underflow.
+_LEAST: Final = 1e-12
+
 
 @dataclass(frozen=True, slots=True)
 class ParameterSpec:
@@ -29,8 +33,6 @@ class ParameterSpec:
         optional parameter, which is none there, the value from which an editor starts.
     lower, upper : float
         Bounds of the allowed range.
-    lower_open : bool
-        Whether `lower` itself is excluded.
     meaning : str
         One phrase.
     optional : bool
@@ -43,7 +45,6 @@ class ParameterSpec:
     default: float
     lower: float
     upper: float
-    lower_open: bool
     meaning: str
     optional: bool = False
 
@@ -59,11 +60,11 @@ class ParameterSpec:
 
     @property
     def _interval(self) -> Interval:
-        return Interval(self.lower, self.upper, self.unit, self.lower_open, self.optional)
+        return Interval(self.lower, self.upper, self.unit, optional=self.optional)
 
     @property
     def _number_interval(self) -> Interval:
-        return Interval(self.lower, self.upper, self.unit, self.lower_open)
+        return Interval(self.lower, self.upper, self.unit)
 
     def check(self, value: object) -> float:
         """Return `value`, a number or its text, as a float in `unit`.
@@ -71,7 +72,7 @@ class ParameterSpec:
         Raises `InputError` if it is not a finite number within the bounds.
         """
         # Nearly every call, without the cost of an interval.
-        if isinstance(value, float) and self.lower < value <= self.upper:
+        if isinstance(value, float) and self.lower <= value <= self.upper:
             return float(value)
         return self._number_interval.check(self.name, value)
 
@@ -112,9 +113,8 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
     return InputError(f"unknown {kind} {name!r}{hint} (known: {', '.join(names)})")
 
 
-_STIFFNESS_MAX: Final = 1e12
-# A belt that is slower is at rest: products with its speed would underflow.
-_LEAST_SPEED: Final = 1e-150
+def _flushed(value: float) -> float:
+    return value if abs(value) >= _LEAST else 0.0
 
 
 def _spec(
@@ -123,8 +123,6 @@ def _spec(
     default: float,
     bounds: tuple[float, float],
     meaning: str,
-    *,
-    lower_open: bool = False,
 ) -> float:
     # A dataclass field whose metadata becomes a row of the table.
     value: float = field(
@@ -135,7 +133,6 @@ def _spec(
             "unit": unit,
             "lower": bounds[0],
             "upper": bounds[1],
-            "lower_open": lower_open,
             "meaning": meaning,
         },
     )
@@ -148,8 +145,6 @@ def _optional(
     start: float,
     bounds: tuple[float, float],
     meaning: str,
-    *,
-    lower_open: bool = False,
 ) -> float | None:
     # A field that is none unless it is set.
     value: float | None = field(
@@ -160,7 +155,6 @@ def _optional(
             "unit": unit,
             "lower": bounds[0],
             "upper": bounds[1],
-            "lower_open": lower_open,
             "meaning": meaning,
             "optional": True,
         },
@@ -172,7 +166,8 @@ def _optional(
 class Parameters:
     """The nine parameters of the slider-belt model in SI units (Eqs. 1 and 2), and the belt's.
 
-    Every value is checked against its `ParameterSpec`, so an instance is always valid. Without
+    Every value is checked against its `ParameterSpec`, so an instance is always valid; one below
+    1e-12 in size, where zero is allowed, is zero. Without
     `v_belt` the belt is faster than the slider ever is, and `mu_s` and `v_s` have no effect.
 
     Raises
@@ -181,13 +176,9 @@ class Parameters:
         If a value is not a finite number within its bounds, or `mu_s` is below `mu`.
     """
 
-    m: float = _spec("m", "kg", 5.0, (0.0, 1e9), "mass of the slider", lower_open=True)
-    k1: float = _spec(
-        "k_1", "N/m", 100.0, (0.0, _STIFFNESS_MAX), "horizontal stiffness", lower_open=True
-    )
-    k2: float = _spec(
-        "k_2", "N/m", 50.0, (0.0, _STIFFNESS_MAX), "linear contact stiffness", lower_open=True
-    )
+    m: float = _spec("m", "kg", 5.0, (_LEAST, 1e9), "mass of the slider")
+    k1: float = _spec("k_1", "N/m", 100.0, (_LEAST, _STIFFNESS_MAX), "horizontal stiffness")
+    k2: float = _spec("k_2", "N/m", 50.0, (_LEAST, _STIFFNESS_MAX), "linear contact stiffness")
     k3: float = _spec(
         "k_3", "N/m", 60.0, (0.0, _STIFFNESS_MAX), "stiffness of the 45° coupling spring"
     )
@@ -206,19 +197,16 @@ class Parameters:
         "v_s",
         "m/s",
         0.4,
-        (0.0, 1e9),
+        (_LEAST, 1e9),
         "sliding speed over which friction falls from μ_s to μ; none: at once",
-        lower_open=True,
     )
 
     def __post_init__(self) -> None:
         for name, spec in PARAMETERS.items():
-            object.__setattr__(self, name, spec.check(getattr(self, name)))
+            object.__setattr__(self, name, _flushed(spec.check(getattr(self, name))))
         for name, spec in BELT_PARAMETERS.items():
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, spec.read(getattr(self, name)))
-        if self.v_belt is not None and self.v_belt < _LEAST_SPEED:
-            object.__setattr__(self, "v_belt", 0.0)
+                object.__setattr__(self, name, _flushed(spec.check(getattr(self, name))))
         if self.mu_s is not None and self.mu_s < self.mu:
             raise InputError(f"mu_s = {self.mu_s:g}: must be none, or at least mu = {self.mu:g}")
 

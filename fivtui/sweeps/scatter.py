@@ -147,10 +147,7 @@ class Scatter:
             shares = ndtr(ndtri(shares) @ triangle.T)
         found = {}
         for (name, axis), share in zip(self.axes.items(), shares.T, strict=True):
-            spec, values = VARIABLES[name], axis.at(share)
-            if spec.lower_open:
-                values = np.maximum(values, np.nextafter(spec.lower, np.inf))
-            found[name] = values
+            found[name] = np.maximum(axis.at(share), VARIABLES[name].lower)
         return found
 
     def _shares(self, first: int, last: int) -> Floats:

@@ -43,7 +43,7 @@ _START_MAX: Final = 1e9
 
 
 def _start_spec(name: str, symbol: str, unit: str, meaning: str) -> ParameterSpec:
-    return ParameterSpec(name, symbol, unit, 0.0, -_START_MAX, _START_MAX, False, meaning)
+    return ParameterSpec(name, symbol, unit, 0.0, -_START_MAX, _START_MAX, meaning)
 
 
 # The four numbers of a start, in the order of a state.

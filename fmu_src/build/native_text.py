@@ -11,7 +11,7 @@ from typing import Final
 
 from fivtui.kernel import headers
 from fivtui.model import PARAMETERS
-from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Role, Type, Variable, VariableTable
+from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Type, Variable, VariableTable
 
 # Names of the binaries, which are the model identifiers, and their tables.
 MODELS: Final[Mapping[str, VariableTable]] = {
@@ -123,11 +123,8 @@ def _references(table: VariableTable) -> list[str]:
 
 
 def _row(v: Variable) -> str:
-    lower, above = v.lower, False
-    if v.name in PARAMETERS and v.role in (Role.PARAMETER, Role.INPUT):
-        lower, above = PARAMETERS[v.name].lower, PARAMETERS[v.name].lower_open
-    numbers = [_number(value) for value in (v.start, lower, v.upper)]
-    parts = (f'"{v.name}"', _KINDS[v.type], v.role.name, *numbers, str(int(above)))
+    numbers = [_number(value) for value in (v.start, v.lower, v.upper)]
+    parts = (f'"{v.name}"', _KINDS[v.type], v.role.name, *numbers)
     rest = (f'"{v.allowed}"', _number(v.nominal or 1.0), str(int(v.variability == "continuous")))
     return f"    {{{', '.join((*parts, *rest))}}},"
 

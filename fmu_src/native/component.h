@@ -17,7 +17,6 @@ typedef struct {
     Kind kind;
     Role role;
     double start, lower, upper;
-    int above_lower;
     const char *allowed;
     double nominal;
     int is_continuous;

@@ -17,8 +17,8 @@
 #define SMALL 1e30
 /* `local_tolerance` in `fivtui.taylor.stepper`. */
 #define LOCAL_TOLERANCE 3e-3
-/* A belt that is slower is at rest: `_LEAST_SPEED` in `fivtui.model.parameters`. */
-#define LEAST_SPEED 1e-150
+/* A lesser speed is zero: `_LEAST` in `fivtui.model.parameters`. */
+#define LEAST_SPEED 1e-12
 
 enum { X, Y, VX, VY, STATES };
 static const uint32_t STATE_REFERENCES[STATES] = {V_x, V_y, V_vx, V_vy};
@@ -51,9 +51,9 @@ static const Stepping *stepping_of(Instance *i)
 
 static int is_finite_belt(const State *s) { return s->values[V_finite_belt] != 0.0; }
 
-static double belt_speed(const State *s)
+static double speed_of(const State *s, int variable)
 {
-    const double speed = s->values[V_v_belt];
+    const double speed = s->values[variable];
     return speed < LEAST_SPEED ? 0.0 : speed;
 }
 
@@ -63,8 +63,8 @@ static void parameters_of(const State *s, double *p)
     for (int n = 0; n < PARAMETERS; n++)
         p[n] = s->values[PARAMETER_REFERENCES[n]];
     const double mu_s = s->values[V_mu_s];
-    p[P_V_BELT] = belt_speed(s);
-    p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? s->values[V_v_s] : 0.0;
+    p[P_V_BELT] = speed_of(s, V_v_belt);
+    p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? speed_of(s, V_v_s) : 0.0;
 }
 
 /* How they change with the variables. */
@@ -149,7 +149,7 @@ static const char *begin_motion(Instance *i)
 static int follows_law(const State *s)
 {
     const double *v = s->values;
-    return is_finite_belt(s) && v[V_v_s] > 0.0 && v[V_mu_s] > v[V_mu];
+    return is_finite_belt(s) && speed_of(s, V_v_s) > 0.0 && v[V_mu_s] > v[V_mu];
 }
 
 /* As `overflow_error` in `fivtui.taylor.stepper`. */
@@ -193,7 +193,7 @@ static const char *move_on(Instance *i, double from, double *t, int *switched)
     const State *s = &i->s;
     Motion *m = &content_of(i)->motion;
     const Ramp force = {s->values[V_F], s->slopes[V_F]}, mu = {s->values[V_mu], s->slopes[V_mu]};
-    const Ramp speed = {belt_speed(s), s->slopes[V_v_belt]};
+    const Ramp speed = {speed_of(s, V_v_belt), s->slopes[V_v_belt]};
     switch (stepping_of(i)->move(m, from, t, switched, force, mu, speed)) {
     case OVERFLOW:
         return overflow(i, m->failed_at, m->failed_size);
@@ -266,7 +266,7 @@ static void look_at_belt(Instance *i)
 /* The speed by which the slider slides in a mode; not less than zero by rounding. */
 static double sliding_speed(const State *s, double mode)
 {
-    const double ahead = belt_speed(s) - s->states[VX];
+    const double ahead = speed_of(s, V_v_belt) - s->states[VX];
     return larger(mode == BACKWARD ? -ahead : ahead, 0.0);
 }
 
@@ -325,7 +325,7 @@ static void indicate(const Instance *i, double *indicators)
     indicators[AT_HEIGHT] = on_side(y, mode == SEPARATED ? 1.0 : -1.0);
     if (mode == FORWARD || mode == BACKWARD) {
         const double side = mode == FORWARD ? 1.0 : -1.0;
-        indicators[AT_SLIDING] = on_side(belt_speed(s) - s->states[VX], side);
+        indicators[AT_SLIDING] = on_side(speed_of(s, V_v_belt) - s->states[VX], side);
     } else if (mode == STICK) {
         double p[BELT_PARAMETERS];
         parameters_of(s, p);

@@ -146,7 +146,6 @@ static int unpack(Instance *i, const double *numbers)
         if (!is_settable(v))
             continue;
         if (!(numbers[r] <= v->upper && numbers[r] >= v->lower)
-            || (v->above_lower && numbers[r] == v->lower)
             || (v->kind == BOOLEAN && !is_one_of(numbers[r], 1)))
             return 0;
         s->values[r] = numbers[r], s->slopes[r] = numbers[count + r];

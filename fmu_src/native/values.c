@@ -99,7 +99,7 @@ static fmi2Status check(Instance *i, fmi2ValueReference reference, Kind kind, do
     if (!isfinite(value))
         return refuse(i, fmi2Discard, "%s = %s: not a finite number; must be %s", v->name,
                       isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf", v->allowed);
-    if (value > v->upper || (v->above_lower ? value <= v->lower : value < v->lower))
+    if (value > v->upper || value < v->lower)
         return refuse(i, fmi2Discard, "%s = %g: must be %s", v->name, value, v->allowed);
     const int begins = phase == INSTANTIATED || phase == INITIALIZATION;
     const char *why = COMPONENT.fits && !begins ? COMPONENT.fits(i, reference, value) : NULL;

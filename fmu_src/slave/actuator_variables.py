@@ -1,6 +1,5 @@
 """The table of variables of the brake actuator."""
 
-import sys
 from typing import Final
 
 from fivtui.model.numbers import Interval
@@ -13,6 +12,7 @@ ACTUATOR_SUMMARY: Final = (
     "of the contact force"
 )
 _ANY_FORCE: Final = "a finite number of N"
+_SHORTEST_LAG: Final = 1e-12
 _LONGEST_LAG: Final = 1e6
 _GREATEST_GAIN: Final = 1e3
 
@@ -49,9 +49,9 @@ ACTUATOR_TABLE: Final = VariableTable(
             meaning="time constant of the lag",
             unit="s",
             start=0.05,
-            lower=sys.float_info.min,
+            lower=_SHORTEST_LAG,
             upper=_LONGEST_LAG,
-            allowed=str(Interval(0.0, _LONGEST_LAG, "s", lower_open=True)),
+            allowed=str(Interval(_SHORTEST_LAG, _LONGEST_LAG, "s")),
             nominal=0.05,
         ),
         Variable(

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.modes import IN_CONTACT, Mode
-from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model.parameters import BELT_PARAMETERS, PARAMETERS, Parameters
 from fivtui.model.slider_belt import (
     State,
     accelerations,
@@ -253,11 +253,12 @@ def parameters_from(values: Values) -> Parameters:
     if not values[REFERENCES["finite_belt"]]:
         return Parameters(**given)
     check_friction(values)
+    v_s = float(values[REFERENCES["v_s"]])
     return Parameters(
         **given,
         v_belt=float(values[REFERENCES["v_belt"]]),
         mu_s=float(values[REFERENCES["mu_s"]]) or None,
-        v_s=float(values[REFERENCES["v_s"]]) or None,
+        v_s=v_s if v_s >= BELT_PARAMETERS["v_s"].lower else None,
     )
 
 

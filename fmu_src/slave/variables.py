@@ -1,7 +1,6 @@
 """The table of variables of the slider-belt model."""
 
 import math
-import sys
 from collections.abc import Sequence
 from typing import Final
 
@@ -49,8 +48,7 @@ def _parameters() -> list[Variable]:
             meaning=spec.meaning,
             unit=spec.unit or _DIMENSIONLESS,
             start=spec.default,
-            # FMI has closed ranges only, so the least normal number stands for an excluded zero.
-            lower=max(spec.lower, sys.float_info.min) if spec.lower_open else spec.lower,
+            lower=spec.lower,
             upper=spec.upper,
             allowed=spec.allowed,
             nominal=abs(spec.default) or None,
@@ -263,9 +261,10 @@ def _belt() -> list[Variable]:
             meaning=_BELT_MEANINGS[name],
             unit=spec.unit or _DIMENSIONLESS,
             start=spec.default if is_input else 0.0,
-            lower=spec.lower,
+            # Zero stands for none.
+            lower=0.0,
             upper=spec.upper,
-            allowed=str(Interval(spec.lower, spec.upper, spec.unit)),
+            allowed=str(Interval(0.0, spec.upper, spec.unit)),
             nominal=spec.default,
         )
 

@@ -238,6 +238,6 @@ def test_a_slider_at_rest_on_a_belt_at_rest_stays_where_it_is(kernel: KernelChoi
 
 
 def test_a_sliding_speed_below_zero_by_rounding_ends_no_step_and_no_search() -> None:
-    p = Parameters(v_belt=1.0 - 1e-16, mu_s=0.9, v_s=1e-20)
+    p = Parameters(v_belt=1.0 - 1e-16, mu_s=0.9, v_s=1e-12)
     assert 0.0 < shortened_step(0.1, (0.0, 1.0, 1.0, 0.5), p, Mode.FORWARD) <= 0.1
     assert math.isfinite(exponential(1e6))

@@ -181,7 +181,7 @@ def test_without_coupling_the_critical_mu_is_that_in_closed_form() -> None:
         {"c1": 0.0, "c2": 0.0},
         {"F": 8e-11},
         {"F": 0.0},
-        {"v_s": 4e-13},
+        {"v_s": 1e-12},
         {"v_s": 1e9, "v_belt": 1e-12},
         {"k_nl": 1e24, "F": 1e9},
         {"mu_s": 0.2},

@@ -89,7 +89,7 @@ def test_a_wrong_table_is_refused(fmu: Path, table: Path, text: str, said: str) 
         ({"start_values": {"mu": -0.5}}, "mu = -0.5: must be from 0 to 100"),
         ({"start_values": {"mu": "high"}}, "mu = 'high': not a number"),
         ({"start_values": {"separation": "perhaps"}}, "must be true or false"),
-        ({"start_values": {"m": 0.0}}, "m = 0: must be above 0 and at most 1e+09 kg"),
+        ({"start_values": {"m": 0.0}}, "m = 0: must be from 1e-12 to 1e+09 kg"),
         ({"tol": 0.5}, "tolerance = 0.5: must be from 1e-13 to 0.01"),
         ({"tol": "tight"}, "tolerance = 'tight': not a number"),
         ({"outputs": ["p"]}, "did you mean P?"),

@@ -18,9 +18,9 @@ from fivtui import simulate
 
 # Name, causality, variability, unit, min, max, nominal, start, and what the description says.
 PARAMETERS: Final = """
-m       parameter fixed      kg    2.2250738585072014e-308 1e9  5    5    mass of the slider
-k1      parameter fixed      N/m   2.2250738585072014e-308 1e12 100  100  horizontal stiffness
-k2      parameter fixed      N/m   2.2250738585072014e-308 1e12 50   50   linear contact stiffness
+m       parameter fixed      kg    1e-12 1e9  5    5    mass of the slider
+k1      parameter fixed      N/m   1e-12 1e12 100  100  horizontal stiffness
+k2      parameter fixed      N/m   1e-12 1e12 50   50   linear contact stiffness
 k3      parameter fixed      N/m   0                       1e12 60   60   coupling spring
 c1      parameter fixed      N·s/m 0                       1e9  0.32 0.32 horizontal damping
 c2      parameter fixed      N·s/m 0                       1e9  0.32 0.32 vertical damping
@@ -56,7 +56,7 @@ ay      local     continuous m/s^2 -                       -    50   -    vertic
 ACTUATOR: Final = """
 command input     continuous N     -1e9                    1e9  100  80   commanded contact force
 P       input     continuous N     -                       -    100  80   contact force, fed back
-tau     parameter fixed      s     2.2250738585072014e-308 1e6  0.05 0.05 time constant of the lag
+tau     parameter fixed      s     1e-12 1e6  0.05 0.05 time constant of the lag
 gain    parameter fixed      1     0                       1e3  0.1  0.1  gain of the feedback
 F_start parameter fixed      N     -1e9                    1e9  100  80   preload at the start
 F       output    continuous N     -                       -    100  -    preload, positive towards the belt

@@ -38,10 +38,7 @@ finite = st.floats(allow_nan=False, allow_infinity=False)
 statics: st.SearchStrategy[Start] = st.just("static")
 parameter_sets = st.builds(
     Parameters,
-    **{
-        name: st.floats(spec.lower, spec.upper, exclude_min=spec.lower_open)
-        for name, spec in PARAMETERS.items()
-    },
+    **{name: st.floats(spec.lower, spec.upper) for name, spec in PARAMETERS.items()},
 )
 
 
@@ -125,7 +122,7 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
         (VERSION + "[parameters]\nF = nan", "[parameters] F = nan: not a finite number"),
         (
             VERSION + "[parameters]\nm = 0.0",
-            "[parameters] m = 0: must be above 0 and at most 1e+09 kg",
+            "[parameters] m = 0: must be from 1e-12 to 1e+09 kg",
         ),
         (VERSION + f"[parameters]\nm = 0x{'f' * 4000}", "[parameters] m: the number is too large"),
         (VERSION + "parameters = 3", "parameters: must be a table"),

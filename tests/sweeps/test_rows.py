@@ -104,7 +104,7 @@ def test_a_billion_members_cost_nothing_until_they_are_computed() -> None:
     [
         ({}, {}, "nothing varies"),
         ({"knl": (1.0,)}, {}, "did you mean k_nl"),
-        ({"m": (0.0,)}, {}, "m = 0: must be above 0"),
+        ({"m": (0.0,)}, {}, "m = 0: must be from 1e-12"),
         ({"mu": Range(0.0, 101.0, 3)}, {}, "mu = 101"),
         ({"x0": Range(0.0, 1e10, 3)}, {}, "x0 = 1e"),
         ({"F": ()}, {}, "one or more values"),

@@ -240,14 +240,7 @@ def _compiled(flow: SliderBeltFlow, scales: FloatArray) -> OrbitSearch | None:
     specs = (PARAMETERS[name] for name in flow.names)
     return load_kernel().orbits(
         parameters=[getattr(flow.system.parameters, name) for name in PARAMETERS],
-        varied=[
-            Varied(
-                places[spec.name],
-                float(np.nextafter(spec.lower, np.inf)) if spec.lower_open else spec.lower,
-                spec.upper,
-            )
-            for spec in specs
-        ],
+        varied=[Varied(places[spec.name], spec.lower, spec.upper) for spec in specs],
         scales=scales,
         separation=flow.system.separation,
         tol=tol,

@@ -60,12 +60,12 @@ async def test_the_verdict_follows_what_is_typed_valid_or_not(pilot: Pilot[None]
     await type_into(pilot, "m", "0")
     lines = text_of(pilot).splitlines()
     row = next(index for index, line in enumerate(lines) if line.startswith("│•m  "))
-    assert "m = 0: must be above 0" in lines[row + 1]
+    assert "m = 0: must be from 1e-12" in lines[row + 1]
     assert "NO VERDICT: invalid input" in text_of(pilot)
     (await focus(pilot, "m")).value = "[bold]5[/bold"
     await until_shown(pilot, "m = '[bold]5[/bold'")
     await type_into(pilot, "m", "5")
-    assert "must be above 0" not in text_of(pilot).splitlines()[row + 1]
+    assert "must be from 1e-12" not in text_of(pilot).splitlines()[row + 1]
     assert "UNSTABLE" in text_of(pilot)
     assert "(changed)" not in text_of(pilot)
     await type_into(pilot, "k3", "0")
@@ -253,7 +253,7 @@ async def test_a_row_takes_clicks_over_its_whole_width_and_a_long_paste_stays(
     await pilot.press("end", *["backspace"] * 5)
     editor.post_message(Paste("1" * 20_000))
     await until(pilot, lambda: editor.value == "1" * 20_000)
-    await until_shown(pilot, "k2 = inf: not a finite number; must be above 0")
+    await until_shown(pilot, "k2 = inf: not a finite number; must be from 1e-12")
     assert "F5 Run" in text_of(pilot)
     width = pilot.app.screen.query_one(Form).size.width
     await pilot.resize_terminal(160, 40)

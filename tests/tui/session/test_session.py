@@ -76,7 +76,7 @@ def test_a_value_that_follows_a_table_over_time_is_not_edited() -> None:
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("m", "0", "m = 0: must be above 0 and at most 1e+09 kg"),
+        ("m", "0", "m = 0: must be from 1e-12 to 1e+09 kg"),
         ("k_nl", "stiff", "k_nl = 'stiff': not a number"),
         ("F", "", "F = '': not a number"),
         ("mu", "nan", "μ = nan: not a finite number"),

@@ -47,7 +47,6 @@ _LABELS: Final = {
     "coexistence": "escapes from (m)",
 }
 _MOST: Final = 1_000_000
-_INSIDE: Final = 1e-9
 _DIGITS: Final = 9
 # From the most stable to the fastest growing; then no value.
 _STABLE: Final = (":", "·", " ")
@@ -82,9 +81,7 @@ def values_in(given: "NamedRange", axis: Axis | None) -> FloatArray:
     if axis is None:
         return given.values()
     spec = ALL_PARAMETERS[given.name]
-    # An open bound is excluded.
-    inside = _INSIDE * (axis.high - axis.low) if spec.lower_open else 0.0
-    low, high = max(axis.low, spec.lower + inside), min(axis.high, spec.upper)
+    low, high = max(axis.low, spec.lower), min(axis.high, spec.upper)
     if low >= high:
         return given.values()
     space = np.geomspace if axis.log and low > 0.0 else np.linspace
