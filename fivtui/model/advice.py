@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from .field import load
 from .system import System
 
 
@@ -32,10 +31,6 @@ LESS_DAMPING: Final = Remedy(
     "less damping", lambda system: max(system.parameters.c1, system.parameters.c2) > 0.0
 )
 # The linearisation depends on the preload by the cubic stiffness alone.
-SMALLER_PRELOAD: Final = Remedy(
-    "a smaller preload",
-    lambda system: load(system.parameters) != 0.0 and system.parameters.k_nl > 0.0,
-)
 SEPARATION: Final = Remedy("separation", lambda system: not system.separation)
 CUBIC_CONTACT: Final = Remedy(
     "a cubic contact (k_nl above 0)", lambda system: system.parameters.k_nl == 0.0

@@ -8,16 +8,14 @@ import pytest
 from fivtui import Parameters, simulate, simulate_batch
 from fivtui.model import (
     CUBIC_CONTACT,
-    LESS_DAMPING,
     SEPARATION,
-    SMALLER_PRELOAD,
     ComputationError,
     System,
     advise,
     time_tables,
     use_one_of,
 )
-from fivtui.model.advice import LARGER_V_S
+from fivtui.model.advice import LARGER_V_S, LESS_DAMPING
 from fivtui.orbits.curves.origins import _beginning_elsewhere
 from fivtui.taylor import overflow_error, stall_error
 from fivtui.transient.request import TOL_RANGE, Request
@@ -41,8 +39,6 @@ def test_alternatives_are_joined_as_in_a_sentence() -> None:
         (LARGER_V_S, {"v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}, {"mu_s": 0.9, "v_s": 0.4}),
         (LESS_DAMPING, {"c1": 0.0}, {"c1": 0.0, "c2": 0.0}),
         (LESS_DAMPING, {"c2": 0.0}, {"c1": 0.0, "c2": 0.0}),
-        (SMALLER_PRELOAD, {}, {"F": 0.0}),
-        (SMALLER_PRELOAD, {"F": -1.0}, {"k_nl": 0.0}),
         (CUBIC_CONTACT, {"k_nl": 0.0}, {}),
     ],
 )
