@@ -30,7 +30,6 @@ LARGER_V_S: Final = Remedy(
 LESS_DAMPING: Final = Remedy(
     "less damping", lambda system: max(system.parameters.c1, system.parameters.c2) > 0.0
 )
-# The linearisation depends on the preload by the cubic stiffness alone.
 SEPARATION: Final = Remedy("separation", lambda system: not system.separation)
 CUBIC_CONTACT: Final = Remedy(
     "a cubic contact (k_nl above 0)", lambda system: system.parameters.k_nl == 0.0
