@@ -15,9 +15,7 @@ from fivtui.assessment.lyapunov import ErrorGrowth, Fate
 from fivtui.assessment.report import print_accuracy, print_stress_tests
 from fivtui.assessment.stress_tests import StressResult, StressVerdict
 from fivtui.equilibrium.eigenvalues import stability
-from fivtui.equilibrium.files import save_modes, stability_to_dict
 from fivtui.equilibrium.report import print_stability
-from fivtui.equilibrium.scan import mode_scan
 from fivtui.maps import stability_map
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
@@ -37,7 +35,7 @@ from fivtui.scene.presets import PRESETS
 from fivtui.scene.report import print_comparison, print_run
 from fivtui.scene.verified import SceneTransient, Verified
 from fivtui.simulation import simulate
-from fivtui.studies import study
+from fivtui.studies import save_study, study
 from fivtui.sweeps.report import print_sweep, progress_text
 from fivtui.sweeps.study import DEFAULT_OUTPUTS
 from fivtui.tradeoffs.files import tradeoff_to_dict
@@ -146,7 +144,7 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
 
 
 def test_stability_as_data_has_hertz_and_radians_apart() -> None:
-    data = stability_to_dict(stability(Parameters()))
+    data = stability(Parameters()).to_dict()
     own = own_slider.eigenvalues().tolist()
     for pair in data["eigenvalues"]:
         assert min(abs(complex(*pair) - value) for value in own) < 1e-6
@@ -171,7 +169,7 @@ def written(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]
 
 def test_written_modes_and_maps_have_every_number_in_its_column(tmp_path: Path) -> None:
     p = Parameters()
-    save_modes(stability(p), mode_scan(System(p), 1.5), tmp_path / "modes.csv")
+    save_study("stability", stability(p), tmp_path / "modes.csv")
     header, columns = written(tmp_path / "modes.csv")
     for place in (0, 100, 240):
         own = own_slider.eigenvalues(mu=float(columns["mu"][place]))

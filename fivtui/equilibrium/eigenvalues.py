@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.io import check_finite
 from fivtui.model import (
     Equilibrium,
     Parameters,
@@ -15,7 +16,7 @@ from fivtui.model import (
     jacobian,
     system_of,
 )
-from fivtui.results import SystemResult, scene_text
+from fivtui.results import SystemResult, scene_text, to_data
 
 from .belt import CriticalSpeed, critical_mu_on_belt, critical_speeds
 from .critical import CriticalMu, coalescence_mu, linear_critical_mu
@@ -117,16 +118,36 @@ class Stability(SystemResult):
         ]
 
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui stability --json`` prints."""
-        from .files import stability_to_dict
+        """The object that ``fivtui stability --json`` prints, in SI units.
 
-        return stability_to_dict(self)
+        Keys are ``equilibrium``, ``eigenvalues`` as pairs of real and imaginary part,
+        ``growth_rate``, ``stable``, ``critical_mu``, ``critical_speed``, ``linear_critical_mu``,
+        ``modes``, ``margin`` and ``coalescence``; frequencies in Hz, angular frequencies in rad/s.
+        Raises `ComputationError` if a number is not finite.
+        """
+        point = self.equilibrium
+        data: dict[str, Any] = to_data(
+            {
+                "equilibrium": {"x": point.x, "y": point.y, "P": point.P},
+                "eigenvalues": self.eigenvalues.tolist(),
+                "growth_rate": self.growth_rate,
+                "stable": self.stable,
+                "critical_mu": self.critical_mu,
+                "critical_speed": self.critical_speed,
+                "linear_critical_mu": self.linear_critical_mu,
+                "modes": [mode.to_dict() for mode in self.modes],
+                "margin": self.margin,
+                "coalescence": self.coalescence,
+            }
+        )
+        check_finite(data, "", "use parameters of less extreme size")
+        return data
 
     def modes_over_mu(self) -> "ModeScan":
         """Eigenvalues over μ, from 0 to beyond μ and every critical one."""
-        from .files import modes_over_mu
+        from .scan import mode_scan, scan_top
 
-        return modes_over_mu(self)
+        return mode_scan(self.system, scan_top(self))
 
     def figure(self) -> "Figure":
         """Matplotlib figure: frequencies and growth rates over μ, and the eigenvalues."""

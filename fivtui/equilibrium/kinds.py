@@ -4,25 +4,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fivtui.io import FORMATS
-from fivtui.results import PHYSICS, Command, StudyKind, scene_fields
+from fivtui.results import PHYSICS, Command, StudyKind, save_table, scene_fields
 
 if TYPE_CHECKING:
-    from . import files, report
+    from . import report
     from .eigenvalues import Stability
 else:
     from fivtui.lazy import later
 
-    files, report = later(__name__, "files", "report")
+    (report,) = later(__name__, "report")
 
 _FORMATS: Final = tuple(FORMATS)
+_DATA: Final = "table of modes"
 
 
 def _save_modes(result: "Stability", path: Path, *, force: bool) -> None:
-    files.save_modes(result, result.modes_over_mu(), path, force=force)
+    header = {
+        "parameters": result.parameters.as_dict(),
+        "separation": result.separation,
+        "critical_mu": [critical.mu for critical in result.critical_mu],
+    }
+    save_table(path, _DATA, result.modes_over_mu().table(), header, force=force)
 
 
 STABILITY: Final = StudyKind(
-    data="table of modes",
+    data=_DATA,
     show=report.print_stability,
     suffixes=_FORMATS,
     save=_save_modes,

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from fivtui.model import (
     sliding,
     tangent_stiffness,
 )
+from fivtui.results import to_data
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,14 @@ class VibrationMode:
 
     eigenvalue: complex
     shape: tuple[complex, complex]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The mode as data for JSON; amplitudes as pairs of real and imaginary part."""
+        names = ("frequency", "angular_frequency", "growth_rate", "damping_ratio")
+        x, y = self.shape
+        data: dict[str, Any] = {name: getattr(self, name) for name in names}
+        data["shape"] = to_data({"x": x, "y": y})
+        return data
 
     @property
     def growth_rate(self) -> float:

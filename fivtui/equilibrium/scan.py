@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, Cancelled, System, equilibrium, jacobian
-from fivtui.results import Result
+from fivtui.model import PARAMETERS, Cancelled, Column, System, equilibrium, jacobian
+from fivtui.results import Result, Table, by_name
 
 from .eigenvalues import Stability
 
@@ -47,11 +47,16 @@ class ModeScan(Result):
 
     def to_columns(self) -> dict[str, FloatArray]:
         """``mu``; real and imaginary parts ``sigma_1``, ``omega_1`` to ``sigma_4``, ``omega_4``."""
-        columns = {"mu": self.mu}
-        for number, eigenvalue in enumerate(self.eigenvalues.T, start=1):
-            columns[f"sigma_{number}"] = eigenvalue.real.copy()
-            columns[f"omega_{number}"] = eigenvalue.imag.copy()
-        return columns
+        return by_name(self.table())
+
+    def table(self) -> Table:
+        """Its columns with their units."""
+        table: Table = {PARAMETERS["mu"].column: self.mu}
+        for number, values in enumerate(self.eigenvalues.T, start=1):
+            real = Column(f"sigma_{number}", "1/s", f"real part of eigenvalue {number}")
+            imaginary = Column(f"omega_{number}", "rad/s", f"imaginary part of eigenvalue {number}")
+            table |= {real: values.real.copy(), imaginary: values.imag.copy()}
+        return table
 
 
 def scan_top(found: Stability) -> float:

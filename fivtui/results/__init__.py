@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     from .tables import (
         Table as Table,
         TableResult as TableResult,
+        by_name as by_name,
         read_result as read_result,
         save_result as save_result,
+        save_table as save_table,
     )
 else:
     from fivtui.lazy import lazily

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, TypeVar
 
 from numpy.typing import NDArray
 
-from fivtui.io import Columns, read_bytes, read_columns, read_header, write_table
+from fivtui.io import Columns, Header, read_bytes, read_columns, read_header, write_table
 from fivtui.model import Column, InputError
 
 from .base import SystemResult
@@ -35,7 +35,7 @@ class TableResult(SystemResult):
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """The columns of its table by name, arrays of equal length; NaN means no value."""
-        return {column.name: values for column, values in self._table().items()}
+        return by_name(self._table())
 
 
 def save_result(result: TableResult, path: Path, *, force: bool = False) -> None:
@@ -44,9 +44,19 @@ def save_result(result: TableResult, path: Path, *, force: bool = False) -> None
     Raises `InputError` if the format is unknown or its package missing, or the file cannot be
     written.
     """
-    table = result._table()
-    values = {column.name: array for column, array in table.items()}
-    write_table(path, result.data_name, list(table), values, result._header(), force=force)
+    save_table(path, result.data_name, result._table(), result._header(), force=force)
+
+
+def save_table(
+    path: Path, data_name: str, table: Table, header: Header, *, force: bool = False
+) -> None:
+    """Write columns under a header; `data_name` says in messages what the file holds."""
+    write_table(path, data_name, list(table), by_name(table), header, force=force)
+
+
+def by_name(table: Table) -> dict[str, NDArray[Any]]:
+    """The columns of a table by name."""
+    return {column.name: values for column, values in table.items()}
 
 
 def read_result(

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from fivtui.equilibrium.eigenvalues import stability
-from fivtui.equilibrium.files import modes_over_mu, save_modes
 from fivtui.io.tables import FORMATS, read_columns, read_header
 from fivtui.maps import stability_map
 from fivtui.maps.files import load_map
@@ -18,6 +17,7 @@ from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.results import save_result
 from fivtui.scene.presets import PRESETS
+from fivtui.studies import save_study
 from fivtui.sweeps.files import read_sweep, save_sweep
 from fivtui.sweeps.provenance import study_from_dict, study_to_dict
 from fivtui.sweeps.request import parse_design, study_of
@@ -145,10 +145,10 @@ def test_a_trade_off_is_read_as_it_was_written(measured: Tradeoff, tmp_path: Pat
 def test_the_modes_over_mu_are_columns_with_what_they_are_of(tmp_path: Path) -> None:
     p = Parameters(F=60.0)
     found = stability(p)
-    scan = modes_over_mu(found)
+    scan = found.modes_over_mu()
     for suffix in FORMATS:
         path = tmp_path / f"modes{suffix}"
-        save_modes(found, scan, path)
+        save_study("stability", found, path)
         columns = read_columns(path, "table of modes")
         said = read_header(path, "table of modes")
         assert list(columns)[:3] == ["mu", "sigma_1", "omega_1"]

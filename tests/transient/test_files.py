@@ -14,7 +14,6 @@ import pyarrow.parquet as pq
 import pytest
 
 from fivtui.equilibrium.eigenvalues import stability
-from fivtui.equilibrium.files import stability_to_dict
 from fivtui.io import tables
 from fivtui.io.tables import check_table_path
 from fivtui.model.errors import ComputationError, InputError
@@ -332,12 +331,12 @@ def test_a_number_that_is_not_finite_never_becomes_data(transient: Transient, va
     values = result.eigenvalues.copy()
     values[1] = complex(0.0, value)
     with pytest.raises(ComputationError, match="eigenvalues is not a finite number"):
-        stability_to_dict(dataclasses.replace(result, eigenvalues=values))
+        dataclasses.replace(result, eigenvalues=values).to_dict()
 
 
 def test_a_stability_analysis_as_data_has_the_documented_keys() -> None:
     result = stability(Parameters())
-    data = stability_to_dict(result)
+    data = result.to_dict()
     assert layout(data) == {
         "equilibrium": {"x": ..., "y": ..., "P": ...},
         "eigenvalues": ...,
@@ -357,7 +356,7 @@ def test_a_stability_analysis_as_data_has_the_documented_keys() -> None:
 
 
 def test_a_system_without_coupling_has_no_critical_friction_coefficient() -> None:
-    data = stability_to_dict(stability(Parameters(k3=0.0)))
+    data = stability(Parameters(k3=0.0)).to_dict()
     assert data["critical_mu"] == []
     assert data["linear_critical_mu"] is None
 
