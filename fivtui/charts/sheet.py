@@ -38,6 +38,30 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         "markersize": 4.5,
         "markerfacecolor": "white",
     },
+    "stable": {"color": "#12803c", "linestyle": "-"},
+    "unstable": {"color": "#1f4fd8", "linestyle": "--"},
+    "event": {
+        "color": "black",
+        "linestyle": "none",
+        "markersize": 5.0,
+        "markerfacecolor": "white",
+    },
+    "chosen cycle": {"marker": ".", "markersize": 4.0, "zorder": 3.0},
+    "stable orbit": {"linestyle": "-", "linewidth": 0.9},
+    "unstable orbit": {"linestyle": "--", "linewidth": 0.9},
+    "unit circle": {"color": "0.6", "linewidth": 0.6},
+    "stable multipliers": {
+        "color": "#12803c",
+        "linestyle": "none",
+        "marker": ".",
+        "markersize": 2.0,
+    },
+    "unstable multipliers": {
+        "color": "#1f4fd8",
+        "linestyle": "none",
+        "marker": ".",
+        "markersize": 2.0,
+    },
     "critical": {"color": "#c8252c", "linestyle": ":", "linewidth": 1.0, "zorder": 1.5},
     "present": {"color": "0.35", "linestyle": "-.", "linewidth": 0.8, "zorder": 1.4},
 }
@@ -47,16 +71,21 @@ _STRIPS: Final = (OFF_BELT, STUCK)
 
 
 def sheet_figure(sheet: Sheet) -> Figure:
-    """Draw the charts of a sheet; the figure has an Agg canvas."""
+    """Draw the charts of a sheet; the figure has an Agg canvas.
+
+    Charts over the same quantity share their x axis.
+    """
     with mpl.rc_context(STYLE):
-        gap = _PANEL_GAP if len(sheet.columns) > 1 else None
+        gap = _PANEL_GAP if len(sheet.columns) > 2 else None
         figure = new_figure(*sheet.size, wspace=gap)
         grid = figure.add_gridspec(1, len(sheet.columns), width_ratios=sheet.widths or None)
         panels = []
+        first_over: dict[str, Axes] = {}
         for column, charts in enumerate(sheet.columns):
             rows = grid[0, column].subgridspec(len(charts), 1, height_ratios=sheet.heights or None)
             for row, chart in enumerate(charts):
-                axes = figure.add_subplot(rows[row, 0])
+                axes = figure.add_subplot(rows[row, 0], sharex=first_over.get(chart.x_label))
+                first_over.setdefault(chart.x_label, axes)
                 _draw_chart(axes, chart)
                 panels.append((axes, chart))
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
@@ -92,6 +121,9 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], columns: int) -> None:
 def _draw_chart(axes: Axes, chart: Chart) -> None:
     series = 0
     for trace in chart.traces:
+        # A trace without points has no name in the legend.
+        if not trace.x.size:
+            continue
         look = dict(ROLES.get(trace.role, {}))
         if trace.role == "series":
             look = {"markersize": 4.5, "linewidth": 0.9, **_SERIES[series % len(_SERIES)]}
@@ -132,8 +164,10 @@ def _scale(axes: Axes, chart: Chart) -> None:
         axes.set_xscale("symlog", linthresh=chart.linear_within)
     elif chart.to_scale:
         axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlim(*chart.figure_x)
-    axes.set_ylim(*chart.figure_y)
+    if any(limit is not None for limit in chart.figure_x):
+        axes.set_xlim(*chart.figure_x)
+    if any(limit is not None for limit in chart.figure_y):
+        axes.set_ylim(*chart.figure_y)
 
 
 def _draw_guide(axes: Axes, guide: Guide) -> None:

@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from .boundaries.result import BOUNDARIES as BOUNDARIES
     from .boundaries.search import boundary as boundary
     from .branches import continuation as continuation
+    from .curves.charts import (
+        branch_chart as branch_chart,
+        event_name as event_name,
+        sizes_of as sizes_of,
+    )
     from .curves.crossings import cycles_at as cycles_at
     from .curves.cycle_branches import (
         branch as branch,

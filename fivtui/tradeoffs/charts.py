@@ -68,12 +68,11 @@ def tradeoff_sheet(result: Tradeoff) -> Sheet:
     charts = []
     for quantity in _OF_FIGURE:
         chart = tradeoff_chart(result, quantity)
-        methods = tuple(trace for trace in chart.traces if trace.x.size)
         front = _trace("", best[quantity], quantity, "line", role="front")
         least = Guide(
             max(result.floor.of(quantity), _LEAST), "uncertainty", vertical=False, role="floor"
         )
-        charts.append(replace(chart, traces=(front, *methods), guides=(least,)))
+        charts.append(replace(chart, traces=(front, *chart.traces), guides=(least,)))
     return Sheet([[chart] for chart in charts], _SIZE, legend_columns=4)
 
 

@@ -217,9 +217,11 @@ class Boundary(TableResult):
 
     def figure(self) -> "Figure":
         """Matplotlib figure of the curves in the plane of the parameters, with the events."""
-        from .figure import boundary_figure
+        from fivtui.charts import sheet_figure
 
-        return boundary_figure(self)
+        from .charts import boundary_sheet
+
+        return sheet_figure(boundary_sheet(self))
 
 
 def _point_data(point: BoundaryPoint) -> dict[str, Any]:

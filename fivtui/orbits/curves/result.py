@@ -212,6 +212,8 @@ class CycleBranch(TableResult):
 
     def figure(self) -> "Figure":
         """Matplotlib figure of half peak-to-peak over the parameter, with the events."""
-        from .figure import branch_figure
+        from fivtui.charts import sheet_figure
 
-        return branch_figure(self)
+        from .charts import branch_sheet
+
+        return sheet_figure(branch_sheet(self))

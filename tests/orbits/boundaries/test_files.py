@@ -7,7 +7,6 @@ import pytest
 
 from fivtui import Parameters, boundary
 from fivtui.io.tables import read_columns, read_header
-from fivtui.orbits.boundaries.figure import boundary_figure
 from fivtui.results import save_result
 
 RESULT = boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.6)})
@@ -36,7 +35,7 @@ def test_curves_as_json_have_points_events_and_ends() -> None:
 
 
 def test_curves_are_drawn_in_the_plane_of_the_parameters() -> None:
-    (axes,) = boundary_figure(RESULT).axes
+    (axes,) = RESULT.figure().axes
     lines = {str(line.get_label()): line for line in axes.lines}
     assert set(lines) == {"folds", "cusp"}
     np.testing.assert_array_equal(

@@ -10,7 +10,6 @@ from fivtui import branch
 from fivtui.io.tables import read_columns, read_header
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.curves.events import End
-from fivtui.orbits.curves.figure import branch_figure
 from fivtui.results import save_result
 
 
@@ -36,7 +35,7 @@ def test_a_branch_in_a_file_has_its_cycles_and_its_events(tmp_path: Path, suffix
 
 def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() -> None:
     result = branch(None, "mu", low=0.25, high=0.6)
-    axes, orbits, multipliers = branch_figure(result).axes
+    axes, orbits, multipliers = result.figure().axes
     lines = {str(line.get_label()): line for line in axes.lines if str(line.get_label())[0] != "_"}
     assert set(lines) == {"unstable", "stable", "hopf", "touch", "fold"}
     fold = result.events[-1].value
@@ -70,7 +69,7 @@ def test_a_branch_that_grows_without_bounds_leaves_the_figure_and_not_the_rest()
     result = branch(None, "mu")
     assert max(point.half_range for point in result.points) > 1000.0
     stable = max(point.half_range for point in result.points if point.stable)
-    axes = branch_figure(result).axes[0]
+    axes = result.figure().axes[0]
     assert axes.get_ylim() == pytest.approx((-0.1 * stable, 2.1 * stable))
 
 

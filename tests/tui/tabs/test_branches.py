@@ -14,14 +14,14 @@ from fivtui.charts.reading import nearest
 from fivtui.cli import run as command
 from fivtui.io import read_columns, save_json
 from fivtui.model import InputError
-from fivtui.orbits import branch
+from fivtui.orbits import branch, branch_chart
 from fivtui.simulation import simulate
 from fivtui.studies import kind_of, load_study, save_study, study
 from fivtui.tui.chart.cursor_moves import put_cursor, step_cursor
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
-from fivtui.tui.tabs.charts.branches import branch_chart, nearest_cycle, orbit_scene, parse_branch
+from fivtui.tui.tabs.charts.branches import nearest_cycle, orbit_scene, parse_branch
 from fivtui.tui.tabs.exports.export import DATA
 from fivtui.tui.tabs.motion.branches import BranchesPane
 from tests.support.laboratory import app_of, show_tab, text_of, until, until_shown

@@ -10,15 +10,13 @@ from textual.widgets import Button, Static
 
 from fivtui.charts import Heading
 from fivtui.model import InputError
-from fivtui.orbits import CycleBranch
+from fivtui.orbits import CycleBranch, branch_chart, event_name
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, study_line
 from fivtui.tui.tabs.charts.branches import (
     EXAMPLE,
     Origin,
-    branch_chart,
-    event_name,
     nearest_cycle,
     orbit_scene,
     parse_branch,

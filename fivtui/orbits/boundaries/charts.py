@@ -1,0 +1,60 @@
+"""Chart of curves over two parameters."""
+
+from collections.abc import Iterable
+from typing import Final
+
+import numpy as np
+
+from fivtui.charts import Chart, Label, Sheet, Trace, axis_label, parameter_line
+from fivtui.model import PARAMETERS
+from fivtui.orbits.curves.events import EventKind
+
+from .result import Boundary
+
+_SIZE: Final = (4.8, 3.9)
+_COLOURS: Final = {"hopf": "black", "fold": "#c0392b", "touch": "#1f4fd8"}
+_EVENT_MARKERS: Final = {
+    EventKind.CUSP: "D",
+    EventKind.BAUTIN: "o",
+    EventKind.TOUCH: "s",
+    EventKind.FOLD: "^",
+}
+_CURVE_NAMES: Final = {
+    "hopf": "Hopf points",
+    "fold": "folds",
+    "touch": Label("first touch of y = 0", "first touch of $y$ = 0"),
+}
+_COMMON_NAMES: Final = {EventKind.BAUTIN: "Bautin"}
+
+
+def boundary_sheet(result: Boundary) -> Sheet:
+    """The curves in the plane of the two parameters, events marked."""
+    curves = [
+        _trace(
+            _CURVE_NAMES[result.kind] if index == 0 else "",
+            (point.values for point in curve.points),
+            colour=_COLOURS[result.kind],
+        )
+        for index, curve in enumerate(result.curves)
+    ]
+    events = [
+        _trace(_COMMON_NAMES.get(kind, str(kind)), values, role="event", marker=marker)
+        for kind, marker in _EVENT_MARKERS.items()
+        if (values := [event.values for event in result.events if event.kind is kind])
+    ]
+    x_label, y_label = (axis_label(PARAMETERS[name]) for name in result.names)
+    chart = Chart(x_label, y_label, (*curves, *events))
+    title = parameter_line(result.parameters, result.names)
+    return Sheet([[chart]], _SIZE, title, legend_columns=4)
+
+
+def _trace(
+    name: str,
+    values: Iterable[tuple[float, float]],
+    *,
+    role: str = "",
+    colour: str = "",
+    marker: str = "",
+) -> Trace:
+    x, y = np.array(list(values), dtype=float).reshape(-1, 2).T
+    return Trace(name, x, y, ordered=False, role=role, colour=colour, marker=marker)

@@ -1,0 +1,253 @@
+"""Charts of branches of limit cycles: the branch, orbits on it, and multipliers."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.charts import (
+    WIDTH,
+    Chart,
+    Guide,
+    Label,
+    Sheet,
+    Trace,
+    axis_label,
+    math_symbol,
+    parameter_line,
+)
+from fivtui.model import ALL_PARAMETERS
+from fivtui.transient import Request, integrate
+
+from .events import EventKind
+from .result import CycleBranch, CyclePoint
+
+FloatArray = NDArray[np.float64]
+
+_SIZE: Final = (WIDTH, 4.4)
+# Letters in the terminal and markers in figures.
+_EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
+    EventKind.HOPF: ("H", "o"),
+    EventKind.TOUCH: ("T", "s"),
+    EventKind.FOLD: ("F", "D"),
+    EventKind.PERIOD_DOUBLING: ("P", "^"),
+    EventKind.TORUS: ("N", "v"),
+    EventKind.BRANCH: ("B", "X"),
+    EventKind.STICK: ("S", "P"),
+    EventKind.REVERSE_SLIP: ("R", "<"),
+    EventKind.ORDER: ("O", "*"),
+}
+_EVENT_NAMES: Final[Mapping[EventKind, str]] = {EventKind.HOPF: "Hopf"}
+_COLOURS: Final = ("#c0392b", "#d68910", "#6c3483", "#117a65")
+_SAMPLES: Final = 401
+# Multipliers beyond this are drawn on a logarithmic axis.
+_FAR: Final = 3.0
+# Unstable cycles so many times larger than the stable ones leave the figure.
+_TOWERING: Final = 2.0
+_MARGIN: Final = 0.05
+# Dashes along a branch in the terminal, in shares of the size of the chart, and points of each.
+_DASH: Final = 0.02
+_EACH: Final = 8
+
+
+def event_name(kind: EventKind) -> str:
+    """What happens at a point of a branch, as charts call it."""
+    return _EVENT_NAMES.get(kind, str(kind).replace("-", " "))
+
+
+def branch_chart(result: CycleBranch, now: float | None) -> Chart:
+    """Half peak-to-peak over the parameter: stable cycles full, unstable ones dashed, events.
+
+    `now` is the edited value of the parameter.
+    """
+    chart = _branch(result)
+    stable, unstable, *events = chart.traces
+    x, y = _dashed(unstable.x, unstable.y, sizes_of(result))
+    return replace(
+        chart,
+        traces=(stable, replace(unstable, x=x, y=y), *events),
+        guides=() if now is None else (Guide(now, "now"),),
+    )
+
+
+def branch_sheet(result: CycleBranch) -> Sheet:
+    """A branch, orbits in the plane of y and its velocity, and multipliers in the complex plane.
+
+    Orbits are those at the first events and of the stable cycle next to the parameter set's own
+    value; multipliers are those of all cycles, with the unit circle.
+    """
+    chosen = _chosen(result)
+    branch, top = _branch(result), _top(result)
+    points = [
+        Trace(
+            "",
+            np.array([point.value]),
+            np.array([point.half_range]),
+            role="chosen cycle",
+            colour=colour,
+        )
+        for point, colour in chosen.items()
+    ]
+    branch = replace(
+        branch,
+        traces=(*branch.traces, *points),
+        figure_y=(-_MARGIN * top, (1.0 + _MARGIN) * top),
+    )
+    return Sheet(
+        [[branch], [_orbits(result, chosen), _multipliers(result)]],
+        _SIZE,
+        parameter_line(result.parameters, (result.name,)),
+        legend_columns=8,
+        widths=(1.5, 1.0),
+    )
+
+
+def sizes_of(result: CycleBranch) -> tuple[float, float]:
+    """Extents of a branch along the parameter and along half peak-to-peak; never zero."""
+    values, heights = _coordinates(result)
+    return max(float(np.ptp(values)), 1e-300), max(float(heights.max()), 1e-300)
+
+
+def _coordinates(result: CycleBranch) -> tuple[FloatArray, FloatArray]:
+    values = np.array([point.value for point in result.points])
+    return values, np.array([point.half_range for point in result.points])
+
+
+def _branch(result: CycleBranch) -> Chart:
+    values, heights = _coordinates(result)
+    stable = np.array([point.stable for point in result.points])
+    curves = [
+        Trace(name, *_pieces(values, heights, part), ordered=False, mark=mark, role=name)
+        for name, part, mark in (("stable", stable, "●"), ("unstable", ~stable, "○"))
+    ]
+    events = [
+        Trace(
+            Label(event_name(kind), str(kind)),
+            np.array([event.value for event in met]),
+            np.array([0.5 * (event.y_max - event.y_min) for event in met]),
+            look="points",
+            ordered=False,
+            mark=mark,
+            role="event",
+            marker=marker,
+        )
+        for kind, (mark, marker) in _EVENT_MARKS.items()
+        if (met := [event for event in result.events if event.kind is kind])
+    ]
+    spec = ALL_PARAMETERS[result.name]
+    return Chart(
+        Label(f"{spec.symbol} ({spec.unit})" if spec.unit else spec.symbol, axis_label(spec).math),
+        Label("±y (m)", "Half peak-to-peak of $y$ (m)"),
+        (*curves, *events),
+        note=f"{len(result.points)} limit cycles",
+        tight=False,
+    )
+
+
+def _orbits(result: CycleBranch, chosen: Mapping[CyclePoint, str]) -> Chart:
+    symbol = math_symbol(ALL_PARAMETERS[result.name].symbol)
+    traces = []
+    for point, colour in chosen.items():
+        request = Request(
+            result.system.with_values({result.name: point.value}),
+            t_end=point.period,
+            start=point.start,
+            samples=_SAMPLES,
+        )
+        motion = integrate(request).trajectory
+        assert motion is not None  # noqa: S101
+        traces.append(
+            Trace(
+                Label(f"{result.name} = {point.value:.4g}", f"{symbol} = {point.value:.4g}"),
+                motion.y,
+                motion.vy,
+                ordered=False,
+                role="stable orbit" if point.stable else "unstable orbit",
+                colour=colour,
+            )
+        )
+    return Chart(
+        Label("y (m)", "$y$ (m)"),
+        Label("ẏ (m/s)", "$\\dot{y}$ (m/s)"),
+        tuple(traces),
+        guides=(Guide(0.0),) if result.separation else (),
+        legend="above",
+    )
+
+
+def _multipliers(result: CycleBranch) -> Chart:
+    angles = np.linspace(0.0, 2.0 * np.pi, 181)
+    traces = [Trace("", np.cos(angles), np.sin(angles), ordered=False, role="unit circle")]
+    for stable, role in ((False, "unstable multipliers"), (True, "stable multipliers")):
+        cycles = [point for point in result.points if point.stable == stable]
+        values = np.array([value for point in cycles for value in point.multipliers])
+        if values.size:
+            traces.append(
+                Trace("", values.real, values.imag, look="dots", ordered=False, role=role)
+            )
+    largest = max(abs(value) for point in result.points for value in point.multipliers)
+    return Chart(
+        "Re multiplier",
+        "Im multiplier",
+        tuple(traces),
+        to_scale=True,
+        linear_within=_FAR if largest > _FAR else 0.0,
+    )
+
+
+def _top(result: CycleBranch) -> float:
+    # A branch that grows without bounds would flatten all that can be met.
+    top = max(point.half_range for point in result.points)
+    met = max((point.half_range for point in result.points if point.stable), default=top)
+    return min(top, _TOWERING * met)
+
+
+def _chosen(result: CycleBranch) -> dict[CyclePoint, str]:
+    # Cycles whose orbits are drawn, with their colours: at events, and the stable one next to the
+    # parameter set's own value. Much larger ones would flatten it.
+    met = {(event.value, event.period) for event in result.events}
+    own = getattr(result.parameters, result.name)
+    seen = [point for point in result.points if point.half_range <= _top(result)]
+    stable = sorted(
+        (point for point in seen if point.stable and (point.value, point.period) not in met),
+        key=lambda point: abs(point.value - own),
+    )[:1]
+    limit = _TOWERING * max((point.half_range for point in stable), default=np.inf)
+    at_events = [point for point in seen if (point.value, point.period) in met]
+    points = [point for point in at_events if point.half_range <= limit][: len(_COLOURS) - 1]
+    return dict(zip([*points, *stable] or seen[-1:], _COLOURS, strict=False))
+
+
+def _pieces(
+    x: FloatArray, y: FloatArray, chosen: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    # The parts of a curve of which one end at least is chosen, with gaps between them.
+    parts: list[tuple[FloatArray, FloatArray]] = []
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
+    for begin, end in edges.reshape(-1, 2).tolist():
+        piece = slice(begin, min(end + 1, x.size))
+        parts += [(x[piece], y[piece]), (np.array([np.nan]), np.array([np.nan]))]
+    if not parts:
+        return np.empty(0), np.empty(0)
+    return (
+        np.concatenate([part[0] for part in parts[:-1]]),
+        np.concatenate([part[1] for part in parts[:-1]]),
+    )
+
+
+def _dashed(
+    x: FloatArray, y: FloatArray, sizes: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
+    # The same curve with every second dash left out.
+    if x.size < 2:
+        return x, y
+    steps = np.hypot(np.diff(x) / sizes[0], np.diff(y) / sizes[1])
+    along = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(steps), steps, 0.0))])
+    fine = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _DASH * _EACH), 2))
+    there = (np.interp(fine, along, values) for values in (x, y))
+    shown = (fine / _DASH).astype(int) % 2 == 0
+    across, up = (np.where(shown, values, np.nan) for values in there)
+    return across, up
