@@ -38,7 +38,7 @@ class VibrationMode:
     def to_dict(self) -> dict[str, Any]:
         """The mode as data for JSON; amplitudes as pairs of real and imaginary part."""
         names = ("frequency", "angular_frequency", "growth_rate", "damping_ratio")
-        x, y = self.shape
+        x, y = map(complex, self.shape)
         data: dict[str, Any] = {name: getattr(self, name) for name in names}
         data["shape"] = to_data({"x": x, "y": y})
         return data

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fivtui.console import number
 from fivtui.model import PARAMETERS, Column, System
-from fivtui.results import Grid, Row, Table, TableResult, scene_text, to_data
+from fivtui.results import Grid, GridResult, Row, Table, scene_text, to_data
 
 from .searched import SearchedPoint, limits
 
@@ -53,7 +53,7 @@ _WHY_NO_EQUILIBRIUM: Final = (
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class StabilityMap(TableResult):
+class StabilityMap(GridResult):
     """Quantities over two parameters.
 
     Attributes
@@ -83,16 +83,6 @@ class StabilityMap(TableResult):
     quantities: Mapping[str, FloatArray]
     excess: FloatArray
     searched: tuple[SearchedPoint, ...] = field(default=())
-
-    @property
-    def names(self) -> tuple[str, str]:
-        """Names of the two parameters."""
-        return self.grid.names
-
-    @property
-    def axes(self) -> tuple[FloatArray, FloatArray]:
-        """Their values, shapes (n,) and (k,)."""
-        return self.grid.axes
 
     @property
     def values(self) -> FloatArray:

@@ -18,7 +18,7 @@ from fivtui.model import (
     system_of,
     unknown_name,
 )
-from fivtui.results import Grid, Table, TableResult, grid_of, scene_text, to_data
+from fivtui.results import Grid, GridResult, Table, grid_of, scene_text, to_data
 from fivtui.transient import START_SPECS, Kernel, Progress, Start, resolve_start
 
 from .explorer import Attractor, Explorer, Kind, Watch, add_new
@@ -36,7 +36,7 @@ _RESOLVED: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Basin(TableResult):
+class Basin(GridResult):
     """A slice of the basins of attraction; its table has one row for each start.
 
     Attributes
@@ -60,16 +60,6 @@ class Basin(TableResult):
     grid: Grid
     attractors: tuple[Attractor, ...]
     reached: NDArray[np.int64]
-
-    @property
-    def names(self) -> tuple[str, str]:
-        """Names of the two components."""
-        return self.grid.names
-
-    @property
-    def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Their values, shapes (n,) and (k,), m or m/s."""
-        return self.grid.axes
 
     @property
     def counts(self) -> list[int]:

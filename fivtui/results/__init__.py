@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         scene_fields as scene_fields,
     )
     from .tables import (
+        GridResult as GridResult,
         Table as Table,
         TableResult as TableResult,
         by_name as by_name,

@@ -1,9 +1,10 @@
 """Results that tables hold: columns with units under a header, written and read in every format."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from numpy.typing import NDArray
 
@@ -11,6 +12,10 @@ from fivtui.io import Columns, Header, read_bytes, read_columns, read_header, wr
 from fivtui.model import Column, InputError
 
 from .base import SystemResult
+from .grid import FloatArray, Grid
+
+if TYPE_CHECKING:
+    import xarray
 
 Table = dict[Column, NDArray[Any]]
 T = TypeVar("T")
@@ -36,6 +41,59 @@ class TableResult(SystemResult):
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """The columns of its table by name, arrays of equal length; NaN means no value."""
         return by_name(self._table())
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Its columns as an xarray Dataset with units; over its grid, or over the rows.
+
+        Raises `InputError` if xarray is not installed.
+        """
+        if find_spec("xarray") is None:
+            raise InputError("to_xarray needs xarray: install fivtui[xarray]")
+        import xarray
+
+        table = self._table()
+        grid = self._grid()
+        shape = None if grid is None else grid.shape
+        axes = {} if grid is None else dict(zip(grid.names, grid.axes, strict=True))
+        dims = tuple(axes) or ("row",)
+        variables = {
+            c.name: (dims, values.reshape(shape or values.shape), _attributes(c))
+            for c, values in table.items()
+            if c.name not in axes
+        }
+        coordinates = {
+            c.name: (c.name, axes[c.name], _attributes(c)) for c in table if c.name in axes
+        }
+        return xarray.Dataset(variables, coordinates, self._header())
+
+    def _grid(self) -> Grid | None:
+        # The grid whose points are the rows of its table, if there is one.
+        return None
+
+
+class GridResult(TableResult):
+    """Base of results over all pairs of the values of two quantities, which `grid` holds."""
+
+    __slots__ = ()
+
+    grid: Grid
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the two quantities."""
+        return self.grid.names
+
+    @property
+    def axes(self) -> tuple[FloatArray, FloatArray]:
+        """Their values, shapes (n,) and (k,)."""
+        return self.grid.axes
+
+    def _grid(self) -> Grid:
+        return self.grid
+
+
+def _attributes(column: Column) -> dict[str, str]:
+    return {"units": column.unit, "long_name": column.meaning}
 
 
 def save_result(result: TableResult, path: Path, *, force: bool = False) -> None:
@@ -64,6 +122,9 @@ def read_result(
     data_name: str,
     from_data: Callable[[Any], T],
     from_table: Callable[[Columns, Mapping[str, Any]], T] | None = None,
+    *,
+    texts: Collection[str] = (),
+    missing: bool = False,
 ) -> T:
     """Read a result from a table, or from the JSON that the command line prints.
 
@@ -76,6 +137,8 @@ def read_result(
     from_data, from_table : callable
         Make the result of the content of a JSON file, or of the columns and header of a table,
         if tables of it are read.
+    texts, missing
+        Columns of text, and whether there may be no value, see `read_columns`.
 
     Raises
     ------
@@ -90,7 +153,8 @@ def read_result(
             f"{path}: a {data_name} is read from JSON alone, which {data_name} --json prints"
         )
     else:
-        columns, header = read_columns(path, data_name), read_header(path, data_name)
+        columns = read_columns(path, data_name, texts=texts, missing=missing)
+        header = read_header(path, data_name)
     try:
         return (
             from_table(columns, header)

@@ -1,6 +1,5 @@
 """Trade-offs as data for JSON and as CSV files."""
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -12,16 +11,15 @@ from numpy.typing import NDArray
 
 from fivtui.io import (
     Columns,
+    Header,
     check_suffix,
     csv_cell,
-    read_bytes,
-    read_columns,
-    read_header,
     write_atomically,
     write_csv_head,
     write_csv_rows,
 )
-from fivtui.model import InputError, Parameters
+from fivtui.model import Parameters
+from fivtui.results import read_result
 from fivtui.scene import Scene
 from fivtui.transient import QUANTITIES, Deviation
 from fivtui.version import __version__
@@ -121,19 +119,15 @@ def load_tradeoff(path: Path) -> Tradeoff:
 
     Raises `InputError` if the file is not a trade-off.
     """
-    suffix = check_suffix(path, _KIND, (".csv", ".json"))
-    if suffix == ".json":
-        content, columns, header = read_bytes(path), {}, {}
-    else:
-        content, header = b"", read_header(path, _KIND)
-        columns = read_columns(path, _KIND, texts=_TEXTS, missing=True)
-    try:
-        data = json.loads(content) if suffix == ".json" else {**header, "rows": _by_row(columns)}
+    check_suffix(path, _KIND, (".csv", ".json"))
+
+    def from_data(data: Mapping[str, Any]) -> Tradeoff:
         return _tradeoff(path.stem, data)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise InputError(f"{path}: not a trade-off, or damaged") from None
+
+    def from_table(columns: Columns, header: Header) -> Tradeoff:
+        return _tradeoff(path.stem, {**header, "rows": _by_row(columns)})
+
+    return read_result(path, _KIND, from_data, from_table, texts=_TEXTS, missing=True)
 
 
 def _by_row(columns: Columns) -> list[dict[str, Any]]:
