@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .chart import (
         COLOURS as COLOURS,
         MOST_JOINED as MOST_JOINED,
+        WIDTH as WIDTH,
         Backdrop as Backdrop,
         Chart as Chart,
         Cursors as Cursors,
@@ -50,7 +51,6 @@ if TYPE_CHECKING:
         OFF_BELT as OFF_BELT,
         STUCK as STUCK,
         STYLE as STYLE,
-        WIDTH as WIDTH,
         check_figure_path as check_figure_path,
         new_figure as new_figure,
         save_figure as save_figure,

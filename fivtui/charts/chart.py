@@ -16,6 +16,8 @@ FloatArray = NDArray[np.float64]
 FigureLimits = tuple[float | None, float | None]
 Look = Literal["line", "points", "dots", "marked"]
 
+# Width of a full figure, inches.
+WIDTH: Final = 7.2
 # Samples of an unordered trace that are joined by lines; earlier ones are dots.
 MOST_JOINED: Final = 16_384
 _WHOLE: Final = 1e-6

@@ -15,13 +15,23 @@ from fivtui.io import write_table
 from fivtui.model import Column
 
 from .axis import Axis
-from .chart import COLOURS, Backdrop, Chart, Guide, Heading, Trace, View, VisibleCharts, reduced
+from .chart import (
+    COLOURS,
+    WIDTH,
+    Backdrop,
+    Chart,
+    Guide,
+    Heading,
+    Trace,
+    View,
+    VisibleCharts,
+    reduced,
+)
 from .labels import parameter_line
 from .plotting import (
     OFF_BELT,
     STUCK,
     STYLE,
-    WIDTH,
     new_figure,
     shade_times,
 )

@@ -33,8 +33,6 @@ CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
     True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
     False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
 }
-# Width of a full figure, inches.
-WIDTH: Final = 7.2
 STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
     "axes.labelsize": 9.0,

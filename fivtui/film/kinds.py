@@ -1,17 +1,7 @@
 """Films among the studies."""
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from fivtui.results import StudyKind
+from fivtui.results import StudyKind, listed
 
-if TYPE_CHECKING:
-    from .figure import Film
-
-
-def _print(result: "Film") -> None:
-    from fivtui.console import print_list
-
-    print_list("Film", result._summary())
-
-
-FILM: Final = StudyKind(data="film", show=_print)
+FILM: Final = StudyKind(data="film", show=listed("Film"))

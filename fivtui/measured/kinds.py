@@ -3,23 +3,16 @@
 from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.io import FORMATS
-from fivtui.results import PHYSICS, Command, StudyKind, scene_fields
+from fivtui.results import PHYSICS, Command, StudyKind, listed, scene_fields
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from . import comparison
-    from .comparison import Validation
 else:
     from fivtui.lazy import later
 
     (comparison,) = later(__name__, "comparison")
-
-
-def _print(result: "Validation") -> None:
-    from fivtui.console import print_list
-
-    print_list("Run beside measured data", result._summary())
 
 
 _SAID: Final = (*PHYSICS, "start", "t_end", "method", "tol", "step")
@@ -34,7 +27,7 @@ def _command(asked: "tuple[Any, Sequence[str]]") -> Command:
 
 VALIDATION: Final = StudyKind(
     data="validation",
-    show=_print,
+    show=listed("Run beside measured data"),
     suffixes=tuple(FORMATS),
     save=comparison.save_validation,
     as_json=True,

@@ -118,47 +118,20 @@ def _flushed(value: float) -> float:
 
 
 def _spec(
-    symbol: str,
-    unit: str,
-    default: float,
-    bounds: tuple[float, float],
-    meaning: str,
+    symbol: str, unit: str, default: float, bounds: tuple[float, float], meaning: str
 ) -> float:
     # A dataclass field whose metadata becomes a row of the table.
-    value: float = field(
-        default=default,
-        metadata={
-            "symbol": symbol,
-            "default": default,
-            "unit": unit,
-            "lower": bounds[0],
-            "upper": bounds[1],
-            "meaning": meaning,
-        },
-    )
+    row = {"symbol": symbol, "unit": unit, "default": default, "meaning": meaning}
+    value: float = field(default=default, metadata=row | {"lower": bounds[0], "upper": bounds[1]})
     return value
 
 
 def _optional(
-    symbol: str,
-    unit: str,
-    start: float,
-    bounds: tuple[float, float],
-    meaning: str,
+    symbol: str, unit: str, start: float, bounds: tuple[float, float], meaning: str
 ) -> float | None:
     # A field that is none unless it is set.
-    value: float | None = field(
-        default=None,
-        metadata={
-            "symbol": symbol,
-            "default": start,
-            "unit": unit,
-            "lower": bounds[0],
-            "upper": bounds[1],
-            "meaning": meaning,
-            "optional": True,
-        },
-    )
+    required: Any = _spec(symbol, unit, start, bounds, meaning)
+    value: float | None = field(default=None, metadata={**required.metadata, "optional": True})
     return value
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         Command as Command,
         Stored as Stored,
         StudyKind as StudyKind,
+        listed as listed,
         scene_fields as scene_fields,
     )
     from .tables import (

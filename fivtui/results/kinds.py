@@ -49,6 +49,19 @@ def _rows_of(result: Any) -> Sequence[Row]:
     return [Row(*row) for row in result._summary()]
 
 
+def listed(
+    title: str, rows: Callable[[Any], Sequence[Sequence[str]]] = _rows_of
+) -> Callable[[Any], None]:
+    """Printing of a result as a list of its rows below a title; those of its repr by default."""
+
+    def show(result: Any) -> None:
+        from fivtui.console import print_rows_of
+
+        print_rows_of(title, [Row(*row) for row in rows(result)])
+
+    return show
+
+
 def _no_file(_result: Any, path: Path, *, force: bool) -> None:  # noqa: ARG001
     raise TypeError(f"{path}: results of this kind have no file")
 

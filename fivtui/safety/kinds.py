@@ -2,13 +2,15 @@
 
 from typing import TYPE_CHECKING, Final
 
-from fivtui.results import StudyKind
+from fivtui.results import StudyKind, listed
 
 if TYPE_CHECKING:
-    from . import report
+    from . import words
 else:
     from fivtui.lazy import later
 
-    (report,) = later(__name__, "report")
+    (words,) = later(__name__, "words")
 
-SAFE_FRICTION: Final = StudyKind(data="verdict", show=report.print_safe_friction)
+SAFE_FRICTION: Final = StudyKind(
+    data="verdict", show=listed("Disturbances of any size", words.verdict_rows)
+)

@@ -120,3 +120,10 @@ def _proof(found: "SafeFriction") -> str:
     if math.isinf(offset):
         return f"at {at} every motion decays"
     return f"at {at} motion from rest within ±{offset:.3g} m of the equilibrium decays"
+
+
+def verdict_rows(found: "SafeFriction") -> list[tuple[str, str]]:
+    """The verdict, what coexists at the friction of the set, and what each statement rests on."""
+    here = coexistence_here(found)
+    coexisting = [(f"at μ = {found.parameters.mu:.4g}", here)] if here else []
+    return [("verdict", safety_words(found)), *coexisting, *basis_rows(found)]

@@ -1,17 +1,7 @@
 """Sounds among the studies."""
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from fivtui.results import StudyKind
+from fivtui.results import StudyKind, listed
 
-if TYPE_CHECKING:
-    from .audio import SoundFile
-
-
-def _print(result: "SoundFile") -> None:
-    from fivtui.console import print_list
-
-    print_list("Sound", result._summary())
-
-
-SOUND: Final = StudyKind(data="sound", show=_print)
+SOUND: Final = StudyKind(data="sound", show=listed("Sound"))

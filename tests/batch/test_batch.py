@@ -327,7 +327,7 @@ def test_memory_is_that_of_the_inputs_and_outputs() -> None:
         ({"parameters": {"F": [[1.0]]}}, "one axis"),
         ({"parameters": {"F": ["much"]}}, "F: not an array of numbers"),
         ({"parameters": {"F": [1.0, math.nan]}}, "member 1: F = nan"),
-        ({"parameters": {"m": [1.0, 2.0, 0.0]}}, "member 2: m = 0: must be above 0"),
+        ({"parameters": {"m": [1.0, 2.0, 0.0]}}, "member 2: m = 0: must be from 1e-12"),
         ({"parameters": np.ones((2, 8))}, r"shape \(2, 8\); must be \(n, 9\)"),
         ({"start": [1.0, 2.0]}, r"shape \(2,\); must be static"),
         ({"start": "moving"}, "start = 'moving'"),
