@@ -4,7 +4,7 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from fivtui.model import System, time_tables
+from fivtui.model import OnProgress, System, time_tables
 
 from .model import Parameters, Rows, unknown_name
 from .transient import (
@@ -15,7 +15,6 @@ from .transient import (
     METHODS,
     KernelChoice,
     OnSamples,
-    Progress,
     Request,
     Samples,
     Start,
@@ -43,7 +42,7 @@ def simulate(
     step: float | None = None,
     samples: Samples = "none",
     max_steps: int = MAX_STEPS,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     kernel: KernelChoice = "auto",
     on_samples: OnSamples | None = None,
     sensitivities: Sequence[str] = (),
@@ -141,7 +140,7 @@ def simulate(
 
 
 def compute(
-    request: Request, *, progress: Progress | None = None, on_samples: OnSamples | None = None
+    request: Request, *, progress: OnProgress | None = None, on_samples: OnSamples | None = None
 ) -> Transient:
     """Compute the transient of a request; see `simulate`."""
     if request.method not in ALL_METHODS:

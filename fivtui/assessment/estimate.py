@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Parameters
+from fivtui.model import OnProgress, Parameters, Progress
 from fivtui.results import Result, scene_text
 from fivtui.scene import Scene, as_scene, runs_part
 from fivtui.simulation import compute
@@ -16,7 +16,6 @@ from fivtui.transient import (
     METHODS,
     TOL_RANGE,
     Divergence,
-    Progress,
     Request,
     Start,
     Transient,
@@ -101,7 +100,7 @@ def accuracy(
     start: Start | None = None,
     method: str | None = None,
     step: float | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Accuracy:
     """Estimate the errors of a run.
 
@@ -140,7 +139,7 @@ def accuracy(
     scene = as_scene(
         scene, t_end=t_end, tol=tol, separation=separation, start=start, method=method, step=step
     )
-    report = progress or (lambda _fraction: True)
+    work = Progress(progress)
     request = scene.request()
     tol, step = scene.tol, scene.step
     if scene.method in METHODS and METHODS[scene.method].fixed_step:
@@ -151,12 +150,12 @@ def accuracy(
         finer = f"tol {tol:g}"
 
     def run(request: Request, begin: float) -> Transient:
-        return compute(request, progress=lambda fraction: report(begin + fraction / 3.0))
+        return compute(request, progress=work.part(begin, begin + 1.0 / 3.0).advance)
 
     asked = run(request, 0.0)
     other = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
-    growth = error_growth(request, progress=lambda fraction: report((2.0 + fraction) / 3.0))
-    report(1.0)
+    growth = error_growth(request, progress=work.part(2.0 / 3.0, 1.0).advance)
+    work.advance(1.0)
     ours, theirs, rounding = _numbers(asked), _numbers(other), _rounding(asked)
     return Accuracy(
         run=asked,

@@ -9,11 +9,18 @@ do where the slider begins to stick, or friction jumps. They are measured in (x,
 
 import enum
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model import Cancelled, ComputationError, State, System, time_scale
+from fivtui.model import (
+    ComputationError,
+    OnProgress,
+    Progress,
+    State,
+    System,
+    time_scale,
+)
 from fivtui.taylor import Seed
 from fivtui.transient import Request, vary
 
@@ -64,9 +71,7 @@ class ErrorGrowth:
     duration: float
 
 
-def error_growth(
-    request: Request, *, progress: Callable[[float], bool] | None = None
-) -> ErrorGrowth:
+def error_growth(request: Request, *, progress: OnProgress | None = None) -> ErrorGrowth:
     """Follow a deviation from a motion over its length and measure how it grows.
 
     Uses the Taylor method at the request's tolerance. Raises `ComputationError` if the run cannot
@@ -94,10 +99,9 @@ def error_growth(
 
     state = request.initial
     deviation: State = (0.5, 0.5 * frequency, 0.5, 0.5 * frequency)
-    growth, sizes = [0.0], [size(state)]
+    growth, sizes, work = [0.0], [size(state)], Progress(progress)
     for count in range(_STRETCHES):
-        if progress is not None and not progress(count / _STRETCHES):
-            raise Cancelled
+        work.report(count / _STRETCHES)
         state, (dx, dvx, dy, dvy) = after(state, deviation)
         length = max(size((dx, dvx, dy, dvy)), 1e-300)
         growth.append(growth[-1] + math.log(length))

@@ -12,9 +12,17 @@ from functools import cache
 from importlib.resources import files
 from typing import Final
 
-from fivtui.model import Cancelled, ComputationError, InputError, Parameters, unknown_name
+from fivtui.model import (
+    Cancelled,
+    ComputationError,
+    InputError,
+    OnProgress,
+    Parameters,
+    Progress,
+    unknown_name,
+)
 from fivtui.simulation import simulate
-from fivtui.transient import KernelChoice, Progress, Start, Transient
+from fivtui.transient import KernelChoice, Start, Transient
 
 TRUTH_FILE: Final = "stress_truth.json"
 _TOL: Final = 1e-9
@@ -233,7 +241,7 @@ def run_stress_tests(
     tests: Sequence[str] = tuple(STRESS_TESTS),
     methods: Sequence[str] = tuple(METHODS_UNDER_TEST),
     *,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> dict[str, dict[str, StressResult]]:
     """Run methods on stress tests.
 
@@ -264,12 +272,11 @@ def run_stress_tests(
     _check_names("method", methods, METHODS_UNDER_TEST)
     found: dict[str, dict[str, StressResult]] = {name: {} for name in tests}
     pairs = [(test, method) for test in tests for method in methods]
+    work = Progress(progress)
     for count, (test, method) in enumerate(pairs):
-        if progress is not None and not progress(count / len(pairs)):
-            raise Cancelled
+        work.report(count / len(pairs))
         found[test][method] = run_stress_test(STRESS_TESTS[test], METHODS_UNDER_TEST[method])
-    if progress is not None:
-        progress(1.0)
+    work.advance(1.0)
     return found
 
 

@@ -16,6 +16,7 @@ from fivtui.model import (
     PARAMETERS,
     Cancelled,
     InputError,
+    OnProgress,
     Parameters,
     check_parameters,
     unknown_name,
@@ -25,7 +26,6 @@ from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
     MAX_STEPS,
-    Progress,
     check_horizon,
     check_max_steps,
     check_tolerance,
@@ -62,7 +62,7 @@ def simulate_batch(
     require: Collection[Requirement] = ("final", "peak", "steady", "events"),
     max_steps: int = MAX_STEPS,
     workers: int | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Batch:
     """Compute many transients with the compiled kernel, or interpreted where there is none.
 
@@ -177,7 +177,7 @@ class _Work:
         self._next, self._done = 0, 0.0
         self._stop = False
 
-    def run(self, kernel: Kernel | None, workers: int, report: Progress) -> None:
+    def run(self, kernel: Kernel | None, workers: int, report: OnProgress) -> None:
         """Compute all members."""
         workers = min(workers, -(-self._size // _LEAST_CHUNK))
         running: set[Future[None]] = set()

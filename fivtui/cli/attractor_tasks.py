@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from fivtui.model import ALL_PARAMETERS, InputError
+from fivtui.model import ALL_PARAMETERS, InputError, OnProgress
 from fivtui.orbits import Explorer, basin, coexistence, continuation
 from fivtui.ranges import parse_range, parse_ranges
 from fivtui.scene import Scene
 from fivtui.studies import study
-from fivtui.transient import START_SPECS, Progress, Start
+from fivtui.transient import START_SPECS, Start
 
 from .arguments import times_words
 from .deliver import check_outputs, warn, write
@@ -22,7 +22,7 @@ class Task(NamedTuple):
     """A computation of attractors, and the kind of study that its result is of."""
 
     kind: str
-    compute: Callable[[Scene, Progress], Any]
+    compute: Callable[[Scene, OnProgress], Any]
 
 
 def choose_task(vary: str | None, ranges: Sequence[str], start: Start | None) -> Task:
@@ -39,7 +39,7 @@ def choose_task(vary: str | None, ranges: Sequence[str], start: Start | None) ->
 def _along(text: str) -> Task:
     along = parse_range("--vary", text, ALL_PARAMETERS)
 
-    def compute(scene: Scene, progress: Progress) -> Any:
+    def compute(scene: Scene, progress: OnProgress) -> Any:
         return continuation(
             scene.parameters,
             along.name,
@@ -56,7 +56,7 @@ def _slice(texts: Sequence[str], start: Start | None) -> Task:
     if len(ranges) != _BASIN_RANGES:
         raise InputError(f"--basin: given {times_words(len(ranges))}; must be given twice")
 
-    def compute(scene: Scene, progress: Progress) -> Any:
+    def compute(scene: Scene, progress: OnProgress) -> Any:
         over = {each.name: each.values() for each in ranges}
         return basin(
             scene.parameters, over, separation=scene.separation, start=start, progress=progress
@@ -66,13 +66,13 @@ def _slice(texts: Sequence[str], start: Start | None) -> Task:
 
 
 def _from(start: Start) -> Task:
-    def compute(scene: Scene, _progress: Progress) -> Any:
+    def compute(scene: Scene, _progress: OnProgress) -> Any:
         return Explorer(scene.system).reach(start)
 
     return Task("attractor", compute)
 
 
-def _search(scene: Scene, progress: Progress) -> Any:
+def _search(scene: Scene, progress: OnProgress) -> Any:
     return coexistence(scene.system, progress=progress)
 
 

@@ -22,8 +22,8 @@ from .options import (
 )
 
 if TYPE_CHECKING:
+    from fivtui.model import OnProgress
     from fivtui.scene import Scene
-    from fivtui.transient import Progress
 
 _Range = tuple[float, float]
 
@@ -91,7 +91,7 @@ def branch(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     show(kind, result, as_json=given["as_json"])
 
 
-_Computation = tuple[str, Callable[["Progress"], Any]]
+_Computation = tuple[str, Callable[["OnProgress"], Any]]
 
 
 def _branch(scene: "Scene", given: Mapping[str, Any]) -> _Computation:

@@ -24,7 +24,7 @@ from .completion import ERROR_VALUES, SET_VALUES
 from .paths import InputFile, OutputFile, OutputFolder, SceneName
 
 if TYPE_CHECKING:
-    from fivtui.console import Progress
+    from fivtui.console import ProgressBar
     from fivtui.scene import Scene
     from fivtui.transient import Start
 
@@ -205,12 +205,12 @@ def say_written(*paths: Path, note: str = "") -> None:
     say(f"wrote {files_text(*paths)}{note and f': {note}'}")
 
 
-def progress_bar(label: str) -> "Progress":
+def progress_bar(label: str) -> "ProgressBar":
     """A progress bar; says before it, once, why what is computed is not compiled, if it is not."""
-    from fivtui.console import Progress
+    from fivtui.console import ProgressBar
 
     _say_why_interpreted()
-    return Progress(label)
+    return ProgressBar(label)
 
 
 @cache

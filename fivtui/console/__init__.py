@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .numbers import number as number
     from .printing import (
-        Progress as Progress,
+        ProgressBar as ProgressBar,
         parameter_line as parameter_line,
         print_list as print_list,
         print_rows as print_rows,

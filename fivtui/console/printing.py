@@ -23,7 +23,7 @@ _PATIENCE_S: Final = 1.0
 _NO_LIMIT: Final = 1_000_000
 
 
-class Progress:
+class ProgressBar:
     """A progress bar on stderr that appears after a second.
 
     `label` says what is being computed, `remaining` whether the time left is shown.

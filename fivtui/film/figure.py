@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from fivtui.charts import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
 from fivtui.io import check_output, check_suffix, files_text, save_bytes, temporary_folder
-from fivtui.model import ALWAYS_SLIDING, Cancelled, InputError, Mode
+from fivtui.model import ALWAYS_SLIDING, Cancelled, InputError, Mode, OnProgress
 from fivtui.results import Result
 from fivtui.signals import motion_at
-from fivtui.transient import Progress, Trajectory, Transient
+from fivtui.transient import Trajectory, Transient
 
 from .shapes import MODE_NAMES, Layout, layout_of, shapes_at
 from .timing import FRAMES_PER_SECOND, Timing, film_timing, speed_words
@@ -103,7 +103,7 @@ def animate(
     window: tuple[float, float] | None = None,
     speed: float | None = None,
     force: bool = False,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Film:
     """Write a film of the slider on the belt.
 

@@ -21,12 +21,12 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Interval,
+    OnProgress,
     check_names,
     unknown_name,
 )
 from fivtui.results import Result
 from fivtui.taylor import TOL_RANGE
-from fivtui.transient import Progress
 
 from .inputs import TIME, signals_from, start_values_of, with_finite_belt
 from .instance import FmuFile, extracted, instantiated, interrupts_deferred
@@ -108,7 +108,7 @@ def run_fmu(
     outputs: Sequence[str] | None = None,
     input_csv: str | Path | None = None,
     tol: float | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> FmuRun:
     """Run an FMU for co-simulation, FMI 2.0 or 3.0.
 
@@ -221,7 +221,7 @@ def _simulate(
     fmu: FmuFile,
     span: tuple[float, float],
     options: Mapping[str, Any],
-    progress: Progress | None,
+    progress: OnProgress | None,
 ) -> tuple[NDArray[Any], tuple[str, ...]]:
     from fmpy import simulate_fmu
 

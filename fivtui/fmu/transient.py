@@ -12,11 +12,10 @@ from typing import BinaryIO, Final
 import numpy as np
 
 from fivtui.io import temporary_folder, write_atomically
-from fivtui.model import COLUMNS, Cancelled, ComputationError, InputError, time_scale
+from fivtui.model import COLUMNS, Cancelled, ComputationError, InputError, OnProgress, time_scale
 from fivtui.transient import (
     FMU_FLAVOURS,
     OnSamples,
-    Progress,
     Recorder,
     Request,
     Trajectory,
@@ -46,7 +45,7 @@ def _built(flavour: str) -> bytes:
 def integrate_fmu(
     request: Request,
     *,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     on_samples: OnSamples | None = None,
     fmu: Path | None = None,
 ) -> Transient:

@@ -1,6 +1,6 @@
 """Least vertical displacements from rest that end on another attractor, of many sets at once."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fivtui.batch import simulate_batch
 from fivtui.kernel import Status
-from fivtui.model import System, equilibrium
+from fivtui.model import Progress, System, equilibrium
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def escape_offsets(
     columns: Mapping[str, Floats],
     sizes: Floats,
     *,
-    tell: Callable[[float], None],
+    work: Progress,
 ) -> Floats:
     """The least displacement from rest, up or down, that escapes, to 2 %; NaN where none does.
 
@@ -45,12 +45,12 @@ def escape_offsets(
         Those that do.
     sizes : ndarray, shape (n,)
         Half peak-to-peak of y of the cycle at the fold of each set, m.
-    tell : callable
-        Called with the fraction done; raises `Cancelled` to end the work.
+    work : Progress
+        Takes the fraction done.
     """
     found = np.full(sizes.size, np.nan)
     for begin in range(0, sizes.size, _CHUNK):
-        tell(begin / sizes.size)
+        work.report(begin / sizes.size)
         part = slice(begin, begin + _CHUNK)
         chosen = {name: column[part] for name, column in columns.items()}
         found[part] = _Chunk(system, chosen, sizes[part]).least()

@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mus
 from fivtui.model import (
-    Cancelled,
     ComputationError,
     InputError,
+    OnProgress,
     Parameters,
+    Progress,
     System,
     check_always_sliding,
     system_of,
 )
 from fivtui.orbits import folds_of
 from fivtui.safety import SafeFriction, safe_friction
-from fivtui.transient import Progress
 
 from .escape import escape_offsets
 from .result import MAP_VALUES, SAFETY_VALUES, StabilityMap
@@ -41,7 +41,7 @@ def safety_map(
     value: str = "safe-mu",
     *,
     separation: bool = True,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> StabilityMap:
     """Map the safe friction coefficient, or where a knock is enough to squeal.
 
@@ -101,15 +101,11 @@ def safety_map(
     plain = stability_map(p, over, "unstable-modes", separation=separation)
     critical = _critical_over(plain)
     share = 1.0 if value == "safe-mu" else 0.5
-
-    def tell(fraction: float) -> None:
-        if progress is not None and not progress(fraction):
-            raise Cancelled
-
+    work = Progress(progress)
     varied = {
         name: axis for name, axis in zip(plain.names, plain.axes, strict=True) if name != "mu"
     }
-    verdicts, least, sizes = _folds(system, varied, lambda done: tell(share * done))
+    verdicts, least, sizes = _folds(system, varied, work.part(0.0, share))
     shape = critical.shape
     if "mu" in plain.names:
         axis = plain.names.index("mu")
@@ -134,11 +130,10 @@ def safety_map(
             system,
             {name: mesh[inside] for name, mesh in plain.grid.meshes().items()},
             sizes[inside],
-            tell=lambda done: tell(share + (1.0 - share) * done),
+            work=work.part(share, 1.0),
         )
         quantities |= {"region": regions, "escape_offset": escape}
-    if progress is not None:
-        progress(1.0)
+    work.advance(1.0)
     return replace(plain, value=kind, quantities=quantities, searched=searched)
 
 
@@ -148,7 +143,7 @@ def compute_map(
     value: str,
     *,
     separation: bool = True,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> StabilityMap:
     """A map of any value, as `stability_map` and `safety_map` compute them."""
     compute = safety_map if map_value(value, MAP_VALUES) in SAFETY_VALUES else stability_map
@@ -175,7 +170,7 @@ def _critical_over(plain: StabilityMap) -> Floats:
 
 
 def _folds(
-    system: System, varied: Mapping[str, Floats], tell: Callable[[float], None]
+    system: System, varied: Mapping[str, Floats], work: Progress
 ) -> tuple[dict[tuple[int, ...], SafeFriction], Floats, Floats]:
     # Verdicts of global searches by place; at every point the least μ of a fold, and its size.
     p, separation = system.parameters, system.separation
@@ -188,7 +183,7 @@ def _folds(
     verdicts: dict[tuple[int, ...], SafeFriction] = {}
     places = searched_places(shape)
     for count, place in enumerate(places):
-        tell(_SHARE_OF_SEARCHES * count / len(places))
+        work.report(_SHARE_OF_SEARCHES * count / len(places))
         values = {
             name: float(axis[at]) for (name, axis), at in zip(varied.items(), place, strict=True)
         }
@@ -203,7 +198,7 @@ def _folds(
     sheets = FoldSheets(
         system,
         varied,
-        tell=lambda done: tell(_SHARE_OF_SEARCHES + (1.0 - _SHARE_OF_SEARCHES) * done),
+        work=work.part(_SHARE_OF_SEARCHES, 1.0),
         seeds=seeds,
     )
     return verdicts, *sheets.least()

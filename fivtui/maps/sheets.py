@@ -1,7 +1,7 @@
 """Folds of limit cycles over a grid of parameter sets, each found from that of a neighbour."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Final
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import lowest_critical_mu
-from fivtui.model import ComputationError, System
+from fivtui.model import ComputationError, Progress, System
 from fivtui.orbits import FoldOrbit, branch, fold_near, folds_of
 
 Floats = NDArray[np.float64]
@@ -54,8 +54,8 @@ class FoldSheets:
         The system, with the parameters that do not vary.
     over : mapping of str to ndarray
         One or two parameters that vary, none of them μ, and their values.
-    tell : callable
-        Called with the fraction done; raises `Cancelled` to end the work.
+    work : Progress
+        Takes the fraction done.
     seeds : iterable of (tuple of int, FoldOrbit)
         Folds that are known, with the indices of their points.
     """
@@ -65,10 +65,10 @@ class FoldSheets:
         system: System,
         over: Mapping[str, Floats],
         *,
-        tell: Callable[[float], None],
+        work: Progress,
         seeds: Iterable[tuple[Place, FoldOrbit]] = (),
     ) -> None:
-        self._system, self._over, self._tell = system, dict(over), tell
+        self._system, self._over, self._work = system, dict(over), work
         self._shape = tuple(values.size for values in over.values())
         self._directions = [
             tuple(sign if axis == one else 0 for axis in range(len(self._shape)))
@@ -88,7 +88,7 @@ class FoldSheets:
             place, reached = self._waiting.popleft()
             done += 1
             # How many folds a point has is not known before.
-            self._tell(_SHARE_OF_ANCHORS + (1.0 - _SHARE_OF_ANCHORS) * done / (done + total))
+            self._work.report(_SHARE_OF_ANCHORS + (1.0 - _SHARE_OF_ANCHORS) * done / (done + total))
             for direction in self._directions:
                 self._step(place, reached, direction)
         mu, sizes = np.full(self._shape, np.nan), np.full(self._shape, np.nan)
@@ -105,7 +105,7 @@ class FoldSheets:
         ]
         places = list(product(*chosen))
         for count, place in enumerate(places):
-            self._tell(_SHARE_OF_ANCHORS * count / len(places))
+            self._work.report(_SHARE_OF_ANCHORS * count / len(places))
             system = self._set(place)
             critical = lowest_critical_mu(system)
             if critical is None:

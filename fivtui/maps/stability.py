@@ -3,7 +3,7 @@
 Computed in chunks, which need little more memory than the map itself.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from fivtui.equilibrium import StabilityPoints, critical_mus, is_on_belt, judge_growths
 from fivtui.model import (
-    Cancelled,
     InputError,
+    OnProgress,
     Parameters,
+    Progress,
     check_effect,
     parameter_spec,
     system_of,
@@ -25,7 +26,6 @@ from fivtui.results import grid_of
 from .result import MAP_VALUES, SAFETY_VALUES, SHOWN, MapValue, StabilityMap
 
 FloatArray = NDArray[np.float64]
-Progress = Callable[[float], bool]
 
 EIGENVALUE_VALUES: Final = tuple(value for value in MAP_VALUES if value not in SAFETY_VALUES)
 MAX_POINTS: Final = 100_000_000
@@ -41,7 +41,7 @@ def stability_map(
     value: str = "growth-rate",
     *,
     separation: bool = True,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> StabilityMap:
     """Map the growth rate, critical μ or number of unstable modes over two parameters.
 
@@ -91,11 +91,11 @@ def stability_map(
     check_points(total, MAX_POINTS)
     (first, second), (rows, columns) = grid.names, grid.axes
     values, excess = np.empty(total), np.empty(total)
+    work = Progress(progress)
     on_belt = is_on_belt(p, over)
     chunk = _CHUNK_ON_BELT if on_belt else _CHUNK
     for start in range(0, total, chunk):
-        if progress is not None and not progress(start / total):
-            raise Cancelled
+        work.report(start / total)
         place = np.arange(start, min(start + chunk, total))
         row, column = np.divmod(place, columns.size)
         varied = {first: rows[row], second: columns[column]}
@@ -107,8 +107,7 @@ def stability_map(
             points = StabilityPoints(p, varied, np.full(place.size, separation))
             excess[place] = points.excess()
             values[place] = _evaluated(points, value, excess[place])
-    if progress is not None:
-        progress(1.0)
+    work.advance(1.0)
     return StabilityMap(
         system=system,
         grid=grid,

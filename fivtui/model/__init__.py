@@ -84,6 +84,7 @@ if TYPE_CHECKING:
         unused_parameters as unused_parameters,
         without_effect as without_effect,
     )
+    from .progress import OnProgress as OnProgress, Progress as Progress
     from .slider_belt import (
         Equilibrium as Equilibrium,
         State as State,

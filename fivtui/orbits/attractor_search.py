@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from fivtui.model import Cancelled, Parameters, System, system_of
+from fivtui.model import OnProgress, Parameters, Progress, System, system_of
 from fivtui.results import SystemResult, scene_text, to_data
-from fivtui.transient import Kernel, Progress
+from fivtui.transient import Kernel
 
 from .basins import EscapeOffset, escape_offset
 from .explorer import AT_REST, Attractor, Kind, search
@@ -116,7 +116,7 @@ def attractors(
     parameters: Parameters | None = None,
     *,
     separation: bool = True,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Coexistence:
     """Find what motions end in: the equilibrium, limit cycles, or unbounded growth.
 
@@ -156,23 +156,19 @@ def coexistence(
     system: System,
     *,
     kernel: Kernel | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     found: Callable[[Coexistence], None] = lambda _: None,
 ) -> Coexistence:
     """As `attractors`, by a chosen kernel; `found` is called with the attractors as soon as known.
 
     The search for the offsets that leave the equilibrium follows, and takes longer.
     """
-
-    def part(start: float, share: float) -> Progress:
-        return lambda done: progress is None or progress(start + share * done)
-
-    ends = search(system, kernel=kernel, progress=part(0.0, _SEARCH))
+    work = Progress(progress)
+    ends = search(system, kernel=kernel, progress=work.part(0.0, _SEARCH).advance)
     result = Coexistence(system, ends.attractors, ends.reached, ends.stable, None)
     if not result.coexists:
-        if progress is not None and not progress(1.0):
-            raise Cancelled
+        work.report(1.0)
         return result
     found(result)
-    escape = escape_offset(system, kernel=kernel, progress=part(_SEARCH, 1.0 - _SEARCH))
+    escape = escape_offset(system, kernel=kernel, progress=work.part(_SEARCH, 1.0).advance)
     return replace(result, escape=escape)

@@ -11,17 +11,19 @@ from numpy.typing import NDArray
 from fivtui.model import (
     Column,
     InputError,
+    OnProgress,
     Parameters,
     ParameterSpec,
+    Progress,
     State,
     System,
     system_of,
     unknown_name,
 )
 from fivtui.results import Grid, GridResult, Table, grid_of, scene_text, to_data
-from fivtui.transient import START_SPECS, Kernel, Progress, Start, resolve_start
+from fivtui.transient import START_SPECS, Kernel, Start, resolve_start
 
-from .explorer import Attractor, Explorer, Kind, Watch, add_new
+from .explorer import Attractor, Explorer, Kind, add_new
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -128,7 +130,7 @@ def basin(
     separation: bool = True,
     start: Start | None = None,
     kernel: Kernel | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Basin:
     """Find which attractor is reached from each start in a plane.
 
@@ -174,20 +176,19 @@ def basin(
     grid = grid_of("basin", over, _start_spec)
     if grid.size > MAX_STARTS:
         raise InputError(f"basin: {grid.size} starts; must be at most {MAX_STARTS}")
-    watch = Watch(progress)
-    explorer = Explorer(system, kernel=kernel, go_on=watch.go_on)
+    work = Progress(progress)
+    explorer = Explorer(system, kernel=kernel, go_on=work.go_on)
     base = explorer.rest if start is None else resolve_start(system, start)
     components = tuple(list(START_SPECS).index(name) for name in grid.names)
     found: list[Attractor] = []
     reached = np.empty(grid.size, dtype=np.int64)
     for index, pair in enumerate(product(*(axis.tolist() for axis in grid.axes))):
-        watch.tell(index / grid.size)
+        work.report(index / grid.size)
         state = list(base)
         for component, value in zip(components, pair, strict=True):
             state[component] = value
         reached[index] = add_new(found, explorer.reach(state))
-    if progress is not None:
-        progress(1.0)
+    work.advance(1.0)
     return Basin(
         system=system,
         start=base,
@@ -218,7 +219,7 @@ def escape_offset(
     system: System,
     *,
     kernel: Kernel | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> EscapeOffset | None:
     """The smallest vertical offsets that leave the basin of a stable equilibrium.
 
@@ -227,8 +228,8 @@ def escape_offset(
     None if the equilibrium is not stable. Raises `ComputationError` if a motion cannot be followed,
     and `Cancelled`.
     """
-    watch = Watch(progress)
-    explorer = Explorer(system, kernel=kernel, go_on=watch.go_on)
+    work = Progress(progress)
+    explorer = Explorer(system, kernel=kernel, go_on=work.go_on)
     if not explorer.equilibrium_attracts:
         return None
     x, _, y, _ = explorer.rest
@@ -241,7 +242,7 @@ def escape_offset(
 
         inside, outside = 0.0, None
         for step, offset in enumerate(ladder):
-            watch.tell((turn + step / len(ladder)) / 2.0)
+            work.report((turn + step / len(ladder)) / 2.0)
             kind = end(offset)
             if kind is Kind.EQUILIBRIUM:
                 inside = offset
@@ -249,8 +250,7 @@ def escape_offset(
             outside = None if kind is Kind.UNSETTLED else offset
             break
         found.append(None if outside is None else _bisected(end, inside, outside))
-    if progress is not None:
-        progress(1.0)
+    work.advance(1.0)
     return EscapeOffset(*found)
 
 

@@ -12,8 +12,10 @@ from fivtui.model import (
     ALL_PARAMETERS,
     Column,
     InputError,
+    OnProgress,
     Parameters,
     ParameterSpec,
+    Progress,
     State,
     System,
     check_effect,
@@ -21,9 +23,9 @@ from fivtui.model import (
     system_of,
 )
 from fivtui.results import Table, TableResult, scene_text
-from fivtui.transient import Kernel, Progress
+from fivtui.transient import Kernel
 
-from .explorer import AT_REST, Attractor, Explorer, Kind, Watch, add_new, starts_around
+from .explorer import AT_REST, Attractor, Explorer, Kind, add_new, starts_around
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -184,7 +186,7 @@ def continuation(
     *,
     separation: bool = True,
     kernel: Kernel | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Continuation:
     """Follow attractors along a parameter, up and then down.
 
@@ -237,13 +239,13 @@ def continuation(
         system.with_values({name: extreme})
     found: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
     met: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
-    watch = Watch(progress)
+    work = Progress(progress)
     for turn, direction in enumerate(DIRECTIONS):
         starts: list[State] | None = None
         for step, value in enumerate(found if direction == "up" else reversed(found)):
-            watch.tell((turn + step / grid.size) / 2.0)
+            work.report((turn + step / grid.size) / 2.0)
             at = system.with_values({name: value})
-            explorer = Explorer(at, kernel=kernel, go_on=watch.go_on)
+            explorer = Explorer(at, kernel=kernel, go_on=work.go_on)
             if starts is None:
                 starts = starts_around(explorer)
             here: list[Attractor] = []
@@ -255,8 +257,7 @@ def continuation(
                     met[value].append([])
                 met[value][place].append(direction)
             starts = [_carried(explorer, attractor) for attractor in here]
-    if progress is not None:
-        progress(1.0)
+    work.advance(1.0)
     points = (
         BranchPoint(value, tuple(directions), attractor)
         for value in found

@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 from fivtui.kernel import stepping_kernel
 from fivtui.model import (
     IN_CONTACT,
-    Cancelled,
     ComputationError,
     Mode,
+    OnProgress,
+    Progress,
     State,
     System,
     static_start,
 )
 from fivtui.results import to_data
-from fivtui.transient import Kernel, Progress, Request, Start, Transient, integrate, resolve_start
+from fivtui.transient import Kernel, Request, Start, Transient, integrate, resolve_start
 
 from .decay import Attraction
 from .rest import length_scale, reference_point, slowest_period, stays_stuck
@@ -367,29 +368,12 @@ def starts_around(explorer: Explorer) -> list[State]:
     return [static_start(explorer.system), *around]
 
 
-class Watch:
-    """Progress of a search; between its steps it only asks whether to continue."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self._progress, self._fraction = progress, 0.0
-
-    def go_on(self) -> bool:
-        """Whether to continue."""
-        return self._progress is None or self._progress(self._fraction)
-
-    def tell(self, fraction: float) -> None:
-        """Report the fraction done; raise `Cancelled` if the search is to stop."""
-        self._fraction = fraction
-        if not self.go_on():
-            raise Cancelled
-
-
 def find_attractors(
     system: System,
     *,
     starts: Iterable[Start] | None = None,
     kernel: Kernel | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> tuple[Attractor, ...]:
     """The attractors reached from several starts, by default `starts_around` the equilibrium.
 
@@ -416,19 +400,18 @@ def search(
     *,
     starts: Iterable[Start] | None = None,
     kernel: Kernel | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> FoundAttractors:
     """As `find_attractors`, with the attractor that each start reaches."""
-    watch = Watch(progress)
-    explorer = Explorer(system, kernel=kernel, go_on=watch.go_on)
+    work = Progress(progress)
+    explorer = Explorer(system, kernel=kernel, go_on=work.go_on)
     chosen = list(starts_around(explorer) if starts is None else starts)
     found: list[Attractor] = []
     reached = []
     for index, start in enumerate(chosen):
-        watch.tell(index / len(chosen))
+        work.report(index / len(chosen))
         reached.append(add_new(found, explorer.reach(start)))
-    if progress is not None:
-        progress(1.0)
+    work.advance(1.0)
     order = sorted(range(len(found)), key=lambda at: _place(found[at]))
     return FoundAttractors(
         tuple(found[at] for at in order),

@@ -18,10 +18,10 @@ from typing import Final
 import numpy as np
 
 from fivtui.batch import simulate_batch
-from fivtui.model import Cancelled, ComputationError, InputError
+from fivtui.model import Cancelled, ComputationError, InputError, OnProgress
 from fivtui.scene import Scene
 from fivtui.simulation import compute
-from fivtui.transient import Progress, resolve_start
+from fivtui.transient import resolve_start
 
 # Starting a process takes as long as some runs.
 _RUNS_A_WORKER: Final = 16
@@ -47,7 +47,7 @@ def measure(scene: Scene) -> Amplitude:
 
 
 def measure_all(
-    scenes: Sequence[Scene], *, workers: int | None = None, progress: Progress | None = None
+    scenes: Sequence[Scene], *, workers: int | None = None, progress: OnProgress | None = None
 ) -> list[Amplitude]:
     """Amplitudes of many scenes, in their order.
 
@@ -81,7 +81,7 @@ def measure_all(
     return [results[place] for place in range(len(scenes))]
 
 
-def _batched(scenes: Sequence[Scene], workers: int, progress: Progress) -> list[Amplitude]:
+def _batched(scenes: Sequence[Scene], workers: int, progress: OnProgress) -> list[Amplitude]:
     # Taylor scenes of equal length and tolerance.
     batch = simulate_batch(
         np.array([scene.parameters.values() for scene in scenes]),
@@ -112,7 +112,7 @@ def _named(scene: Scene, error: ComputationError) -> ComputationError:
     return ComputationError(f"{scene.name} ({values}): {error.why}", error.advice)
 
 
-def _one_by_one(scenes: Sequence[Scene], workers: int, progress: Progress) -> list[Amplitude]:
+def _one_by_one(scenes: Sequence[Scene], workers: int, progress: OnProgress) -> list[Amplitude]:
     results: list[Amplitude] = []
     with _mapped(scenes, min(workers, len(scenes) // _RUNS_A_WORKER)) as amplitudes:
         for amplitude in amplitudes:

@@ -8,8 +8,7 @@ from typing import Final
 
 from fivtui.charts import FORMATS, save_figure
 from fivtui.io import check_apart, check_output, written_together
-from fivtui.model import Cancelled, InputError, check_names, unknown_name
-from fivtui.transient import Progress
+from fivtui.model import Cancelled, InputError, OnProgress, check_names, unknown_name
 
 from .data import save_data
 from .drawing import draw
@@ -74,7 +73,7 @@ def figures(
     *,
     formats: Sequence[str] = DEFAULT_FORMATS,
     force: bool = False,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> list[FigureFiles]:
     """Draw the paper's figures into files, each with its data as CSV.
 
@@ -123,7 +122,7 @@ def save_figures(
     formats: Sequence[str] = DEFAULT_FORMATS,
     force: bool = False,
     results: PaperResults | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> list[FigureFiles]:
     """Compute figures, then write them with their data; parameters and errors as `figures`.
 

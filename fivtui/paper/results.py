@@ -5,10 +5,10 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import Cancelled
+from fivtui.model import Cancelled, OnProgress
 from fivtui.scene import Scene
 from fivtui.simulation import compute
-from fivtui.transient import Progress, Transient
+from fivtui.transient import Transient
 
 from .amplitudes import Amplitude, measure_all
 from .data import FigureData
@@ -39,7 +39,7 @@ class PaperResults:
         self._runs: dict[Scene, Transient] = {}
         self._amplitudes: dict[Scene, Amplitude] = {}
 
-    def prepare(self, scenes: Iterable[Scene], progress: Progress | None = None) -> None:
+    def prepare(self, scenes: Iterable[Scene], progress: OnProgress | None = None) -> None:
         """Compute the amplitudes of many scenes at once, unless already known.
 
         `progress` is called with the fraction done; raises `Cancelled` if it returns False, and

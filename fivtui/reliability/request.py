@@ -9,7 +9,15 @@ import numpy as np
 
 from fivtui.distributions import Distribution, parse_distribution, parse_scattered
 from fivtui.equilibrium import is_on_belt
-from fivtui.model import PARAMETERS, InputError, Interval, Parameters, System, parse_number
+from fivtui.model import (
+    PARAMETERS,
+    InputError,
+    Interval,
+    OnProgress,
+    Parameters,
+    System,
+    parse_number,
+)
 from fivtui.safety import MOST_FOLDS, safe_table
 from fivtui.scene import Scene
 from fivtui.sweeps import (
@@ -21,7 +29,7 @@ from fivtui.sweeps import (
     Study,
     study_of,
 )
-from fivtui.transient import Progress, Start
+from fivtui.transient import Start
 
 DEFAULT_SAMPLES: Final = 1 << 14
 # With an error wanted, samples begin with this number.
@@ -139,7 +147,7 @@ def _on_belt(p: Parameters, outputs: Sequence[str], inputs: Collection[str]) -> 
     return tuple(outputs)
 
 
-def with_table(study: Study, progress: Progress | None = None) -> Study:
+def with_table(study: Study, progress: OnProgress | None = None) -> Study:
     """A study with a table of safe μ if it tells that, and so many members that one is cheaper.
 
     Over one group of parameters the table is in the range in which all but 1 in 50,000 values are.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
-from fivtui.model import ComputationError, InputError, Parameters, check_names
+from fivtui.model import ComputationError, InputError, OnProgress, Parameters, check_names
 from fivtui.scene import Scene
 from fivtui.sweeps import (
     Engine,
@@ -26,7 +26,7 @@ from fivtui.sweeps import (
     sweep_in_memory,
     sweep_to_file,
 )
-from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Progress, Start
+from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Start
 
 from .request import (
     DEFAULT_OUTPUTS,
@@ -69,7 +69,7 @@ def uncertainty(
     start: Start = "static",
     t_end: float = DEFAULT_T_END,
     tol: float = DEFAULT_TOL,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     workers: int | None = None,
 ) -> Uncertainty:
     """How likely squeal is where parameters scatter, and what drives it.
@@ -155,7 +155,7 @@ def measured(
     *,
     until: float | None = None,
     place: Place | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     tell: Tell | None = None,
 ) -> Uncertainty:
     """The result of a scattered sweep.
@@ -244,7 +244,7 @@ def _like(study: Study, other: Study) -> Study | None:
         return None
 
 
-def _swept(study: Study, engine: Engine, place: Place | None, progress: Progress | None) -> Sweep:
+def _swept(study: Study, engine: Engine, place: Place | None, progress: OnProgress | None) -> Sweep:
     check_in_memory(study)
     if place is None:
         return sweep_in_memory(study, engine, progress=progress)

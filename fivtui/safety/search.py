@@ -15,9 +15,9 @@ from scipy.stats.qmc import Sobol
 
 from fivtui.batch import Batch, simulate_batch
 from fivtui.kernel import Status
-from fivtui.model import System, equilibrium
+from fivtui.model import OnProgress, System, equilibrium
 from fivtui.orbits import Attraction, length_scale, slowest_period
-from fivtui.transient import MAX_T_END, Progress
+from fivtui.transient import MAX_T_END
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -170,7 +170,7 @@ class Round:
         top: float,
         starts: int,
         *,
-        progress: Progress | None = None,
+        progress: OnProgress | None = None,
     ) -> None:
         self._system, self._progress = system, progress
         self._levels = (top * np.linspace(_LOWEST, _HIGHEST, LEVELS)).tolist()

@@ -14,8 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mus
-from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters, System
-from fivtui.transient import Progress
+from fivtui.model import (
+    PARAMETERS,
+    ComputationError,
+    OnProgress,
+    Parameters,
+    Progress,
+    System,
+)
 
 from .least import GROUPS, MADE_OF, groups_of, least_of
 
@@ -182,7 +188,7 @@ def safe_mus(
     varied: Mapping[str, Floats],
     separation: NDArray[np.bool_],
     table: SafeTable | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Floats:
     """Safe μ of n parameter sets by continuation from the Hopf point, shape (n,).
 
@@ -215,10 +221,9 @@ def safe_mus(
         critical = critical_mus(p, varied, separation)
         return np.where(np.isnan(critical), np.nan, np.minimum(table.at(groups), critical))
     different, place = np.unique(np.column_stack([groups, separation]), axis=0, return_inverse=True)
-    found = np.full(len(different), np.nan)
+    found, work = np.full(len(different), np.nan), Progress(progress)
     for row, (*group, considered) in enumerate(different.tolist()):
-        if progress is not None and not progress(row / len(different)):
-            raise Cancelled
+        work.report(row / len(different))
         if group[0] == group[0]:
             found[row] = least_of(tuple(group), separation=bool(considered))
     return found[place.ravel()]
@@ -229,7 +234,7 @@ def safe_table(
     ranges: Mapping[str, tuple[float, float]],
     draws: Mapping[str, Floats],
     *,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> SafeTable | None:
     """A table of safe μ where parameters vary; None if nothing but μ does.
 
@@ -264,16 +269,15 @@ class _Folds:
     # Continues folds, and counts them.
 
     def __init__(
-        self, names: tuple[str, ...], progress: Progress | None, *, separation: bool
+        self, names: tuple[str, ...], progress: OnProgress | None, *, separation: bool
     ) -> None:
         self.names, self.separation = names, separation
         self.places = [GROUPS.index(name) for name in names]
         self.count = 0
-        self._progress = progress
+        self._work = Progress(progress)
 
     def at(self, coordinates: Floats) -> float:
-        if self._progress is not None and not self._progress(self.count / MOST_FOLDS):
-            raise Cancelled
+        self._work.report(self.count / MOST_FOLDS)
         self.count += 1
         return least_of(tuple(_groups(coordinates).tolist()), separation=self.separation)
 

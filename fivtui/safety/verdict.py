@@ -10,6 +10,7 @@ from fivtui.model import (
     PARAMETERS,
     Cancelled,
     ComputationError,
+    OnProgress,
     Parameters,
     System,
     check_always_sliding,
@@ -28,7 +29,6 @@ from fivtui.orbits import (
     cycles_at,
 )
 from fivtui.results import SystemResult, scene_text
-from fivtui.transient import Progress
 
 from .growth import least_mu_of_growth
 from .least import least_attracting
@@ -213,7 +213,7 @@ def safe_friction(
     parameters: Parameters | None = None,
     *,
     separation: bool = True,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> SafeFriction:
     """Find the friction coefficients below which disturbances of any size die out.
 
@@ -299,7 +299,7 @@ def _verdict(
 class _Search:
     # The work under way.
 
-    def __init__(self, system: System, progress: Progress | None) -> None:
+    def __init__(self, system: System, progress: OnProgress | None) -> None:
         self._system, self._p = system, system.parameters
         self._progress, self._fraction = progress, 0.0
         self.critical = lowest_critical_mu(system)

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mu, judge_growths
-from fivtui.model import Cancelled, InputError, System, parameter_spec
-from fivtui.transient import Progress
+from fivtui.model import InputError, OnProgress, Progress, System, parameter_spec
 
 from .table import safe_mus
 
@@ -131,7 +130,7 @@ def safety_zones(
     low: float,
     high: float,
     *,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Zones:
     """Zones over a parameter by eigenvalues and continuation.
 
@@ -337,16 +336,16 @@ def _least(scale: _Judge) -> _Bounds | None:
     return None if math.isnan(continued) else _Bounds(continued, continued)
 
 
-def _continued(scale: _Judge, progress: Progress | None) -> tuple[Floats, Floats]:
+def _continued(scale: _Judge, progress: OnProgress | None) -> tuple[Floats, Floats]:
     # Safe μ over the parameter; close together where it passes the μ of the parameter set.
     values = np.linspace(scale.low, scale.high, _CONTINUED)
     values[0] = scale.least
     found: dict[float, float] = {}
+    work = Progress(progress)
 
     def least(value: float) -> float:
         if value not in found:
-            if progress is not None and not progress(min(len(found) / (2 * _CONTINUED), 1.0)):
-                raise Cancelled
+            work.report(min(len(found) / (2 * _CONTINUED), 1.0))
             column = {scale.name: np.array([value])}
             try:
                 found[value] = float(safe_mus(scale.p, column, np.array([scale.separation]))[0])

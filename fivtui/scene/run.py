@@ -7,8 +7,9 @@ from typing import Final
 import numpy as np
 
 from fivtui.equilibrium import Stability, stability
+from fivtui.model import OnProgress
 from fivtui.simulation import compute
-from fivtui.transient import OnSamples, Progress, Samples
+from fivtui.transient import OnSamples, Samples
 
 from .scene import Scene
 from .verified import SceneTransient, simulate_to
@@ -25,7 +26,7 @@ class SceneResult:
 
 
 def run_scene(
-    scene: Scene, *, points: int = DEFAULT_POINTS, progress: Progress | None = None
+    scene: Scene, *, points: int = DEFAULT_POINTS, progress: OnProgress | None = None
 ) -> SceneResult:
     """Compute what the `outputs` of a scene require, nothing else.
 
@@ -55,7 +56,7 @@ def scene_transient(
     scene: Scene,
     *,
     samples: Samples = "none",
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     on_samples: OnSamples | None = None,
     sensitivities: Sequence[str] = (),
 ) -> SceneTransient:

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError, time_scale
+from fivtui.model import ComputationError, OnProgress, time_scale
 from fivtui.simulation import compute
 from fivtui.transient import (
     QUANTITIES,
@@ -16,7 +16,6 @@ from fivtui.transient import (
     Deviation,
     Divergence,
     OnSamples,
-    Progress,
     Request,
     Transient,
     check_accuracy,
@@ -101,7 +100,7 @@ def simulate_to(
     asked: Mapping[str, float],
     request: Request,
     *,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     on_samples: OnSamples | None = None,
 ) -> Verified:
     """Compute a transient to the errors that are asked for.

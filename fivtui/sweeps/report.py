@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from rich.console import Console
 
-from fivtui.console import Progress, number, print_rows
+from fivtui.console import ProgressBar, number, print_rows
 
 from .run import Sweep
 from .study import DEFAULT_OUTPUTS, ERRORS, SweepColumn
@@ -18,7 +18,7 @@ _ROWS: Final = 40
 _UNITS_OF_TIME: Final = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 
 
-class SweepProgress(Progress):
+class SweepProgress(ProgressBar):
     """Progress of a sweep on stderr: members done, rate and time left."""
 
     def __init__(self, members: int) -> None:

@@ -14,6 +14,7 @@ from fivtui.model import (
     ALL_PARAMETERS,
     Cancelled,
     ComputationError,
+    OnProgress,
     Parameters,
     System,
     spring_force,
@@ -24,7 +25,6 @@ from fivtui.transient import (
     PARTED,
     START_SPECS,
     TOL_RANGE,
-    Progress,
     finer_tol,
     first_tol,
     resolve_start,
@@ -134,7 +134,7 @@ def joined(parts: list[Rows]) -> Rows:
     )
 
 
-def compute_rows(study: Study, first: int, last: int, progress: Progress | None = None) -> Rows:
+def compute_rows(study: Study, first: int, last: int, progress: OnProgress | None = None) -> Rows:
     """Compute members `first` to `last` - 1 of a sweep.
 
     A row never depends on what was computed before.
@@ -198,7 +198,7 @@ class _Block:
         }
         return self.study.parameters.with_values(values)
 
-    def integrate(self, progress: Progress | None) -> None:
+    def integrate(self, progress: OnProgress | None) -> None:
         start = self._start()
         places = np.flatnonzero([not reason for reason in self.reasons])
         if self.study.is_in_turn:
@@ -208,7 +208,7 @@ class _Block:
         elif places.size > 0:
             self._put(places, self._run(places, start, self.study.tol, progress))
 
-    def _simulate(self, places: Places, start: BlockStart, progress: Progress | None) -> None:
+    def _simulate(self, places: Places, start: BlockStart, progress: OnProgress | None) -> None:
         # Members one after the other: of more than batches know.
         study, wanted = self.study, {c.name: attrgetter(c.path) for c in self._wanted}
         for count, place in enumerate(places.tolist()):
@@ -233,7 +233,7 @@ class _Block:
                 for name, value_of in wanted.items():
                     self.results[name][place] = value_of(run)
 
-    def _verify(self, places: Places, start: BlockStart, progress: Progress) -> None:
+    def _verify(self, places: Places, start: BlockStart, progress: OnProgress) -> None:
         # As `verified.simulate_to` for each member: refine the tolerance until a run changes by
         # less than the error targets and does not part from the run before.
         asked, part = dict(self.study.accuracy), 0.0
@@ -273,7 +273,7 @@ class _Block:
         return scales
 
     def _tell_when(
-        self, places: Places, start: BlockStart, tols: tuple[float, float], progress: Progress
+        self, places: Places, start: BlockStart, tols: tuple[float, float], progress: OnProgress
     ) -> None:
         # Give members whose runs part the interval in which they do as their reason.
         for count in range(1, _PARTS + 1):
@@ -299,7 +299,7 @@ class _Block:
         places: Places,
         start: BlockStart,
         tol: float,
-        progress: Progress | None,
+        progress: OnProgress | None,
         t_end: float | None = None,
     ) -> Batch:
         study = self.study
@@ -392,7 +392,7 @@ class _Block:
             for place in places[np.isinf(force)].tolist():
                 self.reasons[place] = self.reasons[place] or _FORCE_OVERFLOW
 
-    def _parts(self, progress: Progress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
+    def _parts(self, progress: OnProgress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
         # Some members after the other, with the parameters that vary.
         parameters = {name: c for name, c in self.varied.items() if name in ALL_PARAMETERS}
         size = len(self.reasons)
@@ -402,18 +402,18 @@ class _Block:
             some = slice(first, first + _JUDGED)
             yield some, {name: column[some] for name, column in parameters.items()}
 
-    def find_critical(self, progress: Progress | None) -> None:
+    def find_critical(self, progress: OnProgress | None) -> None:
         for some, parameters in self._parts(progress):
             self.results[CRITICAL.name][some] = critical_mus(
                 self.study.parameters, parameters, self.separation[some]
             )
 
-    def find_safe(self, progress: Progress | None) -> None:
+    def find_safe(self, progress: OnProgress | None) -> None:
         for some, parameters in self._parts(progress):
             given = self.study.parameters, parameters, self.separation[some]
             self.results[SAFE.name][some] = safe_mus(*given, self.study.safe, progress)
 
-    def judge(self, progress: Progress | None) -> None:
+    def judge(self, progress: OnProgress | None) -> None:
         for some, parameters in self._parts(progress):
             growth, stable, reasons = judge_growths(
                 self.study.parameters, parameters, self.separation[some]

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fivtui.model import (
     Cancelled,
     InputError,
+    OnProgress,
     Parameters,
     Rows as TableRows,
     System,
@@ -24,7 +25,7 @@ from fivtui.model import (
     time_tables,
 )
 from fivtui.results import Result, scene_text
-from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Progress, Start
+from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Start
 
 from .design import Axis, Design, Kind
 from .formats import sweep_format
@@ -176,7 +177,7 @@ def sweep(
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     method: str = BATCHES,
     over_time: Mapping[str, TableRows] | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     workers: int | None = None,
 ) -> Sweep:
     """Compute many transients and keep their rows in memory.
@@ -244,7 +245,7 @@ def sweep(
     return sweep_in_memory(study, local_engine(workers), progress=progress)
 
 
-def sweep_in_memory(study: Study, engine: Engine, *, progress: Progress | None = None) -> Sweep:
+def sweep_in_memory(study: Study, engine: Engine, *, progress: OnProgress | None = None) -> Sweep:
     """Compute a sweep of at most a million members with an engine; as `sweep`."""
     check_in_memory(study)
     size = min(default_piece_size(study), max(study.members // _PIECES_IN_MEMORY, 1))
@@ -289,7 +290,7 @@ def sweep_to_file(
     *,
     size: int | None = None,
     force: bool = False,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> WriteSummary:
     """Compute a sweep into a file, or continue one that was stopped.
 
@@ -343,7 +344,7 @@ def sweep_to_file(
         return WriteSummary(study.members, failed, kept)
 
 
-def _report(progress: Progress | None, fraction: float) -> None:
+def _report(progress: OnProgress | None, fraction: float) -> None:
     if progress is not None and not progress(fraction):
         raise Cancelled
 

@@ -18,6 +18,7 @@ from fivtui.model import (
     Cancelled,
     ComputationError,
     Mode,
+    OnProgress,
     Parameters,
     State,
     time_scale,
@@ -34,7 +35,6 @@ from fivtui.transient import (
     Deviation,
     KernelChoice,
     Observation,
-    Progress,
     Start,
     Transient,
     deviation,
@@ -166,7 +166,7 @@ def tradeoff(
     separation: bool | None = None,
     start: Start | None = None,
     thorough: bool = False,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Tradeoff:
     """Measure error against CPU time for every method on this machine.
 
@@ -208,7 +208,7 @@ def tradeoff(
 
 
 def measure_tradeoff(
-    scene: Scene, *, thorough: bool = False, progress: Progress | None = None
+    scene: Scene, *, thorough: bool = False, progress: OnProgress | None = None
 ) -> Tradeoff:
     """Measure a scene as `tradeoff`.
 
@@ -285,7 +285,7 @@ class _Bench:
     floor: Deviation
     fmus: Mapping[str, Path]
 
-    def climb(self, ladder: Ladder, budget: float, report: Progress) -> list[MeasuredSetting]:
+    def climb(self, ladder: Ladder, budget: float, report: OnProgress) -> list[MeasuredSetting]:
         rows: list[MeasuredSetting] = []
         begin = time.thread_time()
         for setting in ladder.settings():
@@ -298,7 +298,7 @@ class _Bench:
                 break
         return rows
 
-    def measure(self, setting: Setting, left: float, report: Progress) -> MeasuredSetting:
+    def measure(self, setting: Setting, left: float, report: OnProgress) -> MeasuredSetting:
         begin = time.thread_time()
         stopped = False
 
@@ -324,7 +324,7 @@ class _Bench:
             )
         return MeasuredSetting(setting, cpu_s, steps, deviation(seen, self.reference))
 
-    def _timed(self, setting: Setting, go_on: Progress) -> tuple[Observation, int, float]:
+    def _timed(self, setting: Setting, go_on: OnProgress) -> tuple[Observation, int, float]:
         begin = time.thread_time()
         if setting.method in self.fmus:
             fmu = self.fmus[setting.method]
@@ -335,7 +335,9 @@ class _Bench:
         return seen, steps, time.thread_time() - begin
 
 
-def _through_fmu(scene: Scene, fmu: Path, step: float, go_on: Progress) -> tuple[Observation, int]:
+def _through_fmu(
+    scene: Scene, fmu: Path, step: float, go_on: OnProgress
+) -> tuple[Observation, int]:
     # As with fmpy: peaks are those of the values at communication points.
     x, vx, y, vy = resolve_start(scene.system, scene.start)
     run = run_fmu(
@@ -373,7 +375,7 @@ def _through_fmu(scene: Scene, fmu: Path, step: float, go_on: Progress) -> tuple
     return seen, columns["time"].size - 1
 
 
-def _native(scene: Scene, setting: Setting, report: Progress) -> Transient:
+def _native(scene: Scene, setting: Setting, report: OnProgress) -> Transient:
     changes: dict[str, Any] = {"tol": DEFAULT_TOL, "step": None, setting.knob: setting.value}
     request = scene.request(
         method=setting.method, kernel=cast("KernelChoice", setting.kernel or "auto"), **changes
@@ -381,7 +383,7 @@ def _native(scene: Scene, setting: Setting, report: Progress) -> Transient:
     return compute(request, progress=report)
 
 
-def _features(scene: Scene, report: Progress) -> list[Feature]:
+def _features(scene: Scene, report: OnProgress) -> list[Feature]:
     # Cost of each feature of the scene, by the same scene without it.
     linear = scene.with_values({"k_nl": 0.0})
     samples = np.linspace(0.0, scene.t_end, _POINTS)
@@ -416,7 +418,7 @@ def _features(scene: Scene, report: Progress) -> list[Feature]:
 
 
 def _cost_in_batch(
-    scene: Scene, more: tuple[Requirement, ...], report: Progress
+    scene: Scene, more: tuple[Requirement, ...], report: OnProgress
 ) -> tuple[float | None, int | None]:
     least, steps = math.inf, 0
     for _ in range(_BATCHES):
@@ -438,7 +440,7 @@ def _cost_in_batch(
     return least, steps
 
 
-def _cost(scene: Scene, samples: Any, report: Progress) -> tuple[float | None, int | None]:
+def _cost(scene: Scene, samples: Any, report: OnProgress) -> tuple[float | None, int | None]:
     request = scene.request(
         method="taylor", step=None, tol=DEFAULT_TOL, samples=samples, kernel=stepping_kernel()
     )

@@ -54,7 +54,6 @@ if TYPE_CHECKING:
         Kernel as Kernel,
         KernelChoice as KernelChoice,
         OnSamples as OnSamples,
-        Progress as Progress,
         Request as Request,
         Samples as Samples,
         Start as Start,

@@ -14,7 +14,7 @@ from fivtui.kernel import (
     legs_of,
     load_kernel,
 )
-from fivtui.model import Cancelled, Parameters
+from fivtui.model import Cancelled, OnProgress, Parameters
 from fivtui.taylor import (
     follows_law,
     local_tolerance,
@@ -24,7 +24,7 @@ from fivtui.taylor import (
 )
 
 from .extremes import Extremes
-from .request import OnSamples, Progress, Request
+from .request import OnSamples, Request
 from .result import NO_CHANGES, Stats, Transient, assemble, lift_times
 from .stiffness import step_limit_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
@@ -38,7 +38,7 @@ _ENDED_EARLY: Final = (Status.OVERFLOW, Status.STALLED)
 
 
 def run(
-    request: Request, progress: Progress | None, on_samples: OnSamples | None = None
+    request: Request, progress: OnProgress | None, on_samples: OnSamples | None = None
 ) -> Transient:
     """Compute a transient with the compiled kernel: the interpreted one's, to rounding."""
     system, t_end = request.system, request.t_end

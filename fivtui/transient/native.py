@@ -5,14 +5,21 @@ import math
 from typing import Final, NamedTuple
 
 from fivtui.kernel import why_interpreted
-from fivtui.model import ComputationError, Course, InputError, horizontal_stiffness, unknown_name
+from fivtui.model import (
+    ComputationError,
+    Course,
+    InputError,
+    OnProgress,
+    horizontal_stiffness,
+    unknown_name,
+)
 from fivtui.taylor import local_tolerance
 
 from . import compiled
 from .linear import run as linear
 from .methods import METHODS, check_takes_step, fixed_step
 from .recorder import Recorder
-from .request import OnSamples, Progress, Request
+from .request import OnSamples, Request
 from .result import Transient
 
 _KERNELS: Final = ("auto", "compiled", "interpreted", "exact")
@@ -27,7 +34,7 @@ _MAX_STEPS: Final = 20_000
 
 
 def integrate(
-    request: Request, *, progress: Progress | None = None, on_samples: OnSamples | None = None
+    request: Request, *, progress: OnProgress | None = None, on_samples: OnSamples | None = None
 ) -> Transient:
     """Compute a transient with a native method.
 
@@ -75,12 +82,14 @@ def integrate(
     return recorder.result()
 
 
-def _part_of(progress: Progress | None, part: int) -> Progress | None:
+def _part_of(progress: OnProgress | None, part: int) -> OnProgress | None:
     # The progress of the first or the second of two runs, from that of both.
     return None if progress is None else lambda done: progress(0.5 * (part + done))
 
 
-def _taylor(request: Request, progress: Progress | None, on_samples: OnSamples | None) -> Transient:
+def _taylor(
+    request: Request, progress: OnProgress | None, on_samples: OnSamples | None
+) -> Transient:
     # The exact solution, compiled code or interpreted code; the same to rounding whatever runs.
     kernel = request.kernel
     if kernel not in _KERNELS:
@@ -100,7 +109,7 @@ def _taylor(request: Request, progress: Progress | None, on_samples: OnSamples |
 
 
 def _driven(
-    request: Request, course: Course, progress: Progress | None, on_samples: OnSamples | None
+    request: Request, course: Course, progress: OnProgress | None, on_samples: OnSamples | None
 ) -> Transient:
     # Where preload, friction or belt speed follow tables.
     names = ", ".join(course.tables)

@@ -6,11 +6,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import IN_CONTACT, Cancelled, State
+from fivtui.model import IN_CONTACT, Cancelled, OnProgress, State
 from fivtui.taylor import BeltSegment, Segment, Stepper
 
 from .extremes import Extremes
-from .request import Kernel, OnSamples, Progress, Request
+from .request import Kernel, OnSamples, Request
 from .result import NO_CHANGES, Stats, Transient, assemble
 from .stiffness import step_limit_error
 from .trajectory import DenseSolution, Trajectory
@@ -56,7 +56,7 @@ class Recorder:
         self._on_belt = request.parameters.v_belt is not None
         self._separations = 0
 
-    def follow(self, stepper: Stepper, progress: Progress | None) -> None:
+    def follow(self, stepper: Stepper, progress: OnProgress | None) -> None:
         """Take in the segments of an integrator until the horizon is reached.
 
         Parameters

@@ -35,7 +35,6 @@ Samples = Literal["none", "dense"] | int | Sequence[float] | NDArray[np.float64]
 Kernel = Literal["compiled", "interpreted", "exact"]
 KernelChoice = Literal["auto"] | Kernel
 # Takes the fraction done; the computation is cancelled when it returns False.
-Progress = Callable[[float], bool]
 # Takes the parts of a trajectory, one after the other, while the run goes on.
 OnSamples = Callable[["Trajectory"], None]
 

@@ -14,7 +14,7 @@ LINES = {
 }
 
 
-class Told(printing.Progress):
+class Told(printing.ProgressBar):
     """Stands where the bar is: keeps what it is told."""
 
     def __init__(self, label: str) -> None:
@@ -36,7 +36,7 @@ def test_the_progress_of_a_command_rises_from_zero_to_one(
 ) -> None:
     bars.clear()
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("fivtui.console.Progress", Told)
+    monkeypatch.setattr("fivtui.console.ProgressBar", Told)
     Path("own.toml").write_text("fivtui_scene = 1\nt_end = 5.0\n[parameters]\nF = 60.0\n")
     assert run(LINES[name]) == 0, capsys.readouterr().err
     (bar,) = bars

@@ -11,7 +11,9 @@ import numpy as np
 from fivtui.model import (
     ComputationError,
     InputError,
+    OnProgress,
     Parameters,
+    Progress,
     System,
     check_always_sliding,
     equilibrium,
@@ -25,9 +27,7 @@ from fivtui.orbits.curves.flow import FloatArray
 from fivtui.orbits.curves.following import Follower
 from fivtui.orbits.curves.hopf import hopf_values
 from fivtui.orbits.curves.result import CyclePoint
-from fivtui.orbits.explorer import Watch
 from fivtui.orbits.rest import length_scale
-from fivtui.transient import Progress
 
 from .hopf_curve import HopfCurve, HopfOnCurve
 from .plane import ParameterPlane
@@ -59,7 +59,7 @@ def boundary(
     over: Mapping[str, tuple[float, float] | None],
     *,
     separation: bool = True,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> Boundary:
     """Follow the curves of Hopf points, folds or touches of limit cycles over two parameters.
 
@@ -103,13 +103,12 @@ def boundary(
     [('cusp', 36.510164)]
     """
     plane = _plane(system_of(parameters, separation), kind, over)
-    watch = Watch(progress)
+    work = Progress(progress)
     curves: list[BoundaryCurve] = []
     trace = {"hopf": _hopf_curves, "fold": _fold_curves, "touch": _touch_curves}[kind]
     # What is found already is looked at while more is looked for.
-    curves.extend(trace(plane, watch, curves))
-    if progress is not None:
-        progress(1.0)
+    curves.extend(trace(plane, work, curves))
+    work.advance(1.0)
     if not curves:
         names = " and ".join(plane.names)
         raise ComputationError(
@@ -142,7 +141,7 @@ def _plane(
     return ParameterPlane(system, (first, second), (ranges[0], ranges[1]))
 
 
-def _lines(plane: ParameterPlane, watch: Watch) -> Iterator[tuple[System, str, int]]:
+def _lines(plane: ParameterPlane, work: Progress) -> Iterator[tuple[System, str, int]]:
     # Systems with values of one of the two, the name of the other, and its place: friction
     # if it is one of them, along which there is one Hopf point at most.
     along = 0 if plane.names[0] == "mu" else 1
@@ -151,15 +150,15 @@ def _lines(plane: ParameterPlane, watch: Watch) -> Iterator[tuple[System, str, i
     own = getattr(plane.system.parameters, name)
     values = [low + (high - low) * (place + 0.5) / _LINES for place in range(_LINES)]
     for count, value in enumerate([*([own] if low <= own <= high else []), *values]):
-        watch.tell(count / (_LINES + 1))
+        work.report(count / (_LINES + 1))
         yield plane.system.with_values({name: value}), plane.names[along], along
 
 
 def _events(
-    plane: ParameterPlane, kind: EventKind, watch: Watch
+    plane: ParameterPlane, kind: EventKind, work: Progress
 ) -> Iterator[tuple[System, CyclePoint, FloatArray]]:
     # Cycles at events of branches, the systems, and the values of both parameters.
-    for system, name, along in _lines(plane, watch):
+    for system, name, along in _lines(plane, work):
         p = system.parameters
         low, high = plane.ranges[along]
         try:
@@ -175,13 +174,13 @@ def _events(
 
 
 def _fold_curves(
-    plane: ParameterPlane, watch: Watch, known: Sequence[BoundaryCurve]
+    plane: ParameterPlane, work: Progress, known: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
-    for system, cycle, values in _events(plane, EventKind.FOLD, watch):
+    for system, cycle, values in _events(plane, EventKind.FOLD, work):
         if _is_on(plane, known, values, (cycle.period, cycle.y_min, cycle.y_max)):
             continue
         length = length_scale(system)
-        tracer = FoldTracer(plane, length, cycle.period, lambda _count: None, watch.go_on)
+        tracer = FoldTracer(plane, length, cycle.period, lambda _count: None, work.go_on)
         unknowns = np.array([*cycle.start, cycle.period, *values]) / tracer.scales
         extremes = np.array([0.0, 0.0, cycle.y_min, cycle.y_max])
         none = np.zeros(0)
@@ -190,17 +189,17 @@ def _fold_curves(
             continue
         turned = reversed_fold(start)
         found = _both_ways(tracer.follow, start, turned, partial(_cycle_point, tracer.scales))
-        yield _with_bautin(plane, found, watch)
+        yield _with_bautin(plane, found, work)
 
 
 def _touch_curves(
-    plane: ParameterPlane, watch: Watch, known: Sequence[BoundaryCurve]
+    plane: ParameterPlane, work: Progress, known: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
-    for system, cycle, values in _events(plane, EventKind.TOUCH, watch):
+    for system, cycle, values in _events(plane, EventKind.TOUCH, work):
         if _is_on(plane, known, values, (cycle.period, cycle.y_min, cycle.y_max)):
             continue
         length = length_scale(system)
-        curve = TouchCurve(plane, length, cycle.period, go_on=watch.go_on)
+        curve = TouchCurve(plane, length, cycle.period, go_on=work.go_on)
         top = highest_point(plane, cycle.start, cycle.period, values)
         start = curve.begin(top, cycle.period, values)
         if start is None:
@@ -211,11 +210,11 @@ def _touch_curves(
 
 
 def _hopf_curves(
-    plane: ParameterPlane, watch: Watch, known: Sequence[BoundaryCurve]
+    plane: ParameterPlane, work: Progress, known: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
-    curve = HopfCurve(plane, go_on=watch.go_on)
+    curve = HopfCurve(plane, go_on=work.go_on)
     follower = Follower(curve, 0.0, lambda _count: None)
-    for system, name, along in _lines(plane, watch):
+    for system, name, along in _lines(plane, work):
         for value in hopf_values(system, name, *plane.ranges[along]):
             values = [getattr(system.parameters, each) for each in plane.names]
             values[along] = value
@@ -266,20 +265,20 @@ def _both_ways(
     )
 
 
-def _with_bautin(plane: ParameterPlane, curve: BoundaryCurve, watch: Watch) -> BoundaryCurve:
+def _with_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) -> BoundaryCurve:
     # Folds that shrink into the equilibrium end at a Hopf point whose Lyapunov coefficient is zero.
     points, events = curve.points, curve.events
     if curve.ends[0] is End.EQUILIBRIUM:
-        found = _bautin(plane, points[0], watch)
+        found = _bautin(plane, points[0], work)
         points, events = (*found, *points), (*map(_bautin_event, found), *events)
     if curve.ends[1] is End.EQUILIBRIUM:
-        found = _bautin(plane, points[-1], watch)
+        found = _bautin(plane, points[-1], work)
         points, events = (*points, *found), (*events, *map(_bautin_event, found))
     return BoundaryCurve(points, events, curve.ends)
 
 
-def _bautin(plane: ParameterPlane, near: BoundaryPoint, watch: Watch) -> list[BoundaryPoint]:
-    curve = HopfCurve(plane, go_on=watch.go_on)
+def _bautin(plane: ParameterPlane, near: BoundaryPoint, work: Progress) -> list[BoundaryPoint]:
+    curve = HopfCurve(plane, go_on=work.go_on)
     along = 0 if plane.names[0] == "mu" else 1
     start = curve.begin(near.values, 1 - along)
     if start is None:

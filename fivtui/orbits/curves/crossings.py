@@ -4,8 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fivtui.orbits.explorer import Watch
-from fivtui.transient import Progress
+from fivtui.model import OnProgress, Progress
 
 from .cycle_branches import points_of
 from .origins import cycle_near
@@ -13,7 +12,7 @@ from .result import CycleBranch, CyclePoint
 
 
 def cycles_at(
-    branch: CycleBranch, value: float, *, progress: Progress | None = None
+    branch: CycleBranch, value: float, *, progress: OnProgress | None = None
 ) -> tuple[CyclePoint, ...]:
     """The limit cycles of a branch at a value of its parameter, in the order of the branch.
 
@@ -32,7 +31,7 @@ def cycles_at(
         If `progress` returned False.
     """
     found: list[CyclePoint] = []
-    watch = Watch(progress)
+    work = Progress(progress)
     system = branch.system.with_values({branch.name: value})
     bounds = (branch.low, branch.high)
     for one, other in pairwise(branch.points):
@@ -44,7 +43,7 @@ def cycles_at(
         begin, end = (np.array([*point.start, point.period]) for point in (one, other))
         x, vx, y, vy, period = (begin + share * (end - begin)).tolist()
         cycle = ((x, vx, y, vy), period)
-        curve, orbit = cycle_near(system, branch.name, bounds, watch, cycle)
+        curve, orbit = cycle_near(system, branch.name, bounds, work, cycle)
         if orbit is not None:
             found += points_of(curve, [orbit])
     return tuple(found)

@@ -10,15 +10,15 @@ import numpy as np
 from fivtui.model import (
     ComputationError,
     InputError,
+    OnProgress,
     Parameters,
+    Progress,
     State,
     System,
     check_effect,
     parameter_spec,
     system_of,
 )
-from fivtui.orbits.explorer import Watch
-from fivtui.transient import Progress
 
 from .arclength import VALUE, OrbitOnCurve
 from .branch_curve import BranchCurve
@@ -45,7 +45,7 @@ def branch(
     origin: Literal["hopf", "cycle"] | Path = "hopf",
     doubled: bool = False,
     separation: bool = True,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> CycleBranch:
     """Follow a branch of limit cycles along a parameter, through folds, stable or not.
 
@@ -109,8 +109,8 @@ def branch(
     bottom, top = parameter_range(p, name, low, high)
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
-    watch = Watch(progress)
-    given = (system, name, (bottom, top), watch)
+    work = Progress(progress)
+    given = (system, name, (bottom, top), work)
     if isinstance(origin, Path):
         beginning = through(*given, saved_cycle(origin, system))
     elif origin == "hopf":
@@ -118,11 +118,10 @@ def branch(
     else:
         beginning = from_cycle(*given)
     if doubled:
-        points, events, ends = _doubled(name, watch, beginning)
+        points, events, ends = _doubled(name, work, beginning)
     else:
         points, events, ends = _followed(*given, beginning)
-    if progress is not None:
-        progress(1.0)
+    work.advance(1.0)
     told: Origin = "file" if isinstance(origin, Path) else origin
     return CycleBranch(system, name, bottom, top, told, points, events, ends, doubled)
 
@@ -133,7 +132,7 @@ def branch_through(
     cycle: tuple[State, float],
     bounds: tuple[float, float],
     *,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> CycleBranch:
     """The branch through a limit cycle of a system, followed both ways.
 
@@ -155,9 +154,9 @@ def branch_through(
     Cancelled
         If `progress` returned False.
     """
-    watch = Watch(progress)
-    beginning = through(system, name, bounds, watch, cycle)
-    parts = _followed(system, name, bounds, watch, beginning)
+    work = Progress(progress)
+    beginning = through(system, name, bounds, work, cycle)
+    parts = _followed(system, name, bounds, work, beginning)
     low, high = bounds
     return CycleBranch(system, name, low, high, "cycle", *parts)
 
@@ -169,12 +168,12 @@ def _followed(
     system: System,
     name: str,
     bounds: tuple[float, float],
-    watch: Watch,
+    work: Progress,
     beginning: Beginning,
 ) -> _Parts:
     # Both ways, or away from a Hopf point.
     curve, start = beginning.curve, beginning.start
-    follower = _follower(curve, watch)
+    follower = _follower(curve, work)
     ahead = follower.follow(start)
     points, events = _told(curve, start, ahead)
     ends = (End.EQUILIBRIUM if beginning.hopf is not None else ahead.end, ahead.end)
@@ -193,10 +192,10 @@ def _followed(
     return tuple(points), tuple(events), ends
 
 
-def _doubled(name: str, watch: Watch, beginning: Beginning) -> _Parts:
+def _doubled(name: str, work: Progress, beginning: Beginning) -> _Parts:
     # As far as the branch meets that of half the period again, or ends.
     curve, start = beginning.curve, beginning.start
-    follower = _follower(curve, watch)
+    follower = _follower(curve, work)
     ways = [start] if beginning.hopf is not None else [start, _turned(start)]
     parts = [follower.follow(one, until=EventKind.PERIOD_DOUBLING) for one in ways]
     met = [part.points[-1] for part in parts if part.end is End.EVENT]
@@ -248,11 +247,11 @@ def _until_halved(
         at = events[len(points) - 1]
 
 
-def _follower(curve: BranchCurve, watch: Watch) -> Follower[OrbitOnCurve]:
+def _follower(curve: BranchCurve, work: Progress) -> Follower[OrbitOnCurve]:
     return Follower(
         curve,
         _RETURNED,
-        lambda count: watch.tell(count / MOST_POINTS),
+        lambda count: work.report(count / MOST_POINTS),
         turns=True,
         courses=curve.courses,
     )

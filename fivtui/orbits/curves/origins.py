@@ -10,13 +10,14 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
+    Progress,
     State,
     System,
     accelerations,
     equilibrium,
     mode_of,
 )
-from fivtui.orbits.explorer import Explorer, Watch, starts_around
+from fivtui.orbits.explorer import Explorer, starts_around
 from fivtui.orbits.rest import length_scale
 from fivtui.orbits.shooting import PeriodicOrbit
 
@@ -39,7 +40,7 @@ class Beginning:
     hopf: BranchEvent | None = None
 
 
-def from_hopf(system: System, name: str, bounds: tuple[float, float], watch: Watch) -> Beginning:
+def from_hopf(system: System, name: str, bounds: tuple[float, float], work: Progress) -> Beginning:
     """The branch from the Hopf point nearest to the parameter set, with its events and ends."""
     p = system.parameters
     if not _is_damped(p, name):
@@ -59,7 +60,7 @@ def from_hopf(system: System, name: str, bounds: tuple[float, float], watch: Wat
             f"the equilibrium is at y = 0 at the Hopf point {name} = {value:g}", "change F"
         )
     length = abs(point.y) or math.sqrt(at.parameters.k2 / at.parameters.k_nl)
-    curve = slider_belt_curve(at, name, bounds, length, period, go_on=watch.go_on)
+    curve = slider_belt_curve(at, name, bounds, length, period, go_on=work.go_on)
     first = np.zeros(6)
     first[:4] = hopf.vector.real / curve.scales[:4] * length
     size = float(np.linalg.norm(first))
@@ -86,24 +87,24 @@ def _beginning_elsewhere(p: Parameters, name: str) -> str:
     return f"begin at another value{hopf}"
 
 
-def from_cycle(system: System, name: str, bounds: tuple[float, float], watch: Watch) -> Beginning:
+def from_cycle(system: System, name: str, bounds: tuple[float, float], work: Progress) -> Beginning:
     """The branch through the first limit cycle that transients reach, followed both ways."""
     value = getattr(system.parameters, name)
     if not bounds[0] <= value <= bounds[1]:
         raise InputError(f"{name} = {value:g}: must be in the range {bounds[0]:g} to {bounds[1]:g}")
-    orbit = _first_cycle(Explorer(system, go_on=watch.go_on), name)
-    return through(system, name, bounds, watch, (orbit.start, orbit.period))
+    orbit = _first_cycle(Explorer(system, go_on=work.go_on), name)
+    return through(system, name, bounds, work, (orbit.start, orbit.period))
 
 
 def through(
     system: System,
     name: str,
     bounds: tuple[float, float],
-    watch: Watch,
+    work: Progress,
     cycle: tuple[State, float],
 ) -> Beginning:
     """The branch through a limit cycle, given by a state and its period."""
-    curve, start = cycle_near(system, name, bounds, watch, cycle)
+    curve, start = cycle_near(system, name, bounds, work, cycle)
     if start is None:
         p = system.parameters
         raise ComputationError(
@@ -117,13 +118,13 @@ def cycle_near(
     system: System,
     name: str,
     bounds: tuple[float, float],
-    watch: Watch,
+    work: Progress,
     cycle: tuple[State, float],
 ) -> tuple[BranchCurve, OrbitOnCurve | None]:
     """The curve of the cycles, and of a system the one near a state and its period."""
     p, (state, period) = system.parameters, cycle
     length = length_scale(system)
-    curve = slider_belt_curve(system, name, bounds, length, period, go_on=watch.go_on)
+    curve = slider_belt_curve(system, name, bounds, length, period, go_on=work.go_on)
     ax, ay = accelerations(p, state, mode_of(p, state, separation=system.separation))
     planes = np.eye(6)[[0, VALUE]]
     planes[0, :4] = np.array([state[1], ax, state[3], ay]) / curve.scales[:4]

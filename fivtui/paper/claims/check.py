@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from fivtui.io import read_bytes
-from fivtui.model import Cancelled, InputError, unknown_name
+from fivtui.model import Cancelled, InputError, OnProgress, unknown_name
 from fivtui.paper import PANELS, PaperResults
-from fivtui.transient import Progress
 
 from . import stability, vibration
 from .claim import CheckedClaim, Claim, Quantity, Verdict, check
@@ -36,7 +35,7 @@ CLAIMS: Final[tuple[Claim, ...]] = tuple(
 _RUNS: Final = 0.7
 
 
-def claims(ids: Sequence[str] = (), *, progress: Progress | None = None) -> list[CheckedClaim]:
+def claims(ids: Sequence[str] = (), *, progress: OnProgress | None = None) -> list[CheckedClaim]:
     """Check the testable statements of the paper against the model.
 
     Parameters
@@ -79,7 +78,7 @@ def check_claims(
     results: PaperResults | None = None,
     *,
     chosen: Sequence[Claim] = CLAIMS,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> list[CheckedClaim]:
     """Check claims, in the order of the paper's sections.
 

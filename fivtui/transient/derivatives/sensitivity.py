@@ -9,13 +9,14 @@ import numpy as np
 
 from fivtui.model import (
     DERIVATIVE_STEP,
+    OnProgress,
     derivative,
     spring_force,
     static_start_change,
     time_scale,
 )
 from fivtui.taylor import Seed
-from fivtui.transient.request import Progress, Request
+from fivtui.transient.request import Request
 from fivtui.transient.result import ContactForce, Peak, Steady, Transient
 
 from .variation import EXTREMES, START_SEEDS, Variation, vary
@@ -111,7 +112,7 @@ class Sensitivities(Mapping[str, Sensitivity]):
 
 
 def sensitivities_of(
-    request: Request, transient: Transient, progress: Progress | None
+    request: Request, transient: Transient, progress: OnProgress | None
 ) -> Sensitivities:
     """The sensitivities that are asked for of a transient; see `simulate`."""
     p, names = request.parameters, request.sensitivities

@@ -14,6 +14,7 @@ from fivtui.model import (
     Cancelled,
     InputError,
     Mode,
+    OnProgress,
     State,
     accelerations,
     mode_of,
@@ -33,7 +34,7 @@ from fivtui.taylor import (
     stall_error,
     unbounded_error,
 )
-from fivtui.transient.request import Progress, Request
+from fivtui.transient.request import Request
 from fivtui.transient.stiffness import step_limit_error
 
 FloatArray = NDArray[np.float64]
@@ -94,7 +95,9 @@ class Variation:
     changes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
 
-def vary(request: Request, seeds: Sequence[Seed], *, progress: Progress | None = None) -> Variation:
+def vary(
+    request: Request, seeds: Sequence[Seed], *, progress: OnProgress | None = None
+) -> Variation:
     """Compute a transient with its derivatives, by the variational equations.
 
     Both right-hand sides agree at y = 0, so that no derivative jumps where the slider separates. On
@@ -127,7 +130,7 @@ def vary(request: Request, seeds: Sequence[Seed], *, progress: Progress | None =
     return _compiled(request, seeds, progress)
 
 
-def _compiled(request: Request, seeds: Sequence[Seed], progress: Progress | None) -> Variation:
+def _compiled(request: Request, seeds: Sequence[Seed], progress: OnProgress | None) -> Variation:
     tol = local_tolerance(request.tol)
     given = np.zeros((len(seeds), 4 + len(PARAMETERS)))
     for row, seed in zip(given, seeds, strict=True):
@@ -158,7 +161,7 @@ def _compiled(request: Request, seeds: Sequence[Seed], progress: Progress | None
     )
 
 
-def _follow(run: VariedRun, request: Request, progress: Progress | None) -> FloatArray:
+def _follow(run: VariedRun, request: Request, progress: OnProgress | None) -> FloatArray:
     # To its end; returns its crossings.
     crossings: list[FloatArray] = []
     p, t_end = request.parameters, request.t_end
@@ -182,7 +185,7 @@ def _follow(run: VariedRun, request: Request, progress: Progress | None) -> Floa
     return np.concatenate(crossings)
 
 
-def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | None) -> Variation:
+def _interpreted(request: Request, seeds: Sequence[Seed], progress: OnProgress | None) -> Variation:
     p, t_end, separation = request.parameters, request.t_end, request.separation
     tol = local_tolerance(request.tol)
     integrator: type[TaylorStepper] = TaylorStepper

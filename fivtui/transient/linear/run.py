@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, ComputationError, Mode
-from fivtui.transient.request import Progress, Request
+from fivtui.model import Cancelled, ComputationError, Mode, OnProgress
+from fivtui.transient.request import Request
 from fivtui.transient.result import Stats, Transient, assemble
 from fivtui.transient.trajectory import DenseSolution, Trajectory, trajectory_of
 
@@ -25,7 +25,7 @@ def is_linear(request: Request) -> bool:
     return not system.separation and p.k_nl == 0.0 and p.v_belt is None
 
 
-def run(request: Request, progress: Progress | None) -> Transient:
+def run(request: Request, progress: OnProgress | None) -> Transient:
     """Compute the transient of a linear scene; its tolerance is not used.
 
     The cost does not grow with the horizon, except where the motion neither grows nor decays: then
@@ -71,7 +71,7 @@ def run(request: Request, progress: Progress | None) -> Transient:
     return transient
 
 
-def _fraction_of(t_end: float, progress: Progress) -> Progress:
+def _fraction_of(t_end: float, progress: OnProgress) -> OnProgress:
     return lambda seconds: progress(min(seconds / t_end, 1.0))
 
 
@@ -80,7 +80,7 @@ def _trajectory(
     motion: LinearMotion,
     start: NDArray[np.float64],
     times: NDArray[np.float64],
-    progress: Progress | None,
+    progress: OnProgress | None,
 ) -> Trajectory:
     states = np.empty((times.size, 4))
     for first in range(0, times.size, _TIMES):

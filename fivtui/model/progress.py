@@ -1,0 +1,35 @@
+"""Progress of a computation: how much of it is done, and whether it is to stop."""
+
+from collections.abc import Callable
+
+from .errors import Cancelled
+
+# Takes the fraction done, and returns whether to continue.
+OnProgress = Callable[[float], bool]
+
+
+class Progress:
+    """The fraction done of a computation, for the callback of who asked for it, if there is one."""
+
+    __slots__ = ("_callback", "_fraction")
+
+    def __init__(self, callback: OnProgress | None) -> None:
+        self._callback, self._fraction = callback, 0.0
+
+    def report(self, fraction: float) -> None:
+        """Report the fraction done; raise `Cancelled` if the computation is to stop."""
+        if not self.advance(fraction):
+            raise Cancelled
+
+    def advance(self, fraction: float) -> bool:
+        """Report the fraction done, and return whether to continue."""
+        self._fraction = fraction
+        return self.go_on()
+
+    def go_on(self) -> bool:
+        """Whether to continue, where no more is done than was reported."""
+        return self._callback is None or self._callback(self._fraction)
+
+    def part(self, begin: float, end: float) -> "Progress":
+        """The progress of a part of the computation, from one fraction of the whole to another."""
+        return Progress(lambda fraction: self.advance(begin + (end - begin) * fraction))
