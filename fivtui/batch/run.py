@@ -14,10 +14,10 @@ from fivtui.model import (
     ALL_PARAMETERS,
     BELT_PARAMETERS,
     PARAMETERS,
-    Cancelled,
     InputError,
     OnProgress,
     Parameters,
+    Progress,
     check_parameters,
     unknown_name,
 )
@@ -130,9 +130,8 @@ def simulate_batch(
         require=frozenset(require),
         max_steps=check_max_steps(max_steps),
     )
-    report = progress or (lambda _fraction: True)
     kernel = load_kernel() if why_interpreted() is None else None
-    work.run(kernel, workers or os.cpu_count() or 1, report)
+    work.run(kernel, workers or os.cpu_count() or 1, Progress(progress))
     return work.result()
 
 
@@ -177,7 +176,7 @@ class _Work:
         self._next, self._done = 0, 0.0
         self._stop = False
 
-    def run(self, kernel: Kernel | None, workers: int, report: OnProgress) -> None:
+    def run(self, kernel: Kernel | None, workers: int, progress: Progress) -> None:
         """Compute all members."""
         workers = min(workers, -(-self._size // _LEAST_CHUNK))
         running: set[Future[None]] = set()
@@ -186,8 +185,7 @@ class _Work:
             for future in running:
                 if future.done():
                     future.result()
-            if not report(min(self._done / self._size, 1.0)):
-                raise Cancelled
+            progress.report(min(self._done / self._size, 1.0))
 
         if workers > 0:
             look()
@@ -204,7 +202,7 @@ class _Work:
             finally:
                 self._stop = True
                 pool.shutdown(cancel_futures=True)
-        report(1.0)
+        progress.advance(1.0)
 
     def _worker(self, kernel: Kernel | None, workers: int, look: Callable[[], None]) -> None:
         share = 1 if workers == 1 else 2 * workers

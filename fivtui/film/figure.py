@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fivtui.charts import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
 from fivtui.io import check_output, check_suffix, files_text, save_bytes, temporary_folder
-from fivtui.model import ALWAYS_SLIDING, Cancelled, InputError, Mode, OnProgress
+from fivtui.model import ALWAYS_SLIDING, InputError, Mode, OnProgress, Progress
 from fivtui.results import Result
 from fivtui.signals import motion_at
 from fivtui.transient import Trajectory, Transient
@@ -162,11 +162,11 @@ def animate(
         image = plate.figimage(picture.frame(timing.start))
         with writer.saving(plate, str(made), _DPI):
             # Asked after a frame: a writer cannot end without one.
+            work = Progress(progress)
             for done, t in enumerate(times.tolist(), 1):
                 image.set_data(picture.frame(t))
                 writer.grab_frame()
-                if progress is not None and not progress(done / times.size):
-                    raise Cancelled(str(path))
+                work.report(done / times.size)
         save_bytes(made.read_bytes(), path, force=force)
     return Film(path, (timing.start, timing.end), timing.speed, times.size)
 

@@ -8,10 +8,10 @@ from typing import Any, Final, Literal
 from fivtui.equilibrium import lowest_critical_mu
 from fivtui.model import (
     PARAMETERS,
-    Cancelled,
     ComputationError,
     OnProgress,
     Parameters,
+    Progress,
     System,
     check_always_sliding,
     equilibrium,
@@ -301,7 +301,7 @@ class _Search:
 
     def __init__(self, system: System, progress: OnProgress | None) -> None:
         self._system, self._p = system, system.parameters
-        self._progress, self._fraction = progress, 0.0
+        self._work = Progress(progress)
         self.critical = lowest_critical_mu(system)
         upper = PARAMETERS["mu"].upper
         self._reach = min(_SPAN * max(self.critical or 0.0, self._p.mu, 1.0), upper)
@@ -324,7 +324,7 @@ class _Search:
         if self._p.k_nl == 0.0:
             self._grow_at_any_size()
         self._from_hopf()
-        self._report(0.2)
+        self._work.report(0.2)
         # A few starts lower μ cheaply where cycles attract many; then all starts are followed.
         self._lower_from(SCOUTS, 0.2)
         starts = starts_within_limit(self.rounds[-1])
@@ -371,13 +371,8 @@ class _Search:
                 distinct.append(cycle)
         return tuple(distinct)
 
-    def _report(self, fraction: float) -> None:
-        self._fraction = fraction
-        if not self._go_on(fraction):
-            raise Cancelled
-
     def _go_on(self, _part: float) -> bool:
-        return self._progress is None or self._progress(self._fraction)
+        return self._work.go_on()
 
     def _least(self) -> float:
         return min((attractor.mu for attractor in self._attractors), default=self.top)
@@ -412,7 +407,7 @@ class _Search:
         for turn in range(_MOST_ROUNDS):
             if not self._lower(starts):
                 return
-            self._report(fraction * (2.0 - 0.5**turn))
+            self._work.report(fraction * (2.0 - 0.5**turn))
         self._ended_early = True
 
     def _lower(self, starts: int) -> bool:
@@ -471,7 +466,7 @@ class _Search:
     def _confirm(self, motion: Survivor) -> bool:
         # Whether shooting finds a stable cycle near a motion.
         at = self._system.with_values({"mu": motion.mu})
-        explorer = Explorer(at, go_on=lambda: self._go_on(0.0))
+        explorer = Explorer(at, go_on=self._work.go_on)
         try:
             reached = explorer.reach(motion.state, most_legs=_MOST_LEGS)
         except ComputationError:

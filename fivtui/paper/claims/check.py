@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fivtui.io import read_bytes
-from fivtui.model import Cancelled, InputError, OnProgress, unknown_name
+from fivtui.model import InputError, OnProgress, Progress, unknown_name
 from fivtui.paper import PANELS, PaperResults
 
 from . import stability, vibration
@@ -87,19 +87,19 @@ def check_claims(
     False.
     """
     source = PaperResults() if results is None else results
-    report = progress or (lambda _fraction: True)
+    work = Progress(progress)
     scenes = [scene for claim in chosen for scene in claim.scenes]
     if len(chosen) == len(CLAIMS):
         amplitudes = (panel for panel in PANELS.values() if panel.kind == "amplitude")
         scenes += [scene for panel in amplitudes for scene in panel.scenes()]
-    source.prepare(scenes, lambda fraction: report(_RUNS * fraction))
+    source.prepare(scenes, work.part(0.0, _RUNS).advance)
     checked: list[CheckedClaim] = []
-    source.go_on = lambda: report(_RUNS + (1.0 - _RUNS) * len(checked) / len(chosen))
+    checking = work.part(_RUNS, 1.0)
+    source.go_on = checking.go_on
     try:
         for claim in chosen:
             checked.append(check(claim, source))
-            if not source.go_on():
-                raise Cancelled
+            checking.report(len(checked) / len(chosen))
     finally:
         source.go_on = lambda: True
     return checked
