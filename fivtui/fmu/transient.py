@@ -12,7 +12,14 @@ from typing import BinaryIO, Final
 import numpy as np
 
 from fivtui.io import temporary_folder, write_atomically
-from fivtui.model import COLUMNS, Cancelled, ComputationError, InputError, OnProgress, time_scale
+from fivtui.model import (
+    COLUMNS,
+    ComputationError,
+    InputError,
+    OnProgress,
+    Progress,
+    time_scale,
+)
 from fivtui.transient import (
     FMU_FLAVOURS,
     OnSamples,
@@ -106,12 +113,12 @@ def integrate_fmu(
             names = ", ".join(course.tables)
             raise InputError(f"{names} over time: the FMU must take derivatives of inputs: {fmu}")
         instance, messages = stack.enter_context(instantiated(file))
-        report = progress or (lambda _fraction: True)
+        work = Progress(progress)
 
         def before_step() -> None:
             check_interrupt()
-            if slave.steps % _PROGRESS_EVERY == 1 and not report(recorder.t / request.t_end):
-                raise Cancelled
+            if slave.steps % _PROGRESS_EVERY == 1:
+                work.report(recorder.t / request.t_end)
 
         slave = Slave(instance, messages, file.description, before_step, course)
         master = Master(slave, request, recorder)
@@ -126,7 +133,7 @@ def integrate_fmu(
                     part = kept[-_PART:]
                     on_samples(_trajectory(part, [point.t for point in part]))
         slave.end()
-    report(1.0)
+    work.advance(1.0)
     result = recorder.result()
     return dataclasses.replace(
         result,

@@ -8,7 +8,7 @@ from typing import Final
 
 from fivtui.charts import FORMATS, save_figure
 from fivtui.io import check_apart, check_output, written_together
-from fivtui.model import Cancelled, InputError, OnProgress, check_names, unknown_name
+from fivtui.model import InputError, OnProgress, Progress, check_names, unknown_name
 
 from .data import save_data
 from .drawing import draw
@@ -139,19 +139,18 @@ def save_figures(
     check_apart([("the file", path) for path in paths])
     for path in paths:
         check_output(path, force=force)
-    report = progress or (lambda _fraction: True)
+    work = Progress(progress)
     source = PaperResults() if results is None else results
     panels = [panel for number in chosen for panel in panels_of(number)]
     amplitudes = [panel for panel in panels if panel.kind == "amplitude"]
     share = _AMPLITUDES if amplitudes else 0.0
     source.prepare(
         (scene for panel in amplitudes for scene in panel.scenes()),
-        lambda fraction: report(share * fraction),
+        work.part(0.0, share).advance,
     )
     for panel in panels:
         source.table(panel.key)
-        if not report(share):
-            raise Cancelled
+        work.report(share)
     for place, files in enumerate(plan, start=1):
         figure = draw(files.number, source)
         with written_together():
@@ -159,6 +158,5 @@ def save_figures(
                 save_figure(figure, path, force=force)
             for panel, path in zip(panels_of(files.number), files.data, strict=True):
                 save_data(source.table(panel.key), path, force=force)
-        if not report(share + (1.0 - share) * place / len(plan)):
-            raise Cancelled
+        work.report(share + (1.0 - share) * place / len(plan))
     return plan

@@ -12,7 +12,7 @@ import numpy as np
 from fivtui.charts import check_figure_path, save_figure
 from fivtui.fmu import integrate_fmu
 from fivtui.io import check_apart, check_output
-from fivtui.model import InputError
+from fivtui.model import InputError, Progress
 from fivtui.simulation import compute
 from fivtui.transient import Transient, transient_figure
 from fmu_src.build import build_fmu
@@ -101,26 +101,26 @@ def compare(
     check_apart([("the FMU", fmu), ("the picture", figure)])
     check_output(fmu, force=force)
     check_figure_path(figure, force=force)
-    report = progress or (lambda _fraction: True)
+    work = Progress(progress)
     begin = time.perf_counter()
     build_fmu(fmu, force=force)
     build_s = time.perf_counter() - begin
     case_1, case_2 = (dataclasses.replace(scene, separation=flag) for flag in (True, False))
-    considered = _case_runs(case_1, fmu, lambda fraction: report(0.5 * fraction))
-    ignored = _case_runs(case_2, fmu, lambda fraction: report(0.5 + 0.5 * fraction))
+    considered = _case_runs(case_1, fmu, work.part(0.0, 0.5))
+    ignored = _case_runs(case_2, fmu, work.part(0.5, 1.0))
     save_figure(transient_figure([ignored.native, considered.native]), figure, force=force)
     return Comparison(considered, ignored, build_s, fmu, figure)
 
 
-def _case_runs(scene: Scene, fmu: Path, report: Callable[[float], bool]) -> CaseRuns:
+def _case_runs(scene: Scene, fmu: Path, progress: Progress) -> CaseRuns:
     samples = np.linspace(0.0, scene.t_end, _POINTS)
     begin = time.perf_counter()
     request = scene.request(method="taylor", step=None, samples=samples)
-    native = compute(request, progress=lambda fraction: report(0.1 * fraction))
+    native = compute(request, progress=progress.part(0.0, 0.1).advance)
     middle = time.perf_counter()
     through = integrate_fmu(
         dataclasses.replace(request, method="fmu"),
-        progress=lambda fraction: report(0.1 + 0.9 * fraction),
+        progress=progress.part(0.1, 1.0).advance,
         fmu=fmu,
     )
     return CaseRuns(native, through, middle - begin, time.perf_counter() - middle)

@@ -12,10 +12,10 @@ from fivtui.batch import Batch, BatchAmplitude, BatchPeak, Requirement, simulate
 from fivtui.equilibrium import critical_mus, judge_growths
 from fivtui.model import (
     ALL_PARAMETERS,
-    Cancelled,
     ComputationError,
     OnProgress,
     Parameters,
+    Progress,
     System,
     spring_force,
 )
@@ -395,10 +395,9 @@ class _Block:
     def _parts(self, progress: OnProgress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
         # Some members after the other, with the parameters that vary.
         parameters = {name: c for name, c in self.varied.items() if name in ALL_PARAMETERS}
-        size = len(self.reasons)
+        size, work = len(self.reasons), Progress(progress)
         for first in range(0, size, _JUDGED):
-            if progress is not None and not progress(first / size):
-                raise Cancelled
+            work.report(first / size)
             some = slice(first, first + _JUDGED)
             yield some, {name: column[some] for name, column in parameters.items()}
 

@@ -19,6 +19,7 @@ from fivtui.model import (
     InputError,
     OnProgress,
     Parameters,
+    Progress,
     Rows as TableRows,
     System,
     check_names,
@@ -251,11 +252,12 @@ def sweep_in_memory(study: Study, engine: Engine, *, progress: OnProgress | None
     size = min(default_piece_size(study), max(study.members // _PIECES_IN_MEMORY, 1))
     count = piece_count(study.members, size)
     parts: dict[int, Rows] = {}
+    work = Progress(progress)
     pieces = (piece_of(number, study.members, size) for number in range(count))
     with closing(engine(study, pieces)) as results:
         for piece, rows in results:
             parts[piece.number] = rows
-            _report(progress, len(parts) / count)
+            work.report(len(parts) / count)
     return Sweep(study, joined([parts[number] for number in range(count)]))
 
 
@@ -330,23 +332,18 @@ def sweep_to_file(
     with open_store(out, study, size=size, force=force) as store:
         if store.complete:
             return WriteSummary(study.members, None, study.members)
-        kept = store.kept
+        kept, work = store.kept, Progress(progress)
         try:
-            _report(progress, kept / study.members)
+            work.report(kept / study.members)
             with closing(engine(study, store.missing())) as results:
                 for piece, rows in results:
                     store.write(piece, rows)
-                    _report(progress, store.kept / study.members)
+                    work.report(store.kept / study.members)
             failed = store.failed
             store.finish()
         except (Cancelled, KeyboardInterrupt):
             raise Cancelled(store.advice) from None
         return WriteSummary(study.members, failed, kept)
-
-
-def _report(progress: OnProgress | None, fraction: float) -> None:
-    if progress is not None and not progress(fraction):
-        raise Cancelled
 
 
 def local_engine(workers: int | None = None) -> Engine:

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import IN_CONTACT, Cancelled, OnProgress, State
+from fivtui.model import IN_CONTACT, OnProgress, Progress, State
 from fivtui.taylor import BeltSegment, Segment, Stepper
 
 from .extremes import Extremes
@@ -74,13 +74,13 @@ class Recorder:
             If `progress` returned False.
         """
         t_end, max_steps = self._request.t_end, self._request.max_steps
-        report = progress or _keep_going
+        work = Progress(progress)
         for count in range(max_steps):
-            if count % _PROGRESS_EVERY == 0 and not report(min(self.t / t_end, 1.0)):
-                raise Cancelled
+            if count % _PROGRESS_EVERY == 0:
+                work.report(min(self.t / t_end, 1.0))
             self.include(stepper.advance())
             if self.t >= t_end:
-                report(1.0)
+                work.advance(1.0)
                 return
         raise step_limit_error(self._request, self.t)
 
@@ -158,7 +158,3 @@ class Recorder:
             trajectory=Trajectory.joined(self._parts) if self._parts else None,
             solution=DenseSolution(self._request.parameters, self._kept) if dense else None,
         )
-
-
-def _keep_going(_fraction: float) -> bool:
-    return True
