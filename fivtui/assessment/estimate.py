@@ -150,11 +150,11 @@ def accuracy(
         finer = f"tol {tol:g}"
 
     def run(request: Request, begin: float) -> Transient:
-        return compute(request, progress=work.part(begin, begin + 1.0 / 3.0).advance)
+        return compute(request, progress=work.part(begin, begin + 1.0 / 3.0).callback)
 
     asked = run(request, 0.0)
     other = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
-    growth = error_growth(request, progress=work.part(2.0 / 3.0, 1.0).advance)
+    growth = error_growth(request, progress=work.part(2.0 / 3.0, 1.0).callback)
     work.advance(1.0)
     ours, theirs, rounding = _numbers(asked), _numbers(other), _rounding(asked)
     return Accuracy(

@@ -30,6 +30,13 @@ class Progress:
         """Whether to continue, where no more is done than was reported."""
         return self._callback is None or self._callback(self._fraction)
 
+    @property
+    def callback(self) -> OnProgress | None:
+        """What a function is given that takes a callback; None if nobody asks for the progress."""
+        return None if self._callback is None else self.advance
+
     def part(self, begin: float, end: float) -> "Progress":
         """The progress of a part of the computation, from one fraction of the whole to another."""
+        if self._callback is None:
+            return self
         return Progress(lambda fraction: self.advance(begin + (end - begin) * fraction))

@@ -164,11 +164,11 @@ def coexistence(
     The search for the offsets that leave the equilibrium follows, and takes longer.
     """
     work = Progress(progress)
-    ends = search(system, kernel=kernel, progress=work.part(0.0, _SEARCH).advance)
+    ends = search(system, kernel=kernel, progress=work.part(0.0, _SEARCH).callback)
     result = Coexistence(system, ends.attractors, ends.reached, ends.stable, None)
     if not result.coexists:
         work.report(1.0)
         return result
     found(result)
-    escape = escape_offset(system, kernel=kernel, progress=work.part(_SEARCH, 1.0).advance)
+    escape = escape_offset(system, kernel=kernel, progress=work.part(_SEARCH, 1.0).callback)
     return replace(result, escape=escape)

@@ -116,11 +116,11 @@ def _case_runs(scene: Scene, fmu: Path, progress: Progress) -> CaseRuns:
     samples = np.linspace(0.0, scene.t_end, _POINTS)
     begin = time.perf_counter()
     request = scene.request(method="taylor", step=None, samples=samples)
-    native = compute(request, progress=progress.part(0.0, 0.1).advance)
+    native = compute(request, progress=progress.part(0.0, 0.1).callback)
     middle = time.perf_counter()
     through = integrate_fmu(
         dataclasses.replace(request, method="fmu"),
-        progress=progress.part(0.1, 1.0).advance,
+        progress=progress.part(0.1, 1.0).callback,
         fmu=fmu,
     )
     return CaseRuns(native, through, middle - begin, time.perf_counter() - middle)

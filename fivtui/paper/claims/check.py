@@ -92,7 +92,7 @@ def check_claims(
     if len(chosen) == len(CLAIMS):
         amplitudes = (panel for panel in PANELS.values() if panel.kind == "amplitude")
         scenes += [scene for panel in amplitudes for scene in panel.scenes()]
-    source.prepare(scenes, work.part(0.0, _RUNS).advance)
+    source.prepare(scenes, work.part(0.0, _RUNS).callback)
     checked: list[CheckedClaim] = []
     checking = work.part(_RUNS, 1.0)
     source.go_on = checking.go_on
