@@ -113,10 +113,6 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
     return InputError(f"unknown {kind} {name!r}{hint} (known: {', '.join(names)})")
 
 
-def _flushed(value: float) -> float:
-    return value if abs(value) >= _LEAST else 0.0
-
-
 def _spec(
     symbol: str, unit: str, default: float, bounds: tuple[float, float], meaning: str
 ) -> float:
@@ -176,10 +172,12 @@ class Parameters:
 
     def __post_init__(self) -> None:
         for name, spec in PARAMETERS.items():
-            object.__setattr__(self, name, _flushed(spec.check(getattr(self, name))))
+            value = spec.check(getattr(self, name))
+            object.__setattr__(self, name, value if abs(value) >= _LEAST else 0.0)
         for name, spec in BELT_PARAMETERS.items():
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, _flushed(spec.check(getattr(self, name))))
+                value = spec.check(getattr(self, name))
+                object.__setattr__(self, name, value if abs(value) >= _LEAST else 0.0)
         if self.mu_s is not None and self.mu_s < self.mu:
             raise InputError(f"mu_s = {self.mu_s:g}: must be none, or at least mu = {self.mu:g}")
 
