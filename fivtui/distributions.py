@@ -202,22 +202,7 @@ def parse_distribution(text: str) -> Distribution:
 def parse_scattered(
     flag: str, text: str, specs: Mapping[str, ParameterSpec] = PARAMETERS
 ) -> tuple[str, Distribution]:
-    """Parse a quantity and its distribution.
-
-    Parameters
-    ----------
-    flag : str
-        The option it was given to, for messages, e.g. ``"--vary"``.
-    text : str
-        ``NAME~DISTRIBUTION:NUMBER:…``, e.g. ``F~normal:80:8``.
-    specs : mapping of str to ParameterSpec
-        Quantities that may be scattered; the model's parameters by default.
-
-    Raises
-    ------
-    InputError
-        If the text has another form, the name is unknown, or as `Distribution`.
-    """
+    """Parse a quantity and its distribution."""
     name, tilde, rest = (part.strip() for part in text.partition("~"))
     if not tilde or not name or not rest:
         raise InputError(f"{flag} {text}: must be {_FORM}, e.g. {flag} {_EXAMPLE}")

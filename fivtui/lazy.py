@@ -8,21 +8,7 @@ from pathlib import Path
 
 
 def lazily(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """Functions `__getattr__` and `__dir__` for a package.
-
-    Parameters
-    ----------
-    package : str
-        Its name. What its ``__init__.py`` imports under ``if TYPE_CHECKING:`` is what the package
-        exports.
-
-    Returns
-    -------
-    callable
-        Imports an exported name; raises AttributeError for any other.
-    callable
-        Lists the exported names.
-    """
+    """Functions `__getattr__` and `__dir__` for a package."""
     homes: dict[str, str] = {}
 
     def exported() -> dict[str, str]:

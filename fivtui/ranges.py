@@ -58,25 +58,7 @@ def parse_range(
     *,
     counted: bool = True,
 ) -> NamedRange:
-    """Parse a range.
-
-    Parameters
-    ----------
-    flag : str
-        The option it was given to, for messages, e.g. ``"--vary"``.
-    text : str
-        ``NAME=START:STOP:COUNT``, or ``NAME=START:STOP:COUNT:log`` for logarithmic spacing.
-    specs : mapping of str to ParameterSpec
-        Quantities that may vary, with their bounds; the model's parameters by default.
-    counted : bool
-        Whether the text has a count; if not, the range has its two ends alone.
-
-    Raises
-    ------
-    InputError
-        If the text has another form, the name is unknown, an end is out of bounds, the ends are
-        equal, the count is not from 2 to 10 000 000, or a logarithmic range is not above 0.
-    """
+    """Parse a range."""
     name, equals, rest = text.partition("=")
     name, parts = name.strip(), [part.strip() for part in rest.split(":")]
     form, example = (_FORM, "F=10:120:23") if counted else (_FORM_OF_ENDS, "F=10:120")
@@ -171,20 +153,6 @@ def log_spaced(start: float, stop: float, places: Floats, parts: int = 1) -> Flo
 
     Powers by a mathematical library differ in their last bits from one processor to the next; this
     takes sums, products and roundings alone, which IEEE 754 defines.
-
-    Parameters
-    ----------
-    start, stop : float
-        Ends, above 0.
-    places : ndarray
-        Places on the way, 0 to `parts`.
-    parts : int
-        Number of parts of the way.
-
-    Returns
-    -------
-    ndarray
-        The values, of the shape of `places`, within 0.51 units in the last place.
     """
     first, last = (_DIGITS.multiply(_log2(end), Decimal(_PARTS)) for end in (start, stop))
     begin = _pair(first)

@@ -59,22 +59,7 @@ def studies() -> Iterator[tuple[str, StudyKind]]:
 
 
 def check_study_path(name: str, path: Path, *, force: bool) -> None:
-    """Check that a result can be written to a file, before it is computed.
-
-    Parameters
-    ----------
-    name : str
-        Its kind, a key of `STUDIES`.
-    path : Path
-        The file; its suffix says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the kind has no such format, a package is missing, or the file cannot be written.
-    """
+    """Check that a result can be written to a file, before it is computed."""
     kind = study(name)
     if path.suffix.lower() in FORMATS and path.suffix.lower() in kind.suffixes:
         table_format(path, kind.data)
@@ -83,20 +68,7 @@ def check_study_path(name: str, path: Path, *, force: bool) -> None:
 
 
 def save_study(name: str, result: Any, path: Path, *, force: bool = False) -> None:
-    """Write a result to a file.
-
-    Parameters
-    ----------
-    name, path, force
-        As in `check_study_path`; besides, ``.json`` writes what the command line prints.
-    result : object
-        Of that kind.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write a result to a file."""
     kind = study(name)
     if path.suffix.lower() == _JSON and _JSON not in kind.suffixes:
         save_json(kind.to_dict(result), path, force=force)
@@ -114,23 +86,7 @@ def check_readable(path: Path) -> None:
 
 
 def kind_of(path: Path) -> str:
-    """The kind of result that a file holds.
-
-    Parameters
-    ----------
-    path : Path
-        A file that fivtui wrote, or the folder of a sweep under way.
-
-    Returns
-    -------
-    str
-        A key of `STUDIES` that can be read.
-
-    Raises
-    ------
-    InputError
-        If it is none of these.
-    """
+    """The kind of result that a file holds."""
     check_readable(path)
     suffix = path.suffix.lower()
     if is_folder(path):

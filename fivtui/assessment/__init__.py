@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .estimate import accuracy as accuracy
-    from .stress_tests import run_stress_tests as run_stress_tests
+    from .estimate import accuracy
+    from .stress_tests import run_stress_tests
 else:
     from fivtui.lazy import lazily
 

@@ -243,31 +243,7 @@ def run_stress_tests(
     *,
     progress: OnProgress | None = None,
 ) -> dict[str, dict[str, StressResult]]:
-    """Run methods on stress tests.
-
-    Parameters
-    ----------
-    tests : sequence of str
-        Names in `STRESS_TESTS`.
-    methods : sequence of str
-        Names in `METHODS_UNDER_TEST`.
-    progress : callable, optional
-        Called with the fraction done; cancels by returning False.
-
-    Returns
-    -------
-    dict
-        Results by test and method.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown.
-    ComputationError
-        If the compiled kernels cannot be loaded.
-    Cancelled
-        If `progress` returned False.
-    """
+    """Run methods on stress tests."""
     _check_names("stress test", tests, STRESS_TESTS)
     _check_names("method", methods, METHODS_UNDER_TEST)
     found: dict[str, dict[str, StressResult]] = {name: {} for name in tests}

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .result import Batch as Batch, BatchAmplitude as BatchAmplitude, BatchPeak as BatchPeak
-    from .run import Requirement as Requirement, simulate_batch as simulate_batch
+    from .result import Batch, BatchAmplitude, BatchPeak
+    from .run import Requirement, simulate_batch
 else:
     from fivtui.lazy import lazily
 

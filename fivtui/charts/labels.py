@@ -9,13 +9,7 @@ _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
 class Label(str):
-    """A text as the terminal writes it, with the text that figures have in its place.
-
-    Attributes
-    ----------
-    math : str
-        The text of figures, in matplotlib's mathtext.
-    """
+    """A text as the terminal writes it, with the text that figures have in its place."""
 
     __slots__ = ("math",)
     math: str

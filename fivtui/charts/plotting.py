@@ -92,22 +92,7 @@ def check_figure_path(path: Path, *, force: bool) -> None:
 
 
 def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
-    """Write a figure to a file; the same figure always gives the same bytes.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    path : Path
-        The file; its suffix ``.png`` (200 dpi), ``.svg`` or ``.pdf`` sets the format.
-    force : bool
-        Whether an existing file may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the suffix is unknown or the file cannot be written.
-    """
+    """Write a figure to a file; the same figure always gives the same bytes."""
     suffix = check_suffix(path, "figure", _METADATA)
 
     def write(file: BinaryIO) -> None:

@@ -123,21 +123,7 @@ def print_rows(
     keys: int = 1,
     justify: JustifyMethod = "right",
 ) -> None:
-    """Print a table; one wider than the terminal continues below.
-
-    Parameters
-    ----------
-    title : str
-        Its title.
-    header : sequence of str
-        Headings of the columns.
-    rows : sequence of sequence of str or Text
-        A cell for each heading.
-    keys : int
-        Number of columns from the left that identify a row; they are repeated below.
-    justify : str
-        Justification of all columns but the first.
-    """
+    """Print a table; one wider than the terminal continues below."""
     columns = [
         TableColumn(name, tuple(row[place] for row in rows), justify if place > 0 else "left")
         for place, name in enumerate(header)

@@ -159,15 +159,6 @@ def critical_mus(
     """Critical friction coefficients of n parameter sets, shape (n,); NaN where there is none.
 
     That above which the equilibrium becomes unstable, on a belt of finite speed the least of these.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameters that do not vary.
-    varied : mapping of str to ndarray, shape (n,)
-        The others, by name; μ is not used.
-    separation : ndarray of bool, shape (n,)
-        Whether separation is considered.
     """
     if is_on_belt(p, varied):
         return _critical_one_by_one(p, varied, separation)
@@ -195,26 +186,7 @@ def _critical_one_by_one(
 def judge_growths(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> tuple[FloatArray, BoolArray, dict[int, str]]:
-    """Growth rates and stability of n parameter sets.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameters that do not vary.
-    varied : mapping of str to ndarray, shape (n,)
-        The others, by name.
-    separation : ndarray of bool, shape (n,)
-        Whether separation is considered.
-
-    Returns
-    -------
-    growth : ndarray, shape (n,)
-        Growth rates, 1/s; NaN where there is none.
-    stable : ndarray of bool, shape (n,)
-        Whether the equilibrium is stable, as in `Stability`.
-    reasons : dict of int to str
-        Why there is no growth rate, by index.
-    """
+    """Growth rates and stability of n parameter sets."""
     if is_on_belt(p, varied):
         return _judged_one_by_one(p, varied, separation)
     with np.errstate(all="ignore"):

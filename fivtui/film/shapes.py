@@ -36,18 +36,7 @@ _TURNS: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A line of a picture.
-
-    Attributes
-    ----------
-    name : str
-        What it is: ``belt``, ``marks``, ``walls``, ``block``, ``foot``, ``contact spring``,
-        ``springs``, ``preload``, ``contact force``, ``friction``.
-    x, y : ndarray, shape (n,)
-        Its points, m; NaN is a gap.
-    closed : bool
-        Whether it is the edge of an area.
-    """
+    """A line of a picture."""
 
     name: str
     x: FloatArray
@@ -57,23 +46,7 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What stays the same while the slider moves, m and N.
-
-    Attributes
-    ----------
-    size : float
-        Size of the motion, m: slider and springs are drawn in proportion.
-    free : float
-        Length of the undeformed contact spring.
-    anchor_x, anchor_y : float
-        Where the slanted spring is held; `anchor_x` also the horizontal one.
-    middle : float
-        Height at which that is held.
-    x_range, y_range : tuple of float
-        What has to be seen.
-    force : float
-        Greatest contact force, N: the longest arrow.
-    """
+    """What stays the same while the slider moves, m and N."""
 
     size: float
     free: float
@@ -107,19 +80,7 @@ def layout_of(motion: Trajectory) -> Layout:
 
 
 def shapes_at(run: Transient, layout: Layout, moment: Trajectory, travel: float) -> list[Shape]:
-    """The shapes at a time.
-
-    Parameters
-    ----------
-    run : Transient
-        The run, for friction.
-    layout : Layout
-        From `layout_of`.
-    moment : Trajectory
-        The motion at one time.
-    travel : float
-        How far the belt has moved, m.
-    """
+    """The shapes at a time."""
     size, half = layout.size, 0.5 * _BLOCK * layout.size
     x, y, force = float(moment.x[0]), float(moment.y[0]), float(moment.P[0])
     mode = Mode(int(moment.mode[0]))

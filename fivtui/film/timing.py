@@ -30,15 +30,7 @@ _DRIFT: Final = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Times of the frames of a film.
-
-    Attributes
-    ----------
-    start, end : float
-        What is shown, s.
-    speed : float
-        Seconds of the motion in a second of the film.
-    """
+    """Times of the frames of a film."""
 
     start: float
     end: float
@@ -67,23 +59,7 @@ class Timing:
 
 
 def film_timing(run: Transient, window: tuple[float, float] | None, speed: float | None) -> Timing:
-    """The times that a film shows.
-
-    Parameters
-    ----------
-    run : Transient
-        The run.
-    window : tuple of float or None
-        Start and end, s; by default the last eight cycles, or what ten seconds of film show at the
-        speed given.
-    speed : float or None
-        Seconds of the motion in a second of the film; by default the film lasts ten seconds.
-
-    Raises
-    ------
-    InputError
-        If an input is wrong, or the film would have more than 1000 frames or show no motion.
-    """
+    """The times that a film shows."""
     if speed is not None and not (math.isfinite(speed) and speed > 0.0):
         raise InputError(f"speed = {speed:g}: must be above 0")
     if window is not None:

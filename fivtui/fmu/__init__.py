@@ -3,13 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .check import check_fmu as check_fmu
-    from .run import (
-        run_fmu as run_fmu,
-        save_fmu_events as save_fmu_events,
-        save_fmu_run as save_fmu_run,
-    )
-    from .transient import integrate_fmu as integrate_fmu
+    from .check import check_fmu
+    from .run import run_fmu, save_fmu_events, save_fmu_run
+    from .transient import integrate_fmu
 else:
     from fivtui.lazy import lazily
 

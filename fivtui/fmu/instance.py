@@ -75,15 +75,7 @@ class FmuFile:
 
 @contextmanager
 def extracted(path: Path) -> Iterator[FmuFile]:
-    """Extract an FMU for the duration of a context.
-
-    Raises
-    ------
-    InputError
-        If there is no such file or it is not an FMU.
-    ComputationError
-        If the path of the folder for temporary files is not plain.
-    """
+    """Extract an FMU for the duration of a context."""
     check_archive(path)
     with ExitStack() as stack:
         try:
@@ -125,18 +117,6 @@ def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
     """One co-simulation instance of an FMU (FMI 2.0 or 3.0), freed when the context ends.
 
     The host's working directory and module path are restored.
-
-    Yields
-    ------
-    tuple of FMU2Slave or FMU3Slave and Messages
-        fmpy's instance and its log.
-
-    Raises
-    ------
-    InputError
-        If the FMU is not for co-simulation or not for this platform.
-    ComputationError
-        If it cannot be instantiated.
     """
     make = _maker(fmu)
     identifier, messages = next(_identifiers), Messages()

@@ -56,37 +56,7 @@ def integrate_fmu(
     on_samples: OnSamples | None = None,
     fmu: Path | None = None,
 ) -> Transient:
-    """Compute a transient through the FMU.
-
-    Parameters
-    ----------
-    request : Request
-        What to compute, by the method ``fmu`` or ``fmu-native``; the latter takes parameters over
-        time as inputs and their derivatives. Its step, the communication step, changes no result:
-        if it is too coarse for the peaks, the master goes back and takes smaller steps. Sample
-        times are communication points and have the FMU's own outputs; "dense" interpolates between
-        communication points.
-    progress, on_samples : callable, optional
-        See `fivtui.simulate`.
-    fmu : Path, optional
-        An FMU built by `build_fmu`; one of the method's flavour in a temporary folder if not given.
-
-    Returns
-    -------
-    Transient
-        States, and times and states of the switches, as the FMU gives them; peaks from fifth-order
-        interpolation between communication points.
-
-    Raises
-    ------
-    InputError
-        If `fmu` is not an FMU of this model, the native FMU is not compiled, or parameters follow
-        tables and the FMU takes no derivatives of inputs.
-    ComputationError
-        If the FMU fails, with its log, or the step is too small for the run.
-    Cancelled
-        If `progress` returned False.
-    """
+    """Compute a transient through the FMU."""
     step = request.step or _STEP * time_scale(request.parameters)
     if request.t_end / step > MAX_STEPS:
         raise ComputationError(

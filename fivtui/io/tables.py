@@ -117,26 +117,7 @@ def write_table(
     *,
     force: bool = False,
 ) -> None:
-    """Write a table of numbers; equal tables give equal bytes.
-
-    Parameters
-    ----------
-    path, kind
-        As in `table_format`.
-    columns : sequence of Column
-        Names, units and meanings, in the order of the file.
-    values : mapping of str to ndarray, shape (n,)
-        Values by name.
-    header : mapping
-        Provenance, as data for JSON; the version of fivtui is added.
-    force : bool
-        Whether to overwrite an existing file.
-
-    Raises
-    ------
-    InputError
-        As `table_format`, or if the file cannot be written.
-    """
+    """Write a table of numbers; equal tables give equal bytes."""
     form = table_format(path, kind)
 
     def write(file: BinaryIO) -> None:

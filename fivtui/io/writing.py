@@ -25,23 +25,7 @@ TEMPORARY_FILES: Final = f"{_PREFIX}*.tmp"
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bool = False) -> None:
-    """Write a file whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        The file; of a symbolic link its target.
-    write : callable
-        Writes the content to a binary file.
-    force : bool
-        Whether to overwrite an existing file.
-
-    Raises
-    ------
-    InputError
-        As `check_output`, or if writing fails. What else `write` raises passes through; an existing
-        file then stays as it was.
-    """
+    """Write a file whole or not at all."""
     drafts = _DRAFTS.get()
     if drafts is not None:
         drafts.add(path, write, force=force)

@@ -14,24 +14,12 @@ on a belt of finite speed), `driven.h` (the same while parameters change with ti
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .driven import legs_of as legs_of
-    from .field_text import headers as headers
-    from .native import (
-        Kernel as Kernel,
-        load_kernel as load_kernel,
-        stepping_kernel as stepping_kernel,
-        why_interpreted as why_interpreted,
-    )
-    from .orbits import OrbitSearch as OrbitSearch, Varied as Varied
-    from .runs import (
-        CROSSING_HEAD as CROSSING_HEAD,
-        SEGMENT_HEAD as SEGMENT_HEAD,
-        BeltRun as BeltRun,
-        KernelRun as KernelRun,
-        RunColumns as RunColumns,
-        VariedRun as VariedRun,
-    )
-    from .status import Status as Status
+    from .driven import legs_of
+    from .field_text import headers
+    from .native import Kernel, load_kernel, stepping_kernel, why_interpreted
+    from .orbits import OrbitSearch, Varied
+    from .runs import CROSSING_HEAD, SEGMENT_HEAD, BeltRun, KernelRun, RunColumns, VariedRun
+    from .status import Status
 else:
     from fivtui.lazy import lazily
 

@@ -10,16 +10,7 @@ from fivtui.model import Course, load
 
 @dataclass(frozen=True, slots=True)
 class Legs:
-    """F, μ, μ_s and v_belt over time, linear between rows.
-
-    Attributes
-    ----------
-    rows : ndarray, shape (n, 10)
-        Time from which on a row holds, s, ascending from the start; each value there and its slope;
-        and the speed to which the belt comes at the next row, m/s.
-    greatest_load : float
-        Greatest |load| of all, N.
-    """
+    """F, μ, μ_s and v_belt over time, linear between rows."""
 
     rows: NDArray[np.float64]
     greatest_load: float

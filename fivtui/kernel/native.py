@@ -300,18 +300,7 @@ def _loaded() -> Kernel | ComputationError:
 
 
 def load_kernel() -> Kernel:
-    """The kernel for this processor, loaded on first use.
-
-    Returns
-    -------
-    Kernel
-        One for all.
-
-    Raises
-    ------
-    ComputationError
-        If it cannot be had, with the reason.
-    """
+    """The kernel for this processor, loaded on first use."""
     found = _loaded()
     if isinstance(found, ComputationError):
         raise ComputationError(found.why, found.advice)

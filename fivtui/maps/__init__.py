@@ -3,19 +3,10 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .figure import LEAST_CONTRAST as LEAST_CONTRAST
-    from .result import (
-        MAP_VALUES as MAP_VALUES,
-        NOT_KNOWN as NOT_KNOWN,
-        SAFETY_VALUES as SAFETY_VALUES,
-        StabilityMap as StabilityMap,
-    )
-    from .safety import compute_map as compute_map, safety_map as safety_map
-    from .stability import (
-        check_map as check_map,
-        map_value as map_value,
-        stability_map as stability_map,
-    )
+    from .figure import LEAST_CONTRAST
+    from .result import MAP_VALUES, NOT_KNOWN, SAFETY_VALUES, StabilityMap
+    from .safety import compute_map, safety_map
+    from .stability import check_map, map_value, stability_map
 else:
     from fivtui.lazy import lazily
 

@@ -35,19 +35,7 @@ def escape_offsets(
     *,
     work: Progress,
 ) -> Floats:
-    """The least displacement from rest, up or down, that escapes, to 2 %; NaN where none does.
-
-    Parameters
-    ----------
-    system : System
-        The system, with the parameters that do not vary.
-    columns : mapping of str to ndarray, shape (n,)
-        Those that do.
-    sizes : ndarray, shape (n,)
-        Half peak-to-peak of y of the cycle at the fold of each set, m.
-    work : Progress
-        Takes the fraction done.
-    """
+    """The least displacement from rest, up or down, that escapes, to 2 %; NaN where none does."""
     found = np.full(sizes.size, np.nan)
     for begin in range(0, sizes.size, _CHUNK):
         work.report(begin / sizes.size)

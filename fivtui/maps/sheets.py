@@ -46,19 +46,7 @@ class _Reached:
 
 
 class FoldSheets:
-    """The folds of limit cycles along μ at every point of a grid.
-
-    Parameters
-    ----------
-    system : System
-        The system, with the parameters that do not vary.
-    over : mapping of str to ndarray
-        One or two parameters that vary, none of them μ, and their values.
-    work : Progress
-        Takes the fraction done.
-    seeds : iterable of (tuple of int, FoldOrbit)
-        Folds that are known, with the indices of their points.
-    """
+    """The folds of limit cycles along μ at every point of a grid."""
 
     def __init__(
         self,

@@ -3,14 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .comparison import (
-        QUANTITIES as QUANTITIES,
-        Criterion as Criterion,
-        Validation as Validation,
-        validate as validate,
-    )
-    from .reading import read_measurement as read_measurement
-    from .tolerances import Tolerances as Tolerances, read_tolerances as read_tolerances
+    from .comparison import QUANTITIES, Criterion, Validation, validate
+    from .reading import read_measurement
+    from .tolerances import Tolerances, read_tolerances
 else:
     from fivtui.lazy import lazily
 

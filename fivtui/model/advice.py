@@ -9,15 +9,7 @@ from .system import System
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """A change that helps some parameter sets only.
-
-    Attributes
-    ----------
-    text : str
-        Noun phrase that follows "use".
-    applies : callable
-        Whether it is possible for a system.
-    """
+    """A change that helps some parameter sets only."""
 
     text: str
     applies: Callable[[System], bool]
@@ -43,15 +35,7 @@ def use_one_of(alternatives: Iterable[str]) -> str:
 
 
 def advise(system: System, remedies: Iterable[Remedy | str]) -> str:
-    """Advice to use one of the remedies that apply to a system.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-    remedies : iterable of Remedy or str
-        Changes that may help; a text applies to all systems. At least one must apply.
-    """
+    """Advice to use one of the remedies that apply to a system."""
     return use_one_of(
         remedy if isinstance(remedy, str) else remedy.text
         for remedy in remedies

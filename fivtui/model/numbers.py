@@ -14,19 +14,7 @@ _BRIEF.maxstring = 40
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """The numbers from `lower` to `upper`, in words such as ``above 0 and at most 1e+09 kg``.
-
-    Attributes
-    ----------
-    lower, upper : float
-        Ends, infinite if there is none.
-    unit : str
-        SI unit; empty if dimensionless.
-    lower_open : bool
-        Whether `lower` itself is excluded.
-    optional : bool
-        Whether there may be no number at all.
-    """
+    """The numbers from `lower` to `upper`, in words such as ``above 0 and at most 1e+09 kg``."""
 
     lower: float
     upper: float = math.inf
@@ -59,22 +47,7 @@ class Interval:
 
 
 def parse_number(name: str, value: object, allowed: object) -> float:
-    """Read a finite number from a number (Python's or NumPy's) or its text.
-
-    Parameters
-    ----------
-    name : str
-        What the value is for, for the message.
-    value : object
-        The value; a bool is refused.
-    allowed : object
-        What it must be; its text is repeated in the message.
-
-    Raises
-    ------
-    InputError
-        If `value` is not a finite number.
-    """
+    """Read a finite number from a number (Python's or NumPy's) or its text."""
     if isinstance(value, bool) or not isinstance(value, (float, str, Real)):
         raise InputError(f"{name} = {value!r}: not a number; must be {allowed}")
     try:

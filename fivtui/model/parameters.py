@@ -90,17 +90,7 @@ _NEAR: Final = 0.6
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
-    """The error for an unknown name; it suggests the nearest known one.
-
-    Parameters
-    ----------
-    kind : str
-        What the name stands for, e.g. ``"parameter"``.
-    name : str
-        The unknown name.
-    known : iterable of str
-        The known names.
-    """
+    """The error for an unknown name; it suggests the nearest known one."""
     names = list(known)
     # A single letter is like every short name that has it.
     folded = {

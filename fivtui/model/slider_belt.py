@@ -24,36 +24,14 @@ Matrix = tuple[State, State, State, State]
 
 
 def contact_force(p: Parameters, y: float, mode: Mode) -> float:
-    """Contact force P in N (Eq. 1), positive in compression, zero when separated.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    y : float
-        Vertical displacement, m.
-    mode : Mode
-        The mode, see `MODES`.
-    """
+    """Contact force P in N (Eq. 1), positive in compression, zero when separated."""
     return spring_force(p, y) if mode in IN_CONTACT else 0.0
 
 
 def accelerations(
     p: Parameters, state: State, mode: Mode, rates: Rates = CONSTANT
 ) -> tuple[float, float]:
-    """Accelerations (ẍ, ÿ) in m/s²: Eq. 5 when separated, Eq. 2 with the friction of the mode else.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    state : State
-        (x, ẋ, y, ẏ) in m and m/s.
-    mode : Mode
-        The mode, see `MODES`.
-    rates : Rates
-        How parameters change with time.
-    """
+    """Accelerations (ẍ, ÿ) in m/s²: Eq. 5 when separated, else Eq. 2 with the mode's friction."""
     x, vx, y, vy = state
     force = contact_force(p, y, mode)
     ay = equations.vertical_acceleration(p, x, y, vy, force - equations.load(p))
@@ -76,19 +54,7 @@ def sliding(p: Parameters, y: float, mode: Mode) -> tuple[float, float]:
 
 
 def friction_force(p: Parameters, state: State, mode: Mode, rates: Rates = CONSTANT) -> float:
-    """Friction force on the slider in N; where it sticks, what the belt has to exert.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    state : State
-        (x, ẋ, y, ẏ) in m and m/s.
-    mode : Mode
-        The mode, see `MODES`.
-    rates : Rates
-        How parameters change with time.
-    """
+    """Friction force on the slider in N; where it sticks, what the belt has to exert."""
     x, vx, y, _ = state
     if mode is Mode.STICK:
         return float(equations.holding_force(p, x, y, rates))
@@ -102,17 +68,6 @@ def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CON
     derivative within rounding counts as zero (see `lift`). A slider at rest at y = 0 is in contact.
     On a belt of finite speed a slider of its very speed sticks while the belt can hold it; in
     tension, P < 0 with separation ignored, it cannot.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    state : State
-        (x, ẋ, y, ẏ) in m and m/s.
-    separation : bool
-        Whether separation is considered; if not, the mode is always contact.
-    rates : Rates
-        How parameters change with time.
     """
     if separation and _is_off(p, state, rates):
         return Mode.SEPARATED
@@ -208,20 +163,6 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
 
     Eliminating x gives the monotone cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
     β = (1 + μ h/a) k2 + h k1/a.
-
-    Parameters
-    ----------
-    system : System
-        The system; if it considers separation, the equilibrium for F < 0 is off the belt.
-    mu : float, optional
-        Friction coefficient to use instead of that of the system, on a belt of finite speed
-        μ(v_belt).
-
-    Raises
-    ------
-    ComputationError
-        If F < 0 lifts the slider off the belt and no spring holds it (k3 = 0), or the belt is at
-        rest: then the slider sticks where it is.
     """
     p, separation = system.parameters, system.separation
     load = equations.load(p)
@@ -272,23 +213,7 @@ def no_equilibrium_error(force: float) -> ComputationError:
 
 
 def static_start(system: System) -> State:
-    """The state at rest at the equilibrium of μ = 0 under F, before the belt moves.
-
-    Parameters
-    ----------
-    system : System
-        The system; its μ is not used.
-
-    Returns
-    -------
-    State
-        (x, 0, y, 0) in m and m/s.
-
-    Raises
-    ------
-    ComputationError
-        If there is no such equilibrium.
-    """
+    """The state at rest at the equilibrium of μ = 0 under F, before the belt moves."""
     p = system.parameters
     y = resting_height(system, 0.0)
     if not math.isfinite(y):
@@ -297,25 +222,7 @@ def static_start(system: System) -> State:
 
 
 def static_start_change(system: System, name: str) -> State:
-    """The derivative of the static start by a parameter.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-    name : str
-        Name of the parameter.
-
-    Returns
-    -------
-    State
-        (∂x, 0, ∂y, 0), m per unit of the parameter; towards greater F at F = 0.
-
-    Raises
-    ------
-    ComputationError
-        If there is no such start.
-    """
+    """The derivative of the static start by a parameter."""
     p, (_, _, y, _) = system.parameters, static_start(system)
     off = system.separation and equations.load(p) < 0.0
     moved = p.perturbed({name: 1.0})
@@ -333,17 +240,7 @@ def static_start_change(system: System, name: str) -> State:
 
 
 def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
-    """Jacobian (4 × 4, SI units) of the first-order system (Eq. 8) in (x, ẋ, y, ẏ).
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    y : float
-        Vertical displacement at which to linearise, m.
-    mode : Mode
-        The mode, see `MODES`.
-    """
+    """Jacobian (4 × 4, SI units) of the first-order system (Eq. 8) in (x, ẋ, y, ẏ)."""
     # That of a linear contact spring as stiff as the tangent.
     kt = tangent_stiffness(p, y)
     mu, c1 = sliding(p, y, mode)

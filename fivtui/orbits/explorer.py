@@ -157,32 +157,7 @@ class _Returns(NamedTuple):
 
 
 class Explorer:
-    """Follows motions of one parameter set to their attractors; remembers the limit cycles.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-    kernel : "compiled" or "interpreted", optional
-        Implementation of the integrator; the compiled one where there is one, if not given. Both
-        give reproducible results.
-    go_on : callable
-        Called repeatedly during a motion; cancels `reach` by returning False.
-
-    Attributes
-    ----------
-    system : System
-        The system.
-    length : float
-        Characteristic length, m, see `length_scale`.
-    rest : State
-        The equilibrium, as a state; on a belt at rest, that of a slider without friction.
-
-    Raises
-    ------
-    ComputationError
-        If there is no equilibrium.
-    """
+    """Follows motions of one parameter set to their attractors; remembers the limit cycles."""
 
     def __init__(
         self,
@@ -213,22 +188,6 @@ class Explorer:
         That is the equilibrium once the motion is where a Lyapunov function proves decay, rest by
         stick once the slider cannot come loose, and a limit cycle once Newton's method finds a
         stable one close to the motion.
-
-        Parameters
-        ----------
-        start : "static" or sequence of four floats
-            At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
-        most_legs : int
-            The motion is followed for this many times 16 slowest periods at most.
-
-        Raises
-        ------
-        InputError
-            If the start is wrong.
-        ComputationError
-            If the motion cannot be followed.
-        Cancelled
-            If `go_on` returned False.
         """
         state = resolve_start(self.system, start)
         extent, steps, leg = self._extent(state), 0, self._leg

@@ -114,28 +114,7 @@ def shoot(
     *,
     go_on: Callable[[], bool] = lambda: True,
 ) -> PeriodicOrbit:
-    """Find the periodic orbit close to a guess, closed to about 1e-12 of its size, stable or not.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-    guess : State
-        (x, ẋ, y, ẏ) near the orbit, on the section, m and m/s.
-    period : float
-        Estimate of the period, or of a multiple of it, s.
-    section : Section
-        The section.
-    go_on : callable
-        Called before every iteration; cancels the search by returning False.
-
-    Raises
-    ------
-    ComputationError
-        If Newton's method does not converge to such an orbit, or converges to the equilibrium.
-    Cancelled
-        If `go_on` returned False.
-    """
+    """Find the periodic orbit close to a guess closed to about 1e-12 of its size."""
     p = system.parameters
     state, time = _on_belt(p, np.array(guess), section), period
     fixed = section.value

@@ -43,26 +43,7 @@ DATA_COLUMNS: Final[Mapping[str, Column]] = {
 
 @dataclass(frozen=True, slots=True)
 class FigureData:
-    """The numbers that a panel shows.
-
-    Attributes
-    ----------
-    key : str
-        Key of the panel, see `Panel`.
-    caption : str
-        One phrase.
-    by, along : str
-        The columns that distinguish the lines and along which they are drawn.
-    columns : mapping of str to ndarray, shape (n,)
-        Values in the units of `DATA_COLUMNS`, line after line.
-    provenance : mapping
-        What all points share, as JSON data.
-
-    Raises
-    ------
-    ComputationError
-        If a value is not finite.
-    """
+    """The numbers that a panel shows."""
 
     key: str
     caption: str

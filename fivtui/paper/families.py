@@ -47,25 +47,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """What one panel of a figure shows.
-
-    Attributes
-    ----------
-    key : str
-        Number of the figure, followed by a letter if it has several panels of different scenes.
-    caption : str
-        One phrase.
-    kind : Kind
-        What is computed of each scene.
-    lines : tuple of Line
-        The lines in the paper's order.
-    by : str
-        What distinguishes the lines: a parameter, or ``"separation"``.
-    shown : str
-        The column drawn, if the kind has several.
-    choice : str
-        What the paper leaves open and was chosen here; may be empty.
-    """
+    """What one panel of a figure shows."""
 
     key: str
     caption: str

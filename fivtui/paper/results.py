@@ -19,18 +19,7 @@ _POINTS: Final = 10_001
 
 
 class PaperResults:
-    """Tables and runs of the paper, each computed when first requested.
-
-    Parameters
-    ----------
-    workers : int, optional
-        Most processes for amplitudes; the number of processors if not given.
-
-    Attributes
-    ----------
-    go_on : callable
-        Called repeatedly during computations; raises `Cancelled` in them by returning False.
-    """
+    """Tables and runs of the paper, each computed when first requested."""
 
     def __init__(self, *, workers: int | None = None) -> None:
         self.go_on: Callable[[], bool] = lambda: True

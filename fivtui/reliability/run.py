@@ -158,30 +158,7 @@ def measured(
     progress: OnProgress | None = None,
     tell: Tell | None = None,
 ) -> Uncertainty:
-    """The result of a scattered sweep.
-
-    Parameters
-    ----------
-    study : Study
-        With a scattered design.
-    engine : callable
-        Computes pieces, see `local_engine`.
-    until : float, optional
-        Wanted error of probabilities: samples are doubled until it is met.
-    place : Place, optional
-        File of the members; a study that was stopped continues, also with `until`.
-    progress : callable, optional
-        Called with the fraction of the members of this number of samples.
-    tell : callable, optional
-        Called with the number of members and the present probabilities in words.
-
-    Raises
-    ------
-    InputError
-        If `until` is given with another design than Sobol's, or as `sweep_to_file`.
-    ComputationError
-        If more samples than can be held would be needed.
-    """
+    """The result of a scattered sweep."""
     if tell is not None and SAFE in study.outputs:
         tell(study.members, "following branches of limit cycles")
     folds = None if progress is None else lambda _fraction: progress(0.0)

@@ -92,25 +92,7 @@ def over_of(data: Sequence[Mapping[str, Any]]) -> dict[str, FloatArray]:
 def split_grid(
     columns: Mapping[str, NDArray[Any]],
 ) -> tuple[dict[str, FloatArray], dict[str, NDArray[Any]]]:
-    """Separate the columns of a table of a grid.
-
-    Parameters
-    ----------
-    columns : mapping of str to ndarray, shape (n k,)
-        Both quantities, then others.
-
-    Returns
-    -------
-    dict of str to ndarray, shapes (n,) and (k,)
-        The values of both quantities.
-    dict of str to ndarray, shape (n, k)
-        The other columns.
-
-    Raises
-    ------
-    InputError
-        If the points do not form a grid.
-    """
+    """Separate the columns of a table of a grid."""
     first, second, *others = columns
     rows = columns[first]
     length = int(np.argmax(rows != rows[0])) or rows.size

@@ -126,25 +126,7 @@ def read_result(
     texts: Collection[str] = (),
     missing: bool = False,
 ) -> T:
-    """Read a result from a table, or from the JSON that the command line prints.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    data_name : str
-        What it should hold, for messages.
-    from_data, from_table : callable
-        Make the result of the content of a JSON file, or of the columns and header of a table,
-        if tables of it are read.
-    texts, missing
-        Columns of text, and whether there may be no value, see `read_columns`.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or holds something else.
-    """
+    """Read a result from a table, or from the JSON that the command line prints."""
     content, columns, header = b"", {}, {}
     if path.suffix.lower() == ".json":
         content = read_bytes(path)

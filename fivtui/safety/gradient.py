@@ -23,11 +23,6 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     null vector gives the derivatives from those of one period by μ and the parameters. Where no
     cycle attracts below the critical μ they are those of that one. None if there is no critical μ,
     or the branch ends or changes its stability otherwise at its least μ.
-
-    Raises
-    ------
-    ComputationError
-        If the branch cannot be followed.
     """
     p, separation = system.parameters, system.separation
     critical = lowest_critical_mu(system)

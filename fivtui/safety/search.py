@@ -146,22 +146,6 @@ class Round:
     """One round of the search: motions from Sobol starts at evenly spaced μ, stage by stage.
 
     No motion is followed where damping is so small that none would come to rest.
-
-    Parameters
-    ----------
-    system : System
-        The system; its μ is not used.
-    top : float
-        The values of μ are below this one.
-    starts : int
-        Starts at each μ.
-    progress : callable, optional
-        Called with the fraction done of a stage; cancels by returning False.
-
-    Raises
-    ------
-    ComputationError
-        If there is no equilibrium.
     """
 
     def __init__(

@@ -190,32 +190,7 @@ def safe_mus(
     table: SafeTable | None = None,
     progress: OnProgress | None = None,
 ) -> Floats:
-    """Safe μ of n parameter sets by continuation from the Hopf point, shape (n,).
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameters that do not vary.
-    varied : mapping of str to ndarray, shape (n,)
-        The others, by name; μ is not used.
-    separation : ndarray of bool, shape (n,)
-        Whether separation is considered.
-    table : SafeTable, optional
-        Where safe μ is taken from; without, every set that differs is continued.
-    progress : callable, optional
-        Called with the fraction done; cancels the work by returning False.
-
-    Returns
-    -------
-    ndarray
-        The least of the critical μ and of those at which a limit cycle of the branch that begins
-        there attracts; NaN where there is no critical μ.
-
-    Raises
-    ------
-    Cancelled
-        If `progress` returned False.
-    """
+    """Safe μ of n parameter sets by continuation from the Hopf point, shape (n,)."""
     groups = groups_of(p, varied, separation.size)
     if table is not None:
         critical = critical_mus(p, varied, separation)
@@ -236,26 +211,7 @@ def safe_table(
     *,
     progress: OnProgress | None = None,
 ) -> SafeTable | None:
-    """A table of safe μ where parameters vary; None if nothing but μ does.
-
-    Parameters
-    ----------
-    system : System
-        The system, with the parameters that do not vary.
-    ranges : mapping of str to (float, float)
-        Least and greatest value of the others.
-    draws : mapping of str to ndarray, shape (n,)
-        Values of the others as they are met, for a table over several groups.
-    progress : callable, optional
-        Called with a fraction of the greatest number of folds; cancels by returning False.
-
-    Raises
-    ------
-    ComputationError
-        If folds cannot be continued in the ranges.
-    Cancelled
-        If `progress` returned False.
-    """
+    """A table of safe μ where parameters vary; None if nothing but μ does."""
     names = tuple(name for name in GROUPS if set(MADE_OF[name]) & ranges.keys())
     if not names:
         return None

@@ -49,17 +49,7 @@ class Zone(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Zones:
-    """Zones along one parameter, all else equal.
-
-    Attributes
-    ----------
-    name : str
-        The parameter.
-    bounds : tuple of float
-        Where zones begin and end, ascending: one more than there are zones.
-    zones : tuple of Zone
-        ``SMALL`` where nothing is known of large disturbances.
-    """
+    """Zones along one parameter, all else equal."""
 
     name: str
     bounds: tuple[float, ...]
@@ -92,35 +82,7 @@ def _merged(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Zones:
 
 
 def linear_zones(system: System, name: str, low: float, high: float) -> Zones:
-    """Zones over a parameter by eigenvalues alone, in milliseconds.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-    name : str
-        The parameter that varies.
-    low, high : float
-        Its range.
-
-    Returns
-    -------
-    Zones
-        ``SQUEALS`` where small disturbances grow, elsewhere ``SMALL``: large ones are not looked
-        at, unless the system is linear.
-
-    Raises
-    ------
-    InputError
-        If there is no such parameter, or the range is empty.
-
-    Examples
-    --------
-    >>> from fivtui.model import Parameters, System
-    >>> from fivtui.safety import linear_zones
-    >>> linear_zones(System(Parameters()), "mu", 0.0, 1.5).zones
-    (<Zone.SMALL: 'small disturbances die out'>, <Zone.SQUEALS: 'squeals by itself'>)
-    """
+    """Zones over a parameter by eigenvalues alone, in milliseconds."""
     return _Judge(system, name, low, high).zones()
 
 
@@ -137,35 +99,6 @@ def safety_zones(
     Limit cycles are followed from the Hopf point, at 25 values of the parameter, where zones meet,
     and where the least μ of a cycle comes nearest to μ between these; over μ once. Cycles that are
     connected with none of these are not found, as `safe_friction` may find them.
-
-    Parameters
-    ----------
-    system, name, low, high
-        As for `linear_zones`.
-    progress : callable, optional
-        Called with the fraction done; cancels by returning False.
-
-    Returns
-    -------
-    Zones
-        ``SMALL`` where small disturbances die out and no limit cycle begins at any μ, or none dies
-        out without damping; on a belt of finite speed, of which large disturbances are not
-        searched.
-
-    Raises
-    ------
-    InputError
-        If there is no such parameter, or the range is empty.
-    Cancelled
-        If `progress` returned False.
-
-    Examples
-    --------
-    >>> from fivtui.model import Parameters, System
-    >>> from fivtui.safety import safety_zones
-    >>> found = safety_zones(System(Parameters()), "mu", 0.0, 1.5)
-    >>> [round(bound, 4) for bound in found.bounds], found.zones[0]
-    ([0.0, 0.2779, 0.4394, 1.5], <Zone.SAFE: 'safe'>)
     """
     scale = _Judge(system, name, low, high)
     if not scale.searched:
@@ -176,15 +109,7 @@ def safety_zones(
 
 
 def searched_zones(found: "SafeFriction", low: float, high: float) -> Zones:
-    """Zones over μ as `safe_friction` found them; nothing is computed.
-
-    Parameters
-    ----------
-    found : SafeFriction
-        The verdict.
-    low, high : float
-        The range of μ.
-    """
+    """Zones over μ as `safe_friction` found them; nothing is computed."""
     scale = _Judge(found.system, "mu", low, high)
     if not scale.searched:
         return scale.zones()

@@ -71,28 +71,7 @@ def compare(
     force: bool = False,
     progress: Callable[[float], bool] | None = None,
 ) -> Comparison:
-    """Build the FMU, run a scene through it and natively in both cases, draw Figs. 10 to 12.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its `separation` and `method` are not used.
-    folder : Path
-        Where the FMU and the picture go; made if it is missing.
-    force : bool
-        Whether files of these names may be replaced.
-    progress : callable, optional
-        Called with the fraction done; the job is cancelled when it returns False.
-
-    Raises
-    ------
-    InputError
-        If a file exists or cannot be written, or both are one.
-    ComputationError
-        If a run cannot be finished.
-    Cancelled
-        If `progress` returned False.
-    """
+    """Build the FMU, run a scene through it and natively in both cases, draw Figs. 10 to 12."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

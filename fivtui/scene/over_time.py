@@ -46,23 +46,7 @@ def read_over_time(
     time: str = TIME,
     columns: Mapping[str, tuple[str, float, float]] | None = None,
 ) -> OverTime:
-    """The tables in a CSV file with a row of names.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    time : str
-        Name of the column of times, s.
-    columns : mapping of str to (str, float, float), optional
-        For each parameter the name of its column, and scale and offset that make its values in SI
-        units of that. If not given, the columns of the parameters' own names.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, a column is missing or a value is out of range.
-    """
+    """The tables in a CSV file with a row of names."""
     with opened(path) as file:
         try:
             table = read_csv(file)

@@ -28,17 +28,7 @@ class SceneResult:
 def run_scene(
     scene: Scene, *, points: int = DEFAULT_POINTS, progress: OnProgress | None = None
 ) -> SceneResult:
-    """Compute what the `outputs` of a scene require, nothing else.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    points : int
-        Points of a trajectory, equally spaced.
-    progress : callable, optional
-        See `simulate`; errors are raised as there.
-    """
+    """Compute what the `outputs` of a scene require, nothing else."""
     wanted = set(scene.outputs)
     verdict = None
     if "stability" in wanted:
@@ -60,16 +50,7 @@ def scene_transient(
     on_samples: OnSamples | None = None,
     sensitivities: Sequence[str] = (),
 ) -> SceneTransient:
-    """Compute the transient of a scene, to its tolerance or to the accuracy that it asks for.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    samples, progress, on_samples, sensitivities
-        See `simulate`; errors are raised as there. For an accuracy several runs hand out their
-        samples, each from the start.
-    """
+    """Compute the transient of a scene, to its tolerance or to the accuracy that it asks for."""
     request = scene.request(samples=samples, sensitivities=sensitivities)
     if scene.accuracy:
         verified = simulate_to(

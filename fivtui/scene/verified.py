@@ -36,20 +36,7 @@ _LEAST_STEP: Final = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Verified:
-    """A transient with the errors of its numbers.
-
-    Attributes
-    ----------
-    transient : Transient
-        The finest run.
-    asked : mapping of str to float
-        Errors allowed, by quantity.
-    estimate : Deviation
-        Errors of the run before, at a coarser setting, against the finest: an upper bound of the
-        finest run's errors as long as the method converges; at least those of rounding.
-    runs : int
-        Number of runs.
-    """
+    """A transient with the errors of its numbers."""
 
     transient: Transient
     asked: Mapping[str, float]
@@ -108,26 +95,6 @@ def simulate_to(
     The tolerance, or the step of a method that takes one, follows from the least error; the same
     run with a finer setting then tells the errors, and the setting is refined until they are met.
     Runs that part on their way tell nothing, however near their numbers are by chance.
-
-    Parameters
-    ----------
-    asked : mapping of str to float
-        Errors allowed, see `check_accuracy`.
-    request : Request
-        What to compute; its `tol` and `step` are not used.
-    progress, on_samples : callable, optional
-        See `simulate`; both follow each run from its start.
-
-    Raises
-    ------
-    InputError
-        If the request is wrong.
-    ComputationError
-        If a run cannot be finished, or the errors cannot be had.
-    PartedError
-        If the finest runs part.
-    Cancelled
-        If `progress` returned False.
     """
     targets = check_accuracy(asked)
     scale, by_step = time_scale(request.parameters), takes_step(request.method)

@@ -3,14 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .audio import check_sound_path as check_sound_path, sound as sound
-    from .motion import (
-        check_window as check_window,
-        last_cycles as last_cycles,
-        motion_at as motion_at,
-        period_of as period_of,
-    )
-    from .spectra import Spectrum as Spectrum, spectrum as spectrum
+    from .audio import check_sound_path, sound
+    from .motion import check_window, last_cycles, motion_at, period_of
+    from .spectra import Spectrum, spectrum
 else:
     from fivtui.lazy import lazily
 

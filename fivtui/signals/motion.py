@@ -21,26 +21,7 @@ _ROUNDING: Final = 1e-9
 
 
 def motion_at(run: Transient, times: FloatArray) -> Trajectory:
-    """The motion of a run at any times.
-
-    Parameters
-    ----------
-    run : Transient
-        Computed with sample times, or with ``samples="dense"``.
-    times : ndarray, shape (n,)
-        Times within the run, s.
-
-    Returns
-    -------
-    Trajectory
-        That of the dense solution; else interpolated between the samples, from displacements and
-        velocities (cubic Hermite). Modes are those between the switches located by the run.
-
-    Raises
-    ------
-    InputError
-        If the run has neither.
-    """
+    """The motion of a run at any times."""
     if run.solution is not None:
         return run.solution(times)
     if run.trajectory is None:

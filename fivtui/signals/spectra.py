@@ -50,11 +50,6 @@ def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
     The mean is removed first and put at frequency 0. The fundamental frequency is interpolated by a
     parabola through the logarithms of the highest line and its neighbours. A shorter last step is
     dropped.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than 16 samples, or they are not evenly spaced.
     """
     if t.size > 1 and t[-1] - t[-2] < (1.0 - _UNEVEN) * (t[1] - t[0]):
         t, values = t[:-1], values[:-1]

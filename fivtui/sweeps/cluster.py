@@ -39,16 +39,6 @@ def cluster_engine(address: str) -> Iterator[Engine]:
 
     A piece whose worker is lost is computed by another one. The workers need the same versions of
     fivtui and its numerical packages.
-
-    Parameters
-    ----------
-    address : str
-        Address of the scheduler, such as ``tcp://10.0.0.1:8786``.
-
-    Raises
-    ------
-    InputError
-        If Dask is not installed, no scheduler answers, or it has no workers.
     """
     if find_spec("distributed") is None:
         raise InputError("--scheduler needs Dask: install fivtui[cluster]")

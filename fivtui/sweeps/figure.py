@@ -42,21 +42,6 @@ def sweep_figure(result: Sweep) -> Figure:
 
     Curves show the peak of |y| and its half peak-to-peak over the second half of the run, maps the
     peak; the first output where these were not computed. Failed members are left blank.
-
-    Parameters
-    ----------
-    result : Sweep
-        A sweep over one name or two.
-
-    Returns
-    -------
-    Figure
-        With an Agg canvas.
-
-    Raises
-    ------
-    InputError
-        If other than one or two names vary.
     """
     study = result.study
     check_drawable(study)

@@ -17,15 +17,7 @@ from .study import DEFAULT_OUTPUTS, Study
 
 @dataclass(frozen=True, slots=True)
 class SweepPreset:
-    """A sweep that comes with the program.
-
-    Attributes
-    ----------
-    description : str
-        One phrase.
-    varied : tuple of str
-        What varies, as texts of ``--vary``.
-    """
+    """A sweep that comes with the program."""
 
     description: str
     varied: tuple[str, ...]

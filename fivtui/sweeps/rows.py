@@ -138,27 +138,6 @@ def compute_rows(study: Study, first: int, last: int, progress: OnProgress | Non
     """Compute members `first` to `last` - 1 of a sweep.
 
     A row never depends on what was computed before.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-    first, last : int
-        Range of members.
-    progress : callable, optional
-        Called with the fraction done; the computation stops when it returns False.
-
-    Returns
-    -------
-    Rows
-        A row for each member; a member that cannot be computed has a reason instead of values.
-
-    Raises
-    ------
-    Cancelled
-        If `progress` returned False.
-    ComputationError
-        If the compiled kernel cannot be loaded.
     """
     members = np.arange(first, last, dtype=np.int64)
     points, case = np.divmod(members, len(study.cases))

@@ -298,36 +298,6 @@ def sweep_to_file(
 
     Rows are kept in pieces beside the file, whatever stops the sweep. The same call continues it,
     and the file ends in the same bytes as without the stop. A complete file is left as it is.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-    out : Path
-        The file, ``.csv`` or ``.parquet``.
-    engine : callable
-        Computes pieces, see `local_engine` and `cluster_engine`.
-    size : int, optional
-        Members of a piece.
-    force : bool
-        Whether to overwrite an existing file, and to discard pieces of another sweep.
-    progress : callable, optional
-        As in `sweep`.
-
-    Returns
-    -------
-    WriteSummary
-        How many members there are, failed, and were kept from an earlier run.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written or is damaged, or the pieces beside it are of another sweep or
-        of a machine with other arithmetic.
-    ComputationError
-        If a piece cannot be computed or written; what is written is kept.
-    Cancelled
-        If `progress` returned False or Ctrl+C was pressed; says how to continue.
     """
     with open_store(out, study, size=size, force=force) as store:
         if store.complete:

@@ -264,14 +264,6 @@ def open_store(
 
     `size` is by default that of the pieces there, or `default_piece_size`; `force` overwrites an
     existing file and discards pieces of another sweep.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written or is damaged, the pieces beside it are of another sweep or of
-        a machine with other arithmetic, or another process is working on it.
-    ComputationError
-        If the compiled kernel cannot be loaded.
     """
     store = SweepStore(out, study, size=size, force=force)
     folder = store.folder

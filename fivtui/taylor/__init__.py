@@ -3,32 +3,21 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .belt import BeltStepper as BeltStepper
-    from .polynomial import (
-        derivative as derivative,
-        evaluate as evaluate,
-        first_root as first_root,
-        minimum_maximum as minimum_maximum,
-        restricted as restricted,
-        roots as roots,
-    )
-    from .segment import BeltSegment as BeltSegment, Segment as Segment, Stepper as Stepper
+    from .belt import BeltStepper
+    from .polynomial import derivative, evaluate, first_root, minimum_maximum, restricted, roots
+    from .segment import BeltSegment, Segment, Stepper
     from .stepper import (
-        DEFAULT_TOL as DEFAULT_TOL,
-        TOL_RANGE as TOL_RANGE,
-        StallError as StallError,
-        TaylorStepper as TaylorStepper,
-        follows_law as follows_law,
-        local_tolerance as local_tolerance,
-        order_for as order_for,
-        overflow_error as overflow_error,
-        stall_error as stall_error,
+        DEFAULT_TOL,
+        TOL_RANGE,
+        StallError,
+        TaylorStepper,
+        follows_law,
+        local_tolerance,
+        order_for,
+        overflow_error,
+        stall_error,
     )
-    from .variation import (
-        Deviations as Deviations,
-        Seed as Seed,
-        unbounded_error as unbounded_error,
-    )
+    from .variation import Deviations, Seed, unbounded_error
 else:
     from fivtui.lazy import lazily
 

@@ -41,13 +41,7 @@ HOLD_GUARDS: Final = (Guard.HELD_FORWARD, Guard.HELD_BACKWARD)
 
 
 class BeltStepper(TaylorStepper):
-    """Taylor integrator on a belt of finite speed, or with tables over time.
-
-    Parameters
-    ----------
-    system, state, t, tol, order
-        As of `TaylorStepper`; a system without tables is constant.
-    """
+    """Taylor integrator on a belt of finite speed, or with tables over time."""
 
     def _modes(self) -> Iterable[Mode]:
         return Mode

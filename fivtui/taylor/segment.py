@@ -58,13 +58,7 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class BeltSegment(Segment):
-    """A segment of the motion on a belt of finite speed.
-
-    Attributes
-    ----------
-    then : Mode
-        The mode after its end.
-    """
+    """A segment of the motion on a belt of finite speed."""
 
     then: Mode
 

@@ -107,19 +107,7 @@ def right_hand_side(p: Parameters, mode: Mode) -> RightHandSide:
 def recurrences(
     rhs: RightHandSide, state: Sequence[T], given: Sequence[T], backend: Backend[T, B]
 ) -> Iterator[B]:
-    """Yield the coefficients z₂, z₃, … of the motion, in m/sⁿ, without end.
-
-    Parameters
-    ----------
-    rhs : RightHandSide
-        Kind of right-hand side.
-    state : sequence of four values
-        (x, ẋ, y, ẏ) in m and m/s: the coefficients x₀, x₁, y₀, y₁.
-    given : sequence of nine values
-        The `Field`.
-    backend : Backend
-        How to compute.
-    """
+    """Yield the coefficients z₂, z₃, … of the motion, in m/sⁿ, without end."""
     xx, xy, yx, yy, xvx, yvy, friction, cubic, load = given
     a, b, damping = backend.both(xx, yx), backend.both(xy, yy), backend.both(xvx, yvy)
     z = [backend.both(state[0], state[2]), backend.both(state[1], state[3])]

@@ -139,26 +139,7 @@ def rough_exp2(exponent: float) -> float:
 
 
 class TaylorStepper:
-    """Taylor integrator that switches mode at y = 0.
-
-    Parameters
-    ----------
-    system : System
-        The system; parameters over time need `BeltStepper`.
-    state : State
-        (x, ẋ, y, ẏ) at `t`, m and m/s.
-    t : float
-        Start time, s.
-    tol : float
-        Local tolerance: last Taylor terms of each velocity relative to the scale of its own.
-    order : int, optional
-        Order of expansion; chosen from `tol` if not given.
-
-    Raises
-    ------
-    InputError
-        If `tol` is out of range or the state is not finite.
-    """
+    """Taylor integrator that switches mode at y = 0."""
 
     def __init__(
         self,

@@ -55,17 +55,6 @@ def past_switch(deviation: State, jump: Sequence[float], guard_change: float, ra
         δ⁺ = δ + (f⁺ − f⁻) (∇g·δ + g′)/(∇g·f⁻),
 
     the saltation matrix I + (f⁺ − f⁻) ∇gᵀ/(∇g·f⁻) with its part by parameters.
-
-    Parameters
-    ----------
-    deviation : State
-        δ.
-    jump : sequence of four floats
-        f⁺ − f⁻, by which the rate of change of the state jumps.
-    guard_change, rate : float
-        ∇g·δ + g′, how the guard changes with the number, and ∇g·f⁻, how it changes with time. Where
-        the rate of change of the state does not jump, the matrix is the identity, also where the
-        guard is touched only.
     """
     if not any(jump):
         return deviation
@@ -86,13 +75,6 @@ class Deviations:
     """Deviations from one motion, carried along its segments.
 
     A deviation of a start that sticks does not leave the belt: it has the change of its speed.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    seeds : sequence of Seed
-        What to derive by.
     """
 
     def __init__(self, p: Parameters, seeds: Sequence[Seed]) -> None:
@@ -106,27 +88,7 @@ class Deviations:
     def advance(
         self, segment: Segment, end: float = 1.0, places: Sequence[float] = ()
     ) -> list[list[State]]:
-        """Carry the deviations over the next segment of the motion.
-
-        Parameters
-        ----------
-        segment : Segment
-            It begins where the last one ended.
-        end : float
-            θ at which to stop.
-        places : sequence of float
-            Values of θ from 0 to `end`.
-
-        Returns
-        -------
-        list of list of State
-            The deviations of (x, ẋ, y, ẏ) at each of the places.
-
-        Raises
-        ------
-        ComputationError
-            If motion or deviations cannot be followed on, or have no derivatives.
-        """
+        """Carry the deviations over the next segment of the motion."""
         mode, span = segment.mode, end * segment.duration
         if mode is Mode.STICK:
             self.now = self._held(self.now)

@@ -3,18 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .charts import tradeoff_chart as tradeoff_chart
-    from .measure import (
-        Tradeoff as Tradeoff,
-        measure_tradeoff as measure_tradeoff,
-        tradeoff as tradeoff,
-    )
-    from .settings import (
-        MeasuredSetting as MeasuredSetting,
-        Setting as Setting,
-        cheapest as cheapest,
-        pareto as pareto,
-    )
+    from .charts import tradeoff_chart
+    from .measure import Tradeoff, measure_tradeoff, tradeoff
+    from .settings import MeasuredSetting, Setting, cheapest, pareto
 else:
     from fivtui.lazy import lazily
 

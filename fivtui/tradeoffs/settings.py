@@ -115,22 +115,7 @@ def ladders(time_scale: float, t_end: float) -> list[Ladder]:
 def pareto(
     rows: Iterable[MeasuredSetting], quantity: str, floor: float = 0.0
 ) -> list[MeasuredSetting]:
-    """The measured settings that no other beats both in CPU time and in error, cheapest first.
-
-    Parameters
-    ----------
-    rows : iterable of MeasuredSetting
-        What was measured.
-    quantity : str
-        A name in `QUANTITIES`.
-    floor : float
-        Uncertainty of the errors; smaller errors count as this.
-
-    Raises
-    ------
-    InputError
-        If the quantity is unknown.
-    """
+    """The measured settings that no other beats both in CPU time and in error, cheapest first."""
     check_quantity(quantity)
     finished = [
         (row.cpu_s, max(row.error.of(quantity), floor), row)

@@ -70,21 +70,7 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """The numbers of a run that are compared.
-
-    Attributes
-    ----------
-    final : tuple of four floats
-        (x, ẋ, y, ẏ) at the horizon, m and m/s.
-    peak : float
-        Peak of |y|, m.
-    half_range : float
-        Half peak-to-peak of y over the second half of the run, m.
-    switch_times : ndarray, shape (n,)
-        Times of separations and reattachments, s.
-    separations, sticks : int
-        Numbers of separations, and of sticks to a belt of finite speed.
-    """
+    """The numbers of a run that are compared."""
 
     final: State
     peak: float
@@ -151,23 +137,7 @@ class Divergence:
 def divergence(
     run: Observation, truth: Observation, *, t_end: float, time_scale: float
 ) -> Divergence | None:
-    """The time at which two runs of the same request part; None if they do not.
-
-    Parameters
-    ----------
-    run, truth : Observation
-        The runs, at different accuracy.
-    t_end : float
-        Their horizon, s.
-    time_scale : float
-        √(m/stiffness), s.
-
-    Returns
-    -------
-    Divergence or None
-        At the first switch that only one of them makes or that they make at different times, or at
-        the horizon if their states differ there.
-    """
+    """The time at which two runs of the same request part; None if they do not."""
     times, others = run.switch_times.tolist(), truth.switch_times.tolist()
     at = _first_difference(times, others, PARTED * time_scale)
     if at is not None:
@@ -201,24 +171,7 @@ _APART: Final = 10.0
 
 
 def check_accuracy(asked: Mapping[str, object]) -> dict[str, float]:
-    """Errors asked for, checked.
-
-    Parameters
-    ----------
-    asked : mapping of str to float or str
-        Error allowed, above 0 and at most 1, by quantity: ``final``, ``peak`` and ``half_range``
-        relative, ``events`` in s.
-
-    Returns
-    -------
-    dict
-        The same as numbers.
-
-    Raises
-    ------
-    InputError
-        If a quantity is unknown or an error out of range.
-    """
+    """Errors asked for, checked."""
     return {check_quantity(name): check_error(name, value) for name, value in asked.items()}
 
 

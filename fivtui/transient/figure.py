@@ -65,27 +65,6 @@ def transient_figure(
     Beside the whole time stand the last cycles, enlarged. Separation ignored is drawn solid blue,
     considered dashed green. The times off the belt are shaded where they are those of one run, and
     those at which the only run sticks to a belt of finite speed.
-
-    Parameters
-    ----------
-    runs : sequence of Transient
-        One or several results computed with sample times.
-    title : str, optional
-        Title above the panels, in plain text.
-    quantities : sequence of str
-        What is drawn, a row of panels each: names in `COLUMNS`.
-
-    Returns
-    -------
-    Figure
-        With an Agg canvas; it belongs to no window.
-
-    Raises
-    ------
-    InputError
-        If there is no run, or one without trajectory, or a quantity is unknown.
-    ComputationError
-        If a sample is not finite.
     """
     if not runs:
         raise InputError("figure: there is no run to draw")

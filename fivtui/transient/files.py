@@ -110,23 +110,6 @@ def save_trajectory(transient: Transient, path: Path, *, force: bool = False) ->
     The same transient always gives the same bytes. CSV has them in comment lines (``# key: JSON``)
     before the names of the columns, NPZ in arrays beside the columns, Parquet in the metadata of
     the schema and its fields.
-
-    Parameters
-    ----------
-    transient : Transient
-        A result computed with sample times.
-    path : Path
-        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If there is no trajectory, the format is unknown or needs a package that is not installed,
-        or the file cannot be written.
-    ComputationError
-        If a sample is not finite.
     """
     trajectory = trajectory_of(transient)
     request = {key: value for key, value in _request(transient).items() if value is not None}
@@ -135,24 +118,7 @@ def save_trajectory(transient: Transient, path: Path, *, force: bool = False) ->
 
 
 def load_trajectory(path: Path) -> Trajectory:
-    """Read a trajectory from a file.
-
-    Parameters
-    ----------
-    path : Path
-        A file that has the columns of `COLUMNS`, in any order; others are not read.
-
-    Returns
-    -------
-    Trajectory
-        Its trajectory, in SI units.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or is not a trajectory: a column is missing, a value is not a
-        finite number, times do not ascend, or a mode is neither 0 nor 1.
-    """
+    """Read a trajectory from a file."""
     columns = read_columns(path, _KIND, [column.name for column in COLUMNS])
     try:
         return _trajectory(columns)
@@ -183,23 +149,7 @@ def _trajectory(columns: Columns) -> Trajectory:
 
 
 def load_transient(path: Path) -> Transient:
-    """Read a transient from a trajectory file that fivtui wrote.
-
-    Parameters
-    ----------
-    path : Path
-        The file; it says what was computed.
-
-    Returns
-    -------
-    Transient
-        Its extremes are those of the samples; switching times are interpolated between them.
-
-    Raises
-    ------
-    InputError
-        If the file is not a trajectory, or does not say what was computed.
-    """
+    """Read a transient from a trajectory file that fivtui wrote."""
     motion, known = load_trajectory(path), read_header(path, _KIND)
     try:
         return _from_samples(known, motion)

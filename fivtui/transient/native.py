@@ -36,29 +36,7 @@ _MAX_STEPS: Final = 20_000
 def integrate(
     request: Request, *, progress: OnProgress | None = None, on_samples: OnSamples | None = None
 ) -> Transient:
-    """Compute a transient with a native method.
-
-    Parameters
-    ----------
-    request : Request
-        What to compute; its method is a name in `METHODS`.
-    progress, on_samples : callable, optional
-        See `fivtui.simulate`.
-
-    Returns
-    -------
-    Transient
-        Without CPU time, which the caller measures.
-
-    Raises
-    ------
-    InputError
-        If the method does not exist or does not take what is asked of it.
-    ComputationError
-        If the run cannot be finished.
-    Cancelled
-        If `progress` returned False.
-    """
+    """Compute a transient with a native method."""
     if request.method not in METHODS:
         raise unknown_name("method", request.method, METHODS)
     method = METHODS[request.method]
@@ -169,17 +147,6 @@ def later_amplitude(result: Transient) -> LaterAmplitude | None:
     """The amplitude after the end of a run that has not settled.
 
     The motion is followed from the final state for at most 20 periods, and no longer than the run.
-
-    Parameters
-    ----------
-    result : Transient
-        The run.
-
-    Returns
-    -------
-    LaterAmplitude or None
-        None if the amplitude of the second half of the run stays within 1 %, if parameters change
-        over time, or if the motion cannot be followed.
     """
     if result.over_time:
         return None

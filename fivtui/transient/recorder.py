@@ -21,21 +21,7 @@ _PROGRESS_EVERY: Final = 32
 
 
 class Recorder:
-    """Takes in the segments of a run and keeps what its result requires, nothing else.
-
-    Parameters
-    ----------
-    request : Request
-        What is being integrated.
-    on_samples : callable, optional
-        Called with every part of the trajectory at sample times as soon as it is known; no part is
-        empty.
-
-    Attributes
-    ----------
-    t : float
-        Time reached, s.
-    """
+    """Takes in the segments of a run and keeps what its result requires, nothing else."""
 
     def __init__(self, request: Request, on_samples: OnSamples | None = None) -> None:
         self._request = request
@@ -57,22 +43,7 @@ class Recorder:
         self._separations = 0
 
     def follow(self, stepper: Stepper, progress: OnProgress | None) -> None:
-        """Take in the segments of an integrator until the horizon is reached.
-
-        Parameters
-        ----------
-        stepper : Stepper
-            The integrator, at the start.
-        progress : callable, optional
-            See `fivtui.simulate`.
-
-        Raises
-        ------
-        ComputationError
-            If the run cannot be finished.
-        Cancelled
-            If `progress` returned False.
-        """
+        """Take in the segments of an integrator until the horizon is reached."""
         t_end, max_steps = self._request.t_end, self._request.max_steps
         work = Progress(progress)
         for count in range(max_steps):

@@ -32,22 +32,7 @@ _DERIVED: Final = (
 def transient_rows(
     result: Transient, accuracy: str = "", errors: Deviation | None = None
 ) -> list[Row]:
-    """All results of a transient.
-
-    Parameters
-    ----------
-    result : Transient
-        The transient.
-    accuracy : str
-        Its requested accuracy in words.
-    errors : Deviation, optional
-        Its verified errors, stated beside the values.
-
-    Returns
-    -------
-    list of Row
-        Label, value with unit, and a note.
-    """
+    """All results of a transient."""
     peak, events, force, final = result.peak, result.events, result.contact_force, result.final
 
     def note(quantity: str, otherwise: str = "", unit: str = "relative") -> str:

@@ -167,22 +167,7 @@ class Request:
 
 
 def resolve_start(system: System, start: Start) -> State:
-    """The start state (x, ẋ, y, ẏ) in m and m/s.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-    start : "static" or sequence of four floats
-        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s; less than 1e-150 is zero.
-
-    Raises
-    ------
-    InputError
-        If `start` is neither.
-    ComputationError
-        If there is no static start.
-    """
+    """The start state (x, ẋ, y, ẏ) in m and m/s."""
     checked = check_start(start)
     return static_start(system) if isinstance(checked, str) else checked
 

@@ -39,19 +39,7 @@ _MAX_SWITCHES_PER_STEP: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class StepPart:
-    """What n parameter sets did over one part of a step.
-
-    Attributes
-    ----------
-    contact : ndarray of bool, shape (n,)
-        Whether the contact field governed.
-    begin, duration : ndarray, shape (n,)
-        Start within the step and length, s; length zero where the step was already complete.
-    first, last : ndarray, shape (4, n)
-        (x, ẋ, y, ẏ) at both ends.
-    switches : ndarray of bool, shape (n,)
-        Whether the mode changes at the end.
-    """
+    """What n parameter sets did over one part of a step."""
 
     contact: BoolArray
     begin: FloatArray
@@ -62,27 +50,7 @@ class StepPart:
 
 
 class RungeKutta4:
-    """Fourth-order Runge–Kutta steps of fixed length, with the switch found by bisection.
-
-    Parameters
-    ----------
-    parameters, starts : sequence of Parameters and of State
-        The n parameter sets and their states at t = 0.
-    step : float
-        Step, s; positive.
-    separation : bool
-        Whether separation is considered.
-    locate : bool
-        Whether switches are located by bisection. If not, every stage takes the field of its own
-        sign of y, the method keeps converging but loses its order.
-
-    Attributes
-    ----------
-    state : ndarray, shape (4, n)
-        (x, ẋ, y, ẏ) of every set.
-    contact : ndarray of bool, shape (n,)
-        Mode of every set.
-    """
+    """Fourth-order Runge–Kutta steps of fixed length, with the switch found by bisection."""
 
     def __init__(
         self,

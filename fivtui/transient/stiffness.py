@@ -28,17 +28,7 @@ _IMPLICIT: Final = ("scipy-lsoda", "scipy-radau")
 
 @dataclass(frozen=True, slots=True)
 class Stiffness:
-    """Why a scene is stiff.
-
-    Attributes
-    ----------
-    decay : float
-        Fastest rate of decay, 1/s.
-    motion : float
-        Slowest rate of the linearised motion, 1/s.
-    steps : float
-        Steps that this decay forces upon an explicit method, at rest or not.
-    """
+    """Why a scene is stiff."""
 
     decay: float
     motion: float
@@ -52,20 +42,7 @@ class Stiffness:
 
 
 def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
-    """Stiffness of a scene, from the eigenvalues in contact and off the belt.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-    t_end : float
-        Horizon, s: a short one takes few steps all the same.
-
-    Returns
-    -------
-    Stiffness or None
-        None if an explicit method such as ``taylor`` suits the scene.
-    """
+    """Stiffness of a scene, from the eigenvalues in contact and off the belt."""
     modes = (Mode.CONTACT, Mode.SEPARATED) if system.separation else (Mode.CONTACT,)
     try:
         y = min(equilibrium(system).y, 0.0)

@@ -179,23 +179,7 @@ def segment_between(
     switches: bool,
     rates: Rates = CONSTANT,
 ) -> Segment:
-    """The motion between two states in one mode: quintic Hermite interpolation of order six.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set at the start, for the accelerations.
-    mode : Mode
-        The mode between the states.
-    times : tuple of float
-        Start and end, s.
-    states : tuple of State
-        (x, ẋ, y, ẏ) at start and end.
-    switches : bool
-        Whether the mode changes at the end.
-    rates : Rates
-        How parameters change with time.
-    """
+    """The motion between two states in one mode: quintic Hermite interpolation of order six."""
     start, end = times
     duration = end - start
     first, last = states

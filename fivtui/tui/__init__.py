@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .browser import serve as serve
-    from .start import run as run
+    from .browser import serve
+    from .start import run
 else:
     from fivtui.lazy import lazily
 

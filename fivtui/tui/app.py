@@ -66,23 +66,7 @@ def _report_interpreted(lab: Screen[object]) -> None:
 
 
 class FivtuiApp(App[None]):
-    """The terminal laboratory.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        The initial scene; the last session's if None.
-    source : str
-        Its preset or file, if it has one.
-    state : Path, optional
-        Session file; without one nothing is saved.
-    config : Path, optional
-        File with the user's keys and themes.
-    when_shown : callable, optional
-        Called once when the first screen is displayed.
-    threads : Executor, optional
-        Runs what is computed in threads; those of asyncio if None.
-    """
+    """The terminal laboratory."""
 
     TITLE = "fivtui"
     CSS_PATH: ClassVar[list[str | PurePath]] = [

@@ -35,18 +35,6 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
     A browser can read and write files as the serving user: it listens on the loopback address
     only, refuses requests from other sites' pages, and asks for the token in the printed address,
     which other users of this machine do not know.
-
-    Parameters
-    ----------
-    port : int
-        Port to listen on, 1 to 65535.
-    say : callable
-        Prints words for the user.
-
-    Raises
-    ------
-    InputError
-        If the extra ``serve`` is not installed, or the port cannot be used.
     """
     if find_spec("textual_serve") is None:
         raise InputError("serve: needs textual-serve: install fivtui[serve]")

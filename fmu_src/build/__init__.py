@@ -3,10 +3,10 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .builder import build_fmu as build_fmu
-    from .bundle import IMPORT_LOCK as IMPORT_LOCK
-    from .native import why_no_native as why_no_native
-    from .ssp import build_ssp as build_ssp
+    from .builder import build_fmu
+    from .bundle import IMPORT_LOCK
+    from .native import why_no_native
+    from .ssp import build_ssp
 else:
     from fivtui.lazy import lazily
 

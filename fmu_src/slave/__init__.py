@@ -3,23 +3,10 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .actuator_variables import (
-        ACTUATOR_SUMMARY as ACTUATOR_SUMMARY,
-        ACTUATOR_TABLE as ACTUATOR_TABLE,
-    )
-    from .motion import SliderBeltMotion as SliderBeltMotion, start_state as start_state
-    from .variable import (
-        Role as Role,
-        Type as Type,
-        Variable as Variable,
-        VariableTable as VariableTable,
-    )
-    from .variables import (
-        SLIDER_BELT_TABLE as SLIDER_BELT_TABLE,
-        STATES as STATES,
-        SUMMARY as SUMMARY,
-        VARIABLES as VARIABLES,
-    )
+    from .actuator_variables import ACTUATOR_SUMMARY, ACTUATOR_TABLE
+    from .motion import SliderBeltMotion, start_state
+    from .variable import Role, Type, Variable, VariableTable
+    from .variables import SLIDER_BELT_TABLE, STATES, SUMMARY, VARIABLES
 else:
     from fivtui.lazy import lazily
 

@@ -120,13 +120,6 @@ class SliderBeltMotion:
 
         `v_belt`, m/s, is the speed of a belt that has one. On any exception the motion stays where
         it was.
-
-        Raises
-        ------
-        InputError
-            If an input is out of range.
-        ComputationError
-            If the motion cannot be continued.
         """
         begin = self.current
         speed = None if begin.v_belt is None else v_belt

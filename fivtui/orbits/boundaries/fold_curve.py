@@ -30,15 +30,7 @@ NEAR_CORNER: Final = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class FoldOnCurve(OrbitOnCurve):
-    """A limit cycle with a multiplier 1.
-
-    Attributes
-    ----------
-    null, left : ndarray, shape (5,)
-        Right and left null vector of the equations in state and period.
-    bend : float
-        How the cycles next to it turn back; zero at a cusp.
-    """
+    """A limit cycle with a multiplier 1."""
 
     null: FloatArray
     left: FloatArray
@@ -49,18 +41,6 @@ class FoldCurve:
     """The equations of folds: shooting, and a bordered determinant that vanishes at folds.
 
     Second derivatives of the flow are differences of its first ones along the null vector.
-
-    Parameters
-    ----------
-    plane : ParameterPlane
-        What varies.
-    length, period : float
-        Units.
-    separation : bool
-        Whether separation is considered; where cycles stay on the belt it need not, and the
-        equations are smooth beyond the first touch.
-    go_on : callable
-        Called before every search; cancels the work by returning False.
     """
 
     def __init__(

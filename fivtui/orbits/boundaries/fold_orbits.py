@@ -45,22 +45,7 @@ _SMALLEST: Final = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class FoldOrbit:
-    """A limit cycle at a fold: no cycle next to it has a lower μ.
-
-    Attributes
-    ----------
-    mu : float
-        The friction coefficient.
-    half_range : float
-        Half peak-to-peak of y, m.
-    amplitude : float
-        The same in the parameter set's unit of length.
-    unknowns, across, tangent : ndarray
-        State, period and μ, the normal of the plane across the motion, and the direction of the
-        curve of cycles, in units of the parameter set.
-    bend : float
-        Change of the slope of μ along the curve.
-    """
+    """A limit cycle at a fold: no cycle next to it has a lower μ."""
 
     mu: float
     half_range: float
@@ -110,30 +95,7 @@ def fold_near(
     *,
     go_on: Callable[[], bool] = lambda: True,
 ) -> FoldOrbit | None:
-    """The fold of a system near that of another.
-
-    Parameters
-    ----------
-    system : System
-        The system; its μ does not matter.
-    guess : FoldOrbit
-        A fold of a system nearby.
-    unknowns : ndarray, shape (6,), optional
-        A better guess of the unknowns than those of `guess`.
-    go_on : callable
-        Called before every search of an orbit; cancels the work by returning False.
-
-    Returns
-    -------
-    FoldOrbit or None
-        None if there is none nearby, if μ has a maximum there, or if no cycle next to it attracts
-        for another reason than a torus or a doubled period.
-
-    Raises
-    ------
-    Cancelled
-        If `go_on` returned False.
-    """
+    """The fold of a system near that of another."""
     flow, units = SliderBeltFlow(system, (_MU,)), _units(system)
     curve = OrbitCurve(flow, units, go_on=go_on)
     base = guess.unknowns if unknowns is None else unknowns

@@ -21,19 +21,7 @@ _EXACT: Final = 1e-13
 
 @dataclass(frozen=True, slots=True)
 class HopfOnCurve:
-    """A Hopf point.
-
-    Attributes
-    ----------
-    unknowns : ndarray, shape (2,)
-        The two parameters, scaled.
-    tangent : ndarray, shape (2,)
-        Unit tangent of the curve.
-    hopf : HopfPoint
-        Frequency and first Lyapunov coefficient.
-    iterations : int
-        Of Newton's method.
-    """
+    """A Hopf point."""
 
     unknowns: FloatArray
     tangent: FloatArray
@@ -42,15 +30,7 @@ class HopfOnCurve:
 
 
 class HopfCurve:
-    """The points at which the friction coefficient is the critical one.
-
-    Parameters
-    ----------
-    plane : ParameterPlane
-        What varies.
-    go_on : callable
-        Called before every search; cancels the work by returning False.
-    """
+    """The points at which the friction coefficient is the critical one."""
 
     def __init__(self, plane: ParameterPlane, *, go_on: Callable[[], bool] = lambda: True) -> None:
         self._plane, self._go_on = plane, go_on

@@ -18,17 +18,7 @@ SECOND: Final = 6
 
 @dataclass(frozen=True, slots=True)
 class ParameterPlane:
-    """The plane of two parameters of a set.
-
-    Attributes
-    ----------
-    system : System
-        The system.
-    names : tuple of str
-        The two that vary.
-    ranges : tuple of tuple of float
-        Lowest and highest value of each.
-    """
+    """The plane of two parameters of a set."""
 
     system: System
     names: tuple[str, str]

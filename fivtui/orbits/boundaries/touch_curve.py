@@ -23,15 +23,6 @@ class TouchCurve:
     """The equations of cycles whose highest point is at y = 0, where they start.
 
     They stay on the belt: separation plays no part.
-
-    Parameters
-    ----------
-    plane : ParameterPlane
-        What varies.
-    length, period : float
-        Units.
-    go_on : callable
-        Called before every search; cancels the work by returning False.
     """
 
     def __init__(

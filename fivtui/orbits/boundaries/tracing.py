@@ -52,19 +52,7 @@ def reversed_fold(fold: FoldOnCurve) -> FoldOnCurve:
 
 
 class FoldTracer:
-    """Traces curves of folds.
-
-    Parameters
-    ----------
-    plane : ParameterPlane
-        What varies.
-    length, period : float
-        Units.
-    tell : callable
-        Called with the number of points after every step.
-    go_on : callable
-        Called before every search; cancels the work by returning False.
-    """
+    """Traces curves of folds."""
 
     def __init__(
         self,

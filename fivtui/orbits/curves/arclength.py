@@ -30,26 +30,7 @@ _CONVERGED: Final = 1e-10
 
 @dataclass(frozen=True, slots=True)
 class OrbitOnCurve:
-    """A periodic orbit, with the direction of the curve there.
-
-    Attributes
-    ----------
-    unknowns : ndarray, shape (n + 1 + q,)
-        State, period and parameters, in units of the scales of the curve.
-    tangent : ndarray, shape (n + 1 + q,)
-        Unit tangent of the curve.
-    across : ndarray, shape (n,)
-        Normal of the plane in which the next orbit is looked for.
-    monodromy : ndarray, shape (n - 1, n - 1)
-        The return map's derivative across the orbit, in scaled coordinates: its eigenvalues are the
-        Floquet multipliers but for the one along the orbit.
-    extremes : ndarray
-        Of the motion, see `Return`.
-    determinant : float
-        Of the scaled equations with the tangent; zero at a branch point, not at a fold.
-    iterations : int
-        Of Newton's method.
-    """
+    """A periodic orbit, with the direction of the curve there."""
 
     unknowns: FloatArray
     tangent: FloatArray
@@ -67,17 +48,7 @@ class OrbitOnCurve:
 
 
 class OrbitCurve:
-    """The equations of the periodic orbits of a flow along the parameters that vary.
-
-    Parameters
-    ----------
-    flow : Flow
-        The flow.
-    scales : ndarray, shape (n + 1 + q,)
-        Units of state, period and parameters in which distances along the curve are measured.
-    go_on : callable
-        Called before every search; cancels the work by returning False.
-    """
+    """The equations of the periodic orbits of a flow along the parameters that vary."""
 
     def __init__(
         self, flow: Flow, scales: FloatArray, *, go_on: Callable[[], bool] = lambda: True
@@ -94,25 +65,7 @@ class OrbitCurve:
         *,
         turning: bool = True,
     ) -> OrbitOnCurve | None:
-        """The periodic orbit near a guess; None if Newton's method finds none.
-
-        Parameters
-        ----------
-        guess : ndarray, shape (n + 1 + q,)
-            Scaled unknowns.
-        planes : ndarray, shape (1 + q, n + 1 + q)
-            Normals of the planes through the guess in which it is looked for.
-        along : ndarray, shape (n + 1 + q,), optional
-            Direction along the curve that the new tangent is to have; the last plane's if not
-            given.
-        turning : bool
-            Whether the tangent is in the plane across the orbit found instead of in the first.
-
-        Raises
-        ------
-        Cancelled
-            If `go_on` returned False.
-        """
+        """The periodic orbit near a guess; None if Newton's method finds none."""
         if not self._go_on():
             raise Cancelled
         if not np.isfinite(guess).all():

@@ -27,25 +27,7 @@ _INSIDE: Final = (0.25, 0.75)
 
 
 class BranchCurve:
-    """Periodic orbits of a flow along one parameter.
-
-    Parameters
-    ----------
-    flow : Flow
-        The flow, with one parameter that varies.
-    scales : ndarray, shape (n + 2,)
-        Units of state, period and parameter.
-    low, high : float
-        Range of the parameter.
-    length : tuple of float
-        Units of the first and the second displacement.
-    go_on : callable
-        Called before every search; cancels the work by returning False.
-    touches : bool
-        Whether y = 0 means anything: whether separation is considered.
-    courses : bool
-        Whether the flow is that on a belt of finite speed: the order of modes may change.
-    """
+    """Periodic orbits of a flow along one parameter."""
 
     def __init__(
         self,

@@ -14,22 +14,7 @@ from .result import CycleBranch, CyclePoint
 def cycles_at(
     branch: CycleBranch, value: float, *, progress: OnProgress | None = None
 ) -> tuple[CyclePoint, ...]:
-    """The limit cycles of a branch at a value of its parameter, in the order of the branch.
-
-    Parameters
-    ----------
-    branch : CycleBranch
-        The branch.
-    value : float
-        The parameter.
-    progress : callable, optional
-        Called with 0; cancels the work by returning False.
-
-    Raises
-    ------
-    Cancelled
-        If `progress` returned False.
-    """
+    """The limit cycles of a branch at a value of its parameter, in the order of the branch."""
     found: list[CyclePoint] = []
     work = Progress(progress)
     system = branch.system.with_values({branch.name: value})

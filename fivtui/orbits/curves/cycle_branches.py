@@ -134,26 +134,7 @@ def branch_through(
     *,
     progress: OnProgress | None = None,
 ) -> CycleBranch:
-    """The branch through a limit cycle of a system, followed both ways.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-    name, progress
-        As in `branch`.
-    cycle : tuple of State and float
-        A state near the cycle, m and m/s, and its period, s.
-    bounds : tuple of float
-        Range of the parameter, in which its value in the system is.
-
-    Raises
-    ------
-    ComputationError
-        If there is no such cycle.
-    Cancelled
-        If `progress` returned False.
-    """
+    """The branch through a limit cycle of a system, followed both ways."""
     work = Progress(progress)
     beginning = through(system, name, bounds, work, cycle)
     parts = _followed(system, name, bounds, work, beginning)

@@ -24,17 +24,7 @@ _MOST_BELT_STEPS: Final = 2_000
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """Where a motion is after a time, with derivatives.
-
-    Attributes
-    ----------
-    final, rate : ndarray, shape (n,)
-        The state, and its derivative by time.
-    derivatives : ndarray, shape (n, n + q)
-        Its derivatives by the state at the start and the q parameters that vary.
-    extremes : ndarray, shape (4,) or longer
-        Least and greatest value of a first and a second displacement, then what else is kept.
-    """
+    """Where a motion is after a time, with derivatives."""
 
     final: FloatArray
     rate: FloatArray
@@ -43,13 +33,7 @@ class Return:
 
 
 class Flow(Protocol):
-    """A flow that depends on one or two parameters.
-
-    Attributes
-    ----------
-    states : int
-        Number n of state variables.
-    """
+    """A flow that depends on one or two parameters."""
 
     @property
     def states(self) -> int:
@@ -62,23 +46,7 @@ class Flow(Protocol):
 
 
 class Makeup(NamedTuple):
-    """What a motion over a period on a belt of finite speed consists of.
-
-    Attributes
-    ----------
-    sticks, reversals : float
-        How often the slider sticks, and how often it becomes faster than the belt.
-    order : float
-        The order of its modes in contact, as a number, wherever the period begins.
-    least_stick : float
-        Shortest stick over the period; 1 without sticks.
-    gap : float
-        The belt's speed less the greatest ẋ, over the belt's speed; zero or less where the slider
-        reaches it.
-    place, middle : float
-        Where in a stick the period begins, from 0 to 1, and where in the period the middle of the
-        longest stick is; -1 where it does not begin in a stick, and without sticks.
-    """
+    """What a motion over a period on a belt of finite speed consists of."""
 
     sticks: float
     reversals: float
@@ -129,15 +97,7 @@ def makeup_of(there: Variation, period: float, speed: float) -> Makeup:
 
 
 class SliderBeltFlow:
-    """The flow of the slider-belt model.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-    names : sequence of str
-        The parameters that vary, one or two.
-    """
+    """The flow of the slider-belt model."""
 
     states: Final = 4
 

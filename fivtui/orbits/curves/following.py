@@ -109,19 +109,7 @@ class Curve(Protocol[P]):
 
 
 class Courses(NamedTuple, Generic[P]):
-    """How a motion may change its course along a curve, so that the curve has corners.
-
-    Attributes
-    ----------
-    of : callable
-        The course of a point, equal for points between which there is no corner.
-    named : callable
-        What happens between two points of different courses.
-    lost : callable
-        Why a curve cannot be followed beyond a point.
-    centred : callable
-        A point, or the same one by unknowns in a better place.
-    """
+    """How a motion may change its course along a curve, so that the curve has corners."""
 
     of: Callable[[P], object]
     named: Callable[[P, P], EventKind]
@@ -170,24 +158,7 @@ def _missed_folds(here: _Place[P], there: _Place[P]) -> bool:
 
 
 class Follower(Generic[P]):
-    """Follows a curve from a point to its end.
-
-    Parameters
-    ----------
-    curve : Curve
-        The curve.
-    nearest : float
-        Size at which the curve has returned to where it began.
-    tell : callable
-        Called with the number of points after every step.
-    most : int
-        Points after which the curve is too long.
-    turns : bool
-        Whether the test for folds is the last unknown's derivative along the curve, so that two of
-        them within a step are noticed.
-    courses : Courses, optional
-        The courses of motions; there is but one if not given.
-    """
+    """Follows a curve from a point to its end."""
 
     def __init__(
         self,
@@ -216,19 +187,7 @@ class Follower(Generic[P]):
         until: EventKind | tuple[EventKind, ...] = (),
         at: EventKind | None = None,
     ) -> Followed[P]:
-        """Follow the curve from a point, in the direction of its tangent.
-
-        Parameters
-        ----------
-        start : P
-            The point.
-        step : float, optional
-            Length of the first step.
-        until : EventKind or tuple of EventKind
-            Events at which to end.
-        at : EventKind, optional
-            The event at which the start is.
-        """
+        """Follow the curve from a point, in the direction of its tangent."""
         ends = until if isinstance(until, tuple) else (until,)
         points: list[P] = []
         events: dict[int, EventKind] = {}

@@ -34,21 +34,7 @@ _ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class HopfPoint:
-    """A Hopf point and the limit cycles next to it.
-
-    Attributes
-    ----------
-    value : float
-        The parameter there.
-    omega : float
-        Angular frequency, rad/s.
-    vector : ndarray of complex, shape (4,)
-        The eigenvector, with |y| = 1, or |x| = 1 where it has no y: cycles are the equilibrium and
-        a small multiple of its real part, as it turns.
-    lyapunov : float
-        First Lyapunov coefficient: real part of the cubic coefficient of the normal form,
-        1/(m² s); 0 if it is within rounding.
-    """
+    """A Hopf point and the limit cycles next to it."""
 
     value: float
     omega: float

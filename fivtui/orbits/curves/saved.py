@@ -27,22 +27,7 @@ class _Saved(NamedTuple):
 
 
 def saved_cycle(path: Path, system: System) -> tuple[State, float]:
-    """A state near the limit cycle of a system in a file, and its period.
-
-    Parameters
-    ----------
-    path : Path
-        A branch as a table or JSON, or attractors or one of them as JSON. Of a branch the first
-        cycle at the set's value of the parameter that varies in it is taken, of attractors the
-        first limit cycle.
-    system : System
-        The system; what the file says of it must agree with it.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, has no such cycle, or does not agree.
-    """
+    """A state near the limit cycle of a system in a file, and its period."""
     suffix, known = path.suffix.lower(), (*FORMATS, _JSON)
     if suffix not in known:
         raise InputError(f"{path}: the suffix must be one of {', '.join(known)}")

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .check import claims as claims
+    from .check import claims
 else:
     from fivtui.lazy import lazily
 

@@ -45,16 +45,6 @@ def final_digits(run: Transient) -> FinalDigits | None:
     A run makes errors by rounding and by its tolerance, and these grow until its end as deviations
     from the motion do. In a run that is too long to be followed, they are taken to have grown as
     deviations do behind its end. The exact solution of a linear scene has errors of rounding alone.
-
-    Parameters
-    ----------
-    run : Transient
-        The transient.
-
-    Returns
-    -------
-    FinalDigits or None
-        None for interpreted runs and other methods, and where deviations cannot be followed.
     """
     _, *state = run.final
     if run.stats.kernel == "exact":

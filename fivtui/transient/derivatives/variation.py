@@ -58,30 +58,7 @@ _REPORT_INTERPRETED: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class Variation:
-    """A motion and its derivatives by k numbers that its start and parameters depend on.
-
-    Attributes
-    ----------
-    final : State
-        (x, ẋ, y, ẏ) at the horizon, m and m/s.
-    rate : ndarray, shape (4,)
-        Its derivative by time, (ẋ, ẍ, ẏ, ÿ).
-    derivatives : ndarray, shape (4, k)
-        Its derivatives by the numbers, at fixed time.
-    moments : ndarray, shape (7,)
-        Times of `EXTREMES`, s; the first where one is taken more than once.
-    extremes : ndarray, shape (7,)
-        Their values, m and m/s.
-    extreme_derivatives : ndarray, shape (7, k)
-        Their derivatives, which are those of the motion at that time: at an extreme the
-        motion has no velocity, or it is at an end of the run, which stays where it is.
-    switch_times : ndarray, shape (n,)
-        Times of separation and reattachment, s.
-    switch_states, switch_derivatives : ndarray, shapes (n, 4) and (n, 4, k)
-        States there and their derivatives at fixed time; the time itself changes by −∂y/ẏ.
-    changes : ndarray, shape (n, 3)
-        On a belt of finite speed time, s, mode and new mode of every change of mode.
-    """
+    """A motion and its derivatives by k numbers that its start and parameters depend on."""
 
     final: State
     rate: FloatArray
@@ -103,22 +80,6 @@ def vary(
     Both right-hand sides agree at y = 0, so that no derivative jumps where the slider separates. On
     a belt of finite speed they jump where it begins or ends to slide, and are interpreted. Steps
     are those of the method ``taylor``, also where the scene is linear.
-
-    Parameters
-    ----------
-    request : Request
-        The transient; what it says of samples is not used.
-    seeds : sequence of Seed
-        What to derive by: one to sixteen.
-    progress : callable, optional
-        See `fivtui.simulate`.
-
-    Raises
-    ------
-    ComputationError
-        If the run cannot be finished, or its derivatives cannot be followed.
-    Cancelled
-        If `progress` returned False.
     """
     if request.course is not None:
         raise InputError(

@@ -38,26 +38,7 @@ DEEPEST: Final = 28
 
 
 class LinearMotion:
-    """The linear motion in contact, in (x, ẋ/ω, y, ẏ/ω) with ω² = (k1 + k2 + k3)/m.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set; its k_nl is zero.
-    t_end : float
-        Longest time that will be asked for, s.
-
-    Attributes
-    ----------
-    matrix, load, rest : ndarray, shapes (4, 4), (4,), (4,)
-        A, 1/s; b, m/s; the equilibrium, m.
-    spans : ndarray, shape (n,)
-        The spans, s, each twice the one before.
-    base : int
-        Index of the longest span over which the series is summed.
-    integrals, exponentials : ndarray, shape (n, 4, 4)
-        Φ, s, and exp(A s) of every span.
-    """
+    """The linear motion in contact, in (x, ẋ/ω, y, ẏ/ω) with ω² = (k1 + k2 + k3)/m."""
 
     def __init__(self, p: Parameters, t_end: float) -> None:
         frequency = math.sqrt(total_stiffness(p) / p.m)

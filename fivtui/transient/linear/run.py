@@ -32,13 +32,6 @@ def run(request: Request, progress: OnProgress | None) -> Transient:
     its extremes are searched for in all of it. `max_steps` limits the spans of time looked at or
     stored. Exact but for rounding: of the size that changes of the parameters in their last digit
     have.
-
-    Raises
-    ------
-    ComputationError
-        If the motion overflows, or too many spans are needed.
-    Cancelled
-        If `progress` returned False.
     """
     p, t_end = request.parameters, request.t_end
     times = request.times

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .widget.chart_view import ChartView as ChartView
-    from .widget.text_input import TextInput as TextInput
+    from .widget.chart_view import ChartView
+    from .widget.text_input import TextInput
 else:
     from fivtui.lazy import lazily
 

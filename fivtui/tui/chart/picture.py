@@ -52,15 +52,7 @@ _CURSORS: Final = ((ord("│"), "cursor"), (ord("┊"), "cursor-2"))
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A chart drawn in characters.
-
-    Attributes
-    ----------
-    lines : list of list of (text, style)
-        From the top: the heading, the plot, the labels of the x axis.
-    plot : tuple of int
-        First column, first row, columns and rows of the plot area.
-    """
+    """A chart drawn in characters."""
 
     lines: list[list[Span]]
     plot: tuple[int, int, int, int]

@@ -3,14 +3,10 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .commands import LabCommands as LabCommands
-    from .keyboard import (
-        KeyQueue as KeyQueue,
-        know_alt_keys as know_alt_keys,
-        take_for_alt as take_for_alt,
-    )
-    from .keys import KEY_IDS as KEY_IDS
-    from .screen import LabScreen as LabScreen
+    from .commands import LabCommands
+    from .keyboard import KeyQueue, know_alt_keys, take_for_alt
+    from .keys import KEY_IDS
+    from .screen import LabScreen
 else:
     from fivtui.lazy import lazily
 

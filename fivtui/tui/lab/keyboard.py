@@ -62,13 +62,6 @@ class KeyQueue:
 
     Textual lets a widget type a letter at once, but runs the action of a key only after the key has
     gone up to the application: letters that come with Ctrl+U would be typed before it deletes.
-
-    Parameters
-    ----------
-    app : App
-        The application.
-    handle : callable
-        Handles an event in the application's message loop.
     """
 
     def __init__(self, app: App[None], handle: Callable[[Event], Awaitable[None]]) -> None:

@@ -20,18 +20,6 @@ class Autosave:
     """Restores a session and saves it whenever it differs from its file.
 
     A session is locked against other processes.
-
-    Parameters
-    ----------
-    path : Path or None
-        The file of session 1; None to save nothing.
-
-    Attributes
-    ----------
-    error : str
-        Why the last save failed, in whole or part; empty if it succeeded.
-    notices : list of str
-        Sessions that could not be restored, and where they are.
     """
 
     def __init__(self, path: Path | None) -> None:

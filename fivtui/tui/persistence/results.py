@@ -28,16 +28,6 @@ class ResultStore:
     """A folder with the result files of a session, each written once.
 
     Files that the session no longer uses are removed; other files are never touched.
-
-    Parameters
-    ----------
-    folder : Path
-        Created when needed.
-
-    Attributes
-    ----------
-    failure : str
-        Why a result could not be written the last time; empty on success.
     """
 
     def __init__(self, folder: Path) -> None:

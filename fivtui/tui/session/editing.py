@@ -20,24 +20,7 @@ def _edited(scene: Scene, source: str) -> Edited:
 
 
 class Editing:
-    """Field texts edited from a scene, with undo.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        The initial scene; the base scene if None.
-    source : str, optional
-        Its preset or file.
-
-    Attributes
-    ----------
-    texts : dict of str
-        Text of every field, valid or not.
-    over_time : tuple of (str, TimeTable)
-        Tables over time; the text of a parameter that follows one is its value at t = 0.
-    source : str
-        Preset or file of the loaded scene; empty if it has none.
-    """
+    """Field texts edited from a scene, with undo."""
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
         self._history = History()

@@ -55,33 +55,7 @@ _COMMA_IN_TARGET: Final = re.compile(r"(=\s*[0-9]*),(?=[0-9])")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormField:
-    """An input field, edited as text.
-
-    Attributes
-    ----------
-    name : str
-        Name as in scene files and on the command line.
-    group : str
-        Heading in the form.
-    symbol, unit, meaning, allowed : str
-        As in `ParameterSpec`.
-    default : str
-        Text of the default.
-    check : callable
-        Parses a text; raises `InputError` if it is invalid.
-    text_of : callable
-        The field's text for a scene.
-    respell : callable
-        The text, of the same length, with points in place of decimal commas.
-    step_by : callable or None
-        Changes the value by a step.
-    when_empty : str
-        Meaning of an empty text, if that is valid.
-    choices : mapping of str to str
-        The only valid texts and their meanings, if there is a fixed set.
-    details : tuple of (str, str)
-        Labelled lines of help.
-    """
+    """An input field, edited as text."""
 
     name: str
     group: str

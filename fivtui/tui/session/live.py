@@ -30,17 +30,7 @@ class Pace(Enum):
 
 @dataclass(eq=False, slots=True, kw_only=True)
 class LiveJob(Job):
-    """A run for the live curve; it ends itself when it takes too long.
-
-    Attributes
-    ----------
-    scene : Scene
-        What is computed.
-    pace : Pace
-        When it was begun.
-    setup : float
-        Time before the first part was computed, s: an FMU is built once.
-    """
+    """A run for the live curve; it ends itself when it takes too long."""
 
     scene: Scene
     pace: Pace
@@ -69,19 +59,7 @@ class LiveRun:
 
 
 class Live:
-    """The live curve, the one before it, and how long runs take.
-
-    Attributes
-    ----------
-    curve : LiveRun or None
-        The run of the edited scene.
-    ghost : Transient or None
-        What was plotted before the last edit.
-    words : str
-        State in a few words; empty if there is none.
-    error : str
-        Why there is no curve; empty if there is one, or none was asked for.
-    """
+    """The live curve, the one before it, and how long runs take."""
 
     def __init__(self) -> None:
         self.curve: LiveRun | None = None

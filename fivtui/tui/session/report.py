@@ -16,21 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Coexisting:
-    """What is known of attractors beside the equilibrium.
-
-    Attributes
-    ----------
-    words, note : str
-        What was found beside a stable one, and a remark; empty if it is not stable.
-    coexists : bool
-        Whether an attractor was found beside a stable one.
-    done : bool
-        Whether the search for these has finished.
-    safe : SafeFriction or None
-        Below which friction nothing was found; None as long as it is not known.
-    searched : bool
-        Whether all is known that is looked for.
-    """
+    """What is known of attractors beside the equilibrium."""
 
     words: str = SEARCHING
     note: str = ""

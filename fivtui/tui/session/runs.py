@@ -103,31 +103,7 @@ class PartialTrajectory:
 
 @dataclass(eq=False, slots=True)
 class Run(Job):
-    """A transient of a session.
-
-    Attributes
-    ----------
-    number : int
-        From 1, never reused.
-    scene : Scene
-        The computed scene.
-    state : RunState
-        Set by the screen's thread only.
-    result : Transient or None
-        The result.
-    message : str
-        Why it failed.
-    edited : Scene or None
-        The fields at its start, if they differ from `scene`: another engine was asked for.
-    source : str
-        File that it was read from; empty if computed here.
-    overlaid : bool
-        Whether it is plotted beside the displayed run.
-    style : RunStyle
-        Colour and marker.
-    partial : PartialTrajectory
-        The trajectory so far, while it is running.
-    """
+    """A transient of a session."""
 
     number: int
     scene: Scene
@@ -217,15 +193,7 @@ def execute(run: Run) -> Outcome[Transient]:
 
 
 class Runs:
-    """The runs of a session, newest last; at most one is active.
-
-    Attributes
-    ----------
-    displayed : Run or None
-        The run whose result is displayed.
-    baseline : Run or None
-        The run that others are compared with.
-    """
+    """The runs of a session, newest last; at most one is active."""
 
     def __init__(self) -> None:
         self.displayed: Run | None = None

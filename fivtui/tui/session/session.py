@@ -40,38 +40,7 @@ _FIRST_METHOD: Final = next(iter(METHODS))
 
 
 class Session(Editing):
-    """Edited scene, runs and studies.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        The initial scene; the base scene if None.
-    source : str, optional
-        Its preset or file.
-
-    Attributes
-    ----------
-    runs : Runs
-        The transients.
-    live : Live
-        The live curve.
-    reports : list of str
-        Lines of the log, oldest first.
-    recent : tuple of str
-        Recent scene files, last one first.
-    tab : str
-        Identifier of the current tab; empty for the first.
-    studies : DisplayedStudies
-        Results displayed in the tabs of studies.
-    settings : dict of str to dict of str
-        Stored settings by tab and name.
-    views : dict of str to View
-        Limits and scales of the charts by identifier.
-    unread : dict of str to StoredResult
-        Results of the last session that are not read yet.
-    coexisting : Coexisting or None
-        Attractors beside the edited equilibrium, as far as known.
-    """
+    """Edited scene, runs and studies."""
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
         super().__init__(scene, source)
@@ -237,15 +206,7 @@ class Session(Editing):
         return self.texts["separation"] == CONSIDERED
 
     def stability(self) -> Stability:
-        """Stability of the edited parameter set.
-
-        Raises
-        ------
-        InputError
-            If a parameter is invalid.
-        ComputationError
-            If there is no equilibrium.
-        """
+        """Stability of the edited parameter set."""
         p, separation = self.parameters(), self.separation
         if self._stability is None or self._stability.system != System(p, separation):
             self._stability = stability(p, separation=separation)

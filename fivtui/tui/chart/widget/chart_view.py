@@ -41,15 +41,6 @@ class ChartView(DrawnChart, can_focus=True):
     """A chart with zoom, pan, cursor, typed limits and logarithmic axes, by key and mouse.
 
     textual-plot takes over 50 ms per plot and has no logarithmic axes, cursor or shades.
-
-    Parameters
-    ----------
-    id : str
-        Identifier of the widget.
-    nothing : str
-        Text in place of a chart.
-    openable : bool
-        Whether Enter and a double click open a point (`Opened`).
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [

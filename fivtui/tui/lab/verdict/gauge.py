@@ -48,23 +48,7 @@ Parts = list[tuple[str, str]]
 
 @dataclass(frozen=True, slots=True)
 class Gauge:
-    """What a gauge shows.
-
-    Attributes
-    ----------
-    label : str
-        The parameter and its unit.
-    zones : Zones
-        Zones over its range.
-    value : float
-        Its value, inside the range.
-    text : str
-        The value as it was entered.
-    searching : bool
-        Whether large disturbances are still being searched.
-    basis : str
-        What the zones rest on.
-    """
+    """What a gauge shows."""
 
     label: str
     zones: Zones

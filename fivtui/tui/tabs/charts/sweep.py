@@ -44,17 +44,7 @@ _MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepPoints:
-    """Outputs of a sweep over one variable.
-
-    Attributes
-    ----------
-    name : str
-        The swept parameter or component of the start.
-    values : dict of ((str, bool), (ndarray, ndarray))
-        By output and separation: variable (ascending) and output (NaN where a member failed).
-    limits : dict of (bool, float)
-        By separation: the first output for belts that are always faster, where belt speeds show it.
-    """
+    """Outputs of a sweep over one variable."""
 
     name: str
     values: dict[tuple[str, bool], tuple[FloatArray, FloatArray]]

@@ -33,27 +33,7 @@ def label_of(quantity: str) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlottedRun:
-    """A trajectory and how it is plotted.
-
-    Attributes
-    ----------
-    name : str
-        Name in the legend.
-    trajectory : Trajectory
-        Its samples.
-    separated : sequence of (start, end)
-        Intervals off the belt, s.
-    t_end : float
-        End time of the run, s.
-    mark, colour : str
-        As in `Trace`.
-    v_belt : float or None
-        Speed of the belt, m/s, if it is finite and constant.
-    stuck : sequence of (start, end), optional
-        Intervals of stick, s, on a belt of finite speed.
-    number : int
-        As in `Trace`.
-    """
+    """A trajectory and how it is plotted."""
 
     name: str
     trajectory: Trajectory

@@ -29,21 +29,7 @@ Save = Callable[[Path, bool], None]
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """A figure or table that can be exported to a file.
-
-    Attributes
-    ----------
-    what : str
-        `FIGURE` or `DATA`.
-    of : str
-        Its subject in a few words, such as ``run 3``.
-    proposal : str
-        Suggested file name.
-    suffixes : tuple of str
-        Supported formats.
-    check, write : callable
-        Take path and overwrite flag; `check` raises `InputError` before any work is done.
-    """
+    """A figure or table that can be exported to a file."""
 
     what: str
     of: str

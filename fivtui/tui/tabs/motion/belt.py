@@ -23,15 +23,7 @@ _AROUND: Final = (8, 3)
 
 
 class BeltView(Vertical):
-    """The slider on the belt at a time, standing or in motion.
-
-    Attributes
-    ----------
-    t : float
-        The time shown, s.
-    speed : float
-        Seconds of the motion a second.
-    """
+    """The slider on the belt at a time, standing or in motion."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "play", "Play or stop", key_display="Space"),
