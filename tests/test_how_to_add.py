@@ -495,6 +495,8 @@ import numpy as np
 
 from fivtui.model import InputError
 
+package = extra = ""
+
 
 def write(file, columns, values, header):
     """Write a table of numbers, its header and the units of its columns."""
@@ -548,8 +550,8 @@ FORMAT: Final = (
     Edit("fivtui/io/tables.py", r"from \. import csv_format", r"\g<0>, lines_format"),
     Edit(
         "fivtui/io/tables.py",
-        r'    "\.npz": Format.*\n',
-        r'\g<0>    ".jsonl": Format(lines_format.write, lines_format.read, lines_format.header),\n',
+        r'    "\.npz": npz_format,\n',
+        r'\g<0>    ".jsonl": lines_format,\n',
     ),
     Edit("fivtui/sweeps/formats.py", r"import shutil\n", r"import json\n\g<0>"),
     Edit("fivtui/sweeps/formats.py", r"\nSWEEP_FORMATS", SWEEP_LINES),

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import opened, read_csv
+from fivtui.io import read_csv
 from fivtui.model import InputError, Interval, unknown_name
 
 from .instance import FmuFile
@@ -112,11 +112,7 @@ def signals_from(
 
 
 def _read_table(path: Path) -> dict[str, NDArray[Any]]:
-    with opened(path) as file:
-        try:
-            table = read_csv(file)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
+    table = read_csv(path)
     if not table or not next(iter(table.values())).size:
         raise InputError(f"{path}: there are no rows of numbers under a row of names")
     for name, values in table.items():

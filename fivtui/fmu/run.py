@@ -4,18 +4,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import (
-    check_suffix,
-    write_atomically,
-    write_csv_head,
-    write_csv_numbers,
-    write_csv_rows,
-)
+from fivtui.io import save_csv
 from fivtui.model import (
     Cancelled,
     ComputationError,
@@ -290,22 +284,16 @@ def _checked_run(fmu: FmuFile, table: NDArray[Any], warnings: tuple[str, ...]) -
 
 def save_fmu_events(run: FmuRun, path: Path, *, force: bool = False) -> None:
     """Write changes at events as ``.csv``: time, name, value; `InputError` if that fails."""
-    check_suffix(path, "FMU events", (".csv",))
-
-    def write(file: BinaryIO) -> None:
-        rows = [(repr(t), name, repr(value)) for t, name, value in run.events()]
-        write_csv_head(file, ("time", "name", "value"), {})
-        write_csv_rows(file, zip(*rows, strict=True))
-
-    write_atomically(path, write, force=force)
+    events = run.events()
+    columns: dict[str, list[Any]] = {
+        "time": [t for t, _, _ in events],
+        "name": [name for _, name, _ in events],
+        "value": [value for _, _, value in events],
+    }
+    save_csv(path, "FMU events", columns, {}, force=force)
 
 
 def save_fmu_run(run: FmuRun, path: Path, *, force: bool = False) -> None:
     """Write the outputs of an FMU as ``.csv`` without loss; `InputError` if that fails."""
-    check_suffix(path, "FMU result", (".csv",))
-
-    def write(file: BinaryIO) -> None:
-        header = {"model": run.model, "fmi_version": run.fmi_version, "units": run.units}
-        write_csv_numbers(file, run.columns, header)
-
-    write_atomically(path, write, force=force)
+    header = {"model": run.model, "fmi_version": run.fmi_version, "units": run.units}
+    save_csv(path, "FMU result", run.columns, header, force=force)

@@ -8,8 +8,8 @@ if TYPE_CHECKING:
         csv_cell,
         csv_quoted,
         read_csv,
+        save_csv,
         write_csv_head,
-        write_csv_numbers,
         write_csv_rows,
     )
     from .files import (

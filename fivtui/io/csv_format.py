@@ -5,6 +5,8 @@ import io
 import json
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 import numpy as np
@@ -12,10 +14,15 @@ from numpy.typing import NDArray
 
 from fivtui.model import Column, InputError, read_number
 
+from .files import check_suffix
+from .reading import opened
+from .writing import write_atomically
+
 # Rows written or converted at a time.
 _BLOCK: Final = 8192
 _MISSING: Final[Mapping[str, float]] = {"": math.nan, "true": 1.0, "false": 0.0}
 UNITS: Final = "units"
+package = extra = ""
 
 
 def write(
@@ -26,19 +33,38 @@ def write(
 ) -> None:
     """Write a table of numbers, its header and the units of its columns."""
     units = {column.name: column.unit for column in columns}
-    write_csv_numbers(file, {name: values[name] for name in units}, {**header, UNITS: units})
+    _write(file, {name: values[name] for name in units}, {**header, UNITS: units})
 
 
-def write_csv_numbers(
-    file: BinaryIO, values: Mapping[str, NDArray[Any]], header: Mapping[str, Any]
+def save_csv(
+    path: Path,
+    kind: str,
+    values: Mapping[str, NDArray[Any] | Sequence[object]],
+    header: Mapping[str, Any],
+    *,
+    force: bool,
 ) -> None:
-    """Write columns of numbers under a header."""
+    """Write columns of numbers or texts of a file that is CSV alone; `kind` names it."""
+    check_suffix(path, kind, (".csv",))
+    write_atomically(path, lambda file: _write(file, values, header), force=force)
+
+
+def _write(
+    file: BinaryIO,
+    values: Mapping[str, NDArray[Any] | Sequence[object]],
+    header: Mapping[str, Any],
+) -> None:
     write_csv_head(file, values, header)
-    size = max((column.shape[0] for column in values.values()), default=0)
+    size = max(map(len, values.values()), default=0)
     for start in range(0, size, _BLOCK):
-        # The representation of a Python float is the shortest that reads back as the same number.
-        parts = (column[start : start + _BLOCK].tolist() for column in values.values())
-        write_csv_rows(file, (map(repr, part) for part in parts))
+        write_csv_rows(file, (_texts(c[start : start + _BLOCK]) for c in values.values()))
+
+
+def _texts(values: NDArray[Any] | Sequence[object]) -> Iterable[str]:
+    # The representation of a Python float is the shortest that reads back as the same number.
+    if isinstance(values, np.ndarray):
+        return map(repr, values.tolist())
+    return map(csv_cell, values)
 
 
 def write_csv_head(file: BinaryIO, names: Iterable[str], header: Mapping[str, Any]) -> None:
@@ -66,7 +92,16 @@ def csv_quoted(text: str) -> str:
     return f'"{text.replace(chr(34), chr(34) * 2)}"'
 
 
-def read_csv(
+def read_csv(path: Path) -> dict[str, NDArray[Any]]:
+    """All columns of a file, numbers; `InputError` if it cannot be read."""
+    with opened(path) as file:
+        try:
+            return read(file)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+
+def read(
     file: BinaryIO,
     wanted: Collection[str] | None = None,
     texts: Collection[str] = (),
@@ -87,26 +122,25 @@ def _columns(
     text: Iterable[str],
     wanted: Collection[str] | None,
     texts: Collection[str],
-    words: Mapping[str, float],
+    symbols: Mapping[str, float],
 ) -> dict[str, NDArray[Any]]:
     rows = _numbered(text)
     _, first = next(rows, (0, []))
     names = [name.strip().strip('"') for name in first]
-    places = {
+    indices = {
         name: names.index(name) for name in (names if wanted is None else wanted) if name in names
     }
-    parts: dict[str, list[NDArray[Any]]] = {name: [] for name in places}
-    while block := _block(rows, len(names)):
-        for name, place in places.items():
-            cells = [row[place] for _, row in block]
+    parts: dict[str, list[NDArray[Any]]] = {name: [] for name in indices}
+    while block := list(islice(rows, _BLOCK)):
+        for number, row in block:
+            if len(row) != len(names):
+                raise InputError(f"line {number}: {len(row)} values under {len(names)} columns")
+        for name, index in indices.items():
             if name in texts:
-                parts[name].append(np.array(cells, dtype=object))
-                continue
-            try:
-                numbers = [words[c] if c in words else read_number(c) for c in cells]
-            except ValueError:
-                raise _not_a_number(block, name, place, words) from None
-            parts[name].append(np.array(numbers, dtype=float))
+                part = np.array([row[index] for _, row in block], dtype=object)
+            else:
+                part = np.array([_number(row[index], n, name, symbols) for n, row in block])
+            parts[name].append(part)
     return {name: np.concatenate(part) if part else np.empty(0) for name, part in parts.items()}
 
 
@@ -125,32 +159,18 @@ def _numbered(text: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
             yield number, row
 
 
-def _block(rows: Iterator[tuple[int, list[str]]], width: int) -> list[tuple[int, list[str]]]:
-    block = []
-    for number, row in rows:
-        if len(row) != width:
-            raise InputError(f"line {number}: {len(row)} values under {width} columns")
-        block.append((number, row))
-        if len(block) == _BLOCK:
-            break
-    return block
-
-
-def _not_a_number(
-    block: Sequence[tuple[int, list[str]]], name: str, place: int, words: Mapping[str, float]
-) -> InputError:
-    for number, row in block:
-        if row[place] not in words:
-            try:
-                read_number(row[place])
-            except ValueError:
-                return InputError(f"line {number}: {name} = {row[place]!r} is not a number")
-    raise AssertionError(name)
+def _number(cell: str, line: int, name: str, symbols: Mapping[str, float]) -> float:
+    if cell in symbols:
+        return symbols[cell]
+    try:
+        return read_number(cell)
+    except ValueError:
+        raise InputError(f"line {line}: {name} = {cell!r} is not a number") from None
 
 
 def header(file: BinaryIO) -> dict[str, Any]:
     """Read the header alone, without units."""
-    found = {}
+    entries = {}
     for line in file:
         comment = line.removeprefix(b"\xef\xbb\xbf")
         if not comment.startswith(b"#"):
@@ -158,8 +178,8 @@ def header(file: BinaryIO) -> dict[str, Any]:
         key, colon, value = comment.removeprefix(b"#").partition(b":")
         if colon:
             try:
-                found[key.strip().decode()] = json.loads(value)
+                entries[key.strip().decode()] = json.loads(value)
             except (ValueError, RecursionError):
                 raise InputError("not a CSV file that fivtui wrote, or damaged") from None
-    found.pop(UNITS, None)
-    return found
+    entries.pop(UNITS, None)
+    return entries

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import Column, InputError
 
+package = extra = ""
 _UNITS: Final = "units"
 _DAMAGED: Final = (
     ValueError,
@@ -56,10 +57,10 @@ def _array(value: Any) -> NDArray[Any]:
 def npz_arrays(file: BinaryIO) -> Iterator["np.lib.npyio.NpzFile"]:
     """The arrays of an NPZ file; `InputError` if it is another file or damaged."""
     try:
-        found = np.load(file, allow_pickle=False)
-        if not isinstance(found, np.lib.npyio.NpzFile):
+        arrays = np.load(file, allow_pickle=False)
+        if not isinstance(arrays, np.lib.npyio.NpzFile):
             raise InputError("not an NPZ file")
-        yield found
+        yield arrays
     except InputError:
         raise
     except _DAMAGED:

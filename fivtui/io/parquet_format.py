@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import Column, InputError
 
+package, extra = "pyarrow", "parquet"
 # pyarrow's own.
 _ARROW: Final = b"ARROW:schema"
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Protocol
@@ -21,69 +20,44 @@ Columns = dict[str, NDArray[Any]]
 Header = Mapping[str, Any]
 
 
-class _Write(Protocol):
-    def __call__(
+class Format(Protocol):
+    """A format of table files: a module with functions on binary files."""
+
+    @property
+    def package(self) -> str:
+        """Package that it needs beside fivtui's own dependencies; empty if none."""
+
+    @property
+    def extra(self) -> str:
+        """The extra of fivtui that installs the package."""
+
+    def write(
         self, file: BinaryIO, columns: Sequence[Column], values: Columns, header: Header
-    ) -> None: ...
+    ) -> None:
+        """Write columns of numbers of equal length, and a header of JSON values."""
 
-
-class _Read(Protocol):
-    def __call__(
+    def read(
         self,
         file: BinaryIO,
         wanted: Collection[str] | None = None,
         texts: Collection[str] = (),
         *,
         missing: bool = False,
-    ) -> Columns: ...
+    ) -> Columns:
+        """Read all columns, or those `wanted` that are there; `InputError` if damaged.
 
+        Columns in `texts` become arrays of str, all others numbers; with `missing`, NaN for no
+        value, and 1 and 0 for true and false.
+        """
 
-class _ReadHeader(Protocol):
-    def __call__(self, file: BinaryIO) -> dict[str, Any]: ...
-
-
-@dataclass(frozen=True, slots=True)
-class Format:
-    """A format of table files, with functions on binary files.
-
-    Attributes
-    ----------
-    write : callable
-        Writes columns of numbers of equal length, and a header of JSON values.
-    read : callable
-        Reads all columns, or those `wanted` that are there, in the order of the file. Columns in
-        `texts` become arrays of str, all others numbers; with `missing`, NaN for no value, and 1
-        and 0 for true and false. InputError if the file is of another format or damaged.
-    header : callable
-        Reads the header alone; InputError as `read`.
-    package : str
-        Package that it needs beside fivtui's own dependencies; empty if none.
-    extra : str
-        The extra of fivtui that installs the package.
-    """
-
-    write: _Write
-    read: _Read
-    header: _ReadHeader
-    package: str = ""
-    extra: str = ""
-
-    def check_installed(self) -> None:
-        """Raise `InputError` if its package is missing."""
-        if self.package and find_spec(self.package) is None:
-            raise InputError(f"this format needs {self.package}: install fivtui[{self.extra}]")
+    def header(self, file: BinaryIO) -> dict[str, Any]:
+        """Read the header alone; `InputError` as `read`."""
 
 
 FORMATS: Final[Mapping[str, Format]] = {
-    ".csv": Format(csv_format.write, csv_format.read_csv, csv_format.header),
-    ".npz": Format(npz_format.write, npz_format.read, npz_format.header),
-    ".parquet": Format(
-        parquet_format.write,
-        parquet_format.read,
-        parquet_format.header,
-        package="pyarrow",
-        extra="parquet",
-    ),
+    ".csv": csv_format,
+    ".npz": npz_format,
+    ".parquet": parquet_format,
 }
 
 
@@ -93,10 +67,8 @@ def table_format(path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS
     Raises `InputError` if the suffix is another one, or the format's package is missing.
     """
     form = FORMATS[check_suffix(path, kind, allowed)]
-    try:
-        form.check_installed()
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    if form.package and find_spec(form.package) is None:
+        raise InputError(f"{path}: this format needs {form.package}: install fivtui[{form.extra}]")
     return form
 
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from fivtui.io import opened, read_csv
+from fivtui.io import read_csv
 from fivtui.model import TIMED, InputError, TimeTable, time_table, unknown_name
 
 # What follows a table, by parameter.
@@ -47,11 +47,7 @@ def read_over_time(
     columns: Mapping[str, tuple[str, float, float]] | None = None,
 ) -> OverTime:
     """The tables in a CSV file with a row of names."""
-    with opened(path) as file:
-        try:
-            table = read_csv(file)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
+    table = read_csv(path)
     if columns is None:
         columns = {name: (name, 1.0, 0.0) for name in TIMED if name in table}
         if not columns:

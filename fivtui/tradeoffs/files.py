@@ -4,20 +4,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import (
-    Columns,
-    Header,
-    check_suffix,
-    csv_cell,
-    write_atomically,
-    write_csv_head,
-    write_csv_rows,
-)
+from fivtui.io import Columns, Header, check_suffix, save_csv
 from fivtui.model import Parameters
 from fivtui.results import read_result
 from fivtui.scene import Scene
@@ -106,12 +98,8 @@ def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
     known = ("parameters", "separation", "start", "t_end", "floor", "features")
     header = {"fivtui": __version__, **{key: data[key] for key in known}}
     rows = [{**row, "pareto": " ".join(row["pareto"])} for row in data["rows"]]
-
-    def write(file: BinaryIO) -> None:
-        write_csv_head(file, rows[0], header)
-        write_csv_rows(file, ([csv_cell(row[name]) for row in rows] for name in rows[0]))
-
-    write_atomically(path, write, force=force)
+    columns = {name: [row[name] for row in rows] for name in rows[0]}
+    save_csv(path, _KIND, columns, header, force=force)
 
 
 def load_tradeoff(path: Path) -> Tradeoff:

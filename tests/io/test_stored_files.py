@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fivtui.io.csv_format import read_csv
 from fivtui.io.tables import FORMATS, read_columns, read_header
 from fivtui.maps.files import load_map
 from fivtui.model import InputError
@@ -105,9 +104,7 @@ def test_a_stored_file_that_is_not_read_is_refused(stem: str) -> None:
 
 
 def test_stored_outputs_and_events_of_an_fmu_are_read() -> None:
-    with (STORED / "fmu-run.csv").open("rb") as file:
-        table = read_csv(file, ["time", "y", "n"])
+    table = read_columns(STORED / "fmu-run.csv", "table", ["time", "y", "n"])
     assert table["y"].tolist() == [0.1, 1.0 / 3.0, -2e-300]
-    with (STORED / "fmu-events.csv").open("rb") as file:
-        events = read_csv(file, ["time", "name"], ["name"])
+    events = read_columns(STORED / "fmu-events.csv", "table", ["time", "name"], ["name"])
     assert events["name"].tolist() == ["n", "on", "on"]

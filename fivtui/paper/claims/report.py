@@ -4,14 +4,14 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, Final
 
 from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
 from fivtui.console import print_titled, terminal_width
-from fivtui.io import csv_cell, write_atomically, write_csv_head, write_csv_rows
+from fivtui.io import save_csv
 
 if TYPE_CHECKING:
     from .claim import CheckedClaim
@@ -75,13 +75,9 @@ def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
 
 def save_claims(checked: Sequence["CheckedClaim"], path: Path, *, force: bool = False) -> None:
     """Write the paper's claims as CSV, one row each; errors as `write_atomically`."""
-    rows = [entry.row.values() for entry in checked]
-
-    def write(file: BinaryIO) -> None:
-        write_csv_head(file, _CLAIM_HEADER, {})
-        write_csv_rows(file, (map(csv_cell, column) for column in zip(*rows, strict=True)))
-
-    write_atomically(path, write, force=force)
+    rows = [entry.row for entry in checked]
+    columns = {name: [row[name] for row in rows] for name in _CLAIM_HEADER}
+    save_csv(path, "claims", columns, {}, force=force)
 
 
 def _markdown_cell(text: str) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.charts import Heading
-from fivtui.io import FORMATS, check_output, check_suffix
+from fivtui.io import FORMATS, check_output, check_suffix, table_format
 from fivtui.model import ComputationError, InputError
 from fivtui.scene import Scene, save_scene
 from fivtui.studies import save_study, study
@@ -142,10 +142,7 @@ def data_export(of: str, stem: str, kind: str, writers: Mapping[str, Save]) -> E
     def check(path: Path, force: bool) -> None:
         suffix = check_suffix(path, kind, writers)
         if suffix in FORMATS:
-            try:
-                FORMATS[suffix].check_installed()
-            except InputError as error:
-                raise InputError(f"{path}: {error}") from None
+            table_format(path, kind)
         check_output(path, force=force)
 
     def write(path: Path, force: bool) -> None:
