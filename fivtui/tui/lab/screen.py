@@ -18,7 +18,6 @@ from fivtui.io import files_text
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
-    CHARTS,
     PRECEDENCE,
     WELCOME,
     RunState,
@@ -36,6 +35,7 @@ from fivtui.tui.tabs import (
     JobPane,
     LiveEnded,
     LiveRequested,
+    Pane,
     PointOpened,
     Reported,
     ResultsRestored,
@@ -47,6 +47,7 @@ from fivtui.tui.tabs import (
     SceneLoaded,
     SceneSaved,
     SearchUpdated,
+    StudyPane,
     StudyRead,
     TabBook,
     TablesChosen,
@@ -69,6 +70,11 @@ _PROGRESS_PERIOD: Final = 0.1
 # The tab that shows the live curve.
 _LIVE_TAB: Final = "transient"
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
+
+
+def _reset_charts(pane: Pane) -> None:
+    if isinstance(pane, StudyPane):
+        pane.reset_charts()
 
 
 class LabScreen(LabActions):
@@ -320,12 +326,8 @@ class LabScreen(LabActions):
     @on(StudyRead)
     def _study_read(self, event: StudyRead) -> None:
         self.session.studies.put(event.kind, event.study)
-        # The axis limits were chosen for another result.
-        view = self.session.views.get(CHARTS[event.kind])
-        if view is not None:
-            view.reset()
-            view.hidden.clear()
         self.show_tab(event.kind)
+        self._book.when_ready(_reset_charts)
         self._book.catch_up()
         self.post_message(Reported(f"{event.kind} read from {event.study.source}"))
 

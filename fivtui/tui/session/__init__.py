@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .scene_differences import base_scene, differences, names_of
     from .scenes_of_paper import paper_scenes
     from .session import Session
-    from .studies import CHARTS, DisplayedStudy, StoredResult, check_drawable
+    from .studies import DisplayedStudy, StoredResult, check_drawable
 else:
     from fivtui.lazy import lazily
 

@@ -1,7 +1,7 @@
 """Results displayed in the tabs of studies. Imports no Textual."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from fivtui.model import InputError
 
@@ -9,15 +9,6 @@ if TYPE_CHECKING:
     from fivtui.sweeps import Study
 
 T = TypeVar("T")
-
-# Identifier of the chart by tab.
-CHARTS: Final = {
-    "sweep": "sweep-chart",
-    "map": "map-chart",
-    "trade-off": "errors-chart",
-    "uncertainty": "histogram-chart",
-    "branch": "branch-chart",
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

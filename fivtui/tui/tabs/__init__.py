@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         TablesChosen,
     )
     from .pane import Pane
+    from .studies.study_pane import StudyPane
     from .tables import ListTable, flowed, grid
     from .tabs import TABS, TabSpec
     from .views_pane import ViewsPane

@@ -7,15 +7,12 @@ from typing import Any, ClassVar, Final
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal
-from textual.events import DescendantBlur, DescendantFocus, Resize
+from textual.events import Resize
 from textual.message import Message
-from textual.widgets import Button, Input, ProgressBar, Static
+from textual.widgets import Button, ProgressBar, Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.model import InputError
-from fivtui.ranges import decimal_points
-from fivtui.scene import Scene
-from fivtui.tui.chart import TextInput
 from fivtui.tui.session import PRECEDENCE, Job, Outcome, Session, crash_words, outcome_of
 
 from .messages import Reported
@@ -85,13 +82,10 @@ class JobPane(ViewsPane):
         Label of the button.
     HINT : str
         Text before the first result.
-    FORM : str
-        What may be typed into the input of the bar; displayed while it has the focus.
     """
 
     VERB: ClassVar[str] = "Compute"
     HINT: ClassVar[str] = ""
-    FORM: ClassVar[str] = ""
 
     @dataclass
     class Ended(Message):
@@ -104,9 +98,6 @@ class JobPane(ViewsPane):
         super().__init__(session)
         self.job: Job | None = None
         self.words = self.HINT
-        self._typing = False
-        self._setting = ""
-        self._error = ""
 
     def compose(self) -> ComposeResult:
         """The bar above the views."""
@@ -116,7 +107,7 @@ class JobPane(ViewsPane):
     def on_mount(self) -> None:
         """Start polling the progress."""
         self._ticker = self.set_interval(_PERIOD, self._tick, pause=True)
-        self._show_bar()
+        self.show_bar()
 
     def on_unmount(self) -> None:
         """Stop the job: the program would wait for its thread."""
@@ -126,65 +117,6 @@ class JobPane(ViewsPane):
     def key_words(self) -> list[str]:
         """Besides, the key that starts and stops the job."""
         return [f"F10 {self.VERB.lower()}", *super().key_words()]
-
-    def study_input(self, name: str, setting: str, example: str) -> TextInput:
-        """The input of the bar, of some identifier; its text is stored as a setting."""
-        self._setting = setting
-        return TextInput(
-            self.setting(setting, example),
-            respell=decimal_points,
-            id=name,
-            classes="study-input",
-            compact=True,
-            select_on_focus=False,
-        )
-
-    def store_under(self, setting: str) -> None:
-        """Store the text of the input as another setting from now on."""
-        self._setting = setting
-
-    @property
-    def text(self) -> str:
-        """The text of the input of the bar."""
-        return self.query_one(".study-input", TextInput).value
-
-    def check_text(self, scene: Scene, text: str) -> None:
-        """Raise `InputError` if the text of the input is wrong for a scene."""
-
-    @on(Input.Changed, ".study-input")
-    def _edited(self, event: Input.Changed) -> None:
-        event.stop()
-        # Not of the event: it may be that of an earlier setting.
-        self.keep(self._setting, event.input.value)
-        self._check_input()
-
-    def _check_input(self) -> None:
-        try:
-            scene = self.session.scene()
-        except InputError:
-            scene = self.session.loaded
-        self._error = ""
-        try:
-            self.check_text(scene, self.text)
-        except InputError as error:
-            self._error = str(error)
-        self.query_one(".study-input").set_class(bool(self._error), "-invalid")
-        self._show_bar()
-
-    @on(Input.Submitted, ".study-input")
-    def _submitted(self, event: Input.Submitted) -> None:
-        event.stop()
-        self.submitted()
-
-    def submitted(self) -> None:
-        """Start the job unless it is running; called for Enter in the input."""
-        if self.job is None:
-            self.work()
-
-    def scene_changed(self) -> None:
-        """Check an input again that was wrong for the previous scene."""
-        if self._error:
-            self._check_input()
 
     def begin(self) -> None:
         """Check the inputs and call `start`; raises `InputError` if they are invalid."""
@@ -208,7 +140,7 @@ class JobPane(ViewsPane):
         # A group of its own: a stopped thread may take a moment to end.
         self.run_worker(run, group="job", name=self.VERB, thread=True, exit_on_error=False)
         self._ticker.resume()
-        self._show_bar()
+        self.show_bar()
 
     def stop(self) -> None:
         """Stop the job; its result is dropped."""
@@ -226,9 +158,9 @@ class JobPane(ViewsPane):
             try:
                 self.begin()
             except InputError as error:
-                self.words, self._typing = str(error), False
+                self.say(str(error))
                 self.post_message(Reported(str(error), error=True))
-        self._show_bar()
+        self.show_bar()
         return True
 
     @on(Button.Pressed, ".job-button")
@@ -250,7 +182,7 @@ class JobPane(ViewsPane):
         elif outcome.result is not None:
             self.words = ""
             self.take(outcome.result)
-        self._show_bar()
+        self.show_bar()
 
     @on(Worker.StateChanged)
     def _thread_failed(self, event: Worker.StateChanged) -> None:
@@ -262,25 +194,16 @@ class JobPane(ViewsPane):
 
     def say(self, words: str) -> None:
         """Display words in the bar while no job is running."""
-        self.words, self._typing = words, False
-        self._show_bar()
-
-    @on(DescendantFocus)
-    @on(DescendantBlur)
-    def _show_form(self) -> None:
-        # What may be typed, or the usual words again; the two events may come in any order.
-        focused = self.screen.focused
-        here = isinstance(focused, Input) and self in focused.ancestors
-        self._typing = bool(self.FORM) and here
-        self._show_bar()
+        self.words = words
+        self.show_bar()
 
     def _tick(self) -> None:
         if PRECEDENCE.claimed:
             return
-        self._show_bar()
+        self.show_bar()
         if self.job is not None:
             self.progressed()
 
-    def _show_bar(self) -> None:
-        words = self._error or (self.FORM if self._typing else self.words)
-        self.query_one(JobBar).show(self.job, words, wrong=bool(self._error))
+    def show_bar(self) -> None:
+        """Display the job's progress, or else the words."""
+        self.query_one(JobBar).show(self.job, self.words)

@@ -46,12 +46,12 @@ def _of(module: str, name: str) -> Callable[[], type[Pane]]:
 TABS: Final = (
     TabSpec("stability", "Stability", "alt+1", _of("stability", "StabilityPane")),
     TabSpec("transient", "Transient", "alt+2", _of("transient", "TransientPane")),
-    TabSpec("sweep", "Sweep", "alt+3", _of("sweep", "SweepPane")),
-    TabSpec("map", "Map", "alt+4", _of("map", "MapPane")),
-    TabSpec("trade-off", "Trade-off", "alt+5", _of("tradeoff", "TradeoffPane")),
+    TabSpec("sweep", "Sweep", "alt+3", _of("studies.sweep", "SweepPane")),
+    TabSpec("map", "Map", "alt+4", _of("studies.map", "MapPane")),
+    TabSpec("trade-off", "Trade-off", "alt+5", _of("studies.tradeoff", "TradeoffPane")),
     TabSpec("paper", "Paper", "alt+6", _of("paper", "PaperPane")),
-    TabSpec("uncertainty", "Risk", "alt+7", _of("uncertainty", "UncertaintyPane")),
+    TabSpec("uncertainty", "Risk", "alt+7", _of("studies.uncertainty", "UncertaintyPane")),
     TabSpec("result", "Result", "alt+8", _of("result", "ResultPane")),
     TabSpec("log", "Log", "alt+9", _of("log", "LogPane")),
-    TabSpec("branch", "Branches", "alt+0", _of("motion.branches", "BranchesPane")),
+    TabSpec("branch", "Branches", "alt+0", _of("studies.branches", "BranchesPane")),
 )

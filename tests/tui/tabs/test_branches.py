@@ -23,7 +23,7 @@ from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.tabs.charts.branches import nearest_cycle, orbit_scene, parse_branch
 from fivtui.tui.tabs.exports.export import DATA
-from fivtui.tui.tabs.motion.branches import BranchesPane
+from fivtui.tui.tabs.studies.branches import BranchesPane
 from tests.support.laboratory import app_of, show_tab, text_of, until, until_shown
 
 BRANCH = branch(None, "mu", low=0.2, high=1.0)

@@ -25,8 +25,8 @@ from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.charts.map import VALUES
 from fivtui.tui.tabs.exports.export import FIGURE
-from fivtui.tui.tabs.map import MapPane
-from fivtui.tui.tabs.sweep import SweepPane
+from fivtui.tui.tabs.studies.map import MapPane
+from fivtui.tui.tabs.studies.sweep import SweepPane
 from fivtui.tui.tabs.tabs import TABS
 from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.laboratory import app_of, show_tab, until
@@ -176,7 +176,7 @@ async def test_every_view_is_written_as_it_is_seen(
             await check(pilot, f"{tab.id}-{view}-zoomed")
         if isinstance(pane, MapPane):
             for value in VALUES:
-                pane._choose(value)
+                pane.choose(value)
                 await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
                 seen[value] = await check(pilot, value)
         if isinstance(pane, SweepPane):

@@ -22,7 +22,7 @@ from fivtui.tui.tabs.charts.map_shades import (
     scale_words,
     value_scale,
 )
-from fivtui.tui.tabs.map import thinned
+from fivtui.tui.tabs.studies.map import thinned
 from tests.support.laboratory import clear_notices, until_shown
 
 

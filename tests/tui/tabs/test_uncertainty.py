@@ -18,7 +18,7 @@ from fivtui.tui.chart.picture import draw
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.book import TabBook
 from fivtui.tui.tabs.charts import uncertainty as charts
-from fivtui.tui.tabs.uncertainty import UncertaintyPane
+from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane
 from tests.support.laboratory import app_of, show_tab, text_of, until_shown
 
 TEXT = "mu~uniform:0.2:0.8"
@@ -96,7 +96,7 @@ async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
     await until_shown(pilot, "256 samples")
     await until_shown(pilot, "P(squeal possible) = 0.8")
     assert "squeals after a knock" in text_of(pilot)
-    await pilot.click("#scattered-critical_mu")
+    await pilot.click("#output-critical_mu")
     await until_shown(pilot, "critical μ")
     pane.show_view("indices")
     await until_shown(pilot, "with others")

@@ -1,0 +1,110 @@
+"""The branches tab: limit cycles along a parameter, stable or not."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.widgets import Button, Static
+
+from fivtui.charts import Heading, NearestPoint
+from fivtui.orbits import CycleBranch, branch_chart, event_name
+from fivtui.scene import Scene
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import DisplayedStudy, Job
+from fivtui.tui.tabs.charts.branches import (
+    EXAMPLE,
+    Origin,
+    nearest_cycle,
+    orbit_scene,
+    parse_branch,
+)
+from fivtui.tui.tabs.charts.sweep import point_texts
+
+from .study_pane import StudyPane
+
+_FROM: Final = "from"
+_ORIGINS: Final[Mapping[Origin, str]] = {"hopf": "from the Hopf point", "cycle": "from a cycle"}
+_Request = tuple[Scene, Origin, str, tuple[float, float] | None]
+
+
+class BranchesPane(StudyPane):
+    """Branch of limit cycles of the edited scene along any parameter."""
+
+    NAME: ClassVar[str] = "branch"
+    VERB: ClassVar[str] = "Follow"
+    HINT: ClassVar[str] = "F10: follow, Enter: run an orbit"
+    INPUT: ClassVar[str] = "along"
+    EXAMPLE: ClassVar[str] = EXAMPLE
+    FORM: ClassVar[str] = "NAME=LOW:HIGH or NAME"
+    VIEWS: ClassVar[Mapping[str, str]] = {"branch": "Branch"}
+
+    def compose_bar(self) -> ComposeResult:
+        """The parameter with its range, and where the branch begins."""
+        yield Static("along", classes="words")
+        yield from self.compose_input()
+        yield Button(_ORIGINS[self._origin], id="branch-from", compact=True)
+
+    def compose_views(self) -> ComposeResult:
+        """One chart."""
+        with Vertical(id="branch"):
+            yield ChartView("branch-chart", nothing="no branch yet: press F10", openable=True)
+
+    @property
+    def _origin(self) -> Origin:
+        return "cycle" if self.setting(_FROM, "") == "cycle" else "hopf"
+
+    @on(Button.Pressed, "#branch-from")
+    def _turned(self, event: Button.Pressed) -> None:
+        event.stop()
+        self.keep(_FROM, "hopf" if self._origin == "cycle" else "cycle")
+        event.button.label = _ORIGINS[self._origin]
+        event.button.refresh(layout=True)
+
+    def parse(self, scene: Scene, text: str) -> _Request:
+        """The scene, where the branch begins, its parameter and range."""
+        return scene, self._origin, *parse_branch(text)
+
+    def compute(self, request: _Request, job: Job) -> CycleBranch:
+        """Follow a branch of a scene."""
+        from fivtui.orbits import branch
+
+        scene, origin, name, ends = request
+        low, high = ends or (None, None)
+        return branch(
+            scene.parameters,
+            name,
+            low=low,
+            high=high,
+            origin=origin,
+            separation=scene.separation,
+            progress=job.report,
+        )
+
+    def result_words(self, displayed: DisplayedStudy[CycleBranch]) -> str:
+        """The events along the branch, and how it ends."""
+        result = displayed.value
+        events = [f"{event_name(event.kind)} {event.value:.4g}" for event in result.events]
+        return "; ".join(filter(None, [" ".join(events), f"its end: it {result.ends[1]}"]))
+
+    def draw_result(self, result: CycleBranch) -> None:
+        """Draw the branch with the edited value."""
+        p = self.parameters
+        value = None if p is None else p.as_dict().get(result.name)
+        self.query_one(ChartView).show(branch_chart(result, value))
+
+    def point_of(self, result: CycleBranch, point: NearestPoint) -> tuple[dict[str, str], str]:
+        """Field texts of the nearest limit cycle."""
+        cycle = nearest_cycle(result, point.x, point.y)
+        kind = "stable" if cycle.stable else "unstable"
+        words = f"the {kind} limit cycle at {result.name} = {cycle.value:.6g}, period "
+        return point_texts(orbit_scene(result, cycle)), f"{words}{cycle.period:.5g} s"
+
+    def heading(self, result: CycleBranch) -> Heading:
+        """The parameters but for that along the branch."""
+        return Heading([result.parameters], (result.name,), ignored=not result.separation)
+
+    def command_request(self) -> Any:
+        """The command is that of a result."""
+        return self.required().value

@@ -1,0 +1,226 @@
+"""The map tab: stability over two parameters, updated on every edit."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical
+from textual.timer import Timer
+from textual.widgets import Input, Static
+
+from fivtui.charts import Heading, NearestPoint
+from fivtui.model import InputError
+from fivtui.scene import Scene
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import DisplayedStudy, Job, Session
+from fivtui.tui.tabs.charts.map import (
+    EXAMPLE,
+    EXAMPLE_WITHOUT_MU,
+    VALUES,
+    WITHOUT_MU,
+    FloatArray,
+    map_chart,
+    map_request,
+    map_scale,
+    point_texts,
+    point_words,
+    values_in,
+)
+
+from .study_pane import StudyPane
+
+if TYPE_CHECKING:
+    from fivtui.maps import StabilityMap
+    from fivtui.ranges import NamedRange
+
+# Settings with the ranges of maps, and of those of values that do not depend on μ.
+_OVER: Final = "over"
+_OVER_OTHERS: Final = "over-others"
+# Delay of the map after the last edit, s.
+_PAUSE: Final = 0.1
+# A map of safe friction takes milliseconds a point.
+_MOST_OF_AXIS: Final = 41
+
+
+def thinned(values: FloatArray) -> FloatArray:
+    """At most as many values as a map of safe friction has along an axis of the laboratory."""
+    if values.size <= _MOST_OF_AXIS:
+        return values
+    chosen = np.linspace(0, values.size - 1, _MOST_OF_AXIS).round().astype(int)
+    thin: FloatArray = values[chosen]
+    return thin
+
+
+class MapPane(StudyPane):
+    """Growth rate, μ_c, unstable modes or safe friction over two parameters of the edited scene."""
+
+    NAME: ClassVar[str] = "map"
+    VERB: ClassVar[str] = "Map"
+    INPUT: ClassVar[str] = "over"
+    EXAMPLE: ClassVar[str] = EXAMPLE
+    FORM: ClassVar[str] = "NAME=START:STOP:COUNT, two of them"
+    CHOICE: ClassVar[str] = "value"
+    CHOICES: ClassVar[Mapping[str, str]] = VALUES
+    VIEWS: ClassVar[Mapping[str, str]] = {"map-view": "Map"}
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        # Not stored with the session: it is computed again at once.
+        self._computed: DisplayedStudy[StabilityMap] | None = None
+        self._key: object = None
+        self._waiting: Timer | None = None
+
+    def compose_bar(self) -> ComposeResult:
+        """The mapped value and the two ranges."""
+        with Horizontal(classes="values"):
+            yield from self.compose_choices()
+        yield from self.compose_input()
+
+    def compose_views(self) -> ComposeResult:
+        """One chart, and what its shades mean."""
+        with Vertical(id="map-view"):
+            yield ChartView("map-chart", openable=True)
+            yield Static("", id="scale", markup=False)
+
+    @property
+    def input_setting(self) -> str:
+        """Values that do not depend on μ have ranges of their own."""
+        return _OVER_OTHERS if self.chosen in WITHOUT_MU else _OVER
+
+    @property
+    def initial_text(self) -> str:
+        """The ranges for the mapped value; at first those of the other values, if they fit."""
+        usual = self.setting(_OVER, EXAMPLE)
+        try:
+            map_request(usual, self.chosen)
+        except InputError:
+            usual = EXAMPLE_WITHOUT_MU if self.chosen in WITHOUT_MU else usual
+        return self.setting(self.input_setting, usual)
+
+    def parse(self, scene: Scene, text: str) -> "tuple[NamedRange, NamedRange]":  # noqa: ARG002
+        """The two ranges of the input."""
+        return map_request(text, self.chosen)
+
+    @property
+    def displayed(self) -> "DisplayedStudy[StabilityMap] | None":
+        """A map read from a file stays until another one is computed."""
+        return super().displayed or self._computed
+
+    def scene_changed(self) -> None:
+        """Recompute the map if another parameter has changed."""
+        super().scene_changed()
+        if self.session.studies.get(self.NAME) is not None:
+            return
+        try:
+            key = self._edited_map()[-1]
+        except InputError as error:
+            self.say(str(error))
+            return
+        if key != self._key:
+            if self._waiting is not None:
+                self._waiting.stop()
+            self._waiting = self.set_timer(_PAUSE, self._again)
+
+    @on(ChartView.Moved)
+    def _moved(self, event: ChartView.Moved) -> None:
+        # The visible part is computed again at full resolution.
+        event.stop()
+        self.scene_changed()
+
+    def _again(self) -> None:
+        if self.session.studies.get(self.NAME) is not None:
+            return
+        try:
+            self.begin()
+        except InputError as error:
+            self.say(str(error))
+
+    def _edited_map(self) -> tuple[dict[str, FloatArray], object]:
+        # The mapped values of the visible part, and all that the map depends on.
+        ranges = map_request(self.text, self.chosen)
+        p, view = self.session.parameters(), self.query_one(ChartView).view
+        limits = (view.x, view.y)
+        over = {each.name: values_in(each, axis) for each, axis in zip(ranges, limits, strict=True)}
+        # The mapped parameters' own values do not matter.
+        fixed = tuple((name, value) for name, value in p.as_dict().items() if name not in over)
+        return over, (ranges, limits, fixed, self.chosen, self.session.separation)
+
+    def begin(self) -> None:
+        """Compute the map."""
+        over, self._key = self._edited_map()
+        p, value, separation = self.session.parameters(), self.chosen, self.session.separation
+
+        def compute(job: Job) -> "StabilityMap":
+            from fivtui.maps import SAFETY_VALUES, compute_map
+
+            thin = value in SAFETY_VALUES
+            chosen = {name: thinned(v) if thin else v for name, v in over.items()}
+            return compute_map(p, chosen, value, separation=separation, progress=job.report)
+
+        self.session.studies.put(self.NAME, None)
+        self.start(compute)
+
+    def take(self, result: "StabilityMap") -> None:
+        """Display a computed map."""
+        self._computed = DisplayedStudy(result, "")
+        self.scene_changed()
+
+    def result_words(self, displayed: "DisplayedStudy[StabilityMap]") -> str:
+        """Number of points, or where the map is from."""
+        if displayed.source:
+            return f"read from {displayed.source}; F10 maps the edited scene"
+        return f"{displayed.value.values.size} points; Enter: run one"
+
+    def draw_result(self, result: "StabilityMap") -> None:
+        """Draw the map with the edited point."""
+        self.query_one(ChartView).show(map_chart(result, self.parameters))
+        self.query_one("#scale", Static).update(map_scale(result))
+
+    def submitted(self) -> None:
+        """Map the ranges typed, in place of those being mapped."""
+        self.fit_axes()
+        self.stop()
+        self.work()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
+        """All actions apply: a view of the map is a value."""
+        return True
+
+    def action_turn_view(self) -> None:
+        """Map the next value."""
+        names = list(VALUES)
+        self.choose(names[(names.index(self.chosen) + 1) % len(names)])
+
+    def choose(self, name: str) -> None:
+        """Map another value."""
+        self.keep(self.CHOICE, name)
+        self.mark_choice(name)
+        over, ranges = self.query_one("#over", Input), self.initial_text
+        if over.value != ranges:
+            # The limits are those of other parameters.
+            over.value = ranges
+            self.fit_axes()
+        self.stop()
+        self.check_input()
+        try:
+            self._edited_map()
+        except InputError as error:
+            # The displayed map is of another value.
+            self._computed = None
+            self.query_one(ChartView).show(None, nothing=str(error))
+            self.query_one("#scale", Static).update("")
+        self.work()
+
+    def point_of(self, result: "StabilityMap", point: NearestPoint) -> tuple[dict[str, str], str]:
+        """Field texts of a point of the map."""
+        return point_texts(result, point), point_words(result, point)
+
+    def heading(self, result: "StabilityMap") -> Heading:
+        """The parameters that are not mapped."""
+        return Heading([result.parameters], result.names, ignored=not result.separation)
+
+    def command_request(self) -> Any:
+        """The command is that of a result."""
+        return self.required().value

@@ -1,0 +1,163 @@
+"""The sweep tab: amplitudes over one or two parameters, with and without separation."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.message import Message
+from textual.widgets import Static
+
+from fivtui.charts import Heading, NearestPoint
+from fivtui.model import InputError
+from fivtui.scene import Scene
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
+from fivtui.tui.tabs.charts.map_shades import scale_words
+from fivtui.tui.tabs.charts.sweep import (
+    ASKED_FROM,
+    EXAMPLE,
+    SweepPoints,
+    case_of,
+    count_words,
+    grid_chart,
+    point_scene,
+    point_texts,
+    points_of,
+    sweep_chart,
+    sweep_of,
+    sweep_parts,
+    sweep_request,
+)
+from fivtui.tui.tabs.exports.export import Export
+from fivtui.tui.tabs.messages import Reported
+
+from .study_pane import StudyPane
+
+if TYPE_CHECKING:
+    from fivtui.sweeps import Rows, Study, Sweep
+
+_PARTIAL: Final = "the sweep is incomplete and cannot be exported: F10 computes it again"
+
+
+class SweepPane(StudyPane):
+    """Peak and half peak-to-peak over parameters of the edited scene."""
+
+    NAME: ClassVar[str] = "sweep"
+    VERB: ClassVar[str] = "Sweep"
+    HINT: ClassVar[str] = "F10: compute, Enter: run a point"
+    INPUT: ClassVar[str] = "vary"
+    EXAMPLE: ClassVar[str] = EXAMPLE
+    FORM: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C, or peak-over-belt-speed"
+    VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
+
+    @dataclass
+    class Grown(Message):
+        """Posted when more members are computed."""
+
+        job: Job
+        result: "Sweep"
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        # The large sweep that F10 computes when pressed again.
+        self._asked: Study | None = None
+        # Of a sweep over one parameter.
+        self._points: SweepPoints | None = None
+
+    def compose_bar(self) -> ComposeResult:
+        """The swept ranges."""
+        yield Static("vary", classes="words")
+        yield from self.compose_input()
+
+    def compose_views(self) -> ComposeResult:
+        """One chart."""
+        with Vertical(id="amplitudes"):
+            yield ChartView("sweep-chart", nothing="no sweep yet: press F10", openable=True)
+
+    def parse(self, scene: Scene, text: str) -> "Study":
+        """The sweep of a scene over the ranges of the input."""
+        return sweep_request(scene, text)
+
+    def begin(self) -> None:
+        """Sweep the edited scene; a large sweep when asked for twice."""
+        study: Study = self.request()
+        asked, self._asked = self._asked, study
+        if study.members > ASKED_FROM and study != asked:
+            words = f"{study.members} runs: F10 again computes them"
+            self.say(words)
+            self.post_message(Reported(words))
+            return
+        self._asked = None
+        self.session.studies.put(self.NAME, None)
+        super().begin()
+
+    def compute(self, request: "Study", job: Job) -> "Sweep":
+        """Compute a sweep in parts, and post them."""
+        parts: list[Rows] = []
+        for rows in sweep_parts(request, job.report):
+            parts.append(rows)
+            self.post_message(self.Grown(job, sweep_of(request, parts)))
+        return sweep_of(request, parts)
+
+    @on(Grown)
+    def _grown(self, event: Grown) -> None:
+        event.stop()
+        if event.job is self.job:
+            displayed = DisplayedStudy(event.result, self.session.name)
+            self.session.studies.put(self.NAME, displayed)
+
+    def progressed(self) -> None:
+        """Display the members computed so far."""
+        self.draw()
+
+    def result_words(self, displayed: "DisplayedStudy[Sweep]") -> str:
+        """Number of members, and what the shades mean."""
+        source = f", read from {displayed.source}" if displayed.source else ""
+        words = f"{count_words(displayed.value)}{source}"
+        chart = self.query_one(ChartView).chart
+        if chart is None or chart.backdrop is None:
+            return words
+        return f"{words}: {scale_words(chart.backdrop.shades, chart.backdrop.scale)}"
+
+    def prepare(self, result: "Sweep") -> None:
+        """Collect the points of a sweep over one parameter."""
+        self._points = points_of(result) if len(result.study.design.axes) == 1 else None
+
+    def draw_result(self, result: "Sweep") -> None:
+        """Draw the computed members, with the edited values of the swept parameters."""
+        values = {} if self.parameters is None else self.parameters.as_dict()
+        edited = tuple(values[name] for name in result.study.design.axes if name in values)
+        if self._points is not None:
+            chart = sweep_chart(self._points, edited[0] if edited else None)
+        else:
+            point = (edited[0], edited[1]) if len(edited) > 1 else None
+            chart = grid_chart(result, self.session.separation, point)
+        self.query_one(ChartView).show(chart)
+
+    def point_of(self, result: "Sweep", point: NearestPoint) -> tuple[dict[str, str], str]:
+        """Field texts of a member."""
+        case = case_of(result.study, self._points, point, self.session.separation)
+        texts = point_texts(point_scene(result.study, point, case))
+        values = zip(result.study.design.axes, (point.x, point.y), strict=False)
+        words = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
+        return texts, f"{words}, separation {texts['separation']}"
+
+    def heading(self, result: "Sweep") -> Heading:
+        """The parameters that are not swept."""
+        return Heading([result.study.parameters], tuple(result.study.design.axes))
+
+    def export(self, what: str) -> Export:
+        """The sweep if it is complete; its figure as displayed."""
+        displayed = self.displayed
+        if displayed is not None:
+            result: Sweep = displayed.value
+            if len(result.table.reasons) < result.study.members:
+                raise InputError(_PARTIAL)
+        return super().export(what)
+
+    def request_of(self, result: "Sweep") -> "Study":
+        """The study of a sweep."""
+        return result.study

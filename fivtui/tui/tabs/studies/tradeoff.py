@@ -1,0 +1,104 @@
+"""The trade-off tab: error against CPU time on this machine."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
+
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.widgets import Static
+
+from fivtui.charts import Heading
+from fivtui.model import InputError
+from fivtui.scene import Scene
+from fivtui.tradeoffs import tradeoff_chart
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import DisplayedStudy, Job
+from fivtui.tui.tabs.charts.tradeoff import (
+    TITLES,
+    columns_of,
+    present_row,
+    present_words,
+    table_rows,
+)
+from fivtui.tui.tabs.tables import ListTable
+
+from .study_pane import StudyPane
+
+if TYPE_CHECKING:
+    from fivtui.tradeoffs import Tradeoff
+
+
+class _Settings(ListTable[str]):
+    wrapped, dropped = "method", ("sep.", "steps", "remark")
+
+
+class TradeoffPane(StudyPane):
+    """Errors against CPU time of the edited scene, for every method and setting."""
+
+    NAME: ClassVar[str] = "trade-off"
+    VERB: ClassVar[str] = "Measure"
+    HINT: ClassVar[str] = "F10: measure (about 7 s)"
+    CHOICE: ClassVar[str] = "quantity"
+    CHOICES: ClassVar[Mapping[str, str]] = TITLES
+    VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
+    LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
+
+    def compose_bar(self) -> ComposeResult:
+        """The quantities whose error can be displayed."""
+        yield Static("error of", classes="words")
+        yield from self.compose_choices()
+
+    def compose_views(self) -> ComposeResult:
+        """Chart with the current setting in words, and table."""
+        with Vertical(id="errors"):
+            yield ChartView("errors-chart", nothing="not measured yet: press F10")
+            yield Static("", id="present", markup=False)
+        yield _Settings(id="settings", cursor_type="row", zebra_stripes=True, fixed_columns=1)
+
+    def compute(self, request: Scene, job: Job) -> "Tradeoff":
+        """Measure a scene."""
+        from fivtui.tradeoffs import measure_tradeoff
+
+        return measure_tradeoff(request, progress=job.report)
+
+    def result_words(self, displayed: "DisplayedStudy[Tradeoff]") -> str:
+        """Whether the measurement is of the edited scene, and how many rows it has."""
+        scene = self._scene()
+        outdated = scene is None or _physics(scene) != _physics(displayed.value.scene)
+        words = "the scene has changed since" if outdated else "this scene, this machine"
+        if displayed.source:
+            words = f"{'another' if outdated else 'this'} scene, read from {displayed.source}"
+        return f"{words}, {len(displayed.value.rows)} rows"
+
+    def _scene(self) -> Scene | None:
+        try:
+            return self.session.scene()
+        except InputError:
+            return None
+
+    def draw_result(self, result: "Tradeoff") -> None:
+        """Draw the current view, with what the edited setting delivers."""
+        scene, quantity = self._scene(), self.chosen
+        present = None if scene is None else present_row(result, scene)
+        if self.view == "errors":
+            chart = tradeoff_chart(result, quantity, present)
+            self.query_one("#errors-chart", ChartView).show(chart)
+            words = "" if scene is None else present_words(result, scene, quantity, present)
+            self.query_one("#present", Static).update(words)
+        else:
+            rows = table_rows(result, quantity, present)
+            table: ListTable[str] = self.query_one("#settings", ListTable)
+            table.fill(columns_of(result), {str(index): row for index, row in enumerate(rows)})
+
+    def heading(self, result: "Tradeoff") -> Heading:
+        """The parameters of the scene."""
+        return Heading([result.scene.parameters], ignored=not result.scene.separation)
+
+    def request_of(self, result: "Tradeoff") -> Scene:
+        """The scene of a measurement."""
+        return result.scene
+
+
+def _physics(scene: Scene) -> tuple[object, ...]:
+    # A measurement does not depend on method and accuracy.
+    return scene.parameters, scene.separation, scene.start, scene.t_end

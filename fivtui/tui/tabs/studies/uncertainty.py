@@ -1,0 +1,134 @@
+"""The uncertainty tab: how likely squeal is where parameters scatter, and what drives it."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
+
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical
+from textual.widgets import Static
+
+from fivtui.charts import Heading
+from fivtui.scene import Scene
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import DisplayedStudy, Job, Session
+from fivtui.tui.tabs.charts.uncertainty import (
+    COLUMNS,
+    EXAMPLE,
+    TITLES,
+    drawn,
+    histogram_chart,
+    index_remark,
+    index_rows,
+    samples_chart,
+    truncation_words,
+    uncertainty_request,
+)
+from fivtui.tui.tabs.tables import ListTable
+
+from .study_pane import StudyPane
+
+if TYPE_CHECKING:
+    from fivtui.reliability import Uncertainty
+    from fivtui.sweeps import Study
+
+
+class _IndexTable(ListTable[str]):
+    wrapped = COLUMNS[0]
+    dropped = ("if linear", "0 … 1")
+
+
+class UncertaintyPane(StudyPane):
+    """Probabilities, histograms and Sobol indices of the edited scene with scattered parameters."""
+
+    NAME: ClassVar[str] = "uncertainty"
+    VERB: ClassVar[str] = "Scatter"
+    HINT: ClassVar[str] = "F10: compute"
+    INPUT: ClassVar[str] = "scattered"
+    EXAMPLE: ClassVar[str] = EXAMPLE
+    FORM: ClassVar[str] = "NAME~normal:MEAN:SD ~uniform:LOW:HIGH"
+    CHOICE: ClassVar[str] = "output"
+    CHOICES: ClassVar[Mapping[str, str]] = TITLES
+    VIEWS: ClassVar[Mapping[str, str]] = {
+        "histogram": "Histogram",
+        "indices": "Drivers",
+        "samples": "Samples",
+    }
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._estimate = ""
+
+    def compose_bar(self) -> ComposeResult:
+        """The distributions."""
+        yield from self.compose_input()
+
+    def compose_views(self) -> ComposeResult:
+        """Histogram of a quantity, probabilities; table of Sobol indices; samples by region."""
+        with Vertical(id="histogram"):
+            with Horizontal(classes="bar"):
+                yield from self.compose_choices()
+            yield ChartView("histogram-chart", nothing="nothing scattered yet: press F10")
+            yield Static("", id="probabilities", markup=False)
+        yield _IndexTable(id="indices", cursor_type="row", zebra_stripes=True)
+        with Vertical(id="samples"):
+            yield ChartView("samples-chart", nothing="nothing scattered yet: press F10")
+
+    def parse(self, scene: Scene, text: str) -> "Study":
+        """The study of a scene with the distributions of the input."""
+        return uncertainty_request(scene, text)
+
+    def begin(self) -> None:
+        """Scatter the parameters of the edited scene."""
+        super().begin()
+        self._estimate = ""
+
+    def compute(self, request: "Study", job: Job) -> "Uncertainty":
+        """Compute a study."""
+        from fivtui.reliability import measured
+        from fivtui.sweeps import local_engine
+
+        return measured(request, local_engine(), progress=job.report, tell=self._tell)
+
+    def _tell(self, _members: int, words: str) -> None:
+        # Called by the computing thread; shown when the bar is.
+        self._estimate = words
+
+    def progressed(self) -> None:
+        """Display the present probabilities and their errors."""
+        view = self.query_one("#probabilities", Static)
+        view.update(self._estimate)
+        view.display = bool(self._estimate)
+
+    def result_words(self, displayed: "DisplayedStudy[Uncertainty]") -> str:
+        """Number of samples, and what to know of them."""
+        result = displayed.value
+        source = f", read from {displayed.source}" if displayed.source else ""
+        words = f"{result.scatter.samples} samples{source}"
+        return f"{words}{truncation_words(result)}{index_remark(result)}"
+
+    def draw_result(self, result: "Uncertainty") -> None:
+        """Draw the current view of a study."""
+        self.mark_choice(drawn(result, self.chosen))
+        if self.view == "indices":
+            table: ListTable[str] = self.query_one("#indices", ListTable)
+            rows = index_rows(result)
+            table.fill(COLUMNS, {str(index): row for index, row in enumerate(rows)})
+            return
+        make = histogram_chart if self.view == "histogram" else samples_chart
+        self.query_one(f"#{self.view}-chart", ChartView).show(make(result, self.chosen))
+        if self.job is None:
+            # They stand above the chart.
+            self.query_one("#probabilities").display = False
+
+    def choose(self, name: str) -> None:
+        """Display the histogram of another quantity."""
+        self.query_one("#histogram-chart", ChartView).view.reset()
+        super().choose(name)
+
+    def heading(self, result: "Uncertainty") -> Heading:
+        """The parameters that do not scatter."""
+        return Heading([result.study.parameters], tuple(result.inputs))
+
+    def request_of(self, result: "Uncertainty") -> "Study":
+        """The study of a result."""
+        return result.study
