@@ -8,11 +8,11 @@ from fivtui.model import OnProgress, System, time_tables
 
 from .model import Parameters, Rows, unknown_name
 from .transient import (
+    ALL_METHODS,
     DEFAULT_T_END,
     DEFAULT_TOL,
     FMU_FLAVOURS,
     MAX_STEPS,
-    METHODS,
     KernelChoice,
     OnSamples,
     Request,
@@ -23,11 +23,6 @@ from .transient import (
     integrate,
 )
 
-ALL_METHODS: Final[Mapping[str, str]] = {
-    **{name: method.meaning for name, method in METHODS.items()},
-    "fmu": "the Python FMU, run by fmpy",
-    "fmu-native": "the native FMU, run by fmpy",
-}
 _BASE: Final = Parameters()
 
 

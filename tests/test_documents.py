@@ -12,10 +12,9 @@ from fivtui.assessment.stress_tests import METHODS_UNDER_TEST
 from fivtui.io.tables import FORMATS
 from fivtui.model import System
 from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.simulation import ALL_METHODS
 from fivtui.sweeps.formats import SWEEP_FORMATS
 from fivtui.tradeoffs import measure, settings
-from fivtui.transient import integrate
+from fivtui.transient import ALL_METHODS, integrate
 from fivtui.transient.methods import FMU_FLAVOURS, METHODS
 from fivtui.transient.request import Request
 from fivtui.tui.lab.keys import LAB_KEYS

@@ -26,7 +26,7 @@ def _starts() -> Iterable[str]:
 
 
 def _methods() -> Iterable[str]:
-    from fivtui.simulation import ALL_METHODS
+    from fivtui.transient import ALL_METHODS
 
     return ALL_METHODS
 

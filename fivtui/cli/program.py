@@ -29,7 +29,7 @@ def presets(as_json: bool) -> None:
 def methods() -> None:
     """List the integration methods."""
     from fivtui.console import print_list
-    from fivtui.simulation import ALL_METHODS
+    from fivtui.transient import ALL_METHODS
 
     print_list("Methods", list(ALL_METHODS.items()))
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .presets import DEFAULT_PRESET, PRESETS
     from .report import print_comparison
     from .run import run_scene, scene_transient
-    from .scene import Accuracy, Scene, as_scene
+    from .scene import Scene, as_scene
     from .verified import PartedError, runs_part
 else:
     from fivtui.lazy import lazily

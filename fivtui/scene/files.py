@@ -6,7 +6,7 @@ parameters that it leaves out have their defaults; a name left out is that of th
 
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
@@ -15,114 +15,83 @@ from tomlkit.items import Item
 
 from fivtui.io import MAX_TEXT, is_there, read_bytes, write_atomically
 from fivtui.model import InputError, Parameters, parameter_spec, unknown_name
-from fivtui.simulation import ALL_METHODS
-from fivtui.transient import QUANTITIES, T_END_INTERVAL, TOL_INTERVAL
+from fivtui.transient import SETTINGS, number_in_file, text_in_file
 
 from .over_time import over_time_from, over_time_to_dict
 from .presets import PRESETS
-from .scene import OUTPUTS, Accuracy, Correlation, Scene
+from .scene import OUTPUTS, Correlation, Scene
 
 FORMAT_VERSION: Final = 1
 _VERSION_KEY: Final = "fivtui_scene"
+_PARAMETERS: Final = "parameters"
 _LONGEST_LINE: Final = 4096
-_START: Final = "static (at rest at the equilibrium of μ = 0) or [x, vx, y, vy] in m and m/s"
-
-
-def _boolean(key: str, value: object) -> bool:
-    if not isinstance(value, bool):
-        raise InputError(f"{key} = {value!r}: must be true or false")
-    return value
-
-
-def _text(key: str, value: object) -> str:
-    if not isinstance(value, str):
-        raise InputError(f"{key} = {value!r}: must be text in quotes")
-    return value
-
-
-def _number(key: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{key} = {value!r}: not a number")
-    try:
-        return float(value)
-    except OverflowError:
-        raise InputError(f"{key}: the number is too large") from None
-
-
-def _accuracy(key: str, value: object) -> Accuracy:
-    if not isinstance(value, Mapping):
-        raise InputError(f"{key} = {value!r}: must be a table such as {{peak = 1e-4}}")
-    return tuple((str(name), _number(f"{key}.{name}", error)) for name, error in value.items())
 
 
 def _outputs(key: str, value: object) -> tuple[str, ...]:
     if not isinstance(value, list | tuple):
         raise InputError(f"{key} = {value!r}: must be a list of {', '.join(OUTPUTS)}")
-    return tuple(_text(f"{key}[{index}]", entry) for index, entry in enumerate(value))
+    return tuple(text_in_file(f"{key}[{index}]", entry) for index, entry in enumerate(value))
 
 
 def _correlation(key: str, value: object) -> Correlation:
     if not isinstance(value, Mapping) or not all(isinstance(v, Mapping) for v in value.values()):
         raise InputError(f"{key} = {value!r}: must be a table such as {{mu = {{F = -0.3}}}}")
     return tuple(
-        (str(one), str(other), _number(f"{key}.{one}.{other}", number))
-        for one, row in value.items()
-        for other, number in row.items()
+        (str(first), str(second), number_in_file(f"{key}.{first}.{second}", number))
+        for first, row in value.items()
+        for second, number in row.items()
     )
 
 
-def _start(key: str, value: object) -> str | tuple[float, ...]:
-    if isinstance(value, str):
-        return value
-    if not isinstance(value, list | tuple):
-        raise InputError(f"{key} = {value!r}: must be {_START}")
-    return tuple(_number(f"{key}[{index}]", entry) for index, entry in enumerate(value))
+def _correlation_rows(correlation: Correlation) -> dict[str, dict[str, float]]:
+    rows: dict[str, dict[str, float]] = {}
+    for first, second, value in correlation:
+        rows.setdefault(first, {})[second] = value
+    return rows
 
 
-@dataclass(frozen=True, slots=True)
-class _Key:
-    # How a field of `Scene` is read from a file, and the comment that explains it there.
-    read: Callable[[str, object], Any]
-    comment: str = ""
-
-
-_KEYS: Final[Mapping[str, _Key]] = {
-    "name": _Key(_text),
-    "description": _Key(_text),
-    "separation": _Key(_boolean, "true: separation considered (Case 1), false: ignored (Case 2)"),
-    "start": _Key(_start, _START),
-    "t_end": _Key(_number, f"horizon; {T_END_INTERVAL}"),
-    "tol": _Key(_number, f"relative tolerance; {TOL_INTERVAL}"),
-    "method": _Key(_text, ", ".join(ALL_METHODS)),
-    "step": _Key(_number, "step of rk4 or communication step of fmu; above 0 and at most t_end, s"),
-    "accuracy": _Key(_accuracy, f"errors allowed, in place of tol: {', '.join(QUANTITIES)}"),
-    "outputs": _Key(_outputs, f"what is required: {', '.join(OUTPUTS)}"),
-    "over_time": _Key(over_time_from),
-    "correlation": _Key(_correlation, "of the normal scores of scattered quantities, by name"),
+# By key, in the order of a file: the fields of a scene are read and checked for their types, ...
+_FIELDS: Final = [field.name for field in fields(Scene) if field.name != _PARAMETERS]
+_KEYS: Final = sorted(_FIELDS, key=lambda name: name == "correlation")
+_READ: Final[Mapping[str, Callable[[str, object], Any]]] = {
+    "name": text_in_file,
+    "description": text_in_file,
+    **{name: setting.of_file for name, setting in SETTINGS.items()},
+    "outputs": _outputs,
+    "over_time": over_time_from,
+    "correlation": _correlation,
 }
+# ... written as plain values, those of the optional ones only if they are set, ...
+_WRITTEN: Final[Mapping[str, Callable[[Any], Any]]] = {
+    "start": lambda start: start if isinstance(start, str) else list(start),
+    "accuracy": dict,
+    "outputs": list,
+    "over_time": over_time_to_dict,
+    "correlation": _correlation_rows,
+}
+_OPTIONAL: Final = ("step", "accuracy", "over_time", "correlation")
+# ... and explained by comments.
+_COMMENTS: Final[Mapping[str, str]] = {
+    **{
+        name: setting.comment or f"{setting.meaning}; {setting.allowed}"
+        for name, setting in SETTINGS.items()
+    },
+    "outputs": f"what is required: {', '.join(OUTPUTS)}",
+    "correlation": "of the normal scores of scattered quantities, by name",
+}
+# An accuracy determines these.
+_OF_ACCURACY: Final = ("tol", "step")
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
     """A scene in the layout of its file: plain values by key; what is not set has no key."""
-    fields = {key: getattr(scene, key) for key in _KEYS}
-    if scene.step is None:
-        del fields["step"]
-    fields["outputs"] = list(scene.outputs)
-    fields["accuracy"] = dict(scene.accuracy)
-    if scene.over_time:
-        fields["over_time"] = over_time_to_dict(scene.over_time)
-    else:
-        del fields["over_time"]
-    rows: dict[str, dict[str, float]] = {}
-    for one, other, value in fields.pop("correlation"):
-        rows.setdefault(one, {})[other] = value
-    if rows:
-        fields["correlation"] = rows
-    for unused in ("tol", "step") if scene.accuracy else ("accuracy",):
-        fields.pop(unused, None)
-    if not isinstance(scene.start, str):
-        fields["start"] = list(scene.start)
-    return {_VERSION_KEY: FORMAT_VERSION, **fields, "parameters": scene.parameters.as_dict()}
+    data: dict[str, Any] = {_VERSION_KEY: FORMAT_VERSION}
+    for key in _KEYS:
+        value = getattr(scene, key)
+        unset = key in _OPTIONAL and not value
+        if not unset and not (scene.accuracy and key in _OF_ACCURACY):
+            data[key] = _WRITTEN.get(key, lambda plain: plain)(value)
+    return {**data, _PARAMETERS: scene.parameters.as_dict()}
 
 
 def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> Scene:
@@ -132,21 +101,21 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     a value has the wrong type or is out of range.
     """
     _check_version(data)
-    known = (_VERSION_KEY, *_KEYS, "parameters")
+    known = (_VERSION_KEY, *_KEYS, _PARAMETERS)
     for key in data:
         if key not in known:
             raise unknown_name("key", key, known)
-    fields = {key: entry.read(key, data[key]) for key, entry in _KEYS.items() if key in data}
-    for unused in ("tol", "step"):
-        if fields.get("accuracy") and unused in fields:
+    values = {key: read(key, data[key]) for key, read in _READ.items() if key in data}
+    for unused in _OF_ACCURACY:
+        if values.get("accuracy") and unused in values:
             raise InputError(f"{unused}: must not be given with accuracy, from which it follows")
     if name is not None:
-        fields.setdefault("name", name)
-    if "name" not in fields:
+        values.setdefault("name", name)
+    if "name" not in values:
         raise InputError("the key name is missing")
-    fields.setdefault("description", "")
-    starts = {timed: table.after(0.0)[0] for timed, table in fields.get("over_time", ())}
-    return Scene(parameters=_parameters(data.get("parameters", {}), starts), **fields)
+    values.setdefault("description", "")
+    starts = {timed: table.after(0.0)[0] for timed, table in values.get("over_time", ())}
+    return Scene(parameters=_parameters(data.get(_PARAMETERS, {}), starts), **values)
 
 
 def _check_version(data: Mapping[str, object]) -> None:
@@ -167,7 +136,7 @@ def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
         values = {}
         for name, value in table.items():
             spec = parameter_spec(name)
-            values[name] = spec.check(_number(name, value))
+            values[name] = spec.check(number_in_file(name, value))
         made = Parameters(**{**starts, **values})
         begins = made.with_values(starts)
         for name in starts:
@@ -281,14 +250,14 @@ def _document(scene: Scene) -> tomlkit.TOMLDocument:
     document = tomlkit.document()
     document.add(tomlkit.comment("A scene of fivtui, the nonlinear slider-belt model."))
     document.add(_VERSION_KEY, _item(data[_VERSION_KEY], "version of this format"))
-    for key, entry in _KEYS.items():
+    for key in _KEYS:
         if key in data and key != "over_time":
-            document.add(key, _item(data[key], entry.comment))
+            document.add(key, _item(data[key], _COMMENTS.get(key, "")))
     table = tomlkit.table()
-    for name, value in data["parameters"].items():
+    for name, value in data[_PARAMETERS].items():
         spec = parameter_spec(name)
         table.add(name, _item(value, f"{spec.meaning}; {spec.allowed}"))
-    document.add("parameters", table)
+    document.add(_PARAMETERS, table)
     if scene.over_time:
         document.add("over_time", _over_time(data["over_time"]))
     return document

@@ -15,11 +15,12 @@ from fivtui.model import (
     course_of,
     unknown_name,
 )
-from fivtui.simulation import ALL_METHODS
 from fivtui.transient import (
+    ALL_METHODS,
     DEFAULT_T_END,
     DEFAULT_TOL,
     START_SPECS,
+    Accuracy,
     Request,
     Start,
     check_accuracy,
@@ -32,8 +33,6 @@ from fivtui.transient import (
 
 from .over_time import OverTime
 
-# Errors allowed, by quantity.
-Accuracy = tuple[tuple[str, float], ...]
 # Correlations of scattered quantities, by their names.
 Correlation = tuple[tuple[str, str, float], ...]
 

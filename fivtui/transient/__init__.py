@@ -6,12 +6,9 @@ if TYPE_CHECKING:
     from .derivatives.variation import EXTREMES, START_SEEDS, Variation, vary
     from .errors import (
         PARTED,
-        QUANTITIES,
         Deviation,
         Divergence,
         Observation,
-        check_accuracy,
-        check_quantity,
         deviation,
         divergence,
         finer_tol,
@@ -21,35 +18,54 @@ if TYPE_CHECKING:
     from .figure import transient_figure
     from .files import trajectory_of
     from .linear.rounding import rounding_error
-    from .methods import FMU_FLAVOURS, METHODS, check_takes_step, fixed_step, takes_step
+    from .methods import (
+        ALL_METHODS,
+        FMU_FLAVOURS,
+        METHODS,
+        check_takes_step,
+        fixed_step,
+        takes_step,
+    )
     from .native import check_taylor_options, integrate, later_amplitude
     from .recorder import Recorder
     from .report import print_transient, transient_rows
     from .request import (
-        DEFAULT_T_END,
         DEFAULT_TOL,
-        LEAST_START,
         MAX_STEPS,
-        MAX_T_END,
-        START_FORM,
-        START_SPECS,
-        T_END_INTERVAL,
-        TOL_INTERVAL,
         TOL_RANGE,
         Kernel,
         KernelChoice,
         OnSamples,
         Request,
         Samples,
-        Start,
-        check_horizon,
         check_max_steps,
-        check_start,
-        check_step,
-        check_tolerance,
         resolve_start,
     )
     from .result import Transient
+    from .settings.checks import (
+        DEFAULT_T_END,
+        LEAST_START,
+        MAX_T_END,
+        QUANTITIES,
+        START_FORM,
+        START_SPECS,
+        Start,
+        check_accuracy,
+        check_horizon,
+        check_quantity,
+        check_start,
+        check_step,
+        check_tolerance,
+    )
+    from .settings.table import (
+        CONSIDERED,
+        IGNORED,
+        SETTINGS,
+        Accuracy,
+        RunSetting,
+        number_in_file,
+        text_in_file,
+    )
     from .stiffness import budget_error, find_stiffness
     from .trajectory import Trajectory, segment_between
 else:

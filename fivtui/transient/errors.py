@@ -8,18 +8,11 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError, Interval, State, unknown_name
+from fivtui.model import ComputationError, State
 
 from .request import TOL_RANGE
 from .result import Transient
-
-# The quantities that have an error, and how it is measured.
-QUANTITIES: Final[Mapping[str, str]] = {
-    "final": "state at the end, relative to its greatest component",
-    "peak": "peak of |y|, relative",
-    "half_range": "half peak-to-peak of y over the second half of the run, relative to peak |y|",
-    "events": "times of separation and reattachment, s",
-}
+from .settings.checks import QUANTITIES
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,11 +163,6 @@ _FINER: Final = 100.0
 _APART: Final = 10.0
 
 
-def check_accuracy(asked: Mapping[str, object]) -> dict[str, float]:
-    """Errors asked for, checked."""
-    return {check_quantity(name): check_error(name, value) for name, value in asked.items()}
-
-
 def first_tol(asked: Mapping[str, float]) -> float:
     """Tolerance of the first run: a hundredth of the least error, but never the finest one."""
     least = min(asked.values(), default=TOL_RANGE[1])
@@ -189,15 +177,3 @@ def finer_tol(tol: float) -> float:
     """
     finer, least = tol / _FINER, TOL_RANGE[0]
     return finer if finer > _APART * least else least
-
-
-def check_quantity(name: str) -> str:
-    """The name of a quantity in `QUANTITIES`; raises `InputError` if it is unknown."""
-    if name not in QUANTITIES:
-        raise unknown_name("quantity", name, QUANTITIES)
-    return name
-
-
-def check_error(name: str, value: object) -> float:
-    """An error asked of a quantity, as a number above 0 and at most 1; else `InputError`."""
-    return Interval(0.0, 1.0, lower_open=True).check(f"error of {name}", value)

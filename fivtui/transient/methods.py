@@ -105,3 +105,10 @@ METHODS: Final[Mapping[str, Method]] = {
         Method("scipy-lsoda", "SciPy's Adams/BDF with automatic choice", False, _scipy("LSODA")),
     )
 }
+
+# What they mean, with those that run an FMU.
+ALL_METHODS: Final[Mapping[str, str]] = {
+    **{name: method.meaning for name, method in METHODS.items()},
+    "fmu": "the Python FMU, run by fmpy",
+    "fmu-native": "the native FMU, run by fmpy",
+}

@@ -1,6 +1,6 @@
 """Requests for a transient, checked: parameters, start, horizon, accuracy, method, output."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -11,62 +11,41 @@ from fivtui.model import (
     CONSTANT,
     Course,
     InputError,
-    Interval,
     Mode,
     Parameters,
-    ParameterSpec,
     State,
     System,
     check_names,
     check_parameters,
     mode_of,
     parameter_spec,
-    parse_number,
     static_start,
     unknown_name,
 )
 from fivtui.taylor import DEFAULT_TOL as TAYLOR_TOL, TOL_RANGE as TAYLOR_TOL_RANGE
 
+from .settings.checks import (
+    DEFAULT_T_END,
+    Start,
+    check_horizon,
+    check_start,
+    check_step,
+    check_tolerance,
+)
+
 if TYPE_CHECKING:
     from .trajectory import Trajectory
 
-Start = Literal["static"] | Sequence[float]
 Samples = Literal["none", "dense"] | int | Sequence[float] | NDArray[np.float64]
 Kernel = Literal["compiled", "interpreted", "exact"]
 KernelChoice = Literal["auto"] | Kernel
-# Takes the fraction done; the computation is cancelled when it returns False.
 # Takes the parts of a trajectory, one after the other, while the run goes on.
 OnSamples = Callable[["Trajectory"], None]
 
-_START_MAX: Final = 1e9
-
-
-def _start_spec(name: str, symbol: str, unit: str, meaning: str) -> ParameterSpec:
-    return ParameterSpec(name, symbol, unit, 0.0, -_START_MAX, _START_MAX, meaning)
-
-
-# The four numbers of a start, in the order of a state.
-START_SPECS: Final[Mapping[str, ParameterSpec]] = {
-    spec.name: spec
-    for spec in (
-        _start_spec("x0", "x_0", "m", "horizontal displacement at the start"),
-        _start_spec("vx0", "vx_0", "m/s", "horizontal velocity at the start"),
-        _start_spec("y0", "y_0", "m", "vertical displacement at the start"),
-        _start_spec("vy0", "vy_0", "m/s", "vertical velocity at the start"),
-    )
-}
-
-# Smaller components of a start are zero: their products would underflow.
-LEAST_START: Final = 1e-150
-DEFAULT_T_END: Final = 100.0
 DEFAULT_TOL: Final = TAYLOR_TOL
-MAX_T_END: Final = 1e7
 MAX_STEPS: Final = 20_000_000
 TOL_RANGE: Final = TAYLOR_TOL_RANGE
 _MOST_SAMPLES: Final = 100_000_000
-T_END_INTERVAL: Final = Interval(0.0, MAX_T_END, "s", lower_open=True)
-TOL_INTERVAL: Final = Interval(*TOL_RANGE)
-START_FORM: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,20 +151,6 @@ def resolve_start(system: System, start: Start) -> State:
     return static_start(system) if isinstance(checked, str) else checked
 
 
-def check_start(start: Start) -> Literal["static"] | State:
-    """A start in numbers, or ``"static"``; raises `InputError` if it is neither."""
-    if isinstance(start, str):
-        if start == "static":
-            return "static"
-        raise InputError(f"start = {start!r}: must be {START_FORM}")
-    given = np.asarray(start)
-    if given.shape != (4,):
-        raise InputError(f"start = {start!r}: must be {START_FORM}")
-    numbers = (parse_number("start", value, START_FORM) for value in given.tolist())
-    x, vx, y, vy = (0.0 if abs(number) < LEAST_START else number for number in numbers)
-    return (x, vx, y, vy)
-
-
 def check_sensitivities(names: Sequence[str], p: Parameters) -> tuple[str, ...]:
     """Names of parameters to derive by.
 
@@ -202,16 +167,6 @@ def check_sensitivities(names: Sequence[str], p: Parameters) -> tuple[str, ...]:
     return names
 
 
-def check_horizon(t_end: float | str) -> float:
-    """A horizon in s, as number or text; raises `InputError` unless 0 < t_end <= 1e7."""
-    return T_END_INTERVAL.check("t_end", t_end)
-
-
-def check_tolerance(tol: float | str) -> float:
-    """A relative tolerance, as number or text; raises `InputError` if outside `TOL_RANGE`."""
-    return TOL_INTERVAL.check("tol", tol)
-
-
 def check_max_steps(max_steps: object) -> int:
     """A number of steps; raises `InputError` unless it is whole and at least 1."""
     if (
@@ -221,11 +176,6 @@ def check_max_steps(max_steps: object) -> int:
     ):
         return int(max_steps)
     raise InputError(f"max_steps = {max_steps}: must be a whole number, at least 1")
-
-
-def check_step(step: float | str, t_end: float) -> float:
-    """A step in s, as number or text; raises `InputError` unless 0 < step <= t_end."""
-    return Interval(0.0, t_end, "s", lower_open=True).check("step", step)
 
 
 def _sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:

@@ -13,9 +13,8 @@ from click.shell_completion import BashComplete
 from fivtui.cli import commands
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.scene.presets import PRESETS
-from fivtui.simulation import ALL_METHODS
-from fivtui.transient.errors import QUANTITIES
-from fivtui.transient.request import START_SPECS
+from fivtui.transient import ALL_METHODS, QUANTITIES
+from fivtui.transient.settings.checks import START_SPECS
 
 ROOT = Path(__file__).parents[2]
 

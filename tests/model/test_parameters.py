@@ -6,11 +6,11 @@ from fivtui import Parameters
 from fivtui.model.errors import InputError
 from fivtui.model.numbers import Interval
 from fivtui.model.parameters import PARAMETERS, parameter_spec
-from fivtui.transient.request import (
+from fivtui.transient.settings.checks import (
     T_END_INTERVAL,
-    TOL_INTERVAL,
     check_horizon,
     check_tolerance,
+    tolerance_interval,
 )
 
 
@@ -60,7 +60,7 @@ def test_bounds_themselves_are_allowed() -> None:
 
 INTERVALS = {name: (spec, spec.check) for name, spec in PARAMETERS.items()} | {
     "t_end": (T_END_INTERVAL, check_horizon),
-    "tol": (TOL_INTERVAL, check_tolerance),
+    "tol": (tolerance_interval(), check_tolerance),
 }
 
 

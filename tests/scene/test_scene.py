@@ -14,11 +14,12 @@ from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.scene.files import find_scene, load_scene, save_scene, scene_from_dict, scene_to_dict
 from fivtui.scene.presets import DEFAULT_PRESET, PRESETS
 from fivtui.scene.scene import OUTPUTS, Scene
-from fivtui.simulation import ALL_METHODS, simulate
-from fivtui.transient.errors import QUANTITIES
+from fivtui.simulation import simulate
+from fivtui.transient import ALL_METHODS, QUANTITIES
 from fivtui.transient.methods import METHODS
-from fivtui.transient.request import DEFAULT_TOL, MAX_T_END, TOL_RANGE, Start
+from fivtui.transient.request import DEFAULT_TOL, TOL_RANGE
 from fivtui.transient.result import Transient
+from fivtui.transient.settings.checks import MAX_T_END, Start
 
 VERSION = "fivtui_scene = 1\n"
 

@@ -18,8 +18,9 @@ from fivtui.scene.presets import PRESETS
 from fivtui.scene.run import run_scene, scene_transient
 from fivtui.scene.verified import PartedError, simulate_to
 from fivtui.simulation import simulate
-from fivtui.transient.errors import Observation, check_accuracy, divergence, finer_tol, first_tol
+from fivtui.transient.errors import Observation, divergence, finer_tol, first_tol
 from fivtui.transient.request import TOL_RANGE, Request
+from fivtui.transient.settings.checks import check_accuracy
 from tests.references import REFERENCES
 
 

@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from .command_lines import study_line
     from .comparison import change_rows, changes, engine_words, percent_text
     from .equations import plain_names, symbol_of
-    from .fields import CONSIDERED, FIELDS, IGNORED, FormField
+    from .fields import FIELDS, FormField
     from .help import WELCOME, field_help, general_help
     from .history import Edited
     from .jobs import PRECEDENCE, WRITING, ComputingThreads, Job, Outcome, crash_words, outcome_of

@@ -11,41 +11,17 @@ from fivtui.model import (
     MODES,
     NONE,
     PARAMETERS,
-    InputError,
     ParameterSpec,
-    parse_number,
-    unknown_name,
 )
 from fivtui.ranges import decimal_point, number_text
-from fivtui.scene import Accuracy, Scene
-from fivtui.simulation import ALL_METHODS
-from fivtui.transient import (
-    DEFAULT_T_END,
-    DEFAULT_TOL,
-    MAX_T_END,
-    QUANTITIES,
-    START_FORM,
-    T_END_INTERVAL,
-    TOL_INTERVAL,
-    Start,
-    check_accuracy,
-    check_horizon,
-    check_start,
-    check_step,
-    check_tolerance,
-)
+from fivtui.scene import Scene
+from fivtui.transient import DEFAULT_T_END, SETTINGS, RunSetting
 
 from .equations import equations_with, symbol_of
 from .steps import Step, by_decade, by_digit
 
-CONSIDERED: Final = "considered"
-IGNORED: Final = "ignored"
-
-_SEPARATION: Final = {
-    CONSIDERED: "Case 1: the slider may leave the belt, then P = 0",
-    IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
-}
-
+# The step from which an empty one is changed, s.
+_FIRST_STEP: Final = 0.001
 # A comma that is followed by a blank separates the values of a start.
 _START_SEPARATOR: Final = re.compile(r"(,\s+)")
 _START_SIZE: Final = 4
@@ -113,37 +89,6 @@ def _belt_parameter(spec: ParameterSpec) -> FormField:
     )
 
 
-def _choice(kind: str, choices: Mapping[str, str]) -> Callable[[str], str]:
-    def check(text: str) -> str:
-        if text not in choices:
-            raise unknown_name(kind, text, choices)
-        return text
-
-    return check
-
-
-def _check_t_end(text: str) -> float:
-    return check_horizon(text)
-
-
-def _check_tol(text: str) -> float:
-    return check_tolerance(text)
-
-
-def _check_step(text: str) -> float | None:
-    if not text.strip():
-        return None
-    return check_step(parse_number("step", text, _STEP_ALLOWED), MAX_T_END)
-
-
-def _check_accuracy(text: str) -> Accuracy:
-    asked = {}
-    for part in filter(None, (part.strip() for part in text.split(","))):
-        name, _, error = (word.strip() for word in part.partition("="))
-        asked[name] = error
-    return tuple(check_accuracy(asked).items())
-
-
 def _respell_accuracy(text: str) -> str:
     return _COMMA_IN_TARGET.sub(r"\1.", text)
 
@@ -156,132 +101,40 @@ def _respell_start(text: str) -> str:
     return "".join(parts)
 
 
-def _check_start(text: str) -> Start:
-    parts = [part.strip() for part in text.split(",")]
-    if parts == ["static"]:
-        return "static"
-    if len(parts) != _START_SIZE:
-        raise InputError(f"start = {text!r}: must be {START_FORM}")
-    return check_start([parse_number("start", part, START_FORM) for part in parts])
+_RESPELL: Final = {"start": _respell_start, "accuracy": _respell_accuracy}
+_STEPS: Final = {
+    "t_end": by_digit(DEFAULT_T_END),
+    "tol": by_decade,
+    "step": by_digit(_FIRST_STEP),
+}
+_DEFAULTS: Final = {field.name: field.default for field in dataclasses.fields(Scene)}
 
 
-def _start_text(scene: Scene) -> str:
-    if isinstance(scene.start, str):
-        return scene.start
-    return ", ".join(number_text(value) for value in scene.start)
+def _of_setting(setting: RunSetting) -> FormField:
+    choices = None if setting.choices is None else setting.choices()
+    return FormField(
+        name=setting.name,
+        group="Transient",
+        symbol=setting.symbol,
+        unit=setting.unit,
+        meaning=setting.meaning,
+        allowed=setting.allowed,
+        default=setting.text(_DEFAULTS[setting.name]),
+        check=setting.read,
+        text_of=lambda scene: setting.text(getattr(scene, setting.name)),
+        respell=_RESPELL.get(setting.name, decimal_point),
+        step_by=_STEPS.get(setting.name),
+        when_empty=setting.when_empty,
+        choices=choices,
+        details=setting.details or tuple((choices or {}).items()),
+    )
 
-
-_STEP_ALLOWED: Final = "above 0 and at most t_end, or empty"
-_ACCURACY_ALLOWED: Final = f"e.g. peak=1e-4, for {', '.join(QUANTITIES)}; or empty"
-
-_OF_THE_RUN: Final = (
-    FormField(
-        name="separation",
-        group="Transient",
-        symbol="",
-        unit="",
-        meaning="whether contact can be lost",
-        allowed=" or ".join(_SEPARATION),
-        default=CONSIDERED,
-        check=_choice("separation", _SEPARATION),
-        text_of=lambda scene: CONSIDERED if scene.separation else IGNORED,
-        choices=_SEPARATION,
-        details=tuple(_SEPARATION.items()),
-    ),
-    FormField(
-        name="start",
-        group="Transient",
-        symbol="",
-        unit="m, m/s",
-        meaning="state at t = 0",
-        allowed=START_FORM,
-        default="static",
-        check=_check_start,
-        text_of=_start_text,
-        respell=_respell_start,
-        details=(("static", "at rest at the equilibrium for μ = 0; the belt starts at t = 0"),),
-    ),
-    FormField(
-        name="t_end",
-        group="Transient",
-        symbol="t_end",
-        unit="s",
-        meaning="end time",
-        allowed=str(T_END_INTERVAL),
-        default=number_text(DEFAULT_T_END),
-        check=_check_t_end,
-        text_of=lambda scene: number_text(scene.t_end),
-        step_by=by_digit(DEFAULT_T_END),
-        details=(("use", "half peak-to-peak is taken over the second half of the run"),),
-    ),
-    FormField(
-        name="method",
-        group="Transient",
-        symbol="",
-        unit="",
-        meaning="integration method",
-        allowed=", ".join(ALL_METHODS),
-        default="taylor",
-        check=_choice("method", ALL_METHODS),
-        text_of=lambda scene: scene.method,
-        choices=ALL_METHODS,
-        details=tuple(ALL_METHODS.items()),
-    ),
-    FormField(
-        name="tol",
-        group="Transient",
-        symbol="tol",
-        unit="",
-        meaning="relative tolerance",
-        allowed=str(TOL_INTERVAL),
-        default=number_text(DEFAULT_TOL),
-        check=_check_tol,
-        text_of=lambda scene: number_text(scene.tol),
-        step_by=by_decade,
-        details=(
-            ("use", "methods with variable step, unless accuracy is given"),
-            ("taylor, fmu", "what it promises is said in examples/trust.md"),
-        ),
-    ),
-    FormField(
-        name="accuracy",
-        group="Transient",
-        symbol="",
-        unit="",
-        meaning="error targets, in place of tol and step",
-        allowed=_ACCURACY_ALLOWED,
-        default="",
-        check=_check_accuracy,
-        text_of=lambda scene: ", ".join(f"{name}={error:g}" for name, error in scene.accuracy),
-        respell=_respell_accuracy,
-        when_empty="tol or step",
-        details=tuple(QUANTITIES.items()),
-    ),
-    FormField(
-        name="step",
-        group="Transient",
-        symbol="step",
-        unit="s",
-        meaning="step of rk4 or fmu",
-        allowed=_STEP_ALLOWED,
-        default="",
-        check=_check_step,
-        text_of=lambda scene: "" if scene.step is None else number_text(scene.step),
-        step_by=by_digit(0.001),
-        when_empty="default",
-        details=(
-            ("rk4", "the integration step"),
-            ("fmu, fmu-native", "the communication step"),
-            ("others", "choose their own step; leave this empty"),
-        ),
-    ),
-)
 
 FIELDS: Final[Mapping[str, FormField]] = {
     field.name: field
     for field in (
         *map(_parameter, PARAMETERS.values()),
         *map(_belt_parameter, BELT_PARAMETERS.values()),
-        *_OF_THE_RUN,
+        *map(_of_setting, SETTINGS.values()),
     )
 }

@@ -7,9 +7,10 @@ from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, NONE
 from fivtui.scene import DEFAULT_PRESET, PRESETS, Scene
+from fivtui.transient import SETTINGS
 
 from .equations import symbol_of
-from .fields import CONSIDERED, FIELDS
+from .fields import FIELDS
 
 # Tables over time are no field.
 _TABLES: Final = "over_time"
@@ -28,11 +29,7 @@ class Difference:
         """The option on the command line."""
         if self.name in ALL_PARAMETERS:
             return ["--set", f"{self.name}={self.text or NONE}"]
-        if self.name == "separation":
-            return ["--ignore-separation"] if self.text != CONSIDERED else []
-        if self.name == "accuracy":
-            return [f"--error={part.strip()}" for part in self.text.split(",") if part.strip()]
-        return [f"--{self.name.replace('_', '-')}={self.text.replace(' ', '')}"]
+        return SETTINGS[self.name].words(self.text)
 
     def __str__(self) -> str:
         if self.name == _TABLES:

@@ -15,17 +15,17 @@ from fivtui.model import (
     unused_parameters,
 )
 from fivtui.ranges import number_text
-from fivtui.scene import Accuracy, Scene
-from fivtui.transient import METHODS, Start, takes_step
+from fivtui.scene import Scene
+from fivtui.transient import CONSIDERED, METHODS, SETTINGS, takes_step
 
 from .editing import Editing, text_at_start
 from .equations import symbol_of
-from .fields import CONSIDERED, FIELDS
+from .fields import FIELDS
 from .history import Action
 from .live import Live
 from .report import Coexisting
 from .runs import FMU_ENGINES, Run, Runs, engine_of
-from .scene_differences import differences
+from .scene_differences import base_scene, differences
 from .studies import DisplayedStudies
 
 if TYPE_CHECKING:
@@ -101,15 +101,9 @@ class Session(Editing):
         # The step's range depends on method and end time, which must be valid.
         if any(self.error(name) for name in ("method", "t_end")):
             return ""
+        values: dict[str, Any] = {name: self._value(name) for name in ("t_end", "method", "step")}
         try:
-            Scene(
-                name="step",
-                description="",
-                parameters=Parameters(),
-                t_end=self._number("t_end"),
-                method=self.texts["method"],
-                step=self._step(),
-            )
+            dataclasses.replace(base_scene(), **values)
         except InputError as error:
             return str(error)
         return ""
@@ -212,30 +206,17 @@ class Session(Editing):
             self._stability = stability(p, separation=separation)
         return self._stability
 
-    def _number(self, name: str) -> float:
-        return cast("float", FIELDS[name].check(self.texts[name]))
-
-    def _step(self) -> float | None:
-        return cast("float | None", FIELDS["step"].check(self.texts["step"]))
-
     def scene(self) -> Scene:
         """The edited scene, named as the loaded one; raises `InputError` if a field is invalid."""
         for message in self.errors.values():
             raise InputError(message)
-        return Scene(
-            name=self._loaded.name,
+        settings: dict[str, Any] = {name: self._value(name) for name in SETTINGS}
+        return dataclasses.replace(
+            self._loaded,
             description="" if self.changed else self._loaded.description,
             parameters=self.parameters(),
-            separation=self.separation,
-            start=cast("Start", FIELDS["start"].check(self.texts["start"])),
-            t_end=self._number("t_end"),
-            tol=self._number("tol"),
-            method=self.texts["method"],
-            step=self._step(),
-            accuracy=cast("Accuracy", FIELDS["accuracy"].check(self.texts["accuracy"])),
-            outputs=self._loaded.outputs,
-            correlation=self._loaded.correlation,
             over_time=self.over_time,
+            **settings,
         )
 
     def delete_run(self, run: Run) -> None:

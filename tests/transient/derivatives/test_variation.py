@@ -25,7 +25,8 @@ from fivtui.model.slider_belt import (
 )
 from fivtui.taylor.variation import Seed
 from fivtui.transient.derivatives.variation import EXTREMES, START_SEEDS, Variation, vary
-from fivtui.transient.request import LEAST_START, Kernel, Request
+from fivtui.transient.request import Kernel, Request
+from fivtui.transient.settings.checks import LEAST_START
 from tests.support.strategies import moderate_parameters, states
 
 REFERENCES: Final[dict[str, Any]] = json.loads(

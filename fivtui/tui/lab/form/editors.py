@@ -8,8 +8,9 @@ from textual.binding import Binding, BindingType
 from textual.geometry import Region
 from textual.widgets import Checkbox, Input, Select
 
+from fivtui.transient import CONSIDERED, IGNORED
 from fivtui.tui.chart import TextInput
-from fivtui.tui.session import CONSIDERED, IGNORED, FormField
+from fivtui.tui.session import FormField
 from fivtui.tui.tabs import FieldEdited, FieldStepped
 
 

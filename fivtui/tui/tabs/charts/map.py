@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from fivtui.charts import Axis, Backdrop, Chart, NearestPoint, Trace
 from fivtui.model import ALL_PARAMETERS, InputError, Parameters
 from fivtui.ranges import number_text
-from fivtui.tui.session import CONSIDERED, IGNORED, plain_names, symbol_of
+from fivtui.transient import CONSIDERED, IGNORED
+from fivtui.tui.session import plain_names, symbol_of
 
 from .map_shades import (
     NO_VALUE,

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from fivtui.charts import Backdrop, Chart, Guide, NearestPoint, Trace
 from fivtui.model import ALL_PARAMETERS, InputError, System
 from fivtui.scene import Scene
-from fivtui.transient import START_SPECS, resolve_start
+from fivtui.transient import CONSIDERED, IGNORED, START_SPECS, resolve_start
 from fivtui.tui.session import (
-    CONSIDERED,
     FIELDS,
-    IGNORED,
     base_scene,
     check_drawable,
     plain_names,

@@ -1,0 +1,92 @@
+"""Options of commands, declared as fields of a dataclass, and the words that say their values."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, fields
+from typing import Any, Final
+
+from .model import Interval
+
+_OPTION: Final = "option"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Option:
+    """How a value is given on the command line.
+
+    Attributes
+    ----------
+    flag : str
+        Such as ``--value``, or ``--indices/--no-indices`` for a value that is true or false.
+    help : str
+        What it says.
+    metavar : str or None
+        The form of its value; None for a flag without one.
+    multiple, required, show_default : bool
+        Whether it may be repeated, must be given, and shows its default in the help.
+    choices : tuple of str
+        All values that are allowed; empty if they are not listed.
+    whole : Interval or None
+        Whole numbers that are allowed; None if the value is none.
+    file : bool
+        Whether the value is the name of a file to be read.
+    completions : callable or None
+        What a shell proposes.
+    setting : str
+        The field of a scene that it sets; empty if none.
+    """
+
+    flag: str
+    help: str
+    metavar: str | None = None
+    multiple: bool = False
+    required: bool = False
+    show_default: bool = False
+    choices: tuple[str, ...] = ()
+    whole: Interval | None = None
+    file: bool = False
+    completions: Callable[[], Iterable[str]] | None = None
+    setting: str = ""
+
+    def words(self, value: Any) -> list[str]:
+        """The option with a value, or with each of several."""
+        if isinstance(value, bool):
+            return [self.flag.split("/")[0 if value else 1]]
+        values = value if self.multiple else [value]
+        return [word for single in values for word in (self.flag, str(single))]
+
+
+def option(flag: str, help: str, default: Any = None, **details: Any) -> Any:  # noqa: A002
+    """A field of a dataclass that is an option, see `Option`."""
+    return option_field(Option(flag=flag, help=help, **details), default)
+
+
+def option_field(declared: Option, default: Any = None) -> Any:
+    """A field of a dataclass for an option; its default is empty if it may be repeated."""
+    return field(default=() if declared.multiple else default, metadata={_OPTION: declared})
+
+
+def flag(name: str, help: str) -> Any:  # noqa: A002
+    """A field that is true where its flag is given."""
+    return option(name, help, default=False)
+
+
+def options_of(declaration: Any) -> dict[str, tuple[Option, Any]]:
+    """The options, with their defaults, that the fields of a dataclass declare."""
+    return {entry.name: (entry.metadata[_OPTION], entry.default) for entry in fields(declaration)}
+
+
+def words_of(values: Any) -> list[str]:
+    """The words on a command line that say which options differ from their defaults."""
+    return [
+        word
+        for name, (declared, default) in options_of(values).items()
+        if getattr(values, name) != default
+        for word in declared.words(getattr(values, name))
+    ]
+
+
+def settings_of(declaration: Any) -> list[str]:
+    """The fields of a scene that the options of a command set."""
+    return [
+        declared.setting for declared, _ in options_of(declaration).values() if declared.setting
+    ]

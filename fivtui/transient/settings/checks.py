@@ -1,0 +1,104 @@
+"""Checks of the settings of a transient: start, horizon, tolerance, step, errors allowed."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Final, Literal
+
+from fivtui.model import (
+    InputError,
+    Interval,
+    ParameterSpec,
+    State,
+    parse_number,
+    unknown_name,
+)
+
+Start = Literal["static"] | Sequence[float]
+
+_START_MAX: Final = 1e9
+
+
+def _start_spec(name: str, symbol: str, unit: str, meaning: str) -> ParameterSpec:
+    return ParameterSpec(name, symbol, unit, 0.0, -_START_MAX, _START_MAX, meaning)
+
+
+# The four numbers of a start, in the order of a state.
+START_SPECS: Final[Mapping[str, ParameterSpec]] = {
+    spec.name: spec
+    for spec in (
+        _start_spec("x0", "x_0", "m", "horizontal displacement at the start"),
+        _start_spec("vx0", "vx_0", "m/s", "horizontal velocity at the start"),
+        _start_spec("y0", "y_0", "m", "vertical displacement at the start"),
+        _start_spec("vy0", "vy_0", "m/s", "vertical velocity at the start"),
+    )
+}
+STATIC: Final = "static"
+# Smaller components of a start are zero: their products would underflow.
+LEAST_START: Final = 1e-150
+DEFAULT_T_END: Final = 100.0
+MAX_T_END: Final = 1e7
+T_END_INTERVAL: Final = Interval(0.0, MAX_T_END, "s", lower_open=True)
+START_FORM: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
+# The quantities that have an error, and how it is measured.
+QUANTITIES: Final[Mapping[str, str]] = {
+    "final": "state at the end, relative to its greatest component",
+    "peak": "peak of |y|, relative",
+    "half_range": "half peak-to-peak of y over the second half of the run, relative to peak |y|",
+    "events": "times of separation and reattachment, s",
+}
+_ERROR_INTERVAL: Final = Interval(0.0, 1.0, lower_open=True)
+
+
+def check_start(start: Start) -> Literal["static"] | State:
+    """A start in numbers, or ``"static"``; raises `InputError` if it is neither."""
+    if isinstance(start, str):
+        if start == STATIC:
+            return STATIC
+        raise InputError(f"start = {start!r}: must be {START_FORM}")
+    try:
+        values = list(start)
+    except TypeError:
+        values = []
+    if len(values) != len(START_SPECS):
+        raise InputError(f"start = {start!r}: must be {START_FORM}")
+    numbers = (parse_number("start", value, START_FORM) for value in values)
+    x, vx, y, vy = (0.0 if abs(number) < LEAST_START else number for number in numbers)
+    return (x, vx, y, vy)
+
+
+def check_horizon(t_end: float | str) -> float:
+    """A horizon in s, as number or text; raises `InputError` unless 0 < t_end <= 1e7."""
+    return T_END_INTERVAL.check("t_end", t_end)
+
+
+def check_tolerance(tol: float | str) -> float:
+    """A relative tolerance, as number or text; raises `InputError` if out of range."""
+    return tolerance_interval().check("tol", tol)
+
+
+@cache
+def tolerance_interval() -> Interval:
+    """The range of a relative tolerance."""
+    from fivtui.taylor import TOL_RANGE
+
+    return Interval(*TOL_RANGE)
+
+
+def check_step(step: float | str, t_end: float) -> float:
+    """A step in s, as number or text; raises `InputError` unless 0 < step <= t_end."""
+    return Interval(0.0, t_end, "s", lower_open=True).check("step", step)
+
+
+def check_quantity(name: str) -> str:
+    """The name of a quantity in `QUANTITIES`; raises `InputError` if it is unknown."""
+    if name not in QUANTITIES:
+        raise unknown_name("quantity", name, QUANTITIES)
+    return name
+
+
+def check_accuracy(errors: Mapping[str, object]) -> dict[str, float]:
+    """Errors allowed, above 0 and at most 1 each, by quantity."""
+    return {
+        check_quantity(name): _ERROR_INTERVAL.check(f"error of {name}", error)
+        for name, error in errors.items()
+    }

@@ -1,0 +1,308 @@
+"""The settings of a transient: one table for scene files, form and command line."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from fivtui.model import InputError, Interval, parse_number, unknown_name
+from fivtui.options import Option, option_field
+
+from .checks import (
+    MAX_T_END,
+    QUANTITIES,
+    START_FORM,
+    START_SPECS,
+    STATIC,
+    T_END_INTERVAL,
+    Start,
+    check_accuracy,
+    check_horizon,
+    check_start,
+    check_step,
+    check_tolerance,
+    tolerance_interval,
+)
+
+# Errors allowed, by quantity.
+Accuracy = tuple[tuple[str, float], ...]
+
+CONSIDERED: Final = "considered"
+IGNORED: Final = "ignored"
+_SEPARATION: Final = {
+    CONSIDERED: "Case 1: the slider may leave the belt, then P = 0",
+    IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
+}
+_STEP_FORM: Final = "above 0 and at most t_end, or empty"
+# The start, in a file.
+_START_IN_FILE: Final = (
+    "static (at rest at the equilibrium of μ = 0) or [x, vx, y, vy] in m and m/s"
+)
+
+
+def _read_choice(kind: str, choices: Callable[[], Mapping[str, str]]) -> Callable[[str], str]:
+    def read(text: str) -> str:
+        if text not in choices():
+            raise unknown_name(kind, text, choices())
+        return text
+
+    return read
+
+
+def _methods() -> Mapping[str, str]:
+    from fivtui.transient.methods import ALL_METHODS
+
+    return ALL_METHODS
+
+
+def _read_separation(text: str) -> bool:
+    return _read_choice("separation", lambda: _SEPARATION)(text) == CONSIDERED
+
+
+def _read_start(text: str) -> Start:
+    parts = [part.strip() for part in text.split(",")]
+    if parts == [STATIC]:
+        return STATIC
+    if len(parts) != len(START_SPECS):
+        raise InputError(f"start = {text!r}: must be {START_FORM}")
+    return check_start([parse_number("start", part, START_FORM) for part in parts])
+
+
+def _read_step(text: str) -> float | None:
+    if not text.strip():
+        return None
+    return check_step(parse_number("step", text, _STEP_FORM), MAX_T_END)
+
+
+def _read_accuracy(text: str) -> Accuracy:
+    errors = {}
+    for part in filter(None, (part.strip() for part in text.split(","))):
+        name, _, error = (half.strip() for half in part.partition("="))
+        errors[name] = error
+    return tuple(check_accuracy(errors).items())
+
+
+def _number_text(value: float | None) -> str:
+    from fivtui.ranges import number_text
+
+    return "" if value is None else number_text(value)
+
+
+def _start_text(start: Start) -> str:
+    return start if isinstance(start, str) else ", ".join(map(_number_text, start))
+
+
+def boolean_in_file(key: str, value: object) -> bool:
+    """A truth value in a scene file."""
+    if not isinstance(value, bool):
+        raise InputError(f"{key} = {value!r}: must be true or false")
+    return value
+
+
+def text_in_file(key: str, value: object) -> str:
+    """A text in a scene file."""
+    if not isinstance(value, str):
+        raise InputError(f"{key} = {value!r}: must be text in quotes")
+    return value
+
+
+def number_in_file(key: str, value: object) -> float:
+    """A number in a scene file."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{key} = {value!r}: not a number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"{key}: the number is too large") from None
+
+
+def _start_in_file(key: str, value: object) -> str | tuple[float, ...]:
+    if isinstance(value, str):
+        return value
+    if not isinstance(value, list | tuple):
+        raise InputError(f"{key} = {value!r}: must be {_START_IN_FILE}")
+    return tuple(number_in_file(f"{key}[{index}]", entry) for index, entry in enumerate(value))
+
+
+def _accuracy_in_file(key: str, value: object) -> Accuracy:
+    if not isinstance(value, Mapping):
+        raise InputError(f"{key} = {value!r}: must be a table such as {{peak = 1e-4}}")
+    return tuple(
+        (str(name), number_in_file(f"{key}.{name}", error)) for name, error in value.items()
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSetting:
+    """A field of a scene beside its parameters.
+
+    Attributes
+    ----------
+    name, symbol, unit, meaning : str
+        Name in Python and in files, symbol, SI unit, and one phrase.
+    read, text : callable
+        From a text in a form to the value, `InputError` if it is wrong, and back.
+    of_file : callable
+        Takes key and value in a scene file, which it checks for the type.
+    comment : str
+        Explains it in a scene file; as `meaning` and `allowed` if empty.
+    form : str
+        The allowed values in words; as `interval` or `choices` if empty.
+    interval, choices : callable or None
+        Numbers, or names with what they mean, that are allowed.
+    details : tuple of (str, str)
+        More that is said of it; as `choices` if empty.
+    when_empty : str
+        What is meant by an empty text.
+    option : Option
+        How it is given on the command line.
+    """
+
+    name: str
+    meaning: str
+    read: Callable[[str], Any]
+    of_file: Callable[[str, object], Any]
+    option: Option
+    text: Callable[[Any], str] = _number_text
+    form: str = ""
+    comment: str = ""
+    symbol: str = ""
+    unit: str = ""
+    interval: Callable[[], Interval] | None = None
+    choices: Callable[[], Mapping[str, str]] | None = None
+    details: tuple[tuple[str, str], ...] = ()
+    when_empty: str = ""
+
+    @property
+    def allowed(self) -> str:
+        """The allowed values in words."""
+        if self.interval is not None:
+            return str(self.interval())
+        return self.form or ", ".join(self.choices() if self.choices else ())
+
+    def words(self, text: str) -> list[str]:
+        """The option on the command line that says the value with this text."""
+        if self.option.metavar is None:
+            return [] if self.read(text) else [self.option.flag]
+        texts = text.split(",") if self.option.multiple else [text]
+        return [f"{self.option.flag}={part.replace(' ', '')}" for part in texts if part.strip()]
+
+
+SETTINGS: Final[Mapping[str, RunSetting]] = {
+    setting.name: setting
+    for setting in (
+        RunSetting(
+            name="separation",
+            meaning="whether contact can be lost",
+            read=_read_separation,
+            text=lambda considered: CONSIDERED if considered else IGNORED,
+            of_file=boolean_in_file,
+            comment="true: separation considered (Case 1), false: ignored (Case 2)",
+            form=" or ".join(_SEPARATION),
+            choices=lambda: _SEPARATION,
+            option=Option(
+                flag="--ignore-separation",
+                help="Contact never breaks, even in tension (Case 2 of the paper).",
+            ),
+        ),
+        RunSetting(
+            name="start",
+            unit="m, m/s",
+            meaning="state at t = 0",
+            form=START_FORM,
+            read=_read_start,
+            text=_start_text,
+            of_file=_start_in_file,
+            comment=_START_IN_FILE,
+            details=((STATIC, "at rest at the equilibrium for μ = 0; the belt starts at t = 0"),),
+            option=Option(
+                flag="--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s."
+            ),
+        ),
+        RunSetting(
+            name="t_end",
+            symbol="t_end",
+            unit="s",
+            meaning="end time",
+            interval=lambda: T_END_INTERVAL,
+            read=check_horizon,
+            of_file=number_in_file,
+            details=(("use", "half peak-to-peak is taken over the second half of the run"),),
+            option=Option(flag="--t-end", metavar="S", help="Duration of the transient, s."),
+        ),
+        RunSetting(
+            name="method",
+            meaning="integration method",
+            read=_read_choice("method", _methods),
+            text=str,
+            of_file=text_in_file,
+            choices=_methods,
+            option=Option(
+                flag="--method",
+                metavar="NAME",
+                help="Integration method (see fivtui methods).",
+                completions=_methods,
+            ),
+        ),
+        RunSetting(
+            name="tol",
+            symbol="tol",
+            meaning="relative tolerance",
+            interval=tolerance_interval,
+            read=check_tolerance,
+            of_file=number_in_file,
+            details=(
+                ("use", "methods with variable step, unless accuracy is given"),
+                ("taylor, fmu", "what it promises is said in examples/trust.md"),
+            ),
+            option=Option(flag="--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2."),
+        ),
+        RunSetting(
+            name="accuracy",
+            meaning="error targets, in place of tol and step",
+            form=f"e.g. peak=1e-4, for {', '.join(QUANTITIES)}; or empty",
+            read=_read_accuracy,
+            text=lambda errors: ", ".join(f"{name}={error:g}" for name, error in errors),
+            of_file=_accuracy_in_file,
+            comment=f"errors allowed, in place of tol: {', '.join(QUANTITIES)}",
+            details=tuple(QUANTITIES.items()),
+            when_empty="tol or step",
+            option=Option(
+                flag="--error",
+                metavar="QUANTITY=R",
+                help="Error target in place of --tol or --step: refine until the error of QUANTITY "
+                "is below R. QUANTITY: final (state), peak, half_range (half peak-to-peak over the "
+                "second half of the run) or events (times of separation and reattachment, s).",
+                multiple=True,
+                completions=lambda: (f"{name}=" for name in QUANTITIES),
+            ),
+        ),
+        RunSetting(
+            name="step",
+            symbol="step",
+            unit="s",
+            meaning="step of rk4 or fmu",
+            form=_STEP_FORM,
+            read=_read_step,
+            of_file=number_in_file,
+            comment="step of rk4 or communication step of fmu; above 0 and at most t_end, s",
+            details=(
+                ("rk4", "the integration step"),
+                ("fmu, fmu-native", "the communication step"),
+                ("others", "choose their own step; leave this empty"),
+            ),
+            when_empty="default",
+            option=Option(
+                flag="--step", metavar="S", help="Step of rk4, or communication step of fmu, s."
+            ),
+        ),
+    )
+}
+
+
+def setting(name: str, help: str = "") -> Any:  # noqa: A002
+    """A field of a dataclass for the option of a setting; `help` takes the place of its text."""
+    declared = replace(SETTINGS[name].option, setting=name)
+    flag_alone = declared.metavar is None
+    return option_field(
+        replace(declared, help=help) if help else declared, False if flag_alone else None
+    )
