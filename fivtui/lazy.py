@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 
 def lazily(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
@@ -32,9 +33,9 @@ class Later:
     def __init__(self, module: str) -> None:
         self._module = module
 
-    def __getattr__(self, name: str) -> Callable[..., object]:
-        def call(*given: object, **named: object) -> object:
-            return getattr(import_module(self._module), name)(*given, **named)
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        def call(*positional: Any, **named: Any) -> Any:
+            return getattr(import_module(self._module), name)(*positional, **named)
 
         return call
 

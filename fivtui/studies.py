@@ -78,7 +78,8 @@ def save_study(name: str, result: Any, path: Path, *, force: bool = False) -> No
 
 def check_readable(path: Path) -> None:
     """Raise `InputError` unless there is a file, or a folder, of a name that a result may have."""
-    suffixes = dict.fromkeys(suffix for _, kind in studies() for suffix in kind.load_suffixes)
+    folders = (suffix for _, kind in studies() for suffix in kind.folders)
+    suffixes = (*FORMATS, *folders, _JSON)
     if path.suffix.lower() not in suffixes:
         raise InputError(f"{path}: a result has one of the suffixes {', '.join(suffixes)}")
     if not is_folder(path):
@@ -125,6 +126,23 @@ def load_study(name: str, path: Path) -> Any:
     if load is None:
         raise InputError(f"{path}: {study(name).data} cannot be read")
     return load(path)
+
+
+def store_study(name: str, result: Any, path: Path) -> None:
+    """Write a result whole to a file, which the laboratory keeps."""
+    stored = study(name).stored
+    if stored is not None and stored.save is not None:
+        stored.save(result, path)
+    else:
+        save_study(name, result, path)
+
+
+def restore_study(name: str, path: Path) -> Any:
+    """Read what `store_study` wrote; `InputError` if it cannot be read."""
+    stored = study(name).stored
+    if stored is None:
+        raise InputError("no result that is kept")
+    return load_study(name, path) if stored.load is None else stored.load(path)
 
 
 def command_of(name: str, of: Any) -> Command:

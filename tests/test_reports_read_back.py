@@ -29,7 +29,8 @@ from fivtui.orbits.report import (
     print_coexistence,
     print_continuation,
 )
-from fivtui.results import Grid, save_result
+from fivtui.results import Grid
+from fivtui.results.tables import save_result
 from fivtui.scene.comparison import CaseRuns, Comparison
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.report import print_comparison, print_run

@@ -69,10 +69,9 @@ BOUNCE = StudyKind(
     as_json=True,
     stem=lambda _: "bounce",
     load=load,
-    load_suffixes=(".csv", ".npz", ".parquet"),
     header=frozenset({"bounce_of"}),
     command=lambda result: Command("bounce", scene_fields(result, ("F", "separation"))),
-    stored=Stored(".npz", save, load),
+    stored=Stored(".npz"),
 )
 RESULT = Bounce(Parameters(F=60.0), True, (0.5, 0.25, 1.0 / 3.0))
 

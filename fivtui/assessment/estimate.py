@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import OnProgress, Parameters, Progress
-from fivtui.results import Result, scene_text
+from fivtui.results import Result, scene_text, to_data
 from fivtui.scene import Scene, as_scene, runs_part
 from fivtui.simulation import compute
 from fivtui.transient import (
@@ -78,8 +78,24 @@ class Accuracy(Result):
         return rows
 
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui accuracy --json`` prints."""
-        return accuracy_to_dict(self)
+        """The object that ``fivtui accuracy --json`` prints.
+
+        Keys are ``parameters``, ``separation``, ``t_end``, ``method``, ``tol``, ``step``,
+        ``finer``, ``estimates{name: {value, difference}}``, ``growth`` and ``parted{t, reason}``
+        (None if the runs stay together).
+        """
+        run = self.run
+        data: dict[str, Any] = to_data(
+            {
+                "parameters": run.parameters.as_dict(),
+                "separation": run.separation,
+                **{name: getattr(run, name) for name in ("t_end", "method", "tol", "step")},
+                **{
+                    name: getattr(self, name) for name in ("finer", "estimates", "growth", "parted")
+                },
+            }
+        )
+        return data
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """The estimates: ``quantity``, ``value`` and ``difference``."""
@@ -190,28 +206,6 @@ def _numbers(run: Transient) -> dict[str, float]:
         "separated_time": run.events.separated_time,
         "separations": float(run.events.separations),
         **({} if run.parameters.v_belt is None else sticks),
-    }
-
-
-def accuracy_to_dict(found: Accuracy) -> dict[str, Any]:
-    """An accuracy as JSON data.
-
-    Keys are ``parameters``, ``separation``, ``t_end``, ``method``, ``tol``, ``step``, ``finer``,
-    ``estimates{name: {value, difference}}``, ``growth`` and ``parted{t, reason}`` (null if the runs
-    stay together).
-    """
-    run = found.run
-    return {
-        "parameters": run.parameters.as_dict(),
-        "separation": run.separation,
-        "t_end": run.t_end,
-        "method": run.method,
-        "tol": run.tol,
-        "step": run.step,
-        "finer": found.finer,
-        "estimates": {name: asdict(entry) for name, entry in found.estimates.items()},
-        "growth": asdict(found.growth),
-        "parted": None if found.parted is None else asdict(found.parted),
     }
 
 

@@ -1,21 +1,13 @@
 """The accuracy of a run and the stress tests among the studies."""
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from fivtui.lazy import later
 from fivtui.results import StudyKind
 
-if TYPE_CHECKING:
-    from . import estimate, report, stress_tests
-else:
-    from fivtui.lazy import later
+report, stress_tests = later(__name__, "report", "stress_tests")
 
-    estimate, report, stress_tests = later(__name__, "estimate", "report", "stress_tests")
-
-ACCURACY: Final = StudyKind(
-    data="accuracy",
-    show=report.print_accuracy,
-    to_dict=estimate.accuracy_to_dict,
-)
+ACCURACY: Final = StudyKind(data="accuracy", show=report.print_accuracy)
 
 EXTREMES: Final = StudyKind(
     data="stress tests",

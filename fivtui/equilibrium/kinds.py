@@ -3,18 +3,13 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fivtui.io import FORMATS
-from fivtui.results import PHYSICS, Command, StudyKind, save_table, scene_fields
+from fivtui.lazy import later
+from fivtui.results import PHYSICS, TABLES, Command, StudyKind, save_table, scene_fields
 
 if TYPE_CHECKING:
-    from . import report
     from .eigenvalues import Stability
-else:
-    from fivtui.lazy import later
 
-    (report,) = later(__name__, "report")
-
-_FORMATS: Final = tuple(FORMATS)
+(report,) = later(__name__, "report")
 _DATA: Final = "table of modes"
 
 
@@ -30,7 +25,7 @@ def _save_modes(result: "Stability", path: Path, *, force: bool) -> None:
 STABILITY: Final = StudyKind(
     data=_DATA,
     show=report.print_stability,
-    suffixes=_FORMATS,
+    suffixes=TABLES,
     save=_save_modes,
     as_json=True,
     stem=lambda _: "stability",

@@ -3,18 +3,14 @@
 from typing import TYPE_CHECKING, Final
 
 from fivtui.console import print_rows_of
-from fivtui.io import FORMATS
+from fivtui.lazy import later
 from fivtui.ranges import range_text
-from fivtui.results import PHYSICS, Command, Stored, StudyKind, save_result, scene_fields
+from fivtui.results import PHYSICS, TABLES, Command, Stored, StudyKind, scene_fields
 
 if TYPE_CHECKING:
-    from . import files
     from .result import StabilityMap
-else:
-    from fivtui.lazy import later
 
-    (files,) = later(__name__, "files")
-
+(files,) = later(__name__, "files")
 _BYTES: Final = 8
 _DEFAULT_VALUE: Final = "growth-rate"
 
@@ -41,14 +37,12 @@ MAP: Final = StudyKind(
     data="map",
     show=_show,
     rows=lambda result: result.rows(),
-    suffixes=tuple(FORMATS),
-    save=save_result,
+    suffixes=TABLES,
     as_json=True,
     stem=lambda result: f"map-{'-'.join(result.names)}",
     load=files.load_map,
-    load_suffixes=(*FORMATS, ".json"),
     header=frozenset({"parameters", "separation"}),
     json_keys=frozenset({"over", "values"}),
     command=_command,
-    stored=Stored(".npz", save_result, files.load_map, _size),
+    stored=Stored(".npz", size=_size),
 )

@@ -2,18 +2,13 @@
 
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.io import FORMATS
-from fivtui.results import PHYSICS, Command, StudyKind, listed, scene_fields
+from fivtui.lazy import later
+from fivtui.results import PHYSICS, TABLES, Command, StudyKind, listed, scene_fields
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from . import comparison
-else:
-    from fivtui.lazy import later
-
-    (comparison,) = later(__name__, "comparison")
-
+(comparison,) = later(__name__, "comparison")
 
 _SAID: Final = (*PHYSICS, "start", "t_end", "method", "tol", "step")
 
@@ -28,10 +23,9 @@ def _command(asked: "tuple[Any, Sequence[str]]") -> Command:
 VALIDATION: Final = StudyKind(
     data="validation",
     show=listed("Run beside measured data"),
-    suffixes=tuple(FORMATS),
+    suffixes=TABLES,
     save=comparison.save_validation,
     as_json=True,
-    warning=lambda result: result.warning or None,
     stem=lambda result: f"validation-{result.quantity}",
     command=_command,
 )

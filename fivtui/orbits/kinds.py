@@ -1,18 +1,11 @@
 """Attractors, their continuations and their basins among the studies."""
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from fivtui.io import FORMATS
-from fivtui.results import StudyKind, save_result
+from fivtui.lazy import later
+from fivtui.results import TABLES, StudyKind
 
-if TYPE_CHECKING:
-    from . import report
-else:
-    from fivtui.lazy import later
-
-    (report,) = later(__name__, "report")
-
-_FORMATS: Final = tuple(FORMATS)
+(report,) = later(__name__, "report")
 
 ATTRACTOR: Final = StudyKind(
     data="attractor",
@@ -28,8 +21,7 @@ ATTRACTORS: Final = StudyKind(
 BRANCHES: Final = StudyKind(
     data="attractor",
     show=report.print_continuation,
-    suffixes=_FORMATS,
-    save=save_result,
+    suffixes=TABLES,
     as_json=True,
     stem=lambda result: f"branches-{result.name}",
     header=frozenset({"kinds"}),
@@ -39,8 +31,7 @@ BRANCHES: Final = StudyKind(
 BASIN: Final = StudyKind(
     data="attractor",
     show=report.print_basin,
-    suffixes=_FORMATS,
-    save=save_result,
+    suffixes=TABLES,
     as_json=True,
     stem=lambda result: f"basin-{'-'.join(result.names)}",
     header=frozenset({"attractors"}),

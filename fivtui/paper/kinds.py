@@ -4,20 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fivtui.io import FORMATS, save_bytes, save_json
-from fivtui.results import Command, Stored, StudyKind
+from fivtui.io import save_bytes, save_json
+from fivtui.lazy import later
+from fivtui.results import TABLES, Command, Stored, StudyKind
 
 if TYPE_CHECKING:
-    from . import data, drawing
-    from .claims import check, report
     from .claims.claim import CheckedClaim
     from .results import PaperResults
-else:
-    from fivtui.lazy import later
 
-    data, drawing, check, report = later(
-        __name__, "data", "drawing", "claims.check", "claims.report"
-    )
+data, drawing, check, report = later(__name__, "data", "drawing", "claims.check", "claims.report")
 
 
 class PanelOf(NamedTuple):
@@ -56,7 +51,7 @@ FIGURE: Final = StudyKind(
         name: values.tolist() for name, values in panel.results.table(panel.key).columns.items()
     },
     figure=lambda panel: drawing.draw(panel.number, panel.results),
-    suffixes=tuple(FORMATS),
+    suffixes=TABLES,
     save=_save_panel,
     stem=lambda panel: f"fig-{panel.number:02d}{panel.letter}",
     header=frozenset({"figure"}),

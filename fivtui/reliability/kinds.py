@@ -1,17 +1,12 @@
 """The uncertainty study among the studies."""
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from fivtui.lazy import later
 from fivtui.model import ALL_PARAMETERS
 from fivtui.results import Command, Stored, StudyKind, scene_fields
 
-if TYPE_CHECKING:
-    from . import files, report
-else:
-    from fivtui.lazy import later
-
-    files, report = later(__name__, "files", "report")
-
+files, report = later(__name__, "files", "report")
 _SAID: Final = (*ALL_PARAMETERS, "separation", "start", "t_end", "tol")
 _SUFFIXES: Final = (".csv", ".parquet")
 _TEXT_BYTES: Final = 20
@@ -47,15 +42,12 @@ UNCERTAINTY: Final = StudyKind(
     as_json=True,
     stem=lambda result: f"uncertainty-{'-'.join(result.inputs)}",
     load=files.read_uncertainty,
-    load_suffixes=_SUFFIXES,
     header=frozenset({"sweep", "scattered"}),
     json_keys=frozenset({"probabilities", "quantiles", "inputs"}),
     json_refusal="does not have the samples; read the file of uncertainty --out",
     command=_command,
     stored=Stored(
         ".csv",
-        files.save_uncertainty,
-        files.read_uncertainty,
-        lambda result: _TEXT_BYTES * len(result.sweep.table.reasons) * len(result.sweep.columns),
+        size=lambda result: _TEXT_BYTES * result.study.members * len(result.sweep.columns),
     ),
 )

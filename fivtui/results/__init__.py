@@ -6,14 +6,13 @@ if TYPE_CHECKING:
     from .base import Comparable, Result, Row, SystemResult, equal_values, scene_text
     from .codec import from_data, to_data
     from .grid import Grid, grid_of, over_of, split_grid
-    from .kinds import PHYSICS, Command, Stored, StudyKind, listed, scene_fields
+    from .kinds import PHYSICS, TABLES, Command, Stored, StudyKind, listed, scene_fields
     from .tables import (
         GridResult,
         Table,
         TableResult,
         by_name,
         read_result,
-        save_result,
         save_table,
     )
 else:

@@ -2,13 +2,18 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import methodcaller
 from pathlib import Path
 from typing import Any, Final
 
+from fivtui.io import FORMATS
 from fivtui.model import ALL_PARAMETERS
 
 from .base import Row
+from .tables import save_result
 
+# Formats of tables.
+TABLES: Final = tuple(FORMATS)
 PHYSICS: Final = (*ALL_PARAMETERS, "separation")
 
 
@@ -37,14 +42,6 @@ class Command:
     needed: Mapping[str, Any] = field(default_factory=dict)
 
 
-def _dict_of(result: Any) -> Any:
-    return result.to_dict()
-
-
-def _figure_of(result: Any) -> Any:
-    return result.figure()
-
-
 def _rows_of(result: Any) -> Sequence[Row]:
     return [Row(*row) for row in result._summary()]
 
@@ -62,14 +59,6 @@ def listed(
     return show
 
 
-def _no_file(_result: Any, path: Path, *, force: bool) -> None:  # noqa: ARG001
-    raise TypeError(f"{path}: results of this kind have no file")
-
-
-def _warning_of(result: Any) -> str | None:
-    return getattr(result, "warning", None)
-
-
 @dataclass(frozen=True, slots=True)
 class Stored:
     """How the laboratory keeps a result in a file of its own.
@@ -78,8 +67,8 @@ class Stored:
     ----------
     suffix : str
         Of the file.
-    save, load : callable
-        Write a result to a path, and read it.
+    save, load : callable or None
+        Write a result to a path, and read it; as `StudyKind` if not given.
     size : callable
         Approximate size of the file, bytes.
     unfinished : callable
@@ -87,8 +76,8 @@ class Stored:
     """
 
     suffix: str
-    save: Callable[[Any, Path], None]
-    load: Callable[[Path], Any]
+    save: Callable[[Any, Path], None] | None = None
+    load: Callable[[Path], Any] | None = None
     size: Callable[[Any], int] = lambda _result: 0
     unfinished: Callable[[Any], str] = lambda _result: ""
 
@@ -105,24 +94,22 @@ class StudyKind:
         Prints a result on standard output.
     rows : callable
         The figures of a result, as its table has them; those of its ``repr`` if not given.
-    to_dict : callable
-        A result as data that JSON can hold; its own ``to_dict()`` if not given.
-    figure : callable
-        A result as a matplotlib figure; its own ``figure()`` if not given.
-    warning : callable
-        What a result warns of, in one sentence, or None; its own `warning` if not given.
+    to_dict, figure, warning : callable
+        A result as data that JSON can hold, as a matplotlib figure, and what it warns of, in one
+        sentence, or None; its own if not given.
     suffixes : tuple of str
         Formats in which `save` writes it; empty if in none.
     save : callable
-        Takes a result, a path and, by keyword, `force`: whether to replace a file.
+        Takes a result, a path and, by keyword, `force`: whether to replace a file. That of
+        `TableResult` if not given.
     as_json : bool
         Whether the laboratory offers JSON beside them.
     stem : callable
         Ending of the file name that is proposed for a result, e.g. ``"map-F-mu"``.
     load : callable or None
         Reads a result from a file; InputError if it is none. None if it is not read.
-    load_suffixes, folders : tuple of str
-        Suffixes of what `load` reads, and those of them that are folders.
+    folders : tuple of str
+        Suffixes of folders that `load` reads.
     header, json_keys : frozenset of str
         Keys by which a table, or JSON, is recognised as of this kind.
     json_refusal : str
@@ -136,15 +123,14 @@ class StudyKind:
     data: str
     show: Callable[[Any], None]
     rows: Callable[[Any], Sequence[Row]] = _rows_of
-    to_dict: Callable[[Any], Any] = _dict_of
-    figure: Callable[[Any], Any] = _figure_of
-    warning: Callable[[Any], str | None] = _warning_of
+    to_dict: Callable[[Any], Any] = methodcaller("to_dict")
+    figure: Callable[[Any], Any] = methodcaller("figure")
+    warning: Callable[[Any], str | None] = lambda result: getattr(result, "warning", None) or None
     suffixes: tuple[str, ...] = ()
-    save: Callable[..., None] = _no_file
+    save: Callable[..., None] = save_result
     as_json: bool = False
     stem: Callable[[Any], str] = str
     load: Callable[[Path], Any] | None = None
-    load_suffixes: tuple[str, ...] = ()
     folders: tuple[str, ...] = ()
     header: frozenset[str] = frozenset()
     json_keys: frozenset[str] = frozenset()

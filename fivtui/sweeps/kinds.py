@@ -2,20 +2,17 @@
 
 from typing import TYPE_CHECKING, Final
 
+from fivtui.lazy import later
 from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.ranges import number_text
 from fivtui.results import Command, Stored, StudyKind, scene_fields
 
 if TYPE_CHECKING:
-    from . import files, report
     from .design import Axis
     from .run import Sweep
     from .study import Study
-else:
-    from fivtui.lazy import later
 
-    files, report = later(__name__, "files", "report")
-
+files, report = later(__name__, "files", "report")
 _SAID: Final = (*ALL_PARAMETERS, "start", "t_end", "tol", "accuracy")
 _TEXT_BYTES: Final = 20
 
@@ -71,7 +68,6 @@ SWEEP: Final = StudyKind(
     save=files.save_sweep,
     stem=lambda result: f"sweep-{'-'.join(result.study.design.axes)}",
     load=files.read_sweep,
-    load_suffixes=(".csv", ".parquet", ".parts"),
     folders=(".parts",),
     header=frozenset({"sweep"}),
     json_keys=frozenset({"columns", "rows"}),
@@ -79,9 +75,7 @@ SWEEP: Final = StudyKind(
     command=_command,
     stored=Stored(
         ".csv",
-        files.save_sweep,
-        files.read_sweep,
-        lambda result: _TEXT_BYTES * len(result.table.reasons) * len(result.columns),
-        _unfinished,
+        size=lambda result: _TEXT_BYTES * len(result.table.reasons) * len(result.columns),
+        unfinished=_unfinished,
     ),
 )

@@ -2,17 +2,13 @@
 
 from typing import TYPE_CHECKING, Final
 
-from fivtui.io import FORMATS
-from fivtui.results import PHYSICS, Command, Stored, StudyKind, scene_fields
+from fivtui.lazy import later
+from fivtui.results import PHYSICS, TABLES, Command, Stored, StudyKind, scene_fields
 
 if TYPE_CHECKING:
-    from . import files, report
     from .result import Transient
-else:
-    from fivtui.lazy import later
 
-    files, report = later(__name__, "files", "report")
-
+files, report = later(__name__, "files", "report")
 _SAID: Final = (*PHYSICS, "start", "t_end", "method", "tol", "accuracy", "step")
 _COLUMNS: Final = 7
 _BYTES: Final = 8
@@ -25,20 +21,14 @@ def _size(result: "Transient") -> int:
 RUN: Final = StudyKind(
     data="trajectory",
     show=report.print_transient,
-    suffixes=tuple(FORMATS),
+    suffixes=TABLES,
     save=files.save_trajectory,
     load=files.load_transient,
-    load_suffixes=tuple(FORMATS),
     header=frozenset({"method", "t_end"}),
     json_keys=frozenset({"final", "peak"}),
     json_refusal="has no motion over time; read the file of simulate --out",
     command=lambda scene: Command(
         "simulate", scene_fields(scene, _SAID), _SAID, needed={"over_time": scene.over_time}
     ),
-    stored=Stored(
-        ".npz",
-        files.store_transient,
-        files.restore_transient,
-        _size,
-    ),
+    stored=Stored(".npz", files.store_transient, files.restore_transient, _size),
 )

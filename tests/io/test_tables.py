@@ -15,7 +15,7 @@ from fivtui.maps import stability_map
 from fivtui.maps.files import load_map
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
-from fivtui.results import save_result
+from fivtui.results.tables import save_result
 from fivtui.scene.presets import PRESETS
 from fivtui.studies import save_study
 from fivtui.sweeps.files import read_sweep, save_sweep

@@ -12,7 +12,7 @@ from fivtui.model import System
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.orbits.branches import KINDS, BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.results import save_result
+from fivtui.results.tables import save_result
 
 ORBIT_COLUMNS = {
     "period": "s",

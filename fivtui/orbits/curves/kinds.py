@@ -2,19 +2,14 @@
 
 from typing import TYPE_CHECKING, Final
 
-from fivtui.io import FORMATS
+from fivtui.lazy import later
 from fivtui.model import InputError
-from fivtui.results import Command, Stored, StudyKind, save_result
+from fivtui.results import TABLES, Command, Stored, StudyKind
 
 if TYPE_CHECKING:
-    from . import files, report
     from .result import CycleBranch
-else:
-    from fivtui.lazy import later
 
-    files, report = later(__name__, "files", "report")
-
-_FORMATS: Final = tuple(FORMATS)
+files, report = later(__name__, "files", "report")
 
 
 def _command(result: "CycleBranch") -> Command:
@@ -28,14 +23,12 @@ def _command(result: "CycleBranch") -> Command:
 BRANCH: Final = StudyKind(
     data="branch",
     show=report.print_branch,
-    suffixes=_FORMATS,
-    save=save_result,
+    suffixes=TABLES,
     as_json=True,
     stem=lambda result: f"branch-{result.name}",
     header=frozenset({"event_kinds"}),
     json_keys=frozenset({"parameter", "points", "events"}),
     load=files.restore_branch,
-    load_suffixes=(".json",),
     command=_command,
     stored=Stored(".json", files.store_branch, files.restore_branch),
 )

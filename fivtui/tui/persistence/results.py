@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fivtui.model import ComputationError, InputError
-from fivtui.studies import STUDIES, study
+from fivtui.studies import STUDIES, restore_study, store_study, study
 from fivtui.tui.session import DisplayedStudy, Run, StoredResult
 
 from .state_file import put_aside
@@ -88,7 +88,7 @@ class ResultStore:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"{self.folder}: cannot be made: {error.strerror}") from None
-        form.save(value, self.folder / file)
+        store_study(kind, value, self.folder / file)
         return StoredResult(file, name, source)
 
     def get(self, key: str, kept: StoredResult, *, aside: bool = True) -> Any:
@@ -101,10 +101,7 @@ class ResultStore:
         try:
             if not _is_own(kept.file):
                 raise InputError("not the name of a file of this session")
-            form = study(kind).stored
-            if form is None:
-                raise InputError("no result that is kept")
-            value = form.load(path)
+            value = restore_study(kind, path)
         except InputError as error:
             why = str(error).removeprefix(f"{path}: ")
             self._ours.discard(kept.file)

@@ -7,7 +7,7 @@ import pytest
 
 from fivtui import Parameters, boundary
 from fivtui.io.tables import read_columns, read_header
-from fivtui.results import save_result
+from fivtui.results.tables import save_result
 
 RESULT = boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.6)})
 

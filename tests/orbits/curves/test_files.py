@@ -10,7 +10,7 @@ from fivtui import branch
 from fivtui.io.tables import read_columns, read_header
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.curves.events import End
-from fivtui.results import save_result
+from fivtui.results.tables import save_result
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])

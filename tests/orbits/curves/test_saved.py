@@ -8,7 +8,7 @@ import pytest
 
 from fivtui import InputError, Parameters, attractors, branch
 from fivtui.orbits.curves.result import CycleBranch
-from fivtui.results import save_result
+from fivtui.results.tables import save_result
 
 WHOLE = branch(None, "mu", low=0.25, high=0.8)
 

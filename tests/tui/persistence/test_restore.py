@@ -13,7 +13,7 @@ from textual.widgets import DataTable, Input
 from fivtui.maps import stability_map
 from fivtui.model.errors import InputError
 from fivtui.paper.claims.check import claims
-from fivtui.results import save_result
+from fivtui.results.tables import save_result
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.sweeps.rows import compute_rows

@@ -16,7 +16,7 @@ from fivtui.io import read_columns, save_json
 from fivtui.model import InputError
 from fivtui.orbits import branch, branch_chart
 from fivtui.simulation import simulate
-from fivtui.studies import kind_of, load_study, save_study, study
+from fivtui.studies import kind_of, load_study, restore_study, save_study, store_study
 from fivtui.tui.chart.cursor_moves import put_cursor, step_cursor
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
@@ -105,10 +105,8 @@ def test_a_range_is_read_or_refused() -> None:
 
 def test_a_branch_is_stored_whole_and_a_damaged_file_refused(tmp_path: Path) -> None:
     path = tmp_path / "b.json"
-    kept = study("branch").stored
-    assert kept is not None
-    kept.save(BRANCH, path)
-    assert kept.load(path) == BRANCH
+    store_study("branch", BRANCH, path)
+    assert restore_study("branch", path) == BRANCH
     # What the command line prints lacks the set's own value of the parameter that varies.
     save_json(BRANCH.to_dict(), path, force=True)
     assert kind_of(path) == "branch"
@@ -120,7 +118,7 @@ def test_a_branch_is_stored_whole_and_a_damaged_file_refused(tmp_path: Path) -> 
         load_study("branch", tmp_path / "b.csv")
     path.write_text("{}")
     with pytest.raises(InputError, match="damaged"):
-        kept.load(path)
+        restore_study("branch", path)
 
 
 async def test_a_branch_is_followed_opened_written_and_copied(
