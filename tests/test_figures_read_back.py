@@ -18,7 +18,6 @@ from fivtui.equilibrium.charts import modes_sheet
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.scan import mode_scan
 from fivtui.maps import stability_map
-from fivtui.maps.figure import map_figure
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.basins import Basin
@@ -30,7 +29,6 @@ from fivtui.results import Grid
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.sweeps.design import Design, Range
-from fivtui.sweeps.figure import sweep_figure
 from fivtui.sweeps.rows import Rows
 from fivtui.sweeps.run import Sweep
 from fivtui.sweeps.study import Study
@@ -233,7 +231,7 @@ MU, FORCE = np.linspace(0.0, 1.5, 31), np.linspace(10.0, 110.0, 5)
     ],
 )
 def test_a_map_has_its_values_over_its_own_axes(value: str, colours: str, own: Any) -> None:
-    figure = map_figure(stability_map(Parameters(c1=0.5), {"mu": MU, "F": FORCE}, value))
+    figure = stability_map(Parameters(c1=0.5), {"mu": MU, "F": FORCE}, value).figure()
     axes, bar = figure.axes
     assert labels(axes) == ("Friction coefficient μ", "Preload F (N)")
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
@@ -251,15 +249,9 @@ def test_a_map_has_its_values_over_its_own_axes(value: str, colours: str, own: A
 
 
 def test_the_boundary_of_a_map_is_at_the_critical_friction() -> None:
-    axes, _ = map_figure(stability_map(Parameters(), {"mu": MU, "F": FORCE})).axes
-    black = [
-        each
-        for each in axes.collections
-        if not isinstance(each, QuadMesh)
-        and np.array_equal(np.asarray(each.get_edgecolor())[:1], [[0.0, 0.0, 0.0, 1.0]])
-    ]
-    (line,) = black
-    corners = np.concatenate([path.vertices for path in line.get_paths()])
+    axes, _ = stability_map(Parameters(), {"mu": MU, "F": FORCE}).figure().axes
+    (line,) = axes.lines
+    corners = np.asarray(line.get_xydata())
     for force in FORCE.tolist():
         (at,) = np.flatnonzero(np.isclose(corners[:, 1], force))[:1]
         critical = own_slider.critical_mu(F=force)
@@ -267,7 +259,7 @@ def test_the_boundary_of_a_map_is_at_the_critical_friction() -> None:
 
 
 def test_the_middle_colour_of_growth_rates_is_zero() -> None:
-    figure = map_figure(stability_map(Parameters(), {"mu": MU, "F": FORCE}))
+    figure = stability_map(Parameters(), {"mu": MU, "F": FORCE}).figure()
     mesh, values = mesh_of(figure.axes[0])
     low, high = mesh.get_clim()
     assert low is not None
@@ -281,7 +273,7 @@ def test_the_middle_colour_of_growth_rates_is_zero() -> None:
 
 def test_a_maps_legend_of_critical_friction_says_for_which_friction() -> None:
     over = {"k_nl": np.geomspace(10.0, 1000.0, 9), "F": FORCE}
-    figure = map_figure(stability_map(Parameters(mu=0.55), over, "critical-mu"))
+    figure = stability_map(Parameters(mu=0.55), over, "critical-mu").figure()
     axes = figure.axes[0]
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
     assert labels(axes) == ("Cubic contact stiffness k_nl (N/m^3)", "Preload F (N)")
@@ -314,7 +306,7 @@ def output_value(place: int, case: Any, *at: Any) -> Any:
 
 
 def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -> None:
-    figure = sweep_figure(made_up({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs")))
+    figure = made_up({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs")).figure()
     (axes,) = figure.axes
     legend = axes.get_legend()
     assert legend is not None
@@ -339,7 +331,7 @@ def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -
 
 
 def test_a_sweep_without_amplitudes_shows_its_first_output_with_its_unit() -> None:
-    (axes,) = sweep_figure(made_up({"k1": (10.0, 20.0)}, ("vx_max", "P_max"), (True,))).axes
+    (axes,) = made_up({"k1": (10.0, 20.0)}, ("vx_max", "P_max"), (True,)).figure().axes
     assert labels(axes) == ("Horizontal stiffness k_1 (N/m)", "Least valid belt speed (m/s)")
     (line,) = axes.lines
     np.testing.assert_allclose(points(line)[1], output_value(0, True, np.array([10.0, 20.0])))
@@ -348,7 +340,7 @@ def test_a_sweep_without_amplitudes_shows_its_first_output_with_its_unit() -> No
 def test_maps_of_a_sweep_are_over_their_own_axes_on_one_scale() -> None:
     forces = (20.0, 40.0, 60.0)
     result = made_up({"F": forces, "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
-    figure = sweep_figure(result)
+    figure = result.figure()
     *maps, bar = figure.axes
     assert plain(bar.get_ylabel()) == "Peak of |y| (m)"
     assert plain(maps[0].get_ylabel()) == "Friction coefficient μ"
@@ -369,7 +361,7 @@ def test_points_of_a_sweep_without_grid_stand_where_they_were_computed() -> None
     at = np.array([20.0, 30.0, 40.0, 50.0]), np.array([0.4, 0.1, 0.9, 0.2])
     force = np.array([5.0, 6.0, 7.0, 8.0])
     rows = Rows({"k2": at[0], "k_nl": at[1], "P_max": force}, np.ones(4, dtype=bool), ("",) * 4)
-    figure = sweep_figure(Sweep(study, rows))
+    figure = Sweep(study, rows).figure()
     (dots,) = figure.axes[0].collections
     np.testing.assert_allclose(np.asarray(dots.get_offsets()), np.transpose(at))
     np.testing.assert_allclose(np.asarray(dots.get_array()), force)

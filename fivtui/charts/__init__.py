@@ -10,6 +10,7 @@ if TYPE_CHECKING:
         WIDTH,
         Backdrop,
         Chart,
+        Contours,
         Cursors,
         Guide,
         Heading,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
         parameter_line,
         quantity_label,
         value_label,
+        with_unit,
     )
     from .plot_data import shading, share_of_time
     from .plotting import (
@@ -46,7 +48,6 @@ if TYPE_CHECKING:
         new_figure,
         save_figure,
         shade_times,
-        value_limits,
     )
     from .reading import (
         CURSOR_SIGNS,
@@ -59,6 +60,18 @@ if TYPE_CHECKING:
         nearest,
         nearest_along,
         nearest_index,
+    )
+    from .shades import (
+        NO_VALUE,
+        Colours,
+        Levels,
+        Shade,
+        Shades,
+        colours_of,
+        graded,
+        in_words,
+        ranks,
+        scale_words,
     )
     from .sheet import sheet_figure
 else:

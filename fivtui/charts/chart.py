@@ -1,6 +1,6 @@
 """A chart as data: traces, reference lines, shades, and the visible part. Imports no Textual."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
@@ -11,6 +11,7 @@ from fivtui.model import Parameters
 
 from .axis import Axis, axis_for
 from .plot_data import envelope
+from .shades import Colours, Shades
 
 FloatArray = NDArray[np.float64]
 FigureLimits = tuple[float | None, float | None]
@@ -53,6 +54,8 @@ class Trace:
         What it is, as the `ROLES` of figures name it.
     marker : str
         Matplotlib's marker of its points in figures; if empty, that of its role.
+    values : ndarray, shape (n,), optional
+        Values of the points, by which figures colour them.
     """
 
     name: str
@@ -66,6 +69,7 @@ class Trace:
     number: int = 0
     role: str = ""
     marker: str = ""
+    values: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +114,31 @@ class Strip:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Contours:
+    """Lines of equal values over the plane of a backdrop, drawn in figures.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n, k)
+        The values; NaN where there is none.
+    levels : sequence of float
+        Values at which lines are drawn; if empty, round ones.
+    role : str
+        What they are, as the `ROLES` of figures name it.
+    name : str
+        In the legend; none if empty.
+    label : str
+        Format of the labels on lines, such as ``%g m``; without labels if empty.
+    """
+
+    values: FloatArray
+    levels: Sequence[float] = ()
+    role: str = "contours"
+    name: str = ""
+    label: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Backdrop:
     """Values over the plane, drawn as shades behind the traces.
 
@@ -119,26 +148,23 @@ class Backdrop:
         Ascending coordinates.
     levels : ndarray of int, shape (n, k)
         Index into `shades` of every point.
-    shades : sequence of (str, str)
-        Character and style of every level.
+    shades : sequence of Shade
+        How the points of every level are drawn.
     values : ndarray, shape (n, k)
         The values themselves; NaN where there is none.
     label : str
         Quantity and unit of the values.
-    scale : sequence of str
-        Values of every level in words; empty where no point has it.
-    missing : mapping of int to str
-        By level what is read at its points, which have no value, instead of "none".
+    contours : sequence of Contours
+        Lines over the shades in figures.
     """
 
     x: FloatArray
     y: FloatArray
     levels: NDArray[np.intp]
-    shades: Sequence[tuple[str, str]]
+    shades: Shades
     values: FloatArray
     label: str
-    scale: Sequence[str]
-    missing: Mapping[int, str] = field(default_factory=dict)
+    contours: Sequence[Contours] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,10 +181,14 @@ class Chart:
         Reference lines.
     backdrop : Backdrop, optional
         Shades behind the traces.
+    colours : Colours, optional
+        Scale of the values of backdrop and traces in figures.
     strips : tuple of Strip
         Rows of intervals marked below the plot, from the top.
     note : str
         A few words at the top.
+    title : str
+        Above the chart in figures.
     x_axis : bool
         Whether the ticks of the x axis are labelled.
     tight : bool
@@ -184,8 +214,10 @@ class Chart:
     traces: tuple[Trace, ...]
     guides: tuple[Guide, ...] = ()
     backdrop: Backdrop | None = None
+    colours: Colours | None = None
     strips: tuple[Strip, ...] = ()
     note: str = ""
+    title: str = ""
     x_axis: bool = True
     tight: bool = True
     x_range: tuple[float, float] | None = None

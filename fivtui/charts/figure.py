@@ -36,6 +36,7 @@ from .plotting import (
     shade_times,
 )
 from .reading import crosshair, cursor_words, heading, nearest
+from .shades import Shade
 
 # Markers per line, and columns that a long line is reduced to (several per pixel).
 _MARKS: Final = 12
@@ -269,10 +270,10 @@ def _guide(axes: Axes, guide: Guide, row: int) -> None:
 
 def _shade(axes: Axes, backdrop: Backdrop) -> None:
     # The levels in use, from light to dark as on the screen, with their values beside.
-    used = [level for level, words in enumerate(backdrop.scale) if words]
+    used = [level for level, shade in enumerate(backdrop.shades) if shade.words]
     places = np.zeros(len(backdrop.shades))
     places[used] = np.arange(len(used))
-    colours = ListedColormap([_shade_colour(*backdrop.shades[level]) for level in used])
+    colours = ListedColormap([_shade_colour(backdrop.shades[level]) for level in used])
     axes.grid(visible=False)
     mesh = axes.pcolormesh(
         backdrop.x,
@@ -287,14 +288,14 @@ def _shade(axes: Axes, backdrop: Backdrop) -> None:
     figure = axes.get_figure(root=True)
     assert figure is not None  # noqa: S101
     bar = figure.colorbar(mesh, ax=axes, ticks=np.arange(len(used)), drawedges=True)
-    bar.ax.set_yticklabels([backdrop.scale[level] for level in used], parse_math=False)
+    bar.ax.set_yticklabels([backdrop.shades[level].words for level in used], parse_math=False)
     bar.ax.tick_params(length=0.0)
     bar.set_label(backdrop.label, parse_math=False)
 
 
-def _shade_colour(character: str, style: str) -> tuple[float, ...]:
-    dark = _DARKNESS[character]
-    return tuple(1.0 - dark * (1.0 - part) for part in to_rgb(_SHADE_COLOURS[style]))
+def _shade_colour(shade: Shade) -> tuple[float, ...]:
+    dark = _DARKNESS[shade.character]
+    return tuple(1.0 - dark * (1.0 - part) for part in to_rgb(_SHADE_COLOURS[shade.style]))
 
 
 def _add_legends(figure: Figure, panels: Sequence[Axes], alone: Collection[str]) -> None:

@@ -6,12 +6,10 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from numpy.typing import NDArray
 
 from fivtui.io import check_output, check_suffix, write_atomically
 from fivtui.version import __version__
@@ -46,20 +44,11 @@ STYLE: Final[dict[Any, Any]] = {
     "grid.linewidth": 0.5,
     "xtick.direction": "in",
     "ytick.direction": "in",
+    "hatch.linewidth": 0.3,
 }
 # Of times off the belt, and of those at which the slider sticks to it.
 OFF_BELT: Final = "0.9"
 STUCK: Final = "#f6e3c5"
-
-
-def value_limits(values: NDArray[np.float64], least: float) -> tuple[float, float]:
-    """Limits of a colour scale, at least the share `least` of the greatest magnitude apart."""
-    finite = values[np.isfinite(values)]
-    if not finite.size:
-        return 0.0, 1.0
-    low, high = float(finite.min()), float(finite.max())
-    room = max(0.5 * (least * max(abs(low), abs(high)) - (high - low)), 0.0)
-    return low - room, high + room
 
 
 def new_figure(width: float, height: float, *, wspace: float | None = None) -> Figure:

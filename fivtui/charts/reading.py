@@ -110,8 +110,8 @@ def _nearest_of(backdrop: Backdrop, place: Place) -> NearestPoint:
     column = int(np.abs(backdrop.x - place[0]).argmin())
     row = int(np.abs(backdrop.y - place[1]).argmin())
     value = float(backdrop.values[column, row])
-    missing = backdrop.missing.get(int(backdrop.levels[column, row]), _MISSING)
-    return NearestPoint(-1, float(backdrop.x[column]), float(backdrop.y[row]), value, missing)
+    shade = backdrop.shades[int(backdrop.levels[column, row])]
+    return NearestPoint(-1, float(backdrop.x[column]), float(backdrop.y[row]), value, shade.missing)
 
 
 def _point(trace: Trace, index: int) -> tuple[float, float]:

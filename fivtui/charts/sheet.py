@@ -4,12 +4,26 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+from matplotlib.patches import Rectangle
 
-from .chart import Chart, Guide, Sheet
+from .chart import Backdrop, Chart, Contours, Guide, Sheet, Trace
 from .labels import Label
-from .plotting import OFF_BELT, STUCK, STYLE, new_figure, shade_times
+from .plotting import (
+    CASE_COLOURS,
+    CASE_LINES,
+    OFF_BELT,
+    STUCK,
+    STYLE,
+    new_figure,
+    shade_times,
+)
+from .shades import LEAST_CONTRAST, Colours
 
 _TITLE_SIZE: Final = 7.5
 _PANEL_GAP: Final = 0.06
@@ -64,8 +78,36 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     },
     "critical": {"color": "#c8252c", "linestyle": ":", "linewidth": 1.0, "zorder": 1.5},
     "present": {"color": "0.35", "linestyle": "-.", "linewidth": 0.8, "zorder": 1.4},
+    "boundary": {"color": "black", "linestyle": "-", "linewidth": 1.4},
+    **{
+        f"{name}, {'considered' if case else 'ignored'}": {
+            "color": CASE_COLOURS[case][0],
+            "linestyle": CASE_LINES[case],
+            "linewidth": width,
+        }
+        for name, width in (("peak", 1.4), ("half range", 0.7), ("output", 1.0))
+        for case in (True, False)
+    },
+    **{
+        f"limit, {'considered' if case else 'ignored'}": {
+            "color": CASE_COLOURS[case][0],
+            "linestyle": ":",
+            "linewidth": 0.8,
+            "zorder": 1.5,
+        }
+        for case in (True, False)
+    },
+    "contours": {"color": "0.25", "linestyle": "dashed", "linewidth": 0.5},
+    "nearly": {"color": "black", "linestyle": "-", "linewidth": 1.2},
+    "half": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
 }
 _ZERO: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
+_EDGE: Final = "0.3"
+# Area of a coloured point, pt², and most contour lines of a kind.
+_DOT: Final = 9.0
+_CONTOURS: Final = 7
+# Greatest number of points of a line that have marks.
+_MARKED: Final = 60
 # Shades of strips, from the first.
 _STRIPS: Final = (OFF_BELT, STUCK)
 
@@ -73,25 +115,56 @@ _STRIPS: Final = (OFF_BELT, STUCK)
 def sheet_figure(sheet: Sheet) -> Figure:
     """Draw the charts of a sheet; the figure has an Agg canvas.
 
-    Charts over the same quantity share their x axis.
+    Charts over the same quantity share their x axis, and one has the y axis of that on its left.
     """
     with mpl.rc_context(STYLE):
         gap = _PANEL_GAP if len(sheet.columns) > 2 else None
         figure = new_figure(*sheet.size, wspace=gap)
-        grid = figure.add_gridspec(1, len(sheet.columns), width_ratios=sheet.widths or None)
-        panels = []
-        first_over: dict[str, Axes] = {}
-        for column, charts in enumerate(sheet.columns):
-            rows = grid[0, column].subgridspec(len(charts), 1, height_ratios=sheet.heights or None)
-            for row, chart in enumerate(charts):
-                axes = figure.add_subplot(rows[row, 0], sharex=first_over.get(chart.x_label))
-                first_over.setdefault(chart.x_label, axes)
-                _draw_chart(axes, chart)
-                panels.append((axes, chart))
+        panels = _draw_panels(figure, sheet)
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
         below = [axes for axes, chart in panels if chart.legend == "below"]
         _add_legend(figure, below, sheet.legend_columns)
     return figure
+
+
+def _draw_panels(figure: Figure, sheet: Sheet) -> list[tuple[Axes, Chart]]:
+    places = _places(figure, sheet)
+    panels = []
+    first_over: dict[str, Axes] = {}
+    left: dict[tuple[int, str], Axes] = {}
+    scales: dict[Colours, tuple[list[Axes], ScalarMappable]] = {}
+    for column, charts in enumerate(sheet.columns):
+        for row, chart in enumerate(charts):
+            beside = left.get((row, chart.y_label))
+            axes = figure.add_subplot(
+                places[column][row], sharex=first_over.get(chart.x_label), sharey=beside
+            )
+            first_over.setdefault(chart.x_label, axes)
+            left[row, chart.y_label] = axes
+            coloured = _draw_chart(axes, chart)
+            if beside is not None:
+                axes.set_ylabel("")
+                axes.tick_params(labelleft=False)
+            if chart.colours is not None and coloured is not None:
+                scales.setdefault(chart.colours, ([], coloured))[0].append(axes)
+            panels.append((axes, chart))
+    for colours, (parts, coloured) in scales.items():
+        bar = figure.colorbar(coloured, ax=parts, label=_math(colours.label))
+        if colours.ticks:
+            bar.set_ticks(colours.ticks)
+    return panels
+
+
+def _places(figure: Figure, sheet: Sheet) -> list[list[SubplotSpec]]:
+    """Where the charts of every column are."""
+    count, widths, heights = len(sheet.columns), sheet.widths or None, sheet.heights or None
+    rows = [len(charts) for charts in sheet.columns]
+    if len(set(rows)) == 1:
+        grid = figure.add_gridspec(rows[0], count, width_ratios=widths, height_ratios=heights)
+        return [[grid[row, column] for row in range(rows[0])] for column in range(count)]
+    columns = figure.add_gridspec(1, count, width_ratios=widths)
+    parts = [columns[0, column].subgridspec(size, 1) for column, size in enumerate(rows)]
+    return [[part[row, 0] for row in range(size)] for part, size in zip(parts, rows, strict=True)]
 
 
 def _add_title(figure: Figure, panels: Sequence[Axes], title: str) -> None:
@@ -118,21 +191,23 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], columns: int) -> None:
         )
 
 
-def _draw_chart(axes: Axes, chart: Chart) -> None:
+def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
+    """Draw a chart. Returns what is coloured by values."""
+    coloured = None
+    if chart.colours is not None or chart.backdrop is not None:
+        axes.grid(visible=False)
+    if chart.backdrop is not None:
+        coloured = _shade(axes, chart.backdrop, chart.colours)
     series = 0
     for trace in chart.traces:
+        if trace.values is not None and chart.colours is not None:
+            scale = _scale_of(chart.colours)
+            coloured = axes.scatter(trace.x, trace.y, _DOT, trace.values, linewidths=0.0, **scale)
         # A trace without points has no name in the legend.
-        if not trace.x.size:
-            continue
-        look = dict(ROLES.get(trace.role, {}))
-        if trace.role == "series":
-            look = {"markersize": 4.5, "linewidth": 0.9, **_SERIES[series % len(_SERIES)]}
-            series += 1
-        if trace.colour:
-            look["color"] = trace.colour
-        if trace.marker:
-            look["marker"] = trace.marker
-        axes.plot(trace.x, trace.y, label=_math(trace.name) or "_", **look)
+        elif trace.x.size:
+            look = _look(trace, series)
+            axes.plot(trace.x, trace.y, label=_math(trace.name) or "_", **look)
+        series += trace.role == "series" and trace.x.size > 0
     for number, strip in enumerate(chart.strips):
         shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
     _scale(axes, chart)
@@ -140,6 +215,7 @@ def _draw_chart(axes: Axes, chart: Chart) -> None:
         _draw_guide(axes, guide)
     axes.set_xlabel(_math(chart.x_label))
     axes.set_ylabel(_math(chart.y_label))
+    axes.set_title(_math(chart.title))
     if chart.legend == "above":
         axes.legend(
             loc="lower center",
@@ -151,6 +227,87 @@ def _draw_chart(axes: Axes, chart: Chart) -> None:
         )
     elif chart.legend == "inside":
         axes.legend(frameon=False, fontsize=8.0)
+    return coloured
+
+
+def _look(trace: Trace, series: int) -> dict[str, Any]:
+    look = dict(ROLES.get(trace.role, {}))
+    if trace.role == "series":
+        look = {"markersize": 4.5, "linewidth": 0.9, **_SERIES[series % len(_SERIES)]}
+    elif trace.look == "marked" and trace.x.size <= _MARKED:
+        look |= {"marker": ".", "markersize": 4.0}
+    if trace.colour:
+        look["color"] = trace.colour
+    if trace.marker:
+        look["marker"] = trace.marker
+    return look
+
+
+def _scale_of(colours: Colours) -> dict[str, Any]:
+    names = colours.colours
+    cmap = names if isinstance(names, str) else ListedColormap(names)
+    return {"cmap": cmap, "norm": Normalize(colours.low, colours.high)}
+
+
+def _shade(axes: Axes, backdrop: Backdrop, colours: Colours | None) -> ScalarMappable | None:
+    """Colour the plane by values, or levels by their fills. Returns what has the values."""
+    plane: dict[str, Any] = {"shading": "nearest", "rasterized": True, "zorder": 0.0}
+    x, y, levels = backdrop.x, backdrop.y, backdrop.levels.T
+    scale = {} if colours is None else _scale_of(colours)
+    if min(levels.shape) < 2:
+        points = np.meshgrid(x, y)
+        return axes.scatter(*points, _DOT, backdrop.values.T, linewidths=0.0, **scale)
+    mesh = axes.pcolormesh(x, y, backdrop.values.T, **plane, **scale) if scale else None
+    filled = np.array([bool(shade.fill) for shade in backdrop.shades])
+    if filled[levels].any():
+        fills = [shade.fill or "none" for shade in backdrop.shades]
+        shown = np.ma.masked_where(~filled[levels], levels)
+        norm = BoundaryNorm(np.arange(len(fills) + 1) - 0.5, len(fills))
+        axes.pcolormesh(x, y, shown, cmap=ListedColormap(fills), norm=norm, **plane)
+    named = {}
+    for level, shade in enumerate(backdrop.shades):
+        inside = np.equal(levels, level).astype(float)
+        if inside.any() and shade.fill and shade.name:
+            named[shade.name] = shade
+        if inside.any() and shade.hatch and not inside.all():
+            axes.contourf(x, y, inside, levels=[0.5, 1.5], colors="none", hatches=[shade.hatch])
+            axes.contour(x, y, inside, levels=[0.5], colors="black", linewidths=0.8)
+    for name, shade in named.items():
+        patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=shade.fill, hatch=shade.hatch)
+        patch.set(label=_math(name), edgecolor=_EDGE, linewidth=0.5)
+        axes.add_patch(patch)
+    for contours in backdrop.contours:
+        _draw_contours(axes, backdrop, contours)
+    return mesh
+
+
+def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
+    values = np.ma.masked_invalid(contours.values.T)
+    known = values.compressed()
+    if not known.size:
+        return
+    low, high = float(known.min()), float(known.max())
+    levels: int | list[float] = [level for level in contours.levels if low < level < high]
+    if not contours.levels:
+        # Lines no closer than values that differ.
+        least = LEAST_CONTRAST * max(abs(low), abs(high))
+        levels = int(min((high - low) / least, _CONTOURS)) if least > 0.0 else 0
+    if not levels:
+        return
+    look = ROLES[contours.role]
+    lines = axes.contour(
+        backdrop.x,
+        backdrop.y,
+        values,
+        levels=levels,
+        colors=look["color"],
+        linewidths=look["linewidth"],
+        linestyles=[look["linestyle"]],
+    )
+    if contours.label:
+        axes.clabel(lines, fontsize=6.5, fmt=contours.label)
+    if contours.name:
+        axes.plot([], [], label=_math(contours.name), **look)
 
 
 def _scale(axes: Axes, chart: Chart) -> None:

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .figure import LEAST_CONTRAST
-    from .result import MAP_VALUES, NOT_KNOWN, SAFETY_VALUES, StabilityMap
+    from .charts import map_chart
+    from .result import MAP_VALUES, SAFETY_VALUES, StabilityMap
     from .safety import compute_map, safety_map
     from .stability import check_map, map_value, stability_map
 else:

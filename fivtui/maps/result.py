@@ -153,14 +153,15 @@ class StabilityMap(GridResult):
     @property
     def title(self) -> str:
         """What it is a map of, in a few words."""
-        return "Map of safe friction" if self._of_safety else "Stability map"
+        return "Map of safe friction" if self.of_safety else "Stability map"
 
     @property
     def _varied(self) -> tuple[str, ...]:
         return self.grid.names
 
     @property
-    def _of_safety(self) -> bool:
+    def of_safety(self) -> bool:
+        """Whether limit cycles decide about its values."""
         return self.value in SAFETY_VALUES
 
     def rows(self) -> list[Row]:
@@ -169,7 +170,7 @@ class StabilityMap(GridResult):
             Row(spec.name, f"{_span(axis, spec.unit)}, {axis.size}")
             for spec, axis in zip(self.grid.specs, self.axes, strict=True)
         ]
-        return rows + (self._safety_rows() if self._of_safety else self._stability_rows())
+        return rows + (self._safety_rows() if self.of_safety else self._stability_rows())
 
     def _stability_rows(self) -> list[Row]:
         size, valued = self.grid.size, np.count_nonzero(~np.isnan(self.values))
@@ -206,7 +207,7 @@ class StabilityMap(GridResult):
         return {**self.grid.table(), **quantities}
 
     def _header(self) -> dict[str, Any]:
-        if not self._of_safety:
+        if not self.of_safety:
             return self._system_data()
         return self._system_data() | {
             "basis": _BASIS,
@@ -232,7 +233,7 @@ class StabilityMap(GridResult):
             **self._header(),
             "over": self.grid.to_data(),
             "value": self.value,
-            "unit": "" if self._of_safety else self.column.unit,
+            "unit": "" if self.of_safety else self.column.unit,
             "values": to_data(self.values),
             **to_data(others),
             **({"regions": list(REGIONS)} if self.value == "coexistence" else {}),
@@ -240,9 +241,11 @@ class StabilityMap(GridResult):
 
     def figure(self) -> "Figure":
         """Matplotlib figure of the map with its stability boundary, or the regions of friction."""
-        from .figure import map_figure, safety_map_figure
+        from fivtui.charts import sheet_figure
 
-        return safety_map_figure(self) if self._of_safety else map_figure(self)
+        from .charts import map_sheet
+
+        return sheet_figure(map_sheet(self))
 
 
 def _span(values: FloatArray, unit: str = "") -> str:

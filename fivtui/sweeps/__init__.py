@@ -3,9 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .charts import check_drawable, curves_of, grid_chart, sweep_chart
     from .cluster import cluster_engine
     from .design import VARIABLES, Design, Range
-    from .figure import check_drawable
     from .files import begun_studies, read_sweep, save_sweep
     from .pieces import SweepPiece
     from .report import SweepProgress

@@ -141,9 +141,11 @@ class Sweep(Result):
 
     def figure(self) -> "Figure":
         """Amplitudes over what varies; `InputError` unless one or two names vary."""
-        from .figure import sweep_figure
+        from fivtui.charts import sheet_figure
 
-        return sweep_figure(self)
+        from .charts import sweep_sheet
+
+        return sheet_figure(sweep_sheet(self))
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,8 @@ from fivtui.batch import run as batch_run
 from fivtui.cli import run
 from fivtui.model.errors import InputError
 from fivtui.scene.presets import PRESETS
-from fivtui.sweeps.figure import sweep_figure
+from fivtui.sweeps.charts import sweep_chart
 from fivtui.tui.tabs.charts.sweep import (
-    points_of,
-    sweep_chart,
     sweep_of,
     sweep_parts,
     sweep_request,
@@ -81,12 +79,12 @@ def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
         assert found.rows[row][0] == slowest
         assert paper[case].peak.vx_max < slowest
         assert found.rows[row][2] == paper[case].peak.y_abs
-    chart = sweep_chart(points_of(found), None)
+    chart = sweep_chart(found)
     assert {guide.value: guide.label for guide in chart.guides} == {
         paper[True].peak.y_abs: "always faster, separation considered",
         paper[False].peak.y_abs: "always faster, separation ignored",
     }
-    (axes,) = sweep_figure(found).axes
+    (axes,) = found.figure().axes
     assert axes.get_xlabel() == r"Speed of the belt $v_{\mathrm{belt}}$ (m/s)"
     lines = [line for line in axes.lines if line.get_linestyle() == ":"]
     levels = [np.unique(line.get_ydata()).tolist() for line in lines]

@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from fivtui.cli import commands, run
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
+from fivtui.sweeps.charts import check_drawable
 from fivtui.sweeps.design import KINDS, Design, Kind, Range
-from fivtui.sweeps.figure import check_drawable, sweep_figure
 from fivtui.sweeps.report import SweepProgress, progress_text
 from fivtui.sweeps.request import parse_cases, parse_design
 from fivtui.sweeps.run import local_engine, sweep_in_memory
@@ -266,7 +266,7 @@ def figure_of(
     axes: dict[str, Any], kind: Kind = "product", count: int | None = None, **more: Any
 ) -> Figure:
     study = Study(Design(axes, kind, count), Parameters(), t_end=5.0, **more)
-    return sweep_figure(sweep_in_memory(study, local_engine(1)))
+    return sweep_in_memory(study, local_engine(1)).figure()
 
 
 def test_over_one_name_amplitudes_are_curves() -> None:
@@ -295,11 +295,11 @@ def test_over_two_names_amplitudes_are_maps() -> None:
     (mesh,) = maps[0].collections
     values = mesh.get_array()
     assert values is not None
-    assert values.shape == (3, 2)
+    assert values.shape == (2, 3)
     exact = sweep_in_memory(
         Study(Design({"F": (80.0,), "mu": (0.1,)}), Parameters(), t_end=5.0), local_engine(1)
     )
-    assert values[2, 0] == exact.table.numbers["y_abs"][0]
+    assert values[0, 2] == exact.table.numbers["y_abs"][0]
     assert bar.get_ylabel() == "Peak of |y| (m)"
     figure = figure_of({"F": Range(20.0, 80.0), "mu": Range(0.1, 1.0, None, True)}, "sobol", 8)
     (points,) = figure.axes[0].collections

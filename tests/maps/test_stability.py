@@ -15,7 +15,6 @@ from fivtui import Parameters, stability
 from fivtui.equilibrium.arrays import judge_growths
 from fivtui.equilibrium.quartic import rightmost_real_part
 from fivtui.maps import StabilityMap, stability_map
-from fivtui.maps.figure import map_figure
 from fivtui.maps.stability import EIGENVALUE_VALUES
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS
@@ -307,7 +306,7 @@ def test_a_map_as_data_is_plain_json(small: StabilityMap) -> None:
 @pytest.mark.parametrize("value", EIGENVALUE_VALUES)
 def test_a_figure_shows_units_and_the_boundary(value: str) -> None:
     over = {"F": np.geomspace(1.0, 150.0, 12), "k_nl": np.linspace(0.0, 500.0, 11)}
-    figure = map_figure(stability_map(Parameters(), over, value))
+    figure = stability_map(Parameters(), over, value).figure()
     axes, bar = figure.axes
     assert axes.get_xlabel() == "Preload $F$ (N)"
     assert axes.get_ylabel().endswith("(N/m$^3$)")
@@ -320,4 +319,4 @@ def test_a_figure_shows_units_and_the_boundary(value: str) -> None:
 def test_a_figure_without_boundary_has_no_legend_of_it() -> None:
     over = {"F": np.linspace(1.0, 2.0, 3), "mu": np.linspace(0.0, 0.01, 3)}
     for value in EIGENVALUE_VALUES:
-        assert map_figure(stability_map(Parameters(), over, value)).legends == []
+        assert stability_map(Parameters(), over, value).figure().legends == []

@@ -10,12 +10,11 @@ from fivtui.cli import run
 from fivtui.model import InputError
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps import parse_design, study_of
+from fivtui.sweeps.charts import sweep_chart
 from fivtui.sweeps.files import read_sweep
 from fivtui.tui.session import Session
 from fivtui.tui.session.command_lines import study_line
 from fivtui.tui.tabs.charts.sweep import (
-    points_of,
-    sweep_chart,
     sweep_of,
     sweep_parts,
     sweep_request,
@@ -107,7 +106,7 @@ def test_the_laboratory_sweeps_a_brake_stop() -> None:
     study = sweep_request(STOP, "c1=0.3,0.6")
     found = sweep_of(study, list(sweep_parts(study, lambda _done: True)))
     assert found.table.failed == 0
-    assert len(sweep_chart(points_of(found), None).traces) == 4
+    assert len(sweep_chart(found).traces) == 4
 
 
 def test_command_lines_of_scenes_with_tables_compute_them_or_say_that_they_cannot() -> None:

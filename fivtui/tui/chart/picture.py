@@ -127,7 +127,7 @@ class _Canvas:
         levels = backdrop.levels[
             _closest(backdrop.x, across)[None, :], _closest(backdrop.y, up)[:, None]
         ]
-        shades = [(ord(character), self._style(name)) for character, name in backdrop.shades]
+        shades = [(ord(shade.character), self._style(shade.style)) for shade in backdrop.shades]
         characters, styles = np.array(shades, dtype=np.intp).T
         outside = (across < backdrop.x[0]) | (across > backdrop.x[-1])
         beyond = (up < backdrop.y[0]) | (up > backdrop.y[-1])

@@ -9,6 +9,7 @@ from fivtui import Parameters
 from fivtui.charts.axis import Axis, axis_for, parse_limits
 from fivtui.charts.chart import Backdrop, Chart, Cursors, Guide, Trace, View
 from fivtui.charts.reading import cursor_words, nearest, nearest_along
+from fivtui.charts.shades import Shade
 from fivtui.model.errors import InputError
 from fivtui.scene import Scene
 from fivtui.signals.spectra import spectrum
@@ -178,10 +179,9 @@ def test_guides_shades_and_marks_are_drawn() -> None:
             np.arange(4.0),
             np.arange(3.0),
             levels,
-            ((" ", "plot"), ("▒", "plot")),
+            (Shade(" ", "plot"), Shade("▒", "plot")),
             levels.astype(float),
             "growth (1/s)",
-            ("≤0", "≤1"),
         ),
     )
     text = draw(chart, View(), 48, 12).text()

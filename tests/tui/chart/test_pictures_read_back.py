@@ -18,6 +18,7 @@ from fivtui.charts.chart import (
     Trace,
     View,
 )
+from fivtui.charts.shades import Shade
 from fivtui.tui.chart.picture import MARGIN, draw
 from tests.support.reading_charts import Reading
 
@@ -96,8 +97,8 @@ def test_of_a_long_orbit_the_latest_points_alone_are_joined() -> None:
 def test_shades_lie_over_their_own_axes() -> None:
     x, y = np.linspace(0.0, 10.0, 41), np.linspace(100.0, 300.0, 31)
     levels = ((x[:, None] > 6.0) & (y[None, :] < 160.0)).astype(np.intp)
-    shades = ((" ", "plot"), ("█", "plot"))
-    backdrop = Backdrop(x, y, levels, shades, np.add.outer(x, y), "sum (N)", ("",) * len(shades))
+    shades = (Shade(" ", "plot"), Shade("█", "plot"))
+    backdrop = Backdrop(x, y, levels, shades, np.add.outer(x, y), "sum (N)")
     chart = Chart("a (m)", "b (kg)", (), backdrop=backdrop)
     read = Reading(draw(chart, View(), 80, 30))
     shaded = read.marks("█")
@@ -111,7 +112,7 @@ def test_shades_lie_over_their_own_axes() -> None:
 
 def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None:
     x, y, levels = np.array([2.0, 4.0, 6.0]), np.array([100.0, 200.0, 300.0]), np.zeros((3, 3))
-    backdrop = Backdrop(x, y, levels.astype(np.intp), (("█", "plot"),), levels, "one", ("one",))
+    backdrop = Backdrop(x, y, levels.astype(np.intp), (Shade("█", "plot"),), levels, "one")
     view = View(x=Axis(0.0, 8.0), y=Axis(0.0, 400.0))
     read = Reading(draw(Chart("a (m)", "b (kg)", (), backdrop=backdrop), view, 90, 30))
     shaded = np.array(read.marks("█"))

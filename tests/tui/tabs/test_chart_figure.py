@@ -22,7 +22,7 @@ from fivtui.charts.axis import Axis
 from fivtui.charts.chart import Chart, Cursors, Guide, Trace, View, VisibleCharts
 from fivtui.charts.figure import charts_figure, save_charts
 from fivtui.io.tables import read_columns, read_header
-from fivtui.maps import stability_map
+from fivtui.maps import map_chart, stability_map
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.simulation import simulate
@@ -30,7 +30,6 @@ from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.screen import LabScreen
-from fivtui.tui.tabs.charts.map import map_chart
 from fivtui.tui.tabs.charts.transient import phase_chart, plotted_run, time_chart
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.transient import TransientPane
@@ -281,7 +280,7 @@ def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> N
     bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
     assert bar.get_ylabel() == "growth rate (1/s)"
     scale = [label.get_text() for label in bar.get_yticklabels()]
-    assert scale == [chart.backdrop.scale[level] for level in used]
+    assert scale == [chart.backdrop.shades[level].words for level in used]
     largest = float(scale[-1].removeprefix("≤"))
     assert largest == pytest.approx(result.values.max(), rel=5e-3)
 

@@ -11,19 +11,20 @@ from fivtui.charts.reading import NearestPoint, nearest
 from fivtui.equilibrium.charts import frequency_chart, growth_chart, plane_chart
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.scan import mode_scan
-from fivtui.maps import stability_map
+from fivtui.maps import map_chart, stability_map
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
+from fivtui.sweeps import grid_chart, sweep_chart
 from fivtui.tradeoffs import tradeoff_chart
 from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.tabs.charts.map import map_chart, point_texts
-from fivtui.tui.tabs.charts.sweep import case_of, grid_chart, point_scene, points_of, sweep_chart
+from fivtui.tui.tabs.charts.map import point_texts
+from fivtui.tui.tabs.charts.sweep import case_of, point_scene
 from fivtui.tui.tabs.charts.tradeoff import COLUMNS, table_rows
 from fivtui.tui.tabs.charts.transient import (
     PlottedRun,
@@ -206,8 +207,7 @@ def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
 
 def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
     result = made_up({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs"))
-    points = points_of(result)
-    chart = sweep_chart(points, 33.0)
+    chart = sweep_chart(result, 33.0)
     assert chart.x_label == "F (N)"
     assert chart.y_label.endswith("(m)")
     assert len({trace.mark for trace in chart.traces}) == len(chart.traces) == 4
@@ -216,12 +216,10 @@ def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
         place = 2 if what == "peak" else 1
         assert trace.x.tolist() == [20.0, 50.0, 80.0]
         np.testing.assert_allclose(trace.y, output_value(place, case == "considered", trace.x))
-        assert case_of(result.study, points, NearestPoint(index, 1.0, 1.0), False) == (
-            case == "considered"
-        )
+        assert case_of(result.study, NearestPoint(index, 1.0, 1.0), False) == (case == "considered")
     (guide,) = chart.guides
     assert (guide.value, guide.label, guide.vertical) == (33.0, "33", True)
-    other = sweep_chart(points_of(made_up({"mu": (0.1, 0.2)}, ("P_max",))), None)
+    other = sweep_chart(made_up({"mu": (0.1, 0.2)}, ("P_max",)))
     assert (other.x_label, other.y_label) == ("μ", "greatest contact force (N)")
     assert other.guides == ()
 

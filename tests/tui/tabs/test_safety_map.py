@@ -8,20 +8,14 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui import Parameters, safety_map
+from fivtui.charts import NO_VALUE, Shade, graded, in_words, scale_words
 from fivtui.charts.chart import Cursors, View
 from fivtui.maps import StabilityMap
+from fivtui.maps.charts import map_chart, offsets, region_levels
 from fivtui.maps.searched import SearchedPoint
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.tabs.charts.map import map_chart, map_request, map_scale
-from fivtui.tui.tabs.charts.map_shades import (
-    NO_VALUE,
-    graded,
-    offsets,
-    region_shades,
-    scale_words,
-    value_scale,
-)
+from fivtui.tui.tabs.charts.map import map_request
 from fivtui.tui.tabs.studies.map import thinned
 from tests.support.laboratory import clear_notices, until_shown
 
@@ -32,9 +26,15 @@ def regions() -> StabilityMap:
     return safety_map(None, over, "coexistence")
 
 
+def scale_of(result: StabilityMap) -> str:
+    backdrop = map_chart(result).backdrop
+    assert backdrop is not None
+    return scale_words(backdrop.shades)
+
+
 def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -> None:
     chart = map_chart(regions, Parameters(F=110.0))
-    scale = map_scale(regions)
+    scale = scale_of(regions)
     assert scale.startswith("· safe ░ ≥")
     assert scale.endswith(" m █ squeals")
     backdrop = chart.backdrop
@@ -58,15 +58,13 @@ def test_the_displacement_that_escapes_is_zero_where_it_squeals(regions: Stabili
 
 
 def test_a_scale_says_up_to_which_value_each_shade_goes() -> None:
-    shades = ((" ", "trace-1"), ("░", "trace-1"), ("?", "hidden"))
+    shades = (Shade(" ", "trace-1"), Shade("░", "trace-1"), NO_VALUE)
     values = np.array([[0.25, 0.5], [0.75, np.nan]])
     levels = np.array([[0, 0], [1, 2]])
-    scale = value_scale(levels, shades, values)
-    assert list(scale) == ["≤0.5", "≤0.75", "none"]
-    assert scale_words(shades, scale) == "blank ≤0.5 ░ ≤0.75 ? none"
+    assert scale_words(in_words(levels, shades, values)) == "blank ≤0.5 ░ ≤0.75 ? none"
     # Enough digits to tell levels apart.
     close = np.array([[0.27785, 0.27785], [0.27791, np.nan]])
-    assert list(value_scale(levels, shades, close)) == ["≤0.2778", "≤0.2779", "none"]
+    assert scale_words(in_words(levels, shades, close)) == "blank ≤0.2778 ░ ≤0.2779 ? none"
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +79,7 @@ def test_differences_without_consequence_have_one_shade(flat: StabilityMap) -> N
     assert chart.note == "safe μ"
     assert chart.backdrop is not None
     assert np.unique(chart.backdrop.levels).size == 1
-    assert map_scale(flat).split() == ["▒", "≤0.278"]
+    assert scale_of(flat).split() == ["▒", "≤0.278"]
     axes, bar = flat.figure().axes
     assert list(axes.texts) == []
     low, high = bar.get_ylim()
@@ -95,7 +93,7 @@ def test_differences_without_consequence_have_one_shade(flat: StabilityMap) -> N
     ramp, _ = graded(np.linspace(0.1, 1.0, 60))
     assert np.bincount(ramp).tolist() == [10] * 6
     # The offsets that escape are known to 2 %.
-    knock, _, _ = region_shades(np.ones((1, 3)), np.array([[1.0, 1.03, 3.0]]))
+    knock, _ = region_levels(np.ones((1, 3)), np.array([[1.0, 1.03, 3.0]]))
     assert knock.tolist() == [[knock[0, 0], knock[0, 0], 1]]
     assert knock[0, 0] > 1
 
@@ -107,7 +105,7 @@ def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: Stability
     quantities = {"safe_mu": safe, "critical_mu": critical}
     partly = replace(flat, quantities=quantities, searched=())
     assert partly.unknown.tolist() == [[False, True], [False, False]]
-    assert map_scale(partly).endswith("? none × not known")
+    assert scale_of(partly).endswith("? none × not known")
     for place, words in (((80.0, 95.0), "none"), ((80.0, 105.0), "not known")):
         view = View(cursors=Cursors(place))
         assert f"safe μ {words}" in draw(map_chart(partly, None), view, 80, 24).text()
@@ -117,14 +115,14 @@ def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: Stability
     refuted = replace(partly, searched=(SearchedPoint((0, 0), 0.2),))
     assert refuted.unknown.tolist() == [[True, True], [False, False]]
     only = replace(partly, quantities=quantities | {"critical_mu": flat.critical_mu})
-    assert "none" not in map_scale(only)
-    assert map_scale(only).endswith("× not known")
+    assert "none" not in scale_of(only)
+    assert scale_of(only).endswith("× not known")
     region = {"region": np.where(np.isnan(safe), np.nan, 1.0)}
     regions = replace(only, value="coexistence", quantities={**only.quantities, **region})
-    assert "not known" in map_scale(regions)
+    assert "not known" in scale_of(regions)
     none = np.full((2, 2), np.nan)
     lifted = replace(regions, excess=none, quantities={**regions.quantities, "region": none})
-    assert map_scale(lifted) == "? no equilibrium"
+    assert scale_of(lifted) == "? no equilibrium"
 
 
 def test_the_laboratory_maps_fewer_points_with_the_same_ends() -> None:

@@ -10,16 +10,16 @@ from textual.widgets import Input
 from fivtui.charts.axis import Axis
 from fivtui.charts.chart import Cursors, View
 from fivtui.charts.reading import nearest
-from fivtui.maps import stability_map
+from fivtui.maps import map_chart, stability_map
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
+from fivtui.sweeps import grid_chart, sweep_chart
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import (
-    map_chart,
     map_request,
     point_texts as map_point,
     point_words,
@@ -28,11 +28,8 @@ from fivtui.tui.tabs.charts.map import (
 from fivtui.tui.tabs.charts.sweep import (
     case_of,
     count_words,
-    grid_chart,
     point_scene,
     point_texts,
-    points_of,
-    sweep_chart,
     sweep_of,
     sweep_parts,
     sweep_request,
@@ -62,13 +59,12 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     assert len(parts) == 3
     assert seen == sorted(seen)
     result = sweep_of(study, parts)
-    points = points_of(result)
-    x, peaks = points.values["y_abs", True]
-    assert np.all(np.diff(x) > 0.0)
-    run = simulate(Parameters(F=float(x[5])), t_end=100.0)
-    assert peaks[5] == pytest.approx(run.peak.y_abs, rel=1e-9)
-    assert points.values["y_half_range", True][1][5] == pytest.approx(run.steady.y_half_range)
-    chart = sweep_chart(points, 80.0)
+    chart = sweep_chart(result, 80.0)
+    peaks, late, *_ = chart.traces
+    assert np.all(np.diff(peaks.x) > 0.0)
+    run = simulate(Parameters(F=float(peaks.x[5])), t_end=100.0)
+    assert peaks.y[5] == pytest.approx(run.peak.y_abs, rel=1e-9)
+    assert late.y[5] == pytest.approx(run.steady.y_half_range)
     names = [trace.name for trace in chart.traces]
     assert names == [
         "peak, separation considered",
@@ -80,9 +76,9 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursors=Cursors((60.2, 0.0)))
     found = nearest(chart, view, view.cursors.first)
-    assert case_of(study, points, found[0], False)
+    assert case_of(study, found[0], False)
     assert point_scene(study, found[0], True).parameters == Parameters(F=60.0)
-    assert not case_of(study, points, found[3], True)
+    assert not case_of(study, found[3], True)
     texts = point_texts(point_scene(study, found[3], False))
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
@@ -102,7 +98,7 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_as_far_as_it_is_known() -> No
         read = draw(chart, View(cursors=Cursors((41.0, 0.79))), 80, 20).text()
         assert read.startswith("F 40 N  μ 0.8  peak of |y| ")
         (point,) = nearest(chart, View(), (41.0, 0.79))
-        assert case_of(study, None, point, case) is case
+        assert case_of(study, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
     part = compute_rows(study, 0, 7)
     known = grid_chart(sweep_of(study, [part]), True, None).backdrop
@@ -115,10 +111,9 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_as_far_as_it_is_known() -> No
 def test_members_that_fail_leave_a_gap_and_a_reason() -> None:
     study = sweep_request(replace(BASE.with_values({"k_nl": 0.0}), t_end=1000.0), "mu=0.5,60,100")
     result = sweep_of(study, list(sweep_parts(study, lambda _: True)))
-    points = points_of(result)
     assert result.table.failed > 0
     assert "failed: " in count_words(result)
-    assert np.isnan(points.values["y_abs", False][1][-1])
+    assert np.isnan(sweep_chart(result).traces[2].y[-1])
 
 
 def test_a_sweep_is_cancelled() -> None:

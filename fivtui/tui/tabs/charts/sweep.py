@@ -1,31 +1,22 @@
-"""Computation and charts of the sweep tab. Imports no Textual."""
+"""The input of the sweep tab, its computation, and points of its charts. Imports no Textual."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-from fivtui.charts import Backdrop, Chart, Guide, NearestPoint, Trace
+from fivtui.charts import NearestPoint
 from fivtui.model import ALL_PARAMETERS, InputError, System
 from fivtui.scene import Scene
-from fivtui.transient import CONSIDERED, IGNORED, START_SPECS, resolve_start
+from fivtui.transient import START_SPECS, resolve_start
 from fivtui.tui.session import (
     FIELDS,
     base_scene,
     check_drawable,
     plain_names,
-    symbol_of,
 )
-
-from .map_shades import graded, value_scale
 
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
-
-FloatArray = NDArray[np.float64]
 
 EXAMPLE: Final = "F=10:120:56"
 # Larger sweeps are asked for twice; the largest still fit into memory.
@@ -34,19 +25,7 @@ _MOST: Final = 10_000_000
 # Members per part, by which the chart grows, and the most parts.
 _PIECE: Final = 16
 _PARTS: Final = 500
-_CASES: Final = {True: f"separation {CONSIDERED}", False: f"separation {IGNORED}"}
-_OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
-# By plotted output and separation.
-_MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SweepPoints:
-    """Outputs of a sweep over one variable."""
-
-    name: str
-    values: dict[tuple[str, bool], tuple[FloatArray, FloatArray]]
-    limits: dict[bool, float] = dataclasses.field(default_factory=dict)
+_OUTPUTS: Final = ("y_abs", "y_half_range")
 
 
 def sweep_request(scene: Scene, text: str) -> "Study":
@@ -64,7 +43,7 @@ def sweep_request(scene: Scene, text: str) -> "Study":
             raise InputError(f"{name}: must be a parameter: {', '.join(ALL_PARAMETERS)}")
     # The greatest ẋ says which belts are always faster.
     more = ("vx_max",) if "v_belt" in design.axes else ()
-    study = study_of(scene, design, cases=tuple(_CASES), outputs=(*_OUTPUTS, *more))
+    study = study_of(scene, design, cases=(True, False), outputs=(*_OUTPUTS, *more))
     check_drawable(study)
     if study.members > _MOST:
         raise InputError(
@@ -95,85 +74,12 @@ def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
     return Sweep(study, joined(list(parts)))
 
 
-def grid_chart(result: "Sweep", case: bool, now: tuple[float, float] | None) -> Chart:
-    """A sweep over two variables as shades, of the peak or else the first output.
-
-    If separation `case` was not computed, the other one is shown.
-    """
-    from fivtui.sweeps import OUTPUTS, VARIABLES
-
-    study, rows = result.study, result.table
-    first, second = study.design.axes
-    output = next((name for name in _OUTPUTS if name in study.outputs), study.outputs[0])
-    shown = case if case in study.cases else study.cases[0]
-    own = rows.separation == shown
-    x, column = np.unique(rows.numbers[first][own], return_inverse=True)
-    y, row = np.unique(rows.numbers[second][own], return_inverse=True)
-    values = np.full((x.size, y.size), np.nan)
-    values[column, row] = rows.numbers[output][own]
-    levels, shades = graded(values)
-    label = _label(OUTPUTS[output].meaning, OUTPUTS[output].unit)
-    here = () if now is None else (_point(*now),)
-    return Chart(
-        _label(symbol_of(first), VARIABLES[first].unit),
-        _label(symbol_of(second), VARIABLES[second].unit),
-        here,
-        backdrop=Backdrop(x, y, levels, shades, values, label, value_scale(levels, shades, values)),
-        note=f"{label}, {_CASES[shown]}",
-    )
-
-
-def _point(x: float, y: float) -> Trace:
-    return Trace("now", np.array([x]), np.array([y]), look="points", ordered=False, mark="◆")
-
-
-def points_of(result: "Sweep") -> SweepPoints:
-    """The plotted outputs of a sweep over one variable: peak, half peak-to-peak; or the first."""
-    study, rows = result.study, result.table
-    (name,) = study.design.axes
-    along = rows.numbers[name]
-    order = np.argsort(along, kind="stable")
-    drawn = [output for output in _OUTPUTS if output in study.outputs] or study.outputs[:1]
-    values = {}
-    for case in sorted(study.cases, reverse=True):
-        own = order[rows.separation[order] == case]
-        for output in drawn:
-            values[output, case] = along[own], rows.numbers[output][own]
-    known = {case: result.fast_belt(case) for case in study.cases}
-    first = rows.numbers[drawn[0]]
-    limits = {case: float(first[row]) for case, row in known.items() if row is not None}
-    return SweepPoints(name, values, limits)
-
-
-def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
-    """The outputs over the swept variable, a trace per output and case; `now` is marked."""
-    from fivtui.sweeps import OUTPUTS, VARIABLES
-
-    outputs = list(dict.fromkeys(output for output, _ in points.values))
-    traces = []
-    for (output, case), (x, y) in points.values.items():
-        name = f"{_OUTPUTS.get(output, output)}, {_CASES[case]}"
-        mark = _MARKS[outputs.index(output)][case]
-        traces.append(Trace(name, x, y, look="marked", mark=mark))
-    guides = [] if now is None else [Guide(now, f"{now:g}")]
-    guides += [
-        Guide(limit, f"always faster, {_CASES[case]}", vertical=False)
-        for case, limit in points.limits.items()
-    ]
-    first = OUTPUTS[outputs[0]]
-    shown = "|y| peak, ±y 2nd half" if first.name in _OUTPUTS else first.meaning
-    along = _label(symbol_of(points.name), VARIABLES[points.name].unit)
-    return Chart(along, _label(shown, first.unit), tuple(traces), guides=tuple(guides), tight=False)
-
-
-def _label(name: str, unit: str) -> str:
-    return f"{name} ({unit})" if unit else name
-
-
-def case_of(study: "Study", points: SweepPoints | None, point: NearestPoint, case: bool) -> bool:
+def case_of(study: "Study", point: NearestPoint, case: bool) -> bool:
     """Whether separation is considered at a point of a sweep's chart."""
-    if points is not None:
-        return list(points.values)[point.trace][1]
+    from fivtui.sweeps import curves_of
+
+    if len(study.design.axes) == 1:
+        return curves_of(study)[point.trace][1]
     return case if case in study.cases else study.cases[0]
 
 

@@ -10,7 +10,7 @@ from textual.containers import Horizontal, Vertical
 from textual.timer import Timer
 from textual.widgets import Input, Static
 
-from fivtui.charts import Heading, NearestPoint
+from fivtui.charts import Heading, NearestPoint, scale_words
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
@@ -21,9 +21,7 @@ from fivtui.tui.tabs.charts.map import (
     VALUES,
     WITHOUT_MU,
     FloatArray,
-    map_chart,
     map_request,
-    map_scale,
     point_texts,
     point_words,
     values_in,
@@ -175,8 +173,12 @@ class MapPane(StudyPane):
 
     def draw_result(self, result: "StabilityMap") -> None:
         """Draw the map with the edited point."""
-        self.query_one(ChartView).show(map_chart(result, self.parameters))
-        self.query_one("#scale", Static).update(map_scale(result))
+        from fivtui.maps import map_chart
+
+        chart = map_chart(result, self.parameters)
+        self.query_one(ChartView).show(chart)
+        if chart.backdrop is not None:
+            self.query_one("#scale", Static).update(scale_words(chart.backdrop.shades))
 
     def submitted(self) -> None:
         """Map the ranges typed, in place of those being mapped."""

@@ -230,11 +230,7 @@ class StudyPane(JobPane):
             self._prepared = displayed
             if displayed.source:
                 self.stop()
-            self.prepare(displayed.value)
         self.draw_result(displayed.value)
-
-    def prepare(self, result: Any) -> None:
-        """Called once for every result before it is drawn."""
 
     def draw_result(self, result: Any) -> None:
         """Draw the current view of a result."""

@@ -10,23 +10,18 @@ from textual.containers import Vertical
 from textual.message import Message
 from textual.widgets import Static
 
-from fivtui.charts import Heading, NearestPoint
+from fivtui.charts import Heading, NearestPoint, scale_words
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
-from fivtui.tui.tabs.charts.map_shades import scale_words
 from fivtui.tui.tabs.charts.sweep import (
     ASKED_FROM,
     EXAMPLE,
-    SweepPoints,
     case_of,
     count_words,
-    grid_chart,
     point_scene,
     point_texts,
-    points_of,
-    sweep_chart,
     sweep_of,
     sweep_parts,
     sweep_request,
@@ -64,8 +59,6 @@ class SweepPane(StudyPane):
         super().__init__(session)
         # The large sweep that F10 computes when pressed again.
         self._asked: Study | None = None
-        # Of a sweep over one parameter.
-        self._points: SweepPoints | None = None
 
     def compose_bar(self) -> ComposeResult:
         """The swept ranges."""
@@ -120,18 +113,17 @@ class SweepPane(StudyPane):
         chart = self.query_one(ChartView).chart
         if chart is None or chart.backdrop is None:
             return words
-        return f"{words}: {scale_words(chart.backdrop.shades, chart.backdrop.scale)}"
-
-    def prepare(self, result: "Sweep") -> None:
-        """Collect the points of a sweep over one parameter."""
-        self._points = points_of(result) if len(result.study.design.axes) == 1 else None
+        return f"{words}: {scale_words(chart.backdrop.shades)}"
 
     def draw_result(self, result: "Sweep") -> None:
         """Draw the computed members, with the edited values of the swept parameters."""
+        from fivtui.sweeps import grid_chart, sweep_chart
+
+        names = list(result.study.design.axes)
         values = {} if self.parameters is None else self.parameters.as_dict()
-        edited = tuple(values[name] for name in result.study.design.axes if name in values)
-        if self._points is not None:
-            chart = sweep_chart(self._points, edited[0] if edited else None)
+        edited = tuple(values[name] for name in names if name in values)
+        if len(names) == 1:
+            chart = sweep_chart(result, edited[0] if edited else None)
         else:
             point = (edited[0], edited[1]) if len(edited) > 1 else None
             chart = grid_chart(result, self.session.separation, point)
@@ -139,7 +131,7 @@ class SweepPane(StudyPane):
 
     def point_of(self, result: "Sweep", point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of a member."""
-        case = case_of(result.study, self._points, point, self.session.separation)
+        case = case_of(result.study, point, self.session.separation)
         texts = point_texts(point_scene(result.study, point, case))
         values = zip(result.study.design.axes, (point.x, point.y), strict=False)
         words = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)

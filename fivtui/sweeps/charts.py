@@ -1,0 +1,158 @@
+"""Charts of sweeps: amplitude over what varies."""
+
+from typing import Final
+
+import numpy as np
+
+from fivtui.charts import (
+    WIDTH,
+    Backdrop,
+    Chart,
+    Guide,
+    Label,
+    Sheet,
+    Trace,
+    axis_label,
+    colours_of,
+    graded,
+    in_words,
+    with_unit,
+)
+from fivtui.model import InputError
+
+from .design import VARIABLES, Range
+from .run import Sweep
+from .study import OUTPUTS, Study
+
+_SIZE: Final = (WIDTH, 3.2)
+_CASES: Final = {True: "separation considered", False: "separation ignored"}
+# Outputs drawn over one name, in the terminal, and their roles in figures.
+_AMPLITUDES: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
+_ROLES: Final = {"y_abs": "peak", "y_half_range": "half range"}
+# By plotted output and separation.
+_MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
+
+
+def check_drawable(study: Study) -> None:
+    """Raise `InputError` unless one or two names vary."""
+    if len(study.design.axes) not in (1, 2):
+        raise InputError("plot: the sweep must be over one name or two")
+
+
+def sweep_sheet(result: Sweep) -> Sheet:
+    """A sweep over one name as curves, over two as a map for each case.
+
+    Curves show the peak of |y| and its half peak-to-peak over the second half of the run, maps the
+    peak; the first output where these were not computed. Failed members are left blank.
+    """
+    study = result.study
+    check_drawable(study)
+    if len(study.design.axes) == 1:
+        return Sheet([[sweep_chart(result)]], _SIZE)
+    return Sheet([[grid_chart(result, case)] for case in study.cases], _SIZE)
+
+
+def curves_of(study: Study) -> list[tuple[str, bool]]:
+    """Output and case of every curve of a sweep over one name."""
+    outputs = [name for name in _AMPLITUDES if name in study.outputs] or study.outputs[:1]
+    return [(output, case) for case in sorted(study.cases, reverse=True) for output in outputs]
+
+
+def sweep_chart(result: Sweep, now: float | None = None) -> Chart:
+    """The outputs over the swept variable, a trace per output and case; `now` is marked."""
+    study, rows = result.study, result.table
+    (name,) = study.design.axes
+    order = np.argsort(rows.numbers[name], kind="stable")
+    curves = curves_of(study)
+    outputs = list(dict.fromkeys(output for output, _ in curves))
+    traces = []
+    for output, case in curves:
+        own = order[rows.separation[order] == case]
+        traces.append(
+            Trace(
+                Label(
+                    f"{_AMPLITUDES.get(output, output)}, {_CASES[case]}",
+                    f"{OUTPUTS[output].meaning}, {_CASES[case]}",
+                ),
+                rows.numbers[name][own],
+                rows.numbers[output][own],
+                look="marked",
+                mark=_MARKS[outputs.index(output)][case],
+                role=_role(_ROLES.get(output, "output"), case),
+            )
+        )
+    guides = [] if now is None else [Guide(now, f"{now:g}")]
+    for case in study.cases:
+        row = result.fast_belt(case)
+        if row is not None:
+            text = f"always faster, {_CASES[case]}"
+            value = float(rows.numbers[outputs[0]][row])
+            label = Label(text, f"belt that is {text}")
+            guides.append(Guide(value, label, vertical=False, role=_role("limit", case)))
+    label = _output_label(outputs[0])
+    if outputs[0] in _AMPLITUDES:
+        label = Label("|y| peak, ±y 2nd half (m)", "Amplitude (m)")
+    return Chart(
+        axis_label(VARIABLES[name]),
+        label,
+        tuple(traces),
+        guides=tuple(guides),
+        tight=False,
+        log="x" * _is_log(study, name),
+        legend="inside",
+    )
+
+
+def grid_chart(result: Sweep, case: bool, now: tuple[float, float] | None = None) -> Chart:
+    """A sweep over two variables as shades, of the peak or else the first output.
+
+    If separation `case` was not computed, the other one is shown. Points that are no grid are
+    drawn in figures alone.
+    """
+    study, rows = result.study, result.table
+    first, second = study.design.axes
+    output = next((name for name in _AMPLITUDES if name in study.outputs), study.outputs[0])
+    shown = case if case in study.cases else study.cases[0]
+    own = rows.separation == shown
+    x, column = np.unique(rows.numbers[first][own], return_inverse=True)
+    y, row = np.unique(rows.numbers[second][own], return_inverse=True)
+    results = rows.numbers[output]
+    label = _output_label(output)
+    traces, backdrop = [], None
+    if study.design.kind == "product":
+        values = np.full((x.size, y.size), np.nan)
+        values[column, row] = results[own]
+        levels, shades = graded(values)
+        backdrop = Backdrop(x, y, levels, in_words(levels, shades, values), values, label)
+    else:
+        traces.append(
+            Trace("", x[column], y[row], look="points", ordered=False, values=results[own])
+        )
+    if now is not None:
+        point = np.array(now[:1]), np.array(now[1:])
+        traces.append(Trace("now", *point, look="points", ordered=False, mark="◆"))
+    return Chart(
+        axis_label(VARIABLES[first]),
+        axis_label(VARIABLES[second]),
+        tuple(traces),
+        backdrop=backdrop,
+        colours=colours_of(label, results),
+        note=f"{label}, {_CASES[shown]}",
+        title=_CASES[shown],
+        log="x" * _is_log(study, first) + "y" * _is_log(study, second),
+    )
+
+
+def _role(name: str, case: bool) -> str:
+    return f"{name}, {'considered' if case else 'ignored'}"
+
+
+def _is_log(study: Study, name: str) -> bool:
+    axis = study.design.axes[name]
+    return isinstance(axis, Range) and axis.log
+
+
+def _output_label(name: str) -> Label:
+    column = OUTPUTS[name]
+    meaning = f"{column.meaning[0].upper()}{column.meaning[1:]}"
+    return Label(with_unit(column.meaning, column.unit), with_unit(meaning, column.unit).math)
