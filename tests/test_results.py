@@ -20,6 +20,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import fivtui
+from fivtui.measured.reading import Measurement
 from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import Parameters
@@ -47,53 +48,68 @@ def _tradeoff() -> Result:
         return fivtui.tradeoff(t_end=1.0)
 
 
-MADE: Final[dict[str, Callable[[], Result]]] = {
-    "transient": lambda: fivtui.simulate(_P, t_end=20.0, samples=201),
-    "dense": lambda: fivtui.simulate(t_end=20.0, samples="dense"),
-    "trajectory": lambda: _trajectory(fivtui.simulate(t_end=20.0, samples=5)),
-    "stability": lambda: fivtui.stability(_P),
-    "modes": lambda: fivtui.stability(_P).modes_over_mu(),
-    "map": lambda: fivtui.stability_map(
-        None, {"F": [-500.0, 20.0, 80.0], "k_nl": [50.0, 100.0]}, "critical-mu"
+def _uncertainty() -> Result:
+    return fivtui.uncertainty(
+        vary={"mu": "uniform:0.2:0.8"}, samples=32, repeats=4, outputs=["critical_mu"]
+    )
+
+
+def _validation() -> Result:
+    t = np.linspace(0.0, 3.0, 64)
+    run = fivtui.simulate(t_end=3.0, samples="dense")
+    assert run.solution is not None
+    measured = Measurement("measured.csv", "t", "y", t, run.solution(t).y + 0.01)
+    return fivtui.validate(run, measured, tolerances=fivtui.Tolerances(frequency=0.1))
+
+
+# Results, and the studies that write them; empty for those that are parts of a result.
+RESULTS: Final[dict[str, tuple[str, Callable[[], Result]]]] = {
+    "transient": ("run", lambda: fivtui.simulate(_P, t_end=20.0, samples=201)),
+    "dense": ("", lambda: fivtui.simulate(t_end=20.0, samples="dense")),
+    "trajectory": ("", lambda: _trajectory(fivtui.simulate(t_end=20.0, samples=5))),
+    "stability": ("stability", lambda: fivtui.stability(_P)),
+    "modes": ("", lambda: fivtui.stability(_P).modes_over_mu()),
+    "map": (
+        "map",
+        lambda: fivtui.stability_map(
+            None, {"F": [-500.0, 20.0, 80.0], "k_nl": [50.0, 100.0]}, "critical-mu"
+        ),
     ),
-    "batch": lambda: fivtui.simulate_batch({"F": [60.0, 80.0]}, t_end=5.0),
-    "sweep": lambda: fivtui.sweep(
-        vary={"F": [20.0, 80.0, 100.0]}, t_end=10.0, outputs=["y_abs", "separations", "stable"]
+    "regions": (
+        "map",
+        lambda: fivtui.safety_map(None, {"F": [60.0, 120.0], "mu": [0.3, 0.7]}, "coexistence"),
     ),
-    "attractors": lambda: fivtui.attractors(Parameters(mu=0.2)),
-    "continuation": lambda: fivtui.continuation(None, "mu", [0.2, 0.5]),
-    "branch": lambda: fivtui.branch(None, "mu", low=0.25, high=0.6),
-    "basin": lambda: fivtui.basin(_P, {"y0": [-0.8, 0.0], "vy0": [0.0, 1.0]}),
-    "accuracy": lambda: fivtui.accuracy(_P, t_end=10.0),
-    "tradeoff": _tradeoff,
-    "fmu": _fmu_run,
+    "batch": ("", lambda: fivtui.simulate_batch({"F": [60.0, 80.0]}, t_end=5.0)),
+    "sweep": (
+        "sweep",
+        lambda: fivtui.sweep(
+            vary={"F": [20.0, 80.0, 100.0]}, t_end=10.0, outputs=["y_abs", "separations", "stable"]
+        ),
+    ),
+    "uncertainty": ("uncertainty", _uncertainty),
+    "validation": ("validation", _validation),
+    "attractors": ("attractors", lambda: fivtui.attractors(Parameters(mu=0.2))),
+    "continuation": ("branches", lambda: fivtui.continuation(None, "mu", [0.2, 0.5])),
+    "branch": ("branch", lambda: fivtui.branch(None, "mu", low=0.25, high=0.6)),
+    "boundary": (
+        "boundary",
+        lambda: fivtui.boundary(None, "hopf", {"F": (60.0, 120.0), "mu": (0.3, 0.8)}),
+    ),
+    "basin": ("basin", lambda: fivtui.basin(_P, {"y0": [-0.8, 0.0], "vy0": [0.0, 1.0]})),
+    "accuracy": ("accuracy", lambda: fivtui.accuracy(_P, t_end=10.0)),
+    "tradeoff": ("trade-off", _tradeoff),
+    "fmu": ("", _fmu_run),
 }
-PLAIN: Final = [name for name in MADE if name not in ("trajectory", "modes")]
-TABULAR: Final = [name for name in MADE if name not in ("dense", "stability", "attractors")]
+PLAIN: Final = [name for name in RESULTS if name not in ("trajectory", "modes")]
+TABULAR: Final = [name for name in RESULTS if name not in ("dense", "stability", "attractors")]
 DRAWN: Final = [
-    "transient",
-    "stability",
-    "map",
-    "sweep",
-    "continuation",
-    "branch",
-    "basin",
-    "tradeoff",
+    name for name, (kind, _) in RESULTS.items() if kind and kind not in ("attractors", "accuracy")
 ]
 
 
 @cache
 def made(name: str) -> Any:
-    return MADE[name]()
-
-
-def same(one: Any, other: Any) -> bool:
-    """Equal, where NaN equals NaN and arrays are equal as a whole."""
-    if isinstance(one, dict):
-        return list(one) == list(other) and all(same(one[key], other[key]) for key in one)
-    if isinstance(one, np.ndarray):
-        return one.dtype == other.dtype and np.array_equal(one, other, one.dtype.kind == "f")
-    return bool(one == other)
+    return RESULTS[name][1]()
 
 
 class _Cells(HTMLParser):
@@ -112,7 +128,7 @@ class _Cells(HTMLParser):
         self.texts.append(data)
 
 
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", RESULTS)
 def test_a_result_prints_in_a_few_lines(name: str) -> None:
     lines = repr(made(name)).splitlines()
     assert lines[0] == type(made(name)).__name__
@@ -122,7 +138,7 @@ def test_a_result_prints_in_a_few_lines(name: str) -> None:
     assert "array(" not in repr(made(name))
 
 
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", RESULTS)
 def test_a_notebook_shows_the_same_as_a_table(name: str) -> None:
     cells = _Cells()
     cells.feed(made(name)._repr_html_())
@@ -165,32 +181,19 @@ def test_to_dict_is_what_json_can_hold(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TABULAR)
-def test_columns_are_arrays_of_one_length_that_data_frames_take(name: str) -> None:
-    pandas = pytest.importorskip("pandas")
+@pytest.mark.parametrize("package", ["pandas", "polars"])
+def test_columns_are_arrays_of_one_length_that_data_frames_take(name: str, package: str) -> None:
     columns = made(name).to_columns()
-    assert columns
-    for values in columns.values():
-        assert isinstance(values, np.ndarray)
+    frame = pytest.importorskip(package).DataFrame(columns)
+    assert list(frame.columns) == list(columns)
+    assert len({values.shape for values in columns.values()}) == 1
+    for key, values in columns.items():
         assert values.ndim == 1
         assert values.dtype.kind in "biufU"
-    assert len({values.size for values in columns.values()}) == 1
-    frame = pandas.DataFrame(columns)
-    assert list(frame.columns) == list(columns)
-    for key, values in columns.items():
-        assert same(frame[key].to_numpy().astype(values.dtype), values)
+        assert equal_values(frame[key].to_numpy().astype(values.dtype), values)
 
 
-@pytest.mark.parametrize("name", TABULAR)
-def test_polars_takes_the_columns_as_they_are(name: str) -> None:
-    polars = pytest.importorskip("polars")
-    columns = made(name).to_columns()
-    frame = polars.DataFrame(columns)
-    assert frame.columns == list(columns)
-    for key, values in columns.items():
-        assert same(frame[key].to_numpy().astype(values.dtype), values)
-
-
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", RESULTS)
 @pytest.mark.parametrize(
     "twin", [lambda r: pickle.loads(pickle.dumps(r)), copy.copy, copy.deepcopy]
 )
@@ -201,9 +204,9 @@ def test_a_result_can_be_pickled_and_copied(name: str, twin: Callable[[Any], Any
     assert other == made(name)
     assert hash(other) == hash(made(name))
     if name in PLAIN:
-        assert same(other.to_dict(), made(name).to_dict())
+        assert equal_values(other.to_dict(), made(name).to_dict())
     if name in TABULAR:
-        assert same(other.to_columns(), made(name).to_columns())
+        assert equal_values(other.to_columns(), made(name).to_columns())
 
 
 @pytest.mark.parametrize("name", DRAWN)

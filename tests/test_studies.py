@@ -1,4 +1,4 @@
-"""The registry of studies: what is in it, and that one entry more is one study more everywhere."""
+"""The registry of studies: files of every study, and that one entry more is one study more."""
 
 import json
 import sys
@@ -17,13 +17,34 @@ from fivtui.io.tables import read_columns, read_header, write_table
 from fivtui.model.columns import Column
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
-from fivtui.results import Command, Result, Stored, StudyKind, scene_fields
+from fivtui.results import (
+    Command,
+    Result,
+    Stored,
+    StudyKind,
+    TableResult,
+    equal_values,
+    scene_fields,
+)
 from fivtui.scene.presets import PRESETS
-from fivtui.studies import STUDIES, command_of, kind_of, load_study, save_study, studies, study
+from fivtui.studies import (
+    STUDIES,
+    check_study_path,
+    command_of,
+    kind_of,
+    load_study,
+    restore_study,
+    save_study,
+    store_study,
+    studies,
+    study,
+)
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.command_lines import Origin, study_line
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.exports.export import DATA, FIGURE, scene_study_export, write_export
+
+from .test_results import RESULTS, TABULAR, made
 
 
 @dataclass(frozen=True, repr=False)
@@ -154,3 +175,129 @@ def test_a_kind_that_is_not_read_or_said_is_refused(tmp_path: Path) -> None:
         load_study("extremes", tmp_path / "a.csv")
     with pytest.raises(InputError, match="no command"):
         command_of("attractor", None)
+
+
+# Files of every study
+
+WRITTEN = [
+    (name, suffix)
+    for name, (kind, _) in RESULTS.items()
+    if kind
+    for suffix in (*study(kind).suffixes, *([".json"] if study(kind).as_json else []))
+]
+READ = [name for name, kind in studies() if kind.load is not None]
+STORED = [name for name, (kind, _) in RESULTS.items() if kind and study(kind).stored is not None]
+
+
+@pytest.mark.parametrize(("name", "suffix"), WRITTEN)
+def test_a_result_is_written_with_the_same_bytes_and_its_columns(
+    name: str, suffix: str, tmp_path: Path
+) -> None:
+    kind, result = RESULTS[name][0], made(name)
+    path = tmp_path / f"result{suffix}"
+    if suffix in study(kind).suffixes:
+        check_study_path(kind, path, force=False)
+    save_study(kind, result, path)
+    content = path.read_bytes()
+    with pytest.raises(InputError, match="exists already"):
+        save_study(kind, result, path)
+    save_study(kind, result, path, force=True)
+    assert path.read_bytes() == content
+    if suffix == ".json":
+        assert json.loads(content) == json.loads(json.dumps(study(kind).to_dict(result)))
+        return
+    assert {*read_header(path, kind)} & {"fivtui", "fivtui_sweep"}
+    table = result.modes_over_mu() if kind == "stability" else result
+    for column, values in table.to_columns().items():
+        if values.dtype.kind in "biuf":
+            (stored,) = read_columns(path, kind, [column], missing=True).values()
+            np.testing.assert_array_equal(stored.astype(float), values.astype(float))
+
+
+@pytest.mark.parametrize(("name", "suffix"), WRITTEN)
+def test_a_file_is_recognised_and_read_or_refused_with_the_reason(
+    name: str, suffix: str, tmp_path: Path
+) -> None:
+    kind, result = RESULTS[name][0], made(name)
+    entry, path = study(kind), tmp_path / f"result{suffix}"
+    save_study(kind, result, path)
+    if entry.load is None or (suffix == ".json" and entry.json_refusal):
+        with pytest.raises(InputError, match=entry.json_refusal or "not a run, uncertainty"):
+            kind_of(path)
+        return
+    assert kind_of(path) == kind
+    if kind == "branch" and suffix != ".json":
+        with pytest.raises(InputError, match="from JSON alone"):
+            load_study(kind, path)
+        return
+    loaded = load_study(kind, path)
+    assert type(loaded) is type(result)
+    assert equal_values(loaded.to_columns(), result.to_columns())
+    if kind != "run":
+        # What a trajectory does not say, such as peaks, is that of its samples.
+        assert loaded.to_dict() == result.to_dict()
+    if kind == "map":
+        assert equal_values(loaded.excess, result.excess)
+
+
+@pytest.mark.parametrize("name", STORED)
+def test_what_the_laboratory_stores_is_restored_whole(name: str, tmp_path: Path) -> None:
+    kind, result = RESULTS[name][0], made(name)
+    stored = study(kind).stored
+    assert stored is not None
+    assert stored.unfinished(result) == ""
+    path = tmp_path / f"result{stored.suffix}"
+    store_study(kind, result, path)
+    restored = restore_study(kind, path)
+    assert restored.to_dict() == result.to_dict()
+    assert equal_values(restored.to_columns(), result.to_columns())
+    path.write_bytes(path.read_bytes()[:-40])
+    with pytest.raises(InputError, match=f"{path}: "):
+        restore_study(kind, path)
+
+
+@pytest.mark.parametrize("kind", READ)
+@pytest.mark.parametrize("suffix", [".csv", ".json", ".parquet", ".npz", ".txt"])
+@pytest.mark.parametrize(
+    "content", [b"", b"[1]", b"# a: [\nx\n", b"\xff\xfe", b"a,b,c\n1,2,3\n", b"PAR1"]
+)
+def test_what_is_no_such_file_is_refused(
+    kind: str, suffix: str, content: bytes, tmp_path: Path
+) -> None:
+    path = tmp_path / f"other{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        load_study(kind, path)
+    assert str(caught.value).count("other") == 1
+    assert "\n" not in str(caught.value)
+    with pytest.raises(InputError):
+        load_study(kind, tmp_path / f"missing{suffix}")
+
+
+@pytest.mark.parametrize("name", TABULAR)
+def test_datasets_have_the_columns_with_their_units(name: str) -> None:
+    result = made(name)
+    if not isinstance(result, TableResult):
+        pytest.skip("its columns have no units")
+    pytest.importorskip("xarray")
+    dataset, table = result.to_xarray(), result._table()
+    assert list(dataset.variables) == list(dataset.data_vars) + list(dataset.coords)
+    for column, values in table.items():
+        assert dataset[column.name].attrs == {"units": column.unit, "long_name": column.meaning}
+        if column.name not in dataset.coords:
+            np.testing.assert_array_equal(dataset[column.name].values.ravel(), values)
+    assert dataset.attrs == result._header()
+
+
+def test_a_grid_keeps_its_two_dimensions() -> None:
+    result = made("map")
+    dataset = result.to_xarray()
+    assert dataset["critical_mu"].dims == ("F", "k_nl")
+    np.testing.assert_array_equal(dataset["critical_mu"].values, result.values)
+    np.testing.assert_array_equal(dataset["F"].values, result.axes[0])
+
+
+def test_without_xarray_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fivtui.results.tables.find_spec", lambda _name: None)
+    with pytest.raises(InputError, match=r"install fivtui\[xarray\]"):
+        made("map").to_xarray()

@@ -57,16 +57,6 @@ def test_a_saved_trajectory_loads_without_loss(
         assert values.tobytes() == expected.tobytes()
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_the_same_transient_gives_the_same_bytes(
-    transient: Transient, tmp_path: Path, suffix: str
-) -> None:
-    first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
-    save_trajectory(transient, first)
-    save_trajectory(transient, second)
-    assert first.read_bytes() == second.read_bytes()
-
-
 def test_an_npz_bears_no_date(transient: Transient, tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     save_trajectory(transient, path)
@@ -132,22 +122,6 @@ def test_a_full_disk_leaves_no_file(transient: Transient, tmp_path: Path, suffix
     with file_size_limit(20_000), pytest.raises(InputError, match="cannot be written"):
         save_trajectory(transient, path)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_trajectory_is_not_overwritten_unasked(
-    transient: Transient, tmp_path: Path, suffix: str
-) -> None:
-    path = tmp_path / f"run{suffix}"
-    path.write_bytes(b"old")
-    with pytest.raises(InputError, match="exists already"):
-        save_trajectory(transient, path)
-    with pytest.raises(InputError, match="exists already"):
-        check_table_path(path, "trajectory", force=False)
-    assert path.read_bytes() == b"old"
-    check_table_path(path, "trajectory", force=True)
-    save_trajectory(transient, path, force=True)
-    assert load_trajectory(path).t.size == 10_007
 
 
 def test_an_unknown_format_is_refused_with_those_known(

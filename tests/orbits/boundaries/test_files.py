@@ -3,22 +3,17 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from fivtui import Parameters, boundary
-from fivtui.io.tables import read_columns, read_header
+from fivtui.io.tables import read_header
 from fivtui.results.tables import save_result
 
 RESULT = boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.6)})
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
-def test_curves_in_a_file_have_their_points_and_events(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"b{suffix}"
-    save_result(RESULT, path)
-    columns, header = read_columns(path, "boundary"), read_header(path, "boundary")
-    for name, values in RESULT.to_columns().items():
-        np.testing.assert_array_equal(columns[name], values)
+def test_curves_in_a_file_have_their_events(tmp_path: Path) -> None:
+    save_result(RESULT, tmp_path / "b.csv")
+    header = read_header(tmp_path / "b.csv", "boundary")
     assert header["curve_events"] == ["cusp"]
     assert header["curve_event_values"] == [list(RESULT.events[0].values)]
     assert "F" not in header["parameters"]

@@ -1,0 +1,91 @@
+"""Sweeps are written and read again: complete ones, and the pieces of one under way."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import pytest
+
+from fivtui.model.errors import Cancelled, InputError
+from fivtui.scene.presets import PRESETS
+from fivtui.sweeps.files import read_sweep, save_sweep
+from fivtui.sweeps.provenance import study_from_dict, study_to_dict
+from fivtui.sweeps.request import parse_design, study_of
+from fivtui.sweeps.run import Sweep, local_engine, sweep_in_memory, sweep_to_file
+from fivtui.sweeps.study import Study
+
+BASE = PRESETS["base"]
+SHORT = dataclasses.replace(BASE.with_values({"F": 70.0}), t_end=5.0)
+
+
+def study(*texts: str, kind: str = "product", **more: object) -> Study:
+    design = parse_design(texts, kind, **more)  # type: ignore[arg-type]
+    return study_of(SHORT, design, cases=(True, False), outputs=("y_abs", "separations", "stable"))
+
+
+@pytest.fixture(scope="module")
+def swept() -> Sweep:
+    return sweep_in_memory(study("F=20:80:4"), local_engine(1))
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_sweep_written_from_memory_is_the_file_of_the_command_line(
+    suffix: str, swept: Sweep, tmp_path: Path
+) -> None:
+    ours, theirs = tmp_path / f"ours{suffix}", tmp_path / f"theirs{suffix}"
+    save_sweep(swept, ours)
+    sweep_to_file(swept.study, theirs, local_engine(1), size=3)
+    if suffix == ".csv":
+        assert ours.read_bytes() == theirs.read_bytes()
+    for path in (ours, theirs):
+        read = read_sweep(path)
+        assert read.study == swept.study
+        assert read.rows == swept.rows
+    assert sweep_to_file(swept.study, ours, local_engine(1)).failed is None
+
+
+@pytest.mark.parametrize(
+    "design",
+    [
+        study("F=1:100:5:log", "x0=-1,0.25"),
+        study("F=20:80", "mu=0.1:1:log", kind="sobol", count=9, seed=3),
+        study("F=20,30", "mu=1,2", kind="list"),
+        dataclasses.replace(study("F=20,30"), accuracy=(("peak", 1e-4), ("final", 1e-3))),
+        dataclasses.replace(study("y0=-1:0:3"), start=[0.0, 0.5, -0.25, 0.0], cases=(False,)),
+    ],
+)
+def test_a_study_is_read_as_it_was_written(design: Study) -> None:
+    assert study_from_dict(json.loads(json.dumps(study_to_dict(design)))) == design
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_the_errors_of_a_sweep_are_read_again(suffix: str, tmp_path: Path) -> None:
+    asked = dataclasses.replace(study("F=20,30"), accuracy=(("peak", 1e-4),))
+    result = sweep_in_memory(asked, local_engine(1))
+    path = tmp_path / f"sweep{suffix}"
+    save_sweep(result, path)
+    again = read_sweep(path)
+    assert again.columns[-3:] == ["peak_error", "status", "reason"]
+    assert again.rows == result.rows
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_what_is_stored_of_a_sweep_under_way_is_read_and_left_alone(
+    suffix: str, swept: Sweep, tmp_path: Path
+) -> None:
+    path = tmp_path / f"out{suffix}"
+    with pytest.raises(Cancelled):
+        sweep_to_file(
+            swept.study, path, local_engine(1), size=2, progress=lambda fraction: fraction < 0.5
+        )
+    folder = path.with_name(f"{path.name}.parts")
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    read = read_sweep(folder)
+    assert read.study == swept.study
+    assert read.rows == swept.rows[: len(read.rows)]
+    assert 0 < len(read.rows) < len(swept.rows)
+    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+    with pytest.raises(InputError, match="are computed, not all"):
+        save_sweep(read, tmp_path / f"part{suffix}")
+    with pytest.raises(InputError, match="not the folder of a sweep"):
+        read_sweep(tmp_path)
