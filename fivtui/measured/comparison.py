@@ -3,15 +3,13 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import write_table
 from fivtui.model import COLUMNS, Column, InputError, System, unknown_name
-from fivtui.results import SystemResult
+from fivtui.results import Table, TableResult
 from fivtui.signals import Spectrum, motion_at, spectrum
 from fivtui.transient import Transient
 
@@ -40,7 +38,7 @@ class Criterion(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Validation(SystemResult):
+class Validation(TableResult):
     """A run compared with a measurement.
 
     Attributes
@@ -68,6 +66,8 @@ class Validation(SystemResult):
     separated, stuck : sequence of (start, end)
         When the slider is off the belt, and when it sticks to one of finite speed, s.
     """
+
+    data_name: ClassVar[str] = "validation"
 
     system: System
     measurement: Measurement
@@ -124,9 +124,15 @@ class Validation(SystemResult):
             "passed": self.passed,
         }
 
-    def to_columns(self) -> dict[str, FloatArray]:
-        """Times and both signals by name."""
-        return {"t": self.t, "measured": self.measured, "computed": self.computed}
+    def _table(self) -> Table:
+        return {
+            Column("t", "s", "time of the run"): self.t,
+            Column("measured", self.unit, "measured signal"): self.measured,
+            Column("computed", self.unit, "computed signal"): self.computed,
+        }
+
+    def _header(self) -> dict[str, Any]:
+        return self._system_data() | {"validation": self.to_dict()}
 
     def figure(self) -> "Figure":
         """Both signals over time with the tolerance band, and their spectra."""
@@ -319,18 +325,3 @@ def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float
     spread = (squares[n:] - squares[:-n]) - (sums[n:] - sums[:-n]) ** 2 / n
     scores = products / np.sqrt(np.maximum(spread, 1e-12 * max(float(spread.max()), 1e-300)))
     return float(step * int(scores.argmax()) - first)
-
-
-def save_validation(result: Validation, path: Path, *, force: bool = False) -> None:
-    """Write both signals as ``.csv``, ``.npz`` or ``.parquet``, with the verdict in the header."""
-    columns = (
-        Column("t", "s", "time of the run"),
-        Column("measured", result.unit, "measured signal"),
-        Column("computed", result.unit, "computed signal"),
-    )
-    header = {
-        "parameters": result.parameters.as_dict(),
-        "separation": result.separation,
-        "validation": result.to_dict(),
-    }
-    write_table(path, "validation", columns, result.to_columns(), header, force=force)

@@ -2,13 +2,10 @@
 
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.lazy import later
 from fivtui.results import PHYSICS, TABLES, Command, StudyKind, listed, scene_fields
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-(comparison,) = later(__name__, "comparison")
 
 _SAID: Final = (*PHYSICS, "start", "t_end", "method", "tol", "step")
 
@@ -24,8 +21,8 @@ VALIDATION: Final = StudyKind(
     data="validation",
     show=listed("Run beside measured data"),
     suffixes=TABLES,
-    save=comparison.save_validation,
     as_json=True,
+    header=frozenset({"validation"}),
     stem=lambda result: f"validation-{result.quantity}",
     command=_command,
 )
