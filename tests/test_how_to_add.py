@@ -66,7 +66,7 @@ PARAMETER: Final = (
     ),
     Edit("fivtui/model/field.py", r"return p\.F\n", "return p.F + p.m * p.g\n"),
     Edit("fivtui/transient/rk4.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
-    Edit("fivtui/transient/finite_belt/rk4.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
+    Edit("fivtui/transient/rk4_on_belts.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
     Edit("fivtui/tui/session/equations.py", r"= P − F\"", '= P − F − m g"'),
 )
 # What a preload that is more by 10 N changes is changed alike.
@@ -190,7 +190,7 @@ LAW: Final = (
         r"\1 + p.mu_v * speed + \2",
     ),
     Edit(
-        "fivtui/transient/finite_belt/rk4.py",
+        "fivtui/transient/rk4_on_belts.py",
         r'friction = sign \* \(p\["mu"\] \+',
         r'\g<0> p["mu_v"] * sign * (p["v"] - vx) +',
     ),

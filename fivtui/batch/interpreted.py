@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fivtui.kernel import RunColumns, Status
 from fivtui.model import PARAMETERS, ComputationError, Parameters, System, static_start
-from fivtui.taylor import BeltStepper, StallError, TaylorStepper, local_tolerance
+from fivtui.taylor import StallError, taylor_stepper
 from fivtui.transient import Recorder, Request
 
 from .result import Floats
@@ -63,8 +63,7 @@ def interpreted_results(
 
 def _result(request: Request, max_steps: int) -> RunColumns:
     recorder = Recorder(request)
-    make = TaylorStepper if request.parameters.v_belt is None else BeltStepper
-    stepper = make(request.system, request.initial, tol=local_tolerance(request.tol))
+    stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     steps, status = 0, Status.STEP_LIMIT
     try:
         while steps < max_steps and status is not Status.DONE:

@@ -14,7 +14,6 @@ from fivtui.model import (
     time_scale,
     unknown_name,
 )
-from fivtui.taylor import BeltSegment
 from fivtui.transient import Recorder, Request, segment_between
 
 from .instance import Messages
@@ -241,8 +240,7 @@ class Master:
             first.mode,
             (first.t, last.t),
             (first.state, last.state),
-            switches=then is not first.mode,
+            then=then,
             rates=rates,
         )
-        on_belt = self._request.parameters.v_belt is not None
-        self._recorder.include(BeltSegment.of(segment, then) if on_belt else segment)
+        self._recorder.include(segment)

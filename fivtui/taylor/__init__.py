@@ -3,14 +3,13 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .belt import BeltStepper
+    from .belt import taylor_stepper
     from .polynomial import derivative, evaluate, first_root, minimum_maximum, restricted, roots
-    from .segment import BeltSegment, Segment, Stepper
+    from .segment import Segment, Stepper
     from .stepper import (
         DEFAULT_TOL,
         TOL_RANGE,
         StallError,
-        TaylorStepper,
         follows_law,
         local_tolerance,
         order_for,

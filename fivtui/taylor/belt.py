@@ -4,10 +4,8 @@ Every step ends where the first guard of its mode falls to zero, by the table `M
 of a table: between rows parameters change linearly, so that guards are power series of the time.
 """
 
-import dataclasses
-import math
-from collections.abc import Iterable, Sequence
-from itertools import accumulate, repeat
+from collections.abc import Sequence
+from dataclasses import replace
 from operator import mul
 from typing import Final
 
@@ -25,9 +23,9 @@ from fivtui.model.system import System
 from .friction import shortened_step
 from .polynomial import first_root
 from .recurrence import Terms, guard_function, motion_function
-from .segment import BeltSegment
+from .segment import Segment
 from .series import Coefficients
-from .stepper import SHORTEST_FLIGHT, TaylorStepper
+from .stepper import TaylorStepper, local_tolerance
 
 # Guards that fall to zero this close to each other, relative to the step, do so at once: then the
 # slider separates.
@@ -42,9 +40,6 @@ HOLD_GUARDS: Final = (Guard.HELD_FORWARD, Guard.HELD_BACKWARD)
 
 class BeltStepper(TaylorStepper):
     """Taylor integrator on a belt of finite speed, or with tables over time."""
-
-    def _modes(self) -> Iterable[Mode]:
-        return Mode
 
     def __init__(
         self,
@@ -66,73 +61,39 @@ class BeltStepper(TaylorStepper):
         self._by_law = p.v_s is not None and p.mu_s is not None if tables else bool(p.speed_law)
         self._terms = Terms(self._by_law, p.v_belt is not None, bool(tables))
 
-    def advance(self) -> BeltSegment:
-        """Compute the next segment: one Taylor step, cut at the first fall of a guard or at a row.
-
-        Raises `ComputationError` if the motion overflows, or switches faster than time resolves.
-        """
+    def advance(self) -> Segment:
+        """Compute the next segment, as `TaylorStepper.advance`, cut also at a row of a table."""
         if self._terms.over_time:
             self._p, self._rates = self._course.after(self._time)
             self._row_time = self._course.next_break(self._time)
-        segment = self._step()
+        segment = super().advance()
         return segment if segment.end < self._row_time else self._ended_at_row(segment)
 
-    def _step(self) -> BeltSegment:
-        mode, first = self._mode, self._state
-        x, y = self._expanded(mode)
-        duration = self._limited(mode, x, self._step_size(x, y))
-        motion = x, y
-        powers = tuple(accumulate(repeat(duration, self._degree), mul, initial=1.0))
-        x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
-        final = self._evaluate(x, y, 1.0)
-        end = self._first_end(mode, motion, y, powers, final)
-        if end is not None:
-            root, transition = end
-            duration *= root
-            powers = tuple(accumulate(repeat(root, self._degree), mul, initial=1.0))
-            x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
-            final = self._evaluate(x, y, 1.0)
-        if not math.isfinite(sum(final)) or duration == 0.0:
-            raise self._overflow(first)
-        guard = None if end is None else end[1].guard
-        on_belt = mode is Mode.STICK or guard in SPEED_GUARDS
-        self._state = state = (
-            final[0],
-            self._speed_after(duration) if on_belt else final[1] / duration,
-            0.0 if guard in _HEIGHT_GUARDS else final[2],
-            final[3] / duration,
-        )
-        start, remainder = self._time, self._remainder
-        self._add_to_time(duration)
-        if end is not None:
-            self._mode = self._successor(transition, state)
-        short = end is not None and duration < SHORTEST_FLIGHT * self._time_scale
-        creeps = self._by_law and MODES[mode].slips and duration < UNRESOLVED * start
-        self._check_progress(start, short=short or creeps)
-        switches, end_time = self._mode is not mode, self._time
-        return BeltSegment(
-            mode, start, remainder, duration, end_time, x, y, state, switches, self._mode
-        )
-
-    def _ended_at_row(self, segment: BeltSegment) -> BeltSegment:
+    def _ended_at_row(self, segment: Segment) -> Segment:
         # The mode may change where a table bends.
         self._time, self._remainder = self._row_time, 0.0
-        p, rates = self._course.after(self._row_time)
-        then = mode_of(p, self._state, separation=self._separation, rates=rates)
-        if segment.switches and segment.then is not then:
+        if segment.switches:
             # A guard has decided at the same time.
-            then = segment.then
-        self._mode = then
-        switches = then is not segment.mode
-        return dataclasses.replace(segment, end=self._row_time, switches=switches, then=then)
+            return replace(segment, end=self._row_time)
+        p, rates = self._course.after(self._row_time)
+        self._mode = mode_of(p, self._state, separation=self._separation, rates=rates)
+        return replace(segment, end=self._row_time, then=self._mode)
 
-    def _limited(self, mode: Mode, x: Sequence[float], duration: float) -> float:
-        # The part of a step, s, over which its expansions hold.
-        if self._by_law and MODES[mode].slips:
+    def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
+        # Over which the expansions hold.
+        duration = super()._step_size(x, y)
+        if self._by_law and MODES[self._mode].slips:
             # v_r changes by what the belt's speed does, too.
             relative = (*x[:2], x[2] - 0.5 * self._rates.v_belt, *x[3:])
-            duration = shortened_step(duration, relative, self._p, mode)
+            duration = shortened_step(duration, relative, self._p, self._mode)
         return min(duration, (self._row_time - self._time) - self._remainder)
+
+    def _state_after(self, final: State, duration: float, ended: Transition | None) -> State:
+        x, vx, y, vy = final
+        guard = None if ended is None else ended.guard
+        on_belt = self._mode is Mode.STICK or guard in SPEED_GUARDS
+        speed = self._speed_after(duration) if on_belt else vx / duration
+        return (x, speed, 0.0 if guard in _HEIGHT_GUARDS else y, vy / duration)
 
     def _speed_after(self, duration: float) -> float:
         # Of the belt, m/s.
@@ -144,9 +105,9 @@ class BeltStepper(TaylorStepper):
         p, _ = self._course.after(self._time + (duration + self._remainder))
         return p.v_belt or 0.0
 
-    def _successor(self, transition: Transition, state: State) -> Mode:
-        if transition.guard in HOLD_GUARDS:
-            return transition.to[0]
+    def _successor(self, ended: Transition, state: State) -> Mode:
+        if ended.guard in HOLD_GUARDS:
+            return ended.to[0]
         p, rates = self._course.after(self._time)
         return mode_of(p, state, separation=self._separation, rates=rates)
 
@@ -184,17 +145,17 @@ class BeltStepper(TaylorStepper):
         leaves = x[2] > with_belt if forward else x[2] < with_belt
         return (x[0], x[1], with_belt, *x[3:]) if balanced or leaves else x
 
+    def _check_progress(self, mode: Mode, start: float, duration: float, *, cut: bool) -> None:
+        if self._by_law and MODES[mode].slips and duration < UNRESOLVED * start:
+            self._count_stalled(start, short=True)
+        else:
+            super()._check_progress(mode, start, duration, cut=cut)
+
     def _first_end(
-        self,
-        mode: Mode,
-        motion: Coefficients,
-        y: tuple[float, ...],
-        powers: Sequence[float],
-        final: State,
+        self, motion: Coefficients, y: tuple[float, ...], powers: Sequence[float], final: State
     ) -> tuple[float, Transition] | None:
-        # Where in the step, of length 1, the first guard falls to zero, and which.
         first: tuple[float, Transition] | None = None
-        for transition in MODES[mode].ends:
+        for transition in MODES[self._mode].ends:
             guard = transition.guard
             root: float | None
             if guard in _HEIGHT_GUARDS:
@@ -231,3 +192,10 @@ def _first_fall(c: Sequence[float], final: float) -> float | None:
         # By rounding the root is not in the step: take the end of the step.
         return 1.0
     return root
+
+
+def taylor_stepper(system: System, state: State, *, t: float = 0.0, tol: float) -> TaylorStepper:
+    """The integrator of a system from a state, whose run keeps what `tol` promises."""
+    on_belt = system.parameters.v_belt is not None or bool(system.over_time)
+    make = BeltStepper if on_belt else TaylorStepper
+    return make(system, state, t=t, tol=local_tolerance(tol))

@@ -1,10 +1,10 @@
 """A segment of the motion in one mode, as polynomials in time; every integrator yields these."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Protocol, Self
+from dataclasses import dataclass
+from typing import Protocol
 
-from fivtui.model.modes import Mode
+from fivtui.model.modes import IN_CONTACT, Mode
 from fivtui.model.slider_belt import State
 
 from .series import state_function
@@ -12,35 +12,32 @@ from .series import state_function
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """The motion over [start, end], in one mode.
-
-    Attributes
-    ----------
-    mode : Mode
-        The mode, see `MODES`.
-    start, end : float
-        Time interval, s.
-    start_remainder : float
-        Exact start time less `start`, s (compensated summation).
-    duration : float
-        Length of the interval, s; more precise than end − start.
-    x, y : sequence of float
-        Coefficients of x and y in θ = (time since the start)/duration, m; equally many.
-    final : State
-        (x, ẋ, y, ẏ) at the end, m and m/s.
-    switches : bool
-        Whether the mode changes at the end.
-    """
+    """The motion over an interval of time, in one mode; times in s, displacements in m."""
 
     mode: Mode
     start: float
+    # Exact start time less `start` (compensated summation).
     start_remainder: float
+    # More precise than end − start.
     duration: float
     end: float
+    # Coefficients of x and y in θ = (time since the start)/duration, equally many.
     x: Sequence[float]
     y: Sequence[float]
+    # (x, ẋ, y, ẏ) at the end.
     final: State
-    switches: bool
+    # The mode after the end.
+    then: Mode
+
+    @property
+    def switches(self) -> bool:
+        """Whether the mode changes at the end."""
+        return self.then is not self.mode
+
+    @property
+    def lifts_or_lands(self) -> bool:
+        """Whether the slider leaves the belt or comes back to it at the end."""
+        return (self.mode in IN_CONTACT) is not (self.then in IN_CONTACT)
 
     def state(self, t: float) -> State:
         """The state (x, ẋ, y, ẏ) in m and m/s at a time t in [start, end], s."""
@@ -54,19 +51,6 @@ class Segment:
         if self.duration == 0.0:
             return 1.0
         return ((t - self.start) - self.start_remainder) / self.duration
-
-
-@dataclass(frozen=True, slots=True)
-class BeltSegment(Segment):
-    """A segment of the motion on a belt of finite speed."""
-
-    then: Mode
-
-    @classmethod
-    def of(cls, segment: Segment, then: Mode) -> Self:
-        """A segment with the mode after its end."""
-        values = {one.name: getattr(segment, one.name) for one in fields(Segment)}
-        return cls(**values | {"switches": then is not segment.mode}, then=then)
 
 
 class Stepper(Protocol):

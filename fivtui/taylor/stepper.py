@@ -6,7 +6,7 @@ dense output, so results do not depend on where output is requested.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from itertools import accumulate, repeat
 from operator import mul
 from typing import Final, NamedTuple
@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 from fivtui.model.advice import CUBIC_CONTACT, LARGER_V_S, LESS_DAMPING, SEPARATION, advise
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.field import field
-from fivtui.model.modes import ALWAYS_SLIDING, IN_CONTACT, Mode
+from fivtui.model.modes import ALWAYS_SLIDING, IN_CONTACT, MODES, Mode, Transition
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import (
     State,
@@ -27,7 +27,7 @@ from fivtui.model.system import System
 
 from .polynomial import first_root
 from .segment import Segment
-from .series import coefficient_function, right_hand_side, state_function
+from .series import Coefficients, coefficient_function, right_hand_side, state_function
 
 # What `tol` promises is said in `examples/trust.md`; its allowed range.
 DEFAULT_TOL: Final = 1e-12
@@ -160,7 +160,7 @@ class TaylorStepper:
         self._separation = separation = system.separation
         self._tol = tol
         self._degree = (order or order_for(tol, by_law=follows_law(p))) + 1
-        modes = self._modes()
+        modes = ALWAYS_SLIDING if p.v_belt is None else tuple(Mode)
         self._constants = {mode: field(p, mode) for mode in modes}
         self._expand = {
             mode: coefficient_function(right_hand_side(p, mode), self._degree - 1) for mode in modes
@@ -173,10 +173,6 @@ class TaylorStepper:
         self._stalled = 0
         self._mode = mode_of(p, state, separation=separation)
 
-    def _modes(self) -> Iterable[Mode]:
-        """The modes that may occur."""
-        return ALWAYS_SLIDING
-
     @property
     def snapshot(self) -> StepperSnapshot:
         """State of the integrator, at the end of the last segment."""
@@ -187,40 +183,52 @@ class TaylorStepper:
         self._time, self._remainder, self._state, self._mode, self._stalled = snapshot
 
     def advance(self) -> Segment:
-        """Compute the next segment: one Taylor step, cut at the first root of y.
+        """Compute the next segment: one Taylor step, cut where its mode ends.
 
         Raises `ComputationError` if the motion overflows, or switches faster than time resolves.
         """
-        mode = self._mode
-        x, y = self._expand[mode](*self._state, *self._constants[mode])
-        if self._state[2] == 0.0 and self._separation:
-            y = self._settled(y)
-        duration = self._step_size(x, y)
+        mode, start, remainder = self._mode, self._time, self._remainder
+        motion = self._expanded(mode)
+        duration = self._step_size(*motion)
         powers = tuple(accumulate(repeat(duration, self._degree), mul, initial=1.0))
-        x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
+        x, y = (tuple(map(mul, z, powers)) for z in motion)
         final = self._evaluate(x, y, 1.0)
-        root = self._first_root(y, final[2]) if self._separation else None
-        if root is not None:
+        end = self._first_end(motion, y, powers, final)
+        ended: Transition | None = None
+        if end is not None:
+            root, ended = end
             duration *= root
             powers = tuple(accumulate(repeat(root, self._degree), mul, initial=1.0))
             x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
             final = self._evaluate(x, y, 1.0)
         if not math.isfinite(sum(final)) or duration == 0.0:
             raise self._overflow(self._state)
-        self._state = state = (
-            final[0],
-            final[1] / duration,
-            final[2] if root is None else 0.0,
-            final[3] / duration,
-        )
-        if root is not None:
-            self._mode = mode_of(self._p, state, separation=True)
-        start, remainder = self._time, self._remainder
+        self._state = state = self._state_after(final, duration, ended)
         self._add_to_time(duration)
-        short = root is not None and duration < SHORTEST_FLIGHT * self._time_scale
-        self._check_progress(start, short=short)
-        switches = self._mode is not mode
-        return Segment(mode, start, remainder, duration, self._time, x, y, state, switches)
+        if ended is not None:
+            self._mode = self._successor(ended, state)
+        self._check_progress(mode, start, duration, cut=ended is not None)
+        return Segment(mode, start, remainder, duration, self._time, x, y, state, self._mode)
+
+    def _expanded(self, mode: Mode) -> Coefficients:
+        # The coefficients of x and y in m/sⁿ.
+        x, y = self._expand[mode](*self._state, *self._constants[mode])
+        return x, self._settled(y) if self._state[2] == 0.0 and self._separation else y
+
+    def _first_end(
+        self, _motion: Coefficients, y: tuple[float, ...], _powers: Sequence[float], final: State
+    ) -> tuple[float, Transition] | None:
+        # Where in the step, of length 1, the mode ends first, and how.
+        root = self._first_root(y, final[2]) if self._separation else None
+        return None if root is None else (root, MODES[self._mode].ends[0])
+
+    def _state_after(self, final: State, duration: float, ended: Transition | None) -> State:
+        # From the state in units of the step.
+        x, vx, y, vy = final
+        return (x, vx / duration, y if ended is None else 0.0, vy / duration)
+
+    def _successor(self, _ended: Transition, state: State) -> Mode:
+        return mode_of(self._p, state, separation=self._separation)
 
     def _settled(self, y: tuple[float, ...]) -> tuple[float, ...]:
         # On the switch, where the forces balance to rounding, the acceleration is that of the
@@ -278,7 +286,11 @@ class TaylorStepper:
         )
         self._time = total
 
-    def _check_progress(self, start: float, *, short: bool) -> None:
+    def _check_progress(self, _mode: Mode, start: float, duration: float, *, cut: bool) -> None:
+        # Raises `ComputationError` if many steps in a row did not advance the motion.
+        self._count_stalled(start, short=cut and duration < SHORTEST_FLIGHT * self._time_scale)
+
+    def _count_stalled(self, start: float, *, short: bool) -> None:
         self._stalled = self._stalled + 1 if short or self._time == start else 0
         if self._stalled > MAX_STALLED:
             raise stall_error(start, self._p)

@@ -20,12 +20,12 @@ from fivtui.model.errors import ComputationError
 from fivtui.model.field import CONSTANT, DERIVATIVE_STEP, derivative, field, guard_value
 from fivtui.model.modes import MODES, Guard, Mode
 from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import LEAST, State, accelerations, mode_of
+from fivtui.model.slider_belt import LEAST, State, accelerations
 from fivtui.model.system import System
 
 from .belt import HOLD_GUARDS, SPEED_GUARDS
 from .recurrence import Terms, motion_function
-from .segment import BeltSegment, Segment
+from .segment import Segment
 from .series import Coefficients, coefficient_function, right_hand_side, state_function
 from .stepper import overflow_error
 
@@ -142,20 +142,13 @@ class Deviations:
             return unbounded_error(t)
         return overflow_error(t, state, System(self._p))
 
-    def _successor(self, segment: Segment) -> Mode:
-        # The mode behind the end of a segment that ends at a switch.
-        if isinstance(segment, BeltSegment):
-            return segment.then
-        return mode_of(self._p, segment.final, separation=True)
-
     def _guard(self, segment: Segment) -> Guard:
         # That ended the segment.
-        then = self._successor(segment)
-        return next(end.guard for end in MODES[segment.mode].ends if then in end.to)
+        return next(end.guard for end in MODES[segment.mode].ends if segment.then in end.to)
 
     def _switch(self, segment: Segment) -> None:
         # Carry the deviations over the switch at the end of a segment.
-        guard, then = self._guard(segment), self._successor(segment)
+        guard, then = self._guard(segment), segment.then
         if then is Mode.STICK and guard in SPEED_GUARDS:
             self.now = self._held(self.now)
             return

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fivtui.model import InputError, time_scale
-from fivtui.taylor import Stepper, TaylorStepper, local_tolerance
+from fivtui.taylor import Stepper
 
 from .request import Request
 
@@ -58,37 +58,36 @@ def fixed_step(request: Request) -> float:
 
 
 def _taylor(request: Request) -> Stepper:
-    make = TaylorStepper
-    if request.parameters.v_belt is not None:
-        from fivtui.taylor import BeltStepper
+    from fivtui.taylor import taylor_stepper
 
-        make = BeltStepper
-    return make(request.system, request.initial, tol=local_tolerance(request.tol))
+    return taylor_stepper(request.system, request.initial, tol=request.tol)
 
 
 def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
-        from .finite_belt.rk4 import BeltReferenceStepper
-        from .rk4 import ReferenceStepper
+        from .rk4 import ReferenceStepper, RungeKutta4
+        from .rk4_on_belts import BeltRungeKutta4
 
-        make = ReferenceStepper if request.parameters.v_belt is None else BeltReferenceStepper
-        return make(request.system, request.initial, step=fixed_step(request), locate=locate)
+        p = request.parameters
+        make = RungeKutta4 if p.v_belt is None else BeltRungeKutta4
+        integrator = make(
+            [p],
+            [request.initial],
+            step=fixed_step(request),
+            separation=request.separation,
+            locate=locate,
+        )
+        return ReferenceStepper(p, integrator)
 
     return stepper
 
 
 def _scipy(solver: str) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
-        from .finite_belt.scipy_solvers import BeltScipyStepper
         from .scipy_solvers import ScipyStepper
 
-        make = ScipyStepper if request.parameters.v_belt is None else BeltScipyStepper
-        return make(
-            request.system,
-            request.initial,
-            solver=solver,
-            t_end=request.t_end,
-            tol=request.tol,
+        return ScipyStepper(
+            request.system, request.initial, solver=solver, t_end=request.t_end, tol=request.tol
         )
 
     return stepper

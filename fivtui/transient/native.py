@@ -13,7 +13,6 @@ from fivtui.model import (
     horizontal_stiffness,
     unknown_name,
 )
-from fivtui.taylor import local_tolerance
 
 from . import compiled
 from .linear import run as linear
@@ -101,11 +100,8 @@ def _driven(
         )
     if request.kernel == "compiled" or (request.kernel == "auto" and why_interpreted() is None):
         return compiled.run(request, progress, on_samples)
-    from fivtui.taylor import BeltStepper
-
     recorder = Recorder(request, on_samples)
-    stepper = BeltStepper(request.system, request.initial, tol=local_tolerance(request.tol))
-    recorder.follow(stepper, progress)
+    recorder.follow(METHODS["taylor"].stepper(request), progress)
     return recorder.result("interpreted")
 
 

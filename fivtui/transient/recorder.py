@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import IN_CONTACT, OnProgress, Progress, State
-from fivtui.taylor import BeltSegment, Segment, Stepper
+from fivtui.taylor import Segment, Stepper
 
 from .extremes import Extremes
 from .request import Kernel, OnSamples, Request
@@ -88,14 +88,11 @@ class Recorder:
             self._kept.append(segment)
 
     def _take_switch(self, segment: Segment) -> None:
-        # Between two modes in contact nothing separates.
-        lands = segment.mode not in IN_CONTACT
-        if self._on_belt and isinstance(segment, BeltSegment):
+        if self._on_belt:
             self._changes.append((segment.end, segment.mode, segment.then))
-            if not lands and segment.then in IN_CONTACT:
-                return
-        self._switches.append(segment.end)
-        self._separations += not lands
+        if segment.lifts_or_lands:
+            self._switches.append(segment.end)
+            self._separations += segment.mode in IN_CONTACT
 
     def _sample(self, times: NDArray[np.float64]) -> None:
         # Evaluates the waiting segments at their sample times and lets them go.

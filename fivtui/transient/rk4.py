@@ -181,16 +181,14 @@ class RungeKutta4:
 
 
 class ReferenceStepper:
-    """One parameter set under `RungeKutta4`, as segments.
+    """`RungeKutta4` with one parameter set, as segments.
 
     Switches that are not located count at the end of the step in which they lie.
     """
 
-    def __init__(self, system: System, state: State, *, step: float, locate: bool = True) -> None:
-        self._p = system.parameters
-        self._integrator = RungeKutta4(
-            [self._p], [state], step=step, separation=system.separation, locate=locate
-        )
+    def __init__(self, p: Parameters, integrator: RungeKutta4) -> None:
+        self._p, self._integrator = p, integrator
+        # The last first.
         self._waiting: list[Segment] = []
 
     def advance(self) -> Segment:
@@ -200,23 +198,17 @@ class ReferenceStepper:
         """
         while not self._waiting:
             begin = self._integrator.t
-            for part in self._integrator.advance():
+            parts = self._integrator.advance()
+            then = Mode(int(self._integrator.contact[0]))
+            for part in reversed(parts):
                 start = begin + float(part.begin[0])
                 # The last part ends on the grid, so that no rounding accumulates.
                 complete = not (self._integrator.locate and bool(part.switches[0]))
                 end = self._integrator.t if complete else start + float(part.duration[0])
                 if end > start:
-                    self._waiting.append(self._segment(part, (start, end)))
-            self._waiting.reverse()
+                    mode = Mode(int(part.contact[0]))
+                    first, last = (state[:, 0].tolist() for state in (part.first, part.last))
+                    segment = segment_between(self._p, mode, (start, end), (first, last), then=then)
+                    self._waiting.append(segment)
+                    then = mode
         return self._waiting.pop()
-
-    def _segment(self, part: StepPart, times: tuple[float, float]) -> Segment:
-        x0, vx0, y0, vy0 = part.first[:, 0].tolist()
-        x1, vx1, y1, vy1 = part.last[:, 0].tolist()
-        return segment_between(
-            self._p,
-            Mode.CONTACT if part.contact[0] else Mode.SEPARATED,
-            times,
-            ((x0, vx0, y0, vy0), (x1, vx1, y1, vy1)),
-            switches=bool(part.switches[0]),
-        )

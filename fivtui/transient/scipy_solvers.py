@@ -9,11 +9,14 @@ from scipy.integrate import DOP853, LSODA, OdeSolver, Radau
 
 from fivtui.model import (
     IN_CONTACT,
+    MODES,
     ComputationError,
-    Mode,
+    Guard,
     State,
     System,
+    Transition,
     accelerations,
+    guard_value,
     jacobian,
     mode_of,
     static_deflection,
@@ -28,6 +31,8 @@ _SOLVERS: Final[dict[str, tuple[Callable[..., OdeSolver], int]]] = {
 }
 _MAX_STALLED: Final = 64
 _LARGEST: Final = 1e150
+_OF_HEIGHT: Final = (Guard.HEIGHT, Guard.DEPTH)
+_OF_SPEED: Final = (Guard.AHEAD, Guard.BEHIND)
 
 
 class ScipyStepper:
@@ -57,10 +62,10 @@ class ScipyStepper:
         self._to_power = np.linalg.inv(np.vander(nodes, increasing=True))
         self._stalled = 0
         self._y = state[2]
+        self._mode = mode_of(p, state, separation=system.separation)
         self._solver = self._begin(0.0, state)
 
     def _begin(self, t: float, state: State) -> OdeSolver:
-        self._mode = self._mode_after(state)
         mode, p = self._mode, self._p
 
         def motion(_t: float, z: NDArray[np.float64]) -> list[float]:
@@ -84,12 +89,8 @@ class ScipyStepper:
             **options,
         )
 
-    def _mode_after(self, state: State) -> Mode:
-        # The mode in which the motion goes on.
-        return mode_of(self._p, state, separation=self._separation)
-
     def advance(self) -> Segment:
-        """The next segment: one step of the solver, cut at the first root of y.
+        """The next segment: one step of the solver, cut where the first guard falls to zero.
 
         Raises `ComputationError` if the solver fails, the motion overflows, or switches stop
         advancing time.
@@ -108,12 +109,17 @@ class ScipyStepper:
         end, mode = float(solver.t), self._mode
         samples = dense(start + (end - start) * self._nodes)
         x, y = self._polynomials(samples)
-        final = state_of(solver.y)
-        root = self._end_of_mode(y, samples, final)
-        if root is not None:
+        final = _state_of(solver.y)
+        first_end = self._end_of_mode(y, samples, final)
+        if first_end is not None:
+            root, ended = first_end
             end = start + (end - start) * root
-            final = self._past(state_of(dense(end)))
+            final = self._past(ended, _state_of(dense(end)))
             x, y = self._polynomials(dense(start + (end - start) * self._nodes))
+            if len(ended.to) == 1 and ended.guard not in _OF_HEIGHT:
+                self._mode = ended.to[0]
+            else:
+                self._mode = mode_of(self._p, final, separation=self._separation)
             self._solver = self._begin(end, final)
         self._y = final[2]
         self._stalled = self._stalled + 1 if end == start else 0
@@ -122,18 +128,38 @@ class ScipyStepper:
                 f"SciPy's solver does not get past the switch at t = {start:.6g} s",
                 "use the taylor method",
             )
-        switches = self._mode is not mode
-        return Segment(mode, start, 0.0, end - start, end, x, y, final, switches)
+        return Segment(mode, start, 0.0, end - start, end, x, y, final, self._mode)
 
     def _end_of_mode(
-        self, y: list[float], _samples: NDArray[np.float64], final: State
-    ) -> float | None:
-        # Where in the step, of length 1, the mode ends; the step is also given by states in it.
-        return self._first_root(y, final[2]) if self._separation else None
+        self, y: list[float], samples: NDArray[np.float64], final: State
+    ) -> tuple[float, Transition] | None:
+        # Where in the step, of length 1, the mode ends first, and how.
+        first: tuple[float, Transition] | None = None
+        for transition in MODES[self._mode].ends:
+            if transition.guard not in _OF_HEIGHT:
+                root = self._first_fall(transition.guard, samples, final)
+            else:
+                root = self._first_root(y, final[2]) if self._separation else None
+            if root is not None and (first is None or root < first[0]):
+                first = root, transition
+        return first
 
-    def _past(self, state: State) -> State:
+    def _first_fall(self, guard: Guard, samples: NDArray[np.float64], final: State) -> float | None:
+        values = [guard_value(self._p, _state_of(state), guard) for state in samples.T]
+        c = (self._to_power @ np.array(values)).tolist()
+        c[0] = values[0]
+        if c[0] <= 0.0:
+            # At the start of a mode its guard is zero, and rises but for rounding.
+            c[0], c[1] = 0.0, max(c[1], 0.0)
+        root = first_root(c)
+        return 1.0 if root is None and guard_value(self._p, final, guard) <= 0.0 else root
+
+    def _past(self, ended: Transition, state: State) -> State:
         # The state with which the next mode begins.
-        return (state[0], state[1], 0.0, state[3])
+        x, vx, y, vy = state
+        if ended.guard in _OF_HEIGHT:
+            return (x, vx, 0.0, vy)
+        return (x, self._p.v_belt or 0.0, y, vy) if ended.guard in _OF_SPEED else state
 
     def _failure(self, t: float, why: str) -> ComputationError:
         return ComputationError(
@@ -155,7 +181,7 @@ class ScipyStepper:
         return root
 
 
-def state_of(z: NDArray[np.float64]) -> State:
+def _state_of(z: NDArray[np.float64]) -> State:
     """A state as numbers."""
     x, vx, y, vy = z.tolist()
     return (x, vx, y, vy)

@@ -176,7 +176,7 @@ def segment_between(
     times: tuple[float, float],
     states: tuple[State, State],
     *,
-    switches: bool,
+    then: Mode,
     rates: Rates = CONSTANT,
 ) -> Segment:
     """The motion between two states in one mode: quintic Hermite interpolation of order six."""
@@ -194,7 +194,7 @@ def segment_between(
         x=_quintic(duration, (first[0], first[1], ax0), (last[0], last[1], ax1)),
         y=_quintic(duration, (first[2], first[3], ay0), (last[2], last[3], ay1)),
         final=last,
-        switches=switches,
+        then=then,
     )
 
 

@@ -19,9 +19,9 @@ from fivtui.model.slider_belt import (
     static_start,
 )
 from fivtui.model.system import System
-from fivtui.taylor.belt import BeltStepper
+from fivtui.taylor.belt import taylor_stepper
 from fivtui.taylor.segment import Segment
-from fivtui.taylor.stepper import StepperSnapshot, TaylorStepper, local_tolerance
+from fivtui.taylor.stepper import StepperSnapshot, TaylorStepper
 
 from .variable import Role
 from .variables import REFERENCES, STATES, VARIABLES
@@ -144,8 +144,7 @@ class SliderBeltMotion:
         return self._p.with_values({"F": F, "mu": mu, "v_belt": v_belt})
 
     def _stepper_from(self, state: State, t: float) -> TaylorStepper:
-        kind = TaylorStepper if self._p.v_belt is None else BeltStepper
-        return kind(System(self._p, self._separation), state, t=t, tol=local_tolerance(self._tol))
+        return taylor_stepper(System(self._p, self._separation), state, t=t, tol=self._tol)
 
     def _change_inputs(self, F: float, mu: float, v_belt: float | None) -> None:
         at = self.current

@@ -8,7 +8,7 @@ from pythonfmu.default_experiment import DefaultExperiment
 from fivtui.model.errors import InputError
 from fivtui.model.modes import ALWAYS_SLIDING, MODES, Mode
 from fivtui.model.slider_belt import State
-from fivtui.taylor.segment import BeltSegment, Segment
+from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import DEFAULT_TOL, StepperSnapshot
 
 from .experiment import Experiment
@@ -136,8 +136,6 @@ class SliderBeltInstance(Instance):
         finite = speed is not None
         if len(made) != len(content) or not {mode, Mode(then)} <= _modes(finite=finite):
             raise ValueError
-        if segment is not None and isinstance(made["segment"], BeltSegment) is not finite:
-            raise ValueError
         return MotionState(**made)
 
 
@@ -160,7 +158,7 @@ def _exact_time(t: object, remainder: object) -> tuple[Any, ...]:
 
 
 def _segment(content: list[Any]) -> Segment:
-    mode, start, remainder, duration, end, x, y, final, switches, *then = content
+    mode, start, remainder, duration, end, x, y, final, then = content
     if len(x) < 2:
         raise ValueError
     given: tuple[Any, ...] = (
@@ -170,10 +168,9 @@ def _segment(content: list[Any]) -> Segment:
         numbers(x, len(x)),
         numbers(y, len(x)),
         _state(final),
-        bool(switches),
+        Mode(then),
     )
-    segment = Segment(*given)
-    return BeltSegment.of(segment, Mode(*then)) if then else segment
+    return Segment(*given)
 
 
 def _state(content: list[float]) -> State:

@@ -12,7 +12,7 @@ from fivtui.model import ComputationError, InputError, System, accelerations
 from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.model.slider_belt import State, sliding
-from fivtui.taylor import BeltSegment, Deviations, Seed
+from fivtui.taylor import Deviations, Seed, Segment
 from fivtui.transient import START_SEEDS, Request, Variation, vary
 from fivtui.transient.derivatives.variation import EXTREMES
 from tests.support.strategies import states
@@ -213,7 +213,7 @@ def test_volume_jumps_by_the_ratio_of_the_accelerations_where_slip_turns_back() 
 def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:
     # The spring balances friction where the slider reaches the speed of the belt.
     at: State = (0.5, 0.2, -1.0, 0.0)
-    segment = BeltSegment(
+    segment = Segment(
         Mode.FORWARD,
         0.0,
         0.0,
@@ -222,7 +222,6 @@ def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:
         (0.5, 2e-10, 0.0, 0.0),
         (-1.0, 0.0, 0.0, 0.0),
         at,
-        switches=True,
         then=Mode.BACKWARD,
     )
     with pytest.raises(ComputationError, match="touches v_r = 0 without crossing it"):

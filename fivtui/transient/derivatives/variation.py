@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from fivtui.kernel import CROSSING_HEAD, Status, VariedRun, load_kernel, why_interpreted
 from fivtui.model import (
-    IN_CONTACT,
     PARAMETERS,
     Cancelled,
     InputError,
@@ -17,14 +16,11 @@ from fivtui.model import (
     OnProgress,
     State,
     accelerations,
-    mode_of,
 )
 from fivtui.taylor import (
-    BeltSegment,
     Deviations,
     Seed,
     Segment,
-    TaylorStepper,
     derivative,
     evaluate,
     local_tolerance,
@@ -32,6 +28,7 @@ from fivtui.taylor import (
     overflow_error,
     roots,
     stall_error,
+    taylor_stepper,
     unbounded_error,
 )
 from fivtui.transient.request import Request
@@ -147,14 +144,8 @@ def _follow(run: VariedRun, request: Request, progress: OnProgress | None) -> Fl
 
 
 def _interpreted(request: Request, seeds: Sequence[Seed], progress: OnProgress | None) -> Variation:
-    p, t_end, separation = request.parameters, request.t_end, request.separation
-    tol = local_tolerance(request.tol)
-    integrator: type[TaylorStepper] = TaylorStepper
-    if p.v_belt is not None:
-        from fivtui.taylor import BeltStepper
-
-        integrator = BeltStepper
-    stepper = integrator(request.system, request.initial, tol=tol)
+    p, t_end = request.parameters, request.t_end
+    stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     deviations = Deviations(p, seeds)
     extremes = _Extremes(0.5 * t_end, len(seeds))
     switches: list[tuple[float, State, FloatArray]] = []
@@ -168,18 +159,15 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: OnProgress |
         end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0
         extremes.follow(segment, end, deviations)
         t, state = segment.end, segment.final if end == 1.0 else segment.state(t_end)
-        if isinstance(segment, BeltSegment) and segment.switches and end == 1.0:
+        if segment.switches and end == 1.0 and p.v_belt is not None:
             changes.append((t, segment.mode, segment.then))
-        if _lifts_or_lands(segment) and end == 1.0:
+        if segment.lifts_or_lands and end == 1.0:
             switches.append((t, state, _columns(deviations.now)))
         if last:
             break
     else:
         raise step_limit_error(request, t)
-    if isinstance(segment, BeltSegment):
-        mode = segment.then if end == 1.0 else segment.mode
-    else:
-        mode = mode_of(p, state, separation=separation)
+    mode = segment.then if end == 1.0 else segment.mode
     if mode is Mode.STICK:
         state = (state[0], p.v_belt or 0.0, state[2], state[3])
     ax, ay = accelerations(p, state, mode)
@@ -195,13 +183,6 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: OnProgress |
         np.array([one for _, _, one in switches]).reshape(-1, 4, len(seeds)),
         np.array(changes, dtype=float).reshape(-1, 3),
     )
-
-
-def _lifts_or_lands(segment: Segment) -> bool:
-    # Between two modes in contact nothing separates.
-    if isinstance(segment, BeltSegment):
-        return (segment.mode in IN_CONTACT) != (segment.then in IN_CONTACT)
-    return segment.switches
 
 
 def _columns(now: Sequence[State]) -> FloatArray:
@@ -243,7 +224,7 @@ class _Extremes:
 
     def _comes_to_stick(self, segment: Segment) -> bool:
         ends = segment.end < 2.0 * self._half and segment.mode is not Mode.STICK
-        return ends and isinstance(segment, BeltSegment) and segment.then is Mode.STICK
+        return ends and segment.then is Mode.STICK
 
     def _sought(self, segment: Segment) -> list[tuple[float, Sequence[float], int, float]]:
         # Sign, polynomial, component of the state, and θ from which on, in the order of EXTREMES.

@@ -6,10 +6,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Mode, Parameters, State, System, mode_of
-from fivtui.taylor import BeltSegment, Segment
-from fivtui.transient.rk4 import BoolArray, FloatArray, ReferenceStepper, RungeKutta4, StepPart
-from fivtui.transient.trajectory import segment_between
+from fivtui.model import Mode, Parameters, State, mode_of
+
+from .rk4 import BoolArray, FloatArray, RungeKutta4
 
 # Beyond this exponent the fall of friction is not followed where a step goes past v_r = 0.
 _LARGEST_EXPONENT: Final = 5.0
@@ -100,25 +99,3 @@ class BeltRungeKutta4(RungeKutta4):
             Mode.FORWARD,
         )
         return state, np.where(crossed, then, mode)
-
-
-class BeltReferenceStepper(ReferenceStepper):
-    """One parameter set under `BeltRungeKutta4`, as segments."""
-
-    def __init__(self, system: System, state: State, *, step: float, locate: bool = True) -> None:
-        super().__init__(system, state, step=step, locate=locate)
-        self._integrator = BeltRungeKutta4(
-            [self._p], [state], step=step, separation=system.separation, locate=locate
-        )
-
-    def advance(self) -> BeltSegment:
-        """The next segment, as `ReferenceStepper.advance`."""
-        segment = super().advance()
-        waiting = self._waiting
-        then = waiting[-1].mode if waiting else Mode(int(self._integrator.contact[0]))
-        return BeltSegment.of(segment, then)
-
-    def _segment(self, part: StepPart, times: tuple[float, float]) -> Segment:
-        first, last = (state[:, 0].tolist() for state in (part.first, part.last))
-        mode = Mode(int(part.contact[0]))
-        return segment_between(self._p, mode, times, (first, last), switches=bool(part.switches[0]))

@@ -1,1 +1,0 @@
-"""RK4 and SciPy's solvers on a belt of finite speed."""
