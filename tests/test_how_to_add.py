@@ -65,8 +65,8 @@ PARAMETER: Final = (
         r'\g<0>    g: float = _spec("g", "m/s^2", 0.0, (0.0, 1e3), "gravity towards the belt")\n',
     ),
     Edit("fivtui/model/field.py", r"return p\.F\n", "return p.F + p.m * p.g\n"),
-    Edit("fivtui/transient/rk4.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
-    Edit("fivtui/transient/rk4_on_belts.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
+    Edit("fivtui/transient/steppers/rk4.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
+    Edit("fivtui/transient/steppers/rk4_on_belts.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
     Edit("fivtui/tui/session/equations.py", r"= P − F\"", '= P − F − m g"'),
 )
 # What a preload that is more by 10 N changes is changed alike.
@@ -190,7 +190,7 @@ LAW: Final = (
         r"\1 + p.mu_v * speed + \2",
     ),
     Edit(
-        "fivtui/transient/rk4_on_belts.py",
+        "fivtui/transient/steppers/rk4_on_belts.py",
         r'friction = sign \* \(p\["mu"\] \+',
         r'\g<0> p["mu_v"] * sign * (p["v"] - vx) +',
     ),
@@ -298,14 +298,22 @@ MODE: Final = (
     Edit("fivtui/model/slider_belt.py", r"(return |mode=|0\.0, )Mode\.SEPARATED", r"\1off_belt(p)"),
     Edit("fivtui/model/slider_belt.py", r"def accelerations", DRAG),
     Edit(
-        "fivtui/transient/rk4.py",
+        "fivtui/transient/steppers/rk4.py",
         r"        ay = .*",
         r'        twice = ~contact & (p["F"] < 0.0)\n\g<0>',
     ),
-    Edit("fivtui/transient/rk4.py", r'p\["c2"\] \* vy', 'p["c2"] * np.where(twice, 2.0, 1.0) * vy'),
-    Edit("fivtui/transient/rk4.py", r"else Mode\.SEPARATED", "else mode_of_flight(self._p)"),
     Edit(
-        "fivtui/transient/rk4.py",
+        "fivtui/transient/steppers/rk4.py",
+        r'p\["c2"\] \* vy',
+        'p["c2"] * np.where(twice, 2.0, 1.0) * vy',
+    ),
+    Edit(
+        "fivtui/transient/steppers/rk4.py",
+        r"return Mode\(int\(contact\[0\]\)\)",
+        "return Mode.CONTACT if contact[0] else mode_of_flight(self._p)",
+    ),
+    Edit(
+        "fivtui/transient/steppers/rk4.py",
         r"class ReferenceStepper",
         "def mode_of_flight(p: Parameters) -> Mode:\n"
         "    return Mode.LIFTED if p.F < 0.0 else Mode.SEPARATED\n\n\n\\g<0>",
@@ -372,7 +380,7 @@ assert set(driven.columns["mode"].tolist()) == {1.0, 5.0}
 MIDPOINT: Final = '''"""The explicit midpoint rule."""
 
 from .request import Request
-from .rk4 import FloatArray, ReferenceStepper, RungeKutta4
+from .steppers.rk4 import FloatArray, ReferenceStepper, RungeKutta4
 
 
 class MidpointSteps(RungeKutta4):
@@ -383,27 +391,23 @@ class MidpointSteps(RungeKutta4):
         return state + step * self._derivatives(half, contact)
 
 
-class MidpointStepper(ReferenceStepper):
-    """A request by the midpoint rule; `advance` yields its segments."""
-
-    def __init__(self, request: Request) -> None:
-        system, start, step = request.system, request.initial, request.step or 1e-3
-        super().__init__(system, start, step=step)
-        self._integrator = MidpointSteps(
-            [self._p], [start], step=step, separation=system.separation
-        )
+def midpoint_stepper(request: Request) -> ReferenceStepper:
+    """The integrator of a request by the midpoint rule."""
+    p, step = request.parameters, request.step or 1e-3
+    steps = MidpointSteps([p], [request.initial], step=step, separation=request.separation)
+    return ReferenceStepper(p, steps)
 '''
 METHOD: Final = (
     Edit("fivtui/transient/midpoint.py", "", MIDPOINT),
     Edit(
         "fivtui/transient/methods.py",
         r"from \.request",
-        "from .midpoint import MidpointStepper\n\\g<0>",
+        "from .midpoint import midpoint_stepper\n\\g<0>",
     ),
     Edit(
         "fivtui/transient/methods.py",
         r' +Method\("rk4", .*\n',
-        r'\g<0>        Method("midpoint", "explicit midpoint rule", True, MidpointStepper),\n',
+        r'\g<0>        Method("midpoint", "explicit midpoint rule", True, midpoint_stepper),\n',
     ),
     Edit(
         "fivtui/tradeoffs/settings.py",

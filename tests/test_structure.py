@@ -32,7 +32,7 @@ CONTRACTS: Final[list[dict[str, Any]]] = tomllib.loads(
 
 # For each contract an import that it must refuse: who imports, and what.
 VIOLATIONS: Final = {
-    "Layers of fivtui": ("fivtui.transient.rk4", "fivtui.orbits.decay"),
+    "Layers of fivtui": ("fivtui.transient.steppers.rk4", "fivtui.orbits.decay"),
     "Layers of the laboratory": ("fivtui.tui.session.history", "fivtui.tui.tabs.messages"),
     "What the Python FMU carries imports the standard library alone": (
         "fivtui.taylor.polynomial",
@@ -47,7 +47,7 @@ VIOLATIONS: Final = {
         "fivtui.fmu.folders",
     ),
     "The independent RK4 shares no stepping code with the Taylor integrator": (
-        "fivtui.transient.rk4",
+        "fivtui.transient.steppers.rk4",
         "fivtui.taylor.stepper",
     ),
     "Textual is known to the screens alone": ("fivtui.tui.persistence.slots", "textual"),
@@ -198,7 +198,7 @@ def test_an_unknown_name_of_a_package_is_refused_as_python_does_it() -> None:
 def test_rk4_takes_the_form_of_a_segment_from_taylor_and_nothing_else() -> None:
     taken = {
         one
-        for name in ("fivtui.transient.rk4", "fivtui.transient.trajectory")
+        for name in ("fivtui.transient.steppers.rk4", "fivtui.transient.trajectory")
         for one in imported_names(name)
         if one[0].startswith("fivtui.taylor")
     }

@@ -2,31 +2,26 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from operator import mul
-from typing import Self
 
 from fivtui.model import State
 from fivtui.taylor import Segment, derivative, minimum_maximum, restricted
 
 
+@dataclass(slots=True)
 class Extremes:
-    """Least and greatest x and y, m, and greatest ẋ, m/s, over the segments seen so far.
+    """Least and greatest x and y, m, and greatest ẋ, m/s, over the segments included so far.
 
     The greatest ẋ is the least belt speed for which the model is valid.
     """
 
-    def __init__(self) -> None:
-        self.x_min = self.y_min = math.inf
-        self.x_max = self.y_max = self.vx_max = -math.inf
-
-    @classmethod
-    def of(cls, x_min: float, y_min: float, x_max: float, y_max: float, vx_max: float) -> Self:
-        """Extremes that are known."""
-        seen = cls.__new__(cls)
-        seen.x_min, seen.y_min, seen.x_max, seen.y_max = x_min, y_min, x_max, y_max
-        seen.vx_max = vx_max
-        return seen
+    x_min: float = math.inf
+    y_min: float = math.inf
+    x_max: float = -math.inf
+    y_max: float = -math.inf
+    vx_max: float = -math.inf
 
     def include(self, segment: Segment) -> None:
         """Take in a whole segment."""

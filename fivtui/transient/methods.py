@@ -65,8 +65,8 @@ def _taylor(request: Request) -> Stepper:
 
 def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
-        from .rk4 import ReferenceStepper, RungeKutta4
-        from .rk4_on_belts import BeltRungeKutta4
+        from .steppers.rk4 import ReferenceStepper, RungeKutta4
+        from .steppers.rk4_on_belts import BeltRungeKutta4
 
         p = request.parameters
         make = RungeKutta4 if p.v_belt is None else BeltRungeKutta4
@@ -84,7 +84,7 @@ def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
 
 def _scipy(solver: str) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
-        from .scipy_solvers import ScipyStepper
+        from .steppers.scipy_solvers import ScipyStepper
 
         return ScipyStepper(
             request.system, request.initial, solver=solver, t_end=request.t_end, tol=request.tol

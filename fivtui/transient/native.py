@@ -2,14 +2,14 @@
 
 import dataclasses
 import math
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 from fivtui.kernel import why_interpreted
 from fivtui.model import (
     ComputationError,
-    Course,
     InputError,
     OnProgress,
+    Progress,
     horizontal_stiffness,
     unknown_name,
 )
@@ -38,71 +38,63 @@ def integrate(
     """Compute a transient with a native method."""
     if request.method not in METHODS:
         raise unknown_name("method", request.method, METHODS)
-    method = METHODS[request.method]
     if request.step is not None:
         check_takes_step(request.method)
-    if request.course is not None and request.method == "taylor":
-        return _driven(request, request.course, progress, on_samples)
-    if request.method == "taylor" and request.sensitivities:
-        from .derivatives.sensitivity import sensitivities_of
+    work = Progress(progress)
+    if request.method != "taylor":
+        check_taylor_options(request)
+        if METHODS[request.method].fixed_step:
+            _check_count(request)
+        return _stepped(request, work, on_samples)
+    _check_kernel(request)
+    if not request.sensitivities:
+        return _taylor(request, work, on_samples)
+    from .derivatives.sensitivity import sensitivities_of
 
-        transient = _taylor(request, _part_of(progress, 0), on_samples)
-        found = sensitivities_of(request, transient, _part_of(progress, 1))
-        return dataclasses.replace(transient, sensitivities=found)
-    if request.method == "taylor":
-        return _taylor(request, progress, on_samples)
-    check_taylor_options(request)
-    if method.fixed_step:
-        _check_count(request)
-    recorder = Recorder(request, on_samples)
-    recorder.follow(method.stepper(request), progress)
-    return recorder.result()
+    transient = _taylor(request, work.part(0.0, 0.5), on_samples)
+    sensitivities = sensitivities_of(request, transient, work.part(0.5, 1.0))
+    return dataclasses.replace(transient, sensitivities=sensitivities)
 
 
-def _part_of(progress: OnProgress | None, part: int) -> OnProgress | None:
-    # The progress of the first or the second of two runs, from that of both.
-    return None if progress is None else lambda done: progress(0.5 * (part + done))
-
-
-def _taylor(
-    request: Request, progress: OnProgress | None, on_samples: OnSamples | None
-) -> Transient:
-    # The exact solution, compiled code or interpreted code; the same to rounding whatever runs.
+def _check_kernel(request: Request) -> None:
+    # Raises `InputError` if the method ``taylor`` cannot do what is asked.
     kernel = request.kernel
     if kernel not in _KERNELS:
         raise unknown_name("kernel", kernel, _KERNELS)
-    solvable = linear.is_linear(request)
-    if kernel == "exact" and not solvable:
+    if request.course is not None:
+        names = ", ".join(request.course.tables)
+        if kernel == "exact":
+            raise InputError(f"{names} over time: the kernel must not be exact")
+        if request.sensitivities:
+            raise InputError(
+                f"{names} over time: must be without sensitivities; sweep the parameter instead"
+            )
+    if kernel == "exact" and not linear.is_linear(request):
         raise InputError(
             "kernel = 'exact': the scene must be linear (k_nl = 0, separation ignored)"
         )
-    if solvable and kernel in ("auto", "exact"):
-        return linear.run(request, progress)
-    if kernel == "interpreted" or (kernel == "auto" and why_interpreted() is not None):
-        recorder = Recorder(request, on_samples)
-        recorder.follow(METHODS["taylor"].stepper(request), progress)
-        return recorder.result("interpreted")
-    return compiled.run(request, progress, on_samples)
 
 
-def _driven(
-    request: Request, course: Course, progress: OnProgress | None, on_samples: OnSamples | None
+def _stepped(
+    request: Request,
+    work: Progress,
+    on_samples: OnSamples | None,
+    kernel: Literal["interpreted"] | None = None,
 ) -> Transient:
-    # Where preload, friction or belt speed follow tables.
-    names = ", ".join(course.tables)
-    if request.kernel not in _KERNELS:
-        raise unknown_name("kernel", request.kernel, _KERNELS)
-    if request.kernel == "exact":
-        raise InputError(f"{names} over time: the kernel must not be exact")
-    if request.sensitivities:
-        raise InputError(
-            f"{names} over time: must be without sensitivities; sweep the parameter instead"
-        )
-    if request.kernel == "compiled" or (request.kernel == "auto" and why_interpreted() is None):
-        return compiled.run(request, progress, on_samples)
+    # By an integrator in Python.
     recorder = Recorder(request, on_samples)
-    recorder.follow(METHODS["taylor"].stepper(request), progress)
-    return recorder.result("interpreted")
+    recorder.follow(METHODS[request.method].stepper(request), work)
+    return recorder.result(kernel)
+
+
+def _taylor(request: Request, work: Progress, on_samples: OnSamples | None) -> Transient:
+    # The exact solution, compiled code or interpreted code; the same to rounding whatever runs.
+    kernel = request.kernel
+    if kernel in ("auto", "exact") and linear.is_linear(request):
+        return linear.run(request, work)
+    if kernel == "interpreted" or (kernel == "auto" and why_interpreted() is not None):
+        return _stepped(request, work, on_samples, "interpreted")
+    return compiled.run(request, work, on_samples)
 
 
 def _check_count(request: Request) -> None:

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import IN_CONTACT, OnProgress, Progress, State
+from fivtui.model import IN_CONTACT, Progress, State
 from fivtui.taylor import Segment, Stepper
 
 from .extremes import Extremes
@@ -42,10 +42,9 @@ class Recorder:
         self._on_belt = request.parameters.v_belt is not None
         self._separations = 0
 
-    def follow(self, stepper: Stepper, progress: OnProgress | None) -> None:
+    def follow(self, stepper: Stepper, work: Progress) -> None:
         """Take in the segments of an integrator until the horizon is reached."""
         t_end, max_steps = self._request.t_end, self._request.max_steps
-        work = Progress(progress)
         for count in range(max_steps):
             if count % _PROGRESS_EVERY == 0:
                 work.report(min(self.t / t_end, 1.0))

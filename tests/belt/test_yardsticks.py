@@ -11,7 +11,7 @@ from fivtui import Parameters, simulate
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
 from fivtui.transient.request import KernelChoice
-from fivtui.transient.rk4_on_belts import BeltRungeKutta4
+from fivtui.transient.steppers.rk4_on_belts import BeltRungeKutta4
 from tests.support.own_belt import OwnBelt, integrate
 
 REFERENCES: dict[str, Any] = json.loads(

@@ -17,7 +17,7 @@ import numpy as np
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import static_start
-from fivtui.transient.rk4 import RungeKutta4
+from fivtui.transient.steppers.rk4 import RungeKutta4
 
 STEP = 5e-4
 T_END = 100.0

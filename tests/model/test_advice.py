@@ -19,7 +19,7 @@ from fivtui.model.advice import LARGER_V_S, LESS_DAMPING
 from fivtui.orbits.curves.origins import _beginning_elsewhere
 from fivtui.taylor import overflow_error, stall_error
 from fivtui.transient.request import TOL_RANGE, Request
-from fivtui.transient.rk4 import RungeKutta4
+from fivtui.transient.steppers.rk4 import RungeKutta4
 from fivtui.transient.stiffness import step_limit_error
 
 LAW = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)

@@ -35,7 +35,7 @@ from fivtui.taylor.stepper import (
     rough_exp2,
     rough_log2,
 )
-from fivtui.transient.rk4 import RungeKutta4
+from fivtui.transient.steppers.rk4 import RungeKutta4
 from fivtui.transient.trajectory import trajectory_of
 from tests.support.strategies import magnitudes, moderate_parameters, states, wide_parameters
 

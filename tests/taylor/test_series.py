@@ -6,28 +6,11 @@ from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State, accelerations
 from fivtui.taylor.series import (
-    RightHandSide,
     coefficient_function,
-    coefficients,
     right_hand_side,
     state_function,
 )
 from tests.support.strategies import moderate_parameters, states
-
-
-@given(
-    moderate_parameters(),
-    states(),
-    st.sampled_from(RightHandSide),
-    st.sampled_from(ALWAYS_SLIDING),
-    st.integers(2, 20),
-)
-def test_straight_line_code_is_the_loop(
-    p: Parameters, state: State, rhs: RightHandSide, mode: Mode, order: int
-) -> None:
-    fast = coefficient_function(rhs, order)(*state, *field_of(p, mode))
-    assert fast == coefficients(rhs, order, state, field_of(p, mode))
-    assert [len(row) for row in fast] == [order + 2, order + 2]
 
 
 @given(moderate_parameters(), states(), st.sampled_from(ALWAYS_SLIDING))
@@ -35,7 +18,7 @@ def test_the_coefficients_solve_the_equations_of_motion(
     p: Parameters, state: State, mode: Mode
 ) -> None:
     order, t, step = 20, 0.01, 1e-4
-    x, y = coefficients(right_hand_side(p, mode), order, state, field_of(p, mode))
+    x, y = coefficient_function(right_hand_side(p, mode), order)(*state, *field_of(p, mode))
     motion = [state_function(order + 1)(x, y, t + shift) for shift in (-step, 0.0, step)]
     ax, ay = accelerations(p, motion[1], mode)
     scale = 1.0 + max(map(abs, (ax, ay)))
@@ -48,7 +31,9 @@ def test_the_second_coefficients_are_half_the_accelerations(p: Parameters, state
     linear = p.with_values({"k_nl": 0.0})
     cases = [(p, Mode.CONTACT), (p, Mode.SEPARATED), (linear, Mode.CONTACT)]
     for given_p, mode in cases:
-        x, y = coefficients(right_hand_side(given_p, mode), 2, state, field_of(given_p, mode))
+        expand = coefficient_function(right_hand_side(given_p, mode), 2)
+        x, y = expand(*state, *field_of(given_p, mode))
+        assert len(x) == len(y) == 4
         ax, ay = accelerations(given_p, state, mode)
         assert 2.0 * x[2] == pytest.approx(ax, rel=1e-12, abs=1e-10)
         assert 2.0 * y[2] == pytest.approx(ay, rel=1e-12, abs=1e-10)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fivtui.model import (
     DERIVATIVE_STEP,
-    OnProgress,
+    Progress,
     derivative,
     spring_force,
     static_start_change,
@@ -111,9 +111,7 @@ class Sensitivities(Mapping[str, Sensitivity]):
         return max(math.floor(-math.log10(tol * max(self.growth, 1.0))), 0)
 
 
-def sensitivities_of(
-    request: Request, transient: Transient, progress: OnProgress | None
-) -> Sensitivities:
+def sensitivities_of(request: Request, transient: Transient, work: Progress) -> Sensitivities:
     """The sensitivities that are asked for of a transient; see `simulate`."""
     p, names = request.parameters, request.sensitivities
     static = isinstance(request.start, str)
@@ -124,7 +122,7 @@ def sensitivities_of(
         )
         for name in names
     ]
-    found = vary(request, [*START_SEEDS, *seeds], progress=progress)
+    found = vary(request, [*START_SEEDS, *seeds], work)
     count = len(START_SEEDS)
     weights = np.array([1.0, time_scale(p), 1.0, time_scale(p)])
     flow = found.derivatives[:, :count] * weights[:, None] / weights

@@ -7,13 +7,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.kernel import CROSSING_HEAD, Status, VariedRun, load_kernel, why_interpreted
+from fivtui.kernel import CROSSING_HEAD, load_kernel, why_interpreted
 from fivtui.model import (
     PARAMETERS,
-    Cancelled,
     InputError,
     Mode,
-    OnProgress,
+    Progress,
     State,
     accelerations,
 )
@@ -25,12 +24,10 @@ from fivtui.taylor import (
     evaluate,
     local_tolerance,
     order_for,
-    overflow_error,
     roots,
-    stall_error,
     taylor_stepper,
-    unbounded_error,
 )
+from fivtui.transient.compiled import follow
 from fivtui.transient.request import Request
 from fivtui.transient.stiffness import step_limit_error
 
@@ -48,9 +45,8 @@ START_SEEDS: Final = (
     Seed((0.0, 0.0, 0.0, 1.0)),
 )
 _PLACES: Final = {name: place for place, name in enumerate(PARAMETERS)}
-# Steps between two looks at the progress callback, compiled and interpreted.
-_REPORT: Final = 256
-_REPORT_INTERPRETED: Final = 8
+# Steps between two looks at the progress.
+_REPORT: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +65,7 @@ class Variation:
     changes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
 
-def vary(
-    request: Request, seeds: Sequence[Seed], *, progress: OnProgress | None = None
-) -> Variation:
+def vary(request: Request, seeds: Sequence[Seed], work: Progress | None = None) -> Variation:
     """Compute a transient with its derivatives, by the variational equations.
 
     Both right-hand sides agree at y = 0, so that no derivative jumps where the slider separates. On
@@ -84,11 +78,11 @@ def vary(
         )
     on_belt = request.parameters.v_belt is not None
     if on_belt or request.kernel == "interpreted" or why_interpreted() is not None:
-        return _interpreted(request, seeds, progress)
-    return _compiled(request, seeds, progress)
+        return _interpreted(request, seeds, work or Progress(None))
+    return _compiled(request, seeds, work or Progress(None))
 
 
-def _compiled(request: Request, seeds: Sequence[Seed], progress: OnProgress | None) -> Variation:
+def _compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
     tol = local_tolerance(request.tol)
     given = np.zeros((len(seeds), 4 + len(PARAMETERS)))
     for row, seed in zip(given, seeds, strict=True):
@@ -104,7 +98,7 @@ def _compiled(request: Request, seeds: Sequence[Seed], progress: OnProgress | No
         tol=tol,
         order=order_for(tol),
     )
-    crossings = _follow(run, request, progress)
+    crossings = np.concatenate([run.crossings.copy() for _ in follow(run, request, work)])
     count = len(seeds)
     return Variation(
         run.outcome[:4],
@@ -119,31 +113,7 @@ def _compiled(request: Request, seeds: Sequence[Seed], progress: OnProgress | No
     )
 
 
-def _follow(run: VariedRun, request: Request, progress: OnProgress | None) -> FloatArray:
-    # To its end; returns its crossings.
-    crossings: list[FloatArray] = []
-    p, t_end = request.parameters, request.t_end
-    reached, steps = 0.0, 0
-    status = Status.RUNNING
-    while status is not Status.DONE:
-        if progress is not None and not progress(reached / t_end):
-            raise Cancelled
-        budget = min(_REPORT, request.max_steps - steps)
-        if budget <= 0:
-            raise step_limit_error(request, reached)
-        status = run.advance(budget)
-        reached, steps = run.outcome.t, int(run.outcome.steps)
-        if status is Status.OVERFLOW:
-            raise overflow_error(reached, run.outcome[:4], request.system)
-        if status is Status.STALLED:
-            raise stall_error(reached, p)
-        if status is Status.UNBOUNDED:
-            raise unbounded_error(reached)
-        crossings.append(run.crossings.copy())
-    return np.concatenate(crossings)
-
-
-def _interpreted(request: Request, seeds: Sequence[Seed], progress: OnProgress | None) -> Variation:
+def _interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
     p, t_end = request.parameters, request.t_end
     stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     deviations = Deviations(p, seeds)
@@ -152,8 +122,8 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: OnProgress |
     changes: list[tuple[float, int, int]] = []
     t, state = 0.0, request.initial
     for count in range(request.max_steps):
-        if progress is not None and count % _REPORT_INTERPRETED == 0 and not progress(t / t_end):
-            raise Cancelled
+        if count % _REPORT == 0:
+            work.report(t / t_end)
         segment = stepper.advance()
         last = segment.end >= t_end
         end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0

@@ -4,13 +4,12 @@ A span is searched only where it can hold more than what has been found: growth 
 few periods to look at, however long the horizon. The bounds need no eigenvectors.
 """
 
-from collections.abc import Callable
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, ComputationError
+from fivtui.model import ComputationError, Progress
 from fivtui.transient.extremes import Extremes
 
 from .exponential import DEGREE, LinearMotion
@@ -32,19 +31,11 @@ _DOUBT: Final = 2.0**-44
 
 
 class Search:
-    """Looks for the extremes of a linear motion, in at most `max_steps` spans.
+    """Search for the extremes of a linear motion up to a horizon in at most `max_steps` spans."""
 
-    `progress` is called with the time dealt with, s, and cancels by returning False.
-    """
-
-    def __init__(
-        self,
-        motion: LinearMotion,
-        max_steps: int,
-        progress: Callable[[float], bool] | None,
-    ) -> None:
-        self._motion, self._max_steps, self._progress = motion, max_steps, progress
-        self.steps, self._dealt_with = 0, 0.0
+    def __init__(self, motion: LinearMotion, t_end: float, max_steps: int, work: Progress) -> None:
+        self._motion, self._t_end, self._max_steps, self._work = motion, t_end, max_steps, work
+        self._steps, self._searched = 0, 0.0
         self._best = np.full(5, -np.inf)
         self._rest = _SOUGHT @ motion.rest
         spans = motion.spans[: motion.base + _REFINEMENT, None, None]
@@ -102,11 +93,9 @@ class Search:
             else:
                 rest = len(z)
             self._account(len(z), rest * float(self._motion.spans[level]))
-        found = Extremes()
         x_max, x_low, y_max, y_low, fastest = (self._best + 0.0).tolist()
-        found.x_min, found.x_max, found.y_min, found.y_max = 0.0 - x_low, x_max, 0.0 - y_low, y_max
-        found.vx_max = float(self._motion.states(np.array([0.0, fastest, 0.0, 0.0]))[1])
-        return found
+        vx_max = float(self._motion.states(np.array([0.0, fastest, 0.0, 0.0]))[1])
+        return Extremes(0.0 - x_low, 0.0 - y_low, x_max, y_max, vx_max)
 
     def _see(self, values: FloatArray) -> None:
         self._best = np.maximum(self._best, values.max(axis=0))
@@ -129,11 +118,10 @@ class Search:
         return kept
 
     def _account(self, steps: int, seconds: float) -> None:
-        self.steps += steps
-        self._dealt_with += seconds
-        if self._progress is not None and not self._progress(self._dealt_with):
-            raise Cancelled
-        if self.steps > self._max_steps:
+        self._steps += steps
+        self._searched += seconds
+        self._work.report(min(self._searched / self._t_end, 1.0))
+        if self._steps > self._max_steps:
             raise ComputationError(
                 f"the extremes are not found in {self._max_steps} spans of time",
                 "use a shorter horizon, or damping that lets the motion settle",

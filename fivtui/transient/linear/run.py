@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, ComputationError, Mode, OnProgress
+from fivtui.model import ComputationError, Mode, Progress
 from fivtui.transient.request import Request
 from fivtui.transient.result import Stats, Transient, assemble
 from fivtui.transient.trajectory import DenseSolution, Trajectory, trajectory_of
@@ -22,10 +22,10 @@ def is_linear(request: Request) -> bool:
     """Whether the scene is linear: no cubic term, separation ignored, a belt that is faster."""
     system = request.system
     p = system.parameters
-    return not system.separation and p.k_nl == 0.0 and p.v_belt is None
+    return not system.separation and p.k_nl == 0.0 and p.v_belt is None and not system.over_time
 
 
-def run(request: Request, progress: OnProgress | None) -> Transient:
+def run(request: Request, work: Progress) -> Transient:
     """Compute the transient of a linear scene; its tolerance is not used.
 
     The cost does not grow with the horizon, except where the motion neither grows nor decays: then
@@ -41,8 +41,7 @@ def run(request: Request, progress: OnProgress | None) -> Transient:
     first = walk.to(0.5 * t_end)
     middle = walk.z
     second = walk.to(t_end)
-    report = None if progress is None else _fraction_of(t_end, progress)
-    search = Search(motion, request.max_steps, report)
+    search = Search(motion, t_end, request.max_steps, work)
     second_half = search.over(second, walk.z)
     whole = search.over(first, middle)
     x, vx, y, vy = motion.states(walk.z)[0].tolist()
@@ -56,16 +55,11 @@ def run(request: Request, progress: OnProgress | None) -> Transient:
         separated_time=0.0,
         stats=Stats(steps=0, kernel="exact"),
         first_mode=Mode.CONTACT,
-        trajectory=None if times is None else _trajectory(request, motion, start, times, progress),
+        trajectory=None if times is None else _trajectory(request, motion, start, times, work),
         solution=_solution(request, motion, start) if request.dense else None,
     )
-    if progress is not None:
-        progress(1.0)
+    work.advance(1.0)
     return transient
-
-
-def _fraction_of(t_end: float, progress: OnProgress) -> OnProgress:
-    return lambda seconds: progress(min(seconds / t_end, 1.0))
 
 
 def _trajectory(
@@ -73,12 +67,11 @@ def _trajectory(
     motion: LinearMotion,
     start: NDArray[np.float64],
     times: NDArray[np.float64],
-    progress: OnProgress | None,
+    work: Progress,
 ) -> Trajectory:
     states = np.empty((times.size, 4))
     for first in range(0, times.size, _TIMES):
-        if progress is not None and not progress(1.0):
-            raise Cancelled
+        work.report(1.0)
         part = slice(first, first + _TIMES)
         states[part] = motion.states(motion.at(start, times[part]))
     x, vx, y, vy = states.T.copy()

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 import tests.references
 from fivtui import Parameters, simulate
-from fivtui.model import System
+from fivtui.model import Progress, System
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
@@ -204,7 +204,7 @@ def test_what_cannot_be_finished_says_why(kernel: Kernel) -> None:
         vary(
             Request(System(Parameters()), kernel=kernel),
             START_SEEDS,
-            progress=lambda done: done < 0.1,
+            Progress(lambda fraction: fraction < 0.1),
         )
 
 

@@ -6,7 +6,7 @@ is the yardstick for everything else. Several parameter sets advance together, o
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ from fivtui.model import (
     mode_of,
 )
 from fivtui.taylor import Segment
-
-from .trajectory import segment_between
+from fivtui.transient.trajectory import segment_between
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -199,16 +198,20 @@ class ReferenceStepper:
         while not self._waiting:
             begin = self._integrator.t
             parts = self._integrator.advance()
-            then = Mode(int(self._integrator.contact[0]))
+            then = self._mode(self._integrator.contact)
             for part in reversed(parts):
                 start = begin + float(part.begin[0])
                 # The last part ends on the grid, so that no rounding accumulates.
                 complete = not (self._integrator.locate and bool(part.switches[0]))
                 end = self._integrator.t if complete else start + float(part.duration[0])
                 if end > start:
-                    mode = Mode(int(part.contact[0]))
+                    mode = self._mode(part.contact)
                     first, last = (state[:, 0].tolist() for state in (part.first, part.last))
                     segment = segment_between(self._p, mode, (start, end), (first, last), then=then)
                     self._waiting.append(segment)
                     then = mode
         return self._waiting.pop()
+
+    def _mode(self, contact: NDArray[Any]) -> Mode:
+        # From a flag of contact, or the number of a mode.
+        return Mode(int(contact[0]))
