@@ -10,8 +10,8 @@ from fivtui import Parameters, simulate
 from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import State, static_start
-from fivtui.transient import rk4 as reference
 from fivtui.transient.result import Transient
+from fivtui.transient.steppers import rk4 as reference
 from fivtui.transient.steppers.rk4 import RungeKutta4
 from tests.support.strategies import moderate_parameters, states
 
