@@ -23,7 +23,6 @@ from fivtui.model.parameters import Parameters
 from fivtui.orbits.basins import Basin
 from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.orbits.figure import basin_figure, continuation_figure
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.results import Grid
 from fivtui.scene.presets import PRESETS
@@ -464,7 +463,7 @@ def test_attractors_along_a_parameter_stand_where_and_how_they_were_met() -> Non
             BranchPoint(40.0, ("up",), contact),
         ),
     )
-    figure = continuation_figure(result)
+    figure = result.figure()
     (axes,) = figure.axes
     legend = the_legend(figure)
     expected = {
@@ -502,7 +501,7 @@ def test_a_basin_has_the_colour_of_the_attractor_that_its_starts_reach() -> None
         (one, REST, other),
         reached,
     )
-    figure = basin_figure(result)
+    figure = result.figure()
     (axes,) = figure.axes
     assert labels(axes) == (
         "Vertical displacement at the start y_0 (m)",

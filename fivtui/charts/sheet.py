@@ -78,6 +78,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     },
     "critical": {"color": "#c8252c", "linestyle": ":", "linewidth": 1.0, "zorder": 1.5},
     "present": {"color": "0.35", "linestyle": "-.", "linewidth": 0.8, "zorder": 1.4},
+    "attractor": {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"},
     "boundary": {"color": "black", "linestyle": "-", "linewidth": 1.4},
     **{
         f"{name}, {'considered' if case else 'ignored'}": {
@@ -102,7 +103,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "half": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
 }
 _ZERO: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
-_EDGE: Final = "0.3"
+_EDGE: Final = "black"
 # Area of a coloured point, pt², and most contour lines of a kind.
 _DOT: Final = 9.0
 _CONTOURS: Final = 7

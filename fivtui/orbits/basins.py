@@ -118,9 +118,11 @@ class Basin(GridResult):
 
     def figure(self) -> "Figure":
         """Matplotlib figure of which attractor each start reaches."""
-        from .figure import basin_figure
+        from fivtui.charts import sheet_figure
 
-        return basin_figure(self)
+        from .charts import basin_sheet
+
+        return sheet_figure(basin_sheet(self))
 
 
 def basin(

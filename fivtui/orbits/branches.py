@@ -167,9 +167,11 @@ class Continuation(TableResult):
 
     def figure(self) -> "Figure":
         """Matplotlib figure of half peak-to-peak over the parameter."""
-        from .figure import continuation_figure
+        from fivtui.charts import sheet_figure
 
-        return continuation_figure(self)
+        from .charts import continuation_sheet
+
+        return sheet_figure(continuation_sheet(self))
 
 
 def _value(attractor: Attractor, name: str) -> float:

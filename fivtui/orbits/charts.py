@@ -1,0 +1,123 @@
+"""Charts of attractors along a parameter and of slices of basins."""
+
+from typing import Final
+
+import numpy as np
+
+from fivtui.charts import (
+    Backdrop,
+    Chart,
+    Label,
+    Shade,
+    Sheet,
+    Strip,
+    Trace,
+    axis_label,
+    math_symbol,
+    math_unit,
+    parameter_line,
+)
+from fivtui.model import ALL_PARAMETERS
+from fivtui.transient import START_SPECS
+
+from .basins import Basin
+from .branches import DIRECTIONS, Continuation
+from .explorer import AT_REST, Kind
+
+_SIZE: Final = (4.8, 3.9)
+# Characters in the terminal and markers in figures.
+_MARKS: Final = {"up": ("▲", "^"), "down": ("▼", "v")}
+_COLOURS: Final = {
+    Kind.EQUILIBRIUM: "black",
+    Kind.CONTACT_CYCLE: "#1f4fd8",
+    Kind.SEPARATING_CYCLE: "#12803c",
+    Kind.STICK_SLIP_CYCLE: "#c2570c",
+    Kind.STICK: "0.45",
+}
+_REST: Final = Shade(" ", "stable", fill="white")
+_CYCLES: Final = tuple(
+    Shade(character, "unstable", fill=fill, hatch=hatch)
+    for character, fill, hatch in (
+        ("░", "#a8c8a0", "///"),
+        ("▒", "#8fa8e0", "..."),
+        ("▓", "#e0b080", "xxx"),
+        ("█", "#c090c8", "\\\\\\"),
+        ("·", "#80c0c0", "+++"),
+        (":", "#d0c060", "ooo"),
+        ("×", "0.6", "|||"),
+    )
+)
+
+
+def continuation_sheet(result: Continuation) -> Sheet:
+    """Half peak-to-peak over the parameter; coexistence is shaded.
+
+    Triangles point in the direction in which an attractor was found.
+    """
+    traces = []
+    for kind, colour in _COLOURS.items():
+        for direction in DIRECTIONS:
+            points = [
+                (point.value, point.attractor.half_range)
+                for point in result.points
+                if point.attractor.kind is kind and direction in point.directions
+            ]
+            x, y = np.array(points, dtype=float).reshape(-1, 2).T
+            mark, marker = _MARKS[direction]
+            traces.append(
+                Trace(
+                    f"{kind}, {direction}",
+                    x,
+                    y,
+                    look="points",
+                    ordered=False,
+                    mark=mark,
+                    colour=colour,
+                    role="attractor",
+                    marker=marker,
+                )
+            )
+    largest = max((float(trace.y.max(initial=0.0)) for trace in traces), default=0.0)
+    chart = Chart(
+        axis_label(ALL_PARAMETERS[result.name]),
+        Label("±y (m)", "Half peak-to-peak of $y$ (m)"),
+        tuple(traces),
+        strips=(Strip("coexist", "coexistence", _coexistence(result)),),
+        tight=False,
+        figure_y=(-0.05 * largest, None),
+    )
+    return Sheet([[chart]], _SIZE, parameter_line(result.parameters, (result.name,)))
+
+
+def _coexistence(result: Continuation) -> list[tuple[float, float]]:
+    """Intervals around values at which attractors coexist, half way to those beside them."""
+    values, shared = result.values, set(result.coexisting)
+    edges = np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1]), values[-1:]]).tolist()
+    return [
+        (edges[index], edges[index + 1])
+        for index, value in enumerate(values.tolist())
+        if value in shared
+    ]
+
+
+def basin_sheet(result: Basin) -> Sheet:
+    """Which attractor each start reaches; the basin of rest is white.
+
+    The others differ in colour and hatching.
+    """
+    shades, cycles = [], 0
+    for attractor in result.attractors:
+        rests = attractor.kind in AT_REST
+        shade = _REST if rests else _CYCLES[cycles % len(_CYCLES)]
+        cycles += not rests
+        shades.append(shade._replace(words=attractor.description, name=attractor.description))
+    (x, y), (x_label, y_label) = result.axes, map(axis_label, result.grid.specs)
+    reached = result.reached.astype(float)
+    backdrop = Backdrop(x, y, result.reached, shades, reached, "attractor")
+    chart = Chart(x_label, y_label, (), backdrop=backdrop)
+    others = ", ".join(
+        f"{math_symbol(spec.symbol)} = {value:.4g} {math_unit(spec.unit)}"
+        for spec, value in zip(START_SPECS.values(), result.start, strict=True)
+        if spec.name not in result.names
+    )
+    return Sheet([[chart]], _SIZE, f"{parameter_line(result.parameters)}\n{others}", 1)
