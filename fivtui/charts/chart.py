@@ -15,7 +15,7 @@ from .shades import Colours, Shades
 
 FloatArray = NDArray[np.float64]
 FigureLimits = tuple[float | None, float | None]
-Look = Literal["line", "points", "dots", "marked"]
+Look = Literal["line", "points", "dots", "marked", "bars"]
 
 # Width of a full figure, inches.
 WIDTH: Final = 7.2
@@ -38,8 +38,9 @@ class Trace:
         Short name for the legend.
     x, y : ndarray, shape (n,)
         The points; NaN is a gap.
-    look : "line", "points", "dots" or "marked"
-        A line, a character per point, a dot per point, or a line with a character per point.
+    look : "line", "points", "dots", "marked" or "bars"
+        A line, a character per point, a dot per point, a line with a character per point, or bars
+        from x = 0, which figures alone draw.
     ordered : bool
         Whether x ascends; such a trace is reduced to the plot's columns before it is drawn.
     mark : str
@@ -56,6 +57,8 @@ class Trace:
         Matplotlib's marker of its points in figures; if empty, that of its role.
     values : ndarray, shape (n,), optional
         Values of the points, by which figures colour them.
+    errors : tuple of ndarray, optional
+        Lower and upper ends of the intervals of x of bars.
     """
 
     name: str
@@ -70,6 +73,7 @@ class Trace:
     role: str = ""
     marker: str = ""
     values: FloatArray | None = None
+    errors: tuple[FloatArray, FloatArray] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,6 +195,10 @@ class Chart:
         Above the chart in figures.
     x_axis : bool
         Whether the ticks of the x axis are labelled.
+    y_names : sequence of str
+        What y = 0, 1, … stand for in figures; if empty, y is a number.
+    stacked : bool
+        Whether figures fill the areas of traces over the same x, each above those before it.
     tight : bool
         Whether the x axis ends where the data end.
     x_range, y_range : tuple of float, optional
@@ -219,6 +227,8 @@ class Chart:
     note: str = ""
     title: str = ""
     x_axis: bool = True
+    y_names: Sequence[str] = ()
+    stacked: bool = False
     tight: bool = True
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
@@ -447,8 +457,8 @@ class Sheet:
 
     Attributes
     ----------
-    columns : sequence of sequences of Chart
-        From the left, each from the top.
+    columns : sequence of sequences of Chart or None
+        From the left, each from the top; None leaves a gap.
     size : tuple of float
         Width and height, inches.
     title : str
@@ -457,11 +467,17 @@ class Sheet:
         Columns of the legend below the charts.
     widths, heights : sequence of float
         Ratios of the widths of columns and the heights of rows; if empty, all are equal.
+    parts : sequence of Sheet
+        Sheets from the top, in place of columns.
+    small : bool
+        Whether letters are small, for many panels.
     """
 
-    columns: Sequence[Sequence[Chart]]
+    columns: Sequence[Sequence[Chart | None]]
     size: tuple[float, float]
     title: str = ""
     legend_columns: int = 2
     widths: Sequence[float] = ()
     heights: Sequence[float] = ()
+    parts: Sequence["Sheet"] = ()
+    small: bool = False

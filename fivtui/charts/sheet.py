@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Rectangle
 
@@ -79,6 +79,30 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "critical": {"color": "#c8252c", "linestyle": ":", "linewidth": 1.0, "zorder": 1.5},
     "present": {"color": "0.35", "linestyle": "-.", "linewidth": 0.8, "zorder": 1.4},
     "attractor": {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"},
+    **{
+        role: {
+            "color": colour,
+            "linestyle": "none",
+            "marker": marker,
+            "markersize": 2.2,
+            "markeredgecolor": "0.3",
+            "markeredgewidth": 0.2,
+        }
+        for role, colour, marker in (
+            ("safe region", "#a8c8a0", "o"),
+            ("knock region", "#e0b080", "s"),
+            ("squeal region", "#8fa8e0", "^"),
+        )
+    },
+    "alone": {"color": "#1f4fd8", "edgecolor": "black", "linewidth": 0.4},
+    "with others": {"color": "0.75", "edgecolor": "black", "linewidth": 0.4},
+    "linear": {
+        "color": "black",
+        "linestyle": "none",
+        "marker": "D",
+        "markersize": 3.5,
+        "markerfacecolor": "white",
+    },
     "boundary": {"color": "black", "linestyle": "-", "linewidth": 1.4},
     **{
         f"{name}, {'considered' if case else 'ignored'}": {
@@ -103,6 +127,20 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "half": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
 }
 _ZERO: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
+# Hatching of areas.
+_HATCHES: Final[Mapping[str, str]] = {
+    "safe region": "",
+    "knock region": "...",
+    "squeal region": "///",
+}
+# Letters of many panels.
+_SMALL: Final[dict[Any, Any]] = {
+    "axes.labelsize": 7.5,
+    "axes.titlesize": 7.5,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+}
+_BAR: Final = 0.36
 _EDGE: Final = "black"
 # Area of a coloured point, pt², and most contour lines of a kind.
 _DOT: Final = 9.0
@@ -118,17 +156,27 @@ def sheet_figure(sheet: Sheet) -> Figure:
 
     Charts over the same quantity share their x axis, and one has the y axis of that on its left.
     """
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE | (_SMALL if sheet.small else {})):
         gap = _PANEL_GAP if len(sheet.columns) > 2 else None
         figure = new_figure(*sheet.size, wspace=gap)
-        panels = _draw_panels(figure, sheet)
+        panels: list[tuple[Axes, Chart]] = []
+        if sheet.parts:
+            heights = [part.size[1] for part in sheet.parts]
+            areas = figure.subfigures(len(heights), height_ratios=heights, squeeze=False)
+            for area, part in zip(areas.ravel(), sheet.parts, strict=True):
+                panels += _draw_panels(area, part)
+        else:
+            panels = _draw_panels(figure, sheet)
+        if sheet.small:
+            for axes, _ in panels:
+                axes.locator_params(axis="x", nbins=5)
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
         below = [axes for axes, chart in panels if chart.legend == "below"]
         _add_legend(figure, below, sheet.legend_columns)
     return figure
 
 
-def _draw_panels(figure: Figure, sheet: Sheet) -> list[tuple[Axes, Chart]]:
+def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
     places = _places(figure, sheet)
     panels = []
     first_over: dict[str, Axes] = {}
@@ -136,10 +184,11 @@ def _draw_panels(figure: Figure, sheet: Sheet) -> list[tuple[Axes, Chart]]:
     scales: dict[Colours, tuple[list[Axes], ScalarMappable]] = {}
     for column, charts in enumerate(sheet.columns):
         for row, chart in enumerate(charts):
-            beside = left.get((row, chart.y_label))
-            axes = figure.add_subplot(
-                places[column][row], sharex=first_over.get(chart.x_label), sharey=beside
-            )
+            if chart is None:
+                continue
+            over = first_over.get(chart.x_label) if chart.x_label else None
+            beside = left.get((row, chart.y_label)) if chart.y_label else None
+            axes = figure.add_subplot(places[column][row], sharex=over, sharey=beside)
             first_over.setdefault(chart.x_label, axes)
             left[row, chart.y_label] = axes
             coloured = _draw_chart(axes, chart)
@@ -156,7 +205,7 @@ def _draw_panels(figure: Figure, sheet: Sheet) -> list[tuple[Axes, Chart]]:
     return panels
 
 
-def _places(figure: Figure, sheet: Sheet) -> list[list[SubplotSpec]]:
+def _places(figure: FigureBase, sheet: Sheet) -> list[list[SubplotSpec]]:
     """Where the charts of every column are."""
     count, widths, heights = len(sheet.columns), sheet.widths or None, sheet.heights or None
     rows = [len(charts) for charts in sheet.columns]
@@ -199,22 +248,22 @@ def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
         axes.grid(visible=False)
     if chart.backdrop is not None:
         coloured = _shade(axes, chart.backdrop, chart.colours)
-    series = 0
-    for trace in chart.traces:
-        if trace.values is not None and chart.colours is not None:
-            scale = _scale_of(chart.colours)
-            coloured = axes.scatter(trace.x, trace.y, _DOT, trace.values, linewidths=0.0, **scale)
-        # A trace without points has no name in the legend.
-        elif trace.x.size:
-            look = _look(trace, series)
-            axes.plot(trace.x, trace.y, label=_math(trace.name) or "_", **look)
-        series += trace.role == "series" and trace.x.size > 0
+    if chart.stacked:
+        _stack(axes, chart.traces)
+    else:
+        coloured = _draw_traces(axes, chart) or coloured
     for number, strip in enumerate(chart.strips):
         shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
     _scale(axes, chart)
     for guide in chart.guides:
         _draw_guide(axes, guide)
-    axes.set_xlabel(_math(chart.x_label))
+    if chart.x_axis:
+        axes.set_xlabel(_math(chart.x_label))
+    else:
+        axes.tick_params(labelbottom=False)
+    if chart.y_names:
+        axes.set_yticks(range(len(chart.y_names)), [_math(name) for name in chart.y_names])
+        axes.grid(visible=False, axis="y")
     axes.set_ylabel(_math(chart.y_label))
     axes.set_title(_math(chart.title))
     if chart.legend == "above":
@@ -229,6 +278,47 @@ def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
     elif chart.legend == "inside":
         axes.legend(frameon=False, fontsize=8.0)
     return coloured
+
+
+def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
+    coloured, series = None, 0
+    for trace in chart.traces:
+        if trace.values is not None and chart.colours is not None:
+            scale = _scale_of(chart.colours)
+            coloured = axes.scatter(trace.x, trace.y, _DOT, trace.values, linewidths=0.0, **scale)
+        # A trace without points has no name in the legend.
+        elif trace.x.size:
+            draw = _draw_bars if trace.look == "bars" else _draw_line
+            draw(axes, trace, _look(trace, series))
+        series += trace.role == "series" and trace.x.size > 0
+    return coloured
+
+
+def _draw_line(axes: Axes, trace: Trace, look: Mapping[str, Any]) -> None:
+    axes.plot(trace.x, trace.y, label=_math(trace.name) or "_", **look)
+
+
+def _draw_bars(axes: Axes, trace: Trace, look: Mapping[str, Any]) -> None:
+    ends = None if trace.errors is None else np.abs(np.array(trace.errors) - trace.x)
+    error = {"linewidth": 0.8, "capsize": 1.5}
+    axes.barh(trace.y, trace.x, _BAR, xerr=ends, error_kw=error, label=_math(trace.name), **look)
+
+
+def _stack(axes: Axes, traces: Sequence[Trace]) -> None:
+    bottom = np.zeros(traces[0].x.size)
+    for trace in traces:
+        top = bottom + trace.y
+        axes.fill_between(
+            trace.x,
+            bottom,
+            top,
+            label=_math(trace.name),
+            facecolor=ROLES[trace.role]["color"],
+            hatch=_HATCHES[trace.role],
+            edgecolor="0.35",
+            linewidth=0.2,
+        )
+        bottom = top
 
 
 def _look(trace: Trace, series: int) -> dict[str, Any]:

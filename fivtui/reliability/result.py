@@ -183,9 +183,11 @@ class Uncertainty(Result):
 
     def figure(self) -> "Figure":
         """Histograms with their regions, Sobol indices, and scatter of inputs and outputs."""
-        from .figure import uncertainty_figure
+        from fivtui.charts import sheet_figure
 
-        return uncertainty_figure(self)
+        from .charts import uncertainty_sheet
+
+        return sheet_figure(uncertainty_sheet(self))
 
 
 def scatter_of(study: Study) -> Scatter:

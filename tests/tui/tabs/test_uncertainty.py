@@ -10,6 +10,7 @@ from textual.widgets import Input
 
 from fivtui.charts.chart import View
 from fivtui.model.errors import InputError
+from fivtui.reliability.charts import histogram_chart, quantity_name, samples_chart
 from fivtui.reliability.result import Uncertainty
 from fivtui.reliability.run import measured
 from fivtui.scene.presets import PRESETS
@@ -38,7 +39,7 @@ def result() -> Uncertainty:
 
 
 def test_a_histogram_has_a_step_line_for_each_region(result: Uncertainty) -> None:
-    chart = charts.histogram_chart(result, "growth_rate")
+    chart = histogram_chart(result, "growth_rate")
     assert chart is not None
     assert [trace.name for trace in chart.traces] == list(result.regions())
     # Every second value is that of a bin once.
@@ -48,13 +49,13 @@ def test_a_histogram_has_a_step_line_for_each_region(result: Uncertainty) -> Non
     assert [guide.label for guide in chart.guides] == ["5%", "50%", "95%"]
     text = draw(chart, View(), 90, 20).text()
     assert "P(squeal possible) = 0.8" in text
-    constant = charts.histogram_chart(result, "safe_mu")
+    constant = histogram_chart(result, "safe_mu")
     assert constant is not None
     assert constant.x_label == "safe μ"
 
 
 def test_samples_are_drawn_by_region(result: Uncertainty) -> None:
-    chart = charts.samples_chart(result, "growth_rate")
+    chart = samples_chart(result, "growth_rate")
     assert chart is not None
     assert chart.x_label == "μ"
     assert sum(trace.x.size for trace in chart.traces) == 256
@@ -65,9 +66,7 @@ def test_samples_are_drawn_by_region(result: Uncertainty) -> None:
 
 def test_the_table_has_the_indices_as_numbers_and_bars(result: Uncertainty) -> None:
     rows = charts.index_rows(result)
-    assert [row[0] for row in rows] == [
-        charts._AXES.get(name, name.replace("_", " ")) for name in result.indices
-    ]
+    assert [row[0] for row in rows] == [quantity_name(name) for name in result.indices]
     assert rows[0][1] == "μ"
     assert rows[0][2].startswith("1.0")
     assert charts.bar(0.5, 0.75) == "█" * 6 + "░" * 3

@@ -15,11 +15,8 @@ from fivtui.tui.tabs.charts.uncertainty import (
     COLUMNS,
     EXAMPLE,
     TITLES,
-    drawn,
-    histogram_chart,
     index_remark,
     index_rows,
-    samples_chart,
     truncation_words,
     uncertainty_request,
 )
@@ -108,6 +105,8 @@ class UncertaintyPane(StudyPane):
 
     def draw_result(self, result: "Uncertainty") -> None:
         """Draw the current view of a study."""
+        from fivtui.reliability import drawn, histogram_chart, samples_chart
+
         self.mark_choice(drawn(result, self.chosen))
         if self.view == "indices":
             table: ListTable[str] = self.query_one("#indices", ListTable)

@@ -1,0 +1,227 @@
+"""Charts of uncertainty studies: histograms by region, Sobol indices, samples by region."""
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from fivtui.charts import (
+    WIDTH,
+    Chart,
+    Guide,
+    Label,
+    Sheet,
+    Trace,
+    axis_label,
+    math_symbol,
+    parameter_line,
+    with_unit,
+)
+from fivtui.sweeps import OUTPUTS, VARIABLES
+
+from .result import Uncertainty
+from .statistics import ranked
+
+# What quantities are called in the terminal.
+_NAMES: Final = {
+    "growth_rate": "growth rate",
+    "critical_mu": "critical μ",
+    "safe_mu": "safe μ",
+    "y_half_range": "±y 2nd half",
+    "P_max": "greatest P",
+}
+# Characters in the terminal and roles in figures of regions, from the safest on.
+_MARKS: Final = ("○", "▫", "▲")
+_ROLES: Final = ("safe region", "knock region", "squeal region")
+_LEVELS: Final = ("0.05", "0.5", "0.95")
+_DIGITS: Final = 4
+_DOTS: Final = 2000
+# Half the distance of the bars of an input, and how far beyond 0 and 1 indices are drawn.
+_SHIFT: Final = 0.2
+_BEYOND: Final = 0.2
+# An index that far beyond them is evident in the figure.
+_EVIDENT: Final = 0.005
+# Of figures: panels side by side, letters of a line of a panel's title, heights of rows, inches.
+_ACROSS: Final = 3
+_TITLE: Final = 30
+_BINS: Final = 40
+_ROW_HEIGHT: Final = 1.75
+_BAR_HEIGHT: Final = 0.19
+_CELL: Final = 1.35
+# Of the scatter matrix: points and bins of a panel, and the most inputs.
+_FEW_DOTS: Final = 400
+_FEW_BINS: Final = 20
+_MOST_INPUTS: Final = 6
+
+
+def probability_words(result: Uncertainty) -> str:
+    """The probabilities of a study, with their errors."""
+    names = {"unstable": "unstable", "squeal_possible": "squeal possible"}
+    return "   ".join(
+        f"P({names[name]}) = {each.value:.{_DIGITS}g} ± {each.error:.1g}"
+        for name, each in result.probabilities.items()
+    )
+
+
+def quantity_name(name: str) -> str:
+    """A quantity, or what has a probability, as the terminal names it."""
+    return _NAMES.get(name, name.replace("_", " "))
+
+
+def drawn(result: Uncertainty, wanted: str) -> str:
+    """The quantity to be displayed: the one wanted, or else the first that has values."""
+    valued = [name for name, quantiles in result.quantiles.items() if quantiles]
+    return wanted if wanted in valued else next(iter(valued), "")
+
+
+def histogram_chart(result: Uncertainty, wanted: str, bins: int = 60) -> Chart | None:
+    """The shares of samples over a quantity, a step line per region, with quantiles."""
+    name = drawn(result, wanted)
+    if not name:
+        return None
+    column, quantiles = OUTPUTS[name], result.quantiles[name]
+    meaning = f"{column.meaning[0].upper()}{column.meaning[1:]}"
+    label = Label(
+        with_unit(_NAMES.get(name, column.meaning), column.unit),
+        with_unit(meaning, column.unit).math,
+    )
+    guides = [Guide(quantiles[level].value, f"{float(level):.0%}") for level in _LEVELS]
+    return replace(
+        _histogram(result, name, label, bins),
+        guides=tuple(guides),
+        note=probability_words(result),
+    )
+
+
+def samples_chart(result: Uncertainty, wanted: str) -> Chart | None:
+    """Samples by region over the first two inputs, or over one and a quantity."""
+    names = [*result.inputs, *filter(None, [drawn(result, wanted)])][:2]
+    if len(names) < 2:
+        return None
+    return replace(_samples(result, names[0], names[1], _DOTS), note=probability_words(result))
+
+
+def uncertainty_sheet(result: Uncertainty) -> Sheet:
+    """Histograms of outputs by region, Sobol indices with intervals, and inputs by region."""
+    histograms = [
+        replace(chart, guides=(), tight=False, y_label=chart.y_label if index == 0 else "")
+        for index, name in enumerate(name for name, values in result.quantiles.items() if values)
+        if (chart := histogram_chart(result, name, _BINS)) is not None
+    ]
+    parts = [_panels(histograms, _ROW_HEIGHT)]
+    if result.indices:
+        bars = [index_chart(result, output) for output in result.indices]
+        parts.append(_panels(bars, 0.85 + _BAR_HEIGHT * len(result.inputs)))
+    parts.append(_matrix(result))
+    return Sheet(
+        [],
+        (WIDTH, sum(part.size[1] for part in parts) + 0.9),
+        parameter_line(result.study.parameters, tuple(result.inputs)),
+        legend_columns=3,
+        parts=parts,
+        small=True,
+    )
+
+
+def index_chart(result: Uncertainty, output: str) -> Chart:
+    """First and total Sobol indices of an output as bars with intervals, and linear shares."""
+    rows = list(reversed(ranked(result.indices[output])))
+    places = np.arange(len(rows), dtype=float)
+    traces = []
+    for shift, kind, name in ((_SHIFT, "first", "alone"), (-_SHIFT, "total", "with others")):
+        estimates = [getattr(index, kind) for _, index in rows]
+        value, low, high = np.array([(each.value, each.low, each.high) for each in estimates]).T
+        traces.append(
+            Trace(name, value, places + shift, look="bars", role=name, errors=(low, high))
+        )
+    shares = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
+    linear = [(each.share, y) for each, y in shares if each is not None]
+    x, y = np.array(linear, dtype=float).reshape(-1, 2).T
+    traces.append(Trace("if linear", x, y, look="points", ordered=False, mark="◆", role="linear"))
+    meaning = OUTPUTS[output].meaning if output in OUTPUTS else output.replace("_", " ")
+    title = textwrap.fill(f"Sobol indices of: {meaning}", _TITLE)
+    values = np.concatenate([trace.x for trace in traces[:2]])
+    if values.min() < -_EVIDENT or values.max() > 1.0 + _EVIDENT:
+        title += "\n(beyond 0 to 1: sampling error)"
+    # Indices of next to no variance may be anything.
+    ends = [end for trace in traces[:2] for end in trace.errors or ()]
+    low, high = (np.nanmin([0.0, *x, *ends[0], *ends[2]]), np.nanmax([1.0, *x, *ends[1], *ends[3]]))
+    return Chart(
+        "",
+        "",
+        tuple(traces),
+        y_names=[
+            Label(axis_label(VARIABLES[name]), math_symbol(VARIABLES[name].symbol))
+            for name, _ in rows
+        ],
+        title=title,
+        tight=False,
+        figure_x=(max(low, -_BEYOND), min(1.04 * high, 1.0 + _BEYOND)),
+    )
+
+
+def _histogram(result: Uncertainty, name: str, label: str, bins: int) -> Chart:
+    values = result.samples(name)
+    known = ~np.isnan(values)
+    low, high = float(values[known].min()), float(values[known].max())
+    if low == high:
+        low, high = low - 0.5 * abs(low) - 1e-9, high + 0.5 * abs(high) + 1e-9
+    edges = np.linspace(low, high, bins + 1)
+    traces = []
+    for (region, inside), role in zip(result.regions().items(), _roles(result), strict=True):
+        counts = np.histogram(values[known & inside], bins=edges)[0]
+        steps = np.repeat(counts / known.sum(), 2)
+        traces.append(Trace(region, np.repeat(edges, 2)[1:-1], steps, role=role))
+    y_label = Label("share of samples", "Share of samples")
+    return Chart(label, y_label, tuple(traces), stacked=True)
+
+
+def _samples(result: Uncertainty, first: str, second: str, count: int) -> Chart:
+    x, y = result.samples(first), result.samples(second)
+    chosen = np.linspace(0, x.size - 1, min(count, x.size)).astype(int)
+    regions = zip(result.regions().items(), _MARKS, _roles(result), strict=False)
+    traces = [
+        Trace(region, x[dots], y[dots], look="points", ordered=False, mark=mark, role=role)
+        for (region, inside), mark, role in regions
+        if (dots := chosen[inside[chosen]]) is not None
+    ]
+    return Chart(_label(first), _label(second), tuple(traces))
+
+
+def _roles(result: Uncertainty) -> Sequence[str]:
+    # Of two regions, the first and the last.
+    count = len(result.regions())
+    return _ROLES if count == len(_ROLES) else (_ROLES[0], _ROLES[-1])
+
+
+def _label(name: str) -> Label:
+    """Symbol and unit of an input, or the name of an output."""
+    if name in OUTPUTS:
+        return with_unit(name, OUTPUTS[name].unit)
+    spec = VARIABLES[name]
+    return Label(axis_label(spec), with_unit(math_symbol(spec.symbol), spec.unit).math)
+
+
+def _panels(charts: Sequence[Chart], height: float) -> Sheet:
+    """Rows of charts, from the left; four are two and two."""
+    rows = -(-len(charts) // _ACROSS)
+    across = min(_ACROSS, -(-len(charts) // rows))
+    padded = [*charts, *[None] * (rows * across - len(charts))]
+    return Sheet([padded[column::across] for column in range(across)], (WIDTH, height * rows))
+
+
+def _matrix(result: Uncertainty) -> Sheet:
+    """Histograms of the inputs, and below them the samples over two inputs each."""
+    inputs = list(result.inputs)[:_MOST_INPUTS]
+    columns: list[list[Chart | None]] = []
+    for column, across in enumerate(inputs):
+        diagonal = replace(
+            _histogram(result, across, _label(across), _FEW_BINS), y_label="", tight=False
+        )
+        cells = [_samples(result, across, up, _FEW_DOTS) for up in inputs[column + 1 :]]
+        charts = [replace(chart, x_axis=False) for chart in (diagonal, *cells)]
+        charts[-1] = replace(charts[-1], x_axis=True)
+        columns.append([*[None] * column, *charts])
+    return Sheet(columns, (WIDTH, _CELL * max(len(inputs), 1.3)))
