@@ -1,5 +1,7 @@
 """Derivatives of the critical friction coefficient by parameters, in closed form."""
 
+from collections.abc import Collection
+
 import numpy as np
 
 from fivtui.model import (
@@ -18,8 +20,10 @@ from fivtui.model import (
 from .critical import critical_mu
 
 
-def critical_mu_derivatives(system: System) -> dict[str, float] | None:
-    """Derivatives of μ_c by the parameters but μ, per unit of each; None if there is no μ_c.
+def critical_mu_derivatives(
+    system: System, names: Collection[str] = tuple(PARAMETERS)
+) -> dict[str, float] | None:
+    """Derivatives of μ_c by parameters but μ, per unit of each; None if there is no μ_c.
 
     None, too, where friction falls with the sliding speed.
 
@@ -27,20 +31,20 @@ def critical_mu_derivatives(system: System) -> dict[str, float] | None:
     imaginary steps, are exact to rounding, and the implicit function theorem gives those of μ_c.
     By dampings, where both are zero, there are none: NaN.
     """
-    p, found = system.parameters, critical_mu(system)
-    if not found or (p.v_belt is not None and p.speed_law is not None):
+    p, critical = system.parameters, critical_mu(system)
+    if not critical or (p.v_belt is not None and p.speed_law is not None):
         return None
-    mu = found[0].mu
+    mu = critical[0].mu
     y = equilibrium(System(p, separation=False), mu=mu).y
     still = p.perturbed({})
     step = complex(0.0, DERIVATIVE_STEP)
     solved = np.array([_derivatives(still, y + step, mu), _derivatives(still, y, mu + step)]).T
     by = {}
-    for name in PARAMETERS:
+    for name in names:
         if name == "mu":
             continue
-        given = np.array(_derivatives(p.perturbed({name: 1.0}), y, mu))
-        by[name] = float(np.linalg.solve(solved, -given)[1])
+        changed = np.array(_derivatives(p.perturbed({name: 1.0}), y, mu))
+        by[name] = float(np.linalg.solve(solved, -changed)[1])
         if name in ("c1", "c2") and p.c1 + p.c2 == 0.0:
             by[name] = np.nan
     return by

@@ -40,3 +40,8 @@ class Progress:
         if self._callback is None:
             return self
         return Progress(lambda fraction: self.advance(begin + (end - begin) * fraction))
+
+    def check(self) -> None:
+        """Raise `Cancelled` if the computation is to stop, where no more is done than reported."""
+        if not self.go_on():
+            raise Cancelled

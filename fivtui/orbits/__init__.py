@@ -10,8 +10,7 @@ if TYPE_CHECKING:
     from .boundaries.search import boundary
     from .branches import continuation
     from .curves.charts import branch_chart, event_name, sizes_of
-    from .curves.crossings import cycles_at
-    from .curves.cycle_branches import branch, branch_through
+    from .curves.cycle_branches import branch, branch_through, cycles_at
     from .curves.events import End, EventKind
     from .curves.result import CycleBranch, CyclePoint
     from .decay import Attraction

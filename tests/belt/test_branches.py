@@ -13,8 +13,8 @@ from fivtui.equilibrium import growth_rate
 from fivtui.model import InputError, Progress, System
 from fivtui.orbits import End, EventKind
 from fivtui.orbits.curves.arclength import PERIOD, VALUE
+from fivtui.orbits.curves.branch_curve import makeup
 from fivtui.orbits.curves.cycle_branches import parameter_range
-from fivtui.orbits.curves.events import course, makeup
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.origins import cycle_near
 
@@ -47,7 +47,7 @@ def test_the_period_of_a_mass_on_a_belt_changes_as_the_closed_form_does(name: st
     expected = {"v_belt": by_speed, "mu": -by_drop, "mu_s": by_drop}[name]
     assert slope == pytest.approx(expected, rel=1e-9)
     assert makeup(orbit).sticks == 1.0
-    assert 0.0 < makeup(orbit).place < 1.0
+    assert 0.0 < makeup(orbit).start_in_stick < 1.0
 
 
 def test_a_branch_of_stick_slip_cycles_has_the_period_in_closed_form_and_a_multiplier_0(
@@ -148,7 +148,7 @@ def test_the_order_of_modes_does_not_depend_on_where_a_period_begins() -> None:
         assert orbit is not None
         moved = curve.orbits.later(orbit, share) if share else orbit
         assert moved is not None
-        found.append(course(moved))
+        found.append(curve.course(moved))
         values = np.sort(np.abs(moved.multipliers))
         assert values == pytest.approx(np.sort(np.abs(orbit.multipliers)), abs=1e-9)
     assert len(set(found)) == 1

@@ -5,14 +5,13 @@ next.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from fivtui.model import System, accelerations, mode_of
-from fivtui.orbits.curves.arclength import VALUE, OrbitCurve, OrbitOnCurve
+from fivtui.orbits.curves.arclength import VALUE, OrbitCurve, OrbitOnCurve, cycle_scales
 from fivtui.orbits.curves.events import EventKind
 from fivtui.orbits.curves.flow import FloatArray, SliderBeltFlow
 from fivtui.orbits.curves.result import CycleBranch, CyclePoint
@@ -92,12 +91,10 @@ def fold_near(
     system: System,
     guess: FoldOrbit,
     unknowns: FloatArray | None = None,
-    *,
-    go_on: Callable[[], bool] = lambda: True,
 ) -> FoldOrbit | None:
     """The fold of a system near that of another."""
     flow, units = SliderBeltFlow(system, (_MU,)), _units(system)
-    curve = OrbitCurve(flow, units, go_on=go_on)
+    curve = OrbitCurve(flow, units)
     base = guess.unknowns if unknowns is None else unknowns
     planes = np.zeros((2, len(base)))
     planes[0, :4], planes[1] = guess.across, guess.tangent
@@ -168,5 +165,4 @@ def _units(system: System) -> FloatArray:
     p = system.parameters
     length = math.sqrt(p.k2 / p.k_nl) if p.k_nl > 0.0 else length_scale(system)
     period = slowest_period(p)
-    speed = 2.0 * math.pi * length / period
-    return np.array([length, speed, length, speed, period, 1.0])
+    return cycle_scales(length, period, 1.0)

@@ -11,7 +11,7 @@ from fivtui.model import System
 from fivtui.orbits.curves.flow import FloatArray
 from fivtui.orbits.curves.following import Bound
 
-# Places of the parameters among the unknowns of an orbit.
+# Indices of the parameters among the unknowns of an orbit.
 FIRST: Final = 5
 SECOND: Final = 6
 
@@ -30,11 +30,11 @@ class ParameterPlane:
         spans = (high - low for low, high in self.ranges)
         return np.array([2.0 ** math.floor(math.log2(span) - 1.0) for span in spans])
 
-    def bounds(self, places: Sequence[int]) -> tuple[Bound, Bound]:
-        """The ranges in those units, at places among the unknowns."""
+    def bounds(self, indices: Sequence[int]) -> tuple[Bound, Bound]:
+        """The ranges in those units, at indices of the unknowns."""
         first, second = (
-            Bound(place, low / float(unit), high / float(unit))
-            for place, (low, high), unit in zip(places, self.ranges, self.units, strict=True)
+            Bound(index, low / float(unit), high / float(unit))
+            for index, (low, high), unit in zip(indices, self.ranges, self.units, strict=True)
         )
         return first, second
 

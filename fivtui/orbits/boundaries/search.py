@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
-from typing import Final, Protocol, TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from fivtui.orbits.curves.arclength import OrbitOnCurve
 from fivtui.orbits.curves.cycle_branches import branch, parameter_range
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.flow import FloatArray
-from fivtui.orbits.curves.following import Follower
+from fivtui.orbits.curves.following import Followed, Follower, PointOnCurve, follow_both_ways
 from fivtui.orbits.curves.hopf import hopf_values
 from fivtui.orbits.curves.result import CyclePoint
 from fivtui.orbits.rest import length_scale
@@ -39,8 +38,8 @@ from .result import (
     BoundaryKind,
     BoundaryPoint,
 )
-from .touch_curve import TouchCurve, highest_point
-from .tracing import FoldTracer, reversed_fold
+from .touch_curve import TouchCurve
+from .tracing import FoldTracer
 
 # Values of one parameter, beside its own, at which branches along the other are looked at.
 _LINES: Final = 8
@@ -174,46 +173,35 @@ def _events(
 
 
 def _fold_curves(
-    plane: ParameterPlane, work: Progress, known: Sequence[BoundaryCurve]
+    plane: ParameterPlane, work: Progress, curves: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
     for system, cycle, values in _events(plane, EventKind.FOLD, work):
-        if _is_on(plane, known, values, (cycle.period, cycle.y_min, cycle.y_max)):
+        if _is_on(plane, curves, values, (cycle.period, cycle.y_min, cycle.y_max)):
             continue
-        length = length_scale(system)
-        tracer = FoldTracer(plane, length, cycle.period, lambda _count: None, work.go_on)
-        unknowns = np.array([*cycle.start, cycle.period, *values]) / tracer.scales
-        extremes = np.array([0.0, 0.0, cycle.y_min, cycle.y_max])
-        none = np.zeros(0)
-        start = tracer.begin(OrbitOnCurve(unknowns, none, none, none, extremes, 0.0, 0))
-        if start is None:
-            continue
-        turned = reversed_fold(start)
-        found = _both_ways(tracer.follow, start, turned, partial(_cycle_point, tracer.scales))
-        yield _with_bautin(plane, found, work)
+        tracer = FoldTracer(plane, length_scale(system), cycle.period, work)
+        start = tracer.begin(np.array([*cycle.start, cycle.period, *values]), cycle.y_max)
+        if start is not None:
+            convert = partial(_cycle_point, tracer.scales)
+            yield _with_bautin(plane, _both_ways(tracer.follow, start, convert), work)
 
 
 def _touch_curves(
-    plane: ParameterPlane, work: Progress, known: Sequence[BoundaryCurve]
+    plane: ParameterPlane, work: Progress, curves: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
     for system, cycle, values in _events(plane, EventKind.TOUCH, work):
-        if _is_on(plane, known, values, (cycle.period, cycle.y_min, cycle.y_max)):
+        if _is_on(plane, curves, values, (cycle.period, cycle.y_min, cycle.y_max)):
             continue
-        length = length_scale(system)
-        curve = TouchCurve(plane, length, cycle.period, go_on=work.go_on)
-        top = highest_point(plane, cycle.start, cycle.period, values)
-        start = curve.begin(top, cycle.period, values)
-        if start is None:
-            continue
-        turned = replace(start, tangent=-start.tangent, determinant=-start.determinant)
-        follower = Follower(curve, 0.0, lambda _count: None)
-        yield _both_ways(follower.follow, start, turned, partial(_cycle_point, curve.scales))
+        curve = TouchCurve(plane, length_scale(system), cycle.period, work)
+        start = curve.begin(np.array([*cycle.start, cycle.period, *values]))
+        if start is not None:
+            yield _both_ways(Follower(curve).follow, start, partial(_cycle_point, curve.scales))
 
 
 def _hopf_curves(
-    plane: ParameterPlane, work: Progress, known: Sequence[BoundaryCurve]
+    plane: ParameterPlane, work: Progress, curves: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
-    curve = HopfCurve(plane, go_on=work.go_on)
-    follower = Follower(curve, 0.0, lambda _count: None)
+    curve = HopfCurve(plane, work)
+    follower, convert = Follower(curve), partial(_hopf_point, plane)
     for system, name, along in _lines(plane, work):
         for value in hopf_values(system, name, *plane.ranges[along]):
             values = [getattr(system.parameters, each) for each in plane.names]
@@ -221,81 +209,45 @@ def _hopf_curves(
             start = curve.begin((values[0], values[1]), 1 - along)
             if start is None:
                 continue
-            here = _hopf_point(plane, curve.scales, start)
-            at = start.unknowns * curve.scales
-            if _is_on(plane, known, at, (here.period, here.y_min, here.y_max)):
-                continue
-            turned = replace(start, tangent=-start.tangent)
-            yield _both_ways(
-                follower.follow, start, turned, partial(_hopf_point, plane, curve.scales)
-            )
+            point = convert(start)
+            measures = (point.period, point.y_min, point.y_max)
+            if not _is_on(plane, curves, np.array(point.values), measures):
+                yield _both_ways(follower.follow, start, convert)
 
 
-P = TypeVar("P")
-_P_co = TypeVar("_P_co", covariant=True)
-
-
-class _Part(Protocol[_P_co]):
-    # What is followed from a start in one direction: `Followed` or `FoldPart`.
-    @property
-    def points(self) -> Sequence[_P_co]: ...
-    @property
-    def events(self) -> Mapping[int, EventKind]: ...
-    @property
-    def end(self) -> End: ...
+P = TypeVar("P", bound=PointOnCurve)
 
 
 def _both_ways(
-    follow: Callable[[P], _Part[P]], start: P, turned: P, told: Callable[[P], BoundaryPoint]
+    follow: Callable[[P], Followed[P]], start: P, convert: Callable[[P], BoundaryPoint]
 ) -> BoundaryCurve:
-    ahead = follow(start)
-    ends, before = (ahead.end, ahead.end), 0
-    points, events = [start, *ahead.points], dict(ahead.events)
-    if ahead.end is not End.CLOSED:
-        back = follow(turned)
-        ends, before = (back.end, ahead.end), len(back.points)
-        points = [*back.points[::-1], *points]
-        events = {before + 1 + place: kind for place, kind in events.items()}
-        events |= {before - 1 - place: kind for place, kind in back.events.items()}
-    else:
-        events = {1 + place: kind for place, kind in events.items()}
-    shown = [told(point) for point in points]
-    return BoundaryCurve(
-        tuple(shown), tuple(_event(events[place], shown[place]) for place in sorted(events)), ends
-    )
+    whole = follow_both_ways(follow, start)
+    points = tuple(map(convert, whole.points))
+    events = tuple(_event(kind, points[index]) for index, kind in whole.events.items())
+    return BoundaryCurve(points, events, whole.ends)
 
 
 def _with_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) -> BoundaryCurve:
     # Folds that shrink into the equilibrium end at a Hopf point whose Lyapunov coefficient is zero.
-    points, events = curve.points, curve.events
-    if curve.ends[0] is End.EQUILIBRIUM:
-        found = _bautin(plane, points[0], work)
-        points, events = (*found, *points), (*map(_bautin_event, found), *events)
-    if curve.ends[1] is End.EQUILIBRIUM:
-        found = _bautin(plane, points[-1], work)
-        points, events = (*points, *found), (*events, *map(_bautin_event, found))
-    return BoundaryCurve(points, events, curve.ends)
+    shrinks = [end is End.EQUILIBRIUM for end in curve.ends]
+    first = _bautin(plane, curve.points[0], work) if shrinks[0] else []
+    last = _bautin(plane, curve.points[-1], work) if shrinks[1] else []
+    before, after = ([_event(EventKind.BAUTIN, point) for point in ends] for ends in (first, last))
+    return BoundaryCurve(
+        (*first, *curve.points, *last), (*before, *curve.events, *after), curve.ends
+    )
 
 
 def _bautin(plane: ParameterPlane, near: BoundaryPoint, work: Progress) -> list[BoundaryPoint]:
-    curve = HopfCurve(plane, go_on=work.go_on)
+    curve = HopfCurve(plane, work)
     along = 0 if plane.names[0] == "mu" else 1
     start = curve.begin(near.values, 1 - along)
     if start is None:
         return []
-    follower = Follower(curve, 0.0, lambda _count: None, most=_MOST_TO_BAUTIN)
-    found = []
-    for one in (start, replace(start, tangent=-start.tangent)):
-        part = follower.follow(one, step=_FIRST_STEP, until=EventKind.BAUTIN)
-        if part.end is End.EVENT:
-            last = part.points[-1]
-            distance = float(np.linalg.norm(last.unknowns - start.unknowns))
-            found.append((distance, _hopf_point(plane, curve.scales, last)))
-    return [min(found, key=lambda one: one[0])[1]] if found else []
-
-
-def _bautin_event(point: BoundaryPoint) -> BoundaryEvent:
-    return _event(EventKind.BAUTIN, point)
+    follower = Follower(curve, most=_MOST_TO_BAUTIN)
+    points = follower.events_both_ways(start, EventKind.BAUTIN, _FIRST_STEP)
+    points.sort(key=lambda point: float(np.linalg.norm(point.unknowns - start.unknowns)))
+    return [_hopf_point(plane, point) for point in points[:1]]
 
 
 def _event(kind: EventKind, point: BoundaryPoint) -> BoundaryEvent:
@@ -309,8 +261,8 @@ def _cycle_point(scales: FloatArray, orbit: OrbitOnCurve) -> BoundaryPoint:
     return BoundaryPoint((first, second), period, (x, vx, y, vy), low, high, multipliers)
 
 
-def _hopf_point(plane: ParameterPlane, scales: FloatArray, point: HopfOnCurve) -> BoundaryPoint:
-    first, second = (point.unknowns * scales).tolist()
+def _hopf_point(plane: ParameterPlane, point: HopfOnCurve) -> BoundaryPoint:
+    first, second = (point.unknowns * plane.units).tolist()
     rest = equilibrium(plane.at((first, second)))
     return BoundaryPoint(
         (first, second),

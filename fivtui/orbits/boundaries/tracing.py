@@ -5,21 +5,21 @@ goes on beyond, off the belt the highest point rises from y = 0 with the square 
 There it turns back (a cusp, where two folds and the touch of a branch meet) or passes.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
+from fivtui.model import Progress
 from fivtui.orbits.curves.arclength import VALUE, OrbitOnCurve
 from fivtui.orbits.curves.branch_curve import slider_belt_curve
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.flow import FloatArray
-from fivtui.orbits.curves.following import Follower
+from fivtui.orbits.curves.following import Followed, Follower
 
 from .fold_curve import FoldCurve, FoldOnCurve
 from .plane import FIRST, SECOND, ParameterPlane
-from .touch_curve import TouchCurve, highest_point
+from .touch_curve import TouchCurve
 
 # Amplitude, in units of the length, at which folds have shrunk into a Hopf point.
 _NEAREST: Final = 4e-3
@@ -38,184 +38,150 @@ _STATE: Final = slice(4)
 
 
 @dataclass(slots=True)
-class FoldPart:
-    """Folds in the order in which they are met, the events at some of them, and the end."""
-
+class _Trace:
+    # Folds in the order in which they are met, the events at some of them, and the end.
     points: list[FoldOnCurve]
     events: dict[int, EventKind]
     end: End
 
 
-def reversed_fold(fold: FoldOnCurve) -> FoldOnCurve:
-    """A fold with the tangent the other way."""
-    return replace(fold, tangent=-fold.tangent, determinant=-fold.determinant)
-
-
 class FoldTracer:
     """Traces curves of folds."""
 
-    def __init__(
-        self,
-        plane: ParameterPlane,
-        length: float,
-        period: float,
-        tell: Callable[[int], None],
-        go_on: Callable[[], bool],
-    ) -> None:
-        self.plane, self._length, self._period = plane, length, period
-        self._tell, self._go_on = tell, go_on
+    def __init__(self, plane: ParameterPlane, length: float, period: float, work: Progress) -> None:
+        self._plane, self._length, self._period, self._work = plane, length, period, work
         self._on, self._off = (
-            FoldCurve(plane, length, period, separation=separates, go_on=go_on)
+            FoldCurve(plane, length, period, work, separation=separates)
             for separates in (False, plane.system.separation)
         )
+        self._touches = TouchCurve(plane, length, period, work)
         self.scales = self._on.scales
 
-    def begin(self, orbit: OrbitOnCurve) -> FoldOnCurve | None:
+    def begin(self, cycle: FloatArray, y_max: float) -> FoldOnCurve | None:
         """The fold near a limit cycle, at the same value of the first parameter."""
-        return self._curve(orbit).begin(orbit, FIRST)
+        return self._curve(y_max).begin(cycle / self.scales, FIRST)
 
-    def follow(self, start: FoldOnCurve) -> FoldPart:
+    def follow(self, start: FoldOnCurve) -> Followed[FoldOnCurve]:
         """Follow a curve of folds from one, in the direction of its tangent."""
-        part = FoldPart([], {}, End.LOST)
-        here: FoldOnCurve | None = start
+        trace = _Trace([], {}, End.LOST)
+        fold: FoldOnCurve | None = start
         for _ in range(_MOST_CORNERS):
-            if here is None:
+            if fold is None:
                 break
-            here = self._to_corner(part, here, at=EventKind.TOUCH if here is not start else None)
-        return part
+            fold = self._to_corner(trace, fold, None if fold is start else EventKind.TOUCH)
+        return Followed(tuple(trace.points), trace.events, trace.end)
 
-    def _curve(self, orbit: OrbitOnCurve) -> FoldCurve:
-        leaves = float(orbit.extremes[3]) > _SETTLED * self._length
-        return self._off if leaves and self.plane.system.separation else self._on
+    def _curve(self, y_max: float) -> FoldCurve:
+        leaves = y_max > _SETTLED * self._length
+        return self._off if leaves and self._plane.system.separation else self._on
 
     def _to_corner(
-        self, part: FoldPart, start: FoldOnCurve, at: EventKind | None
+        self, trace: _Trace, start: FoldOnCurve, at: EventKind | None
     ) -> FoldOnCurve | None:
         # Follow it to its end or a corner; returns where to go on behind that.
-        curve = self._curve(start)
-        found = Follower(curve, _NEAREST, self._tell).follow(start, until=EventKind.TOUCH, at=at)
-        part.events |= {len(part.points) + place: kind for place, kind in found.events.items()}
-        part.points += found.points
-        part.end = found.end
-        if not self.plane.system.separation or found.end not in (End.EVENT, End.LOST):
+        curve, points = self._curve(float(start.extremes[3])), trace.points
+        part = Follower(curve, _NEAREST).follow(start, until=(EventKind.TOUCH,), at=at)
+        trace.events |= {len(points) + index: kind for index, kind in part.events.items()}
+        points += part.points
+        trace.end = part.end
+        if not self._plane.system.separation or part.end not in (End.EVENT, End.LOST):
             return None
         if curve is self._on:
-            return self._leave_belt(part) if found.end is End.EVENT else None
-        if found.end is not End.EVENT:
-            return self._meet_belt(part, start)
-        # It is the height of a corner: on the way there, from there, or where there is none.
-        del part.events[len(part.points) - 1]
-        before = part.points[-2] if len(part.points) > 1 else start
-        rises = bool(before.extremes[3] < part.points[-1].extremes[3])
-        corner = None if rises else self._meet_belt(part, start)
-        return part.points[-1] if corner is None else corner
+            return self._leave_belt(trace) if part.end is End.EVENT else None
+        if part.end is not End.EVENT:
+            return self._meet_belt(trace, start)
+        # Touch level: approaching a corner, leaving one, or no corner.
+        del trace.events[len(points) - 1]
+        before = points[-2] if len(points) > 1 else start
+        rises = bool(before.extremes[3] < points[-1].extremes[3])
+        corner = None if rises else self._meet_belt(trace, start)
+        return points[-1] if corner is None else corner
 
-    def _leave_belt(self, part: FoldPart) -> FoldOnCurve | None:
+    def _leave_belt(self, trace: _Trace) -> FoldOnCurve | None:
         # From a corner at the end of folds on the belt.
-        corner = part.points[-1]
-        part.end = End.LOST
+        corner = trace.points[-1]
+        trace.end = End.LOST
         for distance in _BEYOND:
-            for turned in (True, False):
-                beyond = self._beyond(corner, -distance if turned else distance)
+            for kind, signed in ((EventKind.CUSP, -distance), (EventKind.TOUCH, distance)):
+                beyond = self._beyond(corner, signed)
                 if beyond is not None:
-                    part.events[len(part.points) - 1] = (
-                        EventKind.CUSP if turned else EventKind.TOUCH
-                    )
-                    part.points.append(beyond)
+                    trace.events[len(trace.points) - 1] = kind
+                    trace.points.append(beyond)
                     return beyond
         return None
 
     def _beyond(self, corner: FoldOnCurve, distance: float) -> FoldOnCurve | None:
         # The fold off the belt at a distance from a corner, along the curve on the belt.
         way = corner.tangent[FIRST:] / np.linalg.norm(corner.tangent[FIRST:])
-        place = FIRST + int(np.argmax(np.abs(way)))
-        other = FIRST + SECOND - place
-        values = corner.unknowns[FIRST:] + distance * way
-        _, touch = self._touching(corner, values, place)
+        fixed = FIRST + int(np.argmax(np.abs(way)))
+        free = FIRST + SECOND - fixed
+        touch = self._touching(corner, corner.unknowns[FIRST:] + distance * way, fixed)
         if touch is None:
             return None
-        values = (touch.unknowns * self.scales)[FIRST:]
-        system = replace(self.plane.at(values.tolist()), separation=True)
-        name, bounds = self.plane.names[other - FIRST], self.plane.ranges[other - FIRST]
-        curve = slider_belt_curve(
-            system, name, bounds, self._length, self._period, go_on=self._go_on
-        )
+        values = touch.unknowns * self.scales
+        system = replace(self._plane.at(values[FIRST:].tolist()), separation=True)
+        name, bounds = self._plane.names[free - FIRST], self._plane.ranges[free - FIRST]
+        curve = slider_belt_curve(system, name, bounds, self._length, self._period, work=self._work)
         planes = np.zeros((2, 6))
         planes[0, _STATE], planes[1, VALUE] = touch.across, 1.0
-        start = curve.orbits.solve(
-            np.array([*(touch.unknowns * self.scales)[:FIRST], values[other - FIRST]])
-            / curve.scales,
-            planes,
-        )
+        start = curve.orbits.solve(np.append(values[:FIRST], values[free]) / curve.scales, planes)
         if start is None:
             return None
-        start = start if start.tangent[2] > 0.0 else _reversed(start)
-        follower = Follower(curve, 0.0, lambda _count: None, most=_MOST_TO_FOLD, turns=True)
-        found = follower.follow(start, step=_FIRST_STEP * abs(distance), until=EventKind.FOLD)
-        if found.end is not End.EVENT:
+        start = start if start.tangent[2] > 0.0 else start.reversed()
+        part = Follower(curve, most=_MOST_TO_FOLD).follow(
+            start, step=_FIRST_STEP * abs(distance), until=(EventKind.FOLD,)
+        )
+        if part.end is not End.EVENT:
             return None
-        last = found.points[-1]
-        unknowns = np.empty(FIRST + 2)
-        unknowns[:FIRST] = (last.unknowns * curve.scales)[:FIRST] / self.scales[:FIRST]
-        unknowns[place] = touch.unknowns[place]
-        unknowns[other] = float(last.unknowns[VALUE] * curve.scales[VALUE]) / self.scales[other]
-        fold = self._off.begin(replace(last, unknowns=unknowns), place)
+        last = part.points[-1].unknowns * curve.scales
+        unknowns = np.append(last[:FIRST] / self.scales[:FIRST], touch.unknowns[FIRST:])
+        unknowns[free] = last[VALUE] / self.scales[free]
+        fold = self._off.begin(unknowns, fixed)
         if fold is None or fold.extremes[3] > _PART_OF_SIZE * abs(fold.extremes[2]):
             return None
         away = float((fold.unknowns - corner.unknowns)[FIRST:] @ fold.tangent[FIRST:])
-        return fold if away > 0.0 else reversed_fold(fold)
+        return fold if away > 0.0 else fold.reversed()
 
-    def _meet_belt(self, part: FoldPart, start: FoldOnCurve) -> FoldOnCurve | None:
+    def _meet_belt(self, trace: _Trace, start: FoldOnCurve) -> FoldOnCurve | None:
         # From where folds off the belt cannot be followed: to those on it, if they are there.
-        last = part.points[-1] if part.points else start
+        points = trace.points
+        last = points[-1] if points else start
         if not float(last.extremes[3]) < _AT_CORNER * self._length:
             return None
         corner = self._corner_near(last)
         if corner is None:
             return None
         # What is smaller than the last distance at which a corner is left is not looked at.
-        ways = [(corner.unknowns - one.unknowns)[FIRST:] for one in (*part.points[::-1], start)]
+        ways = [(corner.unknowns - fold.unknowns)[FIRST:] for fold in (*points[::-1], start)]
         long = (way for way in ways if np.linalg.norm(way) > _BEYOND[-1])
         turns = bool(corner.tangent[FIRST:] @ next(long, last.tangent[FIRST:]) < 0.0)
-        while part.points and float(part.points[-1].extremes[3]) < _SETTLED * self._length:
-            part.points.pop()
-        count = len(part.points)
-        part.events = {place: kind for place, kind in part.events.items() if place < count}
-        part.events[count] = EventKind.CUSP if turns else EventKind.TOUCH
-        part.points.append(corner)
+        while points and float(points[-1].extremes[3]) < _SETTLED * self._length:
+            points.pop()
+        count = len(points)
+        trace.events = {index: kind for index, kind in trace.events.items() if index < count}
+        trace.events[count] = EventKind.CUSP if turns else EventKind.TOUCH
+        points.append(corner)
         return corner
 
     def _corner_near(self, fold: FoldOnCurve) -> FoldOnCurve | None:
         # The touching fold near one that is hardly off the belt, with the tangent towards those on
         # it. Touching cycles are as near as the fold itself, and their curve has no corner.
         arrival = fold.tangent[FIRST:]
-        place = FIRST + int(np.argmax(np.abs(arrival)))
-        curve, touch = self._touching(fold, fold.unknowns[FIRST:], place)
+        fixed = FIRST + int(np.argmax(np.abs(arrival)))
+        touch = self._touching(fold, fold.unknowns[FIRST:], fixed)
         if touch is None:
             return None
-        ahead = touch if touch.tangent[FIRST:] @ arrival > 0.0 else _reversed(touch)
-        follower = Follower(curve, 0.0, self._tell, most=_MOST_TO_FOLD)
-        for start in (ahead, _reversed(ahead)):
-            found = follower.follow(start, step=_FIRST_STEP, until=EventKind.FOLD)
-            if found.end is End.EVENT:
-                corner = self._on.begin(found.points[-1], place)
+        ahead = touch if touch.tangent[FIRST:] @ arrival > 0.0 else touch.reversed()
+        follower = Follower(self._touches, most=_MOST_TO_FOLD)
+        for start in (ahead, ahead.reversed()):
+            part = follower.follow(start, step=_FIRST_STEP, until=(EventKind.FOLD,))
+            if part.end is End.EVENT:
+                corner = self._on.begin(part.points[-1].unknowns, fixed)
                 # It starts at its highest point, whose height the third unknown is.
                 descends = corner is None or corner.tangent[2] < 0.0
-                return corner if corner is None or descends else reversed_fold(corner)
+                return corner if corner is None or descends else corner.reversed()
         return None
 
-    def _touching(
-        self, fold: FoldOnCurve, values: FloatArray, place: int
-    ) -> tuple[TouchCurve, OrbitOnCurve | None]:
+    def _touching(self, fold: FoldOnCurve, values: FloatArray, fixed: int) -> OrbitOnCurve | None:
         # The touching cycle near a fold, at a scaled value of one of the parameters.
-        curve = TouchCurve(self.plane, self._length, self._period, go_on=self._go_on)
-        real = fold.unknowns * self.scales
-        x, vx, y, vy, period = real[:FIRST].tolist()
-        x, vx, _, _ = highest_point(self.plane, (x, vx, y, vy), period, real[FIRST:])
-        guess = np.array([x, vx, 0.0, 0.0, period, 0.0, 0.0]) / self.scales
-        guess[FIRST:] = values
-        return curve, curve.at(guess, place)
-
-
-def _reversed(orbit: OrbitOnCurve) -> OrbitOnCurve:
-    return replace(orbit, tangent=-orbit.tangent, determinant=-orbit.determinant)
+        return self._touches.begin(fold.unknowns * self.scales, fixed, values)

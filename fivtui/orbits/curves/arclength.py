@@ -5,40 +5,42 @@ own. The phase is fixed by a plane across the orbit before, so that no section o
 needed and lift-off changes nothing.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Final
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel import OrbitSearch, Varied, load_kernel, why_interpreted
-from fivtui.model import PARAMETERS, Cancelled
+from fivtui.model import PARAMETERS, Progress
 from fivtui.taylor import local_tolerance, order_for
 from fivtui.transient import MAX_T_END
 
 from .flow import FLOW_TOL, MOST_STEPS, FloatArray, Flow, Return, SliderBeltFlow
+from .following import Bound, Curve, PointOnCurve
 
 # Places of the unknowns, from the last: of one parameter that varies.
 VALUE: Final = -1
 PERIOD: Final = -2
-_MOST_ITERATIONS: Final = 8
-# A residual below the first is not improved; one above the second, relative to the state, is none.
-_EXACT: Final = 2e-13
-_CONVERGED: Final = 1e-10
+UNWATCHED: Final = Progress(None)
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class OrbitOnCurve:
+class OrbitOnCurve(PointOnCurve):
     """A periodic orbit, with the direction of the curve there."""
 
-    unknowns: FloatArray
-    tangent: FloatArray
     across: FloatArray
     monodromy: FloatArray
     extremes: FloatArray
     determinant: float
-    iterations: int
+
+    def reversed(self) -> Self:
+        """The same orbit with the tangent the other way."""
+        return replace(self, tangent=-self.tangent, determinant=-self.determinant)
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -47,15 +49,103 @@ class OrbitOnCurve:
         return values[np.argsort(-np.abs(values), kind="stable")]
 
 
+Orbit = TypeVar("Orbit", bound=OrbitOnCurve)
+
+
+def cycle_scales(length: float, period: float, *units: float) -> FloatArray:
+    """Units of the unknowns: of a state by a length and a period, of the period, of parameters."""
+    speed = 2.0 * math.pi * length / period
+    return np.array([length, speed, length, speed, period, *units])
+
+
+class CycleCurve(Curve[Orbit]):
+    """A curve of limit cycles in units of its scales."""
+
+    def __init__(self, scales: FloatArray, bounds: Sequence[Bound]) -> None:
+        self.scales, self.bounds = scales, bounds
+
+    def size(self, point: Orbit) -> float:
+        """Amplitude of both displacements, scaled."""
+        x_min, x_max, y_min, y_max = (point.extremes[:4] / self.scales[0]).tolist()
+        return 0.5 * math.hypot(x_max - x_min, y_max - y_min)
+
+    def features(self, point: Orbit) -> FloatArray:
+        """What does not depend on the phase: period, parameters and extremes."""
+        states = len(point.across)
+        return np.concatenate([point.unknowns[states:], point.extremes[:4] / self.scales[0]])
+
+
+class Limits(NamedTuple):
+    """Limits of Newton's method: iterations, and residuals relative to the state.
+
+    A residual below `exact` is not improved; one above `converged` is none.
+    """
+
+    iterations: int
+    exact: float
+    converged: float
+
+
+class Root(NamedTuple, Generic[T]):
+    """A root of equations: their derivatives there, what belongs to it, and iterations."""
+
+    unknowns: FloatArray
+    derivatives: FloatArray
+    belonging: T
+    iterations: int
+
+
+def find_root(
+    equations: Callable[[FloatArray], tuple[FloatArray, FloatArray, T] | None],
+    guess: FloatArray,
+    states: int,
+    limits: Limits,
+) -> Root[T] | None:
+    """The root of equations near a guess by Newton's method; None if it finds none.
+
+    Equations give residuals, derivatives and what belongs to them; None where they have no value.
+    """
+    # As `orbit_solve` in the compiled kernel does it.
+    unknowns, least, best, accepted = guess, np.inf, None, 0.0
+    for iteration in range(limits.iterations):
+        values = equations(unknowns)
+        if values is None:
+            break
+        residuals, derivatives, belonging = values
+        residual = float(np.abs(residuals).max())
+        size = float(np.abs(unknowns[:states]).max())
+        if residual < least:
+            least, accepted = residual, limits.converged * size
+            best = Root(unknowns, derivatives, belonging, iteration)
+        elif least < accepted:
+            break
+        if residual < limits.exact * size:
+            break
+        try:
+            unknowns = unknowns - np.linalg.solve(derivatives, residuals)
+        except np.linalg.LinAlgError:
+            break
+    return best if least < accepted else None
+
+
+def directions_across(way: FloatArray) -> FloatArray:
+    """Unit vectors across a direction: columns of a reflection of the first axis to it."""
+    turn = way.copy()
+    turn[0] += -1.0 if way[0] < 0.0 else 1.0
+    basis: FloatArray = (np.eye(len(way)) - np.outer(turn, 2.0 / (turn @ turn) * turn))[:, 1:]
+    return basis
+
+
+_LIMITS: Final = Limits(iterations=8, exact=2e-13, converged=1e-10)
+
+
 class OrbitCurve:
     """The equations of the periodic orbits of a flow along the parameters that vary."""
 
-    def __init__(
-        self, flow: Flow, scales: FloatArray, *, go_on: Callable[[], bool] = lambda: True
-    ) -> None:
-        self._flow, self.scales, self._go_on = flow, scales, go_on
+    def __init__(self, flow: Flow, scales: FloatArray, work: Progress = UNWATCHED) -> None:
+        self._flow, self.scales, self._work = flow, scales, work
         self._states, self._count = flow.states, len(scales)
-        self._search = _compiled(flow, scales) if isinstance(flow, SliderBeltFlow) else None
+        self._search = _compiled(flow, scales)
 
     def solve(
         self,
@@ -65,91 +155,84 @@ class OrbitCurve:
         *,
         turning: bool = True,
     ) -> OrbitOnCurve | None:
-        """The periodic orbit near a guess; None if Newton's method finds none."""
-        if not self._go_on():
-            raise Cancelled
+        """The periodic orbit near a guess in planes through it; None if there is none.
+
+        The tangent has the direction `along`, that of the last plane if not given, and is in the
+        plane across the orbit if `turning`, else in the first plane.
+        """
+        self._work.check()
         if not np.isfinite(guess).all():
             return None
         way = planes[-1] if along is None else along
         if self._search is not None:
-            found = self._search.solve(guess, planes, way, turning=turning)
-            return None if found is None else OrbitOnCurve(*found)
-        return self._newton(guess, planes, way, turning=turning)
+            orbit = self._search.solve(guess, planes, way, turning=turning)
+            return None if orbit is None else OrbitOnCurve(**orbit._asdict())
+        states = self._states
+
+        def equations(unknowns: FloatArray) -> tuple[FloatArray, FloatArray, Return] | None:
+            motion = self.motion(unknowns)
+            if motion is None:
+                return None
+            missed = [self.missed(unknowns, motion), planes @ (unknowns - guess)]
+            return np.concatenate(missed), np.vstack([self.shooting(motion), planes]), motion
+
+        root = find_root(equations, guess, states, _LIMITS)
+        return None if root is None else self.completed(root, root.belonging, way, turning=turning)
 
     def returns_after(self, orbit: OrbitOnCurve, share: float) -> float:
         """How far an orbit is from its start after a share of its period, relative to its size."""
-        values, states = orbit.unknowns * self.scales, self._states
-        there = self._flow.follow(
-            values[:states], share * float(values[states]), values[states + 1 :]
-        )
-        if there is None:
+        motion = self.motion(orbit.unknowns, share)
+        if motion is None:
             return np.inf
-        away = np.abs(there.final / self.scales[:states] - orbit.unknowns[:states]).max()
-        return float(away / np.abs(orbit.unknowns[:states]).max())
+        state = orbit.unknowns[: self._states]
+        away = np.abs(self.missed(orbit.unknowns, motion)).max()
+        return float(away / np.abs(state).max())
 
     def later(self, orbit: OrbitOnCurve, share: float) -> OrbitOnCurve | None:
         """The same orbit, beginning a share of its period later; None if it is not found."""
-        values, states = orbit.unknowns * self.scales, self._states
-        there = self._flow.follow(
-            values[:states], share * float(values[states]), values[states + 1 :]
-        )
-        if there is None:
+        motion, states = self.motion(orbit.unknowns, share), self._states
+        if motion is None:
             return None
         guess, along = orbit.unknowns.copy(), orbit.tangent.copy()
-        guess[:states] = there.final / self.scales[:states]
+        guess[:states] = motion.final / self.scales[:states]
         # The way along the curve is that of period and parameters.
         along[:states] = 0.0
         planes = np.eye(self._count)[states:]
         planes[0] = 0.0
-        planes[0, :states] = there.rate / self.scales[:states]
+        planes[0, :states] = motion.rate / self.scales[:states]
         planes[0] /= np.linalg.norm(planes[0])
         return self.solve(guess, planes, along)
 
-    def _newton(
-        self, guess: FloatArray, planes: FloatArray, along: FloatArray, *, turning: bool
-    ) -> OrbitOnCurve | None:
-        # As `orbit_solve` in the compiled kernel does it.
-        states = self._states
-        unknowns = guess.copy()
-        system = np.zeros((self._count, self._count))
-        system[states:] = planes
-        least, best, size = np.inf, None, 0.0
-        for iteration in range(_MOST_ITERATIONS):
-            there = self._return(unknowns)
-            if there is None:
-                break
-            self._fill(system, there)
-            missed = np.zeros(self._count)
-            missed[:states] = there.final / self.scales[:states] - unknowns[:states]
-            missed[states:] = planes @ (unknowns - guess)
-            residual, here = float(np.abs(missed).max()), float(np.abs(unknowns[:states]).max())
-            if residual < least:
-                least, best, size = residual, (unknowns, there, iteration), here
-            elif least < _CONVERGED * size:
-                break
-            if residual < _EXACT * here:
-                break
-            try:
-                unknowns = unknowns - np.linalg.solve(system, missed)
-            except np.linalg.LinAlgError:
-                break
-        if best is None or not least < _CONVERGED * size:
+    def motion(self, unknowns: FloatArray, share: float = 1.0) -> Return | None:
+        """The motion over a share of a period; None if there is none."""
+        values, states = unknowns * self.scales, self._states
+        period = float(values[states])
+        if not np.isfinite(values).all() or not period > 0.0:
             return None
-        return self._completed(best, planes, along, turning=turning)
+        return self._flow.follow(values[:states], share * period, values[states + 1 :])
 
-    def _completed(
-        self,
-        found: tuple[FloatArray, Return, int],
-        planes: FloatArray,
-        along: FloatArray,
-        *,
-        turning: bool,
+    def missed(self, unknowns: FloatArray, motion: Return) -> FloatArray:
+        """Scaled distance of the end of a motion from its start."""
+        distance: FloatArray = motion.final / self.scales[: self._states]
+        return distance - unknowns[: self._states]
+
+    def shooting(self, motion: Return) -> FloatArray:
+        """Derivatives of that distance by the unknowns."""
+        n, scales = self._states, self.scales
+        units = scales[:n, None]
+        rows = np.empty((n, self._count))
+        rows[:, :n] = motion.derivatives[:, :n] * scales[:n] / units - np.eye(n)
+        rows[:, n] = motion.rate * scales[n] / scales[:n]
+        rows[:, n + 1 :] = motion.derivatives[:, n:] * scales[n + 1 :] / units
+        return rows
+
+    def completed(
+        self, root: Root[T], motion: Return, along: FloatArray, *, turning: bool = True
     ) -> OrbitOnCurve | None:
-        (unknowns, there, iterations), states = found, self._states
-        system = np.zeros((self._count, self._count))
-        self._fill(system, there)
-        system[states:], system[-1] = planes, along
-        rate = there.rate / self.scales[:states]
+        """The orbit of a root with its tangent; None where the equations are singular."""
+        system, states = root.derivatives.copy(), self._states
+        system[-1] = along
+        rate = motion.rate / self.scales[:states]
         across = rate / np.linalg.norm(rate)
         if turning:
             system[states] = 0.0
@@ -160,40 +243,29 @@ class OrbitCurve:
             return None
         tangent = tangent / np.linalg.norm(tangent)
         system[-1] = tangent
-        # Directions across the orbit: the columns of a reflection of the first axis to its own.
-        turn = across.copy()
-        turn[0] += -1.0 if across[0] < 0.0 else 1.0
-        basis = (np.eye(states) - np.outer(turn, 2.0 / (turn @ turn) * turn))[:, 1:]
-        monodromy = basis.T @ (system[:states, :states] + np.eye(states)) @ basis
-        determinant = float(np.linalg.det(system))
+        basis = directions_across(across)
         return OrbitOnCurve(
-            unknowns, tangent, across, monodromy, there.extremes, determinant, iterations
+            root.unknowns,
+            tangent,
+            root.iterations,
+            across,
+            basis.T @ (system[:states, :states] + np.eye(states)) @ basis,
+            motion.extremes,
+            float(np.linalg.det(system)),
         )
 
-    def _return(self, unknowns: FloatArray) -> Return | None:
-        values = unknowns * self.scales
-        period = float(values[self._states])
-        if not np.isfinite(values).all() or not period > 0.0:
-            return None
-        return self._flow.follow(values[: self._states], period, values[self._states + 1 :])
 
-    def _fill(self, system: FloatArray, there: Return) -> None:
-        n, scales = self._states, self.scales
-        units = scales[:n, None]
-        system[:n, :n] = there.derivatives[:, :n] * scales[:n] / units - np.eye(n)
-        system[:n, n] = there.rate * scales[n] / scales[:n]
-        system[:n, n + 1 :] = there.derivatives[:, n:] * scales[n + 1 :] / units
-
-
-def _compiled(flow: SliderBeltFlow, scales: FloatArray) -> OrbitSearch | None:
+def _compiled(flow: Flow, scales: FloatArray) -> OrbitSearch | None:
+    if not isinstance(flow, SliderBeltFlow) or flow.system.parameters.v_belt is not None:
+        return None
     if why_interpreted() is not None:
         return None
     tol = local_tolerance(FLOW_TOL)
-    places: Mapping[str, int] = {name: place for place, name in enumerate(PARAMETERS)}
+    indices = {name: index for index, name in enumerate(PARAMETERS)}
     specs = (PARAMETERS[name] for name in flow.names)
     return load_kernel().orbits(
         parameters=[getattr(flow.system.parameters, name) for name in PARAMETERS],
-        varied=[Varied(places[spec.name], spec.lower, spec.upper) for spec in specs],
+        varied=[Varied(indices[spec.name], spec.lower, spec.upper) for spec in specs],
         scales=scales,
         separation=flow.system.separation,
         tol=tol,

@@ -1,101 +1,160 @@
-"""The curve of limit cycles along one parameter, as it is followed."""
+"""The curve of limit cycles along one parameter, as it is followed, and what happens on it."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from itertools import combinations
 from typing import Final
 
 import numpy as np
 
-from fivtui.model import System
+from fivtui.model import Progress, System
 
-from .arclength import VALUE, OrbitCurve, OrbitOnCurve
-from .events import (
-    ORBIT_TESTS,
-    EventKind,
-    OrbitTest,
-    change_of_course,
-    confirmed,
-    course,
-    makeup,
-    why_lost,
-)
-from .flow import FiniteBeltFlow, FloatArray, Flow, SliderBeltFlow
-from .following import Bound, Courses
+from .arclength import UNWATCHED, VALUE, CycleCurve, OrbitCurve, OrbitOnCurve, cycle_scales
+from .events import End, EventKind
+from .flow import EXTREMES_KEPT, FloatArray, Flow, Makeup, SliderBeltFlow
+from .following import Bound
 
+# Derivatives of the parameter along the curve below this are rounding.
+_LEVEL: Final = 1e-9
+_ON_CIRCLE: Final = 1e-6
 # Where in a stick a period may begin.
 _INSIDE: Final = (0.25, 0.75)
+# Sticks and gaps to the speed of the belt, relative to period and speed, below which a cycle that
+# cannot be followed ends there.
+_NO_LONGER: Final = 1e-3
+# A unit of the parameter is at least its range over this; a power of two scales without rounding.
+_LEAST_UNIT: Final = 64.0
 
 
-class BranchCurve:
+def touch(orbit: OrbitOnCurve) -> float:
+    """Zero where the highest or the lowest point is at y = 0; positive if the cycle crosses it."""
+    low, high = orbit.extremes[2:4].tolist()
+    return float(-low * high)
+
+
+def level(orbit: OrbitOnCurve) -> float:
+    """The derivative of the parameter along the curve; zero at a fold."""
+    change = float(orbit.tangent[VALUE])
+    return change if abs(change) > _LEVEL else 0.0
+
+
+def flip(orbit: OrbitOnCurve) -> float:
+    """Zero where a multiplier is -1."""
+    return float(np.linalg.det(orbit.monodromy + np.eye(len(orbit.monodromy))))
+
+
+def pairs(orbit: OrbitOnCurve) -> float:
+    """Zero where the product of two multipliers is 1.
+
+    The products are the eigenvalues of the matrix of all minors of two rows and columns.
+    """
+    rows = orbit.monodromy.tolist()
+    chosen = list(combinations(range(len(rows)), 2))
+    minors = [
+        [rows[i][k] * rows[j][n] - rows[i][n] * rows[j][k] - (i == k and j == n) for k, n in chosen]
+        for i, j in chosen
+    ]
+    return float(np.linalg.det(minors)) if chosen else 1.0
+
+
+def crossing(orbit: OrbitOnCurve) -> float:
+    """Zero where another branch crosses."""
+    return orbit.determinant
+
+
+_TESTS: Final[dict[EventKind, Callable[[OrbitOnCurve], float]]] = {
+    EventKind.TOUCH: touch,
+    EventKind.FOLD: level,
+    EventKind.PERIOD_DOUBLING: flip,
+    EventKind.TORUS: pairs,
+    EventKind.BRANCH: crossing,
+}
+
+
+class BranchCurve(CycleCurve[OrbitOnCurve]):
     """Periodic orbits of a flow along one parameter."""
+
+    turns = True
+    untested: frozenset[EventKind] = frozenset()
 
     def __init__(
         self,
         flow: Flow,
         scales: FloatArray,
-        low: float,
-        high: float,
-        lengths: tuple[float, float],
+        bounds: tuple[float, float],
+        work: Progress = UNWATCHED,
         *,
-        go_on: Callable[[], bool] = lambda: True,
         touches: bool,
-        courses: bool = False,
     ) -> None:
-        self.scales = scales
-        self.orbits = OrbitCurve(flow, scales, go_on=go_on)
+        low, high = bounds
         value = float(scales[VALUE])
-        self.bounds = (Bound(len(scales) - 1, low / value, high / value),)
-        # With sticks the sign of the determinant depends on where a period begins.
-        left_out = {EventKind.BRANCH} if courses else set()
-        if not touches:
-            left_out.add(EventKind.TOUCH)
-        self.tests: Mapping[EventKind, OrbitTest] = {
-            kind: test for kind, test in ORBIT_TESTS.items() if kind not in left_out
-        }
-        self._lengths = np.repeat(lengths, 2)
-        self._states = flow.states
-        self.courses = (
-            Courses(course, change_of_course, why_lost, self._centred) if courses else None
-        )
+        super().__init__(scales, (Bound(len(scales) - 1, low / value, high / value),))
+        self.orbits = OrbitCurve(flow, scales, work)
+        untested = self.untested if touches else {*self.untested, EventKind.TOUCH}
+        self.tests = {kind: test for kind, test in _TESTS.items() if kind not in untested}
 
     def correct(
         self,
         guess: FloatArray,
-        here: OrbitOnCurve,
+        near: OrbitOnCurve,
         along: FloatArray,
         tangent: FloatArray | None = None,
     ) -> OrbitOnCurve | None:
         """The orbit near a guess in the plane with the normal `along`: see `Curve`."""
         planes = np.zeros((2, len(guess)))
-        planes[0, : self._states], planes[1] = here.across, along
+        planes[0, : len(near.across)], planes[1] = near.across, along
         return self.orbits.solve(guess, planes, tangent)
 
-    def size(self, point: OrbitOnCurve) -> float:
-        """Amplitude of both displacements, scaled."""
-        x_min, x_max, y_min, y_max = (point.extremes[:4] / self._lengths).tolist()
-        return 0.5 * math.hypot(x_max - x_min, y_max - y_min)
+    def confirmed(self, kind: EventKind, point: OrbitOnCurve) -> bool:
+        """Whether an event is what its test looked for: a product of real multipliers is none."""
+        if kind is not EventKind.TORUS:
+            return True
+        values = point.multipliers
+        turning = values[np.abs(values.imag) > _ON_CIRCLE]
+        return bool(turning.size and np.abs(np.abs(turning) - 1.0).min() < _ON_CIRCLE)
 
-    def features(self, point: OrbitOnCurve) -> FloatArray:
-        """What does not depend on the phase."""
-        return np.concatenate([point.unknowns[-2:], point.extremes[:4] / self._lengths])
 
-    def _centred(self, point: OrbitOnCurve) -> OrbitOnCurve:
-        # Cycles that stick begin within a stick, away from its ends.
-        made = makeup(point)
-        if made.sticks == 0.0 or _INSIDE[0] < made.place < _INSIDE[1]:
+def makeup(orbit: OrbitOnCurve) -> Makeup:
+    """What a cycle on a belt of finite speed consists of."""
+    return Makeup(*orbit.extremes[EXTREMES_KEPT:].tolist())
+
+
+class BeltBranchCurve(BranchCurve):
+    """Periodic orbits on a belt of finite speed, whose modes change their order at corners."""
+
+    # With sticks the sign of the determinant depends on where a period begins.
+    untested = frozenset({EventKind.BRANCH})
+
+    def course(self, point: OrbitOnCurve) -> tuple[float, ...]:
+        """What changes where the order of modes does."""
+        parts = makeup(point)
+        return (parts.sticks, parts.reversals, parts.order)
+
+    def change_of_course(self, point: OrbitOnCurve, successor: OrbitOnCurve) -> EventKind:
+        """What happens between two cycles of different order of modes."""
+        before, after = makeup(point), makeup(successor)
+        if before.sticks != after.sticks:
+            return EventKind.STICK
+        reverses = before.reversals != after.reversals
+        return EventKind.REVERSE_SLIP if reverses else EventKind.ORDER
+
+    def why_lost(self, point: OrbitOnCurve) -> End:
+        """Why the last cycle is not followed farther."""
+        parts = makeup(point)
+        if parts.least_stick < _NO_LONGER:
+            return End.STICK_ENDS
+        return End.JUMPS if 0.0 < parts.gap < _NO_LONGER else End.LOST
+
+    def centred(self, point: OrbitOnCurve) -> OrbitOnCurve:
+        """The same cycle; one that sticks begins within a stick, away from its ends."""
+        parts = makeup(point)
+        if parts.sticks == 0.0 or _INSIDE[0] < parts.start_in_stick < _INSIDE[1]:
             return point
-        moved = self.orbits.later(point, made.middle)
+        moved = self.orbits.later(point, parts.middle)
         if moved is None:
             return point
-        return moved if makeup(moved).place > 0.0 and course(moved) == course(point) else point
-
-    def confirmed(self, kind: EventKind, point: OrbitOnCurve) -> bool:
-        """Whether an event is what its test looked for."""
-        return confirmed(kind, point)
-
-
-# A unit of the parameter is at least its range over this; a power of two scales without rounding.
-_LEAST_UNIT: Final = 64.0
+        same = makeup(moved).start_in_stick > 0.0 and self.course(moved) == self.course(point)
+        return moved if same else point
 
 
 def slider_belt_curve(
@@ -105,21 +164,11 @@ def slider_belt_curve(
     length: float,
     period: float,
     *,
-    go_on: Callable[[], bool],
+    work: Progress,
 ) -> BranchCurve:
     """The curve of the slider-belt model, in units of a length, a period, and about its value."""
-    p = system.parameters
-    always = p.v_belt is None
-    low, high = bounds
-    speed = 2.0 * math.pi * length / period
+    p, (low, high) = system.parameters, bounds
     value = 2.0 ** math.floor(math.log2(max(abs(getattr(p, name)), (high - low) / _LEAST_UNIT)))
-    return BranchCurve(
-        (SliderBeltFlow if always else FiniteBeltFlow)(system, (name,)),
-        np.array([length, speed, length, speed, period, value]),
-        low,
-        high,
-        (length, length),
-        go_on=go_on,
-        touches=system.separation,
-        courses=not always,
-    )
+    curve = BranchCurve if p.v_belt is None else BeltBranchCurve
+    flow, scales = SliderBeltFlow(system, (name,)), cycle_scales(length, period, value)
+    return curve(flow, scales, bounds, work, touches=system.separation)

@@ -1,7 +1,7 @@
 """Branches of limit cycles along a parameter, stable and unstable."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Final, Literal
 
@@ -21,13 +21,13 @@ from fivtui.model import (
 )
 
 from .arclength import VALUE, OrbitOnCurve
-from .branch_curve import BranchCurve
+from .branch_curve import BeltBranchCurve, BranchCurve, makeup
 from .doubling import doubled_cycle, doubling_near, halves
-from .events import MOST_POINTS, End, EventKind, makeup
-from .following import Followed, Follower
-from .origins import Beginning, from_cycle, from_hopf, nearest_hopf, through
+from .events import MOST_POINTS, End, EventKind
+from .following import Followed, Follower, follow_both_ways
+from .origins import Beginning, cycle_near, from_cycle, from_hopf, nearest_hopf, through
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
-from .saved import saved_cycle
+from .saved import interpolated, saved_cycle
 
 _ORIGINS: Final = ("hopf", "cycle")
 # Bounds of the parameter, if not given: its value over and times this.
@@ -122,8 +122,8 @@ def branch(
     else:
         points, events, ends = _followed(*given, beginning)
     work.advance(1.0)
-    told: Origin = "file" if isinstance(origin, Path) else origin
-    return CycleBranch(system, name, bottom, top, told, points, events, ends, doubled)
+    begun_at: Origin = "file" if isinstance(origin, Path) else origin
+    return CycleBranch(system, name, bottom, top, begun_at, points, events, ends, doubled)
 
 
 def branch_through(
@@ -135,10 +135,8 @@ def branch_through(
     progress: OnProgress | None = None,
 ) -> CycleBranch:
     """The branch through a limit cycle of a system, followed both ways."""
-    work = Progress(progress)
-    beginning = through(system, name, bounds, work, cycle)
-    parts = _followed(system, name, bounds, work, beginning)
-    low, high = bounds
+    given = (system, name, bounds, Progress(progress))
+    (low, high), parts = bounds, _followed(*given, through(*given, cycle))
     return CycleBranch(system, name, low, high, "cycle", *parts)
 
 
@@ -153,38 +151,35 @@ def _followed(
     beginning: Beginning,
 ) -> _Parts:
     # Both ways, or away from a Hopf point.
-    curve, start = beginning.curve, beginning.start
-    follower = _follower(curve, work)
-    ahead = follower.follow(start)
-    points, events = _told(curve, start, ahead)
-    ends = (End.EQUILIBRIUM if beginning.hopf is not None else ahead.end, ahead.end)
-    if beginning.hopf is not None:
-        events = [beginning.hopf, *events]
-    elif ahead.end is not End.CLOSED:
-        back = follower.follow(_turned(start))
-        before, events_before = _told(curve, start, back)
-        points, events = [*before[:0:-1], *points], [*events_before[::-1], *events]
-        ends = (back.end, ahead.end)
-        if back.end is End.EQUILIBRIUM:
-            first = nearest_hopf(system, name, bounds, points[0].value)
-            events = [*first, *events]
-    if ahead.end is End.EQUILIBRIUM:
+    curve, hopf = beginning.curve, beginning.hopf
+    begins = None if hopf is None else End.EQUILIBRIUM
+    whole = follow_both_ways(_follower(curve, work).follow, beginning.start, begins)
+    points, events = _results(curve, whole.points, whole.events)
+    first, last = whole.ends
+    if hopf is not None:
+        events.insert(0, hopf)
+    elif first is End.EQUILIBRIUM:
+        events[:0] = nearest_hopf(system, name, bounds, points[0].value)
+    if last is End.EQUILIBRIUM:
         events += nearest_hopf(system, name, bounds, points[-1].value)
-    return tuple(points), tuple(events), ends
+    return tuple(points), tuple(events), whole.ends
 
 
 def _doubled(name: str, work: Progress, beginning: Beginning) -> _Parts:
     # As far as the branch meets that of half the period again, or ends.
     curve, start = beginning.curve, beginning.start
     follower = _follower(curve, work)
-    ways = [start] if beginning.hopf is not None else [start, _turned(start)]
-    parts = [follower.follow(one, until=EventKind.PERIOD_DOUBLING) for one in ways]
-    met = [part.points[-1] for part in parts if part.end is End.EVENT]
+    doubling = EventKind.PERIOD_DOUBLING
+    if beginning.hopf is None:
+        met = follower.events_both_ways(start, doubling)
+    else:
+        ahead = follower.follow(start, until=(doubling,))
+        met = [ahead.points[-1]] if ahead.end is End.EVENT else []
     if not met:
         raise ComputationError(
             f"no period doubling was found along {name}", "widen the range, or begin elsewhere"
         )
-    begin = min(met, key=lambda one: abs(one.unknowns[VALUE] - start.unknowns[VALUE]))
+    begin = min(met, key=lambda orbit: abs(orbit.unknowns[VALUE] - start.unknowns[VALUE]))
     (first,) = points_of(curve, [begin])
     cycle = doubled_cycle(curve, begin)
     if cycle is None:
@@ -192,14 +187,15 @@ def _doubled(name: str, work: Progress, beginning: Beginning) -> _Parts:
             f"no cycle of twice the period was found next to {name} = {first.value:.9g}",
             "begin at one that transients reach (--from cycle)",
         )
-    found = _until_halved(curve, follower, cycle)
-    points, events = _told(curve, cycle, found)
-    events = [_event(EventKind.PERIOD_DOUBLING, first), *events]
-    if found.end is End.DOUBLING:
-        last = doubling_near(curve, found.points[-1])
+    part = _until_halved(curve, follower, cycle)
+    shifted = {index + 1: kind for index, kind in part.events.items()}
+    points, events = _results(curve, (cycle, *part.points), shifted)
+    events.insert(0, _event(doubling, first))
+    if part.end is End.DOUBLING:
+        last = doubling_near(curve, part.points[-1])
         if last is not None:
-            events.append(_event(EventKind.PERIOD_DOUBLING, *points_of(curve, [last])))
-    return tuple(points), tuple(events), (End.DOUBLING, found.end)
+            events.append(_event(doubling, *points_of(curve, [last])))
+    return tuple(points), tuple(events), (End.DOUBLING, part.end)
 
 
 def _until_halved(
@@ -209,13 +205,13 @@ def _until_halved(
     events: dict[int, EventKind] = {}
     at: EventKind | None = None
     while True:
-        here, step = start, None
+        orbit, step = start, None
         if len(points) > 1:
-            here, before = points[-1], points[-2]
-            step = 0.5 * float(np.linalg.norm(here.unknowns - before.unknowns))
+            orbit, before = points[-1], points[-2]
+            step = 0.5 * float(np.linalg.norm(orbit.unknowns - before.unknowns))
         # There the branch turns back on itself.
-        part = follower.follow(here, step=step, until=(EventKind.BRANCH, EventKind.FOLD), at=at)
-        events |= {len(points) + place: kind for place, kind in part.events.items()}
+        part = follower.follow(orbit, step=step, until=(EventKind.BRANCH, EventKind.FOLD), at=at)
+        events |= {len(points) + index: kind for index, kind in part.events.items()}
         points += part.points
         end = part.end
         if end is End.EVENT and halves(curve, points[-1]):
@@ -229,17 +225,7 @@ def _until_halved(
 
 
 def _follower(curve: BranchCurve, work: Progress) -> Follower[OrbitOnCurve]:
-    return Follower(
-        curve,
-        _RETURNED,
-        lambda count: work.report(count / MOST_POINTS),
-        turns=True,
-        courses=curve.courses,
-    )
-
-
-def _turned(start: OrbitOnCurve) -> OrbitOnCurve:
-    return replace(start, tangent=-start.tangent, determinant=-start.determinant)
+    return Follower(curve, _RETURNED, lambda count: work.report(count / MOST_POINTS))
 
 
 def points_of(curve: BranchCurve, orbits: Sequence[OrbitOnCurve]) -> list[CyclePoint]:
@@ -247,31 +233,50 @@ def points_of(curve: BranchCurve, orbits: Sequence[OrbitOnCurve]) -> list[CycleP
     multipliers = np.linalg.eigvals(np.array([orbit.monodromy for orbit in orbits]))
     sizes = np.abs(multipliers)
     order = np.argsort(-sizes, axis=1, kind="stable")
-    sorted_by_size = np.take_along_axis(multipliers.astype(np.complex128), order, axis=1)
-    if curve.courses is not None:
+    by_size = np.take_along_axis(multipliers.astype(np.complex128), order, axis=1)
+    if isinstance(curve, BeltBranchCurve):
         # A stick takes a deviation away, exactly.
-        sorted_by_size[[makeup(orbit).sticks > 0.0 for orbit in orbits], -1] = 0.0
-    chosen = sorted_by_size.tolist()
+        by_size[[makeup(orbit).sticks > 0.0 for orbit in orbits], -1] = 0.0
     unknowns = (np.array([orbit.unknowns for orbit in orbits]) * curve.scales).tolist()
     extremes = np.array([orbit.extremes for orbit in orbits]).tolist()
     stable = (sizes.max(axis=1) < 1.0).tolist()
     return [
-        CyclePoint(value, period, (x, vx, y, vy), low, high, steady, tuple(each))
-        for (x, vx, y, vy, period, value), (_, _, low, high, *_), steady, each in zip(
-            unknowns, extremes, stable, chosen, strict=True
+        CyclePoint(value, period, (x, vx, y, vy), low, high, steady, tuple(values))
+        for (x, vx, y, vy, period, value), (_, _, low, high, *_), steady, values in zip(
+            unknowns, extremes, stable, by_size.tolist(), strict=True
         )
     ]
 
 
-def _told(
-    curve: BranchCurve, start: OrbitOnCurve, found: Followed[OrbitOnCurve]
+def _results(
+    curve: BranchCurve, orbits: Sequence[OrbitOnCurve], events: Mapping[int, EventKind]
 ) -> tuple[list[CyclePoint], list[BranchEvent]]:
-    points = points_of(curve, (start, *found.points))
-    return points, [_event(kind, points[place + 1]) for place, kind in found.events.items()]
+    points = points_of(curve, orbits)
+    return points, [_event(kind, points[index]) for index, kind in events.items()]
 
 
 def _event(kind: EventKind, point: CyclePoint) -> BranchEvent:
     return BranchEvent(kind, point.value, point.period, point.y_min, point.y_max)
+
+
+def cycles_at(
+    branch: CycleBranch, value: float, *, progress: OnProgress | None = None
+) -> tuple[CyclePoint, ...]:
+    """The limit cycles of a branch at a value of its parameter, in the order of the branch."""
+    cycles: list[CyclePoint] = []
+    work = Progress(progress)
+    system = branch.system.with_values({branch.name: value})
+    bounds = (branch.low, branch.high)
+    for begin, end in pairwise(branch.points):
+        passed = (begin.value - value) * (end.value - value) <= 0.0
+        # A point at the value itself ends one pair and begins another.
+        if passed and begin.value not in (end.value, value):
+            values = ((point.value, point.start, point.period) for point in (begin, end))
+            cycle = interpolated(next(values), next(values), value)
+            curve, orbit = cycle_near(system, branch.name, bounds, work, cycle)
+            if orbit is not None:
+                cycles += points_of(curve, [orbit])
+    return tuple(cycles)
 
 
 def parameter_range(

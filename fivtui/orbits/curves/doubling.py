@@ -1,13 +1,12 @@
 """The branch of twice the period that begins where a limit cycle loses stability to it."""
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from .arclength import PERIOD, VALUE, OrbitOnCurve
+from .arclength import PERIOD, VALUE, OrbitOnCurve, directions_across
 from .branch_curve import BranchCurve
-from .events import End, EventKind
+from .events import EventKind
 from .following import Follower
 
 # Distances from the cycle, relative to its size, at which one of twice the period is looked for.
@@ -26,13 +25,9 @@ def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     """
     states = len(orbit.across)
     values, vectors = np.linalg.eig(orbit.monodromy)
-    place = int(np.abs(values + 1.0).argmin())
-    # In the basis of `OrbitCurve`: the reflection that turns the first axis to the motion's.
-    turn = orbit.across.copy()
-    turn[0] += -1.0 if orbit.across[0] < 0.0 else 1.0
-    basis = (np.eye(states) - np.outer(turn, 2.0 / (turn @ turn) * turn))[:, 1:]
+    vector = vectors[:, np.abs(values + 1.0).argmin()].real
     way = np.zeros(len(orbit.unknowns))
-    way[:states] = basis @ vectors[:, place].real
+    way[:states] = directions_across(orbit.across) @ vector
     way /= np.linalg.norm(way)
     size = float(np.abs(orbit.unknowns[:states]).max())
     for distance in _AWAY:
@@ -40,9 +35,9 @@ def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
         guess[PERIOD] *= 2.0
         planes = np.zeros((2, len(guess)))
         planes[0, :states], planes[1] = orbit.across, way
-        found = curve.orbits.solve(guess, planes)
-        if found is not None and not halves(curve, found):
-            return found
+        cycle = curve.orbits.solve(guess, planes)
+        if cycle is not None and not halves(curve, cycle):
+            return cycle
     return None
 
 
@@ -63,11 +58,8 @@ def doubling_near(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     start = curve.orbits.solve(guess, planes)
     if start is None:
         return None
-    follower = Follower(curve, 0.0, lambda _count: None, most=_MOST_STEPS, turns=True)
-    back = replace(start, tangent=-start.tangent, determinant=-start.determinant)
-    parts = [
-        follower.follow(one, step=_FIRST_STEP, until=EventKind.PERIOD_DOUBLING)
-        for one in (start, back)
-    ]
-    found = [part.points[-1] for part in parts if part.end is End.EVENT]
-    return min(found, key=lambda one: abs(float(one.unknowns[VALUE] - guess[VALUE])), default=None)
+    follower = Follower(curve, most=_MOST_STEPS)
+    doublings = follower.events_both_ways(start, EventKind.PERIOD_DOUBLING, _FIRST_STEP)
+    return min(
+        doublings, key=lambda point: abs(float(point.unknowns[VALUE] - guess[VALUE])), default=None
+    )

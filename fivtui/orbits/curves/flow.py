@@ -53,7 +53,7 @@ class Makeup(NamedTuple):
     order: float
     least_stick: float
     gap: float
-    place: float
+    start_in_stick: float
     middle: float
 
 
@@ -66,38 +66,42 @@ _MOST_ORDERS: Final = 2**53
 _ON_BELT: Final = 1e-9
 
 
-def makeup_of(there: Variation, period: float, speed: float) -> Makeup:
-    """The makeup of a motion over a period on a belt of a speed, m/s."""
-    times, then = there.changes[:, 0], [int(mode) for mode in there.changes[:, 2]]
+def _makeup_of(motion: Variation, period: float, speed: float) -> Makeup:
+    # The makeup of a motion over a period on a belt of a speed, m/s.
+    times, modes = motion.changes[:, 0], [int(mode) for mode in motion.changes[:, 2]]
     # From change to change around the period; off the belt nothing is said of it.
-    touching = [mode for mode in then if mode != Mode.SEPARATED]
-    order = [mode for place, mode in enumerate(touching) if touching[place - 1] != mode]
-    turns = [order[place:] + order[:place] for place in range(len(order))] or [[]]
+    touching = [mode for mode in modes if mode != Mode.SEPARATED]
+    order = [mode for index, mode in enumerate(touching) if touching[index - 1] != mode]
+    turns = [order[index:] + order[:index] for index in range(len(order))] or [[]]
     number = 0
     for mode in min(turns):
         number = (number * _MODES + mode + 1) % _MOST_ORDERS
     begins, lengths = times / period, np.diff(np.append(times, times[:1] + period)) / period
     sticks = [
         (float(length), float(begin))
-        for length, begin, mode in zip(lengths, begins, then, strict=True)
+        for length, begin, mode in zip(lengths, begins, modes, strict=True)
         if mode == Mode.STICK
     ]
-    fastest = float(there.extremes[EXTREMES.index("vx_max")])
+    fastest = float(motion.extremes[EXTREMES.index("vx_max")])
     longest, begin = max(sticks, default=(0.0, -1.0))
-    inside = bool(sticks) and then[-1] == Mode.STICK
+    inside = bool(sticks) and modes[-1] == Mode.STICK
     return Makeup(
-        float(len(sticks)),
-        float(order.count(Mode.BACKWARD)),
-        float(number),
-        min((length for length, _ in sticks), default=1.0),
-        (speed - fastest) / speed if speed > 0.0 else 0.0,
-        (1.0 - float(begins[-1])) / float(lengths[-1]) if inside else -1.0,
-        (begin + 0.5 * longest) % 1.0 if sticks else -1.0,
+        sticks=float(len(sticks)),
+        reversals=float(order.count(Mode.BACKWARD)),
+        order=float(number),
+        least_stick=min((length for length, _ in sticks), default=1.0),
+        gap=(speed - fastest) / speed if speed > 0.0 else 0.0,
+        start_in_stick=(1.0 - float(begins[-1])) / float(lengths[-1]) if inside else -1.0,
+        middle=(begin + 0.5 * longest) % 1.0 if sticks else -1.0,
     )
 
 
 class SliderBeltFlow:
-    """The flow of the slider-belt model."""
+    """The flow of the slider-belt model.
+
+    On a belt of finite speed a start that has its speed to rounding sticks where the belt can hold
+    it, and the `Makeup` is kept besides the first extremes.
+    """
 
     states: Final = 4
 
@@ -105,62 +109,21 @@ class SliderBeltFlow:
         self.system, self.names = system, tuple(names)
         self._seeds = [*START_SEEDS, *(Seed((0.0,) * 4, {name: 1.0}) for name in names)]
 
-    def at(self, values: Sequence[float]) -> System:
-        """The system with values of what varies."""
-        return self.system.with_values(dict(zip(self.names, values, strict=True)))
-
     def follow(self, state: FloatArray, time: float, values: FloatArray) -> Return | None:
         """As `Flow` says; None for values out of range and motions that run away."""
+        start = state.tolist()
         try:
-            system = self.at(values.tolist())
-        except InputError:
-            return None
-        there = self.varied(system, state.tolist(), time)
-        if there is None:
-            return None
-        return Return(np.array(there.final), there.rate, there.derivatives, there.extremes)
-
-    def varied(self, system: System, state: Sequence[float], time: float) -> Variation | None:
-        """The motion from a state with its derivatives; None if it runs away."""
-        try:
-            request = Request(
-                system,
-                t_end=float(time),
-                tol=FLOW_TOL,
-                start=state,
-                max_steps=MOST_STEPS if system.parameters.v_belt is None else _MOST_BELT_STEPS,
-            )
-            return vary(request, self._seeds)
+            system = self.system.with_values(dict(zip(self.names, values.tolist(), strict=True)))
+            speed = system.parameters.v_belt
+            if speed is not None and abs(start[1] - speed) <= _ON_BELT * (speed + abs(start[3])):
+                start[1] = speed
+            most = MOST_STEPS if speed is None else _MOST_BELT_STEPS
+            request = Request(system, t_end=float(time), tol=FLOW_TOL, start=start, max_steps=most)
+            motion = vary(request, self._seeds)
         except (InputError, ComputationError):
             return None
-
-
-class FiniteBeltFlow:
-    """The flow of the slider-belt model on a belt of finite speed; parameters of `SliderBeltFlow`.
-
-    A start that has the speed of the belt to rounding sticks where the belt can hold it. What is
-    kept besides extremes is the `Makeup`.
-    """
-
-    states: Final = 4
-
-    def __init__(self, system: System, names: Sequence[str]) -> None:
-        self._sliding = SliderBeltFlow(system, names)
-
-    def follow(self, state: FloatArray, time: float, values: FloatArray) -> Return | None:
-        """As `Flow` says; None for values out of range and motions that run away."""
-        flow = self._sliding
-        try:
-            system = flow.at(values.tolist())
-        except InputError:
-            return None
-        speed = system.parameters.v_belt or 0.0
-        x, vx, y, vy = state.tolist()
-        if abs(vx - speed) <= _ON_BELT * (speed + abs(vy)):
-            vx = speed
-        there = flow.varied(system, (x, vx, y, vy), time)
-        if there is None:
-            return None
-        makeup = makeup_of(there, time, speed)
-        kept = np.append(there.extremes[:EXTREMES_KEPT], makeup)
-        return Return(np.array(there.final), there.rate, there.derivatives, kept)
+        extremes = motion.extremes
+        if speed is not None:
+            makeup = _makeup_of(motion, time, speed)
+            extremes = np.append(extremes[:EXTREMES_KEPT], makeup)
+        return Return(np.array(motion.final), motion.rate, motion.derivatives, extremes)

@@ -1,12 +1,12 @@
 """Following a curve: step control, events on the way, and where it ends."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Final, Generic, NamedTuple, Protocol, TypeVar
+from dataclasses import dataclass, replace
+from typing import Final, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from .arclength import VALUE
 from .events import MOST_POINTS, End, EventKind
 from .flow import FloatArray
 
@@ -23,8 +23,8 @@ _SHORTEST: Final = 1e-9
 _LARGEST: Final = 1e4
 _GROWTH: Final = 1.5
 _EASY: Final = 4
-# The part of its distance from the equilibrium that an orbit may lose in a step.
-_KEPT: Final = 0.3
+# An orbit may not shrink below this part of its distance from the equilibrium in a step.
+_SHRUNK: Final = 0.3
 # Components of the tangent below this are rounding.
 _LEVEL: Final = 1e-9
 # The bend of the curve is that of the step before unless this was shorter than this part of it.
@@ -42,23 +42,17 @@ _BEYOND: Final = (1e-3, 1e-2, 1e-4, 0.1)
 _SINGULAR: Final = 1e-7
 
 
-class PointOnCurve(Protocol):
-    """A point of a curve: scaled unknowns, unit tangent, and how many iterations it took."""
+@dataclass(frozen=True, slots=True)
+class PointOnCurve:
+    """A point of a curve: scaled unknowns, unit tangent, and iterations of Newton's method."""
 
-    @property
-    def unknowns(self) -> FloatArray:
-        """Scaled unknowns."""
-        ...
+    unknowns: FloatArray
+    tangent: FloatArray
+    iterations: int
 
-    @property
-    def tangent(self) -> FloatArray:
-        """Unit tangent."""
-        ...
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of Newton's method."""
-        ...
+    def reversed(self) -> Self:
+        """The same point with the tangent the other way."""
+        return replace(self, tangent=-self.tangent)
 
 
 P = TypeVar("P", bound=PointOnCurve)
@@ -67,54 +61,60 @@ P = TypeVar("P", bound=PointOnCurve)
 class Bound(NamedTuple):
     """The scaled range of one of the unknowns."""
 
-    place: int
+    unknown: int
     low: float
     high: float
 
 
-class Curve(Protocol[P]):
-    """A curve that can be followed."""
+class Curve(ABC, Generic[P]):
+    """A curve that can be followed.
 
-    @property
-    def bounds(self) -> Sequence[Bound]:
-        """Ranges in which it is followed."""
-        ...
+    `tests` are functions that change their sign at events. A motion may change its course along the
+    curve, so that the curve has corners; most have one course alone. If `turns`, the first
+    parameter may turn back twice within a step.
+    """
 
-    @property
-    def tests(self) -> Mapping[EventKind, Callable[[P], float]]:
-        """Functions that change their sign at events."""
-        ...
+    bounds: Sequence[Bound]
+    tests: Mapping[EventKind, Callable[[P], float]]
+    turns = False
 
+    @abstractmethod
     def correct(
-        self, guess: FloatArray, here: P, along: FloatArray, tangent: FloatArray | None = None
+        self, guess: FloatArray, near: P, along: FloatArray, tangent: FloatArray | None = None
     ) -> P | None:
         """The point near a guess in the plane through it with the normal `along`.
 
-        `here` is a point nearby; `tangent` is the direction that the new one is to have, `along` if
+        `near` is a point nearby; `tangent` is the direction that the new one is to have, `along` if
         not given. None if there is none.
         """
-        ...
 
-    def size(self, point: P) -> float:
+    def size(self, point: P) -> float:  # noqa: ARG002
         """Scaled distance from where the curve begins and ends, such as the equilibrium."""
-        ...
+        return 1.0
 
     def features(self, point: P) -> FloatArray:
         """What two points have in common if they are the same."""
-        ...
+        return point.unknowns
 
-    def confirmed(self, kind: EventKind, point: P) -> bool:
+    def confirmed(self, kind: EventKind, point: P) -> bool:  # noqa: ARG002
         """Whether an event is what its test looked for."""
-        ...
+        return True
 
+    def course(self, point: P) -> object:  # noqa: ARG002
+        """What changes at corners of the curve."""
+        return None
 
-class Courses(NamedTuple, Generic[P]):
-    """How a motion may change its course along a curve, so that the curve has corners."""
+    def change_of_course(self, point: P, successor: P) -> EventKind:  # noqa: ARG002
+        """What happens between two points of different courses."""
+        return EventKind.ORDER
 
-    of: Callable[[P], object]
-    named: Callable[[P, P], EventKind]
-    lost: Callable[[P], End]
-    centred: Callable[[P], P]
+    def why_lost(self, point: P) -> End:  # noqa: ARG002
+        """Why the curve is not followed beyond its last point."""
+        return End.LOST
+
+    def centred(self, point: P) -> P:
+        """The same point by unknowns with which the curve is followed best."""
+        return point
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,34 +127,44 @@ class Followed(Generic[P]):
 
 
 @dataclass(frozen=True, slots=True)
-class _Place(Generic[P]):
-    # A point, what the tests say of it, its size, and what makes it known.
+class WholeCurve(Generic[P]):
+    """A curve from end to end: its points, the events at some of them in their order, its ends."""
+
+    points: tuple[P, ...]
+    events: dict[int, EventKind]
+    ends: tuple[End, End]
+
+
+def follow_both_ways(
+    follow: Callable[[P], Followed[P]], start: P, begins: End | None = None
+) -> WholeCurve[P]:
+    """The curve through a point; `begins` is why it begins there, if it does."""
+    ahead = follow(start)
+    if begins is None and ahead.end is End.CLOSED:
+        begins = End.CLOSED
+    back = follow(start.reversed()) if begins is None else Followed((), {}, begins)
+    count = len(back.points)
+    events = {count - 1 - index: kind for index, kind in back.events.items()}
+    events |= {count + 1 + index: kind for index, kind in ahead.events.items()}
+    points = (*back.points[::-1], start, *ahead.points)
+    return WholeCurve(points, dict(sorted(events.items())), (back.end, ahead.end))
+
+
+@dataclass(frozen=True, slots=True)
+class _Node(Generic[P]):
+    # A point, the values of the tests, its size and features.
     point: P
     values: dict[EventKind, float]
     size: float
     features: FloatArray
 
 
-def _angle(one: PointOnCurve, other: PointOnCurve) -> float:
-    return float(np.arccos(min(max(float(one.tangent @ other.tangent), -1.0), 1.0)))
+class _NotFoundError(Exception):
+    """No point is where one is looked for: the step is too long."""
 
 
-def _missed_folds(here: _Place[P], there: _Place[P]) -> bool:
-    # Whether the parabola through the slopes of the parameter at both ends, and with its mean over
-    # the step, has two zeros in between.
-    one, other = here.values[EventKind.FOLD], there.values[EventKind.FOLD]
-    if not one * other > 0.0:
-        return False
-    change = there.point.unknowns - here.point.unknowns
-    mean = float(change[VALUE]) / float(np.linalg.norm(change))
-    sign = np.sign(one)
-    one, other, mean = one * sign, other * sign, mean * sign
-    bend = 3.0 * (one + other - 2.0 * mean)
-    if bend <= 0.0:
-        return False
-    slope = other - one - bend
-    turn = -0.5 * slope / bend
-    return bool(0.0 < turn < 1.0 and one - 0.25 * slope * slope / bend < 0.0)
+def _angle(first: PointOnCurve, second: PointOnCurve) -> float:
+    return float(np.arccos(min(max(float(first.tangent @ second.tangent), -1.0), 1.0)))
 
 
 class Follower(Generic[P]):
@@ -163,246 +173,262 @@ class Follower(Generic[P]):
     def __init__(
         self,
         curve: Curve[P],
-        nearest: float,
-        tell: Callable[[int], None],
+        nearest: float = 0.0,
+        report: Callable[[int], None] = lambda _count: None,
         *,
         most: int = MOST_POINTS,
-        turns: bool = False,
-        courses: Courses[P] | None = None,
     ) -> None:
-        self._curve, self._nearest, self._tell, self._most = curve, nearest, tell, most
-        self._turns, self._corners = turns, courses is not None
-        self._courses = courses or Courses[P](
-            lambda _point: None,
-            lambda _one, _other: EventKind.ORDER,
-            lambda _point: End.LOST,
-            lambda point: point,
-        )
+        self._curve, self._nearest, self._report, self._most = curve, nearest, report, most
+        # The first parameter's index among the unknowns.
+        self._first = curve.bounds[0].unknown
 
     def follow(
         self,
         start: P,
         *,
         step: float | None = None,
-        until: EventKind | tuple[EventKind, ...] = (),
+        until: tuple[EventKind, ...] = (),
         at: EventKind | None = None,
     ) -> Followed[P]:
-        """Follow the curve from a point, in the direction of its tangent."""
-        ends = until if isinstance(until, tuple) else (until,)
+        """Follow the curve from a point, in the direction of its tangent, to an event of `until`.
+
+        `at` is the event at the start itself.
+        """
         points: list[P] = []
         events: dict[int, EventKind] = {}
-        first = here = self._place(start)
-        if at is not None:
-            here.values[at] = 0.0
-        before: _Place[P] | None = None
-        step = _PART * here.size if step is None else step
+        first = node = self._node(start, at)
+        previous: _Node[P] | None = None
+        step = _PART * node.size if step is None else step
         end = End.BOUND if self._leaves(start) else None
         while end is None:
-            self._tell(len(points))
-            step = min(step, self._longest(here))
+            self._report(len(points))
+            step = min(step, self._longest(node))
             if step < _SHORTEST:
-                turned = self._turned(here) if points else None
+                turned = self._turned(node) if points else None
                 if turned is None:
-                    end = self._courses.lost(here.point)
+                    end = self._curve.why_lost(node.point)
                     continue
                 # The curve turns back where the course of motion changes.
-                events[len(points) - 1] = self._courses.named(here.point, turned)
-                step = float(np.linalg.norm(turned.unknowns - here.point.unknowns))
+                events[len(points) - 1] = self._curve.change_of_course(node.point, turned)
+                step = float(np.linalg.norm(turned.unknowns - node.point.unknowns))
                 points.append(turned)
-                before, here = None, self._place(turned)
+                previous, node = None, self._node(turned)
                 continue
-            there, event, jumps = self._next(here, before, step, ends)
-            if there is None:
+            try:
+                successor, event, end = self._next(node, previous, step, until)
+            except _NotFoundError:
                 step *= 0.5
                 continue
-            if points and self._closes(first, here, there):
-                there, event, end = first, None, End.CLOSED
+            if points and self._closes(first, node, successor):
+                successor, event, end = first, None, End.CLOSED
             else:
-                end = End.JUMPS if jumps else None
-                end = end or self._end(here, there, len(points))
-            before = here
+                end = end or self._end(node, successor, len(points))
             if event is not None:
-                there.values[event] = 0.0
                 events[len(points)] = event
                 step *= 0.5
-                end = End.EVENT if event in ends else end
-            elif there.point.iterations <= _EASY and _angle(here.point, there.point) < 0.5 * _TURN:
+                end = End.EVENT if event in until else end
+            elif (
+                successor.point.iterations <= _EASY
+                and _angle(node.point, successor.point) < 0.5 * _TURN
+            ):
                 step *= _GROWTH
-            here = self._centred(there, event)
-            before = before if here is there else None
-            points.append(here.point)
+            centred = self._curve.centred(successor.point)
+            previous = node if centred is successor.point else None
+            node = self._node(centred) if previous is None else successor
+            if event is not None:
+                node.values[event] = 0.0
+            points.append(node.point)
         return Followed(tuple(points), events, end)
 
-    def _centred(self, there: _Place[P], event: EventKind | None) -> _Place[P]:
-        # A point by unknowns in a good place.
-        point = self._courses.centred(there.point)
-        if point is there.point:
-            return there
-        centred = self._place(point)
-        if event is not None:
-            centred.values[event] = 0.0
-        return centred
+    def events_both_ways(self, start: P, kind: EventKind, step: float | None = None) -> list[P]:
+        """The first points of a kind of event, ahead of a point and behind it."""
+        parts = (
+            self.follow(point, step=step, until=(kind,)) for point in (start, start.reversed())
+        )
+        return [part.points[-1] for part in parts if part.end is End.EVENT]
 
-    def _place(self, point: P) -> _Place[P]:
+    def _node(self, point: P, event: EventKind | None = None) -> _Node[P]:
         values = {kind: test(point) for kind, test in self._curve.tests.items()}
-        return _Place(point, values, self._curve.size(point), self._curve.features(point))
+        if event is not None:
+            values[event] = 0.0
+        return _Node(point, values, self._curve.size(point), self._curve.features(point))
 
     def _leaves(self, start: P) -> bool:
         return any(
-            start.unknowns[each.place] == (each.high if start.tangent[each.place] > 0 else each.low)
-            for each in self._curve.bounds
+            start.unknowns[index] == (high if start.tangent[index] > 0 else low)
+            for index, low, high in self._curve.bounds
         )
 
-    def _longest(self, here: _Place[P]) -> float:
-        tangent = here.point.tangent
+    def _longest(self, node: _Node[P]) -> float:
+        tangent = node.point.tangent
         return min(
-            _PART * here.size,
-            max(_LONGEST, _PART_OF_LARGE * here.size),
+            _PART * node.size,
+            max(_LONGEST, _PART_OF_LARGE * node.size),
             *(
-                _PART_OF_RANGE * (high - low) / (abs(float(tangent[place])) + _LEVEL)
-                for place, low, high in self._curve.bounds
+                _PART_OF_RANGE * (high - low) / (abs(float(tangent[index])) + _LEVEL)
+                for index, low, high in self._curve.bounds
             ),
         )
 
     def _next(
-        self, here: _Place[P], before: _Place[P] | None, step: float, ends: tuple[EventKind, ...]
-    ) -> tuple[_Place[P] | None, EventKind | None, bool]:
-        # The next point, or the first event before it, and whether the curve ends in a jump there;
-        # none if the step is too long.
-        one = here.point
-        guess = one.unknowns + step * one.tangent
-        if before is not None:
-            distance = float(np.linalg.norm(one.unknowns - before.point.unknowns))
+        self,
+        node: _Node[P],
+        previous: _Node[P] | None,
+        step: float,
+        until: tuple[EventKind, ...],
+    ) -> tuple[_Node[P], EventKind | None, End | None]:
+        # The next point, or the first event before it, and the end if the curve ends in a jump.
+        point = node.point
+        guess = point.unknowns + step * point.tangent
+        if previous is not None:
+            distance = float(np.linalg.norm(point.unknowns - previous.point.unknowns))
             if distance > _BENT * step:
-                guess += 0.5 * step * step / distance * (one.tangent - before.point.tangent)
-        other = self._curve.correct(guess, one, one.tangent)
-        if other is None or self._outside(other.unknowns):
-            other = self._at_bound(one, guess if other is None else other.unknowns)
-        if other is None:
-            return None, None, False
-        there = self._place(other)
-        lost = there.size < _KEPT * here.size
-        if self._courses.of(one) != self._courses.of(other):
-            return (None, None, False) if lost else self._changed(here, there, ends)
-        missed = self._turns and _missed_folds(here, there)
-        if lost or missed or _angle(one, other) > _TURN:
-            return None, None, False
-        try:
-            event = self._first_event(here, there, ends)
-        except _NotFoundError:
-            return None, None, False
-        return (there, None, False) if event is None else (self._place(event[1]), event[0], False)
+                bend = point.tangent - previous.point.tangent
+                guess += 0.5 * step * step / distance * bend
+        target = self._curve.correct(guess, point, point.tangent)
+        if target is None or self._outside(target.unknowns):
+            target = self._at_bound(point, guess if target is None else target.unknowns)
+        if target is None:
+            raise _NotFoundError
+        successor = self._node(target)
+        if successor.size < _SHRUNK * node.size:
+            raise _NotFoundError
+        if self._curve.course(point) != self._curve.course(target):
+            return self._changed(node, target, until)
+        if _angle(point, target) > _TURN or (
+            self._curve.turns and self._hides_folds(node, successor)
+        ):
+            raise _NotFoundError
+        return *self._up_to_event(node, successor, until), None
+
+    def _hides_folds(self, node: _Node[P], successor: _Node[P]) -> bool:
+        # Whether the parabola through the slopes of the parameter at both ends, and with its mean
+        # over the step, has two zeros in between.
+        begin, end = node.values[EventKind.FOLD], successor.values[EventKind.FOLD]
+        if not begin * end > 0.0:
+            return False
+        change = successor.point.unknowns - node.point.unknowns
+        sign = np.sign(begin)
+        mean = sign * float(change[self._first]) / float(np.linalg.norm(change))
+        begin, end = begin * sign, end * sign
+        bend = 3.0 * (begin + end - 2.0 * mean)
+        if bend <= 0.0:
+            return False
+        slope = end - begin - bend
+        turn = -0.5 * slope / bend
+        return bool(0.0 < turn < 1.0 and begin - 0.25 * slope * slope / bend < 0.0)
 
     def _changed(
-        self, here: _Place[P], there: _Place[P], ends: tuple[EventKind, ...]
-    ) -> tuple[_Place[P] | None, EventKind | None, bool]:
+        self, node: _Node[P], far: P, until: tuple[EventKind, ...]
+    ) -> tuple[_Node[P], EventKind | None, End | None]:
         # The first point of another course, or the first event before it; where motion jumps from
         # one course to the other, the last point of the first.
-        one, near, far, of = here.point, here.point, there.point, self._courses.of
-        length = float(one.tangent @ (far.unknowns - one.unknowns))
-        while (left := float(one.tangent @ (far.unknowns - near.unknowns))) > _RESOLVED * length:
+        point, course = node.point, self._curve.course
+        near = point
+        length = float(point.tangent @ (far.unknowns - point.unknowns))
+        while (gap := float(point.tangent @ (far.unknowns - near.unknowns))) > _RESOLVED * length:
             # Half of the way ahead as the first course goes, so that Newton's method keeps to it.
-            way = near.tangent / float(one.tangent @ near.tangent)
-            middle = self._curve.correct(near.unknowns + 0.5 * left * way, one, one.tangent)
+            way = near.tangent / float(point.tangent @ near.tangent)
+            middle = self._curve.correct(near.unknowns + 0.5 * gap * way, point, point.tangent)
             if middle is None:
-                return None, None, False
-            if of(middle) == of(one):
+                raise _NotFoundError
+            if course(middle) == course(point):
                 near = middle
             else:
                 far = middle
-        last = self._place(near)
-        try:
-            event = self._first_event(here, last, ends)
-        except _NotFoundError:
-            return None, None, False
+        last, event = self._up_to_event(node, self._node(near), until)
         if event is not None:
-            return self._place(event[1]), event[0], False
-        if float(np.linalg.norm(far.unknowns - near.unknowns)) > _APART * here.size:
-            return last, None, True
-        return self._place(far), self._courses.named(one, far), False
+            return last, event, None
+        if float(np.linalg.norm(far.unknowns - near.unknowns)) > _APART * node.size:
+            return last, None, End.JUMPS
+        return self._node(far), self._curve.change_of_course(point, far), None
 
-    def _turned(self, corner: _Place[P]) -> P | None:
+    def _turned(self, corner: _Node[P]) -> P | None:
         # A point beyond a corner at which a curve turns back with another course: on the other side
         # of it as the curve comes.
-        if not self._corners:
-            return None
-        at, place = corner.point, self._curve.bounds[0].place
-        normal = np.eye(len(at.unknowns))[place]
+        point, course = corner.point, self._curve.course
+        normal = np.eye(len(point.unknowns))[self._first]
         for distance in _BEYOND:
-            away = distance * corner.size * at.tangent
-            away[place] = -away[place]
-            found = self._curve.correct(at.unknowns + away, at, normal, away)
-            if found is not None and self._courses.of(found) != self._courses.of(at):
-                return found
+            away = distance * corner.size * point.tangent
+            away[self._first] = -away[self._first]
+            beyond = self._curve.correct(point.unknowns + away, point, normal, away)
+            if beyond is not None and course(beyond) != course(point):
+                return beyond
         return None
 
     def _outside(self, unknowns: FloatArray) -> bool:
-        return not all(low <= unknowns[place] <= high for place, low, high in self._curve.bounds)
+        return not all(low <= unknowns[index] <= high for index, low, high in self._curve.bounds)
 
-    def _end(self, here: _Place[P], there: _Place[P], before: int) -> End | None:
-        unknowns = there.point.unknowns
-        if not all(low < unknowns[place] < high for place, low, high in self._curve.bounds):
+    def _end(self, node: _Node[P], successor: _Node[P], count: int) -> End | None:
+        unknowns = successor.point.unknowns
+        if not all(low < unknowns[index] < high for index, low, high in self._curve.bounds):
             return End.BOUND
-        if there.size < min(self._nearest, here.size):
+        if successor.size < min(self._nearest, node.size):
             return End.EQUILIBRIUM
-        if there.size > _LARGEST:
+        if successor.size > _LARGEST:
             return End.UNBOUNDED
-        return End.LONG if before + 1 >= self._most else None
+        return End.LONG if count + 1 >= self._most else None
 
-    def _at_bound(self, here: P, target: FloatArray) -> P | None:
+    def _at_bound(self, point: P, target: FloatArray) -> P | None:
         # The point at the first bound between a point and the unknowns of one beyond it.
-        change = target - here.unknowns
+        change = target - point.unknowns
         reached = []
-        for place, low, high in self._curve.bounds:
-            bound = high if change[place] > 0.0 else low
-            if (here.unknowns[place] - bound) * (target[place] - bound) < 0.0:
-                reached.append(((bound - here.unknowns[place]) / change[place], place, bound))
+        for index, low, high in self._curve.bounds:
+            bound = high if change[index] > 0.0 else low
+            if (point.unknowns[index] - bound) * (target[index] - bound) < 0.0:
+                reached.append(((bound - point.unknowns[index]) / change[index], index, bound))
         if not reached:
             return None
-        share, place, bound = min(reached)
-        guess = here.unknowns + change * share
-        guess[place] = bound
-        return self._curve.correct(guess, here, np.eye(len(guess))[place], here.tangent)
+        share, index, bound = min(reached)
+        guess = point.unknowns + change * share
+        guess[index] = bound
+        return self._curve.correct(guess, point, np.eye(len(guess))[index], point.tangent)
 
-    def _first_event(
-        self, here: _Place[P], there: _Place[P], ends: tuple[EventKind, ...]
-    ) -> tuple[EventKind, P] | None:
-        # Those at which to end must be located.
-        found: list[tuple[float, EventKind, P]] = []
+    def _up_to_event(
+        self, node: _Node[P], successor: _Node[P], until: tuple[EventKind, ...]
+    ) -> tuple[_Node[P], EventKind | None]:
+        # The next point, or the first event before it. Those at which to end must be located.
+        events: list[tuple[float, EventKind, P]] = []
         for kind, test in self._curve.tests.items():
-            if here.values[kind] * there.values[kind] < 0.0:
-                located = self._locate(here.point, there.point, test, here.values[kind])
-                if located is None and kind in ends:
-                    raise _NotFoundError
-                if located is not None and self._curve.confirmed(kind, located[1]):
-                    found.append((located[0], kind, located[1]))
-        if not found:
-            return None
-        found.sort(key=lambda one: one[0])
-        _, kind, point = found[0]
-        for _, other, place in found[1:]:
+            if node.values[kind] * successor.values[kind] < 0.0:
+                try:
+                    distance, point = self._locate(
+                        node.point, successor.point, test, node.values[kind]
+                    )
+                except _NotFoundError:
+                    if kind in until:
+                        raise
+                    continue
+                if self._curve.confirmed(kind, point):
+                    events.append((distance, kind, point))
+        if not events:
+            return successor, None
+        events.sort(key=lambda event: event[0])
+        _, first, at = events[0]
+        for _, kind, point in events[1:]:
             # Where two are as near as rounding, one that has been passed at the first comes first.
-            if here.values[other] * self._curve.tests[other](point) < 0.0:
-                kind, point = other, place
-        return kind, point
+            if node.values[kind] * self._curve.tests[kind](at) < 0.0:
+                first, at = kind, point
+        return self._node(at), first
 
     def _locate(
-        self, here: P, there: P, test: Callable[[P], float], begin: float
-    ) -> tuple[float, P] | None:
+        self, begin: P, end: P, test: Callable[[P], float], value_at_begin: float
+    ) -> tuple[float, P]:
         # The point at which a test is zero, and its distance along the tangent.
         from scipy.optimize import brentq
 
-        step = float(here.tangent @ (there.unknowns - here.unknowns))
-        points = {0.0: here, step: there}
+        along = begin.tangent
+        step = float(along @ (end.unknowns - begin.unknowns))
+        points = {0.0: begin, step: end}
 
         def value(at: float) -> float:
             if at == 0.0:
-                return begin
+                return value_at_begin
             if at not in points:
-                low = max(one for one in points if one < at)
-                high = min(one for one in points if one > at)
-                guess = _between(points[low], points[high], here.tangent, (at - low) / (high - low))
-                point = self._curve.correct(guess, here, here.tangent)
+                low = max(distance for distance in points if distance < at)
+                high = min(distance for distance in points if distance > at)
+                guess = _between(points[low], points[high], along, (at - low) / (high - low))
+                point = self._curve.correct(guess, begin, along)
                 nearest = low if at - low < high - at else high
                 if point is None and abs(at - nearest) > _SINGULAR * step:
                     raise _NotFoundError
@@ -413,43 +439,40 @@ class Follower(Generic[P]):
                 points[at] = point
             return test(points[at])
 
-        try:
-            place = float(brentq(value, 0.0, step, xtol=1e-14 * step + 1e-15, rtol=1e-14))
-        except _NotFoundError:
-            return None
-        value(place)
-        return place, points[place]
+        zero = float(brentq(value, 0.0, step, xtol=1e-14 * step + 1e-15, rtol=1e-14))
+        value(zero)
+        return zero, points[zero]
 
-    def _closes(self, start: _Place[P], here: _Place[P], there: _Place[P]) -> bool:
+    def _closes(self, start: _Node[P], node: _Node[P], successor: _Node[P]) -> bool:
         # Whether the curve passes the point that it began with, in the same direction.
-        first, one, other = start.features, here.features, there.features
-        way = other - one
+        first, begin = start.features, node.features
+        way = successor.features - begin
         length = float(np.linalg.norm(way))
-        share = float((first - one) @ way) / (length * length) if length > 0.0 else -1.0
+        share = float((first - begin) @ way) / (length * length) if length > 0.0 else -1.0
         if not 0.0 < share <= 1.0:
             return False
-        if float(np.linalg.norm(first - one - share * way)) > _NEAR * length:
+        if float(np.linalg.norm(first - begin - share * way)) > _NEAR * length:
             return False
-        place = self._curve.bounds[0].place
-        guess = here.point.unknowns + share * (there.point.unknowns - here.point.unknowns)
-        guess[place] = start.point.unknowns[place]
-        normal = np.eye(len(guess))[place]
-        found = self._curve.correct(guess, here.point, normal, here.point.tangent)
-        return found is not None and bool(
-            np.abs(self._curve.features(found) - first).max() < _SAME * np.abs(first).max()
+        point = node.point
+        guess = point.unknowns + share * (successor.point.unknowns - point.unknowns)
+        guess[self._first] = start.point.unknowns[self._first]
+        normal = np.eye(len(guess))[self._first]
+        passed = self._curve.correct(guess, point, normal, point.tangent)
+        return passed is not None and bool(
+            np.abs(self._curve.features(passed) - first).max() < _SAME * np.abs(first).max()
         )
 
 
-def _between(one: PointOnCurve, other: PointOnCurve, along: FloatArray, share: float) -> FloatArray:
+def _between(
+    first: PointOnCurve, second: PointOnCurve, along: FloatArray, share: float
+) -> FloatArray:
     # The cubic through two points with their tangents, at a share of the way along a direction.
-    change = other.unknowns - one.unknowns
+    change = second.unknowns - first.unknowns
     length = float(along @ change)
-    begin, end = (each.tangent * (length / float(along @ each.tangent)) for each in (one, other))
-    left = 1.0 - share
-    bend = share * left * (left * (begin - change) - share * (end - change))
-    guess: FloatArray = one.unknowns + share * change + bend
+    begin, end = (
+        point.tangent * (length / float(along @ point.tangent)) for point in (first, second)
+    )
+    rest = 1.0 - share
+    bend = share * rest * (rest * (begin - change) - share * (end - change))
+    guess: FloatArray = first.unknowns + share * change + bend
     return guess
-
-
-class _NotFoundError(Exception):
-    """No point was found where an event is looked for."""

@@ -60,7 +60,7 @@ def from_hopf(system: System, name: str, bounds: tuple[float, float], work: Prog
             f"the equilibrium is at y = 0 at the Hopf point {name} = {value:g}", "change F"
         )
     length = abs(point.y) or math.sqrt(at.parameters.k2 / at.parameters.k_nl)
-    curve = slider_belt_curve(at, name, bounds, length, period, go_on=work.go_on)
+    curve = slider_belt_curve(at, name, bounds, length, period, work=work)
     first = np.zeros(6)
     first[:4] = hopf.vector.real / curve.scales[:4] * length
     size = float(np.linalg.norm(first))
@@ -124,7 +124,7 @@ def cycle_near(
     """The curve of the cycles, and of a system the one near a state and its period."""
     p, (state, period) = system.parameters, cycle
     length = length_scale(system)
-    curve = slider_belt_curve(system, name, bounds, length, period, go_on=work.go_on)
+    curve = slider_belt_curve(system, name, bounds, length, period, work=work)
     ax, ay = accelerations(p, state, mode_of(p, state, separation=system.separation))
     planes = np.eye(6)[[0, VALUE]]
     planes[0, :4] = np.array([state[1], ax, state[3], ay]) / curve.scales[:4]

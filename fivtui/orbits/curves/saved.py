@@ -45,16 +45,23 @@ def saved_cycle(path: Path, system: System) -> tuple[State, float]:
     if saved.name is None:
         return saved.cycles[0][1:]
     value = getattr(system.parameters, saved.name)
-    for one, other in pairwise(saved.cycles):
-        if (one[0] - value) * (other[0] - value) <= 0.0:
-            share = (value - one[0]) / (other[0] - one[0]) if other[0] != one[0] else 0.0
-            begin, end = (np.array([*state, period]) for _, state, period in (one, other))
-            x, vx, y, vy, period = (begin + share * (end - begin)).tolist()
-            return (x, vx, y, vy), period
+    for begin, end in pairwise(saved.cycles):
+        if (begin[0] - value) * (end[0] - value) <= 0.0:
+            return interpolated(begin, end, value)
     low, high = (fold(cycle[0] for cycle in saved.cycles) for fold in (min, max))
     raise InputError(
         f"{saved.name} = {value:g}: must be from {low:g} to {high:g}, where {path} has cycles"
     )
+
+
+def interpolated(
+    begin: tuple[float, State, float], end: tuple[float, State, float], value: float
+) -> tuple[State, float]:
+    """A state and the period at a value of the parameter, between those at two values."""
+    share = (value - begin[0]) / (end[0] - begin[0]) if end[0] != begin[0] else 0.0
+    first, last = (np.array([*state, period]) for _, state, period in (begin, end))
+    x, vx, y, vy, period = (first + share * (last - first)).tolist()
+    return (x, vx, y, vy), period
 
 
 def _told(value: float | None) -> str:

@@ -1,28 +1,19 @@
 """Curves that are known are followed to their ends, and their folds located."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.flow import FloatArray
-from fivtui.orbits.curves.following import Bound, Followed, Follower
+from fivtui.orbits.curves.following import Bound, Curve, Followed, Follower, PointOnCurve
 
 PERIOD, VALUE = 0, 1
 
 
-@dataclass(frozen=True)
-class PointOnCircle:
-    """A point of a circle."""
-
-    unknowns: FloatArray
-    tangent: FloatArray
-    iterations: int = 1
-
-
-class Circle:
+class Circle(Curve[PointOnCurve]):
     """A circle in the plane of period and parameter, about (3, 2), of radius 1."""
+
+    turns = True
 
     def __init__(self, low: float, high: float) -> None:
         self.bounds = (Bound(VALUE, low, high),)
@@ -31,10 +22,10 @@ class Circle:
     def correct(
         self,
         guess: FloatArray,
-        here: PointOnCircle,
+        near: PointOnCurve,
         along: FloatArray,
         tangent: FloatArray | None = None,
-    ) -> PointOnCircle | None:
+    ) -> PointOnCurve | None:
         unknowns = guess.copy()
         for _ in range(20):
             radius = unknowns - (3.0, 2.0)
@@ -46,22 +37,13 @@ class Circle:
             return None
         way = np.array([-radius[1], radius[0]])
         way *= np.sign(way @ (along if tangent is None else tangent))
-        return PointOnCircle(unknowns, way)
-
-    def size(self, point: PointOnCircle) -> float:
-        return 1.0
-
-    def features(self, point: PointOnCircle) -> FloatArray:
-        return point.unknowns
-
-    def confirmed(self, kind: EventKind, point: PointOnCircle) -> bool:
-        return True
+        return PointOnCurve(unknowns, way, 1)
 
 
-def follow(angle: float, low: float, high: float) -> Followed[PointOnCircle]:
+def follow(angle: float, low: float, high: float) -> Followed[PointOnCurve]:
     radius = np.array([np.cos(angle), np.sin(angle)])
-    start = PointOnCircle(np.array([3.0, 2.0]) + radius, np.array([-radius[1], radius[0]]))
-    return Follower(Circle(low, high), 0.1, lambda _count: None, turns=True).follow(start)
+    start = PointOnCurve(np.array([3.0, 2.0]) + radius, np.array([-radius[1], radius[0]]), 1)
+    return Follower(Circle(low, high), 0.1).follow(start)
 
 
 def test_a_closed_curve_ends_where_it_began_with_its_two_folds_located() -> None:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -44,7 +43,7 @@ class SmoothFlow:
 
 
 def curve_of(flow: SmoothFlow, low: float, high: float) -> BranchCurve:
-    return BranchCurve(flow, np.ones(flow.states + 2), low, high, (1.0, 1.0), touches=False)
+    return BranchCurve(flow, np.ones(flow.states + 2), (low, high), touches=False)
 
 
 def cycle(curve: BranchCurve, guess: list[float], way: list[float]) -> OrbitOnCurve:
@@ -58,8 +57,7 @@ def cycle(curve: BranchCurve, guess: list[float], way: list[float]) -> OrbitOnCu
 def follow(
     curve: BranchCurve, start: OrbitOnCurve, most: int, *until: EventKind
 ) -> Followed[OrbitOnCurve]:
-    follower = Follower(curve, 1e-3, lambda _count: None, most=most, turns=True)
-    return follower.follow(start, until=until)
+    return Follower(curve, 1e-3, most=most).follow(start, until=until)
 
 
 def van_der_pol() -> SmoothFlow:
@@ -111,7 +109,7 @@ def duffing() -> SmoothFlow:
 def test_cycles_of_the_duffing_oscillator_have_the_period_of_the_elliptic_integral() -> None:
     curve = curve_of(duffing(), -1.0, 1.0)
     start = cycle(curve, [0.2, 0.0, 2.0 * math.pi / math.sqrt(1.03), 0.0], [1.0, 0.0, 0.0, 0.0])
-    start = start if start.tangent[0] > 0.0 else replace(start, tangent=-start.tangent)
+    start = start if start.tangent[0] > 0.0 else start.reversed()
     found = follow(curve, start, 6)
     assert not found.events
     sizes = []
@@ -149,7 +147,7 @@ def test_a_fold_known_in_closed_form_is_located() -> None:
     curve = curve_of(bautin(), -10.0, 10.0)
     first = 0.3
     start = cycle(curve, [first, 0.0, 2.0 * math.pi, first**4 - first**2], [1.0, 0.0, 0.0, 0.0])
-    start = start if start.tangent[0] > 0.0 else replace(start, tangent=-start.tangent)
+    start = start if start.tangent[0] > 0.0 else start.reversed()
     found = follow(curve, start, 20, EventKind.FOLD)
     ((place, kind),) = found.events.items()
     assert kind is EventKind.FOLD
