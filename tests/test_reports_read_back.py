@@ -1,39 +1,23 @@
-"""What is printed and written, read back: every number stands under its name, in its unit."""
+"""What is printed and written, read back: numbers of independent equations stand in their places.
 
-import dataclasses
+The text of all reports is recorded (`tests/net`).
+"""
+
 import json
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from fivtui.assessment.estimate import Accuracy, Estimate
-from fivtui.assessment.lyapunov import ErrorGrowth, Fate
-from fivtui.assessment.report import print_accuracy, print_stress_tests
-from fivtui.assessment.stress_tests import StressResult, StressVerdict
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.report import print_stability
 from fivtui.maps import stability_map
-from fivtui.model import System
 from fivtui.model.parameters import Parameters
-from fivtui.orbits.attractor_search import Coexistence
-from fivtui.orbits.basins import Basin, EscapeOffset
-from fivtui.orbits.branches import BranchPoint, Continuation
-from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.orbits.report import (
-    print_attractors,
-    print_basin,
-    print_coexistence,
-    print_continuation,
-)
-from fivtui.results import Grid
 from fivtui.results.tables import save_result
-from fivtui.scene.comparison import CaseRuns, Comparison
 from fivtui.scene.presets import PRESETS
-from fivtui.scene.report import print_comparison, print_run
+from fivtui.scene.report import print_run
 from fivtui.scene.verified import SceneTransient, Verified
 from fivtui.simulation import simulate
 from fivtui.studies import save_study, study
@@ -43,12 +27,11 @@ from fivtui.tradeoffs.files import tradeoff_to_dict
 from fivtui.tradeoffs.measure import Feature, Tradeoff
 from fivtui.tradeoffs.report import print_tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
-from fivtui.transient import START_SPECS
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 
 from .support import own_slider
-from .test_figures_read_back import cycle, made_up, output_value
+from .test_figures_read_back import made_up, output_value
 
 Printed = pytest.CaptureFixture[str]
 
@@ -256,90 +239,7 @@ def test_a_printed_transient_has_its_numbers_under_their_names(
     assert rows["steps"] == str(runs[0].stats.steps)
 
 
-def test_a_printed_comparison_has_each_path_of_each_case(
-    runs: tuple[Transient, Transient], capsys: Printed
-) -> None:
-    other = [
-        dataclasses.replace(run, final=run.final._replace(x=run.final.x + 2e-5)) for run in runs
-    ]
-    pairs = [
-        CaseRuns(run, fmu, 0.5 + place, 2.5 + place)
-        for place, (run, fmu) in enumerate(zip(runs, other, strict=True))
-    ]
-    print_comparison(Comparison(pairs[0], pairs[1], 7.25, Path("a.fmu"), Path("a.png")))
-    title, text = text_of(capsys).split("\n", 1)
-    assert title.startswith("Slider-belt, 3 s: m=5  k1=100")
-    rows = {row["separation, path"]: row for row in tabled(text.partition("\ndifference:")[0])}
-    for name, case in (("considered", True), ("ignored", False)):
-        t, own = own_slider.motion(3.0, separation=case)
-        y = own[:, 2]
-        for path, seconds in (("native", "0.50"), ("FMU", "2.50")):
-            row = rows[f"{name}, {path}"]
-            assert float(row["peak |y| m"]) == pytest.approx(np.abs(y).max(), rel=3e-3)
-            (half,) = [value for key, value in row.items() if "half" in key]
-            assert float(half) == pytest.approx(0.5 * np.ptp(y[t >= 1.5]), rel=3e-3)
-            lifted = int((np.diff((y > 0.0).astype(int)) > 0).sum()) if case else 0
-            assert row["separations"] == str(lifted)
-            off = float(np.mean(y > 0.0)) if case else 0.0
-            assert float(row["off the belt"].rstrip("%")) == pytest.approx(100.0 * off, abs=0.1)
-            assert float(row["time s"]) == float(seconds) + (not case)
-            assert row["difference"] == ("2.0e-05" if path == "FMU" else "")
-    assert "7.25 s" in text.replace("\n", " ")
-
-
-def test_a_printed_accuracy_has_units_and_digits(
-    runs: tuple[Transient, Transient], capsys: Printed
-) -> None:
-    names = {
-        "x": "m", "vx": "m/s", "y": "m", "vy": "m/s", "peak_y_abs": "m", "y_half_range": "m",
-        "separated_time": "s", "separations": "",
-    }  # fmt: skip
-    estimates = {
-        name: Estimate(1.23456789 + place, 10.0 ** -(place + 1)) for place, name in enumerate(names)
-    }
-    growth = ErrorGrowth(
-        exponent=-0.0321,
-        uncertainty=0.0045,
-        final=7.5,
-        greatest=88.0,
-        fate=Fate.DECAYS,
-        duration=3.0,
-    )
-    print_accuracy(Accuracy(runs[0], "tol=1e-14", estimates, growth, None))
-    title, text = text_of(capsys).split("\n", 1)
-    assert title == "Accuracy of 3 s by taylor, compared with tol=1e-14"
-    table, _, rest = text.partition("Growth of a small error")
-    rows = {row["number"]: row for row in tabled(table.rstrip())}
-    for place, (name, unit) in enumerate(names.items()):
-        row, value = rows[name], 1.23456789 + place
-        assert row["unit"] == unit
-        assert float(row["difference"]) == 10.0 ** -(place + 1)
-        assert float(row["reliable digits"]) == pytest.approx(value, abs=0.6 * 10.0**-place)
-    assert numbers(rest.splitlines()[1])[:2] == [88.0, 7.5]
-    assert "-0.0321 1/s  (zero within 0.0045)" in rest
-    assert str(Fate.DECAYS) in rest
-
-
 # Sweeps
-
-
-def test_a_printed_sweep_has_every_output_in_its_column(capsys: Printed) -> None:
-    outputs = ("P_max", "y_abs", "vx_max", "separated_time")
-    print_sweep(made_up({"F": (80.0, 20.0), "mu": (0.5,)}, outputs))
-    title, text = text_of(capsys).split("\n", 1)
-    assert title == "Sweep: 4 members"
-    rows = tabled(text)
-    assert len(rows) == 4
-    units = {"P_max": "N", "y_abs": "m", "vx_max": "m/s", "separated_time": "s"}
-    for row in rows:
-        force, case = float(row["F (N)"]), row["separation"] == "yes"
-        assert row["mu"] == "0.5"
-        for place, name in enumerate(outputs):
-            expected = output_value(place, case, force, 0.5)
-            assert float(row[f"{name} ({units[name]})"]) == pytest.approx(expected, rel=1e-5)
-    assert {(row["F (N)"], row["separation"]) for row in rows} == {
-        ("80", "yes"), ("80", "no"), ("20", "yes"), ("20", "no")
-    }  # fmt: skip
 
 
 def test_of_a_long_sweep_the_ends_are_printed_and_some_outputs(capsys: Printed) -> None:
@@ -360,148 +260,6 @@ def test_the_progress_of_a_sweep_counts_members_rate_and_time_left() -> None:
     assert progress_text(10**5, 0.5, 0.5, 1e4).endswith("5/s, 2.8 h left")
     assert progress_text(10**6, 0.5, 0.5, 1e5).endswith("5/s, 1.2 d left")
     assert progress_text(3000, 0.5, 0.5, 300.0).endswith("5/s, 5.0 min left")
-
-
-# Attractors
-
-SEPARATING = cycle(Kind.SEPARATING_CYCLE, 4.0)
-CONTACT = cycle(Kind.CONTACT_CYCLE, 0.5, 2.5)
-REST = Attractor(Kind.EQUILIBRIUM)
-
-
-def test_printed_attractors_have_the_figures_of_their_orbits(capsys: Printed) -> None:
-    print_attractors([REST, SEPARATING])
-    title, text = text_of(capsys).split("\n", 1)
-    assert title == "Attractors"
-    rest, row = tabled(text)
-    assert {key: value for key, value in rest.items() if value} == {"attractor": "equilibrium"}
-    (half,) = [value for key, value in row.items() if "half" in key]
-    assert half == "4"
-    size = f"{abs(0.5 + 0.2j):.3g}"
-    assert [value for key, value in row.items() if "half" not in key] == [
-        "separating limit cycle", "1.25", "-3 .. 5", "1", "0.5 (40.0%)", "3", f"{size} {size} 0.1"
-    ]  # fmt: skip
-    assert [key for key in row if "half" not in key] == [
-        "attractor", "period s", "y from .. to m", "separations", "off the belt s",
-        "greatest vx m/s", "multipliers, size",
-    ]  # fmt: skip
-    both = (REST, SEPARATING)
-    print_coexistence(
-        Coexistence(System(Parameters()), both, (1, 0), stable=True, escape=EscapeOffset(0.2, None))
-    )
-    shown = dict(listed(capsys))
-    assert shown["offset above that leaves the equilibrium"] == "0.2 m"
-    assert shown["offset below that leaves the equilibrium"] == "none"
-
-
-def continuation() -> Continuation:
-    points = (
-        BranchPoint(10.0, ("up", "down"), REST),
-        BranchPoint(20.0, ("down",), SEPARATING),
-        BranchPoint(40.0, ("up",), CONTACT),
-    )
-    return Continuation(System(Parameters()), "F", np.array([10.0, 20.0, 40.0]), points)
-
-
-def test_attractors_along_a_parameter_are_printed_and_written_where_they_were_met(
-    capsys: Printed, tmp_path: Path
-) -> None:
-    result = continuation()
-    print_continuation(result)
-    rows = tabled(text_of(capsys).partition("\n")[2])
-    assert [(row["F"], row["attractor"], row["found going"]) for row in rows] == [
-        ("10", "equilibrium", "up, down"),
-        ("20", "separating limit cycle", "down"),
-        ("40", "contact limit cycle", "up"),
-    ]
-    assert [row["period s"] for row in rows] == ["", "1.25", "2.5"]
-    save_result(result, tmp_path / "branch.csv")
-    header, columns = written(tmp_path / "branch.csv")
-    assert columns["F"].tolist() == [10.0, 20.0, 40.0]
-    assert (columns["up"].tolist(), columns["down"].tolist()) == ([1, 0, 1], [1, 1, 0])
-    kinds = [header["kinds"][int(kind)] for kind in columns["kind"]]
-    assert kinds == ["equilibrium", "separating limit cycle", "contact limit cycle"]
-    expected: Mapping[str, tuple[str, list[float]]] = {
-        "F": ("N", [10.0, 20.0, 40.0]),
-        "period": ("s", [np.nan, 1.25, 2.5]),
-        "half_range": ("m", [0.0, 4.0, 0.5]),
-        "y_min": ("m", [np.nan, -3.0, 0.5]),
-        "y_max": ("m", [np.nan, 5.0, 1.5]),
-        "separations": ("1", [np.nan, 1.0, 1.0]),
-        "separated_time": ("s", [np.nan, 0.5, 0.5]),
-        "vx_max": ("m/s", [np.nan, 3.0, 3.0]),
-        "force_max": ("N", [np.nan, 4.0, 4.0]),
-    }
-    for name, (unit, values) in expected.items():
-        assert header["units"][name] == unit
-        np.testing.assert_array_equal(columns[name], values)
-    data = result.to_dict()
-    assert (data["name"], data["unit"], data["coexisting"]) == ("F", "N", [])
-    assert [point["value"] for point in data["points"]] == [10.0, 20.0, 40.0]
-    assert data["points"][1]["y_max"] == 5.0
-    assert "F" not in data["parameters"]
-
-
-def test_basins_are_printed_and_written_by_their_attractors(
-    capsys: Printed, tmp_path: Path
-) -> None:
-    axes = np.array([-1.0, 1.0]), np.array([2.0, 4.0, 6.0])
-    reached = np.array([[0, 1, 1], [0, 0, 1]])
-    p, start = Parameters(), (0.1, 0.2, 0.3, 0.4)
-    grid = Grid((START_SPECS["y0"], START_SPECS["vx0"]), axes)
-    result = Basin(System(p), start, grid, (CONTACT, REST), reached)
-    print_basin(dataclasses.replace(result, reached=np.array([[0, 1, 1], [0, 1, 1]])))
-    (contact, _, counted), rest = (
-        (name.partition(",")[0], name, text) for name, text in listed(capsys)
-    )
-    assert contact == "contact limit cycle"
-    assert counted == "2 of 6 starts (33.3%)"
-    assert rest[1:] == ("equilibrium", "4 of 6 starts (66.7%)")
-    save_result(result, tmp_path / "basin.csv")
-    header, columns = written(tmp_path / "basin.csv")
-    assert [header["units"][name] for name in ("y0", "vx0")] == ["m", "m/s"]
-    rows = zip(columns["y0"], columns["vx0"], columns["attractor"], strict=True)
-    assert [tuple(map(float, row)) for row in rows] == [
-        (-1.0, 2.0, 0.0), (-1.0, 4.0, 1.0), (-1.0, 6.0, 1.0),
-        (1.0, 2.0, 0.0), (1.0, 4.0, 0.0), (1.0, 6.0, 1.0),
-    ]  # fmt: skip
-    assert header["attractors"][1] == "equilibrium"
-    data = result.to_dict()
-    assert [(axis["name"], axis["unit"]) for axis in data["over"]] == [("y0", "m"), ("vx0", "m/s")]
-    assert data["reached"] == reached.tolist()
-    assert data["start"] == list(start)
-
-
-# Trials
-
-
-def test_printed_stress_tests_have_every_verdict_under_its_method(capsys: Printed) -> None:
-    found = {
-        "heavy-load": {
-            "taylor": StressResult(StressVerdict.RIGHT, 3e-12),
-            "rk4": StressResult(StressVerdict.WRONG, 0.25, "off by a quarter"),
-        },
-        "light": {
-            "taylor": StressResult(StressVerdict.RIGHT, 4e-9),
-            "rk4": StressResult(StressVerdict.REFUSED, None, "too many steps"),
-        },
-    }
-    print_stress_tests(found)
-    printed = capsys.readouterr()
-    table, _, reasons = printed.out.partition("Why")
-    lines = [re.split(r" {2,}", line.strip()) for line in table.splitlines() if line.strip()]
-    assert lines == [
-        ["Stress tests"],
-        ["scene", "what is extreme", "taylor", "rk4"],
-        ["heavy-load", "F = 1e6 N", "right 3e-12", "wrong 2e-01"],
-        ["light", "m = 1e-6 kg: stiff", "right 4e-09", "refused"],
-    ]
-    told = [re.split(r" {2,}", line.strip()) for line in reasons.splitlines() if line.strip()]
-    assert told == [
-        ["heavy-load, rk4", "wrong: off by a quarter"],
-        ["light, rk4", "refused: too many steps"],
-    ]
-    assert printed.err.strip() == "right 2, wrong 1, refused 1"
 
 
 # Trade-offs

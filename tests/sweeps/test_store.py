@@ -5,7 +5,6 @@ import errno
 import json
 import os
 import random
-import resource
 import signal
 import subprocess
 import sys
@@ -28,6 +27,7 @@ from fivtui.sweeps.design import Design, Range
 from fivtui.sweeps.run import WriteSummary, load_sweep, local_engine, sweep_in_memory, sweep_to_file
 from fivtui.sweeps.store import default_piece_size
 from fivtui.sweeps.study import Study
+from tests.io.test_files import file_size_limit, names
 
 ROOT = Path(__file__).parents[2]
 # Some members grow without bound; reasons have commas.
@@ -76,10 +76,6 @@ def test_a_piece_that_is_there_when_ctrl_c_comes_counts_as_kept(
     with pytest.raises(Cancelled, match=f"{SIZE} of 20 members are kept"):
         run(tmp_path / "out.csv")
     assert len(list((tmp_path / "out.csv.parts").glob("0*.csv"))) == 1
-
-
-def names(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
 
 
 @pytest.fixture(scope="module")
@@ -266,19 +262,6 @@ def test_force_starts_another_sweep_but_goes_on_with_the_same(
     with pytest.raises(InputError, match="exists already"):
         run(out, OTHERS["t_end"][0])
     assert out.read_bytes() == right[".csv"]
-
-
-@contextmanager
-def file_size_limit(size: int) -> Iterator[None]:
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    # Python would store the bytecode of modules imported now truncated.
-    bytecode_off, sys.dont_write_bytecode = sys.dont_write_bytecode, True
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        sys.dont_write_bytecode = bytecode_off
 
 
 @SUFFIXES
