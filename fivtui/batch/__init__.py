@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .result import Batch, BatchAmplitude, BatchPeak
+    from .result import Batch
     from .run import Requirement, simulate_batch
 else:
     from fivtui.lazy import lazily

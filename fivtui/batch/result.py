@@ -1,8 +1,9 @@
 """The result of a batch: arrays with one element a member, and why members failed."""
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, TypeVar
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,6 @@ from fivtui.taylor import overflow_error, stall_error
 from fivtui.transient import budget_error
 
 Floats = NDArray[np.float64]
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,38 +94,40 @@ class Batch(Result):
     status: NDArray[np.int8]
     t: Floats
     steps: NDArray[np.int64]
-    _final: Floats | None = field(repr=False)
-    _amplitude: BatchAmplitude | None = field(repr=False)
-    _peak: BatchPeak | None = field(repr=False)
-    _steady: BatchSteady | None = field(repr=False)
-    _events: BatchEvents | None = field(repr=False)
+    # What was required, of `PARTS`.
+    _parts: Mapping[str, Any] = field(repr=False)
     # A row for each member that failed: its place, last state and F.
     _failures: Floats = field(repr=False)
 
     @property
     def final(self) -> Floats:
         """States (x, ẋ, y, ẏ) at the horizon, m and m/s, shape (n, 4)."""
-        return _required("final", self._final)
+        return cast("Floats", self._required("final"))
 
     @property
     def amplitude(self) -> BatchAmplitude:
         """Extremes of y over the whole runs."""
-        return _required("amplitude", self._amplitude)
+        return cast("BatchAmplitude", self._required("amplitude"))
 
     @property
     def peak(self) -> BatchPeak:
         """Extremes over the whole runs."""
-        return _required("peak", self._peak)
+        return cast("BatchPeak", self._required("peak"))
 
     @property
     def steady(self) -> BatchSteady:
         """Half peak-to-peak over the second half of the run."""
-        return _required("steady", self._steady)
+        return cast("BatchSteady", self._required("steady"))
 
     @property
     def events(self) -> BatchEvents:
         """Switches."""
-        return _required("events", self._events)
+        return cast("BatchEvents", self._required("events"))
+
+    def _required(self, name: str) -> Any:
+        if name not in self._parts:
+            raise InputError(f"{name}: not required of this batch; add it to require")
+        return self._parts[name]
 
     @property
     def failed(self) -> NDArray[np.int64]:
@@ -173,22 +175,27 @@ class Batch(Result):
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """The results as columns, an element a member; NaN for members that failed."""
         columns: dict[str, NDArray[Any]] = {"status": self.status, "t": self.t, "steps": self.steps}
-        if self._final is not None:
-            states = zip(("x_end", "vx_end", "y_end", "vy_end"), self._final.T, strict=True)
-            columns |= {name: state.copy() for name, state in states}
-        for part in (self._amplitude, self._peak, self._steady):
-            if part is not None:
-                columns |= {each.name: getattr(part, each.name) for each in fields(part)}
-        if self._events is not None:
-            names = {"first": "first_switch", "last": "last_switch"}
+        for name, part in self._parts.items():
+            if name == "final":
+                columns |= {
+                    f"{c}_end": state.copy()
+                    for c, state in zip(("x", "vx", "y", "vy"), part.T, strict=True)
+                }
+                continue
+            suffix = {"first": "_switch", "last": "_switch"}
             columns |= {
-                names.get(each.name, each.name): getattr(self._events, each.name)
-                for each in fields(self._events)
+                f"{c.name}{suffix.get(c.name, '')}": getattr(part, c.name) for c in fields(part)
             }
         return columns
 
 
-def _required(name: str, value: T | None) -> T:
-    if value is None:
-        raise InputError(f"{name}: not required of this batch; add it to require")
-    return value
+# Parts of a result that may be required, and what makes them empty for n members.
+PARTS: Final[Mapping[str, Callable[[int], Any]]] = {
+    "final": lambda n: np.empty((n, 4)),
+    "amplitude": lambda n: BatchAmplitude(*(np.empty(n) for _ in range(3))),
+    "peak": lambda n: BatchPeak(*(np.empty(n) for _ in range(5))),
+    "steady": lambda n: BatchSteady(np.empty(n)),
+    "events": lambda n: BatchEvents(
+        np.empty(n, np.int64), np.empty(n, np.int64), *(np.empty(n) for _ in range(3))
+    ),
+}

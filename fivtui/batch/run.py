@@ -4,6 +4,7 @@ import os
 import threading
 from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import fields
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -33,7 +34,7 @@ from fivtui.transient import (
 
 from .interpreted import Members, interpreted_results, interpreted_starts
 from .request import belts, columns, flags, starts
-from .result import Batch, BatchAmplitude, BatchEvents, BatchPeak, BatchSteady, Floats
+from .result import PARTS, Batch, Floats
 
 Requirement = Literal["final", "amplitude", "peak", "steady", "events"]
 
@@ -155,22 +156,9 @@ class _Work:
         self._t_end, self._tol, self._max_steps = t_end, tol, max_steps
         self._require = require
 
-        def wanted(name: str, *width: int) -> Floats:
-            return np.empty((size if name in require else 0, *width))
-
         self._status = np.empty(size, np.int8)
         self._t, self._steps = np.empty(size), np.empty(size, np.int64)
-        self._final = wanted("final", 4)
-        self._amplitude = BatchAmplitude(*(wanted("amplitude") for _ in range(3)))
-        self._peak = BatchPeak(*(wanted("peak") for _ in range(5)))
-        self._steady = BatchSteady(wanted("steady"))
-        self._events = BatchEvents(
-            separations=wanted("events").view(np.int64),
-            reattachments=wanted("events").view(np.int64),
-            separated_time=wanted("events"),
-            first=wanted("events"),
-            last=wanted("events"),
-        )
+        self._parts = {name: empty(size) for name, empty in PARTS.items() if name in require}
         self._failures: list[Floats] = []
         self._lock = threading.Lock()
         self._next, self._done = 0, 0.0
@@ -315,24 +303,20 @@ class _Work:
             target[where] = value
             target[where][failed] = missing
 
-        if "final" in self._require:
-            put(self._final, state)
-        for name, part in (("amplitude", self._amplitude), ("peak", self._peak)):
-            if name in self._require:
-                put(part.y_abs, np.maximum(seen.y_max, -seen.y_min))
-                put(part.y_max, seen.y_max)
-                put(part.y_min, seen.y_min)
-        if "peak" in self._require:
-            put(self._peak.x_abs, np.maximum(seen.x_max, -seen.x_min))
-            put(self._peak.vx_max, seen.vx_max)
-        if "steady" in self._require:
-            put(self._steady.y_half_range, 0.5 * (seen.y_high - seen.y_low))
-        if "events" in self._require:
-            put(self._events.separations, seen.separations, -1)
-            put(self._events.reattachments, seen.reattachments, -1)
-            put(self._events.separated_time, seen.separated)
-            put(self._events.first, seen.first)
-            put(self._events.last, seen.last)
+        values = {
+            **seen._asdict(),
+            "y_abs": np.maximum(seen.y_max, -seen.y_min),
+            "x_abs": np.maximum(seen.x_max, -seen.x_min),
+            "y_half_range": 0.5 * (seen.y_high - seen.y_low),
+            "separated_time": seen.separated,
+        }
+        for name, part in self._parts.items():
+            if name == "final":
+                put(part, state)
+                continue
+            for column in fields(part):
+                target = getattr(part, column.name)
+                put(target, values[column.name], -1 if target.dtype == np.int64 else np.nan)
 
     def result(self) -> Batch:
         """What the batch has found."""
@@ -343,10 +327,6 @@ class _Work:
             status=self._status,
             t=self._t,
             steps=self._steps,
-            _final=self._final if "final" in self._require else None,
-            _amplitude=self._amplitude if "amplitude" in self._require else None,
-            _peak=self._peak if "peak" in self._require else None,
-            _steady=self._steady if "steady" in self._require else None,
-            _events=self._events if "events" in self._require else None,
+            _parts=self._parts,
             _failures=failures[np.argsort(failures[:, 0])],
         )

@@ -1,6 +1,6 @@
 """Rows of a sweep, computed in batches by the compiled kernel, or run by run."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Final, Literal, NamedTuple, cast
@@ -8,7 +8,7 @@ from typing import Any, Final, Literal, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.batch import Batch, BatchAmplitude, BatchPeak, Requirement, simulate_batch
+from fivtui.batch import Batch, Requirement, simulate_batch
 from fivtui.equilibrium import critical_mus, judge_growths
 from fivtui.model import (
     ALL_PARAMETERS,
@@ -43,14 +43,12 @@ from .study import (
     SweepColumn,
 )
 
-Seen = Literal["peak", "amplitude"]
 Places = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 BlockStart = Literal["static"] | Floats
 
 _OF_RUNS: Final = (*TRANSIENT, *STICK)
-_STATE: Final = ("x", "vx", "y", "vy")
 _NOT_OF_Y: Final = ("x_abs", "vx_max")
 _FORCE: Final = "contact_force"
 # Parts of the run among which the one is found where two runs part.
@@ -222,11 +220,11 @@ class _Block:
 
         tol = first_tol(asked)
         if places.size > 0:
-            coarse = _observed(self._run(places, start, tol, look), asked, self._seen)
+            coarse = _observed(self._run(places, start, tol, look))
         while places.size > 0:
             before, tol, part = tol, finer_tol(tol), 0.5
             batch = self._run(places, start, tol, look)
-            fine = _observed(batch, asked, self._seen)
+            fine = _observed(batch)
             errors = {name: _error(name, coarse, fine) for name in asked}
             missed = ~np.all([errors[name] <= asked[name] for name in asked], axis=0)
             parted = _parted(coarse, fine, self._time_scales(places))
@@ -262,8 +260,7 @@ class _Block:
             parted = np.ones(places.size, dtype=bool)
             if count < _PARTS:
                 coarse, fine = (
-                    _observed(self._run(places, start, tol, progress, end), (), self._seen)
-                    for tol in tols
+                    _observed(self._run(places, start, tol, progress, end)) for tol in tols
                 )
                 parted = _parted(coarse, fine, self._time_scales(places))
             for place in places[parted].tolist():
@@ -298,33 +295,30 @@ class _Block:
         )
 
     def _requirements(self) -> set[Requirement]:
-        asked = dict(self.study.accuracy)
-        required: set[Requirement] = {_part(column, self._seen) for column in self._wanted}
-        if asked:
+        accuracy = dict(self.study.accuracy)
+        # Extremes of y alone take less time than all.
+        extremes = "peak" if any(name in self.study.outputs for name in _NOT_OF_Y) else "amplitude"
+        parts = {column.path.partition(".")[0] for column in self._wanted}
+        required = {extremes if part in ("peak", _FORCE) else part for part in parts}
+        if accuracy:
             # These tell whether two runs are the same motion.
-            required |= {"final", "events", self._seen}
-        if "half_range" in asked:
+            required |= {"final", "events", extremes}
+        if "half_range" in accuracy:
             required.add("steady")
-        return required
+        return cast("set[Requirement]", required)
 
     @property
     def _wanted(self) -> list[SweepColumn]:
         return [column for column in _OF_RUNS if column.name in self.study.outputs]
 
-    @property
-    def _seen(self) -> Seen:
-        # Extremes of y alone take less time than all.
-        return "peak" if any(name in self.study.outputs for name in _NOT_OF_Y) else "amplitude"
-
     def _put(self, places: Places, batch: Batch) -> None:
         for place in batch.failed.tolist():
             self.reasons[places[place]] = str(batch.failure(place))
-        wanted, seen = self._wanted, self._seen
+        wanted, columns = self._wanted, batch.to_columns()
         for column in wanted:
             if not column.path.startswith(_FORCE):
-                self.results[column.name][places] = _found(batch, column, seen)
-        if any(column.path.startswith(_FORCE) for column in wanted):
-            self._put_forces(places, getattr(batch, seen))
+                self.results[column.name][places] = columns[column.name]
+        self._put_forces(places, columns)
         failed = [bool(reason) for reason in self.reasons]
         for name in (*(c.name for c in wanted), *(ERRORS[n].name for n, _ in self.study.accuracy)):
             self.results[name][failed] = np.nan
@@ -351,7 +345,7 @@ class _Block:
                 target[:] = column
         return states
 
-    def _put_forces(self, places: Places, extremes: BatchPeak | BatchAmplitude) -> None:
+    def _put_forces(self, places: Places, columns: Mapping[str, Floats]) -> None:
         # P decreases with y, so its extremes are at those of y; separated, P = 0.
         p, size = self.study.parameters, len(self.reasons)
         springs = _Springs(
@@ -363,7 +357,7 @@ class _Block:
         for name, extreme in (("P_min", "y_max"), ("P_max", "y_min")):
             if name not in self.results:
                 continue
-            y = getattr(extremes, extreme)
+            y = columns[extreme]
             y = np.where(self.separation[places], np.minimum(y, 0.0), y)
             with np.errstate(over="ignore", invalid="ignore"):
                 force = spring_force(springs, y) + 0.0
@@ -404,26 +398,15 @@ class _Block:
                     self.results[name][some] = values
 
 
-def _part(column: SweepColumn, seen: Seen) -> Requirement:
-    # The part of a batch's result that holds a column.
-    part = column.path.split(".", maxsplit=1)[0]
-    return seen if part in ("peak", _FORCE) else cast("Requirement", part)
-
-
-def _found(batch: Batch, column: SweepColumn, seen: Seen) -> NDArray[np.float64]:
-    part, name = getattr(batch, _part(column, seen)), column.path.rsplit(".", maxsplit=1)[-1]
-    found = part[:, _STATE.index(name)] if name in _STATE else getattr(part, name)
-    return np.asarray(found, dtype=np.float64)
-
-
-def _observed(batch: Batch, asked: Collection[str], seen: Seen) -> dict[str, Floats]:
+def _observed(batch: Batch) -> dict[str, Floats]:
     # The quantities that two runs are compared by, members along the first axis.
-    observed = {"final": batch.final, "peak": getattr(batch, seen).y_abs}
-    switches = batch.events.separations + batch.events.reattachments
-    observed["switches"] = switches.astype(np.float64)
-    if "half_range" in asked:
-        observed["half_range"] = batch.steady.y_half_range
-    return observed
+    columns = batch.to_columns()
+    return {
+        "final": batch.final,
+        "peak": columns["y_abs"],
+        "switches": (columns["separations"] + columns["reattachments"]).astype(np.float64),
+        **({"half_range": columns["y_half_range"]} if "y_half_range" in columns else {}),
+    }
 
 
 def _parted(run: Mapping[str, Floats], truth: Mapping[str, Floats], scales: Floats) -> Truths:

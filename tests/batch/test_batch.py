@@ -1,6 +1,5 @@
 """Batches of transients: the same as single runs, whoever their neighbours are."""
 
-import dataclasses
 import math
 import threading
 import tracemalloc
@@ -37,22 +36,8 @@ def varied(count: int) -> np.ndarray:
     )
 
 
-def arrays(result: Batch) -> dict[str, np.ndarray]:
-    found: dict[str, np.ndarray] = {
-        "status": result.status,
-        "t": result.t,
-        "steps": result.steps,
-    }
-    if result._final is not None:
-        found["final"] = result._final
-    for part in (result._amplitude, result._peak, result._steady, result._events):
-        if part is not None:
-            found |= {f.name: getattr(part, f.name) for f in dataclasses.fields(part)}
-    return found
-
-
 def assert_identical(one: Batch, other: Batch, order: np.ndarray | None = None) -> None:
-    expected, found = arrays(one), arrays(other)
+    expected, found = one.to_columns(), other.to_columns()
     assert expected.keys() == found.keys()
     for name, value in expected.items():
         wanted = value if order is None else value[order]
@@ -193,8 +178,8 @@ def test_only_what_is_required_is_computed(requirement: Requirement) -> None:
         with pytest.raises(InputError, match=f"{name}: not required"):
             getattr(part, name)
     assert getattr(part, requirement) is not None
-    expected = arrays(whole)
-    for name, value in arrays(part).items():
+    expected = whole.to_columns()
+    for name, value in part.to_columns().items():
         same = expected[name]
         assert np.allclose(value, same, rtol=1e-11, atol=1e-11, equal_nan=True), name
 
@@ -212,7 +197,7 @@ def test_names_are_broadcast_over_the_base_set() -> None:
 
 def test_an_empty_batch_is_empty() -> None:
     result = simulate_batch(np.empty((0, 9)))
-    assert {value.shape[0] for value in arrays(result).values()} == {0}
+    assert {value.shape[0] for value in result.to_columns().values()} == {0}
     assert result.failed.size == 0
 
 
@@ -235,7 +220,7 @@ def test_a_member_that_fails_says_why_and_disturbs_nobody() -> None:
         assert failure is not None
         assert failure.advice == caught.value.advice
         assert failure.why == caught.value.why
-        for name, value in arrays(result).items():
+        for name, value in result.to_columns().items():
             if value.dtype == np.float64 and name != "t":
                 assert np.isnan(value[place]).all(), name
     assert result.failure(1) is None
@@ -315,7 +300,7 @@ def test_memory_is_that_of_the_inputs_and_outputs() -> None:
     result = simulate_batch({"F": forces}, t_end=1e-3, tol=1e-2, require={"peak"})
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    outputs = sum(value.nbytes for value in arrays(result).values())
+    outputs = sum(value.nbytes for value in result.to_columns().values())
     assert peak < outputs + 4_000_000
 
 
@@ -371,5 +356,7 @@ def test_without_a_compiled_kernel_members_are_interpreted() -> None:
     assert halted.status[0] == Status.STEP_LIMIT
     assert halted.steps[0] == 5
     assert set(found.status) == {Status.DONE, Status.NO_START}
-    for name, value in arrays(compiled).items():
-        assert arrays(found)[name] == pytest.approx(value, rel=1e-9, abs=1e-9, nan_ok=True), name
+    for name, value in compiled.to_columns().items():
+        assert found.to_columns()[name] == pytest.approx(value, rel=1e-9, abs=1e-9, nan_ok=True), (
+            name
+        )
