@@ -18,7 +18,6 @@ from fivtui.taylor.stepper import DEFAULT_TOL
 from .actuator_variables import ACTUATOR_SUMMARY, ACTUATOR_TABLE
 from .experiment import Experiment
 from .instance import Instance
-from .instance_state import numbers
 
 _COMMAND, _FEEDBACK, _TAU, _GAIN, _F_START, _F, _RATE = (
     ACTUATOR_TABLE.references[name]
@@ -82,4 +81,4 @@ class BrakeActuator(Instance):
 
     @staticmethod
     def _from_json(content: Any) -> Preload:
-        return Preload(*numbers(content, 2))
+        return Preload(*content)

@@ -282,7 +282,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     @classmethod
     def _fmu_state_from_bytes(cls, state: bytes) -> InstanceState | str:
         try:
-            return from_bytes(state, cls.TABLE, cls._from_json)
+            return from_bytes(state, cls._from_json)
         except InputError as error:
             return str(error)
         except BaseException:  # noqa: BLE001

@@ -1,19 +1,17 @@
 """The slider-belt model for co-simulation."""
 
 from dataclasses import astuple
-from typing import Any, Final
+from typing import Any
 
 from pythonfmu.default_experiment import DefaultExperiment
 
-from fivtui.model.errors import InputError
-from fivtui.model.modes import ALWAYS_SLIDING, MODES, Mode
-from fivtui.model.slider_belt import State
+from fivtui.model.modes import Mode
 from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import DEFAULT_TOL, StepperSnapshot
 
 from .experiment import Experiment
 from .instance import Instance
-from .instance_state import DAMAGED, Phase, number, numbers
+from .instance_state import Phase
 from .motion import (
     MotionState,
     SliderBeltMotion,
@@ -35,17 +33,10 @@ _P, _ON_SLIDER, _ON_BELT, _SWITCHING, _AX, _AY = (
 _MODE, _MODE_INTEGER, _MODE_ENUMERATION = (
     REFERENCES[name] for name in ("mode", "mode_integer", "mode_enumeration")
 )
-_FINITE_BELT = REFERENCES["finite_belt"]
 _SEPARATIONS, _REATTACHMENTS, _SWITCHES, _STICKS, _LAST_EVENT = (
     REFERENCES[name]
     for name in ("separations", "reattachments", "switches", "sticks", "last_event")
 )
-
-
-# Counts, and all numbers of a `MotionState`.
-_COUNTS: Final = ("separations", "reattachments", "switches", "sticks")
-_OF_MOTION: Final = ("t", "F", "mu", *_COUNTS, "last_event")
-_ROUNDING: Final = 2.0**-50
 
 
 class SliderBeltInstance(Instance):
@@ -107,8 +98,6 @@ class SliderBeltInstance(Instance):
         self, values: dict[int, float | bool], experiment: Experiment, current: MotionState
     ) -> None:
         made_of = _made_of(values, experiment)
-        if (current.v_belt is not None) is not bool(values[_FINITE_BELT]):
-            raise InputError(DAMAGED)
         if made_of != self._made_of:
             motion = motion_from(values, current.state, t=current.t, tol=experiment.tol)
             self._motion, self._made_of = motion, made_of
@@ -121,58 +110,24 @@ class SliderBeltInstance(Instance):
 
     @staticmethod
     def _from_json(content: Any) -> MotionState:
-        speed, mode = content["v_belt"], Mode(content["mode"])
-        *stepper, ahead, then, stalled = content["stepper"]
-        t, remainder = _exact_time(*stepper)
+        t, remainder, state, mode, stalled = content["stepper"]
         segment = content["segment"]
-        made = {
-            **{name: number(content[name]) for name in _OF_MOTION},
-            "v_belt": None if speed is None else number(speed),
-            "state": _state(content["state"]),
-            "mode": mode,
-            "stepper": StepperSnapshot(t, remainder, _state(ahead), Mode(then), number(stalled)),
-            "segment": None if segment is None else _segment(segment),
-        }
-        finite = speed is not None
-        if len(made) != len(content) or not {mode, Mode(then)} <= _modes(finite=finite):
-            raise ValueError
-        return MotionState(**made)
+        return MotionState(
+            **content
+            | {
+                "state": tuple(content["state"]),
+                "mode": Mode(content["mode"]),
+                "stepper": StepperSnapshot(t, remainder, tuple(state), Mode(mode), stalled),
+                "segment": None if segment is None else _segment(segment),
+            }
+        )
 
 
 def _made_of(values: Values, experiment: Experiment) -> tuple[float, ...]:
     return (experiment.tol, *fixed_values(values))
 
 
-def _modes(*, finite: bool) -> set[Mode]:
-    # Those on a belt of finite speed, or on one that is always faster.
-    on_belt = {mode for mode, row in MODES.items() if row.finite_belt or mode is Mode.SEPARATED}
-    return on_belt if finite else set(ALWAYS_SLIDING)
-
-
-def _exact_time(t: object, remainder: object) -> tuple[Any, ...]:
-    # A time, and what it lacks of the exact one by rounding.
-    found = numbers([t, remainder], 2)
-    if abs(found[1]) > _ROUNDING * (abs(found[0]) + 1.0):
-        raise ValueError
-    return found
-
-
 def _segment(content: list[Any]) -> Segment:
     mode, start, remainder, duration, end, x, y, final, then = content
-    if len(x) < 2:
-        raise ValueError
-    given: tuple[Any, ...] = (
-        Mode(mode),
-        *_exact_time(start, remainder),
-        *numbers([duration, end], 2),
-        numbers(x, len(x)),
-        numbers(y, len(x)),
-        _state(final),
-        Mode(then),
-    )
-    return Segment(*given)
-
-
-def _state(content: list[float]) -> State:
-    x, vx, y, vy = numbers(content, 4)
-    return (x, vx, y, vy)
+    times = start, remainder, duration, end
+    return Segment(Mode(mode), *times, tuple(x), tuple(y), tuple(final), Mode(then))

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from enum import StrEnum
+from typing import Final
 
 from fivtui.model.errors import InputError
-from fivtui.model.numbers import parse_number
-from fivtui.model.parameters import PARAMETERS
+from fivtui.model.numbers import Interval, parse_number
+
+DIMENSIONLESS: Final = "1"
 
 
 class Type(StrEnum):
@@ -28,60 +30,49 @@ class Role(StrEnum):
     LOCAL = "local"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Variable:
-    """One variable of the FMU.
-
-    Attributes
-    ----------
-    name : str
-        Name in the model description.
-    type : Type
-        FMI type.
-    role : Role
-        Parameter (fixed), input, output or local.
-    meaning : str
-        One phrase.
-    unit : str
-        SI unit, "1" if dimensionless, empty if the type has no units.
-    start : float or bool
-        Value before any is set; of outputs, before the motion begins.
-    lower, upper : float
-        Bounds of the allowed range, infinite if there is none.
-    allowed : str
-        The allowed range in words; empty if it cannot be set.
-    nominal : float or None
-        Typical size.
-    discrete : bool
-        Whether it changes only at switches.
-    depends_on : tuple of str
-        Inputs it depends on directly, at a communication point.
-    starts_from : tuple of str
-        Parameters and inputs that its initial value depends on.
-    derivative_of : str
-        Name of the variable whose derivative it is; empty if none.
-    varies_with : tuple of str
-        States and inputs that it depends on as a derivative.
-    items : tuple of str
-        Names of the values 0, 1, … of an enumeration.
-    """
+    """One variable of the FMU."""
 
     name: str
-    type: Type
     role: Role
     meaning: str
+    # SI; "1" if dimensionless, empty if the type has no units.
     unit: str = ""
+    _: KW_ONLY
+    type: Type = Type.REAL
+    # Before any value is set; of outputs, before the motion begins.
     start: float | bool = 0.0
     lower: float = -math.inf
     upper: float = math.inf
-    allowed: str = ""
+    # Typical size.
     nominal: float | None = None
+    # Whether it changes only at switches.
     discrete: bool = False
-    depends_on: tuple[str, ...] = ()
-    starts_from: tuple[str, ...] = ()
+    # Inputs it depends on directly, at a communication point.
+    depends_on: Sequence[str] = ()
+    # Parameters and inputs that its initial value depends on.
+    starts_from: Sequence[str] = ()
     derivative_of: str = ""
-    varies_with: tuple[str, ...] = ()
-    items: tuple[str, ...] = ()
+    # States and inputs that it depends on as a derivative.
+    varies_with: Sequence[str] = ()
+    # Names of the values 0, 1, … of an enumeration.
+    items: Sequence[str] = ()
+
+    @property
+    def _interval(self) -> Interval | None:
+        # None if every finite number is allowed.
+        unit = "" if self.unit == DIMENSIONLESS else self.unit
+        return Interval(self.lower, self.upper, unit) if self.lower > -math.inf else None
+
+    @property
+    def allowed(self) -> str:
+        """The allowed range in words; empty if it cannot be set."""
+        if not self.settable:
+            return ""
+        if self.type is Type.BOOLEAN:
+            return "true or false"
+        return str(self._interval or f"a finite number of {self.unit}")
 
     @property
     def settable(self) -> bool:
@@ -104,26 +95,18 @@ class Variable:
 
     def check(self, value: object) -> float | bool:
         """Return a valid value as a float or bool; `InputError` if it is out of range."""
-        if self.name in PARAMETERS:
-            return PARAMETERS[self.name].check(value)
+        # Nearly every call.
+        if isinstance(value, float) and self.lower <= value <= self.upper and math.isfinite(value):
+            return value
         if self.type is Type.BOOLEAN:
             return bool(value)
-        number = parse_number(self.name, value, self.allowed)
-        if not self.lower <= number <= self.upper:
-            raise InputError(f"{self.name} = {number:g}: must be {self.allowed}")
-        return number
+        if self._interval is None:
+            return parse_number(self.name, value, self.allowed)
+        return self._interval.check(self.name, value)
 
 
 class VariableTable:
-    """The variables of a component; the value reference is the index in the table.
-
-    Attributes
-    ----------
-    variables : tuple of Variable
-        The rows.
-    references : mapping of str to int
-        Value references by name.
-    """
+    """The variables of a component; the value reference is the index in the table."""
 
     def __init__(self, variables: Sequence[Variable]) -> None:
         self.variables: tuple[Variable, ...] = tuple(variables)

@@ -1,29 +1,27 @@
 """The table of variables of the slider-belt model."""
 
-import math
 from collections.abc import Sequence
-from typing import Final
+from dataclasses import replace
+from itertools import starmap
+from typing import Any, Final
 
 from fivtui.model.columns import COLUMNS
 from fivtui.model.modes import Mode
-from fivtui.model.numbers import Interval
 from fivtui.model.parameters import BELT_PARAMETERS, PARAMETERS, ParameterSpec
 
-from .variable import Role, Type, Variable, VariableTable
+from .variable import DIMENSIONLESS, Role, Type, Variable, VariableTable
 
 SUMMARY: Final = (
     "Slider pressed on a moving belt: friction-induced vibration by mode coupling, "
     "with a cubic contact stiffness and separation"
 )
-# The range of the mode's numbers.
-_MODES: Final = (float(min(Mode)), float(max(Mode)))
+_COLUMNS: Final = {column.name: column for column in COLUMNS}
 # Parameters of the model that may change at every communication point.
 INPUTS: Final = ("F", "mu", "v_belt")
 STATES: Final = ("x", "vx", "y", "vy")
 _STARTS: Final = tuple(f"{name}_start" for name in STATES)
 # What an equilibrium under μ = 0 depends on.
 _EQUILIBRIUM: Final = ("k1", "k2", "k3", "k_nl", "F", "separation")
-_DIMENSIONLESS: Final = "1"
 # What friction, and whether the slider sticks, depend on where the belt has a finite speed.
 _BELT: Final = ("finite_belt", "v_belt", "mu_s")
 _FRICTION: Final = ("c1", "mu", *_BELT)
@@ -37,273 +35,184 @@ _BELT_MEANINGS: Final = {
     "mu_s": "static friction coefficient, if finite_belt: at least mu, or 0 for mu",
     "v_s": "sliding speed over which friction falls from mu_s to mu, if finite_belt; 0: at once",
 }
+# Typical sizes in the base scene.
+_NOMINAL: Final = {
+    "m": 1.0,
+    "m/s": 10.0,
+    "m/s^2": 50.0,
+    "N": 100.0,
+    "s": 1.0,
+    DIMENSIONLESS: 1.0,
+}
 
 
-def _parameters() -> list[Variable]:
-    return [
-        Variable(
-            name=name,
-            type=Type.REAL,
-            role=Role.INPUT if name in INPUTS else Role.PARAMETER,
-            meaning=spec.meaning,
-            unit=spec.unit or _DIMENSIONLESS,
-            start=spec.default,
-            lower=spec.lower,
-            upper=spec.upper,
-            allowed=spec.allowed,
-            nominal=abs(spec.default) or None,
-        )
-        for name, spec in PARAMETERS.items()
-    ]
+def _parameter(spec: ParameterSpec) -> Variable:
+    return Variable(
+        spec.name,
+        Role.INPUT if spec.name in INPUTS else Role.PARAMETER,
+        spec.meaning,
+        spec.unit or DIMENSIONLESS,
+        start=spec.default,
+        lower=spec.lower,
+        upper=spec.upper,
+        nominal=abs(spec.default) or None,
+    )
 
 
-def _settings() -> list[Variable]:
-    columns = {column.name: column for column in COLUMNS}
-    flags = [
-        Variable(
-            name="separation",
-            type=Type.BOOLEAN,
-            role=Role.PARAMETER,
-            meaning="whether the slider may separate from the belt (Case 1) or not (Case 2)",
+def _of_belt(name: str, meaning: str) -> Variable:
+    # Zero stands for none, where it is no input.
+    variable = replace(_parameter(BELT_PARAMETERS[name]), meaning=meaning, lower=0.0)
+    return variable if variable.role is Role.INPUT else replace(variable, start=0.0)
+
+
+def _flag(name: str, meaning: str, *, start: bool) -> Variable:
+    return Variable(name, Role.PARAMETER, meaning, type=Type.BOOLEAN, start=start)
+
+
+def _start(name: str) -> Variable:
+    column = _COLUMNS[name]
+    meaning = f"{column.meaning} at the start, if start_static is false"
+    nominal = _NOMINAL[column.unit]
+    return Variable(f"{name}_start", Role.PARAMETER, meaning, column.unit, nominal=nominal)
+
+
+def _output(
+    name: str,
+    starts_from: Sequence[str],
+    meaning: str = "",
+    unit: str = "",
+    role: Role = Role.OUTPUT,
+    **properties: Any,
+) -> Variable:
+    # With the meaning and unit of a column of a trajectory, where none is given.
+    if name in _COLUMNS:
+        meaning, unit = _COLUMNS[name].meaning, _COLUMNS[name].unit
+    nominal = _NOMINAL[unit]
+    return Variable(
+        name, role, meaning, unit, nominal=nominal, starts_from=starts_from, **properties
+    )
+
+
+def _count(name: str, meaning: str, starts_from: Sequence[str] = ()) -> Variable:
+    return _output(name, starts_from, meaning, DIMENSIONLESS, discrete=True, lower=0.0)
+
+
+def _velocity(axis: str) -> Variable:
+    name = f"v{axis}"
+    starts_from = ("start_static", f"{name}_start")
+    return _output(name, starts_from, derivative_of=axis, varies_with=(name,))
+
+
+def _friction(name: str, meaning: str) -> Variable:
+    starts_from = (*_FORCE_ORIGIN, *_FRICTION, "v_s")
+    meaning = f"{meaning}; if finite_belt, that of the mode"
+    return _output(name, starts_from, meaning, "N", depends_on=("mu", "v_belt"))
+
+
+def _acceleration(
+    axis: str, adjective: str, starts_from: Sequence[str], varies_with: Sequence[str]
+) -> Variable:
+    return _output(
+        f"a{axis}",
+        ("start_static", "separation", *starts_from, "x_start", "y_start"),
+        f"{adjective} acceleration",
+        "m/s^2",
+        Role.LOCAL,
+        derivative_of=f"v{axis}",
+        varies_with=varies_with,
+    )
+
+
+def _mode(kind: Type, items: Sequence[str] = ()) -> Variable:
+    # Local, so that hosts do not record it by default: every type costs a call per sample.
+    name = kind.value.lower()
+    return Variable(
+        f"mode_{name}",
+        Role.LOCAL,
+        f"mode as an {name}: {_COLUMNS['mode'].meaning}",
+        type=kind,
+        lower=int(min(Mode)),
+        upper=int(max(Mode)),
+        discrete=True,
+        items=items,
+    )
+
+
+# What is added stands at the end: value references are places in the table.
+SLIDER_BELT_TABLE: Final = VariableTable(
+    [
+        *map(_parameter, PARAMETERS.values()),
+        _flag(
+            "separation",
+            "whether the slider may separate from the belt (Case 1) or not (Case 2)",
             start=True,
-            allowed="true or false",
         ),
-        Variable(
-            name="start_static",
-            type=Type.BOOLEAN,
-            role=Role.PARAMETER,
-            meaning="whether to start at rest at the equilibrium of mu = 0 under F, "
+        _flag(
+            "start_static",
+            "whether to start at rest at the equilibrium of mu = 0 under F, "
             "or from the start values",
             start=True,
-            allowed="true or false",
         ),
-    ]
-    return flags + [
-        Variable(
-            name=f"{name}_start",
-            type=Type.REAL,
-            role=Role.PARAMETER,
-            meaning=f"{columns[name].meaning} at the start, if start_static is false",
-            unit=columns[name].unit,
-            allowed=f"a finite number of {columns[name].unit}",
-            nominal=_NOMINAL[columns[name].unit],
-        )
-        for name in STATES
-    ]
-
-
-# Typical sizes in the base scene.
-_NOMINAL: Final = {"m": 1.0, "m/s": 10.0, "N": 100.0, "s": 1.0, _DIMENSIONLESS: 1.0}
-
-
-def _outputs() -> list[Variable]:
-    columns = {column.name: column for column in COLUMNS}
-
-    def output(
-        name: str,
-        meaning: str,
-        unit: str,
-        starts_from: Sequence[str],
-        *,
-        discrete: bool = False,
-        depends_on: tuple[str, ...] = (),
-        bounds: tuple[float, float] = (-math.inf, math.inf),
-        derivative_of: str = "",
-    ) -> Variable:
-        return Variable(
-            name=name,
-            type=Type.REAL,
-            role=Role.OUTPUT,
-            meaning=meaning,
-            unit=unit,
-            lower=bounds[0],
-            upper=bounds[1],
-            nominal=_NOMINAL[unit],
-            discrete=discrete,
-            depends_on=depends_on,
-            starts_from=tuple(starts_from),
-            derivative_of=derivative_of,
-            varies_with=(name,) if derivative_of else (),
-        )
-
-    origin = {
-        "x": (*_AT_REST, "x_start"),
-        "vx": ("start_static", "vx_start"),
-        "y": (*_AT_REST, "y_start"),
-        "vy": ("start_static", "vy_start"),
-        "P": _FORCE_ORIGIN,
-        "friction": (*_FORCE_ORIGIN, *_FRICTION, "v_s"),
-        "mode": _MODE_ORIGIN,
-    }
-    count = (0.0, math.inf)
-    mode, y, force = columns["mode"], columns["y"], columns["P"]
-    on_belt = ("mu", "v_belt")
-    return [
-        output("x", columns["x"].meaning, "m", origin["x"]),
-        output("vx", columns["vx"].meaning, "m/s", origin["vx"], derivative_of="x"),
-        output("y", y.meaning, "m", origin["y"]),
-        output("vy", columns["vy"].meaning, "m/s", origin["vy"], derivative_of="y"),
-        output("P", force.meaning, force.unit, origin["P"]),
-        output(
-            "friction_slider",
-            "friction force of the belt on the slider, mu P; if finite_belt, that of the mode",
-            force.unit,
-            origin["friction"],
-            depends_on=on_belt,
-        ),
-        output(
-            "friction_belt",
-            "friction force of the slider on the belt, -mu P; if finite_belt, that of the mode",
-            force.unit,
-            origin["friction"],
-            depends_on=on_belt,
-        ),
-        output(
+        *map(_start, STATES),
+        _output("x", (*_AT_REST, "x_start")),
+        _velocity("x"),
+        _output("y", (*_AT_REST, "y_start")),
+        _velocity("y"),
+        _output("P", _FORCE_ORIGIN),
+        _friction("friction_slider", "friction force of the belt on the slider, mu P"),
+        _friction("friction_belt", "friction force of the slider on the belt, -mu P"),
+        _output(
             "mode",
-            mode.meaning,
-            mode.unit,
-            origin["mode"],
+            _MODE_ORIGIN,
             discrete=True,
-            depends_on=on_belt,
-            bounds=_MODES,
+            depends_on=("mu", "v_belt"),
+            lower=float(min(Mode)),
+            upper=float(max(Mode)),
         ),
-        output(
+        _output(
             "switching",
+            (*_AT_REST, "y_start"),
             "switching function y: negative in contact, positive when separated",
-            y.unit,
-            origin["y"],
+            "m",
         ),
-        output(
-            "separations",
-            "number of separations so far",
-            _DIMENSIONLESS,
-            (),
-            discrete=True,
-            bounds=count,
-        ),
-        output(
-            "reattachments",
-            "number of reattachments so far",
-            _DIMENSIONLESS,
-            (),
-            discrete=True,
-            bounds=count,
-        ),
-        output(
+        _count("separations", "number of separations so far"),
+        _count("reattachments", "number of reattachments so far"),
+        _output(
             "last_event",
+            (),
             "time of the last separation, reattachment or other change of the mode, "
             "the start time before the first",
-            columns["t"].unit,
-            (),
+            "s",
             discrete=True,
         ),
-    ]
-
-
-def _locals() -> list[Variable]:
-    columns = {column.name: column for column in COLUMNS}
-    mode = columns["mode"]
-
-    def mirror(name: str, kind: Type, items: tuple[str, ...] = ()) -> Variable:
-        # Local, so that hosts do not record it by default: every type costs a call per sample.
-        return Variable(
-            name=name,
-            type=kind,
-            role=Role.LOCAL,
-            meaning=f"mode as an {kind.value.lower()}: {mode.meaning}",
-            lower=int(min(Mode)),
-            upper=int(max(Mode)),
-            discrete=True,
-            items=items,
-        )
-
-    def acceleration(
-        axis: str, adjective: str, starts_from: tuple[str, ...], varies_with: tuple[str, ...]
-    ) -> Variable:
-        return Variable(
-            name=f"a{axis}",
-            type=Type.REAL,
-            role=Role.LOCAL,
-            meaning=f"{adjective} acceleration",
-            unit="m/s^2",
-            nominal=50.0,
-            starts_from=("start_static", "separation", *starts_from, "x_start", "y_start"),
-            derivative_of=f"v{axis}",
-            varies_with=varies_with,
-        )
-
-    return [
-        mirror("mode_integer", Type.INTEGER),
-        mirror("mode_enumeration", Type.ENUMERATION, tuple(m.name.lower() for m in Mode)),
-        acceleration(
+        _mode(Type.INTEGER),
+        _mode(Type.ENUMERATION, tuple(mode.name.lower() for mode in Mode)),
+        _acceleration(
             "x",
             "horizontal",
             ("m", "k1", "k2", "k3", "k_nl", "F", "vx_start", *_FRICTION, "v_s"),
             ("x", "vx", "y", "mu", "v_belt"),
         ),
         # Without k1: the equilibrium depends on it, but the acceleration is zero there.
-        acceleration(
+        _acceleration(
             "y",
             "vertical",
             ("m", "k2", "k3", "k_nl", "c2", "F", "vy_start"),
             ("x", "y", "vy", "F"),
         ),
-    ]
-
-
-def _belt() -> list[Variable]:
-    def parameter(name: str, spec: ParameterSpec) -> Variable:
-        is_input = name in INPUTS
-        return Variable(
-            name=name,
-            type=Type.REAL,
-            role=Role.INPUT if is_input else Role.PARAMETER,
-            meaning=_BELT_MEANINGS[name],
-            unit=spec.unit or _DIMENSIONLESS,
-            start=spec.default if is_input else 0.0,
-            # Zero stands for none.
-            lower=0.0,
-            upper=spec.upper,
-            allowed=str(Interval(0.0, spec.upper, spec.unit)),
-            nominal=spec.default,
-        )
-
-    def count(name: str, meaning: str, starts_from: Sequence[str]) -> Variable:
-        return Variable(
-            name=name,
-            type=Type.REAL,
-            role=Role.OUTPUT,
-            meaning=meaning,
-            unit=_DIMENSIONLESS,
-            lower=0.0,
-            nominal=1.0,
-            discrete=True,
-            starts_from=tuple(starts_from),
-        )
-
-    flag = Variable(
-        name="finite_belt",
-        type=Type.BOOLEAN,
-        role=Role.PARAMETER,
-        meaning="whether the belt has a finite speed, v_belt, or is always faster than the slider",
-        start=False,
-        allowed="true or false",
-    )
-    return [
-        flag,
-        *(parameter(name, spec) for name, spec in BELT_PARAMETERS.items()),
-        count("switches", "number of changes of the mode so far", ()),
-        count(
+        _flag(
+            "finite_belt",
+            "whether the belt has a finite speed, v_belt, or is always faster than the slider",
+            start=False,
+        ),
+        *starmap(_of_belt, _BELT_MEANINGS.items()),
+        _count("switches", "number of changes of the mode so far"),
+        _count(
             "sticks",
             "number of times that the slider has begun to stick so far, at the start included",
             _MODE_ORIGIN,
         ),
     ]
-
-
-# What is added stands at the end: value references are places in the table.
-SLIDER_BELT_TABLE: Final = VariableTable(
-    [*_parameters(), *_settings(), *_outputs(), *_locals(), *_belt()]
 )
 VARIABLES: Final = SLIDER_BELT_TABLE.variables
 REFERENCES: Final = SLIDER_BELT_TABLE.references
