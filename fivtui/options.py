@@ -1,11 +1,13 @@
 """Options of commands, declared as fields of a dataclass, and the words that say their values."""
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields
 from typing import Any, Final
 
 from .model import Interval
 
+ANY_WHOLE: Final = Interval(-math.inf)
 _OPTION: Final = "option"
 
 

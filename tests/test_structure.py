@@ -51,7 +51,7 @@ VIOLATIONS: Final = {
         "fivtui.taylor.stepper",
     ),
     "Textual is known to the screens alone": ("fivtui.tui.persistence.slots", "textual"),
-    "click is known to the command line alone": ("fivtui.sweeps.request", "click"),
+    "click is known to the command line alone": ("fivtui.sweeps.options", "click"),
     "matplotlib is known to figures alone": ("fivtui.batch.result", "matplotlib"),
 }
 # The children of fivtui that a contract of one package leaves free to import it.

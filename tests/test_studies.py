@@ -11,20 +11,19 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fivtui.cli.deliver import check_outputs, show, write
+from fivtui.cli.deliver import Outputs
 from fivtui.console.printing import print_list
 from fivtui.io.tables import read_columns, read_header, write_table
 from fivtui.model.columns import Column
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.results import (
-    Command,
     Result,
     Stored,
     StudyKind,
     TableResult,
+    command_for,
     equal_values,
-    scene_fields,
 )
 from fivtui.scene.presets import PRESETS
 from fivtui.studies import (
@@ -91,7 +90,7 @@ BOUNCE = StudyKind(
     stem=lambda _: "bounce",
     load=load,
     header=frozenset({"bounce_of"}),
-    command=lambda result: Command("bounce", scene_fields(result, ("F", "separation"))),
+    command=lambda result: command_for("bounce", result),
     stored=Stored(".npz"),
 )
 RESULT = Bounce(Parameters(F=60.0), True, (0.5, 0.25, 1.0 / 3.0))
@@ -120,18 +119,19 @@ def test_an_entry_more_is_written_drawn_and_printed_by_a_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, plot = tmp_path / "b.csv", tmp_path / "b.svg"
-    check_outputs("bounce", out, plot, force=False)
-    write("bounce", RESULT, out, plot, force=False)
+    outputs = Outputs(out, plot)
+    outputs.check("bounce")
+    outputs.write("bounce", RESULT)
     assert load(out) == RESULT
     assert "<svg" in plot.read_text()
     with pytest.raises(InputError, match="exists already"):
-        check_outputs("bounce", out, None, force=False)
+        outputs.check("bounce")
     with pytest.raises(InputError, match="the suffix of a bounce file"):
-        check_outputs("bounce", tmp_path / "b.xls", None, force=False)
+        Outputs(tmp_path / "b.xls").check("bounce")
     capsys.readouterr()
-    show("bounce", RESULT, as_json=True)
+    Outputs(as_json=True).show("bounce", RESULT)
     assert json.loads(capsys.readouterr().out) == {"heights": list(RESULT.heights)}
-    show("bounce", RESULT)
+    Outputs().show("bounce", RESULT)
     assert "greatest height  0.5 m" in capsys.readouterr().out
 
 

@@ -1,49 +1,43 @@
 """Commands for stability, stability maps and attractors."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .arguments import option
-from .completion import PARAMETER_VALUES, START_VALUES
-from .deliver import check_outputs, show, write
-from .group import commands
-from .options import (
-    force_option,
-    ignore_option,
-    json_option,
-    output_option,
-    print_json,
-    progress_bar,
-    say,
-    scene_argument,
-    scene_of,
-    set_option,
-    start_of,
-    start_option,
-)
+from fivtui.maps import MapOptions
+from fivtui.model import ALL_PARAMETERS, PARAMETERS, InputError
+from fivtui.options import flag, option
+from fivtui.transient import START_SPECS, setting, start_of
+
+from .arguments import times_words
+from .command import Call, command
+from .options import print_json, progress_bar, say
 
 if TYPE_CHECKING:
+    from fivtui.model import OnProgress
     from fivtui.scene import Scene
 
 
-@commands.command()
-@scene_argument
-@set_option
-@ignore_option
-@option(
-    "--attractors",
-    is_flag=True,
-    help="Also list the limit cycles at this μ, with the offset that leaves the equilibrium.",
+@dataclass(frozen=True, kw_only=True)
+class StabilityOptions:
+    """Options of ``fivtui stability``."""
+
+    ignore_separation: bool = setting("separation")
+    attractors: bool = flag(
+        "--attractors",
+        "Also list the limit cycles at this μ, with the offset that leaves the equilibrium.",
+    )
+    no_search: bool = flag(
+        "--no-search", "Eigenvalues alone: no search for the friction that is safe."
+    )
+
+
+@command(
+    StabilityOptions,
+    out="Write the eigenvalues over μ (.csv, .npz, .parquet).",
+    plot="Draw frequencies and growth rates over μ (.png, .svg, .pdf).",
 )
-@option(
-    "--no-search",
-    is_flag=True,
-    help="Eigenvalues alone: no search for the friction that is safe.",
-)
-@output_option("--out", "FILE", "Write the eigenvalues over μ (.csv, .npz, .parquet).")
-@output_option("--plot", "FILE", "Draw frequencies and growth rates over μ (.png, .svg, .pdf).")
-@force_option
-@json_option
-def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+def stability(call: Call[StabilityOptions]) -> None:
     """Print eigenvalues, modes, critical friction coefficient, and the friction that is safe.
 
     Eigenvalues are of the equilibrium, linearised there: they say what small disturbances do. A
@@ -52,118 +46,140 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """
     from fivtui.equilibrium import stability as judge
 
-    chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
-    out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
-    check_outputs("stability", out, plot, force=force)
-    result = judge(chosen.parameters, separation=chosen.separation)
+    scene, outputs = call.scene(), call.outputs
+    outputs.check("stability")
+    result = judge(scene.parameters, separation=scene.separation)
     data = result.to_dict()
-    write("stability", result, out, plot, force=force)
-    if not as_json:
-        show("stability", result)
-    if not given["no_search"]:
-        data |= _safe_friction(chosen, quiet=as_json)
-    if given["attractors"]:
-        from .attractor_tasks import SEARCH, carry_out
-
-        data |= carry_out(SEARCH, chosen, quiet=as_json)
-    if as_json:
+    outputs.write("stability", result)
+    shown = not outputs.as_json
+    if shown:
+        outputs.show("stability", result)
+    if not call.options.no_search:
+        data |= _safe_friction(scene, call)
+    if call.options.attractors:
+        coexisting = _coexisting(scene)
+        if shown:
+            outputs.show("attractors", coexisting)
+        outputs.warn("attractors", coexisting)
+        data |= coexisting.to_dict()
+    if not shown:
         print_json(data)
 
 
-def _safe_friction(chosen: "Scene", *, quiet: bool) -> dict[str, Any]:
+def _safe_friction(scene: "Scene", call: Call[Any]) -> dict[str, Any]:
     # What `stability` adds to its JSON of disturbances of any size.
-    if chosen.parameters.v_belt is not None:
-        return _reached(chosen, quiet=quiet)
+    if scene.parameters.v_belt is not None:
+        from fivtui.orbits import reached_words
+
+        # On a belt of finite speed: what transients reach at this friction, and no other.
+        coexisting = _coexisting(scene)
+        verdict = reached_words(coexisting)
+        if not call.outputs.as_json:
+            say(verdict)
+        return {"safe_mu": None, "safe_mu_basis": {"verdict": verdict, **coexisting.to_dict()}}
     from fivtui.safety import safe_friction
 
     with progress_bar("safe friction") as progress:
-        safe = safe_friction(chosen.parameters, separation=chosen.separation, progress=progress)
-    if not quiet:
-        show("safe-friction", safe)
+        safe = safe_friction(scene.parameters, separation=scene.separation, progress=progress)
+    if not call.outputs.as_json:
+        call.outputs.show("safe-friction", safe)
     return safe.to_dict()
 
 
-def _reached(chosen: "Scene", *, quiet: bool) -> dict[str, Any]:
-    # The same on a belt of finite speed: what transients reach at this friction, and no other.
-    from fivtui.orbits import coexistence, reached_words
+def _coexisting(scene: "Scene") -> Any:
+    from fivtui.orbits import coexistence
 
     with progress_bar("attractors") as progress:
-        found = coexistence(chosen.system, progress=progress)
-    said = reached_words(found)
-    if not quiet:
-        say(said)
-    return {"safe_mu": None, "safe_mu_basis": {"verdict": said, **found.to_dict()}}
+        return coexistence(scene.system, progress=progress)
 
 
-@commands.command()
-@scene_argument
-@set_option
-@start_option("Find the attractor that this start (m, m/s) reaches, and no others.")
-@option(
-    "--vary",
-    shell_complete=PARAMETER_VALUES,
-    metavar="NAME=START:STOP:COUNT[:log]",
-    help="Continue all attractors along a parameter, upwards and downwards.",
+@dataclass(frozen=True, kw_only=True)
+class AttractorsOptions:
+    """Options of ``fivtui attractors``."""
+
+    start: str | None = setting(
+        "start",
+        "Find the attractor that this start (m, m/s) reaches, and no others.",
+        of_scene=False,
+    )
+    vary: str | None = option(
+        "--vary",
+        "Continue all attractors along a parameter, upwards and downwards.",
+        metavar="NAME=START:STOP:COUNT[:log]",
+        completions=lambda: (f"{name}=" for name in PARAMETERS),
+    )
+    basin: tuple[str, ...] = option(
+        "--basin",
+        "Basins of attraction over two of x0, vx0, y0, vy0 (give it twice); --start sets the "
+        "others.",
+        metavar="NAME=START:STOP:COUNT",
+        multiple=True,
+        completions=lambda: (f"{name}=" for name in START_SPECS),
+    )
+
+
+@command(
+    AttractorsOptions,
+    out="Write the branches or the basins (.csv, .npz, .parquet).",
+    plot="Draw the branches or the basins (.png, .svg, .pdf).",
 )
-@option(
-    "--basin",
-    "ranges",
-    shell_complete=START_VALUES,
-    multiple=True,
-    metavar="NAME=START:STOP:COUNT",
-    help="Basins of attraction over two of x0, vx0, y0, vy0 (give it twice); --start sets the "
-    "others.",
-)
-@output_option("--out", "FILE", "Write the branches or the basins (.csv, .npz, .parquet).")
-@output_option("--plot", "FILE", "Draw the branches or the basins (.png, .svg, .pdf).")
-@force_option
-@json_option
-def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+def attractors(call: Call[AttractorsOptions]) -> None:
     """Find coexisting attractors: equilibrium and limit cycles.
 
     Without --vary, --basin and --start, motions from several starts around the equilibrium are
     followed until they settle. Limit cycles are confirmed by shooting, with Floquet multipliers.
     """
-    from .attractor_tasks import carry_out, choose_task
+    from fivtui.studies import study
 
-    start = None if given["start"] is None else start_of(given["start"])
-    data = carry_out(
-        choose_task(given["vary"], given["ranges"], start),
-        scene_of(scene, assignments, varied=() if given["vary"] is None else (given["vary"],)),
-        out=given["out"],
-        plot=given["plot"],
-        force=given["force"],
-        quiet=given["as_json"],
-    )
-    if given["as_json"]:
-        print_json(data)
+    kind, compute = _attractor_study(call.options)
+    vary = call.options.vary
+    scene = call.scene(varied=() if vary is None else (vary,))
+    outputs = call.outputs
+    if not study(kind).suffixes and (outputs.out is not None or outputs.plot is not None):
+        raise InputError("--out and --plot: must be given with --vary or --basin")
+    outputs.carry_out(kind, lambda progress: compute(scene, progress), label="attractors")
 
 
-@commands.command("map")
-@scene_argument
-@set_option
-@ignore_option
-@option(
-    "--over",
-    "ranges",
-    shell_complete=PARAMETER_VALUES,
-    multiple=True,
-    required=True,
-    metavar="NAME=START:STOP:COUNT[:log]",
-    help="A parameter and its values; give it twice.",
+_Compute = Callable[["Scene", "OnProgress"], Any]
+
+
+def _attractor_study(options: AttractorsOptions) -> tuple[str, _Compute]:
+    # The kind of study that the options ask for, and its computation.
+    from fivtui.orbits import Explorer, basin, coexistence, continuation
+    from fivtui.ranges import parse_range, parse_ranges
+
+    start = None if options.start is None else start_of(options.start)
+    if options.vary is not None:
+        if options.basin or start is not None:
+            raise InputError("--vary: must be given without --basin and --start")
+        along = parse_range("--vary", options.vary, ALL_PARAMETERS)
+        return "branches", lambda scene, progress: continuation(
+            scene.parameters,
+            along.name,
+            along.values(),
+            separation=scene.separation,
+            progress=progress,
+        )
+    if options.basin:
+        ranges = parse_ranges("--basin", options.basin, START_SPECS)
+        if len(ranges) != 2:
+            raise InputError(f"--basin: given {times_words(len(ranges))}; must be given twice")
+        over = {axis.name: axis.values() for axis in ranges}
+        return "basin", lambda scene, progress: basin(
+            scene.parameters, over, separation=scene.separation, start=start, progress=progress
+        )
+    if start is not None:
+        return "attractor", lambda scene, _progress: Explorer(scene.system).reach(start)
+    return "attractors", lambda scene, progress: coexistence(scene.system, progress=progress)
+
+
+@command(
+    MapOptions,
+    name="map",
+    out="Write the map (.csv, .npz, .parquet).",
+    plot="Draw the map (.png, .svg, .pdf).",
 )
-@option(
-    "--value",
-    default="growth-rate",
-    show_default=True,
-    metavar="growth-rate|critical-mu|unstable-modes|safe-mu|coexistence",
-    help="Value computed at every point.",
-)
-@output_option("--out", "FILE", "Write the map (.csv, .npz, .parquet).")
-@output_option("--plot", "FILE", "Draw the map (.png, .svg, .pdf).")
-@force_option
-@json_option
-def map_over(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+def map_over(call: Call[MapOptions]) -> None:
     """Map stability, or the friction that is safe, over two parameters.
 
     safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ.
@@ -171,28 +187,16 @@ def map_over(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     displacement from rest that escapes), and squealing.
     """
     from fivtui.maps import MAP_VALUES, check_map, compute_map, map_value
-    from fivtui.model import ALL_PARAMETERS
     from fivtui.ranges import parse_ranges
 
-    chosen = scene_of(
-        scene,
-        assignments,
-        ignore_separation=given["ignore_separation"],
-        varied=given["ranges"],
+    value = call.options.value
+    ranges = parse_ranges("--over", call.options.over, ALL_PARAMETERS)
+    over = {axis.name: axis.values() for axis in ranges}
+    check_map(map_value(value, MAP_VALUES), tuple(over))
+    scene = call.scene(varied=call.options.over)
+    call.outputs.carry_out(
+        "map",
+        lambda progress: compute_map(
+            scene.parameters, over, value, separation=scene.separation, progress=progress
+        ),
     )
-    over = {
-        each.name: each.values() for each in parse_ranges("--over", given["ranges"], ALL_PARAMETERS)
-    }
-    out, plot, force = given["out"], given["plot"], given["force"]
-    check_map(map_value(given["value"], MAP_VALUES), tuple(over))
-    check_outputs("map", out, plot, force=force)
-    with progress_bar("map") as progress:
-        result = compute_map(
-            chosen.parameters,
-            over,
-            given["value"],
-            separation=chosen.separation,
-            progress=progress,
-        )
-    write("map", result, out, plot, force=force)
-    show("map", result, as_json=given["as_json"])

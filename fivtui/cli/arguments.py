@@ -1,6 +1,6 @@
 """Option and argument types of the commands."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -83,6 +83,15 @@ class FilePath(click.ParamType[Path]):
     ) -> list[CompletionItem]:
         """Let the shell complete the names of files."""
         return [CompletionItem(incomplete, type="file")]
+
+
+def completer(names: Callable[[], Iterable[str]]) -> Callable[..., list[str]]:
+    """A completer of values that proposes names."""
+
+    def complete(_context: click.Context, _param: click.Parameter, typed: str) -> list[str]:
+        return [name for name in names() if name.startswith(typed)]
+
+    return complete
 
 
 option: Final[Callable[..., Callable[..., Any]]] = partial(click.option, cls=Once)

@@ -1,50 +1,82 @@
 """How commands write, draw and print the result of a study."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
-from .options import print_json, say, say_written
+from .options import print_json, progress_bar, say, say_written
 
-
-def check_outputs(kind: str, out: Path | None, plot: Path | None, *, force: bool) -> None:
-    """Check files to be written, before the work; `InputError` if one cannot be."""
-    if out is not None:
-        from fivtui.studies import check_study_path
-
-        check_study_path(kind, out, force=force)
-    if plot is not None:
-        from fivtui.charts import check_figure_path
-
-        check_figure_path(plot, force=force)
+if TYPE_CHECKING:
+    from fivtui.model import OnProgress
 
 
-def write(kind: str, result: Any, out: Path | None, plot: Path | None, *, force: bool) -> None:
-    """Write a result and its figure to the files asked for, and say so."""
-    from fivtui.studies import save_study, study
+@dataclass(frozen=True)
+class Outputs:
+    """Where a result goes: files for its data and its figure, and standard output."""
 
-    if out is not None:
-        save_study(kind, result, out, force=force)
-        say_written(out)
-    if plot is not None:
-        from fivtui.charts import save_figure
+    out: Path | None = None
+    plot: Path | None = None
+    force: bool = False
+    as_json: bool = False
 
-        save_figure(study(kind).figure(result), plot, force=force)
-        say_written(plot)
+    @property
+    def path(self) -> Path:
+        """The file or folder of a command that must have one."""
+        return cast("Path", self.out)
 
+    def check(self, kind: str) -> None:
+        """Check the files, before the work; `InputError` if one cannot be written."""
+        if self.out is not None:
+            from fivtui.studies import check_study_path
 
-def show(kind: str, result: Any, *, as_json: bool = False) -> None:
-    """Print a result as a table or as JSON."""
-    from fivtui.studies import study
+            check_study_path(kind, self.out, force=self.force)
+        if self.plot is not None:
+            from fivtui.charts import check_figure_path
 
-    if as_json:
-        print_json(study(kind).to_dict(result))
-    else:
-        study(kind).show(result)
+            check_figure_path(self.plot, force=self.force)
 
+    def write(self, kind: str, result: Any) -> None:
+        """Write a result and its figure to the files, and say so."""
+        from fivtui.studies import save_study, study
 
-def warn(kind: str, result: Any) -> None:
-    """Say what a result warns of."""
-    from fivtui.studies import study
+        if self.out is not None:
+            save_study(kind, result, self.out, force=self.force)
+            say_written(self.out)
+        if self.plot is not None:
+            from fivtui.charts import save_figure
 
-    if (warning := study(kind).warning(result)) is not None:
-        say(f"warning: {warning}")
+            save_figure(study(kind).figure(result), self.plot, force=self.force)
+            say_written(self.plot)
+
+    def show(self, kind: str, result: Any) -> None:
+        """Print a result as a table or as JSON."""
+        from fivtui.studies import study
+
+        if self.as_json:
+            print_json(study(kind).to_dict(result))
+        else:
+            study(kind).show(result)
+
+    def warn(self, kind: str, result: Any) -> None:
+        """Say what a result warns of."""
+        from fivtui.studies import study
+
+        if (warning := study(kind).warning(result)) is not None:
+            say(f"warning: {warning}")
+
+    def finish(self, kind: str, result: Any) -> None:
+        """Say what a result warns of, write and print it."""
+        self.warn(kind, result)
+        self.write(kind, result)
+        self.show(kind, result)
+
+    def carry_out(
+        self, kind: str, compute: Callable[["OnProgress"], Any], *, label: str = ""
+    ) -> Any:
+        """Compute a study with a progress bar, and deliver its result."""
+        self.check(kind)
+        with progress_bar(label or kind) as progress:
+            result = compute(progress)
+        self.finish(kind, result)
+        return result

@@ -10,55 +10,20 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fivtui.model import (
-    ALL_PARAMETERS,
     InputError,
-    Interval,
-    parameter_spec,
-    read_number,
     unused_parameters,
     without_effect,
 )
 
-from .arguments import Whole, option
-from .completion import ERROR_VALUES, SET_VALUES
-from .paths import InputFile, OutputFile, OutputFolder, SceneName
+from .arguments import option
+from .paths import InputFile, OutputFile, OutputFolder
 
 if TYPE_CHECKING:
     from fivtui.console import ProgressBar
     from fivtui.scene import Scene
-    from fivtui.transient import Start
 
-scene_argument = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")
-set_option = option(
-    "--set",
-    "assignments",
-    multiple=True,
-    metavar="NAME=VALUE",
-    shell_complete=SET_VALUES,
-    help=f"Change a parameter ({', '.join(ALL_PARAMETERS)}); may be repeated.",
-)
-ignore_option = option(
-    "--ignore-separation",
-    is_flag=True,
-    help="Contact never breaks, even in tension (Case 2 of the paper).",
-)
 json_option = option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
 force_option = option("--force", is_flag=True, help="Overwrite files that exist.")
-t_end_option = option("--t-end", metavar="S", help="Duration of the transient, s.")
-tol_option = option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
-# What computes the members of a study, and how they are stored.
-workers_option = option(
-    "--workers", type=Whole(), metavar="N", help="Number of threads.  [default: all processors]"
-)
-scheduler_option = option(
-    "--scheduler", metavar="ADDRESS", help="Address of a Dask cluster to compute on."
-)
-piece_option = option(
-    "--piece",
-    type=Whole(Interval(1)),
-    metavar="N",
-    help="Members in a stored piece.  [default: about a second of work]",
-)
 fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
 
 
@@ -75,70 +40,18 @@ def output_option(
     return option(flag, type=kind, metavar=metavar, help=text, required=required)
 
 
-over_time_option = input_option(
-    "--over-time",
-    "FILE.csv",
-    "Preload, friction and belt speed over time: columns time (s) and F, mu or v_belt.",
-)
-
-
 def folder_option(text: str) -> Callable[..., Any]:
     """The option --out for a folder."""
     return option("--out", type=OutputFolder(), metavar="DIR", help=text, required=True)
 
 
-def error_option(text: str) -> Callable[..., Any]:
-    """The option --error, an error target for a quantity."""
-    return option(
-        "--error",
-        "error_targets",
-        multiple=True,
-        metavar="QUANTITY=R",
-        help=text,
-        shell_complete=ERROR_VALUES,
-    )
-
-
-def start_option(text: str) -> Callable[..., Any]:
-    """The option --start, a start state."""
-    return option("--start", metavar="static|x,vx,y,vy", help=text)
-
-
-def scene_of(
-    name: str,
-    assignments: Sequence[str],
-    *,
-    ignore_separation: bool = False,
-    over_time: bool = False,
-    varied: Sequence[str] = (),
-    centred: bool = False,
-) -> "Scene":
-    """The named scene with the parameters that ``--set`` changes.
-
-    Says which of them have no effect, unless it takes parameters over time, `over_time`; those that
-    it does not take raise `InputError`. `varied` are texts that begin with the name of a parameter.
-    The computation begins at the values of the scene, also of those that vary, if it is `centred`.
-    """
-    from dataclasses import replace
-
-    from fivtui.scene import find_scene
-
-    changes = assigned("--set", assignments, "F=120")
-    scene = find_scene(name).with_values(
-        {parameter: parameter_spec(parameter).read(text) for parameter, text in changes.items()}
-    )
-    if not over_time:
-        scene.check_constant("this command")
-        say_without_effect(scene, varied, () if centred else assignments)
-    return replace(scene, separation=False) if ignore_separation else scene
-
-
 def say_without_effect(
     scene: "Scene", varied: Sequence[str] = (), assignments: Sequence[str] = ()
 ) -> None:
-    """Say which parameters of a scene have a value and no effect, `varied` as in `scene_of`.
+    """Say which parameters of a scene have a value and no effect.
 
-    `assignments` are the texts of ``--set`` that are without effect where their parameter varies.
+    `varied` are texts that begin with the name of a parameter; `assignments`, the texts of
+    ``--set``, have no effect where their parameter varies.
     """
     names = [text.replace("~", "=").partition("=")[0].strip() for text in varied]
     for replaced in (name for name in assigned("--set", assignments, "F=120") if name in names):
@@ -148,18 +61,6 @@ def say_without_effect(
     # One that is to vary is refused.
     if unused and not {*unused} & {*names}:
         say(f"warning: {without_effect(scene.parameters, names)}")
-
-
-def start_of(text: str) -> "Start":
-    """The start state in the text of ``--start``."""
-    if text == "static":
-        return "static"
-    try:
-        return [read_number(part) for part in text.split(",")]
-    except ValueError:
-        from fivtui.transient import START_FORM
-
-        raise InputError(f"--start {text}: must be {START_FORM}") from None
 
 
 def error_targets_of(assignments: Sequence[str]) -> dict[str, float]:

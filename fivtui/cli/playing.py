@@ -1,34 +1,17 @@
 """Commands that show and sound a run, and set it beside measured data."""
 
-from collections.abc import Callable
-from functools import reduce
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import click
 
+from fivtui.measured import ValidateOptions
 from fivtui.model import InputError, parse_number, read_number
+from fivtui.options import option
+from fivtui.transient import RunOptions
 
-from .arguments import option
-from .completion import METHOD_NAMES
-from .deliver import check_outputs, show, warn, write
-from .group import commands
-from .options import (
-    force_option,
-    ignore_option,
-    input_option,
-    json_option,
-    output_option,
-    over_time_option,
-    progress_bar,
-    scene_argument,
-    scene_of,
-    set_option,
-    start_option,
-    t_end_option,
-    tol_option,
-)
-from .transients import changed_scene
+from .command import Call, command
+from .options import progress_bar
 
 # Exit status where a run and measured data differ by more than the tolerances.
 _EXIT_FAILED: Final = 1
@@ -39,38 +22,13 @@ if TYPE_CHECKING:
 # Of an FMU, which hands out no function of time.
 _POINTS: Final = 20_001
 
-_RUN_OPTIONS: Final = (
-    scene_argument,
-    set_option,
-    ignore_option,
-    t_end_option,
-    option(
-        "--method",
-        metavar="NAME",
-        help="Integration method (see fivtui methods).",
-        shell_complete=METHOD_NAMES,
-    ),
-    tol_option,
-    option("--step", metavar="S", help="Step of rk4, or communication step of fmu, s."),
-    start_option("Start state, m and m/s; static: at rest at the equilibrium of μ = 0."),
-    over_time_option,
-)
 
-
-def run_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds the options of one run."""
-    return reduce(lambda made, add: add(made), reversed(_RUN_OPTIONS), command)
-
-
-def run_of(given: dict[str, Any]) -> "Transient":
-    """The run that the options ask for, known at any time."""
+def run_of(call: Call[Any]) -> "Transient":
+    """The run that a command asks for, known at any time."""
     from fivtui.scene import scene_transient
     from fivtui.transient import FMU_FLAVOURS
 
-    scene = changed_scene(
-        scene_of(given["scene"], given["assignments"], over_time=True),
-        {"error_targets": (), **given},
-    )
+    scene = call.scene()
     samples: Samples = _POINTS if scene.method in FMU_FLAVOURS else "dense"
     with progress_bar("transient") as progress:
         return scene_transient(scene, samples=samples, progress=progress).transient
@@ -92,126 +50,81 @@ def number_of(flag: str, text: str | None) -> float | None:
     return None if text is None else parse_number(flag, text, "a number above 0")
 
 
-def window_option(text: str) -> Callable[..., Any]:
-    """The option --window, a part of the run."""
-    return option("--window", metavar="START:END", help=text)
+@dataclass(frozen=True, kw_only=True)
+class AnimateOptions(RunOptions):
+    """Options of ``fivtui animate``."""
+
+    window: str | None = option(
+        "--window",
+        "What is shown, s; by default the last eight cycles, or what 10 s of film show at --speed.",
+        metavar="START:END",
+    )
+    speed: str | None = option(
+        "--speed",
+        "Seconds of the motion in a second of the film, 1 for real time; by default the film lasts "
+        "10 s.",
+        metavar="N",
+    )
 
 
-@commands.command()
-@run_options
-@window_option(
-    "What is shown, s; by default the last eight cycles, or what 10 s of film show at --speed."
-)
-@option(
-    "--speed",
-    metavar="N",
-    help="Seconds of the motion in a second of the film, 1 for real time; by default the film "
-    "lasts 10 s.",
-)
-@output_option("--out", "FILE", "The film (.gif; .mp4 where ffmpeg is).", required=True)
-@force_option
-@json_option
-def animate(**given: Any) -> None:
+@command(AnimateOptions, out="The film (.gif; .mp4 where ffmpeg is).", required=True)
+def animate(call: Call[AnimateOptions]) -> None:
     """Write a film of the slider on the belt.
 
     The slider moves to scale, lifts off, lands and sticks, with the forces on it and y over time.
     """
     from fivtui.film import animate as film, check_film_path
 
-    out: Path = given["out"]
-    window, speed = window_of(given["window"]), number_of("--speed", given["speed"])
-    check_film_path(out, force=given["force"])
-    run = run_of(given)
+    out, force = call.outputs.path, call.outputs.force
+    window, speed = window_of(call.options.window), number_of("--speed", call.options.speed)
+    check_film_path(out, force=force)
+    run = run_of(call)
     with progress_bar("film") as progress:
-        made = film(run, out, window=window, speed=speed, force=given["force"], progress=progress)
-    show("film", made, as_json=given["as_json"])
+        result = film(run, out, window=window, speed=speed, force=force, progress=progress)
+    call.outputs.show("film", result)
 
 
-@commands.command()
-@run_options
-@option(
-    "--signal",
-    metavar="NAME",
-    default="vy",
-    show_default=True,
-    help="What is heard: x, vx, y, vy or P, less its mean and normalised.",
-)
-@window_option("What is heard, s; by default the whole run.")
-@option(
-    "--factor",
-    metavar="N",
-    help="How far time is compressed; by default such that the late motion is heard at 110 Hz.",
-)
-@output_option("--out", "FILE.wav", "The sound, mono, 16 bit, 44100 Hz.", required=True)
-@force_option
-@json_option
-def sound(**given: Any) -> None:
+@dataclass(frozen=True, kw_only=True)
+class SoundOptions(RunOptions):
+    """Options of ``fivtui sound``."""
+
+    signal: str = option(
+        "--signal",
+        "What is heard: x, vx, y, vy or P, less its mean and normalised.",
+        "vy",
+        metavar="NAME",
+        show_default=True,
+    )
+    window: str | None = option(
+        "--window", "What is heard, s; by default the whole run.", metavar="START:END"
+    )
+    factor: str | None = option(
+        "--factor",
+        "How far time is compressed; by default such that the late motion is heard at 110 Hz.",
+        metavar="N",
+    )
+
+
+@command(SoundOptions, out="The sound, mono, 16 bit, 44100 Hz.", metavar="FILE.wav", required=True)
+def sound(call: Call[SoundOptions]) -> None:
     """Write a run as a sound, its time compressed."""
     from fivtui.signals import check_sound_path, sound as write_sound
 
-    out: Path = given["out"]
-    window, factor = window_of(given["window"]), number_of("--factor", given["factor"])
-    check_sound_path(out, force=given["force"])
-    made = write_sound(
-        run_of(given),
-        out,
-        signal=given["signal"],
-        factor=factor,
-        window=window,
-        force=given["force"],
+    out, force = call.outputs.path, call.outputs.force
+    window, factor = window_of(call.options.window), number_of("--factor", call.options.factor)
+    check_sound_path(out, force=force)
+    result = write_sound(
+        run_of(call), out, signal=call.options.signal, factor=factor, window=window, force=force
     )
-    show("sound", made, as_json=given["as_json"])
+    call.outputs.show("sound", result)
 
 
-@commands.command()
-@run_options
-@input_option("--measured", "FILE.csv", "The measured data.")
-@option(
-    "--time",
-    metavar="NAME|N",
-    default="",
-    help="Column of the times, by name or number; t, time or the first if not given.",
+@command(
+    ValidateOptions,
+    out="Write both signals (.csv, .npz, .parquet).",
+    plot="Draw both with the band, and their spectra (.png, .svg, .pdf).",
 )
-@option(
-    "--signal",
-    metavar="NAME|N",
-    default="",
-    help="Column of the signal; the one of that quantity's name or the second if not given.",
-)
-@option(
-    "--quantity",
-    metavar="NAME",
-    default="y",
-    show_default=True,
-    help="What was measured: x, vx, y, vy or P.",
-)
-@option(
-    "--scale",
-    metavar="N",
-    help="SI units in a unit of the signal.",
-)
-@option("--offset", metavar="N", help="Added to the scaled signal, in SI units.")
-@option("--time-scale", metavar="N", help="Seconds in a unit of the time column.")
-@option(
-    "--shift",
-    metavar="S|auto",
-    default="0",
-    show_default=True,
-    help="Added to the measured times, s; auto: where both correlate best.",
-)
-@option(
-    "--band",
-    metavar="N|N%",
-    help="Half width of the tolerance band, in SI units or in percent of half peak-to-peak.",
-)
-@option("--share", metavar="N%", help="Least share of samples within the band, 100 % if not given.")
-@option("--frequency", metavar="N%", help="Greatest relative deviation of the frequency.")
-@option("--amplitude", metavar="N%", help="Greatest relative deviation of half peak-to-peak.")
-@output_option("--out", "FILE", "Write both signals (.csv, .npz, .parquet).")
-@output_option("--plot", "FILE", "Draw both with the band, and their spectra (.png, .svg, .pdf).")
-@force_option
-@json_option
-def validate(**given: Any) -> None:
+def validate(call: Call[ValidateOptions]) -> None:
     """Compare a run with measured data: overlay, spectra, tolerances.
 
     Passes or fails if a tolerance is given: --band, --frequency or --amplitude. Where it fails the
@@ -219,34 +132,29 @@ def validate(**given: Any) -> None:
     """
     from fivtui.measured import read_measurement, read_tolerances, validate as compare
 
-    if given["measured"] is None:
+    options = call.options
+    if options.measured is None:
         raise InputError("--measured FILE.csv: must be given")
-    shift = given["shift"]
-    moved: float | Literal["auto"]
-    moved = "auto" if shift == "auto" else parse_number("--shift", shift, "a time in s, or auto")
-    tolerances = read_tolerances(given, "--")
+    shift: float | Literal["auto"] = "auto"
+    if options.shift != "auto":
+        shift = parse_number("--shift", options.shift, "a time in s, or auto")
+    tolerances = read_tolerances(vars(options), "--")
     numbers = {
-        name: parse_number(f"--{name.replace('_', '-')}", given[name], "a number")
+        name: parse_number(f"--{name.replace('_', '-')}", text, "a number")
         for name in ("scale", "offset", "time_scale")
-        if given[name] is not None
+        if (text := getattr(options, name)) is not None
     }
-    check_outputs("validation", given["out"], given["plot"], force=given["force"])
+    call.outputs.check("validation")
     measurement = read_measurement(
-        given["measured"],
-        time=given["time"],
-        signal=given["signal"],
-        quantity=given["quantity"],
+        options.measured,
+        time=options.time,
+        signal=options.signal,
+        quantity=options.quantity,
         **numbers,
     )
-    found = compare(
-        run_of(given),
-        measurement,
-        quantity=given["quantity"],
-        shift=moved,
-        tolerances=tolerances,
+    result = compare(
+        run_of(call), measurement, quantity=options.quantity, shift=shift, tolerances=tolerances
     )
-    write("validation", found, given["out"], given["plot"], force=given["force"])
-    warn("validation", found)
-    show("validation", found, as_json=given["as_json"])
-    if found.passed is False:
+    call.outputs.finish("validation", result)
+    if result.passed is False:
         click.get_current_context().exit(_EXIT_FAILED)

@@ -1,39 +1,28 @@
 """Commands for sweeps, trade-offs, stress tests and the paper."""
 
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from fivtui.model import InputError
+from fivtui.sweeps import SweepOptions
+from fivtui.tradeoffs import TradeoffOptions
 
-from .arguments import Whole, option
-from .completion import METHOD_NAMES, SWEEP_PRESET_NAMES, VARIED_VALUES
-from .deliver import check_outputs, show, write
+from .arguments import option
+from .command import Call, command
+from .deliver import Outputs
 from .group import commands
 from .options import (
-    error_option,
     error_targets_of,
     folder_option,
     force_option,
-    ignore_option,
     json_option,
-    output_option,
-    over_time_option,
-    piece_option,
     progress_bar,
     put,
-    say_without_effect,
     say_written,
-    scene_argument,
-    scene_of,
-    scheduler_option,
-    set_option,
-    start_of,
-    start_option,
-    t_end_option,
-    tol_option,
-    workers_option,
 )
 
 if TYPE_CHECKING:
@@ -42,89 +31,22 @@ if TYPE_CHECKING:
     from fivtui.sweeps import Engine
 
 
-@commands.command()
-@scene_argument
-@set_option
-@option(
-    "--vary",
-    "varied",
-    multiple=True,
-    metavar="NAME=START:STOP:COUNT[:log]",
-    shell_complete=VARIED_VALUES,
-    help="Vary a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. NAME=V1,V2,… gives "
-    "single values; designs random and sobol take NAME=START:STOP[:log].",
-)
-@option(
-    "--preset",
-    metavar="NAME",
-    shell_complete=SWEEP_PRESET_NAMES,
-    help="Vary as a sweep that comes with the program: peak-over-belt-speed.",
-)
-@option(
-    "--design",
-    "kind",
-    type=click.Choice(["product", "list", "random", "sobol"]),
-    default="product",
-    show_default=True,
-    help="product: all combinations; list: values side by side; random, sobol: --count points "
-    "between START and STOP.",
-)
-@option("--count", type=Whole(), metavar="N", help="Number of points of random and sobol.")
-@option("--seed", type=Whole(), metavar="S", help="Seed of random and sobol.  [default: 0]")
-@ignore_option
-@option("--both", is_flag=True, help="Compute each member with separation considered and ignored.")
-@t_end_option
-@tol_option
-@error_option(
-    "Error target in place of --tol: refine each member until the error of QUANTITY is below R. "
-    "QUANTITY: final (state), peak or half_range (half peak-to-peak over the second half of the "
-    "run)."
-)
-@start_option("Start state, m and m/s.")
-@option(
-    "--method",
-    metavar="NAME",
-    help="taylor, or a run of the FMU for each member: fmu, fmu-native.  [default: the scene's]",
-    shell_complete=METHOD_NAMES,
-)
-@over_time_option
-@option(
-    "--output",
-    "outputs",
-    multiple=True,
-    metavar="NAME",
-    help="Compute this output only (y_abs, y_half_range, separations, sticks, growth_rate, stable, "
-    "…); may be repeated.",
-)
-@workers_option
-@scheduler_option
-@piece_option
-@output_option(
-    "--out",
-    "FILE",
-    "Write the rows (.csv, .parquet); a stopped sweep continues.",
+@command(
+    SweepOptions,
+    out="Write the rows (.csv, .parquet); a stopped sweep continues.",
+    plot="Draw amplitudes over the one or two names varied (.png, .svg, .pdf).",
     in_parts=True,
 )
-@output_option(
-    "--plot", "FILE", "Draw amplitudes over the one or two names varied (.png, .svg, .pdf)."
-)
-@force_option
-@json_option
-def sweep(**given: Any) -> None:
+def sweep(call: Call[SweepOptions]) -> None:
     """Compute many transients over parameters or starts.
 
     With --out, rows are stored piece by piece: if the sweep is stopped, the same command continues
     it. A member that cannot be computed gets a row that says why.
     """
-    from contextlib import ExitStack
-    from dataclasses import replace
-
-    from fivtui.scene import read_over_time
     from fivtui.sweeps import (
         SweepProgress,
         check_in_memory,
         load_sweep,
-        parse_cases,
         parse_design,
         study_of,
         sweep_in_memory,
@@ -132,47 +54,44 @@ def sweep(**given: Any) -> None:
         varied_texts,
     )
 
-    varied = varied_texts(given["preset"], given["varied"])
-    scene = scene_of(given["scene"], given["assignments"], over_time=True)
-    if given["over_time"] is not None:
-        scene = replace(scene, over_time=read_over_time(given["over_time"]))
-    say_without_effect(scene, varied, given["assignments"])
+    options, out = call.options, call.outputs.out
+    varied = varied_texts(options.preset, options.varied)
+    scene = call.scene(varied=varied)
+    if options.both and options.ignore_separation:
+        raise InputError("--both: must be given without --ignore-separation")
     study = study_of(
         scene,
-        parse_design(varied, given["kind"], given["count"], given["seed"]),
-        cases=parse_cases(ignored=given["ignore_separation"], both=given["both"]),
-        start=None if given["start"] is None else start_of(given["start"]),
-        t_end=given["t_end"],
-        tol=given["tol"],
-        accuracy=error_targets_of(given["error_targets"]),
-        outputs=given["outputs"],
-        method=given["method"],
+        parse_design(varied, options.design, options.count, options.seed),
+        cases=(True, False) if options.both else None,
+        outputs=options.outputs,
     )
-    out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
-    if out is None or plot is not None or as_json:
+    # The rows are stored while they are computed.
+    outputs = replace(call.outputs, out=None)
+    read = out is None or outputs.plot is not None or outputs.as_json
+    if read:
         check_in_memory(study)
-    check_outputs("sweep", None, plot, force=force)
-    if plot is not None:
+    outputs.check("sweep")
+    if outputs.plot is not None:
         from fivtui.sweeps import check_drawable
 
         check_drawable(study)
     with ExitStack() as stack:
-        engine = stack.enter_context(engine_of(given["scheduler"], given["workers"]))
+        engine = stack.enter_context(engine_of(options.scheduler, options.workers))
         progress = stack.enter_context(SweepProgress(study.members))
         if out is None:
             result = sweep_in_memory(study, engine, progress=progress)
         else:
             written = sweep_to_file(
-                study, out, engine, size=given["piece"], force=force, progress=progress
+                study, out, engine, size=options.piece, force=outputs.force, progress=progress
             )
     if out is not None:
         say_written(out, note=str(written))
-        if plot is not None or as_json:
+        if read:
             result = load_sweep(study, out)
-    if plot is not None:
-        write("sweep", result, None, plot, force=force)
-    if as_json or out is None:
-        show("sweep", result, as_json=as_json)
+    if outputs.plot is not None:
+        outputs.write("sweep", result)
+    if outputs.as_json or out is None:
+        outputs.show("sweep", result)
 
 
 def engine_of(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
@@ -192,47 +111,27 @@ def engine_of(scheduler: str | None, workers: int | None) -> "AbstractContextMan
     return nullcontext(local_engine(workers))
 
 
-@commands.command()
-@scene_argument
-@set_option
-@ignore_option
-@t_end_option
-@start_option("Start state, m and m/s.")
-@option(
-    "--thorough", is_flag=True, help="More settings: about two minutes instead of seven seconds."
+@command(
+    TradeoffOptions,
+    out="Write error and CPU time of every setting.",
+    plot="Draw error against CPU time (.png, .svg, .pdf).",
+    metavar="FILE.csv",
 )
-@error_option(
-    "Error target: name the cheapest setting whose error of QUANTITY is below R. QUANTITY: final "
-    "(state), peak, half_range (half peak-to-peak over the second half of the run) or events "
-    "(times of separation and reattachment, s)."
-)
-@output_option("--out", "FILE.csv", "Write error and CPU time of every setting.")
-@output_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")
-@force_option
-@json_option
-def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+def tradeoff(call: Call[TradeoffOptions]) -> None:
     """Measure error against CPU time for every method.
 
     Each method runs the scene at several settings on this machine.
     """
-    from dataclasses import replace
-
     from fivtui.tradeoffs import measure_tradeoff
-    from fivtui.transient import check_horizon
 
-    out, plot, force = given["out"], given["plot"], given["force"]
-    targets = error_targets_of(given["error_targets"])
-    chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
-    if given["t_end"] is not None:
-        chosen = replace(chosen, t_end=check_horizon(given["t_end"]))
-    if given["start"] is not None:
-        chosen = replace(chosen, start=start_of(given["start"]))
-    check_outputs("trade-off", out, plot, force=force)
-    with progress_bar("trade-off") as progress:
-        measured = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
-    result = replace(measured, targets=targets)
-    write("trade-off", result, out, plot, force=force)
-    show("trade-off", result, as_json=given["as_json"])
+    targets, thorough = error_targets_of(call.options.targets), call.options.thorough
+    scene = call.scene()
+    call.outputs.carry_out(
+        "trade-off",
+        lambda progress: replace(
+            measure_tradeoff(scene, thorough=thorough, progress=progress), targets=targets
+        ),
+    )
 
 
 @commands.command()
@@ -245,9 +144,9 @@ def extremes(as_json: bool) -> None:
     """
     from fivtui.assessment import run_stress_tests
 
-    with progress_bar("extremes") as progress:
-        found = run_stress_tests(progress=progress)
-    show("extremes", found, as_json=as_json)
+    Outputs(as_json=as_json).carry_out(
+        "extremes", lambda progress: run_stress_tests(progress=progress)
+    )
 
 
 @commands.command()
@@ -298,4 +197,4 @@ def claims(markdown: bool, as_json: bool) -> None:
     if markdown:
         put(claims_markdown(checked))
     else:
-        show("claims", checked, as_json=as_json)
+        Outputs(as_json=as_json).show("claims", checked)

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fivtui.lazy import later
-from fivtui.results import PHYSICS, TABLES, Command, StudyKind, save_table, scene_fields
+from fivtui.results import TABLES, StudyKind, command_for, save_table
 
 if TYPE_CHECKING:
     from .eigenvalues import Stability
@@ -31,5 +31,5 @@ STABILITY: Final = StudyKind(
     stem=lambda _: "stability",
     header=frozenset({"critical_mu"}),
     json_keys=frozenset({"eigenvalues", "critical_mu"}),
-    command=lambda scene: Command("stability", scene_fields(scene, PHYSICS)),
+    command=lambda scene: command_for("stability", scene),
 )

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .charts import map_chart
+    from .options import MapOptions
     from .result import MAP_VALUES, SAFETY_VALUES, StabilityMap
     from .safety import compute_map, safety_map
     from .stability import check_map, map_value, stability_map

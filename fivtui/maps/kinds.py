@@ -5,14 +5,15 @@ from typing import TYPE_CHECKING, Final
 from fivtui.console import print_rows_of
 from fivtui.lazy import later
 from fivtui.ranges import range_text
-from fivtui.results import PHYSICS, TABLES, Command, Stored, StudyKind, scene_fields
+from fivtui.results import TABLES, Command, Stored, StudyKind, command_for
+
+from .options import MapOptions
 
 if TYPE_CHECKING:
     from .result import StabilityMap
 
 (files,) = later(__name__, "files")
 _BYTES: Final = 8
-_DEFAULT_VALUE: Final = "growth-rate"
 
 
 def _show(result: "StabilityMap") -> None:
@@ -20,13 +21,12 @@ def _show(result: "StabilityMap") -> None:
 
 
 def _command(result: "StabilityMap") -> Command:
-    said = [name for name in PHYSICS if name not in result.names]
-    words = []
-    for name, axis in zip(result.names, result.axes, strict=True):
-        words += ["--over", f"{name}={range_text(name, axis)}"]
-    if result.value != _DEFAULT_VALUE:
-        words += ["--value", result.value]
-    return Command("map", scene_fields(result, PHYSICS), said, words)
+    over = tuple(
+        f"{name}={range_text(name, axis)}"
+        for name, axis in zip(result.names, result.axes, strict=True)
+    )
+    options = MapOptions(over=over, value=result.value)
+    return command_for("map", result, options, varied=result.names)
 
 
 def _size(result: "StabilityMap") -> int:

@@ -3,7 +3,7 @@
 Computed in chunks, which need little more memory than the map itself.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -83,8 +83,7 @@ def stability_map(
     system = system_of(parameters, separation)
     p = system.parameters
     kind = map_value(value, EIGENVALUE_VALUES)
-    if len(over) != 2:
-        raise InputError(f"over: {len(over)} parameters given; must be two different ones")
+    check_two(over)
     check_effect(p, over)
     grid = grid_of("over", over, parameter_spec)
     total = grid.size
@@ -132,8 +131,15 @@ def _on_belt(
     return modes, excess
 
 
+def check_two(names: Collection[str]) -> None:
+    """Raise `InputError` unless a map is over two parameters."""
+    if len(names) != 2:
+        raise InputError(f"over: {len(names)} parameters given; must be two different ones")
+
+
 def check_map(value: str, names: Sequence[str]) -> None:
-    """Raise `InputError` if a map's value does not depend on one of its two parameters at all."""
+    """Raise `InputError` unless a map is over two parameters on which its value depends."""
+    check_two(names)
     if value == "critical-mu" and "mu" in names:
         raise InputError(
             "critical-mu over mu: must be over two other parameters, as it does not depend on mu"

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .comparison import QUANTITIES, Criterion, Validation, validate
+    from .options import ValidateOptions
     from .reading import read_measurement
     from .tolerances import Tolerances, read_tolerances
 else:

@@ -1,20 +1,17 @@
 """Comparisons of a run with a measurement among the studies."""
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from fivtui.results import PHYSICS, TABLES, Command, StudyKind, listed, scene_fields
+from fivtui.results import TABLES, Command, StudyKind, command_for, listed
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-_SAID: Final = (*PHYSICS, "start", "t_end", "method", "tol", "step")
+from .options import ValidateOptions
 
 
-def _command(asked: "tuple[Any, Sequence[str]]") -> Command:
+def _command(compared: tuple[Any, ValidateOptions]) -> Command:
     # Of a scene and the options that say what it is compared with.
-    scene, options = asked
+    scene, options = compared
     needed = {"accuracy": scene.accuracy, "over_time": scene.over_time}
-    return Command("validate", scene_fields(scene, _SAID), _SAID, options, needed)
+    return command_for("validate", scene, options, needed=needed)
 
 
 VALIDATION: Final = StudyKind(

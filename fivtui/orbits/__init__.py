@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .curves.result import CycleBranch, CyclePoint
     from .decay import Attraction
     from .explorer import Explorer
+    from .options import BranchOptions
     from .rest import length_scale, slowest_period
     from .words import SEARCHING, coexistence_words, reached_words
 else:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .charts import drawn, histogram_chart, quantity_name, samples_chart
+    from .options import UncertaintyOptions
     from .report import UncertaintyProgress
     from .request import (
         DEFAULT_OUTPUTS,

@@ -3,11 +3,11 @@
 from typing import Any, Final
 
 from fivtui.lazy import later
-from fivtui.model import ALL_PARAMETERS
-from fivtui.results import Command, Stored, StudyKind, scene_fields
+from fivtui.results import Command, Stored, StudyKind, command_for
+
+from .options import UncertaintyOptions
 
 files, report = later(__name__, "files", "report")
-_SAID: Final = (*ALL_PARAMETERS, "separation", "start", "t_end", "tol")
 _SUFFIXES: Final = (".csv", ".parquet")
 _TEXT_BYTES: Final = 20
 
@@ -17,19 +17,24 @@ def _command(study: Any) -> Command:
     from .result import scatter_of
 
     design = scatter_of(study)
-    words = [word for name, each in design.axes.items() for word in ("--vary", f"{name}~{each}")]
-    if design.kind != "sobol":
-        words += ["--design", design.kind]
-    words += ["--samples", str(design.samples), "--repeats", str(design.repeats)]
-    words += ["--seed", str(design.seed)]
-    if not design.indices:
-        words.append("--no-indices")
     outputs = tuple(name for name in study.outputs if name not in JUDGED)
-    if set(outputs) != set(DEFAULT_OUTPUTS) - set(JUDGED):
-        words += [word for name in outputs for word in ("--output", name)]
-    scene = {**scene_fields(study, ("start", "t_end", "tol")), "separation": study.cases[0]}
-    scene["correlation"] = design.correlations
-    return Command("uncertainty", scene, _SAID, words, {"correlation": design.correlations})
+    options = UncertaintyOptions(
+        varied=tuple(f"{name}~{axis}" for name, axis in design.axes.items()),
+        samples=design.samples,
+        design=design.kind,
+        repeats=design.repeats,
+        seed=design.seed,
+        indices=None if design.indices else False,
+        outputs=() if set(outputs) == set(DEFAULT_OUTPUTS) - set(JUDGED) else outputs,
+    )
+    return command_for(
+        "uncertainty",
+        study,
+        options,
+        needed={"correlation": design.correlations},
+        separation=study.cases[0],
+        correlation=design.correlations,
+    )
 
 
 UNCERTAINTY: Final = StudyKind(

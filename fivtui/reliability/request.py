@@ -29,7 +29,6 @@ from fivtui.sweeps import (
     Study,
     study_of,
 )
-from fivtui.transient import Start
 
 DEFAULT_SAMPLES: Final = 1 << 14
 # With an error wanted, samples begin with this number.
@@ -85,9 +84,6 @@ def scattered_study(
     repeats: int = DEFAULT_REPEATS,
     indices: bool | None = None,
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
-    t_end: float | str | None = None,
-    tol: float | str | None = None,
-    start: Start | None = None,
 ) -> Study:
     """The scattered sweep of a scene, see `uncertainty`.
 
@@ -118,9 +114,6 @@ def scattered_study(
     return study_of(
         scene,
         scatter,
-        start=start,
-        t_end=t_end,
-        tol=tol,
         outputs=tuple(dict.fromkeys((*JUDGED, *outputs))),
     )
 

@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from .base import Comparable, Result, Row, SystemResult, equal_values, scene_text
     from .codec import from_data, to_data
     from .grid import Grid, grid_of, over_of, split_grid
-    from .kinds import PHYSICS, TABLES, Command, Stored, StudyKind, listed, scene_fields
+    from .kinds import TABLES, Command, Stored, StudyKind, command_for, listed
     from .tables import (
         GridResult,
         Table,

@@ -1,6 +1,6 @@
 """Kinds of studies: what the command line and the laboratory do with each kind of result."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import methodcaller
 from pathlib import Path
@@ -8,13 +8,13 @@ from typing import Any, Final
 
 from fivtui.io import FORMATS
 from fivtui.model import ALL_PARAMETERS
+from fivtui.options import settings_of, words_of
 
 from .base import Row
 from .tables import save_result
 
 # Formats of tables.
 TABLES: Final = tuple(FORMATS)
-PHYSICS: Final = (*ALL_PARAMETERS, "separation")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,30 @@ class Command:
 
     name: str
     scene: Mapping[str, Any] = field(default_factory=dict)
-    said: Sequence[str] = PHYSICS
+    said: Sequence[str] = ()
     words: Sequence[str] = ()
     needed: Mapping[str, Any] = field(default_factory=dict)
+
+
+def command_for(
+    name: str,
+    of: Any,
+    options: Any = None,
+    *,
+    varied: Collection[str] = (),
+    needed: Mapping[str, Any] | None = None,
+    **fields: Any,
+) -> Command:
+    """The command with these options for a scene, or for what has attributes like one.
+
+    Its options say parameters and settings, but for those of `varied`, which they say themselves.
+    `fields` take the place of attributes of `of`; `needed` is as in `Command`.
+    """
+    settings = ["separation"] if options is None else settings_of(options)
+    scene = {key: getattr(of, key) for key in ("parameters", *settings) if key not in fields}
+    said = [key for key in (*ALL_PARAMETERS, *settings) if key not in varied]
+    words = [] if options is None else words_of(options)
+    return Command(name, scene | fields, said, words, needed or {})
 
 
 def _rows_of(result: Any) -> Sequence[Row]:
@@ -137,9 +158,3 @@ class StudyKind:
     json_refusal: str = ""
     command: Callable[[Any], Command] | None = None
     stored: Stored | None = None
-
-
-def scene_fields(scene: Any, said: Sequence[str]) -> dict[str, Any]:
-    """The parameters and the fields named of a scene, or of what has attributes like one."""
-    names = [name for name in said if name not in ALL_PARAMETERS]
-    return {name: getattr(scene, name) for name in ("parameters", *names)}

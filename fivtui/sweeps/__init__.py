@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .charts import check_drawable, curves_of, grid_chart, sweep_chart
     from .cluster import cluster_engine
-    from .design import VARIABLES, Design, Range
+    from .design import VARIABLES, Design, Range, parse_design
     from .files import begun_studies, read_sweep, save_sweep
+    from .options import PIECE, SCHEDULER, SWEEP_PRESETS, WORKERS, SweepOptions, varied_texts
     from .pieces import SweepPiece
     from .report import SweepProgress
-    from .request import SWEEP_PRESETS, parse_cases, parse_design, study_of, varied_texts
     from .rows import Rows, compute_rows, joined
     from .run import (
         Engine,
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         sweep_to_file,
     )
     from .scatter import Correlations, Scatter, ScatterKind
-    from .study import OUTPUTS, Study
+    from .study import OUTPUTS, Study, study_of
 else:
     from fivtui.lazy import lazily
 

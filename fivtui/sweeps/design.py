@@ -1,6 +1,6 @@
 """Designs: the points of a sweep, each computed from its index."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final, Literal
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import ALL_PARAMETERS, InputError, ParameterSpec, unknown_name
-from fivtui.ranges import log_spaced
+from fivtui.ranges import log_spaced, parse_range
 from fivtui.transient import START_SPECS
 
 Kind = Literal["product", "list", "random", "sobol"]
@@ -278,3 +278,31 @@ def sobol_points(directions: NDArray[np.uint64], first: int, last: int) -> NDArr
         chosen = (gray >> np.uint64(bit) & np.uint64(1)).astype(bool)
         points[chosen] ^= direction
     return points.astype(np.float64) * 2.0**-SOBOL_BITS
+
+
+def parse_design(
+    texts: Sequence[str], kind: Kind, count: int | None = None, seed: int | None = None
+) -> Design:
+    """Parse the texts of ``--vary``.
+
+    They are ``NAME=START:STOP:COUNT[:log]`` or ``NAME=V1,V2,…``; in random and Sobol designs
+    ``NAME=START:STOP[:log]``. Raises `InputError` as `Design`, or if a text has another form.
+    """
+    axes: dict[str, Axis] = {}
+    for text in texts:
+        name, axis = _parse_axis(text, sampled=kind in ("random", "sobol"))
+        if name in axes:
+            raise InputError(f"--vary {text}: {name} is given twice")
+        axes[name] = axis
+    return Design(axes, kind, count, seed)
+
+
+def _parse_axis(text: str, *, sampled: bool) -> tuple[str, Axis]:
+    name, equals, rest = text.partition("=")
+    if equals and rest and ":" not in rest and not sampled:
+        name = name.strip()
+        if name not in VARIABLES:
+            raise unknown_name("parameter", name, VARIABLES)
+        return name, tuple(VARIABLES[name].check(part.strip()) for part in rest.split(","))
+    given = parse_range("--vary", text, VARIABLES, counted=not sampled)
+    return given.name, Range(given.start, given.stop, None if sampled else given.count, given.log)

@@ -3,9 +3,11 @@
 from typing import TYPE_CHECKING, Final
 
 from fivtui.lazy import later
-from fivtui.model import ALL_PARAMETERS, InputError
+from fivtui.model import InputError
 from fivtui.ranges import number_text
-from fivtui.results import Command, Stored, StudyKind, scene_fields
+from fivtui.results import Command, Stored, StudyKind, command_for
+
+from .options import SweepOptions
 
 if TYPE_CHECKING:
     from .design import Axis
@@ -13,7 +15,6 @@ if TYPE_CHECKING:
     from .study import Study
 
 files, report = later(__name__, "files", "report")
-_SAID: Final = (*ALL_PARAMETERS, "start", "t_end", "tol", "accuracy")
 _TEXT_BYTES: Final = 20
 
 
@@ -24,31 +25,27 @@ def _unfinished(result: "Sweep") -> str:
 
 def _command(study: "Study") -> Command:
     from .design import Design
-    from .study import BATCHES, DEFAULT_OUTPUTS
+    from .study import DEFAULT_OUTPUTS
 
     design, both = study.design, len(study.cases) > 1
     if not isinstance(design, Design):
         raise InputError("a scattered sweep: fivtui uncertainty computes it")
-    words = []
-    if both or not study.cases[0]:
-        words.append("--both" if both else "--ignore-separation")
-    for name, axis in design.axes.items():
-        words += ["--vary", f"{name}={_axis_text(axis)}"]
-    if design.kind != "product":
-        words += ["--design", design.kind]
-    if design.count is not None:
-        words += ["--count", str(design.count), "--seed", str(design.seed)]
-    if study.outputs != DEFAULT_OUTPUTS:
-        words += [word for name in study.outputs for word in ("--output", name)]
-    scene = {**scene_fields(study, _SAID), "separation": both or study.cases[0]}
-    needed: dict[str, object] = {"over_time": study.over_time}
-    if not both:
-        needed["separation"] = True
-    if study.method == BATCHES:
-        needed["method"] = study.method
-    else:
-        words += ["--method", study.method]
-    return Command("sweep", scene, _SAID, words, needed)
+    options = SweepOptions(
+        varied=tuple(f"{name}={_axis_text(axis)}" for name, axis in design.axes.items()),
+        design=design.kind,
+        count=design.count,
+        seed=None if design.count is None else design.seed,
+        both=both,
+        outputs=() if study.outputs == DEFAULT_OUTPUTS else study.outputs,
+    )
+    return command_for(
+        "sweep",
+        study,
+        options,
+        varied=("separation",) if both else (),
+        needed={"over_time": study.over_time},
+        separation=study.cases[0],
+    )
 
 
 def _axis_text(axis: "Axis") -> str:

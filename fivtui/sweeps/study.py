@@ -1,6 +1,6 @@
 """A sweep's study: scene, design, and the columns of its rows."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -14,7 +14,7 @@ from fivtui.model import (
     unknown_name,
 )
 from fivtui.safety import SafeTable
-from fivtui.scene import OverTime
+from fivtui.scene import OverTime, Scene
 from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
@@ -229,3 +229,25 @@ class Study:
 
 def _names(over_time: OverTime) -> str:
     return ", ".join(name for name, _ in over_time)
+
+
+def study_of(
+    scene: Scene,
+    design: StudyDesign,
+    *,
+    cases: tuple[bool, ...] | None = None,
+    outputs: Sequence[str] = (),
+) -> Study:
+    """The study of a scene, by default of its case alone; `InputError` as `Study`."""
+    return Study(
+        design=design,
+        parameters=scene.parameters,
+        cases=(scene.separation,) if cases is None else cases,
+        start=scene.start,
+        t_end=scene.t_end,
+        tol=scene.tol,
+        accuracy=scene.accuracy,
+        outputs=tuple(outputs) or DEFAULT_OUTPUTS,
+        method=scene.method,
+        over_time=scene.over_time,
+    )

@@ -3,10 +3,11 @@
 from typing import Final
 
 from fivtui.lazy import later
-from fivtui.results import PHYSICS, Command, Stored, StudyKind, scene_fields
+from fivtui.results import Stored, StudyKind, command_for
+
+from .options import TradeoffOptions
 
 files, report = later(__name__, "files", "report")
-_SAID: Final = (*PHYSICS, "start", "t_end")
 
 TRADEOFF: Final = StudyKind(
     data="trade-off",
@@ -18,6 +19,6 @@ TRADEOFF: Final = StudyKind(
     load=files.load_tradeoff,
     header=frozenset({"floor"}),
     json_keys=frozenset({"floor", "rows"}),
-    command=lambda scene: Command("tradeoff", scene_fields(scene, _SAID), _SAID),
+    command=lambda scene: command_for("tradeoff", scene, TradeoffOptions()),
     stored=Stored(".json"),
 )

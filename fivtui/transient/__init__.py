@@ -47,7 +47,6 @@ if TYPE_CHECKING:
         LEAST_START,
         MAX_T_END,
         QUANTITIES,
-        START_FORM,
         START_SPECS,
         Start,
         check_accuracy,
@@ -56,7 +55,9 @@ if TYPE_CHECKING:
         check_start,
         check_step,
         check_tolerance,
+        start_of,
     )
+    from .settings.options import OVER_TIME, RunOptions, SimulateOptions
     from .settings.table import (
         CONSIDERED,
         IGNORED,
@@ -64,6 +65,7 @@ if TYPE_CHECKING:
         Accuracy,
         RunSetting,
         number_in_file,
+        setting,
         text_in_file,
     )
     from .stiffness import budget_error, find_stiffness

@@ -3,13 +3,14 @@
 from typing import TYPE_CHECKING, Final
 
 from fivtui.lazy import later
-from fivtui.results import PHYSICS, TABLES, Command, Stored, StudyKind, scene_fields
+from fivtui.results import TABLES, Stored, StudyKind, command_for
+
+from .settings.options import SimulateOptions
 
 if TYPE_CHECKING:
     from .result import Transient
 
 files, report = later(__name__, "files", "report")
-_SAID: Final = (*PHYSICS, "start", "t_end", "method", "tol", "accuracy", "step")
 _COLUMNS: Final = 7
 _BYTES: Final = 8
 
@@ -27,8 +28,8 @@ RUN: Final = StudyKind(
     header=frozenset({"method", "t_end"}),
     json_keys=frozenset({"final", "peak"}),
     json_refusal="has no motion over time; read the file of simulate --out",
-    command=lambda scene: Command(
-        "simulate", scene_fields(scene, _SAID), _SAID, needed={"over_time": scene.over_time}
+    command=lambda scene: command_for(
+        "simulate", scene, SimulateOptions(), needed={"over_time": scene.over_time}
     ),
     stored=Stored(".npz", files.store_transient, files.restore_transient, _size),
 )

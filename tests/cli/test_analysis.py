@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, stability
-from fivtui.cli.attractor_tasks import SEARCH, carry_out
-from fivtui.scene.files import find_scene
+from fivtui.cli import run
+from fivtui.orbits import coexistence
+from fivtui.scene.presets import PRESETS
 
 from .test_cli import fivtui
 
@@ -162,11 +163,11 @@ def test_a_map_of_the_critical_friction_over_friction_is_refused() -> None:
 def test_attractors_in_words_show_what_leaves_the_equilibrium(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    data = carry_out(SEARCH, find_scene("coexistence"))
+    assert run(["attractors", "coexistence"]) == 0
     said = capsys.readouterr()
     assert "1.3241539" in said.out
     assert "above that leaves the equilibrium" in said.out
-    assert said.err == f"warning: {data['warning']}\n"
+    assert said.err == f"warning: {coexistence(PRESETS['coexistence'].system).warning}\n"
 
 
 def test_what_a_start_reaches() -> None:

@@ -17,10 +17,10 @@ from matplotlib.figure import Figure
 from fivtui.cli import commands, run
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
+from fivtui.sweeps import parse_design
 from fivtui.sweeps.charts import check_drawable
 from fivtui.sweeps.design import KINDS, Design, Kind, Range
 from fivtui.sweeps.report import SweepProgress, progress_text
-from fivtui.sweeps.request import parse_cases, parse_design
 from fivtui.sweeps.run import local_engine, sweep_in_memory
 from fivtui.sweeps.study import DEFAULT_OUTPUTS, Study
 
@@ -243,15 +243,9 @@ def test_without_a_terminal_progress_is_a_line_now_and_then(
 
 
 def test_the_designs_offered_are_those_that_there_are() -> None:
-    (option,) = [param for param in commands.commands["sweep"].params if param.name == "kind"]
+    (option,) = [param for param in commands.commands["sweep"].params if param.name == "design"]
     assert isinstance(option.type, click.Choice)
     assert list(option.type.choices) == list(KINDS)
-
-
-def test_cases_are_those_of_the_options() -> None:
-    assert parse_cases(ignored=False, both=False) is None
-    assert parse_cases(ignored=True, both=False) == (False,)
-    assert parse_cases(ignored=False, both=True) == (True, False)
 
 
 def test_a_design_is_read_from_text() -> None:

@@ -8,9 +8,9 @@ import pytest
 
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.scene.presets import PRESETS
+from fivtui.sweeps import parse_design, study_of
 from fivtui.sweeps.files import read_sweep, save_sweep
 from fivtui.sweeps.provenance import study_from_dict, study_to_dict
-from fivtui.sweeps.request import parse_design, study_of
 from fivtui.sweeps.run import Sweep, local_engine, sweep_in_memory, sweep_to_file
 from fivtui.sweeps.study import Study
 

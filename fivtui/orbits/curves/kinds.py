@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, Final
 
 from fivtui.lazy import later
 from fivtui.model import InputError
-from fivtui.results import TABLES, Command, Stored, StudyKind
+from fivtui.orbits.options import BranchOptions
+from fivtui.results import TABLES, Command, Stored, StudyKind, command_for
 
 if TYPE_CHECKING:
     from .result import CycleBranch
@@ -15,9 +16,8 @@ files, report = later(__name__, "files", "report")
 def _command(result: "CycleBranch") -> Command:
     if result.origin == "file" or result.doubled:
         raise InputError("branch: no option says the cycle that it was begun with")
-    fields = {"parameters": result.parameters, "separation": result.separation}
-    words = ["--vary", f"{result.name}={result.low!r}:{result.high!r}", "--from", result.origin]
-    return Command("branch", fields, words=words)
+    vary = f"{result.name}={result.low!r}:{result.high!r}"
+    return command_for("branch", result, BranchOptions(vary=vary, origin=result.origin))
 
 
 BRANCH: Final = StudyKind(

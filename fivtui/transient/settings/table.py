@@ -299,10 +299,11 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
 }
 
 
-def setting(name: str, help: str = "") -> Any:  # noqa: A002
-    """A field of a dataclass for the option of a setting; `help` takes the place of its text."""
-    declared = replace(SETTINGS[name].option, setting=name)
-    flag_alone = declared.metavar is None
-    return option_field(
-        replace(declared, help=help) if help else declared, False if flag_alone else None
-    )
+def setting(name: str, help: str = "", *, of_scene: bool = True) -> Any:  # noqa: A002
+    """A field of a dataclass for the option of a setting; `help` takes the place of its text.
+
+    The option sets the field of the scene, unless it is for something else (not `of_scene`).
+    """
+    declared = SETTINGS[name].option
+    declared = replace(declared, help=help or declared.help, setting=name if of_scene else "")
+    return option_field(declared, False if declared.metavar is None else None)

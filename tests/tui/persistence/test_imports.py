@@ -1,5 +1,6 @@
 """What the command line writes is read and shown by the terminal UI."""
 
+import dataclasses
 import json
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -14,7 +15,7 @@ from fivtui import cli
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.scene.presets import PRESETS
 from fivtui.studies import check_readable, kind_of
-from fivtui.sweeps.request import parse_design, study_of
+from fivtui.sweeps import parse_design, study_of
 from fivtui.sweeps.run import local_engine, sweep_to_file
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tui.app import FivtuiApp
@@ -169,7 +170,9 @@ async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
     await until(pilot, lambda: runs.displayed is not None)
     assert runs.displayed is not None
     assert (runs.displayed.scene.start[2], runs.displayed.scene.separation) == (-0.5, False)
-    study = study_of(PRESETS["base"], parse_design(["F=20:80:6"], "product"), t_end=5.0)
+    study = study_of(
+        dataclasses.replace(PRESETS["base"], t_end=5.0), parse_design(["F=20:80:6"], "product")
+    )
     with pytest.raises(Cancelled):
         sweep_to_file(
             study, written / "part.csv", local_engine(1), size=2, progress=lambda part: part < 0.5

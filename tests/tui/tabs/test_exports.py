@@ -25,7 +25,7 @@ from fivtui.paper.results import PaperResults
 from fivtui.results import Grid
 from fivtui.scene.files import save_scene
 from fivtui.scene.presets import PRESETS
-from fivtui.sweeps.request import parse_design, study_of
+from fivtui.sweeps import parse_design, study_of
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tradeoffs.files import load_tradeoff
 from fivtui.tui.app import FivtuiApp

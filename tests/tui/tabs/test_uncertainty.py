@@ -103,9 +103,7 @@ async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
     assert "████" in text_of(pilot)
     whole = pane.export("data")
     whole.write(tmp_path / "rows.csv", False)
-    assert pane.command_line() == (
-        "fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256 --repeats 16 --seed 0"
-    )
+    assert pane.command_line() == ("fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256")
     read = app_of(pilot).session.studies
     read.put("uncertainty", DisplayedStudy(result_of(tmp_path / "rows.csv"), "a", "rows.csv"))
     pane.scene_changed()

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from fivtui.charts import Chart, Guide, Trace
 from fivtui.measured import (
     QUANTITIES,
     Criterion,
+    ValidateOptions,
     Validation,
     read_measurement,
     read_tolerances,
@@ -102,11 +103,12 @@ def comparison_words(result: Validation) -> str:
     )
 
 
-def options_of(texts: Mapping[str, str]) -> list[str]:
+def options_of(texts: Mapping[str, str]) -> ValidateOptions:
     """The options of `fivtui validate` that say what the inputs do."""
-    names = {"file": "measured"}
-    said = {names.get(name, name): text for name, text in texts.items() if text}
-    return [word for name, text in said.items() for word in (f"--{name}", text)]
+    values: dict[str, Any] = {
+        name.replace("-", "_"): text for name, text in texts.items() if text and name != "file"
+    }
+    return ValidateOptions(measured=Path(texts["file"]) if texts["file"] else None, **values)
 
 
 def overlay_chart(found: Validation) -> Chart:

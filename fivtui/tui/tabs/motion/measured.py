@@ -9,7 +9,7 @@ from textual.containers import Horizontal, Vertical
 from textual.events import DescendantBlur, DescendantFocus
 from textual.widgets import Input, Static
 
-from fivtui.measured import Validation
+from fivtui.measured import ValidateOptions, Validation
 from fivtui.model import InputError
 from fivtui.ranges import decimal_point
 from fivtui.transient import Transient
@@ -95,7 +95,7 @@ class MeasuredView(Vertical):
         return {name: self.query_one(f"#{_PREFIX}{name}", Input).value.strip() for name in INPUTS}
 
     @property
-    def options(self) -> list[str]:
+    def options(self) -> ValidateOptions:
         """The options of `fivtui validate` that say the same; `InputError` without a file."""
         if not self.texts["file"]:
             raise InputError(_NOTHING)

@@ -1,0 +1,29 @@
+"""Options of ``fivtui map``."""
+
+from dataclasses import dataclass
+
+from fivtui.model import PARAMETERS
+from fivtui.options import option
+from fivtui.transient import setting
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapOptions:
+    """Options of ``fivtui map``."""
+
+    ignore_separation: bool = setting("separation")
+    over: tuple[str, ...] = option(
+        "--over",
+        "A parameter and its values; give it twice.",
+        metavar="NAME=START:STOP:COUNT[:log]",
+        multiple=True,
+        required=True,
+        completions=lambda: (f"{name}=" for name in PARAMETERS),
+    )
+    value: str = option(
+        "--value",
+        "Value computed at every point.",
+        "growth-rate",
+        metavar="growth-rate|critical-mu|unstable-modes|safe-mu|coexistence",
+        show_default=True,
+    )

@@ -1,0 +1,61 @@
+"""Options of ``fivtui validate``."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from fivtui.options import option
+from fivtui.transient import RunOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValidateOptions(RunOptions):
+    """Options of ``fivtui validate``."""
+
+    measured: Path | None = option(
+        "--measured", "The measured data.", metavar="FILE.csv", file=True
+    )
+    time: str = option(
+        "--time",
+        "Column of the times, by name or number; t, time or the first if not given.",
+        "",
+        metavar="NAME|N",
+    )
+    signal: str = option(
+        "--signal",
+        "Column of the signal; the one of that quantity's name or the second if not given.",
+        "",
+        metavar="NAME|N",
+    )
+    quantity: str = option(
+        "--quantity",
+        "What was measured: x, vx, y, vy or P.",
+        "y",
+        metavar="NAME",
+        show_default=True,
+    )
+    scale: str | None = option("--scale", "SI units in a unit of the signal.", metavar="N")
+    offset: str | None = option("--offset", "Added to the scaled signal, in SI units.", metavar="N")
+    time_scale: str | None = option(
+        "--time-scale", "Seconds in a unit of the time column.", metavar="N"
+    )
+    shift: str = option(
+        "--shift",
+        "Added to the measured times, s; auto: where both correlate best.",
+        "0",
+        metavar="S|auto",
+        show_default=True,
+    )
+    band: str | None = option(
+        "--band",
+        "Half width of the tolerance band, in SI units or in percent of half peak-to-peak.",
+        metavar="N|N%",
+    )
+    share: str | None = option(
+        "--share", "Least share of samples within the band, 100 % if not given.", metavar="N%"
+    )
+    frequency: str | None = option(
+        "--frequency", "Greatest relative deviation of the frequency.", metavar="N%"
+    )
+    amplitude: str | None = option(
+        "--amplitude", "Greatest relative deviation of half peak-to-peak.", metavar="N%"
+    )

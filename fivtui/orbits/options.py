@@ -1,0 +1,42 @@
+"""Options of ``fivtui branch``."""
+
+from dataclasses import dataclass
+
+from fivtui.model import PARAMETERS
+from fivtui.options import flag, option
+from fivtui.transient import setting
+
+
+@dataclass(frozen=True, kw_only=True)
+class BranchOptions:
+    """Options of ``fivtui branch``."""
+
+    ignore_separation: bool = setting("separation")
+    vary: str | None = option(
+        "--vary",
+        "The parameter, and its range; a tenth to ten times its value if not given.",
+        metavar="NAME[=LOW:HIGH]",
+        completions=lambda: (f"{name}=" for name in PARAMETERS),
+    )
+    origin: str | None = option(
+        "--from",
+        "Begin at the Hopf point nearest to the scene (the default), at a limit cycle that it "
+        "settles on, or at one of its cycles in a file: a branch, or attractors as JSON.",
+        metavar="hopf|cycle|FILE",
+    )
+    doubled: bool = flag(
+        "--doubled",
+        "Follow the branch of twice the period that begins at the first period doubling instead.",
+    )
+    curve: str | None = option(
+        "--curve",
+        "Follow Hopf points, folds or cycles that touch y = 0 over two parameters instead.",
+        metavar="hopf|fold|touch",
+    )
+    over: tuple[str, ...] = option(
+        "--over",
+        "A parameter of --curve, and its range; give it twice.",
+        metavar="NAME[=LOW:HIGH]",
+        multiple=True,
+        completions=lambda: (f"{name}=" for name in PARAMETERS),
+    )

@@ -1,0 +1,75 @@
+"""Options of ``fivtui uncertainty``."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fivtui.model import ALL_PARAMETERS, Interval
+from fivtui.options import ANY_WHOLE, option, option_field
+from fivtui.sweeps import PIECE, SCHEDULER, WORKERS
+from fivtui.transient import START_SPECS, setting
+
+if TYPE_CHECKING:
+    from fivtui.sweeps import ScatterKind
+
+
+@dataclass(frozen=True, kw_only=True)
+class UncertaintyOptions:
+    """Options of ``fivtui uncertainty``."""
+
+    varied: tuple[str, ...] = option(
+        "--vary",
+        "Scatter a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. "
+        "uniform:LOW:HIGH, normal:MEAN:SD, lognormal:MEAN:SD (of the quantity itself), "
+        "triangular:LOW:MODE:HIGH, beta:LOW:HIGH:A:B, or NAME:SHAPE:…:LOC:SCALE of scipy.stats; "
+        "truncated at the bounds of the parameter.",
+        metavar="NAME~DISTRIBUTION:…",
+        multiple=True,
+        required=True,
+        completions=lambda: (f"{name}~" for name in (*ALL_PARAMETERS, *START_SPECS)),
+    )
+    samples: int | None = option(
+        "--samples",
+        "Number of samples, rounded up to a power of two in every scrambling.  [default: 16384]",
+        metavar="N",
+        whole=Interval(1),
+    )
+    until: str | None = option(
+        "--until",
+        "Double the samples until the 95 % interval of every probability reaches at most E from "
+        "its value.",
+        metavar="E",
+    )
+    design: "ScatterKind" = option(
+        "--design",
+        "Scrambled Sobol sequences, or Latin hypercubes.",
+        "sobol",
+        choices=("sobol", "lhs"),
+        show_default=True,
+    )
+    repeats: int = option(
+        "--repeats",
+        "Independent scramblings, from which intervals come.",
+        16,
+        metavar="N",
+        whole=Interval(1),
+        show_default=True,
+    )
+    seed: int = option("--seed", "First seed.", 0, metavar="S", whole=ANY_WHOLE, show_default=True)
+    indices: bool | None = option(
+        "--indices/--no-indices",
+        "Sobol indices.  [default: unless inputs are correlated by the scene's table]",
+    )
+    ignore_separation: bool = setting("separation")
+    t_end: str | None = setting("t_end")
+    tol: str | None = setting("tol")
+    start: str | None = setting("start")
+    outputs: tuple[str, ...] = option(
+        "--output",
+        "Compute this output only, besides the growth rate (critical_mu, safe_mu, y_half_range, "
+        "P_max, …); may be repeated.",
+        metavar="NAME",
+        multiple=True,
+    )
+    workers: int | None = option_field(WORKERS)
+    scheduler: str | None = option_field(SCHEDULER)
+    piece: int | None = option_field(PIECE)

@@ -1,0 +1,126 @@
+"""Options of ``fivtui sweep``, its presets, and what it shares with uncertainty studies."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from fivtui.model import ALL_PARAMETERS, InputError, Interval, unknown_name
+from fivtui.options import ANY_WHOLE, Option, flag, option, option_field
+from fivtui.transient import OVER_TIME, START_SPECS, setting
+
+if TYPE_CHECKING:
+    from .design import Kind
+
+
+@dataclass(frozen=True, slots=True)
+class SweepPreset:
+    """A sweep that comes with the program."""
+
+    description: str
+    varied: tuple[str, ...]
+
+
+SWEEP_PRESETS: Final[Mapping[str, SweepPreset]] = MappingProxyType(
+    {
+        "peak-over-belt-speed": SweepPreset(
+            "beyond the paper: stick on slow belts; fast ones end in the paper's result",
+            ("v_belt=0.1,0.2,0.5,1,2,3,5,7,10,12,14,16,18,20,22,24,26,30",),
+        )
+    }
+)
+
+
+# What computes the members of a study, and how they are stored.
+WORKERS: Final = Option(
+    flag="--workers",
+    metavar="N",
+    help="Number of threads.  [default: all processors]",
+    whole=ANY_WHOLE,
+)
+SCHEDULER: Final = Option(
+    flag="--scheduler", metavar="ADDRESS", help="Address of a Dask cluster to compute on."
+)
+PIECE: Final = Option(
+    flag="--piece",
+    metavar="N",
+    help="Members in a stored piece.  [default: about a second of work]",
+    whole=Interval(1),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions:
+    """Options of ``fivtui sweep``."""
+
+    varied: tuple[str, ...] = option(
+        "--vary",
+        "Vary a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. NAME=V1,V2,… gives "
+        "single values; designs random and sobol take NAME=START:STOP[:log].",
+        metavar="NAME=START:STOP:COUNT[:log]",
+        multiple=True,
+        completions=lambda: (f"{name}=" for name in (*ALL_PARAMETERS, *START_SPECS)),
+    )
+    preset: str | None = option(
+        "--preset",
+        "Vary as a sweep that comes with the program: peak-over-belt-speed.",
+        metavar="NAME",
+        completions=lambda: SWEEP_PRESETS,
+    )
+    design: "Kind" = option(
+        "--design",
+        "product: all combinations; list: values side by side; random, sobol: --count points "
+        "between START and STOP.",
+        "product",
+        choices=("product", "list", "random", "sobol"),
+        show_default=True,
+    )
+    count: int | None = option(
+        "--count", "Number of points of random and sobol.", metavar="N", whole=ANY_WHOLE
+    )
+    seed: int | None = option(
+        "--seed", "Seed of random and sobol.  [default: 0]", metavar="S", whole=ANY_WHOLE
+    )
+    ignore_separation: bool = setting("separation")
+    both: bool = flag("--both", "Compute each member with separation considered and ignored.")
+    t_end: str | None = setting("t_end")
+    tol: str | None = setting("tol")
+    error: tuple[str, ...] = setting(
+        "accuracy",
+        "Error target in place of --tol: refine each member until the error of QUANTITY is below "
+        "R. QUANTITY: final (state), peak or half_range (half peak-to-peak over the second half of "
+        "the run).",
+    )
+    start: str | None = setting("start")
+    method: str | None = setting(
+        "method",
+        "taylor, or a run of the FMU for each member: fmu, fmu-native.  [default: the scene's]",
+    )
+    over_time: Path | None = option_field(OVER_TIME)
+    outputs: tuple[str, ...] = option(
+        "--output",
+        "Compute this output only (y_abs, y_half_range, separations, sticks, growth_rate, stable, "
+        "…); may be repeated.",
+        metavar="NAME",
+        multiple=True,
+    )
+    workers: int | None = option_field(WORKERS)
+    scheduler: str | None = option_field(SCHEDULER)
+    piece: int | None = option_field(PIECE)
+
+
+def varied_texts(preset: str | None, texts: Sequence[str]) -> Sequence[str]:
+    """What varies: as given, or as in a preset of this name.
+
+    Raises `InputError` if neither or both are given, or the preset is unknown.
+    """
+    if preset is None:
+        if not texts:
+            raise InputError("--vary: must be given, or --preset")
+        return texts
+    if texts:
+        raise InputError("--preset: must be given without --vary")
+    if preset not in SWEEP_PRESETS:
+        raise unknown_name("sweep", preset, SWEEP_PRESETS)
+    return SWEEP_PRESETS[preset].varied

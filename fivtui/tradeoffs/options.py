@@ -1,0 +1,25 @@
+"""Options of ``fivtui tradeoff``."""
+
+from dataclasses import dataclass
+
+from fivtui.options import flag
+from fivtui.transient import setting
+
+
+@dataclass(frozen=True, kw_only=True)
+class TradeoffOptions:
+    """Options of ``fivtui tradeoff``."""
+
+    ignore_separation: bool = setting("separation")
+    t_end: str | None = setting("t_end")
+    start: str | None = setting("start")
+    thorough: bool = flag(
+        "--thorough", "More settings: about two minutes instead of seven seconds."
+    )
+    targets: tuple[str, ...] = setting(
+        "accuracy",
+        "Error target: name the cheapest setting whose error of QUANTITY is below R. QUANTITY: "
+        "final (state), peak, half_range (half peak-to-peak over the second half of the run) or "
+        "events (times of separation and reattachment, s).",
+        of_scene=False,
+    )

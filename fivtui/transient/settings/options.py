@@ -1,0 +1,63 @@
+"""Options of the commands that compute one run."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from fivtui.model import ALL_PARAMETERS, Interval
+from fivtui.options import Option, option, option_field
+
+from .table import setting
+
+_START: Final = "Start state, m and m/s; static: at rest at the equilibrium of μ = 0."
+
+OVER_TIME: Final = Option(
+    flag="--over-time",
+    metavar="FILE.csv",
+    help="Preload, friction and belt speed over time: columns time (s) and F, mu or v_belt.",
+    file=True,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """A run of which more is computed."""
+
+    ignore_separation: bool = setting("separation")
+    t_end: str | None = setting("t_end")
+    method: str | None = setting("method")
+    tol: str | None = setting("tol")
+    step: str | None = setting("step")
+    start: str | None = setting("start", _START)
+    over_time: Path | None = option_field(OVER_TIME)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulateOptions:
+    """Options of ``fivtui simulate``."""
+
+    ignore_separation: bool = setting("separation")
+    t_end: str | None = setting("t_end")
+    method: str | None = setting(
+        "method", "Integration method: taylor, rk4, scipy-dop853, … (see fivtui methods)."
+    )
+    tol: str | None = setting("tol")
+    step: str | None = setting("step")
+    error: tuple[str, ...] = setting("accuracy")
+    start: str | None = setting("start", _START)
+    sensitivities: tuple[str, ...] = option(
+        "--sensitivity",
+        "Add derivatives of final state and peaks by this parameter; may be repeated.",
+        metavar="NAME",
+        multiple=True,
+        completions=lambda: ALL_PARAMETERS,
+    )
+    points: int = option(
+        "--points",
+        "Points of the trajectory written or drawn.",
+        5001,
+        metavar="N",
+        whole=Interval(2, 10_000_000),
+        show_default=True,
+    )
+    over_time: Path | None = option_field(OVER_TIME)
