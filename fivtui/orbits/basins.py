@@ -179,7 +179,7 @@ def basin(
     if grid.size > MAX_STARTS:
         raise InputError(f"basin: {grid.size} starts; must be at most {MAX_STARTS}")
     work = Progress(progress)
-    explorer = Explorer(system, kernel=kernel, go_on=work.go_on)
+    explorer = Explorer(system, kernel=kernel, work=work)
     base = explorer.rest if start is None else resolve_start(system, start)
     components = tuple(list(START_SPECS).index(name) for name in grid.names)
     found: list[Attractor] = []
@@ -231,7 +231,7 @@ def escape_offset(
     and `Cancelled`.
     """
     work = Progress(progress)
-    explorer = Explorer(system, kernel=kernel, go_on=work.go_on)
+    explorer = Explorer(system, kernel=kernel, work=work)
     if not explorer.equilibrium_attracts:
         return None
     x, _, y, _ = explorer.rest

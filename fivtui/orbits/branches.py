@@ -247,7 +247,7 @@ def continuation(
         for step, value in enumerate(found if direction == "up" else reversed(found)):
             work.report((turn + step / grid.size) / 2.0)
             at = system.with_values({name: value})
-            explorer = Explorer(at, kernel=kernel, go_on=work.go_on)
+            explorer = Explorer(at, kernel=kernel, work=work)
             if starts is None:
                 starts = starts_around(explorer)
             here: list[Attractor] = []

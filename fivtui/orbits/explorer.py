@@ -1,6 +1,6 @@
 """Attractors: whether a start reaches the equilibrium or a limit cycle, and which coexist."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
@@ -22,6 +22,7 @@ from fivtui.model import (
 from fivtui.results import to_data
 from fivtui.transient import Kernel, Request, Start, Transient, integrate, resolve_start
 
+from .curves.arclength import UNWATCHED
 from .decay import Attraction
 from .rest import length_scale, reference_point, slowest_period, stays_stuck
 from .shooting import PeriodicOrbit, Section, shoot
@@ -164,9 +165,9 @@ class Explorer:
         system: System,
         *,
         kernel: Kernel | None = None,
-        go_on: Callable[[], bool] = lambda: True,
+        work: Progress = UNWATCHED,
     ) -> None:
-        self.system, self._kernel, self._go_on = system, kernel or stepping_kernel(), go_on
+        self.system, self._kernel, self._work = system, kernel or stepping_kernel(), work
         p, separation, point = system.parameters, system.separation, reference_point(system)
         rests = p.v_belt == 0.0 and point.mode in IN_CONTACT
         self._attraction = None if rests else Attraction(system, point)
@@ -208,7 +209,7 @@ class Explorer:
                 samples="dense",
                 kernel=self._kernel,
             )
-            run = integrate(request, progress=lambda _fraction: self._go_on())
+            run = integrate(request, progress=lambda _fraction: self._work.go_on())
             steps += run.stats.steps
             final = run.final
             state = (final.x, final.vx, final.y, final.vy)
@@ -255,7 +256,7 @@ class Explorer:
                     (latest[0], latest[1], latest[2], latest[3]),
                     float(times[-1] - times[-1 - count]),
                     section,
-                    go_on=self._go_on,
+                    work=self._work,
                 )
             except ComputationError:
                 return None
@@ -363,7 +364,7 @@ def search(
 ) -> FoundAttractors:
     """As `find_attractors`, with the attractor that each start reaches."""
     work = Progress(progress)
-    explorer = Explorer(system, kernel=kernel, go_on=work.go_on)
+    explorer = Explorer(system, kernel=kernel, work=work)
     chosen = list(starts_around(explorer) if starts is None else starts)
     found: list[Attractor] = []
     reached = []

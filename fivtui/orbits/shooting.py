@@ -1,12 +1,10 @@
-"""Periodic orbits by shooting: Newton's method on the return map, with Floquet multipliers.
+"""The periodic orbit near a motion: Newton's method on its return map, with Floquet multipliers.
 
-Unknowns are the state on a Poincaré section and the period. The derivative of the return map comes
-from the variational equations: Newton's method converges quadratically and the
-multipliers are those of the orbit itself. An orbit that sticks to the belt is closed from within
-a stick: there deviations across v_r = 0 are lost, and one multiplier is exactly 0.
+The equations are those of the branches of cycles (`OrbitCurve`), with the start held on a section
+of the motion. An orbit that sticks to the belt is closed from within a stick: there deviations
+across v_r = 0 are lost, and one multiplier is exactly 0.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final
@@ -14,19 +12,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, ComputationError, Parameters, State, System
-from fivtui.transient import START_SEEDS, Request, Variation, integrate, vary
+from fivtui.model import ComputationError, Progress, State, System
+from fivtui.transient import Request, integrate
 
-_MOST_ITERATIONS: Final = 10
-_CONVERGED: Final = 1e-11
-# Tolerance of the runs over one period, and of the one that measures the orbit.
-_FLOW_TOL: Final = 1e-13
+from .curves.arclength import PERIOD, UNWATCHED, VALUE, OrbitOnCurve
+from .curves.branch_curve import BranchCurve, slider_belt_curve
+
+# Tolerance of the run that measures the orbit.
 _TOL: Final = 1e-12
-_MOST_STEPS: Final = 200_000
 # A period that leaves this range around its estimate belongs to another orbit.
 _PERIOD_RANGE: Final = (0.5, 2.0)
-# Velocity and acceleration times period, relative to the displacement: less than this is rest.
-_AT_REST: Final = 1e-6
+# An amplitude below this part of the displacements is rest.
+_AT_REST: Final = 1e-7
 # The estimate may be several periods; the orbit then closes after a part of the time.
 _MOST_PARTS: Final = 8
 _PART_CLOSES: Final = 1e-8
@@ -112,104 +109,58 @@ def shoot(
     period: float,
     section: Section,
     *,
-    go_on: Callable[[], bool] = lambda: True,
+    work: Progress = UNWATCHED,
 ) -> PeriodicOrbit:
     """Find the periodic orbit close to a guess closed to about 1e-12 of its size."""
-    p = system.parameters
-    state, time = _on_belt(p, np.array(guess), section), period
-    fixed = section.value
-    held = guess[fixed] if section is Section.STICK else 0.0
-    least, best = np.inf, None
-    for _ in range(_MOST_ITERATIONS):
-        there = _flow(system, state, time, go_on)
-        missed = np.array(there.final) - state
-        size = _sizes(state, time)
-        residual = float(np.abs(missed / size).max()) + abs(state[fixed] - held) / size[fixed]
-        if residual < least:
-            least, best = residual, (state, time, there)
-        elif least < _CONVERGED:
-            break
-        try:
-            change = _newton(there, missed, fixed, float(state[fixed]) - held)
-        except np.linalg.LinAlgError:
-            break
-        state, time = _on_belt(p, state + change[:4], section), time + float(change[4])
-        if not (_PERIOD_RANGE[0] < time / period < _PERIOD_RANGE[1]):
-            break
-    if best is None or not least < _CONVERGED:
+    state = np.array(guess)
+    if section is Section.STICK:
+        # A slider that sticks has the speed of the belt, to the last bit.
+        state[1] = system.parameters.v_belt
+    else:
+        state[section.value] = 0.0
+    x, vx, y, vy = np.abs(state).tolist()
+    length = max(x, y, max(vx, vy) * period / (2.0 * np.pi))
+    curve = slider_belt_curve(system, "mu", (0.0, 1.0), length, period, work=work)
+    orbit = _closed(curve, np.array([*state, period, system.parameters.mu]) / curve.scales, section)
+    low, high = _PERIOD_RANGE
+    if orbit is None or not low < float(orbit.unknowns[PERIOD]) < high:
         raise ComputationError(
             f"no periodic orbit with a period of about {period:.6g} s was found",
             "follow the motion longer, or start nearer to the orbit",
         )
-    state, time, there = best
-    if np.abs(there.rate).max() * time < _AT_REST * np.abs(state).max():
+    if curve.size(orbit) < _AT_REST * np.abs(orbit.unknowns[:4]).max():
         raise ComputationError(
             "shooting converged to the equilibrium", "start farther from the equilibrium"
         )
     for parts in range(_MOST_PARTS, 1, -1):
-        part = _flow(system, state, time / parts, go_on)
-        if np.abs((np.array(part.final) - state) / _sizes(state, time)).max() < _PART_CLOSES:
-            time, there = time / parts, part
+        if curve.orbits.returns_after(orbit, 1.0 / parts) < _PART_CLOSES:
+            shorter = orbit.unknowns.copy()
+            shorter[PERIOD] /= parts
+            orbit = _closed(curve, shorter, section) or orbit
             break
-    return _measured(system, state, time, (section, least, there))
+    return _measured(system, curve, orbit, section)
 
 
-def _on_belt(p: Parameters, state: NDArray[np.float64], section: Section) -> NDArray[np.float64]:
-    # A slider that sticks has the speed of the belt, to the last bit.
-    if section is Section.STICK:
-        state[1] = p.v_belt
-    return state
-
-
-def _flow(
-    system: System, state: NDArray[np.float64], time: float, go_on: Callable[[], bool]
-) -> Variation:
-    if not go_on():
-        raise Cancelled
-    request = Request(
-        system,
-        t_end=time,
-        tol=_FLOW_TOL,
-        start=state.tolist(),
-        max_steps=_MOST_STEPS,
-    )
-    return vary(request, START_SEEDS)
-
-
-def _newton(
-    there: Variation, missed: NDArray[np.float64], fixed: int, off: float
-) -> NDArray[np.float64]:
-    # The change of state and period that closes the orbit and puts its start on the section.
-    system = np.zeros((5, 5))
-    system[:4, :4] = there.derivatives - np.eye(4)
-    system[:4, 4] = there.rate
-    system[4, fixed] = 1.0
-    change: NDArray[np.float64] = np.linalg.solve(system, -np.append(missed, off))
-    return change
+def _closed(
+    curve: BranchCurve, guess: NDArray[np.float64], section: Section
+) -> OrbitOnCurve | None:
+    # The orbit near a guess at the value of its parameter, with its start on a section.
+    return curve.orbits.solve(guess, np.eye(len(guess))[[section.value, VALUE]])
 
 
 def _measured(
-    system: System,
-    state: NDArray[np.float64],
-    period: float,
-    found: tuple[Section, float, Variation],
+    system: System, curve: BranchCurve, orbit: OrbitOnCurve, section: Section
 ) -> PeriodicOrbit:
-    section, residual, there = found
-    state = state.copy()
-    if section is not Section.STICK:
-        state[section.value] = 0.0
-    request = Request(
-        system,
-        t_end=period,
-        tol=_TOL,
-        start=state.tolist(),
-    )
+    x, vx, y, vy, period, _ = (orbit.unknowns * curve.scales).tolist()
+    request = Request(system, t_end=period, tol=_TOL, start=(x, vx, y, vy))
     run = integrate(request)
+    final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
+    missed = np.array(final) / curve.scales[:4] - orbit.unknowns[:4]
     return PeriodicOrbit(
         section=section,
-        start=_as_state(state),
-        period=float(period),
-        multipliers=_nontrivial(np.linalg.eigvals(there.derivatives)),
+        start=(x, vx, y, vy),
+        period=period,
+        multipliers=curve.multipliers([orbit])[0],
         y_min=run.peak.y_min,
         y_max=run.peak.y_max,
         x_abs=run.peak.x_abs,
@@ -218,27 +169,8 @@ def _measured(
         # By rounding a separation at the start may recur at the end; reattachments do not.
         separations=run.events.reattachments,
         separated_time=run.events.separated_time,
-        residual=float(residual),
+        residual=float(np.abs(missed).max() / np.abs(orbit.unknowns[:4]).max()),
         # The stick in which the period begins and ends is one.
         sticks=run.events.sticks - int(section is Section.STICK),
         stick_time=run.events.stick_time,
     )
-
-
-def _nontrivial(multipliers: NDArray[np.generic]) -> NDArray[np.complex128]:
-    values = multipliers.astype(np.complex128)
-    others = np.delete(values, np.abs(values - 1.0).argmin())
-    return others[np.argsort(-np.abs(others), kind="stable")]
-
-
-def _sizes(state: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    # Scales of displacements and velocities.
-    x, vx, y, vy = np.abs(state)
-    speed = max(vx, vy, max(x, y) / period, np.finfo(float).tiny)
-    length = max(x, y, speed * period / (2.0 * np.pi))
-    return np.array([length, speed, length, speed])
-
-
-def _as_state(values: NDArray[np.float64]) -> State:
-    x, vx, y, vy = values.tolist()
-    return (x, vx, y, vy)

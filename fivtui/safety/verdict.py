@@ -466,7 +466,7 @@ class _Search:
     def _confirm(self, motion: Survivor) -> bool:
         # Whether shooting finds a stable cycle near a motion.
         at = self._system.with_values({"mu": motion.mu})
-        explorer = Explorer(at, go_on=self._work.go_on)
+        explorer = Explorer(at, work=self._work)
         try:
             reached = explorer.reach(motion.state, most_legs=_MOST_LEGS)
         except ComputationError:

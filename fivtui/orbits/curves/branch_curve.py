@@ -1,11 +1,12 @@
 """The curve of limit cycles along one parameter, as it is followed, and what happens on it."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fivtui.model import Progress, System
 
@@ -105,6 +106,12 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
         planes[0, : len(near.across)], planes[1] = near.across, along
         return self.orbits.solve(guess, planes, tangent)
 
+    def multipliers(self, orbits: Sequence[OrbitOnCurve]) -> NDArray[np.complex128]:
+        """Floquet multipliers of orbits by falling size, shape (n, states - 1)."""
+        values = np.linalg.eigvals(np.array([orbit.monodromy for orbit in orbits]))
+        order = np.argsort(-np.abs(values), axis=1, kind="stable")
+        return np.take_along_axis(values.astype(np.complex128), order, axis=1)
+
     def confirmed(self, kind: EventKind, point: OrbitOnCurve) -> bool:
         """Whether an event is what its test looked for: a product of real multipliers is none."""
         if kind is not EventKind.TORUS:
@@ -124,6 +131,12 @@ class BeltBranchCurve(BranchCurve):
 
     # With sticks the sign of the determinant depends on where a period begins.
     untested = frozenset({EventKind.BRANCH})
+
+    def multipliers(self, orbits: Sequence[OrbitOnCurve]) -> NDArray[np.complex128]:
+        """Those of `BranchCurve`; a stick takes a deviation away, exactly."""
+        values = super().multipliers(orbits)
+        values[[makeup(orbit).sticks > 0.0 for orbit in orbits], -1] = 0.0
+        return values
 
     def course(self, point: OrbitOnCurve) -> tuple[float, ...]:
         """What changes where the order of modes does."""

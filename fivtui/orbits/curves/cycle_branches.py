@@ -21,7 +21,7 @@ from fivtui.model import (
 )
 
 from .arclength import VALUE, OrbitOnCurve
-from .branch_curve import BeltBranchCurve, BranchCurve, makeup
+from .branch_curve import BranchCurve
 from .doubling import doubled_cycle, doubling_near, halves
 from .events import MOST_POINTS, End, EventKind
 from .following import Followed, Follower, follow_both_ways
@@ -230,20 +230,14 @@ def _follower(curve: BranchCurve, work: Progress) -> Follower[OrbitOnCurve]:
 
 def points_of(curve: BranchCurve, orbits: Sequence[OrbitOnCurve]) -> list[CyclePoint]:
     """Orbits of a curve as limit cycles."""
-    multipliers = np.linalg.eigvals(np.array([orbit.monodromy for orbit in orbits]))
-    sizes = np.abs(multipliers)
-    order = np.argsort(-sizes, axis=1, kind="stable")
-    by_size = np.take_along_axis(multipliers.astype(np.complex128), order, axis=1)
-    if isinstance(curve, BeltBranchCurve):
-        # A stick takes a deviation away, exactly.
-        by_size[[makeup(orbit).sticks > 0.0 for orbit in orbits], -1] = 0.0
+    multipliers = curve.multipliers(orbits)
     unknowns = (np.array([orbit.unknowns for orbit in orbits]) * curve.scales).tolist()
     extremes = np.array([orbit.extremes for orbit in orbits]).tolist()
-    stable = (sizes.max(axis=1) < 1.0).tolist()
+    stable = (np.abs(multipliers[:, 0]) < 1.0).tolist()
     return [
         CyclePoint(value, period, (x, vx, y, vy), low, high, steady, tuple(values))
         for (x, vx, y, vy, period, value), (_, _, low, high, *_), steady, values in zip(
-            unknowns, extremes, stable, by_size.tolist(), strict=True
+            unknowns, extremes, stable, multipliers.tolist(), strict=True
         )
     ]
 

@@ -92,7 +92,7 @@ def from_cycle(system: System, name: str, bounds: tuple[float, float], work: Pro
     value = getattr(system.parameters, name)
     if not bounds[0] <= value <= bounds[1]:
         raise InputError(f"{name} = {value:g}: must be in the range {bounds[0]:g} to {bounds[1]:g}")
-    orbit = _first_cycle(Explorer(system, go_on=work.go_on), name)
+    orbit = _first_cycle(Explorer(system, work=work), name)
     return through(system, name, bounds, work, (orbit.start, orbit.period))
 
 
