@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
@@ -19,11 +19,13 @@ from fivtui.io import (
     write_atomically,
     write_table,
 )
-from fivtui.model import InputError, Mode, Parameters, System, time_tables
+from fivtui.model import InputError, Mode, Parameters, State, System, time_tables
 
 from .derivatives.digits import final_digits
 from .derivatives.sensitivity import Sensitivities
+from .extremes import Extremes
 from .methods import FMU_FLAVOURS, takes_step
+from .request import Request
 from .result import (
     NO_CHANGES,
     ContactForce,
@@ -33,7 +35,7 @@ from .result import (
     Stats,
     Steady,
     Transient,
-    all_events,
+    assemble,
 )
 from .trajectory import COLUMNS, Trajectory, touching
 
@@ -47,6 +49,15 @@ _FIRST_MODE: Final = "first_mode"
 _DIGITS: Final = "final_digits"
 _SENSITIVITIES: Final = "sensitivities"
 _OVER_TIME: Final = "over_time"
+# Records of numbers in the data of a transient.
+_PARTS: Final = {
+    "final": FinalState,
+    "peak": Peak,
+    "steady": Steady,
+    "contact_force": ContactForce,
+    "events": Events,
+    "stats": Stats,
+}
 
 
 def transient_to_dict(transient: Transient) -> dict[str, Any]:
@@ -54,11 +65,11 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
 
     Raises `ComputationError` if a number is not finite.
     """
-    outcome, events = ("final", "peak", "steady", "contact_force"), transient.events
+    transitions = dict(transient.events.transitions)
     data = {
         **_request(transient),
-        **{name: getattr(transient, name)._asdict() for name in outcome},
-        "events": {**events._asdict(), "transitions": dict(events.transitions)},
+        **{name: getattr(transient, name)._asdict() for name in _PARTS if name != "stats"},
+        "events": transient.events._asdict() | {"transitions": transitions},
         "stats": asdict(transient.stats),
     }
     if transient.stop is not None:
@@ -161,52 +172,43 @@ def load_transient(path: Path) -> Transient:
         ) from None
 
 
-def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
-    scene = _scene_of(known, _step_of(known))
+def _from_samples(header: Mapping[str, Any], motion: Trajectory) -> Transient:
+    method = str(header["method"])
+    has_step = method in FMU_FLAVOURS or takes_step(method)
+    request = _request_of(header, header.get("step") if has_step else None)
     off = ~touching(motion.mode)
     edges = np.flatnonzero(off[1:] != off[:-1])
     switches = _crossings(motion, edges)
-    first_mode, changes = Mode(int(motion.mode[0])), _mode_changes(motion, switches)
-    on_belt = scene["system"].parameters.v_belt is not None
-    separations = int(np.count_nonzero(off[1:][edges]))
-    late = motion.y[motion.t >= 0.5 * motion.t[-1]]
-    y_max, y_min = float(motion.y.max()), float(motion.y.min())
-    first, last = (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
+    changes = _mode_changes(motion, switches)
     bounds = np.concatenate(([motion.t[0]], switches, [motion.t[-1]]))
-    separated = np.diff(bounds)[0 if off[0] else 1 :: 2]
-    return Transient(
-        **scene,
-        final=FinalState(
-            *(float(values[-1]) for values in (motion.t, motion.x, motion.vx, motion.y, motion.vy))
-        ),
-        peak=Peak(
-            y_abs=max(y_max, -y_min),
-            y_max=y_max,
-            y_min=y_min,
-            x_abs=float(np.abs(motion.x).max()),
-            vx_max=float(motion.vx.max()),
-        ),
-        steady=Steady(y_half_range=0.5 * float(late.max() - late.min())),
-        contact_force=ContactForce(min=float(motion.P.min()), max=float(motion.P.max())),
-        events=all_events(
-            Events(
-                separations=separations,
-                reattachments=switches.size - separations,
-                separated_time=float(separated.sum()),
-                first=first,
-                last=last,
-            ),
-            scene["system"].parameters,
-            first_mode,
-            changes,
-            float(motion.t[-1]),
-        ),
+    run = assemble(
+        request,
+        final=_state(motion),
+        whole=_extremes(motion, 0.0),
+        second_half=_extremes(motion, 0.5),
+        switches=switches,
+        separations=int(np.count_nonzero(off[1:][edges])),
+        separated_time=float(np.diff(bounds)[0 if off[0] else 1 :: 2].sum()),
         stats=Stats(steps=motion.t.size - 1),
-        switch_times=switches,
-        first_mode=first_mode,
+        first_mode=Mode(int(motion.mode[0])),
         trajectory=motion,
-        changes=changes if on_belt else NO_CHANGES,
+        solution=None,
+        changes=changes if request.parameters.v_belt is not None else NO_CHANGES,
     )
+    return replace(run, final=run.final._replace(t=float(motion.t[-1])))
+
+
+def _state(motion: Trajectory) -> State:
+    x, vx, y, vy = (float(values[-1]) for values in (motion.x, motion.vx, motion.y, motion.vy))
+    return (x, vx, y, vy)
+
+
+def _extremes(motion: Trajectory, share: float) -> Extremes:
+    # Of the samples after this share of the time.
+    late = motion.t >= share * motion.t[-1]
+    x, y = motion.x[late], motion.y[late]
+    ends = (x.min(), y.min(), x.max(), y.max(), motion.vx[late].max())
+    return Extremes(*map(float, ends))
 
 
 def _mode_changes(
@@ -219,11 +221,6 @@ def _mode_changes(
     times = 0.5 * (motion.t[places] + motion.t[places + 1])
     times[touching(first) != touching(then)] = switches
     return np.stack((times, first, then), axis=1)
-
-
-def _step_of(known: Mapping[str, Any]) -> float | None:
-    method, step = str(known["method"]), known.get("step")
-    return step if method in FMU_FLAVOURS or takes_step(method) else None
 
 
 def _crossings(
@@ -257,18 +254,15 @@ def restore_transient(path: Path) -> Transient:
     try:
         with opened(path) as file, npz_arrays(file) as archive:
             arrays = {name: archive[name] for name in archive.files}
-        said = json.loads(str(arrays[_SAID]))
-        derived = said.get(_SENSITIVITIES)
+        data = json.loads(str(arrays[_SAID]))
+        request, derived = _request_of(data, data["step"]), data.get(_SENSITIVITIES)
         return Transient(
-            **_scene_of(said, said["step"]),
-            final=FinalState(**said["final"]),
-            peak=Peak(**said["peak"]),
-            steady=Steady(**said["steady"]),
-            contact_force=ContactForce(**said["contact_force"]),
-            events=Events(**said["events"]),
-            stats=Stats(**said["stats"]),
+            request.system,
+            request.initial,
+            **{name: getattr(request, name) for name in ("t_end", "method", "tol", "step")},
+            **{name: kind(**data[name]) for name, kind in _PARTS.items()},
             switch_times=arrays[_SWITCHES],
-            first_mode=Mode(said[_FIRST_MODE]),
+            first_mode=Mode(data[_FIRST_MODE]),
             trajectory=Trajectory(*(arrays[column.name] for column in COLUMNS)),
             sensitivities=Sensitivities.from_dict(derived) if derived is not None else None,
             changes=arrays.get(_CHANGES, NO_CHANGES),
@@ -277,14 +271,13 @@ def restore_transient(path: Path) -> Transient:
         raise InputError(f"{path}: damaged") from None
 
 
-def _scene_of(said: Mapping[str, Any], step: float | None) -> dict[str, Any]:
-    x, vx, y, vy = (float(value) for value in said["start"])
-    p = Parameters().with_values(said["parameters"])
-    return {
-        "system": System(p, bool(said["separation"]), time_tables(said.get(_OVER_TIME, {}))),
-        "start": (x, vx, y, vy),
-        "t_end": float(said["t_end"]),
-        "method": str(said["method"]),
-        "tol": float(said["tol"]),
-        "step": step,
-    }
+def _request_of(data: Mapping[str, Any], step: float | None) -> Request:
+    p = Parameters().with_values(data["parameters"])
+    return Request(
+        System(p, bool(data["separation"]), time_tables(data.get(_OVER_TIME, {}))),
+        t_end=float(data["t_end"]),
+        tol=float(data["tol"]),
+        start=[float(value) for value in data["start"]],
+        method=str(data["method"]),
+        step=step,
+    )
