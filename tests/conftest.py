@@ -8,16 +8,18 @@ from collections.abc import Generator
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, is_hypothesis_test, settings
 
-# No test depends on how fast the machine is; the checks run the same examples every time.
+# No test depends on how fast the machine is; the checks run the same examples every time. With
+# `-m whole` the tests of random examples run too, with many more.
 settings.register_profile(
     "fivtui",
+    max_examples=40,
     deadline=None,
     derandomize="CI" in os.environ,
     suppress_health_check=[HealthCheck.too_slow],
 )
-settings.load_profile("fivtui")
+settings.register_profile("whole", settings.get_profile("fivtui"), max_examples=1000)
 
 # A third of a test of the laboratory would go into looking at what stays anyway.
 gc.set_threshold(50_000, 20, 50)
@@ -30,6 +32,11 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
     """One process more than processors, as some tests wait for others."""
     return (yield) + 1
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose the number of random examples."""
+    settings.load_profile("whole" if config.option.markexpr == "whole" else "fivtui")
 
 
 _ROOT = Path(__file__).parents[1]
@@ -55,8 +62,11 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Tests of whole counts may take an hour."""
     for item in items:
+        if config.option.markexpr == "whole" and is_hypothesis_test(getattr(item, "obj", None)):
+            item.add_marker(pytest.mark.whole)
         if item.get_closest_marker("whole") is not None:
             item.add_marker(pytest.mark.timeout(3600.0))

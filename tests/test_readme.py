@@ -11,7 +11,13 @@ import pytest
 
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.tradeoffs import measure
-from tests.support.readme_commands import hide_extras, reduced, run_blocks, shorten_branches
+from tests.support.readme_commands import (
+    hide_extras,
+    reduced,
+    run_blocks,
+    shorten,
+    shorten_searches,
+)
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -85,10 +91,10 @@ def test_the_blocks_run_in_order_in_one_folder_as_installed_there(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     hide_extras(monkeypatch)
-    monkeypatch.setattr(measure, "QUICK_S", 1.0)
+    shorten(monkeypatch)
     if name == "belt.md":
         # On belts of finite speed cycles are followed by interpreted code.
-        shorten_branches(monkeypatch)
+        shorten_searches(monkeypatch)
     check_scripts(check_blocks(blocks_of(name, first), reduced))
 
 
@@ -106,7 +112,7 @@ def test_the_blocks_run_with_all_their_points(
 def test_reduced_commands_differ_in_counts_alone() -> None:
     words = "map --over F=20:150:27 --over k_nl=5:50:4:log --vary mu~uniform:0.2:0.8 --samples 1024"
     assert " ".join(reduced(words.split())) == (
-        "map --over F=20:150:2 --over k_nl=5:50:2:log --vary mu~uniform:0.2:0.8 --samples 256"
+        "map --over F=20:150:2 --over k_nl=5:50:2:log --vary mu~uniform:0.2:0.8 --samples 64"
     )
     assert reduced(["branch", "--vary", "mu=0.2:1"]) == ["branch", "--vary", "mu=0.2:1"]
 

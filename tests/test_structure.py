@@ -221,7 +221,9 @@ for package in modules:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize(
+    "seed", [1, *(pytest.param(n, marks=pytest.mark.whole) for n in range(2, 9))]
+)
 def test_modules_are_imported_in_any_order_and_hide_no_function(seed: int) -> None:
     # `__main__` starts a program.
     chosen = [name for name in SOURCES if not name.endswith("__main__")]

@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings, strategies as st
+from hypothesis import assume, example, given, strategies as st
 
 from fivtui import Parameters, stability
 from fivtui.equilibrium.critical import _least_nonnegative
@@ -86,7 +86,6 @@ def crossings_by_scan(p: Parameters, highest: float) -> list[float]:
     return found
 
 
-@settings(max_examples=60)
 @given(moderate_parameters())
 def test_the_closed_form_finds_every_crossing_of_an_eigenvalue_scan(p: Parameters) -> None:
     assume(p.c1 + p.c2 > 0.05)
@@ -99,7 +98,6 @@ def test_the_closed_form_finds_every_crossing_of_an_eigenvalue_scan(p: Parameter
         assert len(closed) == len(scanned)
 
 
-@settings(max_examples=200)
 @given(wide_parameters(damped_and_coupled=True))
 def test_the_growth_rate_vanishes_at_a_critical_friction_coefficient(p: Parameters) -> None:
     for critical in stability(p).critical_mu:
@@ -128,7 +126,6 @@ def test_a_crossing_is_found_to_the_last_bit_whatever_the_function(
     assert _least_nonnegative(growing, 0.0, 0.5 * root) is None
 
 
-@settings(max_examples=300)
 @given(wide_parameters(damped_and_coupled=True))
 def test_along_mu_the_equilibrium_is_stable_below_the_crossing_and_unstable_above(
     p: Parameters,

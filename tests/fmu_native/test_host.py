@@ -172,7 +172,7 @@ def test_its_library_is_unloaded(fmu: Path, tmp_path: Path) -> None:
 def test_nothing_harms_it_and_its_memory_does_not_grow(
     compiler: list[str], tmp_path: Path, steps: int, instances: int, rounds: int
 ) -> None:
-    program = attacked(tmp_path, compiler, "-O1")
+    program = attacked(tmp_path, compiler, "-Og")
     pages = [int(line) for line in run(program, steps, instances, rounds).splitlines()]
     assert len(pages) == 2
     assert max(pages) < 25

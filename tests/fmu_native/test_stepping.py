@@ -46,7 +46,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
         (target.parent / header).write_text(content, encoding="utf-8")
     includes = [f"-I{NATIVE}", f"-I{KERNEL}", f"-I{target.parent}"]
     text = [str(HERE / "stepping.c"), "-lm"]
-    subprocess.run([*cc, *flags, "-O1", *includes, "-shared", "-o", str(target), *text], check=True)
+    subprocess.run([*cc, *flags, "-Og", *includes, "-shared", "-o", str(target), *text], check=True)
     found = ctypes.CDLL(str(target))
     number, count, room = ctypes.c_double, ctypes.c_int64, ctypes.c_void_p
     for name, result, arguments in (

@@ -251,10 +251,13 @@ def _fewest_steps(steps: list[tuple[float, float]]) -> list[tuple[float, float]]
     return [(begin, whole)] if begin + whole == last + h > begin else steps
 
 
+@pytest.mark.parametrize("examples", [40, pytest.param(400, marks=pytest.mark.whole)])
 @pytest.mark.parametrize("flavour", [PYTHON, NATIVE])
-def test_any_sequence_of_calls_does_what_the_standard_says(flavour: str, tmp_path: Path) -> None:
+def test_any_sequence_of_calls_does_what_the_standard_says(
+    flavour: str, examples: int, tmp_path: Path
+) -> None:
     Calls.told_at_once = flavour == NATIVE
     with Driver(build_fmu(tmp_path / "slider_belt.fmu", flavour=flavour)) as Calls.driver:
         run_state_machine_as_test(
-            Calls, settings=settings(max_examples=100, stateful_step_count=30, deadline=None)
+            Calls, settings=settings(max_examples=examples, stateful_step_count=30, deadline=None)
         )

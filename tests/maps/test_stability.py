@@ -26,7 +26,6 @@ def value_at(p: Parameters, value: str, over: tuple[str, str] = ("F", "mu")) -> 
     return float(found.values[0, 0])
 
 
-@settings(max_examples=300)
 @given(wide_parameters())
 @example(Parameters(m=1e3, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.01, F=0.0, k_nl=0.0, mu=0.0))
 @example(Parameters(m=1.0, k1=1.0, k2=1.0, k3=1.0, c1=0.0, c2=0.0, F=0.0, k_nl=0.0, mu=0.5))

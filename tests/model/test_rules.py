@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings, strategies as st
+from hypothesis import assume, given, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.equilibrium.arrays import StabilityPoints
@@ -113,7 +113,6 @@ def test_the_mode_at_the_switch_is_the_sign_of_the_first_derivative_of_y_that_is
 
 
 @given(moderate_parameters(), states(), st.sampled_from([1e-15, 1e-12, 1e-8]))
-@settings(max_examples=50)
 def test_a_step_ends_where_the_last_terms_reach_the_tolerance(
     p: Parameters, state: State, tol: float
 ) -> None:

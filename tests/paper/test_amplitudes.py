@@ -140,7 +140,7 @@ def test_an_interrupt_ends_all_processes_without_traceback(tmp_path: Path) -> No
         "from fivtui.scene.presets import PRESETS\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "    base = replace(PRESETS['base'], method='rk4', t_end=2.0)\n"
+        "    base = replace(PRESETS['base'], method='rk4', t_end=0.5)\n"
         "    scenes = [base.with_values({'F': 20.0 + k}) for k in range(400)]\n"
         "    def begun(done):\n"
         "        if done:\n"

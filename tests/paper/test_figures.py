@@ -1,7 +1,7 @@
 """The paper's figures, drawn and saved."""
 
-import io
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.paper.amplitudes import Amplitude
-from fivtui.paper.drawing import draw
+from fivtui.paper.drawing import draw as paper_figure
 from fivtui.paper.export import NUMBERS, figure_files, figure_numbers, save_figures
 from fivtui.paper.families import PANELS
 from fivtui.paper.results import PaperResults
@@ -33,6 +33,12 @@ def invented(scenes: Sequence[Scene], **more: Any) -> list[Amplitude]:
         Amplitude(scene.parameters.F + scene.separation, scene.parameters.k_nl, 7, 1.0)
         for scene in scenes
     ]
+
+
+@cache
+def draw(number: int, results: PaperResults) -> Figure:
+    """Draw a figure once for all tests, which look at it alone."""
+    return paper_figure(number, results)
 
 
 @pytest.fixture(scope="module")
@@ -83,8 +89,7 @@ def test_a_figure_belongs_to_no_window_and_fits_its_frame(
 ) -> None:
     figure = draw(number, results)
     assert isinstance(figure.canvas, FigureCanvasAgg)
-    tight = io.BytesIO()
-    figure.savefig(tight, format="png", dpi=50)
+    figure.draw_without_rendering()
     box = figure.get_tightbbox()
     width, height = figure.get_size_inches()
     assert box.x0 >= -0.01

@@ -6,19 +6,23 @@ import re
 import shlex
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 from importlib.metadata import packages_distributions, requires
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import pytest
 
 from fivtui.cli import run
 from fivtui.orbits.curves.following import Follower
+from fivtui.scene import Scene, comparison
 
 # What this process itself needs is not hidden.
 _OF_TESTS: Final = ("test", "dev")
-# Reduced counts: points of an axis, samples, points of a branch.
-_AXIS, _SAMPLES, _BRANCH = 2, 256, 12
+# Reduced counts: points of an axis, samples, points of a branch, starts of a search; seconds of a
+# comparison and for a trade-off.
+_AXIS, _SAMPLES, _BRANCH, _STARTS = 2, 64, 12, (1e-3, 1.0, 30.0)
+_COMPARED_S, _TRADEOFF_S = 20.0, 0.2
 _COUNT: Final = re.compile(r"^(\w+=[^:]+:[^:]+):(\d+)")
 
 
@@ -51,11 +55,23 @@ def hide_extras(patch: pytest.MonkeyPatch) -> None:
         patch.setitem(sys.modules, package, None)
 
 
-def shorten_branches(patch: pytest.MonkeyPatch) -> None:
-    """Have branches end after a few points."""
+def shorten(patch: pytest.MonkeyPatch) -> None:
+    """Have comparisons and trade-offs take less time, where no option says how long."""
+    patch.setattr("fivtui.tradeoffs.measure.QUICK_S", _TRADEOFF_S)
+    run_case = comparison._case_runs
+
+    def run_shorter(scene: Scene, *rest: Any) -> Any:
+        return run_case(replace(scene, t_end=_COMPARED_S), *rest)
+
+    patch.setattr(comparison, "_case_runs", run_shorter)
+
+
+def shorten_searches(patch: pytest.MonkeyPatch) -> None:
+    """Have branches end after a few points, and cycles be searched from a few starts."""
     defaults = Follower.__init__.__kwdefaults__
     assert defaults is not None
     patch.setitem(defaults, "most", _BRANCH)
+    patch.setattr("fivtui.orbits.explorer._OFFSETS", _STARTS)
 
 
 def reduced(words: list[str]) -> list[str]:

@@ -1,8 +1,8 @@
-"""Kills a sweep at every one of its file operations, and lets it go on.
+"""Kills a sweep at its file operations, and lets it go on.
 
-``python -m tests.support.sweep_kill FOLDER SUFFIX`` prints how many operations there were; it
-fails if anything but the right file is ever left. The kills are those of the operating system:
-nothing of the program runs after them.
+``python -m tests.support.sweep_kill FOLDER SUFFIX STRIDE`` kills it at every operation whose number
+is a multiple of STRIDE, and prints the last; it fails if anything but the right file is ever left.
+The kills are those of the operating system: nothing of the program runs after them.
 """
 
 import os
@@ -72,17 +72,17 @@ def check(folder: Path, suffix: str, right: bytes, operation: int, force: bool) 
 
 
 def main() -> None:
-    folder, suffix = Path(sys.argv[1]), sys.argv[2]
+    folder, suffix, stride = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
     whole = folder / f"whole{suffix}"
     run(whole, False)
     right = whole.read_bytes()
     counts = []
     # What replaces a file differs in this alone, and not by the format.
     for force in (False, True) if suffix == ".csv" else (False,):
-        operation = 1
+        operation = stride
         while check(folder, suffix, right, operation, force):
-            operation += 1
-        counts.append(operation - 1)
+            operation += stride
+        counts.append(operation - stride)
     print(*counts)
 
 

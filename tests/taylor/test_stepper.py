@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.model import System
@@ -92,7 +92,6 @@ def test_the_error_falls_with_the_tolerance(order: int) -> None:
     assert errors[0] > 30.0 * errors[1] > 900.0 * errors[2]
 
 
-@settings(max_examples=60)
 @given(moderate_parameters(), states(), st.booleans())
 def test_segments_join_and_keep_to_their_mode(
     p: Parameters, start: State, separation: bool

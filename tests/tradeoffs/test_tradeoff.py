@@ -30,7 +30,7 @@ from fivtui.transient.request import Request
 from tests.references import REFERENCES
 from tests.support.kernels import INTERPRETED
 
-SHORT = replace(PRESETS["base"], t_end=6.0)
+SHORT = replace(PRESETS["base"], t_end=4.0)
 
 
 def row(cpu_s: float, error: float | None) -> MeasuredSetting:

@@ -3,7 +3,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings, strategies as st
+from hypothesis import assume, example, given, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.model.errors import Cancelled, ComputationError, InputError
@@ -68,7 +68,6 @@ def test_both_kernels_agree_on_the_reference_scenes(name: str, tol: float) -> No
     assert other.stats.steps == pytest.approx(one.stats.steps, abs=2)
 
 
-@settings(max_examples=300)
 @example(
     Parameters(m=1.0, k1=54.0, k2=20.0, k3=0.0, c1=1.875, c2=0.0, F=2.0, k_nl=239.0, mu=1.5),
     (1.75, 1.0, 0.0, 0.0),
@@ -101,7 +100,6 @@ def test_both_kernels_agree_to_rounding(
     assert_same(one, other, close=1e-9 if tol < 1e-7 else 1e-3, again=again)
 
 
-@settings(max_examples=100)
 @given(wide_parameters(), st.booleans())
 def test_both_kernels_agree_over_many_orders_of_magnitude(p: Parameters, separation: bool) -> None:
     t_end = 30.0 * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
@@ -111,7 +109,6 @@ def test_both_kernels_agree_over_many_orders_of_magnitude(p: Parameters, separat
     assert_same(one, other, close=1e-9, again=again)
 
 
-@settings(max_examples=50)
 @given(moderate_parameters(), states(), st.floats(0.5, 20.0))
 def test_extremes_are_those_of_the_dense_output(p: Parameters, start: State, t_end: float) -> None:
     r = simulate(p, t_end=t_end, start=start, samples="dense", kernel="compiled")

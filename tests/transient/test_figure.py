@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
@@ -105,7 +105,6 @@ def test_every_curve_shows_its_column_to_the_last_extreme(
             assert low <= values.min() < values.max() <= high
 
 
-@settings(max_examples=50)
 @given(samples=st.integers(2, 40_000))
 def test_a_line_is_reduced_to_a_bounded_number_of_samples_without_loss_of_extremes(
     samples: int,

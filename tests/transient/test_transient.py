@@ -30,8 +30,8 @@ def test_every_method_gives_the_same_transient(
     method: str, setting: dict[str, Any], expected: float, separation: bool
 ) -> None:
     p = Parameters()
-    exact = simulate(p, t_end=30.0, separation=separation)
-    other = simulate(p, t_end=30.0, separation=separation, method=method, **setting)
+    exact = simulate(p, t_end=12.0, separation=separation)
+    other = simulate(p, t_end=12.0, separation=separation, method=method, **setting)
     assert other.method == method
     assert other.events.separations == exact.events.separations
     assert other.events.separated_time == pytest.approx(exact.events.separated_time, abs=expected)
