@@ -3,12 +3,14 @@
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields
-from typing import Any, Final
+from typing import Any, Final, TypeVar, dataclass_transform
 
 from .model import Interval
 
 ANY_WHOLE: Final = Interval(-math.inf)
 _OPTION: Final = "option"
+
+Options = TypeVar("Options")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,14 +59,20 @@ class Option:
         return [word for single in values for word in (self.flag, str(single))]
 
 
+def option_field(declared: Option, default: Any = None) -> Any:
+    """A field that is an option; its default is empty if it may be repeated."""
+    return field(default=() if declared.multiple else default, metadata={_OPTION: declared})
+
+
 def option(flag: str, help: str, default: Any = None, **details: Any) -> Any:  # noqa: A002
-    """A field of a dataclass that is an option, see `Option`."""
+    """A field that is an option, see `Option`."""
     return option_field(Option(flag=flag, help=help, **details), default)
 
 
-def option_field(declared: Option, default: Any = None) -> Any:
-    """A field of a dataclass for an option; its default is empty if it may be repeated."""
-    return field(default=() if declared.multiple else default, metadata={_OPTION: declared})
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+def declaration(of: type[Options]) -> type[Options]:
+    """A class whose fields are options; made more quickly than a frozen dataclass."""
+    return dataclass(kw_only=True, eq=False, repr=False)(of)
 
 
 def flag(name: str, help: str) -> Any:  # noqa: A002

@@ -1,12 +1,11 @@
 """Commands for stability, stability maps and attractors."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fivtui.maps import MapOptions
 from fivtui.model import ALL_PARAMETERS, PARAMETERS, InputError
-from fivtui.options import flag, option
+from fivtui.options import declaration, flag, option
 from fivtui.transient import START_SPECS, setting, start_of
 
 from .arguments import times_words
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from fivtui.scene import Scene
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class StabilityOptions:
     """Options of ``fivtui stability``."""
 
@@ -93,7 +92,7 @@ def _coexisting(scene: "Scene") -> Any:
         return coexistence(scene.system, progress=progress)
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class AttractorsOptions:
     """Options of ``fivtui attractors``."""
 

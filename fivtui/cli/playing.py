@@ -1,13 +1,12 @@
 """Commands that show and sound a run, and set it beside measured data."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import click
 
 from fivtui.measured import ValidateOptions
 from fivtui.model import InputError, parse_number, read_number
-from fivtui.options import option
+from fivtui.options import declaration, option
 from fivtui.transient import RunOptions
 
 from .command import Call, command
@@ -50,7 +49,7 @@ def number_of(flag: str, text: str | None) -> float | None:
     return None if text is None else parse_number(flag, text, "a number above 0")
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class AnimateOptions(RunOptions):
     """Options of ``fivtui animate``."""
 
@@ -84,7 +83,7 @@ def animate(call: Call[AnimateOptions]) -> None:
     call.outputs.show("film", result)
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class SoundOptions(RunOptions):
     """Options of ``fivtui sound``."""
 

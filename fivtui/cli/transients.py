@@ -1,10 +1,10 @@
 """Commands that run one scene."""
 
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fivtui.model import InputError
+from fivtui.options import declaration
 from fivtui.transient import SimulateOptions, setting
 
 from .command import Call, NoOptions, command
@@ -127,7 +127,7 @@ def compare(call: Call[NoOptions]) -> None:
     say_written(result.fmu, result.figure)
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class AccuracyOptions:
     """Options of ``fivtui accuracy``."""
 

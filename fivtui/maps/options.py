@@ -1,13 +1,11 @@
 """Options of ``fivtui map``."""
 
-from dataclasses import dataclass
-
 from fivtui.model import PARAMETERS
-from fivtui.options import option
+from fivtui.options import declaration, option
 from fivtui.transient import setting
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class MapOptions:
     """Options of ``fivtui map``."""
 

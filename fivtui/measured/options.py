@@ -1,13 +1,12 @@
 """Options of ``fivtui validate``."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
-from fivtui.options import option
+from fivtui.options import declaration, option
 from fivtui.transient import RunOptions
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class ValidateOptions(RunOptions):
     """Options of ``fivtui validate``."""
 

@@ -1,13 +1,11 @@
 """Options of ``fivtui branch``."""
 
-from dataclasses import dataclass
-
 from fivtui.model import PARAMETERS
-from fivtui.options import flag, option
+from fivtui.options import declaration, flag, option
 from fivtui.transient import setting
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class BranchOptions:
     """Options of ``fivtui branch``."""
 

@@ -1,10 +1,9 @@
 """Options of ``fivtui uncertainty``."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fivtui.model import ALL_PARAMETERS, Interval
-from fivtui.options import ANY_WHOLE, option, option_field
+from fivtui.options import ANY_WHOLE, declaration, option, option_field
 from fivtui.sweeps import PIECE, SCHEDULER, WORKERS
 from fivtui.transient import START_SPECS, setting
 
@@ -12,7 +11,7 @@ if TYPE_CHECKING:
     from fivtui.sweeps import ScatterKind
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class UncertaintyOptions:
     """Options of ``fivtui uncertainty``."""
 

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from fivtui.model import ALL_PARAMETERS, InputError, Interval, unknown_name
-from fivtui.options import ANY_WHOLE, Option, flag, option, option_field
+from fivtui.options import ANY_WHOLE, Option, declaration, flag, option, option_field
 from fivtui.transient import OVER_TIME, START_SPECS, setting
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ PIECE: Final = Option(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class SweepOptions:
     """Options of ``fivtui sweep``."""
 

@@ -1,12 +1,10 @@
 """Options of ``fivtui tradeoff``."""
 
-from dataclasses import dataclass
-
-from fivtui.options import flag
+from fivtui.options import declaration, flag
 from fivtui.transient import setting
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class TradeoffOptions:
     """Options of ``fivtui tradeoff``."""
 

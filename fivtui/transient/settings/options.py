@@ -1,11 +1,10 @@
 """Options of the commands that compute one run."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, Interval
-from fivtui.options import Option, option, option_field
+from fivtui.options import Option, declaration, option, option_field
 
 from .table import setting
 
@@ -19,7 +18,7 @@ OVER_TIME: Final = Option(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class RunOptions:
     """A run of which more is computed."""
 
@@ -32,7 +31,7 @@ class RunOptions:
     over_time: Path | None = option_field(OVER_TIME)
 
 
-@dataclass(frozen=True, kw_only=True)
+@declaration
 class SimulateOptions:
     """Options of ``fivtui simulate``."""
 

@@ -1,0 +1,65 @@
+"""Options declared once: what a copied command line says is what the command reads."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fivtui.cli import commands
+from fivtui.maps import MapOptions
+from fivtui.measured import ValidateOptions
+from fivtui.options import Option, options_of, settings_of, words_of
+from fivtui.orbits import BranchOptions
+from fivtui.reliability import UncertaintyOptions
+from fivtui.sweeps import SweepOptions
+from fivtui.tradeoffs import TradeoffOptions
+from fivtui.transient import SETTINGS, SimulateOptions
+
+DECLARED = {
+    "map": MapOptions,
+    "validate": ValidateOptions,
+    "branch": BranchOptions,
+    "uncertainty": UncertaintyOptions,
+    "sweep": SweepOptions,
+    "tradeoff": TradeoffOptions,
+    "simulate": SimulateOptions,
+}
+
+
+def another_value(declared: Option, default: Any) -> Any:
+    """A value that is not the default."""
+    if declared.whole is not None:
+        return 7
+    if declared.choices:
+        return declared.choices[-1]
+    if declared.multiple:
+        return ("a=1", "b=-2")
+    if declared.metavar is None:
+        return not default
+    return Path("a.csv") if declared.file else "-1,5"
+
+
+@pytest.mark.parametrize("name", DECLARED)
+def test_the_words_of_options_are_read_as_the_same_options(name: str) -> None:
+    values = {
+        key: another_value(declared, default)
+        for key, (declared, default) in options_of(DECLARED[name]).items()
+    }
+    required = {
+        key: values[key]
+        for key, (declared, _) in options_of(DECLARED[name]).items()
+        if declared.required
+    }
+    for given in (values, required):
+        options = DECLARED[name](**given)
+        read = commands.commands[name].make_context(name, words_of(options)).params
+        assert {key: read[key] for key in values} == vars(options)
+
+
+def test_an_option_of_a_setting_is_that_of_the_table() -> None:
+    for declaration in DECLARED.values():
+        assert set(settings_of(declaration)) <= set(SETTINGS)
+        for declared, _ in options_of(declaration).values():
+            if declared.setting:
+                of_table = SETTINGS[declared.setting].option
+                assert (declared.flag, declared.metavar) == (of_table.flag, of_table.metavar)
