@@ -3,8 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .charts import belt_chart
     from .figure import animate, check_film_path
-    from .shapes import MODE_NAMES, Layout, Shape, layout_of, shapes_at
+    from .shapes import Layout, layout_of
     from .timing import Timing, usual_speed
 else:
     from fivtui.lazy import lazily

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .comparison import QUANTITIES, Criterion, Validation, validate
+    from .charts import overlay_chart, overlay_spectra
+    from .comparison import QUANTITIES, Validation, validate
     from .options import ValidateOptions
     from .reading import read_measurement
     from .tolerances import Tolerances, read_tolerances

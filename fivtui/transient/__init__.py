@@ -3,6 +3,20 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .charts import (
+        TIME_LABEL,
+        PlottedRun,
+        column_label,
+        contact_strips,
+        difference_chart,
+        growing_run,
+        path_chart,
+        phase_chart,
+        plotted_run,
+        second_half,
+        time_chart,
+        window_words,
+    )
     from .derivatives.variation import EXTREMES, START_SEEDS, Variation, vary
     from .errors import (
         PARTED,

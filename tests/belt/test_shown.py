@@ -13,9 +13,7 @@ from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.scene import Scene, load_scene, save_scene
 from fivtui.transient import Transient, transient_figure, transient_rows
-from fivtui.tui.chart.picture import draw
-from fivtui.tui.session.session import Session
-from fivtui.tui.tabs.charts.transient import (
+from fivtui.transient.charts import (
     difference_chart,
     growing_run,
     path_chart,
@@ -23,6 +21,8 @@ from fivtui.tui.tabs.charts.transient import (
     plotted_run,
     time_chart,
 )
+from fivtui.tui.chart.picture import draw
+from fivtui.tui.session.session import Session
 
 START = (-2.0, -4.0, 0.3, 1.0)
 
@@ -68,8 +68,7 @@ def test_time_charts_mark_off_the_belt_and_stick_as_they_come_and_afterwards(
 ) -> None:
     assert belt.trajectory is not None
     plotted = plotted_run(belt, "run 1")
-    scene = Scene("belt", "", belt.parameters, t_end=belt.t_end)
-    growing = growing_run(belt.trajectory, scene, "run 1")
+    growing = growing_run(belt.trajectory, belt.system, belt.t_end, name="run 1")
     assert plotted is not None
     for each in (plotted, growing):
         for chart in (

@@ -15,7 +15,19 @@ from textual.widgets import Static
 from fivtui.charts import Axis, Heading
 from fivtui.equilibrium import stability
 from fivtui.model import ComputationError, InputError
-from fivtui.transient import Transient
+from fivtui.signals import spectrum_chart
+from fivtui.transient import (
+    TIME_LABEL,
+    PlottedRun,
+    Transient,
+    difference_chart,
+    growing_run,
+    path_chart,
+    phase_chart,
+    plotted_run,
+    second_half,
+    time_chart,
+)
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import (
     Run,
@@ -27,18 +39,6 @@ from fivtui.tui.session import (
     usual_style,
 )
 
-from .charts.transient import (
-    TIME_LABEL,
-    PlottedRun,
-    difference_chart,
-    growing_run,
-    path_chart,
-    phase_chart,
-    plotted_run,
-    second_half,
-    spectrum_chart,
-    time_chart,
-)
 from .messages import LiveRequested
 from .motion.belt import BeltView
 from .motion.measured import MeasuredView
@@ -173,8 +173,14 @@ class TransientPane(ViewsPane):
         """Display the part of a run computed so far."""
         trajectory = run.partial.trajectory()
         if trajectory is not None:
-            name, style = _number(run), run.style
-            drawn = growing_run(trajectory, run.scene, name, style.marker_sign, style.colour_code)
+            drawn = growing_run(
+                trajectory,
+                run.scene.system,
+                run.scene.t_end,
+                name=_number(run),
+                mark=run.style.marker_sign,
+                colour=run.style.colour_code,
+            )
             self._show([drawn], run)
 
     def _show(self, plotted: list[PlottedRun], first: Run | None) -> None:

@@ -5,27 +5,25 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fivtui import Parameters
 from fivtui.charts.axis import Axis, axis_for, parse_limits
 from fivtui.charts.chart import Backdrop, Chart, Cursors, Guide, Trace, View
 from fivtui.charts.reading import cursor_words, nearest, nearest_along
 from fivtui.charts.shades import Shade
 from fivtui.model.errors import InputError
-from fivtui.scene import Scene
+from fivtui.signals.charts import spectrum_chart
 from fivtui.signals.spectra import spectrum
 from fivtui.simulation import simulate
-from fivtui.tui.chart.picture import MARGIN, draw
-from fivtui.tui.chart.raster import Raster
-from fivtui.tui.chart.styles import CHART_STYLES
-from fivtui.tui.session.runs import PartialTrajectory
-from fivtui.tui.tabs.charts.transient import (
+from fivtui.transient.charts import (
     difference_chart,
     growing_run,
     phase_chart,
     plotted_run,
-    spectrum_chart,
     time_chart,
 )
+from fivtui.tui.chart.picture import MARGIN, draw
+from fivtui.tui.chart.raster import Raster
+from fivtui.tui.chart.styles import CHART_STYLES
+from fivtui.tui.session.runs import PartialTrajectory
 
 T = np.linspace(0.0, 10.0, 1001)
 SINE = Chart("t (s)", "y (m)", (Trace("one", T, np.sin(T)), Trace("two", T, 2.0 * np.cos(T))))
@@ -250,7 +248,7 @@ def test_the_charts_of_the_base_scene() -> None:
     assert "f₁ 0.753" in peaks.note
     assert [guide.label for guide in peaks.guides] == ["f₁", "2f₁", "3f₁"]
     assert run.trajectory is not None
-    seen = growing_run(run.trajectory, Scene("base", "", Parameters())).separated
+    seen = growing_run(run.trajectory, run.system, run.t_end).separated
     assert len(seen) == pytest.approx(len(run.separated_intervals), abs=2)
     assert sum(b - a for a, b in seen) == pytest.approx(71.0, abs=1.0)
 

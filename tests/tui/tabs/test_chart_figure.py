@@ -26,11 +26,11 @@ from fivtui.maps import map_chart, stability_map
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.simulation import simulate
+from fivtui.transient.charts import phase_chart, plotted_run, time_chart
 from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.screen import LabScreen
-from fivtui.tui.tabs.charts.transient import phase_chart, plotted_run, time_chart
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane

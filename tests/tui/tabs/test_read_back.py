@@ -15,25 +15,25 @@ from fivtui.maps import map_chart, stability_map
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
+from fivtui.signals.charts import spectrum_chart
 from fivtui.simulation import simulate
 from fivtui.sweeps import grid_chart, sweep_chart
 from fivtui.tradeoffs import tradeoff_chart
 from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
+from fivtui.transient.charts import (
+    PlottedRun,
+    difference_chart,
+    phase_chart,
+    plotted_run,
+    time_chart,
+)
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.charts.map import point_texts
 from fivtui.tui.tabs.charts.sweep import case_of, point_scene
 from fivtui.tui.tabs.charts.tradeoff import COLUMNS, table_rows
-from fivtui.tui.tabs.charts.transient import (
-    PlottedRun,
-    difference_chart,
-    phase_chart,
-    plotted_run,
-    spectrum_chart,
-    time_chart,
-)
 from tests.support import own_slider
 from tests.support.reading_charts import Reading
 from tests.test_figures_read_back import made_up, output_value

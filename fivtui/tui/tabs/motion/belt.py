@@ -8,10 +8,9 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.timer import Timer
 
-from fivtui.film import Layout, Timing, layout_of, usual_speed
+from fivtui.film import Layout, Timing, belt_chart, layout_of, usual_speed
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView
-from fivtui.tui.tabs.charts.belt import belt_chart
 
 _FRAMES_PER_SECOND: Final = 20
 _FASTER: Final = 2.0

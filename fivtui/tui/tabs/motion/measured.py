@@ -1,7 +1,8 @@
 """A run beside measured data: inputs, overlay, spectra, verdict."""
 
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final, Literal
 
 from textual import on
 from textual.app import ComposeResult
@@ -9,23 +10,50 @@ from textual.containers import Horizontal, Vertical
 from textual.events import DescendantBlur, DescendantFocus
 from textual.widgets import Input, Static
 
-from fivtui.measured import ValidateOptions, Validation
-from fivtui.model import InputError
+from fivtui.measured import (
+    QUANTITIES,
+    ValidateOptions,
+    Validation,
+    overlay_chart,
+    overlay_spectra,
+    read_measurement,
+    read_tolerances,
+    validate,
+)
+from fivtui.model import InputError, parse_number, unknown_name
 from fivtui.ranges import decimal_point
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView, TextInput
-from fivtui.tui.tabs.charts.measured import (
-    INPUTS,
-    NUMERIC,
-    ROWS,
-    check_input,
-    comparison_words,
-    options_of,
-    overlay_chart,
-    overlay_spectra,
-    validation_of,
-)
 
+# Inputs of the view, by the names of options of `fivtui validate` but the first: what they say
+# where they are empty, and what they mean.
+_INPUTS: Final[Mapping[str, tuple[str, str]]] = {
+    "file": ("FILE.csv", "file of measured data"),
+    "time": ("time t", "column of the times, by name or number; t, time or the first if empty"),
+    "time-scale": ("t scale 1", "seconds in a unit of the time column, e.g. 0.001 for ms"),
+    "signal": ("signal y", "column of the signal, by name or number; as the quantity if empty"),
+    "quantity": ("y", "what was measured: y, x, vy, vx or P, in SI units"),
+    "scale": (
+        "scale 1",
+        "SI units in a unit of the signal, e.g. 0.001 for mm",
+    ),
+    "offset": ("offset 0", "added to the scaled signal, in SI units"),
+    "shift": ("shift 0", "added to the measured times, s; auto: where both correlate best"),
+    "band": ("band –", "half width of the band: in SI units, or % of half peak-to-peak"),
+    "share": ("share 100%", "samples that must be within the band"),
+    "frequency": ("freq. –", "greatest deviation of the frequency, e.g. 2%"),
+    "amplitude": ("ampl. –", "greatest deviation of half peak-to-peak, e.g. 5%"),
+}
+# By row from the top.
+_ROWS: Final = (
+    ("file", "time", "time-scale", "signal"),
+    ("quantity", "scale", "offset", "shift"),
+    ("band", "share", "frequency", "amplitude"),
+)
+_NUMBERS: Final = ("scale", "offset", "time-scale")
+_TOLERANCES: Final = ("band", "share", "frequency", "amplitude")
+# Inputs of numbers, where a comma is a decimal comma.
+_NUMERIC: Final = (*_NUMBERS, "shift", *_TOLERANCES)
 _PREFIX: Final = "measured-"
 _NOTHING: Final = "no measured data: name a file above, Enter reads it"
 # Rows for both plots below the inputs; with less only that over time is displayed.
@@ -52,15 +80,15 @@ class MeasuredView(Vertical):
 
     def compose(self) -> ComposeResult:
         """Rows of inputs, the charts, and a line of words."""
-        for row in ROWS:
+        for row in _ROWS:
             with Horizontal(classes="bar"):
                 for name in row:
-                    options = {"respell": decimal_point} if name in NUMERIC else {}
+                    options = {"respell": decimal_point} if name in _NUMERIC else {}
                     yield TextInput(
                         self._kept(name),
                         **options,
                         id=f"{_PREFIX}{name}",
-                        placeholder=INPUTS[name][0],
+                        placeholder=_INPUTS[name][0],
                         compact=True,
                         select_on_focus=False,
                     )
@@ -79,27 +107,27 @@ class MeasuredView(Vertical):
         self._words, self._found = "", None
         if self._run is not None and self.texts["file"]:
             try:
-                self._found = validation_of(self._run, self.texts)
+                self._found = _validation_of(self._run, self.texts)
             except InputError as error:
                 self._words = str(error)
         found = self._found
         time.show(None if found is None else overlay_chart(found))
         spectrum.show(None if found is None else overlay_spectra(found))
         if found is not None:
-            self._words = comparison_words(found)
+            self._words = _comparison_words(found)
         self.query_one("#overlay-words", Static).update(self._words)
 
     @property
     def texts(self) -> dict[str, str]:
         """The texts of the inputs by name."""
-        return {name: self.query_one(f"#{_PREFIX}{name}", Input).value.strip() for name in INPUTS}
+        return {name: self.query_one(f"#{_PREFIX}{name}", Input).value.strip() for name in _INPUTS}
 
     @property
     def options(self) -> ValidateOptions:
         """The options of `fivtui validate` that say the same; `InputError` without a file."""
         if not self.texts["file"]:
             raise InputError(_NOTHING)
-        return options_of(self.texts)
+        return _options_of(self.texts)
 
     @property
     def found(self) -> Validation:
@@ -114,12 +142,12 @@ class MeasuredView(Vertical):
         # What the focused input means, or else what was found.
         focused = self.screen.focused
         name = "" if focused is None else str(focused.id).removeprefix(_PREFIX)
-        words = INPUTS[name][1] if name in INPUTS else self._words
+        words = _INPUTS[name][1] if name in _INPUTS else self._words
         self.query_one("#overlay-words", Static).update(self._error(name) or words)
 
     def _error(self, name: str) -> str:
         try:
-            check_input(name, self.texts.get(name, ""))
+            _check_input(name, self.texts.get(name, ""))
         except InputError as error:
             return str(error)
         return ""
@@ -142,3 +170,63 @@ class MeasuredView(Vertical):
         for chart in self.query(ChartView):
             chart.view.reset()
         self.draw()
+
+
+def _validation_of(run: Transient, texts: Mapping[str, str]) -> Validation:
+    """A run compared with the file that the texts of the inputs name.
+
+    Raises `InputError` if an input is wrong, or there is nothing to compare.
+    """
+    numbers = {
+        name.replace("-", "_"): parse_number(name, texts[name], "a number")
+        for name in _NUMBERS
+        if texts[name]
+    }
+    path, quantity = Path(texts["file"]).expanduser(), texts["quantity"] or "y"
+    measurement = read_measurement(
+        path, time=texts["time"], signal=texts["signal"], quantity=quantity, **numbers
+    )
+    return validate(
+        run,
+        measurement,
+        quantity=quantity,
+        shift=_shift(texts["shift"]),
+        tolerances=read_tolerances(texts),
+    )
+
+
+def _shift(text: str) -> float | Literal["auto"]:
+    return "auto" if text == "auto" else parse_number("shift", text or 0.0, "s, or auto")
+
+
+def _check_input(name: str, text: str) -> None:
+    """Raise `InputError` if the text of an input is wrong whatever the file and the run are."""
+    if not text:
+        return
+    if name in _NUMBERS:
+        parse_number(name, text, "a number")
+    elif name == "shift":
+        _shift(text)
+    elif name == "quantity" and text not in QUANTITIES:
+        raise unknown_name(name, text, QUANTITIES)
+    elif name in _TOLERANCES:
+        # A share needs a band.
+        read_tolerances({"band": "1", name: text})
+
+
+def _comparison_words(result: Validation) -> str:
+    """What was compared with what, and the deviation."""
+    warning = f"WARNING: {result.warning}; " if result.warning else ""
+    return (
+        f"{warning}{result.measurement.signal!r} as {result.quantity}, {result.t.size} samples, "
+        f"shift {result.shift:.5g} s, "
+        f"rms {result.rms:.4g} {result.unit}, at most {result.greatest:.4g} {result.unit}"
+    )
+
+
+def _options_of(texts: Mapping[str, str]) -> ValidateOptions:
+    """The options of `fivtui validate` that say what the inputs do."""
+    values: dict[str, Any] = {
+        name.replace("-", "_"): text for name, text in texts.items() if text and name != "file"
+    }
+    return ValidateOptions(measured=Path(texts["file"]) if texts["file"] else None, **values)

@@ -1,4 +1,4 @@
-"""Charts of the transient tab: time histories, phase portraits, spectra. Imports no Textual."""
+"""Charts of transients: time histories, phase portraits, and differences of runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,28 +7,30 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.charts import Chart, Guide, Strip, Trace
-from fivtui.model import COLUMNS, Mode
-from fivtui.scene import Scene
-from fivtui.signals import Spectrum, spectrum
-from fivtui.transient import Trajectory, Transient
+from fivtui.charts import Chart, Guide, Label, Strip, Trace, math_symbol, math_unit
+from fivtui.model import COLUMNS, Mode, System
+
+from .result import Transient
+from .trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
 Intervals = Sequence[tuple[float, float]]
 
-SYMBOLS: Final = {"vx": "ẋ", "vy": "ẏ"}
-_UNITS: Final = {column.name: column.unit for column in COLUMNS}
-TIME_LABEL: Final = "t (s)"
-# Harmonics displayed, and marked, in the spectrum.
-_HARMONICS: Final = 8.0
-_MARKED: Final = 3
+_SYMBOLS: Final = {"vx": "ẋ", "vy": "ẏ"}
+_COLUMNS: Final = {column.name: column for column in COLUMNS}
+TIME_LABEL: Final = Label("t (s)", "Time $t$ (s)")
 # Of the points at which the slider sticks, in phase portraits.
 _STICK_MARK: Final = "■"
 
 
-def label_of(quantity: str) -> str:
-    """Symbol and unit of a trajectory's column."""
-    return f"{SYMBOLS.get(quantity, quantity)} ({_UNITS[quantity]})"
+def column_label(name: str) -> Label:
+    """Symbol and unit of a trajectory's column; in figures also its meaning."""
+    column = _COLUMNS[name]
+    meaning = column.meaning.capitalize().replace(" ", "\n")
+    return Label(
+        f"{_SYMBOLS.get(name, name)} ({column.unit})",
+        f"{meaning} {math_symbol(name)} ({math_unit(column.unit)})",
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +47,26 @@ class PlottedRun:
     stuck: Intervals | None = None
     number: int = 0
 
+    def trace(
+        self, x: FloatArray, y: FloatArray, *, ordered: bool = True, along: FloatArray | None = None
+    ) -> Trace:
+        """Points in the name and the colour of the run."""
+        return Trace(
+            self.name,
+            x,
+            y,
+            ordered=ordered,
+            mark=self.mark,
+            colour=self.colour,
+            along=along,
+            number=self.number,
+        )
+
+    def samples_in(self, window: tuple[float, float]) -> slice:
+        """The samples within a window of time, s."""
+        first, stop = np.searchsorted(self.trajectory.t, window, side="left").tolist()
+        return slice(first, stop + 1)
+
 
 def plotted_run(
     result: Transient, name: str = "", mark: str = "", colour: str = "", number: int = 0
@@ -52,7 +74,6 @@ def plotted_run(
     """A transient ready for plotting; None if it has no samples."""
     if result.trajectory is None:
         return None
-    p, of_time = result.parameters, "v_belt" in result.over_time
     return PlottedRun(
         name,
         result.trajectory,
@@ -60,31 +81,42 @@ def plotted_run(
         result.t_end,
         mark,
         colour,
-        v_belt=None if of_time else p.v_belt,
-        stuck=None if p.v_belt is None else result.stick_intervals,
+        v_belt=_constant_speed(result.system),
+        stuck=None if result.parameters.v_belt is None else result.stick_intervals,
         number=number,
     )
 
 
 def growing_run(
-    trajectory: Trajectory, scene: Scene, name: str = "", mark: str = "", colour: str = ""
+    trajectory: Trajectory,
+    system: System,
+    t_end: float,
+    *,
+    name: str = "",
+    mark: str = "",
+    colour: str = "",
 ) -> PlottedRun:
     """The part computed so far of a run, with the intervals that its samples resolve."""
-    v_belt = scene.parameters.v_belt
+    on_belt = system.parameters.v_belt is not None
     return PlottedRun(
         name,
         trajectory,
-        _sampled(trajectory, Mode.SEPARATED),
-        scene.t_end,
+        _intervals_in(Mode.SEPARATED, trajectory),
+        t_end,
         mark,
         colour,
-        v_belt=None if "v_belt" in dict(scene.over_time) else v_belt,
-        stuck=None if v_belt is None else _sampled(trajectory, Mode.STICK),
+        v_belt=_constant_speed(system),
+        stuck=_intervals_in(Mode.STICK, trajectory) if on_belt else None,
     )
 
 
-def _sampled(trajectory: Trajectory, mode: Mode) -> list[tuple[float, float]]:
-    # Intervals in a mode, as far as the samples resolve them.
+def _constant_speed(system: System) -> float | None:
+    # Of the belt, m/s, on which a slider that sticks stays.
+    return None if "v_belt" in system.over_time else system.parameters.v_belt
+
+
+def _intervals_in(mode: Mode, trajectory: Trajectory) -> list[tuple[float, float]]:
+    # As far as the samples resolve them.
     inside = np.concatenate(([False], trajectory.mode == mode, [False]))
     changes = np.flatnonzero(np.diff(inside))
     times = np.append(trajectory.t, trajectory.t[-1])[changes].tolist()
@@ -102,33 +134,25 @@ def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis
 
     `strip` marks when the first run is off the belt, and when it sticks to it.
     """
-    traces = tuple(
-        Trace(
-            run.name,
-            run.trajectory.t,
-            getattr(run.trajectory, quantity),
-            mark=run.mark,
-            colour=run.colour,
-            number=run.number,
-        )
-        for run in reversed(runs)
-    )
     return Chart(
         TIME_LABEL,
-        label_of(quantity),
-        traces,
-        guides=(Guide(0.0, vertical=False), *_belt_guide(quantity, runs[0])),
+        column_label(quantity),
+        tuple(
+            run.trace(run.trajectory.t, getattr(run.trajectory, quantity)) for run in reversed(runs)
+        ),
+        guides=(Guide(0.0, vertical=False), *_belt_guides(quantity, runs)),
         strips=contact_strips(runs[0].separated, runs[0].stuck) if strip else (),
         x_axis=x_axis,
         x_range=(0.0, max(run.t_end for run in runs)),
     )
 
 
-def _belt_guide(quantity: str, run: PlottedRun) -> tuple[Guide, ...]:
-    # The speed of the belt, on which a slider that sticks stays.
-    if quantity != "vx" or run.v_belt is None:
+def _belt_guides(quantity: str, runs: Sequence[PlottedRun]) -> tuple[Guide, ...]:
+    # The constant speeds of belts, on which a slider that sticks stays.
+    if quantity != "vx":
         return ()
-    return (Guide(run.v_belt, "belt", vertical=False),)
+    speeds = dict.fromkeys(run.v_belt for run in runs if run.v_belt is not None)
+    return tuple(Guide(speed, "belt", vertical=False, role="belt") for speed in speeds)
 
 
 def difference_chart(
@@ -139,16 +163,16 @@ def difference_chart(
     `strip` marks when the run is off the belt, and when it sticks to it.
     The baseline is interpolated linearly where the sample times differ.
     """
-    t, there = run.trajectory.t, baseline.trajectory.t
-    t = t[t <= there[-1]]
-    own = getattr(run.trajectory, quantity)[: t.size]
-    other = getattr(baseline.trajectory, quantity)
-    same = np.array_equal(t, there[: t.size])
-    values = own - (other[: t.size] if same else np.interp(t, there, other))
+    baseline_t = baseline.trajectory.t
+    t = run.trajectory.t[run.trajectory.t <= baseline_t[-1]]
+    values = getattr(run.trajectory, quantity)[: t.size]
+    subtracted = getattr(baseline.trajectory, quantity)
+    same = np.array_equal(t, baseline_t[: t.size])
+    values = values - (subtracted[: t.size] if same else np.interp(t, baseline_t, subtracted))
     note = f"{run.name} − {baseline.name}" + ("" if same else ", interpolated")
     return Chart(
         TIME_LABEL,
-        f"Δ{label_of(quantity)}",
+        f"Δ{column_label(quantity)}",
         (Trace("", t, values, colour=run.colour),),
         guides=(Guide(0.0, vertical=False),),
         strips=contact_strips(run.separated, run.stuck) if strip else (),
@@ -163,12 +187,8 @@ def second_half(t_end: float) -> tuple[float, float]:
     return 0.5 * t_end, t_end
 
 
-def _part(t: FloatArray, window: tuple[float, float]) -> slice:
-    first, stop = np.searchsorted(t, window, side="left").tolist()
-    return slice(first, stop + 1)
-
-
-def _span(window: tuple[float, float]) -> str:
+def window_words(window: tuple[float, float]) -> str:
+    """A window of time in words."""
     return f"t {window[0]:.4g} to {window[1]:.4g} s"
 
 
@@ -187,76 +207,31 @@ def _portrait(
 ) -> Chart:
     paths, stuck = [], []
     for run in reversed(runs):
-        motion, part = run.trajectory, _part(run.trajectory.t, window)
+        motion, part = run.trajectory, run.samples_in(window)
         x, y = getattr(motion, across)[part], getattr(motion, up)[part]
-        paths.append(
-            Trace(
-                run.name,
-                x,
-                y,
-                ordered=False,
-                mark=run.mark,
-                colour=run.colour,
-                along=motion.t[part],
-                number=run.number,
-            )
-        )
-        held = motion.mode[part] == Mode.STICK
-        if held.any():
+        paths.append(run.trace(x, y, ordered=False, along=motion.t[part]))
+        sticks = motion.mode[part] == Mode.STICK
+        if sticks.any():
             stuck.append(
                 Trace(
                     f"{run.name} stick" if len(runs) > 1 else "stick",
-                    x[held],
-                    y[held],
+                    x[sticks],
+                    y[sticks],
                     look="points",
                     ordered=False,
                     mark=_STICK_MARK,
                     colour=run.colour,
                 )
             )
-    guides = _belt_guide(up, runs[0])
+    guides = _belt_guides(up, runs[:1])
     if "y" in (across, up):
         guides = (Guide(0.0, "y = 0", vertical=across == "y"), *guides)
     return Chart(
-        label_of(across),
-        label_of(up),
+        column_label(across),
+        column_label(up),
         (*paths, *stuck),
         guides=guides,
-        note=_span(window),
+        note=window_words(window),
         tight=False,
         along=TIME_LABEL,
     )
-
-
-def spectrum_of(run: PlottedRun, window: tuple[float, float]) -> Spectrum:
-    """The spectrum of y within a time window."""
-    part = _part(run.trajectory.t, window)
-    return spectrum(run.trajectory.t[part], run.trajectory.y[part])
-
-
-def spectrum_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> Chart:
-    """Spectra of y within a time window, with the first harmonics of the first run marked."""
-    spectra = [spectrum_of(run, window) for run in runs]
-    first = spectra[0]
-    traces = tuple(
-        Trace(
-            run.name,
-            found.frequency,
-            found.amplitude,
-            mark=run.mark,
-            colour=run.colour,
-            number=run.number,
-        )
-        for run, found in reversed(list(zip(runs, spectra, strict=True)))
-    )
-    base, note = first.fundamental, f"{_span(window)}, no vibration"
-    guides: tuple[Guide, ...] = ()
-    top = float(first.frequency[-1])
-    if base > 0.0:
-        top = min(top, _HARMONICS * base)
-        guides = tuple(
-            Guide(number * base, "f₁" if number == 1 else f"{number}f₁")
-            for number in range(1, _MARKED + 1)
-        )
-        note = f"f₁ {base:.4g} Hz, period {1.0 / base:.4g} s, {_span(window)}"
-    return Chart("f (Hz)", "|y| (m)", traces, guides=guides, note=note, x_range=(0.0, top))

@@ -1,4 +1,4 @@
-"""The slider on the belt as a chart. Imports no Textual."""
+"""The slider on the belt as a chart."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -6,10 +6,12 @@ from typing import Final
 import numpy as np
 
 from fivtui.charts import Chart, Trace
-from fivtui.film import MODE_NAMES, Layout, Shape, Timing, shapes_at
 from fivtui.model import Mode
 from fivtui.signals import motion_at
 from fivtui.transient import Transient
+
+from .shapes import MODE_NAMES, Layout, Shape, shapes_at
+from .timing import Timing
 
 # Traces, and the shapes that each has.
 _TRACES: Final[Mapping[str, tuple[str, ...]]] = {
@@ -30,7 +32,7 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
     moment = motion_at(run, np.array([t]))
     mode = Mode(int(moment.mode[0]))
     travel = timing.travel(run, t, layout.x_range[1] - layout.x_range[0])
-    shapes = {each.name: each for each in shapes_at(run, layout, moment, travel)}
+    shapes = {shape.name: shape for shape in shapes_at(run, layout, moment, travel)}
     traces = tuple(
         _trace(name, [shapes[part] for part in parts], _MARKS.get(mode, _SLIDING))
         for name, parts in _TRACES.items()
