@@ -15,7 +15,7 @@ from .shades import Colours, Shades
 
 FloatArray = NDArray[np.float64]
 FigureLimits = tuple[float | None, float | None]
-Look = Literal["line", "points", "dots", "marked", "bars"]
+Look = Literal["line", "points", "dots", "marked", "bars", "area"]
 
 # Width of a full figure, inches.
 WIDTH: Final = 7.2
@@ -38,9 +38,9 @@ class Trace:
         Short name for the legend.
     x, y : ndarray, shape (n,)
         The points; NaN is a gap.
-    look : "line", "points", "dots", "marked" or "bars"
-        A line, a character per point, a dot per point, a line with a character per point, or bars
-        from x = 0, which figures alone draw.
+    look : "line", "points", "dots", "marked", "bars" or "area"
+        A line, a character per point, a dot per point, a line with a character per point; in
+        figures alone bars from x = 0, or the area that the points enclose.
     ordered : bool
         Whether x ascends; such a trace is reduced to the plot's columns before it is drawn.
     mark : str
@@ -464,7 +464,7 @@ class Sheet:
     title : str
         Above the charts, in matplotlib's mathtext.
     legend_columns : int
-        Columns of the legend below the charts.
+        Columns of the legend below the charts; as many as fit if 0.
     widths, heights : sequence of float
         Ratios of the widths of columns and the heights of rows; if empty, all are equal.
     parts : sequence of Sheet
@@ -476,7 +476,7 @@ class Sheet:
     columns: Sequence[Sequence[Chart | None]]
     size: tuple[float, float]
     title: str = ""
-    legend_columns: int = 2
+    legend_columns: int = 0
     widths: Sequence[float] = ()
     heights: Sequence[float] = ()
     parts: Sequence["Sheet"] = ()

@@ -1,6 +1,8 @@
 """Figures of results: the charts that a study declares, drawn by matplotlib."""
 
+import math
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -12,7 +14,8 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Rectangle
 
-from .chart import Backdrop, Chart, Contours, Guide, Sheet, Trace
+from .axis import Axis
+from .chart import Backdrop, Chart, Contours, FloatArray, Guide, Sheet, Trace, reduced
 from .labels import Label
 from .plotting import (
     CASE_COLOURS,
@@ -122,6 +125,21 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         }
         for case in (True, False)
     },
+    **{
+        f"{'considered' if case else 'ignored'}{name}": {
+            "linestyle": "-" if name == ", fine" else CASE_LINES[case],
+            "linewidth": width,
+            "markersize": 3.5,
+            "zorder": 2.5 if case else 2.0,
+        }
+        for name, width in (("", 1.1), (", thin", 0.6), (", fine", 0.6))
+        for case in (True, False)
+    },
+    "computed": {"linewidth": 1.1},
+    "measured": {"color": "#c2410c", "linestyle": "--", "linewidth": 0.9},
+    "deviation": {"color": "0.25", "linewidth": 0.8},
+    "tolerance": {"alpha": 0.18, "linewidth": 0.0},
+    "belt": {"color": "0.4", "linestyle": ":", "linewidth": 0.5, "zorder": 1.0},
     "contours": {"color": "0.25", "linestyle": "dashed", "linewidth": 0.5},
     "nearly": {"color": "black", "linestyle": "-", "linewidth": 1.2},
     "half": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
@@ -147,6 +165,14 @@ _DOT: Final = 9.0
 _CONTOURS: Final = 7
 # Greatest number of points of a line that have marks.
 _MARKED: Final = 60
+# Marks of a line, and columns that a long line is reduced to (several per pixel).
+_MARKS: Final = 12
+_COLUMNS: Final = 4000
+# Characters of mathtext that fit beside each other in the legend, those of a sample with its gaps,
+# and its line spacing, inches.
+_LEGEND_WIDTH: Final = 100
+_SAMPLE: Final = 8
+_LEGEND_LINE: Final = 0.18
 # Shades of strips, from the first.
 _STRIPS: Final = (OFF_BELT, STUCK)
 
@@ -154,10 +180,11 @@ _STRIPS: Final = (OFF_BELT, STUCK)
 def sheet_figure(sheet: Sheet) -> Figure:
     """Draw the charts of a sheet; the figure has an Agg canvas.
 
-    Charts over the same quantity share their x axis, and one has the y axis of that on its left.
+    Charts over the same quantity and limits share their x axis, those of the same quantity beside
+    each other their y axis.
     """
     with mpl.rc_context(STYLE | (_SMALL if sheet.small else {})):
-        gap = _PANEL_GAP if len(sheet.columns) > 2 else None
+        gap = _PANEL_GAP if len(sheet.columns) > 1 else None
         figure = new_figure(*sheet.size, wspace=gap)
         panels: list[tuple[Axes, Chart]] = []
         if sheet.parts:
@@ -173,23 +200,25 @@ def sheet_figure(sheet: Sheet) -> Figure:
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
         below = [axes for axes, chart in panels if chart.legend == "below"]
         _add_legend(figure, below, sheet.legend_columns)
+        figure.align_ylabels()
     return figure
 
 
 def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
     places = _places(figure, sheet)
     panels = []
-    first_over: dict[str, Axes] = {}
+    first_over: dict[Any, Axes] = {}
     left: dict[tuple[int, str], Axes] = {}
     scales: dict[Colours, tuple[list[Axes], ScalarMappable]] = {}
     for column, charts in enumerate(sheet.columns):
         for row, chart in enumerate(charts):
             if chart is None:
                 continue
-            over = first_over.get(chart.x_label) if chart.x_label else None
+            key = chart.x_label, chart.figure_x
+            over = first_over.get(key) if chart.x_label else None
             beside = left.get((row, chart.y_label)) if chart.y_label else None
             axes = figure.add_subplot(places[column][row], sharex=over, sharey=beside)
-            first_over.setdefault(chart.x_label, axes)
+            first_over.setdefault(key, axes)
             left[row, chart.y_label] = axes
             coloured = _draw_chart(axes, chart)
             if beside is not None:
@@ -225,20 +254,28 @@ def _add_title(figure: Figure, panels: Sequence[Axes], title: str) -> None:
 
 
 def _add_legend(figure: Figure, panels: Sequence[Axes], columns: int) -> None:
-    # Each name once.
+    # Each name once, as the last panel draws it.
     handles: dict[str, Any] = {}
     for axes in panels:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            handles.setdefault(label, handle)
-    if handles:
-        figure.legend(
-            list(handles.values()),
-            list(handles),
-            loc="outside lower center",
-            ncols=columns,
-            frameon=False,
-            handlelength=3.0,
-        )
+        drawn, names = axes.get_legend_handles_labels()
+        handles.update(zip(names, drawn, strict=True))
+    if not handles:
+        return
+    columns = columns or max(1, _LEGEND_WIDTH // (max(map(len, handles)) + _SAMPLE))
+    wrapped = [
+        fill(name, _LEGEND_WIDTH, break_on_hyphens=False, break_long_words=False)
+        for name in handles
+    ]
+    lines = math.ceil(sum(name.count("\n") + 1 for name in wrapped) / columns)
+    figure.set_figheight(figure.get_figheight() + _LEGEND_LINE * (lines - 1))
+    figure.legend(
+        list(handles.values()),
+        wrapped,
+        loc="outside lower center",
+        ncols=columns,
+        frameon=False,
+        handlelength=3.0,
+    )
 
 
 def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
@@ -257,6 +294,11 @@ def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
     _scale(axes, chart)
     for guide in chart.guides:
         _draw_guide(axes, guide)
+    _label(axes, chart)
+    return coloured
+
+
+def _label(axes: Axes, chart: Chart) -> None:
     if chart.x_axis:
         axes.set_xlabel(_math(chart.x_label))
     else:
@@ -277,25 +319,38 @@ def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
         )
     elif chart.legend == "inside":
         axes.legend(frameon=False, fontsize=8.0)
-    return coloured
 
 
 def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
     coloured, series = None, 0
-    for trace in chart.traces:
+    for index, trace in enumerate(chart.traces):
         if trace.values is not None and chart.colours is not None:
             scale = _scale_of(chart.colours)
             coloured = axes.scatter(trace.x, trace.y, _DOT, trace.values, linewidths=0.0, **scale)
         # A trace without points has no name in the legend.
         elif trace.x.size:
-            draw = _draw_bars if trace.look == "bars" else _draw_line
-            draw(axes, trace, _look(trace, series))
+            look = _look(trace, series)
+            if trace.look == "bars":
+                _draw_bars(axes, trace, look)
+            elif trace.look == "area":
+                axes.fill(trace.x, trace.y, label=_math(trace.name), **look)
+            else:
+                x, y = _points(trace, chart)
+                if trace.marker and trace.ordered:
+                    every = max(x.size // _MARKS, 1)
+                    look["markevery"] = (every * index // len(chart.traces), every)
+                axes.plot(x, y, label=_math(trace.name) or "_", **look)
         series += trace.role == "series" and trace.x.size > 0
     return coloured
 
 
-def _draw_line(axes: Axes, trace: Trace, look: Mapping[str, Any]) -> None:
-    axes.plot(trace.x, trace.y, label=_math(trace.name) or "_", **look)
+def _points(trace: Trace, chart: Chart) -> tuple[FloatArray, FloatArray]:
+    """The points of a trace within the limits of a chart, as far as they can be seen."""
+    low, high = chart.figure_x
+    if not trace.ordered or trace.look != "line":
+        return trace.x, trace.y
+    ends = (trace.x[0] if low is None else low, trace.x[-1] if high is None else high)
+    return reduced(trace, Axis(*ends, log="x" in chart.log), _COLUMNS)
 
 
 def _draw_bars(axes: Axes, trace: Trace, look: Mapping[str, Any]) -> None:

@@ -1,17 +1,27 @@
 """Charts of a run beside measured data: both signals over time, and their spectra."""
 
-from fivtui.charts import Chart, Guide, Trace
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from fivtui.charts import CASE_COLOURS, WIDTH, Chart, Guide, Label, Sheet, Trace, math_symbol
 from fivtui.signals import frequency_range
 from fivtui.transient import TIME_LABEL, column_label, contact_strips
 
-from .comparison import Criterion, Validation
+from .comparison import Criterion, FloatArray, Validation
+
+_SIZE: Final = (WIDTH, 5.6)
+_HEIGHTS: Final = (1.6, 1.0, 1.2)
+# Amplitudes in figures, relative to the greatest.
+_AMPLITUDES: Final = (1e-4, 2.0)
 
 
 def overlay_chart(result: Validation) -> Chart:
     """Measured and computed signal over time, with the edges of the tolerance band."""
     traces = [
-        Trace("computed", result.t, result.computed),
-        Trace("measured", result.t, result.measured),
+        Trace("computed", result.t, result.computed, role="computed"),
+        Trace("measured", result.t, result.measured, role="measured"),
     ]
     if result.band is not None:
         for name, side in (("band", 1.0), ("", -1.0)):
@@ -33,11 +43,14 @@ def overlay_spectra(result: Validation) -> Chart:
     measured, computed = result.spectra
     guides = (Guide(measured.fundamental, "f₁"),) if measured.fundamental > 0.0 else ()
     return Chart(
-        "f (Hz)",
-        f"|{result.quantity}| ({result.unit})",
+        Label("f (Hz)", "Frequency $f$ (Hz)"),
+        Label(
+            f"|{result.quantity}| ({result.unit})",
+            f"Amplitude\nof {math_symbol(result.quantity)} ({result.unit})",
+        ),
         (
-            Trace("computed", computed.frequency, computed.amplitude),
-            Trace("measured", measured.frequency, measured.amplitude),
+            Trace("computed", computed.frequency, computed.amplitude, role="computed"),
+            Trace("measured", measured.frequency, measured.amplitude, role="measured"),
         ),
         guides=guides,
         note=f"f₁ {measured.fundamental:.4g} Hz measured, {computed.fundamental:.4g} Hz computed",
@@ -45,11 +58,62 @@ def overlay_spectra(result: Validation) -> Chart:
     )
 
 
+def validation_sheet(result: Validation) -> Sheet:
+    """Both signals over time with the tolerance band, their deviation, and their spectra."""
+    colour, ends = CASE_COLOURS[result.separation][0], (float(result.t[0]), float(result.t[-1]))
+
+    def drawn(chart: Chart) -> Chart:
+        computed, measured = chart.traces[-2:]
+        return replace(chart, traces=(replace(computed, colour=colour), measured), guides=())
+
+    def band_around(values: FloatArray) -> tuple[Trace, ...]:
+        if result.band is None:
+            return ()
+        x = np.concatenate([result.t, result.t[::-1]])
+        y = np.concatenate([values - result.band, values[::-1] + result.band])
+        return (
+            Trace("tolerance band", x, y, "area", ordered=False, colour=colour, role="tolerance"),
+        )
+
+    both = drawn(overlay_chart(result))
+    over_time = replace(
+        both,
+        traces=(*band_around(result.computed), *both.traces),
+        title=_verdict(result, result.measurement.signal) if result.criteria else "",
+        x_axis=False,
+        figure_x=ends,
+    )
+    deviation = Chart(
+        TIME_LABEL,
+        f"measured\n− computed ({result.unit})",
+        (
+            *band_around(np.zeros(result.t.size)),
+            Trace("", result.t, result.measured - result.computed, role="deviation"),
+        ),
+        strips=both.strips,
+        figure_x=ends,
+    )
+    spectra = drawn(overlay_spectra(result))
+    greatest = max(float(lines.amplitude.max()) for lines in result.spectra)
+    low, high = (share * greatest for share in _AMPLITUDES)
+    spectra = replace(
+        spectra,
+        log="y",
+        figure_x=spectra.x_range or (None, None),
+        figure_y=(low, high) if greatest > 0.0 else (None, None),
+    )
+    return Sheet([[over_time, deviation, spectra]], _SIZE, heights=_HEIGHTS)
+
+
 def verdict_words(result: Validation) -> str:
     """Whether the run passes, in a few words."""
     if not result.criteria:
         return f"rms {result.rms:.3g}, correlation {result.correlation:.3f}"
-    return f"{'PASS' if result.passed else 'FAIL'}: {'; '.join(map(_criterion, result.criteria))}"
+    return _verdict(result, "; ".join(map(_criterion, result.criteria)))
+
+
+def _verdict(result: Validation, reason: str) -> str:
+    return f"{'PASS' if result.passed else 'FAIL'}: {reason}"
 
 
 def _criterion(criterion: Criterion) -> str:

@@ -136,9 +136,11 @@ class Validation(TableResult):
 
     def figure(self) -> "Figure":
         """Both signals over time with the tolerance band, and their spectra."""
-        from .figure import validation_figure
+        from fivtui.charts import sheet_figure
 
-        return validation_figure(self)
+        from .charts import validation_sheet
+
+        return sheet_figure(validation_sheet(self))
 
     def _summary(self) -> list[tuple[str, str]]:
         measured, computed = self.spectra

@@ -19,10 +19,11 @@ from fivtui.charts import (
     new_figure,
     parameter_line,
     quantity_label,
+    sheet_figure,
     value_label,
 )
 from fivtui.model import PARAMETERS
-from fivtui.transient import transient_figure
+from fivtui.transient import transient_sheet
 
 from .data import FigureData, FloatArray
 from .families import SEPARATION, panels_of
@@ -53,7 +54,7 @@ def draw(number: int, results: PaperResults) -> Figure:
     first, *others = panels_of(number)
     with mpl.rc_context(STYLE):
         if first.kind == "transient":
-            figure = transient_figure(results.runs(first), quantities=[first.shown])
+            figure = sheet_figure(transient_sheet(results.runs(first), [first.shown]))
         else:
             tables = [results.table(panel.key) for panel in (first, *others)]
             figure = _DRAWINGS[first.kind](tables)

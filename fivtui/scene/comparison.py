@@ -9,12 +9,12 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.charts import check_figure_path, save_figure
+from fivtui.charts import check_figure_path, save_figure, sheet_figure
 from fivtui.fmu import integrate_fmu
 from fivtui.io import check_apart, check_output
 from fivtui.model import InputError, Progress
 from fivtui.simulation import compute
-from fivtui.transient import Transient, transient_figure
+from fivtui.transient import Transient, transient_sheet
 from fmu_src.build import build_fmu
 
 from .scene import Scene
@@ -87,7 +87,8 @@ def compare(
     case_1, case_2 = (dataclasses.replace(scene, separation=flag) for flag in (True, False))
     considered = _case_runs(case_1, fmu, work.part(0.0, 0.5))
     ignored = _case_runs(case_2, fmu, work.part(0.5, 1.0))
-    save_figure(transient_figure([ignored.native, considered.native]), figure, force=force)
+    sheet = transient_sheet([ignored.native, considered.native])
+    save_figure(sheet_figure(sheet), figure, force=force)
     return Comparison(considered, ignored, build_s, fmu, figure)
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         plotted_run,
         second_half,
         time_chart,
+        transient_sheet,
         window_words,
     )
     from .derivatives.variation import EXTREMES, START_SEEDS, Variation, vary
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
         first_tol,
         observation,
     )
-    from .figure import transient_figure
     from .files import trajectory_of
     from .linear.rounding import rounding_error
     from .methods import (

@@ -1,15 +1,30 @@
 """Charts of transients: time histories, phase portraits, and differences of runs."""
 
+import math
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.charts import Chart, Guide, Label, Strip, Trace, math_symbol, math_unit
-from fivtui.model import COLUMNS, Mode, System
+from fivtui.charts import (
+    CASE_COLOURS,
+    WIDTH,
+    Chart,
+    Guide,
+    Label,
+    Sheet,
+    Strip,
+    Trace,
+    math_symbol,
+    math_unit,
+    value_label,
+)
+from fivtui.model import ALL_PARAMETERS, COLUMNS, InputError, Mode, System, unknown_name
 
+from .files import trajectory_of
 from .result import Transient
 from .trajectory import Trajectory
 
@@ -21,6 +36,23 @@ _COLUMNS: Final = {column.name: column for column in COLUMNS}
 TIME_LABEL: Final = Label("t (s)", "Time $t$ (s)")
 # Of the points at which the slider sticks, in phase portraits.
 _STICK_MARK: Final = "■"
+# Of figures.
+_PANELS: Final = ("P", "x", "y")
+# Several runs of one case differ by their markers.
+_MARKERS: Final = ("", "o", "s", "^", "D", "v")
+# Motion smaller than this, relative to the displacement, is rest.
+_ROUNDING: Final = 1e-9
+# Inches: height of a row of panels, of an only row, and of what stands above and below.
+_ROW: Final = 1.85
+_ONLY_ROW: Final = 2.3
+_MARGIN: Final = 0.85
+# Number of last cycles enlarged, about, of a run that has more than twice as many.
+_CYCLES: Final = 8
+# Beyond this many cycles dashes and shading are too fine to be seen.
+_CROWDED: Final = 120
+# Of thin lines, and of such as are solid, too.
+_THIN: Final = ", thin"
+_FINE: Final = ", fine"
 
 
 def column_label(name: str) -> Label:
@@ -46,6 +78,8 @@ class PlottedRun:
     v_belt: float | None = None
     stuck: Intervals | None = None
     number: int = 0
+    marker: str = ""
+    role: str = ""
 
     def trace(
         self, x: FloatArray, y: FloatArray, *, ordered: bool = True, along: FloatArray | None = None
@@ -60,6 +94,8 @@ class PlottedRun:
             colour=self.colour,
             along=along,
             number=self.number,
+            marker=self.marker,
+            role=self.role,
         )
 
     def samples_in(self, window: tuple[float, float]) -> slice:
@@ -235,3 +271,133 @@ def _portrait(
         tight=False,
         along=TIME_LABEL,
     )
+
+
+# Figures
+
+
+def transient_sheet(
+    runs: Sequence[Transient], quantities: Sequence[str] = _PANELS, title: str = ""
+) -> Sheet:
+    """Contact force, horizontal and vertical displacement over time (the paper's Figs. 10 to 12).
+
+    Beside the whole time stand the last cycles, enlarged. The times off the belt are shaded where
+    they are those of one run, and those at which the only run sticks to a belt of finite speed.
+    """
+    if not runs:
+        raise InputError("figure: there is no run to draw")
+    for name in quantities:
+        if name not in _COLUMNS:
+            raise unknown_name("quantity", name, list(_COLUMNS))
+    plotted = _plotted(runs)
+    considered = [run for run in runs if run.separation]
+    strips = contact_strips(
+        considered[0].separated_intervals if len(considered) == 1 else (),
+        runs[0].stick_intervals if len(runs) == 1 else (),
+    )
+    columns = []
+    for window in _windows(max(plotted, key=lambda run: run.t_end)):
+        drawn = [replace(run, role=f"{run.role}{window.role}") for run in reversed(plotted)]
+        charts = [
+            time_chart(name, drawn, strip=False, x_axis=name == quantities[-1])
+            for name in quantities
+        ]
+        columns.append(
+            [
+                replace(
+                    chart,
+                    strips=() if window.role == _FINE else strips,
+                    figure_x=(window.start, window.end),
+                    title=window.title if chart is charts[0] else "",
+                )
+                for chart in charts
+            ]
+        )
+    height = max(_ROW * len(quantities), _ONLY_ROW) + _MARGIN
+    return Sheet(columns, (WIDTH, height), title)
+
+
+def _plotted(runs: Sequence[Transient]) -> list[PlottedRun]:
+    """Runs in the colours of their cases; markers distinguish several of one case."""
+    counts = {True: 0, False: 0}
+    plotted = []
+    for run, label in zip(runs, run_labels(runs), strict=True):
+        count, colours = counts[run.separation], CASE_COLOURS[run.separation]
+        counts[run.separation] += 1
+        plotted.append(
+            PlottedRun(
+                Label(label, label),
+                trajectory_of(run),
+                run.separated_intervals,
+                run.t_end,
+                colour=colours[count % len(colours)],
+                v_belt=_constant_speed(run.system),
+                marker=_MARKERS[count % len(_MARKERS)],
+                role="considered" if run.separation else "ignored",
+            )
+        )
+    return plotted
+
+
+def run_labels(runs: Sequence[Transient]) -> list[str]:
+    """Legend labels of runs, each different, in matplotlib's mathtext.
+
+    Whether separation is considered, then the parameters, method and start in which the runs
+    differ.
+    """
+    varied = [n for n in ALL_PARAMETERS if len({getattr(run.parameters, n) for run in runs}) > 1]
+    several = len({run.method for run in runs}) > 1
+    labels = []
+    for run in runs:
+        parts = ["separation considered" if run.separation else "separation ignored"]
+        parts += [value_label(name, getattr(run.parameters, name)) for name in varied]
+        labels.append(", ".join([*parts, run.method] if several else parts))
+    starts = [f"start ({', '.join(f'{value:.3g}' for value in run.start)})" for run in runs]
+    labels = _distinguished(labels, [start.replace("-", "−") for start in starts])
+    return _distinguished(labels, [f"run {number}" for number in range(1, len(runs) + 1)])
+
+
+def _distinguished(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
+    """Labels, with the additions where those of equal labels differ."""
+    pairs = set(zip(labels, additions, strict=True))
+    counts = Counter(label for label, _ in pairs)
+    return [
+        f"{label}, {addition}" if counts[label] > 1 else label
+        for label, addition in zip(labels, additions, strict=True)
+    ]
+
+
+class _Window(NamedTuple):
+    """Times in a column of a figure, s, and what its lines are beside their case."""
+
+    title: str
+    start: float
+    end: float
+    role: str = ""
+
+
+def _windows(run: PlottedRun) -> list[_Window]:
+    """The whole time and, if it has many cycles, the last of them."""
+    t_end, period = run.t_end, _period(run.trajectory)
+    if period is None or t_end < 2 * _CYCLES * period:
+        return [_Window("", 0.0, t_end)]
+    length = _round_number(_CYCLES * period)
+    return [
+        _Window("whole run", 0.0, t_end, _FINE if t_end > _CROWDED * period else _THIN),
+        _Window(f"last {length:g} s", t_end - length, t_end),
+    ]
+
+
+def _period(trajectory: Trajectory) -> float | None:
+    """Mean time between upward crossings of the mean vertical displacement, late in the run."""
+    late = trajectory.t >= 0.5 * trajectory.t[-1]
+    t, y = trajectory.t[late], trajectory.y[late]
+    rising = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
+    if np.ptp(y) <= _ROUNDING * np.abs(y).max():
+        return None
+    return float(rising[-1] - rising[0]) / (rising.size - 1) if rising.size > 1 else None
+
+
+def _round_number(value: float) -> float:
+    unit = 10.0 ** math.floor(math.log10(value))
+    return unit * min((1.0, 2.0, 5.0, 10.0), key=lambda digit: abs(digit * unit - value))

@@ -337,9 +337,11 @@ class Transient(SystemResult):
 
     def figure(self) -> "Figure":
         """Contact force and displacements over time; `InputError` without a trajectory."""
-        from .figure import transient_figure
+        from fivtui.charts import sheet_figure
 
-        return transient_figure([self])
+        from .charts import transient_sheet
+
+        return sheet_figure(transient_sheet([self]))
 
 
 def assemble(

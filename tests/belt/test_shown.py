@@ -12,7 +12,7 @@ from fivtui.cli import run
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.scene import Scene, load_scene, save_scene
-from fivtui.transient import Transient, transient_figure, transient_rows
+from fivtui.transient import Transient, transient_rows
 from fivtui.transient.charts import (
     difference_chart,
     growing_run,
@@ -23,6 +23,7 @@ from fivtui.transient.charts import (
 )
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session.session import Session
+from tests.support.reading import transient_figure
 
 START = (-2.0, -4.0, 0.3, 1.0)
 

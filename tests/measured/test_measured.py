@@ -1,11 +1,13 @@
 """Measured data: read from files of any kind, shifted, compared, drawn, on the command line."""
 
+import dataclasses
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fivtui.charts.plotting import save_figure
 from fivtui.cli import run as command
 from fivtui.io import read_columns, read_header
 from fivtui.measured.comparison import validate
@@ -189,10 +191,19 @@ def test_both_are_drawn_with_the_band() -> None:
     computed, measured = over_time.lines
     one, other = (np.asarray(line.get_ydata(), dtype=float) for line in (measured, computed))
     np.testing.assert_allclose(one, other, atol=1e-9)
-    corners = over_time.collections[0].get_paths()[0].vertices
+    corners = over_time.patches[0].get_path().vertices
     assert np.ptp(np.asarray(corners)[:, 1]) == pytest.approx(np.ptp(y) + 0.6)
     assert apart.get_ylim()[1] >= 0.3
     assert lines.get_yscale() == "log"
+
+
+def test_the_title_of_a_figure_is_the_name_of_the_column_as_it_is(tmp_path: Path) -> None:
+    t, y = signal()
+    raw = r"$\no{math$ \[here]"
+    named = dataclasses.replace(measurement(t, y), signal=raw)
+    figure = validate(RUN, named, tolerances=Tolerances(Tolerance(0.3))).figure()
+    save_figure(figure, tmp_path / "both.png")
+    assert figure.axes[0].get_title() == "FAIL: " + raw.replace("$", r"\$")
 
 
 def test_the_figure_plots_measured_minus_computed() -> None:

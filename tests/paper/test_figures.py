@@ -19,7 +19,7 @@ from fivtui.paper.export import NUMBERS, figure_files, figure_numbers, save_figu
 from fivtui.paper.families import PANELS
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
-from fivtui.transient.figure import transient_figure
+from tests.support.reading import transient_figure
 
 EIGENVALUES, CRITICAL, TRANSIENTS, AMPLITUDES = (3, 4, 5), (6, 7, 8, 9), (10, 11, 12), (13, 16)
 

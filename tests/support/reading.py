@@ -1,6 +1,7 @@
 """Reads figures back: what a legend says, and which line looks like its entry."""
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
+
+from fivtui.charts.sheet import sheet_figure
+from fivtui.transient.charts import transient_sheet
+from fivtui.transient.result import Transient
 
 FloatArray = NDArray[np.float64]
 
@@ -66,3 +71,10 @@ def spans(axes: Axes) -> list[tuple[float, float]]:
 def labels(axes: Axes) -> tuple[str, str]:
     """What the axes are said to show."""
     return plain(axes.get_xlabel()), plain(axes.get_ylabel())
+
+
+def transient_figure(
+    runs: Sequence[Transient], quantities: Sequence[str] = ("P", "x", "y"), title: str = ""
+) -> Figure:
+    """Runs drawn over time."""
+    return sheet_figure(transient_sheet(runs, quantities, title))
