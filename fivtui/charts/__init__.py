@@ -42,7 +42,6 @@ if TYPE_CHECKING:
         CASE_LINES,
         FORMATS,
         OFF_BELT,
-        STUCK,
         STYLE,
         check_figure_path,
         new_figure,
