@@ -2,20 +2,18 @@
 
 import math
 import shutil
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from fivtui import Parameters, simulate
 from fivtui.model.slider_belt import State
 
-from .benchmarks import belts, branches, fmu_host, over_time
+from .benchmarks import fmu_host
 from .benchmarks.peers import missing, peers
 from .benchmarks.solvers import COMPILED, OWN, Run, Solver
-from .benchmarks.tui_terminal import LOADS
+from .benchmarks.speed import least_of, least_times
 from .benchmarks.work_precision import Measurement, cheapest, draw, measure, ratio_to, table
 from .references import REFERENCES, Reference
 
@@ -36,27 +34,6 @@ def test_every_solver_that_is_here_computes_the_scene(tmp_path: Path) -> None:
     draw(measured, "miniature", tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size > 10_000
     assert len(missing()) + len({m.solver for m in measured} - {s.name for s in own}) >= 4
-
-
-def test_every_benchmark_of_the_laboratory_sets_what_there_is() -> None:
-    for setting in filter(None, (load.setting for load in LOADS)):
-        # A module that is set must know the name before.
-        code = setting.replace("its.EXAMPLE =", "assert its.EXAMPLE; its.EXAMPLE =")
-        subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_runs_over_tables_are_timed_with_both_kernels() -> None:
-    found = list(over_time.costs(2.0, repeats=1))
-    assert [cost.kernel for cost in found] == [*over_time.KERNELS, *over_time.KERNELS]
-    assert all(cost.run.stats.kernel == cost.kernel for cost in found)
-
-
-def test_switches_are_counted_with_a_belt_of_finite_speed_and_without() -> None:
-    plain, *others = belts.costs(1e-6, t_end=3.0, rounds=1)
-    assert (plain.v_belt, len({(cost.v_belt, cost.v_s) for cost in others})) == (None, 16)
-    events = simulate(t_end=3.0, tol=1e-6).events
-    assert plain.switches == events.separations + events.reattachments > 0
-    assert min(cost.switches for cost in others) > 0
 
 
 def test_a_solver_that_fails_is_left_out_and_said() -> None:
@@ -99,18 +76,9 @@ def test_a_host_in_c_steps_every_fmu_that_is_here(tmp_path: Path) -> None:
         assert min(fmu_host.cost(host, fmu, 1e-3, count=50, rounds=1)) > 0.0
 
 
-def test_every_way_to_follow_a_branch_passes_its_fold() -> None:
-    lifting, smooth, folds = branches.own(repeats=0)
-    assert lifting.fold == pytest.approx(0.2778766133, abs=1e-9)
-    assert smooth.fold == pytest.approx(branches.FOLD, abs=1e-9)
-    assert folds.points > 30
-    # What a package for continuation is given vanishes at a cycle, whoever integrates.
-    start, (begin, *_) = branches.first_cycle(Parameters()), branches.SMOOTH
-    for shooting in (branches.scipy_shooting, branches.own_shooting):
-        assert abs(shooting(Parameters())(start, begin)).max() < 1e-8
-
-
-@pytest.mark.skipif(branches.missing() is not None, reason=str(branches.missing()))
-def test_the_package_for_continuation_passes_the_fold() -> None:
-    found = branches.pycont("with fivtui", branches.own_shooting(Parameters()))
-    assert found.fold == pytest.approx(branches.FOLD, abs=1e-3)
+@pytest.mark.parametrize("chosen", ["compiled", pytest.param("", marks=pytest.mark.whole)])
+def test_every_computation_whose_speed_is_measured_runs(chosen: str) -> None:
+    times = least_times(chosen, seconds=0.0)
+    assert len(times) > 1
+    assert least_of([times, dict.fromkeys(times, 1e-9)]) == dict.fromkeys(times, 1e-9)
+    assert min(times.values()) > 0.0

@@ -1,6 +1,6 @@
-"""Benchmarks: what this solver costs beside others, in one run on one machine.
+"""Benchmarks: what this solver costs, by itself and beside others, on one machine.
 
-``python -m tests.benchmarks`` prints work and precision of single runs, starts and batches, and
-draws the picture; the other modules are run by hand, such as ``python -m tests.benchmarks.fmu``.
-Solvers of others are compared where they can be imported; ``pip install '.[peers]'`` brings them.
+``python -m tests.benchmarks`` prints work and precision of single runs beside other solvers, which
+``pip install '.[peers]'`` brings, and draws them. ``python -m tests.benchmarks.speed`` compares two
+checkouts; ``cluster`` and ``fmu_host`` beside it measure sweeps on a cluster and steps of the FMU.
 """

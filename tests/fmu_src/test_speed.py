@@ -1,4 +1,4 @@
-"""A communication step inside a Taylor step computes nothing; the benchmark's FMUs run."""
+"""A communication step inside a Taylor step computes nothing."""
 
 from pathlib import Path
 
@@ -8,7 +8,6 @@ from fivtui.taylor.stepper import TaylorStepper
 from fmu_src.slave.motion import SliderBeltMotion
 from fmu_src.slave.slider_belt import SliderBeltInstance
 from fmu_src.slave.variables import REFERENCES
-from tests.benchmarks.fmu import c_no_op, cost_of_a_simulation, python_no_op
 
 
 def test_steps_without_outputs_move_the_time_alone(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -40,10 +39,3 @@ def test_steps_without_outputs_move_the_time_alone(monkeypatch: pytest.MonkeyPat
     (y,) = slave.get_real([REFERENCES["y"]])
     assert y != 0.0
     assert counts["state_at"] == 1
-
-
-def test_the_fmus_that_the_benchmark_compares_with_run(tmp_path: Path) -> None:
-    python = python_no_op(tmp_path)
-    native = c_no_op(tmp_path, python)
-    for fmu in (python, *([] if native is None else [native])):
-        assert cost_of_a_simulation(fmu) > 0.0
