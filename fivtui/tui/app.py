@@ -25,7 +25,7 @@ from fivtui.tui.session import StoredResult
 from .lab import KEY_IDS, KeyQueue, LabScreen, know_alt_keys, take_for_alt
 from .persistence import Autosave, Slot, State, load_config, restore_session, state_of
 from .session import PRECEDENCE, ComputingThreads, Session
-from .tabs import Reported, ResultsRestored, SessionRequested
+from .tabs import Reported, SessionRequested
 
 _SAVE_PERIOD: Final = 2.0
 _STYLES = Path(__file__).parent / "styles"
@@ -45,7 +45,9 @@ def _commands() -> type[Provider]:
     return LabCommands
 
 
-def _read_results(autosave: Autosave, unread: Mapping[str, StoredResult]) -> ResultsRestored:
+def _read_results(
+    autosave: Autosave, unread: Mapping[str, StoredResult]
+) -> tuple[dict[str, object], list[str]]:
     results: dict[str, object] = {}
     errors: list[str] = []
     for key, kept in unread.items():
@@ -54,7 +56,7 @@ def _read_results(autosave: Autosave, unread: Mapping[str, StoredResult]) -> Res
         except InputError as error:
             results[key] = None
             errors.append(str(error))
-    return ResultsRestored(results, errors)
+    return results, errors
 
 
 def _report_interpreted(lab: Screen[object]) -> None:
@@ -255,7 +257,7 @@ class FivtuiApp(App[None]):
         self._begin()
 
     def _begin(self) -> None:
-        lab = self.screen_stack[0]
+        lab = cast("LabScreen", self.screen_stack[0])
         for report in self._reports:
             lab.post_message(report)
         self._reports.clear()
@@ -266,7 +268,7 @@ class FivtuiApp(App[None]):
             # After the first frame: reading files may be slow.
             self.call_after_refresh(
                 self.run_worker,
-                lambda: lab.post_message(_read_results(autosave, unread)),
+                lambda: lab.call_later(lab.restore_results, *_read_results(autosave, unread)),
                 thread=True,
                 exit_on_error=False,
             )

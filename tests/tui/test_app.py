@@ -172,7 +172,7 @@ async def test_the_button_works_and_failures_are_told_and_logged(
     def broken(_run: object) -> None:
         raise ZeroDivisionError("by zero")
 
-    monkeypatch.setattr("fivtui.tui.lab.run_control.execute", broken)
+    monkeypatch.setattr("fivtui.tui.lab.run_actions.execute", broken)
     await pilot.press("f5")
     await until_told(pilot, "unexpected ZeroDivisionError: by zero")
     assert "run 3 failed" in text_of(pilot)

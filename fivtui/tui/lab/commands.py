@@ -6,7 +6,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
-from typing import Final
+from pathlib import Path
+from typing import Final, cast
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.fuzzy import Matcher
@@ -131,7 +132,8 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene, "write file toml")
     yield PaletteEntry("Save the scene as…", "Alt+S", lab.action_save_scene_as, "write file toml")
     for path in session.recent:
-        yield PaletteEntry(f"Recent: {path}", "Open again", partial(lab.action_open_recent, path))
+        reopen = partial(lab.files.open_path, Path(path))
+        yield PaletteEntry(f"Recent: {path}", "Open again", reopen)
     kinds = "Alt+O: a run, sweep, map, trade-off, branch"
     yield PaletteEntry(
         "Read a result…", kinds, lab.action_read_result, "import load open csv npz json parquet"
@@ -158,7 +160,7 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     yield PaletteEntry(
         "Parameters over time from a file…",
         "CSV: time, F, mu, v_belt",
-        lab.action_read_tables,
+        lab.files.read_tables,
         words,
     )
     if session.over_time:
@@ -167,7 +169,7 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
         )
     yield from _choices(lab)
     for tab in TABS:
-        show = partial(lab.show_tab, tab.id)
+        show = partial(lab.action_show_tab, tab.id)
         yield PaletteEntry(f"Tab {tab.title}", key_text(lab.app, tab.key), show, _MEANINGS[tab.id])
         yield from _view_commands(lab, tab)
     yield from _scene_commands(lab)
@@ -188,9 +190,8 @@ def _tab_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
             yield PaletteEntry(title, text, run, words[what])
     with suppress(InputError):
         line = pane.command_line()
-        yield PaletteEntry(
-            "Copy the command line", line, lab.action_copy_command, "clipboard shell script cli"
-        )
+        copy = partial(lab.files.copy_command, pane)
+        yield PaletteEntry("Copy the command line", line, copy, "clipboard shell script cli")
     if isinstance(pane, ViewsPane) and pane.visible_charts() is not None:
         yield from _plot_commands(lab, pane)
 
@@ -219,19 +220,18 @@ def _plot_commands(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
     yield PaletteEntry(
         "Copy the plot as text",
         "To the clipboard",
-        lab.action_copy_plot,
+        partial(lab.files.copy_plot, pane),
         "picture image copy characters",
     )
     picture = "To the clipboard, as PNG"
-    yield PaletteEntry(
-        "Copy the picture", picture, lab.action_copy_picture, "plot figure image png clipboard"
-    )
+    copy = partial(lab.files.copy_picture, pane)
+    yield PaletteEntry("Copy the picture", picture, copy, "plot figure image png clipboard")
 
 
 def _view_commands(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
     def show(view: str) -> None:
-        lab.show_tab(tab.id)
-        lab.when_pane(lambda pane: pane.show_view(view) if isinstance(pane, ViewsPane) else None)
+        lab.action_show_tab(tab.id)
+        lab.book.when_ready(lambda pane: cast("ViewsPane", pane).show_view(view))
 
     views = getattr(tab.kind(), "VIEWS", {})
     for view, title in views.items() if len(views) > 1 else ():

@@ -1,30 +1,23 @@
 """Opens and saves files: dialogs on the screen, work in threads."""
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from textual.message import Message
-from textual.screen import Screen
-
-from fivtui.io import check_apart
-from fivtui.model import ComputationError, InputError
+from fivtui.io import check_apart, files_text
+from fivtui.model import InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of
 from fivtui.tui.persistence import load_run, load_study
-from fivtui.tui.session import WRITING, DisplayedStudy, Session
+from fivtui.tui.session import WRITING, DisplayedStudy
 from fivtui.tui.tabs import (
     Export,
-    ExportEnded,
     Pane,
-    Reported,
-    RunRead,
     SceneLoaded,
-    SceneSaved,
-    StudyRead,
-    TablesChosen,
     ViewsPane,
     check_scene_path,
     copy_picture,
@@ -34,35 +27,40 @@ from fivtui.tui.tabs import (
 
 from .dialogs import ChosenFile, PathDialog
 
+if TYPE_CHECKING:
+    from .screen import LabScreen
+
 _READABLE: Final = (
     "A file written by fivtui: run, sweep or map (.csv, .npz, .parquet), map, trade-off or "
     "branch (.json), trade-off (.csv), unfinished sweep (FILE.parts)."
 )
-
-
 _TABLES: Final = (
     "A CSV file with columns time and F, mu or v_belt, in SI units; linear between its rows."
 )
 
 
 class FileController:
-    """Reads and writes files for a screen, which shows the dialogs and receives the messages."""
+    """Reads and writes files for the screen, which shows the dialogs."""
 
-    def __init__(self, screen: Screen[None], session: Session) -> None:
-        self._screen = screen
-        self._session = session
+    def __init__(self, lab: "LabScreen") -> None:
+        self._lab = lab
+        self._session = lab.session
+
+    def _ask(self, dialog: PathDialog, use: Callable[[ChosenFile], None]) -> None:
+        # Calls a function with the answer, unless the dialog is cancelled.
+        def answered(target: ChosenFile | None) -> None:
+            if target is not None:
+                use(target)
+
+        self._lab.app.push_screen(dialog, answered)
+
+    def _in_thread(self, name: str, work: Callable[[], None]) -> None:
+        self._lab.run_worker(work, name=name, thread=True, exit_on_error=False)
 
     def export(self, export: Export) -> None:
         """Ask for a path and write an export there."""
-        if self._screen.app.is_web:
-            self._ask_for_download(export)
-            return
-
-        def write(target: ChosenFile | None) -> None:
-            if target is not None:
-                self._write(export, target)
-
         opened = scene_file(self._session.source)
+        title = f"Export the {export.what} of {export.of}"
 
         def check(path: Path, force: bool) -> None:
             # Checked before the question whether to overwrite.
@@ -70,16 +68,7 @@ class FileController:
             check_apart([("the file", path)], read)
             export.check(path, force)
 
-        dialog = PathDialog(_title(export), export.proposal, export.hint, check)
-        self._screen.app.push_screen(dialog, write)
-
-    def _ask_for_download(self, export: Export) -> None:
-        # The browser knows folders of its own: a name is asked for, and no file here overwritten.
-        def download(target: ChosenFile | None) -> None:
-            if target is not None:
-                self._download(export, download_name(target.path))
-
-        def check(path: Path, _force: bool) -> None:
+        def check_download(path: Path, _force: bool) -> None:
             name = download_name(path)
             with TemporaryDirectory() as folder:
                 try:
@@ -87,9 +76,14 @@ class FileController:
                 except InputError as error:
                     raise InputError(_without_folder(str(error), folder)) from None
 
-        hint = f"{export.hint} The browser downloads the file."
-        dialog = PathDialog(_title(export), export.proposal, hint, check, verb="Download")
-        self._screen.app.push_screen(dialog, download)
+        if self._lab.app.is_web:
+            # The browser has folders of its own: a name is asked for, and no file is overwritten.
+            hint = f"{export.hint} The browser downloads the file."
+            dialog = PathDialog(title, export.proposal, hint, check_download, verb="Download")
+            self._ask(dialog, lambda target: self._download(export, download_name(target.path)))
+        else:
+            dialog = PathDialog(title, export.proposal, export.hint, check)
+            self._ask(dialog, lambda target: self._write(export, target))
 
     def _download(self, export: Export, name: str) -> None:
         def work() -> None:
@@ -97,67 +91,64 @@ class FileController:
                 path = Path(folder) / name
                 error = _without_folder(write_export(export, path, force=False), folder)
                 data = None if error else path.read_bytes()
-            self._screen.post_message(ExportEnded(export.what, Path(name), error, data))
+            self._lab.call_later(self._exported, export.what, Path(name), error, data)
 
-        self._screen.run_worker(work, name=export.what, thread=True, exit_on_error=False)
-
-    def copy_command(self, pane: Pane) -> None:
-        """Copy the command that computes what a tab shows."""
-        try:
-            line = pane.command_line()
-        except InputError as error:
-            self._screen.post_message(Reported(str(error), error=True))
-        else:
-            self._copy(line, f"copied: {line}")
-
-    def copy_plot(self, pane: Pane) -> None:
-        """Copy the plots of a tab as text."""
-        plots = (
-            [chart.text() for chart in pane.shown_views()] if isinstance(pane, ViewsPane) else []
-        )
-        if plots:
-            self._copy("\n".join(plots), "the plot is copied as text")
-        else:
-            self._screen.post_message(Reported("there is no plot to copy", error=True))
-
-    def _copy(self, text: str, words: str) -> None:
-        self._screen.app.copy_to_clipboard(text)
-        self._screen.post_message(Reported(words))
-
-    def copy_picture(self, pane: Pane) -> None:
-        """Copy the figure of a tab as a picture."""
-
-        def work() -> None:
-            try:
-                copy_picture(export)
-            except (InputError, ComputationError) as error:
-                self._screen.post_message(Reported(str(error), error=True))
-            else:
-                self._screen.post_message(Reported(f"the figure of {export.of} is copied"))
-
-        try:
-            export = pane.export("figure")
-        except InputError as error:
-            self._screen.post_message(Reported(str(error), error=True))
-        else:
-            self._screen.run_worker(work, name="copying", thread=True, exit_on_error=False)
+        self._in_thread(export.what, work)
 
     def _write(self, export: Export, target: ChosenFile) -> None:
         def work() -> None:
             with WRITING.of(str(target.path)):
                 error = write_export(export, target.path, force=target.force)
-            self._screen.post_message(ExportEnded(export.what, target.path, error))
+            self._lab.call_later(self._exported, export.what, target.path, error)
 
-        self._screen.run_worker(work, name=export.what, thread=True, exit_on_error=False)
+        self._in_thread(export.what, work)
+
+    def _exported(self, what: str, path: Path, error: str, download: bytes | None = None) -> None:
+        # For a browser the file is not stored here, and `download` has its bytes.
+        words = error or f"{what} written to {files_text(path)}"
+        if download is not None:
+            self._lab.app.deliver_binary(BytesIO(download), save_filename=path.name)
+            words = f"{what} {path.name}: in the downloads folder of the browser"
+        self._lab.report(words, error=bool(error))
+
+    def copy_command(self, pane: Pane) -> None:
+        """Copy the command that computes what a tab shows."""
+        with self._lab.errors_reported():
+            line = pane.command_line()
+            self._copy(line, f"copied: {line}")
+
+    def copy_plot(self, pane: Pane) -> None:
+        """Copy the plots of a tab as text."""
+        views = pane.shown_views() if isinstance(pane, ViewsPane) else []
+        if views:
+            self._copy("\n".join(view.text() for view in views), "the plot is copied as text")
+        else:
+            self._lab.report("there is no plot to copy", error=True)
+
+    def _copy(self, text: str, words: str) -> None:
+        self._lab.app.copy_to_clipboard(text)
+        self._lab.report(words)
+
+    def copy_picture(self, pane: Pane) -> None:
+        """Copy the figure of a tab as a picture."""
+
+        def work() -> None:
+            with self._lab.errors_reported():
+                copy_picture(export)
+                self._lab.report(f"the figure of {export.of} is copied")
+
+        with self._lab.errors_reported():
+            export = pane.export("figure")
+            self._in_thread("copying", work)
 
     def open_scene(self) -> None:
         """Ask for a scene or result file and open it."""
 
-        def load(target: ChosenFile | None) -> None:
-            if target is not None and _is_scene(target.path):
+        def load(target: ChosenFile) -> None:
+            if _is_scene(target.path):
                 self.open_path(target.path)
-            elif target is not None:
-                self._read(target.path)
+            else:
+                self._read(target)
 
         def check(path: Path, _force: bool) -> None:
             if _is_scene(path):
@@ -168,47 +159,31 @@ class FileController:
         hint = "A scene (.toml) or a result file written by fivtui."
         if self._session.recent:
             hint += " The palette (Ctrl+P) lists recent scenes."
-        dialog = PathDialog("Open a scene or a result", "", hint, check, verb="Open")
-        self._screen.app.push_screen(dialog, load)
+        self._ask(PathDialog("Open a scene or a result", "", hint, check, verb="Open"), load)
 
     def open_path(self, path: Path) -> None:
         """Load a scene file."""
-        try:
+        with self._lab.errors_reported():
             scene = load_scene(path)
-        except InputError as error:
-            self._screen.post_message(Reported(str(error), error=True))
-        else:
             words = f"scene {scene.name} opened: {path}"
-            self._screen.post_message(SceneLoaded(scene, str(path), words))
+            self._lab.post_message(SceneLoaded(scene, str(path), words))
 
     def save_scene(self, *, ask: bool) -> None:
         """Save the edited scene to its file.
 
         Asks for a path if `ask`, if the scene has no file, or if the file was changed elsewhere.
         """
-        try:
+        with self._lab.errors_reported():
             scene = self._session.scene()
-        except InputError as error:
-            self._screen.post_message(Reported(str(error), error=True))
-            return
-        own = self._own_file()
-        if own is not None and not ask and self._unchanged(own):
-            self._save(scene, ChosenFile(own, force=True))
-            return
-
-        def save(target: ChosenFile | None) -> None:
-            if target is not None:
-                self._save(scene, target)
-
-        proposal = str(own) if own is not None else f"{scene.name}.toml"
-        dialog = PathDialog(
-            "Save the scene as", proposal, "A scene file (.toml).", check_scene_path
-        )
-        self._screen.app.push_screen(dialog, save)
-
-    def _own_file(self) -> Path | None:
-        path = Path(self._session.source)
-        return path if path.suffix.lower() == ".toml" else None
+            path = Path(self._session.source)
+            own = path if _is_scene(path) else None
+            if own is not None and not ask and self._unchanged(own):
+                self._save(scene, ChosenFile(own, force=True))
+                return
+            proposal = f"{scene.name}.toml" if own is None else str(own)
+            hint = "A scene file (.toml)."
+            dialog = PathDialog("Save the scene as", proposal, hint, check_scene_path)
+            self._ask(dialog, lambda target: self._save(scene, target))
 
     def _unchanged(self, path: Path) -> bool:
         try:
@@ -217,71 +192,44 @@ class FileController:
             return False
 
     def _save(self, scene: Scene, target: ChosenFile) -> None:
-        try:
+        with self._lab.errors_reported():
             named = save_scene_as(scene, target.path, force=target.force)
-        except InputError as error:
-            self._screen.post_message(Reported(str(error), error=True))
-        else:
-            self._screen.post_message(SceneSaved(named, target.path))
+            self._lab.scene_saved(named, target.path)
 
     def read_tables(self) -> None:
         """Ask for a file with parameters over time, and give them to the scene."""
-
-        def take(target: ChosenFile | None) -> None:
-            if target is not None:
-                self._take_tables(target.path)
-
-        def check(path: Path, _force: bool) -> None:
-            read_over_time(path)
-
+        check = _check_by(read_over_time)
         dialog = PathDialog("Parameters over time", "", _TABLES, check, verb="Read")
-        self._screen.app.push_screen(dialog, take)
+        self._ask(dialog, self._read_tables)
 
-    def _take_tables(self, path: Path) -> None:
-        try:
+    def _read_tables(self, target: ChosenFile) -> None:
+        with self._lab.errors_reported():
             # A scene refuses tables that do not fit its parameters.
-            scene = replace(self._session.scene(), over_time=read_over_time(path))
-        except InputError as error:
-            self._screen.post_message(Reported(str(error), error=True))
-        else:
-            words = f"tables over time from {path}"
-            self._screen.post_message(TablesChosen(scene.over_time, words))
-
-    def drop_tables(self) -> None:
-        """Keep the parameters over time at their values at t = 0."""
-        self._screen.post_message(TablesChosen((), "tables over time dropped"))
+            scene = replace(self._session.scene(), over_time=read_over_time(target.path))
+            self._lab.set_tables(scene.over_time, f"tables over time from {target.path}")
 
     def read_result(self) -> None:
         """Ask for a result file and read it."""
+        check = _check_by(check_readable)
+        self._ask(PathDialog("Read a result", "", _READABLE, check, verb="Read"), self._read)
 
-        def read(target: ChosenFile | None) -> None:
-            if target is not None:
-                self._read(target.path)
+    def _read(self, target: ChosenFile) -> None:
+        path = target.path
 
-        def check(path: Path, _force: bool) -> None:
-            check_readable(path)
-
-        dialog = PathDialog("Read a result", "", _READABLE, check, verb="Read")
-        self._screen.app.push_screen(dialog, read)
-
-    def _read(self, path: Path) -> None:
         def work() -> None:
-            try:
+            with self._lab.errors_reported():
                 kind = kind_of(path)
                 if kind == "run":
-                    message: Message = RunRead(path, *load_run(path))
+                    self._lab.call_later(self._lab.add_run, path, *load_run(path))
                 else:
                     study = DisplayedStudy(load_study(kind, path), path.stem, str(path))
-                    message = StudyRead(kind, study)
-            except InputError as error:
-                message = Reported(str(error), error=True)
-            self._screen.post_message(message)
+                    self._lab.call_later(self._lab.show_study, kind, study)
 
-        self._screen.run_worker(work, name="reading", thread=True, exit_on_error=False)
+        self._in_thread("reading", work)
 
 
-def _title(export: Export) -> str:
-    return f"Export the {export.what} of {export.of}"
+def _check_by(read: Callable[[Path], object]) -> Callable[[Path, bool], object]:
+    return lambda path, _force: read(path)
 
 
 def _without_folder(words: str, folder: str) -> str:

@@ -1,11 +1,9 @@
 """Runs the edited scene in the background for the live curve."""
 
-import time
-from typing import Final
+from functools import partial
+from typing import TYPE_CHECKING, Final
 
-from textual.screen import Screen
 from textual.timer import Timer
-from textual.worker import Worker, WorkerState
 
 from fivtui.model import InputError
 from fivtui.scene import Scene
@@ -17,16 +15,16 @@ from fivtui.tui.session import (
     LiveRun,
     Outcome,
     Pace,
-    Session,
-    crash_words,
     differences,
     execute_live,
 )
-from fivtui.tui.tabs import LiveEnded
+from fivtui.tui.tabs import compute_in_thread
+
+if TYPE_CHECKING:
+    from .screen import LabScreen
 
 # Delay of a run after the last edit, where it does not follow at once, s.
 _PAUSE: Final = 0.4
-_GROUP: Final = "live"
 
 
 class LiveController:
@@ -37,14 +35,13 @@ class LiveController:
     run. Results of stopped runs are dropped.
     """
 
-    def __init__(self, screen: Screen[None], session: Session) -> None:
+    def __init__(self, screen: "LabScreen") -> None:
         self._screen = screen
-        self._session = session
+        self._session = session = screen.session
         # The scene that was last asked for, and the kept run beside which it was.
         self._scene = self._edited()
         self._displayed = session.runs.displayed
         self._job: LiveJob | None = None
-        self._count = 0
         self._next: Scene | None = None
         self._waiting: Timer | None = None
 
@@ -108,27 +105,22 @@ class LiveController:
         self._next = None
         self._job = job = LiveJob(scene=scene, pace=self._session.live.pace(scene))
 
-        def compute() -> None:
-            begin = time.perf_counter()
+        def compute() -> Outcome[Transient]:
             outcome = execute_live(job)
-            self._screen.post_message(LiveEnded(job, outcome, time.perf_counter() - begin))
+            job.duration = job.elapsed
+            return outcome
 
-        self._count += 1
-        self._screen.run_worker(
-            compute, name=str(self._count), group=_GROUP, thread=True, exit_on_error=False
-        )
+        compute_in_thread(self._screen, compute, partial(self._ended, job))
 
-    def ended(self, event: LiveEnded) -> bool:
-        """Take a result. Returns False if it is outdated."""
-        job, outcome = event.job, event.outcome
+    def _ended(self, job: LiveJob, outcome: Outcome[Transient]) -> None:
         if job is not self._job:
-            return False
+            return
         self._job = None
         live, kept = self._session.live, self._session.runs.displayed
         before = None if kept is None else kept.result
         if outcome.result is not None:
-            live.learn(job.scene, event.seconds - job.setup)
-            live.put(LiveRun(job.scene, outcome.result, event.seconds), before)
+            live.learn(job.scene, job.duration - job.setup)
+            live.put(LiveRun(job.scene, outcome.result, job.duration), before)
         elif outcome.error:
             live.fail(outcome.error, before)
         else:
@@ -136,16 +128,7 @@ class LiveController:
             live.refuse(job.scene)
         if self._next is not None:
             self._begin(self._next)
-        return True
-
-    def thread_failed(self, worker: Worker[object]) -> bool:
-        """Take a crash of a live run's thread. Returns whether it was one."""
-        if worker.group != _GROUP or worker.state is not WorkerState.ERROR:
-            return False
-        if self._job is not None and worker.name == str(self._count):
-            outcome: Outcome[Transient] = Outcome(error=crash_words(worker.error))
-            self._screen.post_message(LiveEnded(self._job, outcome, 0.0))
-        return True
+        self._screen.show_live()
 
     def runs_changed(self) -> None:
         """Give way to another kept run, and to one that is being computed."""

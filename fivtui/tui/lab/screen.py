@@ -1,9 +1,8 @@
 """The main screen: form, verdict, runs and tabs of a session."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
-from io import BytesIO
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -14,12 +13,12 @@ from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.equilibrium import verdict
-from fivtui.io import files_text
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
     PRECEDENCE,
     WELCOME,
+    DisplayedStudy,
     RunState,
     Session,
     crash_words,
@@ -28,42 +27,27 @@ from fivtui.tui.session import (
 )
 from fivtui.tui.tabs import (
     TABS,
-    ExportEnded,
-    FieldEdited,
     FieldFocused,
-    FieldStepped,
     JobPane,
-    LiveEnded,
     LiveRequested,
     Pane,
-    PointOpened,
     Reported,
-    ResultsRestored,
-    RunActionRequested,
-    RunEnded,
-    RunRead,
-    RunRequested,
     RunsChanged,
-    SceneLoaded,
-    SceneSaved,
-    SearchUpdated,
     StudyPane,
-    StudyRead,
     TabBook,
-    TablesChosen,
 )
 
-from .actions import LabActions
-from .edit_control import EditController
+from .edit_actions import EditActions
 from .form.form import Form
 from .key_bar import KeyBar
 from .keys import LAB_KEYS
 from .live_control import LiveController
 from .notices import NoticeView
+from .run_actions import RunActions
 from .run_bar import NO_RUN, RunBar
 from .run_list import RunsPane
 from .search_control import SearchController
-from .verdict.gauge_control import GaugeController, ZonesComputed
+from .verdict.gauge_control import GaugeController
 from .verdict.view import VerdictView
 
 _PROGRESS_PERIOD: Final = 0.1
@@ -77,7 +61,7 @@ def _reset_charts(pane: Pane) -> None:
         pane.reset_charts()
 
 
-class LabScreen(LabActions):
+class LabScreen(EditActions, RunActions):
     """The laboratory's main screen; it owns the session and handles all messages."""
 
     BINDINGS: ClassVar[list[BindingType]] = [*LAB_KEYS]
@@ -93,10 +77,9 @@ class LabScreen(LabActions):
     ) -> None:
         super().__init__(session, welcome=welcome)
         self.other_sessions = other_sessions
-        self._editor = EditController(self, session)
         self._search = SearchController(self)
-        self._live = LiveController(self, session)
-        self._gauges = GaugeController(self, session)
+        self._live = LiveController(self)
+        self._gauges = GaugeController(self)
         self._tab_behind = False
 
     def compose(self) -> ComposeResult:
@@ -138,7 +121,7 @@ class LabScreen(LabActions):
             pane.stop()
 
     def _redraw(self) -> None:
-        self.call_after_refresh(self._book.update_pane, lambda pane: pane.theme_changed())
+        self.call_after_refresh(self.book.update_pane, lambda pane: pane.theme_changed())
 
     @on(Reported)
     def _reported(self, event: Reported) -> None:
@@ -146,40 +129,15 @@ class LabScreen(LabActions):
             self.query_one(NoticeView).tell(event.words, error=event.error)
         mark = "ERROR: " if event.error else ""
         self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.words}")
-        self._book.update_pane(lambda pane: pane.reported())
+        self.book.update_pane(lambda pane: pane.reported())
 
     # Editing
-
-    @on(FieldEdited)
-    def _edited(self, event: FieldEdited) -> None:
-        self._editor.edited(event)
 
     @on(FieldFocused)
     def _field_focused(self, event: FieldFocused) -> None:
         self.session.close_step()
         self._gauges.focus(event.name)
-        self._show_verdict()
-
-    @on(FieldStepped)
-    def _stepped(self, event: FieldStepped) -> None:
-        self._editor.stepped(event)
-
-    @on(SceneLoaded)
-    def _loaded(self, event: SceneLoaded) -> None:
-        self._editor.loaded(event)
-
-    @on(TablesChosen)
-    def _tables_chosen(self, event: TablesChosen) -> None:
-        self._editor.tables_chosen(event)
-
-    @on(PointOpened)
-    def _point_opened(self, event: PointOpened) -> None:
-        self._editor.point_opened(event)
-        self.action_run()
-
-    @on(SceneSaved)
-    def _saved(self, event: SceneSaved) -> None:
-        self._editor.saved(event)
+        self.show_verdict()
 
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""
@@ -187,7 +145,7 @@ class LabScreen(LabActions):
         mark = " (changed)" if session.changed else ""
         self.query_one(VerdictView).name_scene(f"{session.name}{mark}")
         self.query_one(Form).show(session.texts, session.errors, session.changed, session.notes)
-        self._show_verdict()
+        self.show_verdict()
         self._show_newest()
         if not self._tab_behind:
             # Form and verdict answer the key first; the tab is drawn in the next frame.
@@ -196,10 +154,11 @@ class LabScreen(LabActions):
 
     def _show_in_tab(self) -> None:
         self._tab_behind = False
-        self._book.update_pane(lambda pane: pane.scene_changed())
+        self.book.update_pane(lambda pane: pane.scene_changed())
         self.call_after_refresh(PRECEDENCE.release)
 
-    def _show_verdict(self) -> None:
+    def show_verdict(self) -> None:
+        """Display the stability of the edited scene, and what a search has found."""
         view = self.query_one(VerdictView)
         try:
             found = self.session.stability()
@@ -222,18 +181,12 @@ class LabScreen(LabActions):
     @on(Resize)
     def _resized(self) -> None:
         # There is room for another number of gauges.
-        self.call_after_refresh(self._show_verdict)
+        self.call_after_refresh(self.show_verdict)
 
-    @on(ZonesComputed)
-    def _zones_computed(self, event: ZonesComputed) -> None:
-        self._gauges.take(event)
-        self._show_verdict()
-
-    @on(SearchUpdated)
-    def _search_updated(self, event: SearchUpdated) -> None:
-        if self._search.take(event):
-            self._show_verdict()
-            self._book.update_pane(lambda pane: pane.scene_changed())
+    def search_updated(self) -> None:
+        """Display what a search has found."""
+        self.show_verdict()
+        self.book.update_pane(lambda pane: pane.scene_changed())
 
     # Runs and files
 
@@ -249,7 +202,7 @@ class LabScreen(LabActions):
         if failed and newest is not None and not self.session.outdated(newest):
             # There is no live curve of what cannot be computed.
             live = ""
-        if live and self._book.active == _LIVE_TAB and self.session.runs.active is None:
+        if live and self.book.active == _LIVE_TAB and self.session.runs.active is None:
             bar.show(None, live)
         elif newest is not None:
             bar.show_run(newest, outdated=self.session.outdated(newest))
@@ -266,29 +219,28 @@ class LabScreen(LabActions):
             if self.session.live.curve is not shown:
                 self._show_curves()
 
-    @on(LiveEnded)
-    def _live_ended(self, event: LiveEnded) -> None:
-        if self._live.ended(event):
-            self._show_newest()
-            self._show_curves()
+    def show_live(self) -> None:
+        """Display the live curve."""
+        self._show_newest()
+        self._show_curves()
 
     def _show_curves(self) -> None:
         self.query_one(RunsPane).mark(self.session.runs, self.session.live)
-        self._book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
+        self.book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
 
     def action_switch_live(self) -> None:
         """Switch the live curve on or off."""
         self._live.switch()
         words = "follows every edit" if self.session.lives else "off"
-        self.post_message(Reported(f"live curve {words}"))
+        self.report(f"live curve {words}")
         self._show_newest()
-        self._book.catch_up()
+        self.book.catch_up()
 
     def _show_progress(self) -> None:
         self._show_newest()
         active = self.session.runs.active
         if active is not None:
-            self._book.update_pane(lambda pane: pane.run_progressed(active))
+            self.book.update_pane(lambda pane: pane.run_progressed(active))
 
     @on(RunsChanged)
     def _show_runs(self) -> None:
@@ -304,55 +256,23 @@ class LabScreen(LabActions):
         self._show_curves()
         self.refresh_bindings()
 
-    @on(RunRequested)
-    def _run_requested(self) -> None:
-        if self.session.runs.active is None:
-            self.action_run()
-        else:
-            self.action_stop()
+    def show_study(self, kind: str, study: DisplayedStudy[Any]) -> None:
+        """Display a result read from a file in the tab of its kind."""
+        self.session.studies.put(kind, study)
+        self.action_show_tab(kind)
+        self.book.when_ready(_reset_charts)
+        self.book.catch_up()
+        self.report(f"{kind} read from {study.source}")
 
-    @on(RunEnded)
-    def _run_ended(self, event: RunEnded) -> None:
-        self._run_controller.ended(event)
-
-    @on(RunActionRequested)
-    def _run_action_requested(self, event: RunActionRequested) -> None:
-        self._run_controller.act(event)
-
-    @on(RunRead)
-    def _run_read(self, event: RunRead) -> None:
-        self._run_controller.read(event)
-
-    @on(StudyRead)
-    def _study_read(self, event: StudyRead) -> None:
-        self.session.studies.put(event.kind, event.study)
-        self.show_tab(event.kind)
-        self._book.when_ready(_reset_charts)
-        self._book.catch_up()
-        self.post_message(Reported(f"{event.kind} read from {event.study.source}"))
-
-    @on(ResultsRestored)
-    def _results_restored(self, event: ResultsRestored) -> None:
-        restore_results(self.session, event.results)
-        for words in event.errors:
-            self.post_message(Reported(words, error=True))
+    def restore_results(self, results: Mapping[str, Any], errors: Sequence[str]) -> None:
+        """Display the results of the last session; `errors` says which could not be read."""
+        restore_results(self.session, results)
+        for words in errors:
+            self.report(words, error=True)
         self._show_runs()
-        self._book.catch_up()
-
-    @on(ExportEnded)
-    def _export_ended(self, event: ExportEnded) -> None:
-        words = event.error or f"{event.what} written to {files_text(event.path)}"
-        if event.download is not None:
-            self.app.deliver_binary(BytesIO(event.download), save_filename=event.path.name)
-            words = f"{event.what} {event.path.name}: in the downloads folder of the browser"
-        self.post_message(Reported(words, error=bool(event.error)))
+        self.book.catch_up()
 
     @on(Worker.StateChanged)
     def _thread_failed(self, event: Worker.StateChanged) -> None:
-        if (
-            not self._run_controller.thread_failed(event.worker)
-            and not self._live.thread_failed(event.worker)
-            and event.state is WorkerState.ERROR
-        ):
-            words = f"{event.worker.name}: {crash_words(event.worker.error)}"
-            self.post_message(Reported(words, error=True))
+        if event.state is WorkerState.ERROR:
+            self.report(f"{event.worker.name}: {crash_words(event.worker.error)}", error=True)

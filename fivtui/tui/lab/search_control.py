@@ -1,25 +1,25 @@
 """Background search for what waits beyond small disturbances of the edited scene."""
 
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from textual.screen import Screen
 from textual.timer import Timer
 
 from fivtui.model import System
 from fivtui.tui.session import Coexisting, Job, outcome_of
-from fivtui.tui.tabs import SearchUpdated
 
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
     from fivtui.safety import SafeFriction
 
+    from .screen import LabScreen
+
 # Delay of a search after the last edit, s.
 _PAUSE: Final = 0.5
 # Number of parameter sets whose results are cached.
 _REMEMBERED: Final = 64
-_GROUP: Final = "search"
 
 Key = tuple[System, bool]
 
@@ -32,13 +32,13 @@ class SearchController:
     dropped.
     """
 
-    def __init__(self, screen: Screen[None]) -> None:
+    def __init__(self, screen: "LabScreen") -> None:
         self._screen = screen
         self._key: Key | None = None
         self._job: Job | None = None
         self._waiting: Timer | None = None
         self._known: OrderedDict[Key, Coexisting] = OrderedDict()
-        self._found: Coexistence | None = None
+        self._result: Coexistence | None = None
 
     def coexisting(self, system: System, *, stable: bool) -> Coexisting:
         """What is known beside the equilibrium; starts a search if it is not all known yet."""
@@ -52,7 +52,7 @@ class SearchController:
 
     def stop(self) -> None:
         """Stop the search."""
-        self._key = self._found = None
+        self._key = self._result = None
         if self._waiting is not None:
             self._waiting.stop()
             self._waiting = None
@@ -66,69 +66,72 @@ class SearchController:
         (system, stable), self._waiting = self._key, None
         self._job = job = Job()
 
-        def tell(found: "Coexistence", *, done: bool = False) -> None:
-            self._screen.post_message(SearchUpdated(job, found, done=done))
+        def show(take: Callable[..., None], *args: object) -> None:
+            self._screen.call_later(self._take, job, take, *args)
+
+        def partial_result(result: "Coexistence") -> None:
+            show(self._take_result, result, False)
 
         def search() -> None:
             from fivtui.orbits import coexistence
             from fivtui.safety import safe_friction
 
             if stable:
-                ended = outcome_of(lambda: coexistence(system, progress=job.report, found=tell))
-                if ended.error:
-                    self._screen.post_message(SearchUpdated(job, error=ended.error))
-                elif ended.result is not None:
-                    tell(ended.result, done=True)
+                outcome = outcome_of(
+                    lambda: coexistence(system, progress=job.report, found=partial_result)
+                )
+                if outcome.error:
+                    show(self._take_error, outcome.error)
+                elif outcome.result is not None:
+                    show(self._take_result, outcome.result, True)
                 else:
                     return
             p = system.parameters
             if p.v_belt is not None:
-                self._screen.post_message(SearchUpdated(job, last=True))
+                show(self._take_safe, None)
                 return
             safe = outcome_of(
                 lambda: safe_friction(p, separation=system.separation, progress=job.report)
             )
             if safe.result is not None or safe.error:
-                self._screen.post_message(SearchUpdated(job, safe=safe.result, last=True))
+                show(self._take_safe, safe.result)
 
         self._screen.run_worker(
-            search, name="search for limit cycles", group=_GROUP, thread=True, exit_on_error=False
+            search, name="search for limit cycles", thread=True, exit_on_error=False
         )
 
-    def take(self, event: SearchUpdated) -> bool:
-        """Store a search's result. Returns False if it is not of the edited parameter set."""
-        if event.job is not self._job or self._key is None:
-            return False
-        before = self._known.get(self._key, Coexisting(words=""))
-        self._known[self._key] = (
-            self._completed(before, event.safe) if event.last else self._coexisting(event)
-        )
+    def _take(self, job: Job, take: Callable[..., None], *args: object) -> None:
+        # Unless the parameters were edited since.
+        if job is not self._job or self._key is None:
+            return
+        take(self._key, *args)
         while len(self._known) > _REMEMBERED:
             self._known.popitem(last=False)
-        if event.last:
-            self._job = None
-        return True
+        self._screen.search_updated()
 
-    def _coexisting(self, event: SearchUpdated) -> Coexisting:
-        if event.found is None:
-            return Coexisting(f"search for limit cycles failed: {event.error}", done=True)
+    def _take_error(self, key: Key, error: str) -> None:
+        self._known[key] = Coexisting(f"search for limit cycles failed: {error}", done=True)
+
+    def _take_result(self, key: Key, result: "Coexistence", done: bool) -> None:
         from fivtui.orbits import coexistence_words
 
-        self._found = event.found
-        note = event.found.warning if event.done else None
-        return Coexisting(
-            coexistence_words(event.found), note or "", event.found.coexists, event.done
-        )
+        self._result = result
+        note = (result.warning or "") if done else ""
+        self._known[key] = Coexisting(coexistence_words(result), note, result.coexists, done)
 
-    def _completed(self, before: Coexisting, safe: "SafeFriction | None") -> Coexisting:
-        known = replace(before, safe=safe, searched=True)
+    def _take_safe(self, key: Key, safe: "SafeFriction | None") -> None:
+        self._job = None
+        before = self._known.get(key, Coexisting(words=""))
+        self._known[key] = replace(before, safe=safe, searched=True)
         if safe is None or not before.words:
-            return known
+            return
         from fivtui.orbits import coexistence_words
         from fivtui.safety import coexistence_here
 
-        if self._found is not None and self._found.coexists and safe.others:
+        if self._result is not None and self._result.coexists and safe.others:
             since = f" from μ = {safe.others[0].mu:.4g}"
-            return replace(known, words=coexistence_words(self._found, since))
-        here = coexistence_here(safe)
-        return replace(known, words=here, coexists=True) if here else known
+            self._known[key] = replace(
+                self._known[key], words=coexistence_words(self._result, since)
+            )
+        elif here := coexistence_here(safe):
+            self._known[key] = replace(self._known[key], words=here, coexists=True)

@@ -35,6 +35,7 @@ class LiveJob(Job):
     scene: Scene
     pace: Pace
     setup: float = 0.0
+    duration: float = 0.0
 
     def report(self, fraction: float) -> bool:
         """As `Job.report`. Returns False also after the longest time."""

@@ -8,31 +8,23 @@ if TYPE_CHECKING:
     from .exports.export import KINDS, Export, check_scene_path, save_scene_as, write_export
     from .job_pane import JobBar, JobPane
     from .messages import (
-        ExportEnded,
         FieldEdited,
         FieldFocused,
         FieldStepped,
-        LiveEnded,
         LiveRequested,
         PointOpened,
         Reported,
-        ResultsRestored,
         RunActionRequested,
-        RunEnded,
-        RunRead,
         RunRequested,
         RunsChanged,
         SceneLoaded,
-        SceneSaved,
-        SearchUpdated,
         SessionRequested,
-        StudyRead,
-        TablesChosen,
     )
     from .pane import Pane
     from .studies.study_pane import StudyPane
     from .tables import ListTable, flowed, grid
     from .tabs import TABS, TabSpec
+    from .threads import compute_in_thread
     from .views_pane import ViewsPane
 else:
     from fivtui.lazy import lazily

@@ -1,22 +1,21 @@
 """A pane with a computation that the user starts."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.events import Resize
-from textual.message import Message
 from textual.widgets import Button, ProgressBar, Static
-from textual.worker import Worker, WorkerState
 
 from fivtui.model import InputError
-from fivtui.tui.session import PRECEDENCE, Job, Outcome, Session, crash_words, outcome_of
+from fivtui.tui.session import PRECEDENCE, Job, Outcome, Session, outcome_of
 
 from .messages import Reported
 from .tables import fitted
+from .threads import compute_in_thread
 from .views_pane import ViewsPane
 
 _PERIOD: Final = 0.1
@@ -87,13 +86,6 @@ class JobPane(ViewsPane):
     VERB: ClassVar[str] = "Compute"
     HINT: ClassVar[str] = ""
 
-    @dataclass
-    class Ended(Message):
-        """Posted when a thread ends."""
-
-        job: Job
-        outcome: Outcome[object]
-
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         self.job: Job | None = None
@@ -134,11 +126,10 @@ class JobPane(ViewsPane):
         self.stop()
         self.job = job = Job()
 
-        def run() -> None:
-            self.post_message(self.Ended(job, outcome_of(lambda: compute(job))))
+        def outcome() -> Outcome[object]:
+            return outcome_of(lambda: compute(job))
 
-        # A group of its own: a stopped thread may take a moment to end.
-        self.run_worker(run, group="job", name=self.VERB, thread=True, exit_on_error=False)
+        compute_in_thread(self, outcome, partial(self._ended, job))
         self._ticker.resume()
         self.show_bar()
 
@@ -168,14 +159,11 @@ class JobPane(ViewsPane):
         event.stop()
         self.work()
 
-    @on(Ended)
-    def _ended(self, event: Ended) -> None:
-        event.stop()
-        if event.job is not self.job:
+    def _ended(self, job: Job, outcome: Outcome[object]) -> None:
+        if job is not self.job:
             return
         self.job = None
         self._ticker.pause()
-        outcome = event.outcome
         if outcome.error:
             self.words = outcome.error
             self.post_message(Reported(outcome.error, error=True))
@@ -183,14 +171,6 @@ class JobPane(ViewsPane):
             self.words = ""
             self.take(outcome.result)
         self.show_bar()
-
-    @on(Worker.StateChanged)
-    def _thread_failed(self, event: Worker.StateChanged) -> None:
-        if event.state is WorkerState.ERROR and event.worker.group == "job":
-            event.stop()
-            if self.job is not None:
-                failed: Outcome[object] = Outcome(error=crash_words(event.worker.error))
-                self.post_message(self.Ended(self.job, failed))
 
     def say(self, words: str) -> None:
         """Display words in the bar while no job is running."""

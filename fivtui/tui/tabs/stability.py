@@ -1,13 +1,12 @@
 """Stability tab: modes over μ, eigenvalues, summary; updated on every edit."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.message import Message
 from textual.timer import Timer
 from textual.worker import get_current_worker
 
@@ -48,13 +47,6 @@ class StabilityPane(ViewsPane):
         "plane": "Eigenvalues",
         "facts": "Summary",
     }
-
-    @dataclass
-    class Scanned(Message):
-        """Posted when the eigenvalues over μ are known, perhaps outdated."""
-
-        key: object
-        scan: ModeScan
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -108,15 +100,14 @@ class StabilityPane(ViewsPane):
             except (Cancelled, ComputationError):
                 # No equilibrium somewhere along μ: nothing to draw.
                 return
-            self.post_message(self.Scanned(key, scan))
+            self.call_later(self._scanned, key, scan)
 
         self.run_worker(compute, group="scan", thread=True, exclusive=True, exit_on_error=False)
 
-    @on(Scanned)
-    def _scanned(self, event: Scanned) -> None:
-        event.stop()
-        if event.key == self._key:
-            self._scan = event.scan
+    def _scanned(self, key: object, scan: ModeScan) -> None:
+        # The parameters may have been edited since.
+        if key == self._key:
+            self._scan = scan
             self.draw()
 
     def draw(self) -> None:

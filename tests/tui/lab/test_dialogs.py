@@ -220,11 +220,11 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.delenv("DISPLAY", raising=False)
     await run_to_end(pilot)
-    lab.action_copy_plot()
+    lab.book.when_ready(lab.files.copy_plot)
     await until(pilot, lambda: "off belt" in pilot.app.clipboard)
     assert "⣿" in pilot.app.clipboard
     assert "t (s)" in pilot.app.clipboard
-    lab.action_copy_picture()
+    lab.book.when_ready(lab.files.copy_picture)
     await until_told(pilot, "a picture cannot be copied: needs wl-copy")
     programs = tmp_path / "bin"
     programs.mkdir()
@@ -233,11 +233,11 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setenv("COPIED", str(tmp_path / "copied.png"))
-    lab.action_copy_picture()
+    lab.book.when_ready(lab.files.copy_picture)
     await until_told(pilot, "the figure of run 1 is copied")
     assert (tmp_path / "copied.png").read_bytes().startswith(b"\x89PNG")
     (programs / "xclip").write_text("#!/bin/sh\nexit 1\n")
-    lab.action_copy_picture()
+    lab.book.when_ready(lab.files.copy_picture)
     await until_told(pilot, "the picture is not copied: xclip failed")
 
 

@@ -10,7 +10,7 @@ from textual.pilot import Pilot
 from fivtui.safety import SafeFriction, Zone, Zones, linear_zones, safety_zones
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.lab.verdict.gauge import Gauge, Parts, round_span
-from fivtui.tui.lab.verdict.gauge_control import GaugeController, ZonesComputed
+from fivtui.tui.lab.verdict.gauge_control import GaugeController
 from fivtui.tui.session import Coexisting, Session
 from tests.support.laboratory import focus, text_of, type_into, until, until_screen, until_shown
 
@@ -151,7 +151,7 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
 ) -> None:
     session = Session()
     session.set_text("mu", "0.2")
-    controller = GaugeController(Mock(spec=LabScreen), session)
+    controller = GaugeController(Mock(spec=LabScreen, session=session))
     controller.focus("F")
     safe = None if confirmed_to is None else Mock(spec=SafeFriction, safe_to=confirmed_to)
     known = Coexisting(safe=safe, searched=safe is not None)
@@ -162,7 +162,7 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     assert first.zones.at(80.0) is Zone.SMALL
     (key,) = controller._wanted
     continued = Zones("F", (key.low, 60.0, 100.0, key.high), (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS))
-    controller.take(ZonesComputed(key, continued))
+    controller.take(key, continued)
     (gauge,) = controller.gauges(session.stability(), known, both=False)
     assert isinstance(gauge, Gauge)
     assert [gauge.zones.at(F) for F in (50.0, 80.0, 120.0)] == [Zone.KNOCK, zone, Zone.SQUEALS]

@@ -21,12 +21,13 @@ from fivtui.tradeoffs import measure as tradeoff
 from fivtui.transient.files import restore_transient, store_transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.persistence import results as result_store
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.runs import RunState
 from fivtui.tui.session.studies import DisplayedStudy, StoredResult
 from fivtui.tui.tabs.charts.sweep import sweep_of, sweep_request
-from fivtui.tui.tabs.messages import RunActionRequested, StudyRead
+from fivtui.tui.tabs.messages import RunActionRequested
 from tests.support.laboratory import (
     app_of,
     clear_notices,
@@ -152,7 +153,9 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         session.studies.put(
             "sweep", DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
         )
-        pilot.app.screen.post_message(StudyRead("map", a_map()))
+        lab = pilot.app.screen
+        assert isinstance(lab, LabScreen)
+        lab.show_study("map", a_map())
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
         await show_tab(pilot, "alt+6")
         await until_shown(pilot, "what it shows")

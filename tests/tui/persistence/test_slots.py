@@ -9,8 +9,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ from fivtui.model.errors import InputError
 from fivtui.scene.presets import PRESETS
 from fivtui.tui import start
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.run_control import RunController
+from fivtui.tui.lab.run_actions import RunActions
 from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.slots import slot_of
 from fivtui.tui.persistence.snapshot import state_of
@@ -29,7 +28,6 @@ from fivtui.tui.persistence.state_file import STATE_VERSION, State
 from fivtui.tui.session.runs import MAX_RUNS
 from fivtui.tui.session.session import Session
 from fivtui.tui.session.studies import DisplayedStudy, StoredResult
-from fivtui.tui.tabs.messages import Reported
 from tests.support.laboratory import app_of, text_of, until, until_shown, until_told
 
 BASE = PRESETS["base"]
@@ -300,14 +298,16 @@ def test_at_the_end_it_is_said_what_is_not_kept(
     assert said_last.startswith(f"the session is not saved: {tmp_path / 'fivtui'}: cannot be made")
 
 
-def test_a_run_that_leaves_the_list_is_said_to() -> None:
-    told: list[Any] = []
-    screen = SimpleNamespace(post_message=told.append, run_worker=lambda *_, **__: None)
-    controller = RunController(cast("Any", screen), Session())
+def test_a_run_that_leaves_the_list_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+    lab = RunActions(Session(), welcome=False)
+    monkeypatch.setattr(lab, "post_message", lambda _: None)
+    monkeypatch.setattr(lab, "run_worker", lambda *_, **__: None)
+    monkeypatch.setattr(lab, "action_show_tab", lambda _: None)
+    monkeypatch.setattr(lab, "report", told.append)
     for _ in range(MAX_RUNS + 1):
-        controller.start()
-    words = [message.words for message in told if isinstance(message, Reported)]
-    assert words == [f"run 1 (the oldest) was deleted: the list holds {MAX_RUNS} runs"]
+        lab.action_run()
+    assert told == [f"run 1 (the oldest) was deleted: the list holds {MAX_RUNS} runs"]
 
 
 async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Path) -> None:

@@ -85,7 +85,7 @@ async def refused(pilot: Pilot[None], key: str, words: str) -> None:
 
 async def copied(pilot: Pilot[None]) -> list[str]:
     pilot.app.copy_to_clipboard("")
-    lab_of(pilot).action_copy_command()
+    lab_of(pilot).book.when_ready(lab_of(pilot).files.copy_command)
     await until(pilot, lambda: bool(pilot.app.clipboard))
     words = shlex.split(pilot.app.clipboard)
     assert words[0] == "fivtui"

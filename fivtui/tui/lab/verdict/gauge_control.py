@@ -2,17 +2,17 @@
 
 from collections import OrderedDict
 from dataclasses import dataclass
-from typing import Final
-
-from textual.message import Message
-from textual.screen import Screen
+from typing import TYPE_CHECKING, Final
 
 from fivtui.equilibrium import Stability, scan_top
 from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, System
 from fivtui.safety import Zone, Zones, linear_zones, searched_zones
-from fivtui.tui.session import FIELDS, Coexisting, Job, Session, outcome_of
+from fivtui.tui.session import FIELDS, Coexisting, Job, outcome_of
 
 from .gauge import Gauge, round_span
+
+if TYPE_CHECKING:
+    from fivtui.tui.lab.screen import LabScreen
 
 # Number of ranges whose zones are cached.
 _REMEMBERED: Final = 64
@@ -22,7 +22,6 @@ _STATIC: Final = "mu_s"
 _FIRST: Final = "F"
 # A range stays if what is needed is this part of it at least.
 _LEAST_PART: Final = 0.4
-_GROUP: Final = "zones"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,19 +33,11 @@ class _GaugeRange:
     high: float
 
 
-@dataclass
-class ZonesComputed(Message):
-    """Zones over a parameter are known, perhaps of parameters that were edited since."""
-
-    key: _GaugeRange
-    zones: Zones | None
-
-
 class GaugeController:
     """Computes the gauges of the edited scene for a screen, one range after the other."""
 
-    def __init__(self, screen: Screen[None], session: Session) -> None:
-        self._screen, self._session = screen, session
+    def __init__(self, screen: "LabScreen") -> None:
+        self._screen, self._session = screen, screen.session
         self._focused, self._other = _MU, _FIRST
         self._known: OrderedDict[_GaugeRange, Zones | None] = OrderedDict()
         self._ranges: dict[str, tuple[float, float]] = {}
@@ -140,19 +131,20 @@ class GaugeController:
                 lambda: safety_zones(key.system, key.name, key.low, key.high, progress=job.report)
             )
             if outcome.result is not None or outcome.error:
-                self._screen.post_message(ZonesComputed(key, outcome.result))
+                self._screen.call_later(self.take, key, outcome.result)
 
         self._screen.run_worker(
-            compute, name="zones over a parameter", group=_GROUP, thread=True, exit_on_error=False
+            compute, name="zones over a parameter", thread=True, exit_on_error=False
         )
 
-    def take(self, event: ZonesComputed) -> None:
-        """Store zones."""
-        self._known[event.key] = event.zones
+    def take(self, key: _GaugeRange, zones: Zones | None) -> None:
+        """Store zones, perhaps of parameters that were edited since."""
+        self._known[key] = zones
         while len(self._known) > _REMEMBERED:
             self._known.popitem(last=False)
-        if self._running is not None and self._running[0] == event.key:
+        if self._running is not None and self._running[0] == key:
             self._running = None
+        self._screen.show_verdict()
 
     def stop(self) -> None:
         """Stop the computation."""

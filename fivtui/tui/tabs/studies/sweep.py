@@ -1,13 +1,10 @@
 """The sweep tab: amplitudes over one or two parameters, with and without separation."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Final
 
-from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.message import Message
 from textual.widgets import Static
 
 from fivtui.charts import Heading, NearestPoint, scale_words
@@ -48,13 +45,6 @@ class SweepPane(StudyPane):
     FORM: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C, or peak-over-belt-speed"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
 
-    @dataclass
-    class Grown(Message):
-        """Posted when more members are computed."""
-
-        job: Job
-        result: "Sweep"
-
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         # The large sweep that F10 computes when pressed again.
@@ -88,19 +78,16 @@ class SweepPane(StudyPane):
         super().begin()
 
     def compute(self, request: "Study", job: Job) -> "Sweep":
-        """Compute a sweep in parts, and post them."""
+        """Compute a sweep, and display its parts."""
         parts: list[Rows] = []
         for rows in sweep_parts(request, job.report):
             parts.append(rows)
-            self.post_message(self.Grown(job, sweep_of(request, parts)))
+            self.call_later(self._take_part, job, sweep_of(request, parts))
         return sweep_of(request, parts)
 
-    @on(Grown)
-    def _grown(self, event: Grown) -> None:
-        event.stop()
-        if event.job is self.job:
-            displayed = DisplayedStudy(event.result, self.session.name)
-            self.session.studies.put(self.NAME, displayed)
+    def _take_part(self, job: Job, result: "Sweep") -> None:
+        if job is self.job:
+            self.session.studies.put(self.NAME, DisplayedStudy(result, self.session.name))
 
     def progressed(self) -> None:
         """Display the members computed so far."""

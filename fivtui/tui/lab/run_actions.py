@@ -1,0 +1,170 @@
+"""Starts, stops and finishes runs; transients are computed in threads."""
+
+from functools import partial
+from pathlib import Path
+
+from textual import on
+
+from fivtui.scene import Scene
+from fivtui.transient import Transient
+from fivtui.tui.session import (
+    MAX_RUNS,
+    SOLVER,
+    Outcome,
+    Run,
+    Session,
+    engine_words,
+    execute,
+    result_brief,
+)
+from fivtui.tui.tabs import (
+    PointOpened,
+    RunActionRequested,
+    RunRequested,
+    RunsChanged,
+    SceneLoaded,
+    compute_in_thread,
+)
+
+from .actions import LabActions
+
+
+class RunActions(LabActions):
+    """What keys, commands and messages do to the runs."""
+
+    def __init__(self, session: Session, *, welcome: bool) -> None:
+        super().__init__(session, welcome=welcome)
+        # The scene to run next, and the run to compare its result with.
+        self._next: Scene | None = None
+        self._partner: Run | None = None
+
+    def action_run(self) -> None:
+        """Run the edited scene."""
+        with self.errors_reported():
+            scene = self.session.scene()
+            self._next = self._partner = None
+            self._start(scene)
+            self.action_show_tab("transient")
+
+    def action_run_both(self) -> None:
+        """Run the edited scene by the native solver and an FMU, and compare them."""
+        with self.errors_reported():
+            edited = self.session.scene()
+            native, self._next = self.session.engine_pair()
+            self._partner = None
+            self._start(native, edited)
+            self.action_show_tab("transient")
+
+    def _start(self, scene: Scene, edited: Scene | None = None) -> None:
+        self.session.close_step()
+        before = list(self.session.runs)
+        run = self.session.runs.start(scene, edited)
+        self._report_deleted(before)
+        compute_in_thread(self, lambda: execute(run), partial(self._ended, run))
+        self.post_message(RunsChanged())
+
+    def action_stop(self) -> None:
+        """Stop the active run and cancel the one to follow."""
+        self._next = self._partner = None
+        run = self.session.runs.stop()
+        if run is not None:
+            self.post_message(RunsChanged())
+            self.report(f"run {run.number} {run.stop_words}")
+
+    @on(RunRequested)
+    def _run_requested(self) -> None:
+        if self.session.runs.active is None:
+            self.action_run()
+        else:
+            self.action_stop()
+
+    @on(PointOpened)
+    def _point_opened(self, event: PointOpened) -> None:
+        for name, text in event.texts.items():
+            self.session.set_text(name, text)
+        self.show_inputs()
+        self.report(event.words, routine=True)
+        self.action_run()
+
+    def _ended(self, run: Run, outcome: Outcome[Transient]) -> None:
+        # It may have been stopped before.
+        if not self.session.runs.finish(run, outcome):
+            return
+        if run.result is None:
+            self._next = self._partner = None
+            self.report(f"run {run.number}: {run.message}", error=True)
+        else:
+            self.session.runs.displayed = run
+            # The time of the first run of all would be that of loading libraries.
+            cpu_s = run.result.stats.cpu_s
+            self.session.live.learn(run.scene, run.elapsed if cpu_s is None else cpu_s)
+            words = "; ".join([f"run {run.number} done", *result_brief(run.result)])
+            self.report(words, routine=True)
+            self._go_on(run)
+        self.post_message(RunsChanged())
+
+    def _go_on(self, run: Run) -> None:
+        # The FMU follows the native solver; then they are compared.
+        if self._next is not None:
+            scene, self._next, self._partner = self._next, None, run
+            self._start(scene, run.edited)
+        elif self._partner is not None:
+            native, self._partner = self._partner, None
+            if native.result is not None and run.result is not None and run.engine != SOLVER:
+                native.overlaid = True
+                self.session.runs.baseline = native
+                self.report(engine_words(native.result, run.result))
+
+    def add_run(self, path: Path, scene: Scene, result: Transient) -> None:
+        """Add a run read from a file."""
+        before = list(self.session.runs)
+        run = self.session.runs.add_read(scene, result, str(path))
+        self._report_deleted(before)
+        self.report(f"run {run.number} read from {path}")
+        self.post_message(RunsChanged())
+
+    def _report_deleted(self, before: list[Run]) -> None:
+        for run in before:
+            if self.session.runs.find(run.number) is None:
+                why = f"the list holds {MAX_RUNS} runs"
+                self.report(f"run {run.number} (the oldest) was deleted: {why}")
+
+    @on(RunActionRequested)
+    def _act(self, event: RunActionRequested) -> None:
+        run = self.session.runs.find(event.number)
+        if run is None:
+            return
+        if event.what == "load":
+            self._load(run)
+        elif event.what == "delete":
+            self._delete(run)
+        else:
+            self._change_plots(event.what, run)
+        self.post_message(RunsChanged())
+
+    def _change_plots(self, what: str, run: Run) -> None:
+        runs = self.session.runs
+        if what == "overlay":
+            run.overlaid = not run.overlaid
+        elif what == "colour":
+            run.style.colour += 1
+        elif what == "marker":
+            run.style.marker += 1
+        elif run.result is None:
+            self.report(f"run {run.number} has no result", error=True)
+        elif what == "show":
+            runs.displayed = run
+        elif what == "baseline":
+            runs.baseline = None if runs.baseline is run else run
+
+    def _load(self, run: Run) -> None:
+        if run.result is not None:
+            self.session.runs.displayed = run
+        words = f"scene of run {run.number} loaded; Ctrl+Z undoes"
+        self.post_message(SceneLoaded(run.scene, "", words))
+
+    def _delete(self, run: Run) -> None:
+        if run is self.session.runs.active:
+            self.action_stop()
+        self.session.delete_run(run)
+        self.report(f"run {run.number} deleted; Ctrl+Z brings it back")

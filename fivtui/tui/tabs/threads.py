@@ -1,0 +1,30 @@
+"""Computations in threads, whose outcomes come back to the screen's thread."""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from textual.widget import Widget
+
+from fivtui.tui.session import Outcome, crash_words
+
+T = TypeVar("T")
+
+
+def compute_in_thread(
+    owner: Widget,
+    compute: Callable[[], Outcome[T]],
+    take: Callable[[Outcome[T]], object],
+) -> None:
+    """Call `compute` in a thread, then `take` with its outcome in that of the owner.
+
+    An unexpected error is an outcome, too.
+    """
+
+    def run() -> None:
+        try:
+            outcome = compute()
+        except Exception as error:  # noqa: BLE001 (it is displayed)
+            outcome = Outcome(error=crash_words(error))
+        owner.call_later(take, outcome)
+
+    owner.run_worker(run, thread=True, exit_on_error=False)
