@@ -109,17 +109,15 @@ async def test_a_click_on_a_key_presses_it(pilot: Pilot[None]) -> None:
     await until_shown(pilot, "Search for commands")
 
 
-@pytest.mark.parametrize("width", [40, 57, 80, 140])
-async def test_the_keys_fill_one_line_and_groups_are_whole(width: int) -> None:
-    async with FivtuiApp().run_test(size=(width, 24)) as pilot:
-        await until_shown(pilot, "F5 Run")
-        line = text_of(pilot).splitlines()[-1]
-        assert len(line) == width
-        assert line.rstrip().endswith("^p palette")
-        pilot.app.screen.query_one("#growth").focus()
-        await pilot.pause()
-        line = text_of(pilot).splitlines()[-1]
-        assert ("+ - Zoom" in line) is ("+" in line)
+async def test_the_keys_fill_one_line_and_groups_are_whole(pilot: Pilot[None]) -> None:
+    for width in (40, 57, 80, 140):
+        await pilot.resize_terminal(width, 24)
+        for place in ("#row-mu TextEditor", "#growth"):
+            pilot.app.screen.query_one(place).focus()
+            await until(pilot, lambda: len(text_of(pilot).splitlines()[-1]) == width)  # noqa: B023
+            line = text_of(pilot).splitlines()[-1]
+            assert line.rstrip().endswith("^p palette")
+            assert ("+ - Zoom" in line) is ("+" in line)
 
 
 async def test_no_timer_of_a_tab_is_lost() -> None:

@@ -122,7 +122,9 @@ async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[No
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
 
 
-async def test_keys_jump_to_every_part_of_the_screen(pilot: Pilot[None]) -> None:
+async def test_keys_jump_to_every_part_and_have_room_in_the_bar(
+    pilot: Pilot[None],
+) -> None:
     screen = pilot.app.screen
     await pilot.press("alt+3")
     for key, place in (
@@ -135,11 +137,8 @@ async def test_keys_jump_to_every_part_of_the_screen(pilot: Pilot[None]) -> None
         await pilot.press(key)
         widget = screen.query_one(place)
         await until(pilot, partial(getattr, widget, "has_focus"))
-
-
-async def test_every_key_of_the_bar_has_room_in_80_columns(pilot: Pilot[None]) -> None:
+    # Every key of the bar has room in 80 columns.
     await pilot.resize_terminal(80, 24)
-    screen = pilot.app.screen
     for tab, place, last in (
         ("alt+1", "#growth", "v View"),
         ("alt+2", "#plot-y", "e End"),
@@ -152,25 +151,6 @@ async def test_every_key_of_the_bar_has_room_in_80_columns(pilot: Pilot[None]) -
         screen.query_one(place).focus()
         await until_shown(pilot, f" {last} ")
         assert text_of(pilot).splitlines()[-1].startswith("F5 Run F1 Help F2 Tab ")
-
-
-async def test_the_palette_finds_by_meaning(pilot: Pilot[None]) -> None:
-    await run_to_end(pilot)
-    for words, title in (
-        ("csv", "Export the data of run 1"),
-        ("plot", "Export the figure of run 1"),
-        ("phase", "Transient: Phase"),
-        ("help", "Help: keys that work now"),
-    ):
-        await palette(pilot, words)
-        await until_shown(pilot, title)
-        if words != "phase":
-            await pilot.press("escape")
-            await until(pilot, lambda: pilot.app.screen is pilot.app.screen_stack[0])
-        else:
-            await pilot.press("enter")
-            await until(pilot, lambda: pilot.app.screen.query_one("#phase-y").display)
-            await until_shown(pilot, "ẏ")
 
 
 MEANT = {
@@ -187,18 +167,32 @@ MEANT = {
 }  # fmt: skip
 
 
-async def test_the_palette_finds_what_users_type(pilot: Pilot[None]) -> None:
+async def test_the_palette_finds_by_meaning_edits_and_works_in_the_plot(
+    pilot: Pilot[None],
+) -> None:
     await run_to_end(pilot)
+    for words, title in (
+        ("csv", "Export the data of run 1"),
+        ("plot", "Export the figure of run 1"),
+        ("phase", "Transient: Phase"),
+        ("help", "Help: keys that work now"),
+    ):
+        await palette(pilot, words)
+        await until_shown(pilot, title)
+        if words != "phase":
+            await pilot.press("escape")
+            await until(pilot, lambda: pilot.app.screen is pilot.app.screen_stack[0])
+        else:
+            await pilot.press("enter")
+            await until(pilot, lambda: pilot.app.screen.query_one("#phase-y").display)
+            await until_shown(pilot, "ẏ")
     provider = LabCommands(pilot.app.screen)
     await provider.startup()
     for words, title in MEANT.items():
         hits = sorted([hit async for hit in provider.search(words)], key=lambda hit: -hit.score)
         titles = [str(getattr(hit, "match_display", "")) for hit in hits[:3]]
         assert any(each.startswith(title) for each in titles) if title else not titles, words
-
-
-async def test_the_palette_edits_fields_and_works_in_the_plot(pilot: Pilot[None]) -> None:
-    await run_to_end(pilot)
+    await pilot.click("#view-time")
     await palette(pilot, "mass")
     await until_shown(pilot, "Edit m")
     await pilot.press("enter")

@@ -40,6 +40,13 @@ async def test_fields_of_the_belt_come_and_go(pilot: Pilot[None]) -> None:
     await choose(pilot, "faster than", "Belt faster than the slider")
     await until(pilot, lambda: session.parameters().v_belt is None)
     await until(pilot, lambda: "v_belt" not in text_of(pilot))
+    # A field without effect says what it needs.
+    session.set_text("mu_s", "0.9")
+    await pilot.press("up")
+    await until_shown(pilot, "no effect without v_belt")
+    session.set_text("v_belt", "1")
+    await pilot.press("up")
+    await until(pilot, lambda: "no effect" not in flat_text_of(pilot))
 
 
 async def test_tables_are_read_said_in_the_form_and_dropped(
@@ -101,13 +108,3 @@ async def test_tables_are_there_at_the_next_start_and_tell_runs_apart(tmp_path: 
     assert [str(each) for each in differences(with_table, dropped)] == ["F over time"]
     assert [str(each) for each in differences(dropped, with_table)] == ["nothing over time"]
     assert names_of({1: with_table, 2: dropped}) == ["F over time", "F 20 N"]
-
-
-async def test_a_field_of_the_belt_without_effect_says_what_it_needs(pilot: Pilot[None]) -> None:
-    session = app_of(pilot).session
-    session.set_text("mu_s", "0.9")
-    await pilot.press("up")
-    await until_shown(pilot, "no effect without v_belt")
-    session.set_text("v_belt", "1")
-    await pilot.press("up")
-    await until(pilot, lambda: "no effect" not in flat_text_of(pilot))

@@ -48,28 +48,26 @@ def test_a_decimal_comma_in_a_number_is_a_point() -> None:
         assert decimal_point(text) == expected
 
 
-@pytest.mark.parametrize(
-    ("key", "name", "wrong", "reason", "right"),
-    [
-        ("alt+3", "vary", "mu=0,1:200:5", "mu = 200: must be from 0 to 100", "mu=0.1:2:5"),
-        ("alt+4", "over", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
-        ("alt+7", "scattered", "F~normal:80:-8", "F~normal:80:-8", "F~normal:80:8"),
-        ("alt+0", "along", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
-    ],
+INPUTS = (
+    ("alt+3", "vary", "mu=0,1:200:5", "mu = 200: must be from 0 to 100", "mu=0.1:2:5"),
+    ("alt+4", "over", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
+    ("alt+7", "scattered", "F~normal:80:-8", "F~normal:80:-8", "F~normal:80:8"),
+    ("alt+0", "along", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
 )
-async def test_a_wrong_text_in_a_tab_is_marked_at_once(
-    key: str, name: str, wrong: str, reason: str, right: str, pilot: Pilot[None]
-) -> None:
-    await show_tab(pilot, key)
-    editor = pilot.app.screen.query_one(f"#{name}", Input)
-    editor.focus()
-    await until(pilot, lambda: editor.has_focus)
-    for text, valid in ((wrong, False), (right, True)):
-        await pilot.press("end", "ctrl+u")
-        pilot.app.post_message(Paste(f"{text}\n"))
-        await until(pilot, lambda: editor.has_class("-invalid") is not valid)  # noqa: B023
-        assert (editor.value == text) is ("0,1:" not in text)
-        assert (reason in flat_text_of(pilot)) is not valid
+
+
+async def test_a_wrong_text_in_a_tab_is_marked_at_once(pilot: Pilot[None]) -> None:
+    for key, name, wrong, reason, right in INPUTS:
+        await show_tab(pilot, key)
+        editor = pilot.app.screen.query_one(f"#{name}", Input)
+        editor.focus()
+        await until(pilot, lambda: editor.has_focus)  # noqa: B023
+        for text, valid in ((wrong, False), (right, True)):
+            await pilot.press("end", "ctrl+u")
+            pilot.app.post_message(Paste(f"{text}\n"))
+            await until(pilot, lambda: editor.has_class("-invalid") is not valid)  # noqa: B023
+            assert (editor.value == text) is ("0,1:" not in text)
+            assert (reason in flat_text_of(pilot)) is not valid
 
 
 async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilot[None]) -> None:

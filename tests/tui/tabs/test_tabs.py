@@ -16,7 +16,6 @@ from fivtui.paper.results import PaperResults
 from fivtui.scene.presets import PRESETS
 from fivtui.tradeoffs import measure as tradeoff, tradeoff_chart
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
-from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session import runs
 from fivtui.tui.tabs import TABS
@@ -32,6 +31,7 @@ from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     app_of,
+    endless_simulate,
     flat_text_of,
     run_to_end,
     show_tab,
@@ -164,9 +164,18 @@ async def test_the_trade_off_is_measured_and_shown(
         assert progress(0.5)
         return measured
 
-    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure)
+    def endless(scene: Any, progress: Any) -> None:
+        endless_simulate(progress=progress)
+
     await pilot.press("alt+5")
     await until_shown(pilot, "not measured yet")
+    # A job is stopped at once.
+    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", endless)
+    await pilot.press("f10")
+    await until_shown(pilot, "Stop")
+    await pilot.press("f10")
+    await until_shown(pilot, "stopped at 0 %")
+    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure)
     await pilot.press("f10")
     await until_shown(pilot, "error of final state")
     assert asked == [app_of(pilot).session.scene()]
@@ -178,23 +187,6 @@ async def test_the_trade_off_is_measured_and_shown(
     await until_shown(pilot, "error of events (s)")
     await pilot.click("#view-settings")
     await until_shown(pilot, "method setting error CPU ms")
-
-
-async def test_a_job_is_stopped_at_once(
-    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def endless(scene: Any, progress: Any) -> None:
-        from tests.support.laboratory import endless_simulate
-
-        endless_simulate(progress=progress)
-
-    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", endless)
-    await pilot.press("alt+5")
-    await until_shown(pilot, "not measured yet")
-    await pilot.press("f10")
-    await until_shown(pilot, "Stop")
-    await pilot.press("f10")
-    await until_shown(pilot, "stopped at 0 %")
 
 
 async def test_figures_of_the_paper_are_computed_and_opened(pilot: Pilot[None]) -> None:
@@ -257,24 +249,3 @@ def test_claims_have_rows_and_words() -> None:
     assert {row[0] for row in rows[1:]} == {"?"}
     assert "computed: " in claim_words(claim, checked[claim.id])
     assert "computed" not in claim_words(CLAIMS[1], None)
-
-
-@pytest.mark.parametrize("size", [(80, 24), (100, 30), (120, 36), (200, 60)])
-async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> None:
-    async with FivtuiApp().run_test(size=size) as pilot:
-        await until_shown(pilot, "Im λ/(2π) (Hz)")
-        shown = text_of(pilot).splitlines()
-        form = pilot.app.screen.query_one("Form").region
-        # An edge between the units of the form and what stands beside it.
-        assert {line[form.right - 1] for line in shown[form.y : form.bottom]} <= set("╮│╯")
-        (titles,) = (line[form.right :] for line in shown if "Sweep" in line)
-        words = titles.strip("╭╮─ ").removesuffix(" ›").split()
-        assert words == [tab.title for tab in TABS][: len(words)]
-        assert size[0] < 120 or len(words) == len(TABS)
-        await pilot.press("alt+5")
-        await until_shown(pilot, "State Peak ±2nd ½ Events")
-        assert "F10: measure (about 7 s)" in text_of(pilot)
-        await pilot.press("alt+4")
-        await until_shown(pilot, "Growth μ_c Modes Safe μ Regions")
-        await pilot.press("alt+6")
-        await until_shown(pilot, "Enter: figure, F10: claims, o: scene")
