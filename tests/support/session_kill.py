@@ -63,7 +63,7 @@ def go_on(path: Path) -> None:
     run = session.runs.start(BASE)
     session.runs.finish(run, Outcome(RESULT))
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
-    session.studies.put("map", DisplayedStudy(stability_map(BASE.parameters, over), "base"))
+    session.studies["map"] = DisplayedStudy(stability_map(BASE.parameters, over), "base")
     autosave.save(state_of(session, ""))
     autosave.close(state_of(session, ""))
 

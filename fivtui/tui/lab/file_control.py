@@ -1,19 +1,20 @@
 """Opens and saves files: dialogs on the screen, work in threads."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.io import check_apart, files_text
 from fivtui.model import InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
-from fivtui.studies import check_readable, kind_of
-from fivtui.tui.persistence import load_run, load_study
-from fivtui.tui.session import WRITING, DisplayedStudy
+from fivtui.studies import check_readable, kind_of, load_study
+from fivtui.transient import Transient
+from fivtui.tui.session import WRITING, DisplayedStudy, check_drawable
 from fivtui.tui.tabs import (
     Export,
     Pane,
@@ -222,7 +223,7 @@ class FileController:
                 if kind == "run":
                     self._lab.call_later(self._lab.add_run, path, *load_run(path))
                 else:
-                    study = DisplayedStudy(load_study(kind, path), path.stem, str(path))
+                    study = DisplayedStudy(load_displayed(kind, path), path.stem, str(path))
                     self._lab.call_later(self._lab.show_study, kind, study)
 
         self._in_thread("reading", work)
@@ -230,6 +231,42 @@ class FileController:
 
 def _check_by(read: Callable[[Path], object]) -> Callable[[Path, bool], object]:
     return lambda path, _force: read(path)
+
+
+def load_displayed(kind: str, path: Path) -> Any:
+    """Read a result of a study; raises `InputError` if it cannot be read or displayed."""
+    result = load_study(kind, path)
+    if kind == "sweep":
+        with _names(path):
+            check_drawable(result.study)
+    return result
+
+
+def load_run(path: Path) -> tuple[Scene, Transient]:
+    """Read a scene and transient from a trajectory file; `InputError` if it is none."""
+    run: Transient = load_study("run", path)
+    with _names(path):
+        scene = Scene(
+            name=path.stem,
+            description="",
+            parameters=run.parameters,
+            separation=run.separation,
+            start=run.start,
+            t_end=run.t_end,
+            tol=run.tol,
+            method=run.method,
+            step=run.step,
+        )
+    return scene, run
+
+
+@contextmanager
+def _names(path: Path) -> Iterator[None]:
+    # Errors name the file.
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _without_folder(words: str, folder: str) -> str:

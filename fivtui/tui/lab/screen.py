@@ -258,7 +258,7 @@ class LabScreen(EditActions, RunActions):
 
     def show_study(self, kind: str, study: DisplayedStudy[Any]) -> None:
         """Display a result read from a file in the tab of its kind."""
-        self.session.studies.put(kind, study)
+        self.session.studies[kind] = study
         self.action_show_tab(kind)
         self.book.when_ready(_reset_charts)
         self.book.catch_up()

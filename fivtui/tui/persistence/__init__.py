@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .autosave import Autosave
     from .config import config_path, load_config
-    from .imports import load_run, load_study
     from .slots import Slot
     from .snapshot import restore_results, restore_session, state_of
     from .state_file import State, load_state, state_path

@@ -23,7 +23,7 @@ def state_of(session: Session, theme: str) -> State:
         elif key in session.unread:
             results[key] = session.unread[key]
     results |= {k: kept for k, kept in session.unread.items() if not k.startswith(_RUN)}
-    results |= session.studies.known
+    results |= session.studies
     return State(
         session.edited,
         session.recent,
@@ -83,7 +83,7 @@ def restore_results(session: Session, results: Mapping[str, Any]) -> None:
         if not key.startswith(_RUN):
             # A result computed since the start is newer.
             if result is not None and session.studies.get(key) is None:
-                session.studies.put(key, result)
+                session.studies[key] = result
             continue
         run = session.runs.known(int(key.removeprefix(_RUN)))
         if run is not None:

@@ -26,11 +26,10 @@ from .live import Live
 from .report import Coexisting
 from .runs import FMU_ENGINES, Run, Runs, engine_of
 from .scene_differences import base_scene, differences
-from .studies import DisplayedStudies
 
 if TYPE_CHECKING:
     from .command_lines import Origin
-    from .studies import StoredResult
+    from .studies import DisplayedStudy, StoredResult
 
 MOST_RECENT: Final = 10
 _LIVE: Final = "live"
@@ -49,7 +48,8 @@ class Session(Editing):
         self.reports: list[str] = []
         self.recent: tuple[str, ...] = ()
         self.tab = ""
-        self.studies = DisplayedStudies()
+        # The displayed results by kind of study; a sweep may be incomplete.
+        self.studies: dict[str, DisplayedStudy[Any]] = {}
         self.settings: dict[str, dict[str, str]] = {}
         self.views: dict[str, View] = {}
         self.unread: dict[str, StoredResult] = {}

@@ -1,7 +1,7 @@
 """Results displayed in the tabs of studies. Imports no Textual."""
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from fivtui.model import InputError
 
@@ -18,24 +18,6 @@ class DisplayedStudy(Generic[T]):
     value: T
     name: str
     source: str = ""
-
-
-@dataclass(slots=True)
-class DisplayedStudies:
-    """The displayed results by kind of study; a sweep may be incomplete."""
-
-    known: dict[str, DisplayedStudy[Any]] = field(default_factory=dict)
-
-    def put(self, kind: str, study: DisplayedStudy[Any] | None) -> None:
-        """Display a result, or nothing, in the tab of a kind of study."""
-        if study is None:
-            self.known.pop(kind, None)
-        else:
-            self.known[kind] = study
-
-    def get(self, kind: str) -> DisplayedStudy[Any] | None:
-        """The result displayed in the tab of a kind of study."""
-        return self.known.get(kind)
 
 
 def check_drawable(study: "Study") -> None:

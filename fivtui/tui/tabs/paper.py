@@ -210,7 +210,7 @@ class PaperPane(JobPane):
             else:
                 self.show_view("figure")
         elif isinstance(result, list):
-            self.session.studies.put(_CLAIMS, DisplayedStudy(result, _CLAIMS))
+            self.session.studies[_CLAIMS] = DisplayedStudy(result, _CLAIMS)
             self._count()
             self.draw()
 

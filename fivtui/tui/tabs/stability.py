@@ -1,6 +1,6 @@
 """Stability tab: modes over μ, eigenvalues, summary; updated on every edit."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -47,6 +47,7 @@ class StabilityPane(ViewsPane):
         "plane": "Eigenvalues",
         "facts": "Summary",
     }
+    LINKED: ClassVar[Sequence[Sequence[str]]] = (("growth", "frequency"),)
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -127,15 +128,6 @@ class StabilityPane(ViewsPane):
                 if self._now is not None and self._scan is not None:
                     chart = make(self._scan, *self._now)
                 self.query_one(f"#{name}", ChartView).show(chart, nothing=self._why)
-
-    @on(ChartView.Moved)
-    def _moved(self, event: ChartView.Moved) -> None:
-        pair = {"growth": "frequency", "frequency": "growth"}
-        other = pair.get(str(event.view.id))
-        if other is not None:
-            chart = self.query_one(f"#{other}", ChartView)
-            chart.view.x, chart.view.log_x = event.view.view.x, event.view.view.log_x
-            chart.redraw()
 
     @on(ChartView.Opened)
     def _opened(self, event: ChartView.Opened) -> None:

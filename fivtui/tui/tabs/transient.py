@@ -63,9 +63,6 @@ _NOTHING: Final = "no run yet: press F5"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
 _NOT_KEPT: Final = "the live curve is not kept: press F5 to export its run"
-_NO_CHARTS: Final = {
-    "difference": _NO_BASELINE,
-}
 
 
 class TransientPane(ViewsPane):
@@ -81,6 +78,10 @@ class TransientPane(ViewsPane):
         "measured": "Measured",
     }
     LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
+    LINKED: ClassVar[Sequence[Sequence[str]]] = (
+        tuple(f"plot-{name}" for name in _QUANTITIES),
+        ("difference-y", "difference-P"),
+    )
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("e", "show_end", "End"),
         Binding("n", "turn_quantity", "Next quantity"),
@@ -270,47 +271,52 @@ class TransientPane(ViewsPane):
 
     def export(self, what: str) -> "Export":
         """The displayed charts; as data the trajectory, or the charts' points."""
-        from .exports.export import (
-            FIGURE,
-            belt_export,
-            charts_export,
-            points_export,
-            run_export,
-        )
+        from .exports.export import FIGURE, charts_export, points_export, run_export
 
-        if self.session.live.shown:
-            return self._live_export(what)
-        run, charts = self.session.runs.displayed, self.visible_charts()
-        if self.view == "belt" and run is not None and run.result is not None:
-            chosen = self.query_one("#plot-y", ChartView).view.x
-            window = None if chosen is None else (chosen.low, chosen.high)
-            speed = self.query_one(BeltView).speed
-            return belt_export(what, run, charts, window, speed)
-        if self.view == "measured" and run is not None:
-            return self._measured_export(what, run)
-        plain = run_export(what, run)
-        if run is None or (what != FIGURE and self.view in ("time", "phase")):
+        live, run, charts = self.session.live, self.session.runs.displayed, self.visible_charts()
+        drawn = [each.result for each in self.session.runs.drawn if each.result is not None]
+        if live.shown:
+            plain = self._live_export(what)
+            overlaid = [each.result for each in self.session.runs.drawn if each.overlaid]
+            first = None if live.curve is None else live.curve.result
+            drawn = [each for each in (first, live.ghost, *overlaid) if each is not None]
+        elif run is not None and run.result is not None and self.view in ("belt", "measured"):
+            return self._view_export(what, run)
+        else:
+            plain = run_export(what, run)
+        if what != FIGURE and self.view in ("time", "phase"):
             return plain
         if charts is None:
-            raise InputError(_NO_CHARTS.get(self.view, _NO_SPECTRUM))
-        of = _number(run) if self.view == "time" else f"{_number(run)}, {self.view}"
-        stem = Path(plain.proposal).stem + ("" if self.view == "time" else f"-{self.view}")
+            raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
+        of, stem = plain.of, Path(plain.proposal).stem
+        if self.view != "time":
+            of, stem = of if live.shown else f"{of}, {self.view}", f"{stem}-{self.view}"
         if what != FIGURE:
             return points_export(of, stem, charts)
-        drawn = list(self.session.runs.drawn)
-        heading = Heading(
-            [each.scene.parameters for each in drawn],
-            ignored=not any(each.scene.separation for each in drawn),
-        )
-        return charts_export(of, stem, charts, heading)
+        ignored = not any(each.separation for each in drawn)
+        return charts_export(of, stem, charts, Heading([e.parameters for e in drawn], (), ignored))
 
-    def _measured_export(self, what: str, run: Run) -> "Export":
-        from .exports.export import as_displayed, scene_study_export
+    def _live_export(self, what: str) -> "Export":
+        from .exports.export import study_export
 
-        found, p = self.query_one(MeasuredView).found, run.scene.parameters
-        whole = scene_study_export(what, "validation", found, f"{run.scene.name}-{run.number}")
-        heading = Heading([p], ignored=not run.scene.separation)
-        return as_displayed(whole, self.visible_charts(), heading)
+        curve = self.session.live.curve
+        if curve is None or self.view == "belt" or self.visible_charts() is None:
+            raise InputError(_NOT_KEPT)
+        return study_export(what, "run", curve.result, f"{curve.scene.name}-live", "the live curve")
+
+    def _view_export(self, what: str, run: Run) -> "Export":
+        from .exports.export import as_displayed, belt_export, scene_study_export
+
+        charts = self.visible_charts()
+        if self.view == "belt":
+            chosen = self.query_one("#plot-y", ChartView).view.x
+            window = None if chosen is None else (chosen.low, chosen.high)
+            return belt_export(what, run, charts, window, self.query_one(BeltView).speed)
+        validation = self.query_one(MeasuredView).found
+        name = f"{run.scene.name}-{run.number}"
+        whole = scene_study_export(what, "validation", validation, name)
+        heading = Heading([run.scene.parameters], ignored=not run.scene.separation)
+        return as_displayed(whole, charts, heading)
 
     def command_line(self) -> str:
         """The command that computes the displayed run, or compares it with measured data."""
@@ -319,24 +325,6 @@ class TransientPane(ViewsPane):
             return super().command_line()
         asked = run.scene, self.query_one(MeasuredView).options
         return study_line("validation", asked, self.session.origin)
-
-    def _live_export(self, what: str) -> "Export":
-        from .exports.export import FIGURE, charts_export, points_export, study_export
-
-        charts, live, of = self.visible_charts(), self.session.live, "the live curve"
-        curve = live.curve
-        if charts is None or curve is None or self.view == "belt":
-            raise InputError(_NOT_KEPT)
-        stem = f"{curve.scene.name}-live"
-        if what != FIGURE and self.view in ("time", "phase"):
-            return study_export(what, "run", curve.result, stem, of)
-        stem += "" if self.view == "time" else f"-{self.view}"
-        if what != FIGURE:
-            return points_export(of, stem, charts)
-        overlaid = [run.result for run in self.session.runs.drawn if run.overlaid]
-        drawn = [each for each in (curve.result, live.ghost, *overlaid) if each is not None]
-        ignored = not any(each.separation for each in drawn)
-        return charts_export(of, stem, charts, Heading([e.parameters for e in drawn], (), ignored))
 
     # Room and views
 
@@ -369,21 +357,6 @@ class TransientPane(ViewsPane):
         """Plot the quantities over time that had no room."""
         self._order = (*self._order[1:], self._order[0])
         self._fit_order()
-
-    @on(ChartView.Moved)
-    def _moved(self, event: ChartView.Moved) -> None:
-        # Time histories share their time axis.
-        source = event.view.view
-        for group in (_QUANTITIES, ("y", "P")):
-            prefix = "plot" if group is _QUANTITIES else "difference"
-            names = [f"{prefix}-{name}" for name in group]
-            if event.view.id not in names:
-                continue
-            for chart in (self.query_one(f"#{name}", ChartView) for name in names):
-                if chart is not event.view:
-                    chart.view.x, chart.view.log_x = source.x, source.log_x
-                    chart.view.since = source.since
-                    chart.redraw()
 
     def action_show_end(self) -> None:
         """Zoom to the last tenth of the run."""

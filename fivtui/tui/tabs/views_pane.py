@@ -1,6 +1,6 @@
 """A pane with several views, one visible at a time."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar
 
@@ -36,10 +36,13 @@ class ViewsPane(Pane):
         Identifier and title of every view; `compose_views` makes a widget of each identifier.
     LOG_AXES : mapping of str to str
         Initially logarithmic axes of charts, such as ``xy``.
+    LINKED : sequence of sequences of str
+        Identifiers of charts whose limits along x are the same.
     """
 
     VIEWS: ClassVar[Mapping[str, str]] = {}
     LOG_AXES: ClassVar[Mapping[str, str]] = {}
+    LINKED: ClassVar[Sequence[Sequence[str]]] = ()
     BINDINGS: ClassVar[list[BindingType]] = [Binding("v", "turn_view", "View")]
 
     def compose(self) -> ComposeResult:
@@ -84,6 +87,16 @@ class ViewsPane(Pane):
                 usual = self.LOG_AXES.get(name, "")
                 self.session.views[name] = View(log_x="x" in usual, log_y="y" in usual)
             chart.view = self.session.views[name]
+
+    @on(ChartView.Moved)
+    def _link_limits(self, event: ChartView.Moved) -> None:
+        source = event.view.view
+        names = next((group for group in self.LINKED if event.view.id in group), ())
+        for chart in (self.query_one(f"#{name}", ChartView) for name in names):
+            if chart is not event.view:
+                chart.view.x, chart.view.log_x = source.x, source.log_x
+                chart.view.since = source.since
+                chart.redraw()
 
     @on(ChartView.CursorMoved)
     def _cursor_moved(self, event: ChartView.CursorMoved) -> None:

@@ -20,7 +20,7 @@ from fivtui.sweeps.run import local_engine, sweep_to_file
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.persistence.imports import load_study
+from fivtui.tui.lab.file_control import load_displayed
 from tests.support.laboratory import (
     app_of,
     flat_text_of,
@@ -120,7 +120,7 @@ def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.M
     many = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
     command("sweep", *many, "--output=stable", "--out", str(written / "many.csv"))
     with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1: shown are"):
-        load_study("sweep", written / "many.csv")
+        load_displayed("sweep", written / "many.csv")
 
 
 async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Path) -> None:

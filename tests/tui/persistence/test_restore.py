@@ -150,9 +150,8 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         await pilot.pause()
         session = app_of(pilot).session
         study = sweep_request(BASE, "F=10:20:30")
-        session.studies.put(
-            "sweep", DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
-        )
+        part = sweep_of(study, [compute_rows(study, 0, 4)])
+        session.studies["sweep"] = DisplayedStudy(part, "base")
         lab = pilot.app.screen
         assert isinstance(lab, LabScreen)
         lab.show_study("map", a_map())
@@ -293,7 +292,7 @@ async def test_verdicts_on_the_papers_claims_outlast_a_restart(tmp_path: Path) -
     kept = tmp_path / "session.json"
     async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
         checked = claims(["critical-friction-of-the-example"])
-        app_of(pilot).session.studies.put("claims", DisplayedStudy(checked, "claims"))
+        app_of(pilot).session.studies["claims"] = DisplayedStudy(checked, "claims")
     async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
         await show_tab(pilot, "alt+6")
         await until_shown(pilot, "1 claims: does not hold 1")

@@ -50,7 +50,7 @@ def a_state(F: str) -> State:
     session = Session()
     session.set_text("F", F)
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
-    session.studies.put("map", DisplayedStudy(stability_map(BASE.parameters, over), F))
+    session.studies["map"] = DisplayedStudy(stability_map(BASE.parameters, over), F)
     return state_of(session, "")
 
 

@@ -96,11 +96,11 @@ async def add_runs(pilot: Pilot[None]) -> None:
 
 def add_studies(session: Any) -> None:
     found = branch(BASE.parameters, "mu", low=0.25, high=0.45)
-    session.studies.put("branch", DisplayedStudy(found, "base"))
+    session.studies["branch"] = DisplayedStudy(found, "base")
     scattered = uncertainty(
         vary={"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, samples=64, indices=False
     )
-    session.studies.put("uncertainty", DisplayedStudy(scattered, "base"))
+    session.studies["uncertainty"] = DisplayedStudy(scattered, "base")
     session.settings["sweep"] = {"vary": "F=60,80,100"}
     session.settings["map"] = {"over": "F=60:120:4 k_nl=80:120:3"}
     session.settings["paper"] = {"figure": "2a", "view": "figure"}

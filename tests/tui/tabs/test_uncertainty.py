@@ -104,8 +104,8 @@ async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
     whole = pane.export("data")
     whole.write(tmp_path / "rows.csv", False)
     assert pane.command_line() == ("fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256")
-    read = app_of(pilot).session.studies
-    read.put("uncertainty", DisplayedStudy(result_of(tmp_path / "rows.csv"), "a", "rows.csv"))
+    read = DisplayedStudy(result_of(tmp_path / "rows.csv"), "a", "rows.csv")
+    app_of(pilot).session.studies["uncertainty"] = read
     pane.scene_changed()
     await until_shown(pilot, "256 samples, read from rows.csv")
 

@@ -109,7 +109,7 @@ class MapPane(StudyPane):
     def scene_changed(self) -> None:
         """Recompute the map if another parameter has changed."""
         super().scene_changed()
-        if self.session.studies.get(self.NAME) is not None:
+        if self.NAME in self.session.studies:
             return
         try:
             key = self._edited_map()[-1]
@@ -128,7 +128,7 @@ class MapPane(StudyPane):
         self.scene_changed()
 
     def _again(self) -> None:
-        if self.session.studies.get(self.NAME) is not None:
+        if self.NAME in self.session.studies:
             return
         try:
             self.begin()
@@ -157,7 +157,7 @@ class MapPane(StudyPane):
             chosen = {name: thinned(v) if thin else v for name, v in over.items()}
             return compute_map(p, chosen, value, separation=separation, progress=job.report)
 
-        self.session.studies.put(self.NAME, None)
+        self.session.studies.pop(self.NAME, None)
         self.start(compute)
 
     def take(self, result: "StabilityMap") -> None:

@@ -206,7 +206,7 @@ class StudyPane(JobPane):
 
     def take(self, result: Any) -> None:
         """Display a computed result."""
-        self.session.studies.put(self.NAME, DisplayedStudy(result, self.session.name))
+        self.session.studies[self.NAME] = DisplayedStudy(result, self.session.name)
         self.scene_changed()
 
     def scene_changed(self) -> None:

@@ -74,7 +74,7 @@ class SweepPane(StudyPane):
             self.post_message(Reported(words))
             return
         self._asked = None
-        self.session.studies.put(self.NAME, None)
+        self.session.studies.pop(self.NAME, None)
         super().begin()
 
     def compute(self, request: "Study", job: Job) -> "Sweep":
@@ -87,7 +87,7 @@ class SweepPane(StudyPane):
 
     def _take_part(self, job: Job, result: "Sweep") -> None:
         if job is self.job:
-            self.session.studies.put(self.NAME, DisplayedStudy(result, self.session.name))
+            self.session.studies[self.NAME] = DisplayedStudy(result, self.session.name)
 
     def progressed(self) -> None:
         """Display the members computed so far."""
