@@ -188,10 +188,10 @@ class TaylorStepper:
         Raises `ComputationError` if the motion overflows, or switches faster than time resolves.
         """
         mode, start, remainder = self._mode, self._time, self._remainder
-        motion = self._expanded(mode)
-        duration = self._step_size(*motion)
+        x, y = motion = self._expanded(mode)
+        duration = self._step_size(x, y)
         powers = tuple(accumulate(repeat(duration, self._degree), mul, initial=1.0))
-        x, y = (tuple(map(mul, z, powers)) for z in motion)
+        x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
         final = self._evaluate(x, y, 1.0)
         end = self._first_end(motion, y, powers, final)
         ended: Transition | None = None

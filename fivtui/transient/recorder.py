@@ -66,7 +66,7 @@ class Recorder:
             self._extremes.include(segment)
             self._final = segment.final
             duration = segment.duration
-            if segment.switches:
+            if segment.then is not segment.mode:
                 self._take_switch(segment)
         else:
             self._extremes.include_part(segment, segment.start, t_end)
