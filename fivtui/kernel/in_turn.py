@@ -15,15 +15,7 @@ _STATUS: Final = RunColumns._fields.index("status")
 
 
 class RunsInTurn:
-    """A chunk of a batch under way, with the bits of `Work`.
-
-    Parameters
-    ----------
-    begin : callable
-        `Kernel.begin`.
-    parameters, separation, starts, t_end, tol, order, max_steps, belts
-        As for `Work`; `belts` None where the belts are always faster. All extremes are observed.
-    """
+    """A chunk of a batch under way, with the bits of `Work`; all extremes are observed."""
 
     def __init__(
         self,
@@ -57,10 +49,7 @@ class RunsInTurn:
     def advance(self, budget: int) -> float:
         """Go on until all are ended or the budget, in steps, is spent.
 
-        Returns
-        -------
-        float
-            Runs ended, the one under way counted by the part of the horizon behind it.
+        Returns the runs ended, the one under way counted by the part of the horizon behind it.
         """
         while budget > 0 and not self.done:
             run = self._run or self._start(self._member)

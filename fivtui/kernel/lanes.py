@@ -15,29 +15,11 @@ _LINE: Final = 64
 
 
 class Work:
-    """A chunk of a batch under way.
+    """A chunk of a batch under way: n runs with a local tolerance and an order of expansion.
 
-    Parameters
-    ----------
-    functions
-        From `Kernel.work`.
-    parameters : ndarray, shape (n, 9)
-        Parameter sets, all with k_nl > 0 or all with k_nl = 0.
-    separation : ndarray of bool, shape (n,)
-        Whether separation is considered.
-    starts : ndarray, shape (n, 4)
-        States (x, ẋ, y, ẏ), m and m/s.
-    t_end : float
-        Horizon, s.
-    tol, order
-        Local tolerance and order of expansion.
-    max_steps : int
-        Steps after which a run is given up.
-    observed : tuple of bool
-        Whether extremes of y, all extremes, and those of y after half the horizon are wanted.
-    belts : ndarray, shape (n, 3), optional
-        v_belt, μ_s and v_s of belts of finite speed; v_s is 0 in all, friction being constant, or
-        in none.
+    `parameters`, shape (n, 9), have k_nl > 0 in all rows or in none. `observed` says whether
+    extremes of y, all extremes, and those of y after half the horizon are wanted. `belts`, shape
+    (n, 3), has v_belt, μ_s and v_s, which is 0 in all rows, friction being constant, or in none.
     """
 
     def __init__(
@@ -72,10 +54,7 @@ class Work:
     def advance(self, budget: int) -> float:
         """Go on until all are ended or the budget, steps of all lanes, is spent.
 
-        Returns
-        -------
-        float
-            Runs ended, those under way counted by the part of the horizon behind them.
+        Returns the runs ended, those under way counted by the part of the horizon behind them.
         """
         return float(
             self._go_on(

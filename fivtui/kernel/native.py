@@ -80,19 +80,10 @@ _packed_with_belt: Final = struct.Struct(f"{len(ALL_PARAMETERS)}d").pack
 
 
 class Kernel:
-    """The kernel for one instruction set.
+    """The kernel for one instruction set, the best that the processor has if not given.
 
-    Parameters
-    ----------
-    instruction_set : str, optional
-        ``"baseline"``, ``"avx2"`` (x86-64-v3) or ``"avx512"`` (x86-64-v4); the best that the
-        processor has if not given. Results have the same bits with each.
-
-    Raises
-    ------
-    ComputationError
-        If there is no library, it is of another text than that beside it, or the processor lacks
-        the instruction set.
+    Results have the same bits with each. Raises `ComputationError` if there is no library, it is of
+    another text than that beside it, or the processor lacks the instruction set.
     """
 
     def __init__(self, instruction_set: str | None = None) -> None:
@@ -133,64 +124,29 @@ class Kernel:
         belt: tuple[float, float, float] | None = None,
         legs: Legs | None = None,
     ) -> KernelRun:
-        """Begin a run.
+        """Begin a run with a local tolerance, of the order 8, 12, 16, 20, or with a law 24.
 
-        Parameters
-        ----------
-        parameters : iterable of float
-            In the order of `Parameters`.
-        start : iterable of 4 floats
-            (x, ẋ, y, ẏ) in m and m/s.
-        separation : bool
-            Whether separation is considered.
-        t_end : float
-            Horizon, s.
-        tol, order
-            Local tolerance, and the order of expansion: 8, 12, 16, 20, or with a friction law 24.
-        times : ndarray, optional
-            Ascending sample times, s.
-        segments : bool
-            Whether segments are wanted.
-        belt : tuple of float, optional
-            v_belt, μ_s and v_s, 0 where friction is constant, of a belt of finite speed.
-        legs : Legs, optional
-            Of F, μ and v_belt that follow tables.
-
-        Returns
-        -------
-        KernelRun
-            At its start; a `BeltRun` on a belt of finite speed, or with legs.
+        `times` are ascending sample times, s; `segments` says whether these are wanted. `belt` is
+        v_belt, μ_s and v_s, 0 where friction is constant, of a belt of finite speed, and `legs` are
+        of tables over time: with either the run is a `BeltRun`.
         """
-        if legs is not None:
-            memory = self._belt_memory()
-            self._functions["driven_begin"](
-                memory,
-                _packed_with_belt(*parameters, *(belt or (0.0, 0.0, 0.0))),
-                separation,
-                _packed_state(*start),
-                t_end,
-                tol,
-                order,
-                belt is not None,
-                legs.rows.ctypes.data,
-                len(legs.rows),
-                legs.greatest_load,
-            )
-            run = BeltRun(self._functions["belt_advance"], memory, order, times, segments)
-            run.legs = legs
-            return run
-        if belt is not None:
-            memory = self._belt_memory()
-            given = _packed_with_belt(*parameters, *belt)
-            self._functions["belt_begin"](
-                memory, given, separation, _packed_state(*start), t_end, tol, order
-            )
-            return BeltRun(self._functions["belt_advance"], memory, order, times, segments)
-        memory, given = self._run_memory(), _packed_parameters(*parameters)
-        self._functions["run_begin"](
-            memory, given, separation, _packed_state(*start), t_end, tol, order
-        )
-        return KernelRun(self._functions["run_advance"], memory, order, times, segments)
+        state = _packed_state(*start)
+        if belt is None and legs is None:
+            memory, given = self._run_memory(), _packed_parameters(*parameters)
+            self._functions["run_begin"](memory, given, separation, state, t_end, tol, order)
+            return KernelRun(self._functions["run_advance"], memory, order, times, segments)
+        memory = self._belt_memory()
+        given = _packed_with_belt(*parameters, *(belt or (0.0, 0.0, 0.0)))
+        problem = memory, given, separation, state, t_end, tol, order
+        if legs is None:
+            self._functions["belt_begin"](*problem)
+        else:
+            rows = legs.rows.ctypes.data, len(legs.rows)
+            on_belt = belt is not None
+            self._functions["driven_begin"](*problem, on_belt, *rows, legs.greatest_load)
+        run = BeltRun(self._functions["belt_advance"], memory, order, times, segments)
+        run.legs = legs
+        return run
 
     def vary(
         self,
@@ -205,18 +161,8 @@ class Kernel:
     ) -> VariedRun:
         """Begin a run with its derivatives: that of `begin` to the last bit.
 
-        Parameters
-        ----------
-        parameters, start, separation, t_end, tol, order
-            As for `begin`.
-        seeds : ndarray, shape (k, 13)
-            How (x, ẋ, y, ẏ) at the start and the parameters change with each of the k numbers to
-            derive by, `MOST_SEEDS` at most.
-
-        Returns
-        -------
-        VariedRun
-            At its start.
+        `seeds`, shape (k, 13), say how (x, ẋ, y, ẏ) at the start and the parameters change with
+        each of the k numbers to derive by, `MOST_SEEDS` at most.
         """
         if not 0 < len(seeds) <= MOST_SEEDS:
             raise ValueError(f"{len(seeds)} seeds: must be 1 to {MOST_SEEDS}")
@@ -253,20 +199,7 @@ class Kernel:
         return self.instruction_set == "baseline" and platform.machine().lower() in _X86
 
     def static_starts(self, parameters: Floats, separation: NDArray[np.bool_]) -> Floats:
-        """The states at rest at the equilibria of μ = 0: `slider_belt.static_start` of arrays.
-
-        Parameters
-        ----------
-        parameters : ndarray, shape (n, 9)
-            Parameter sets, in the order of `Parameters`.
-        separation : ndarray of bool, shape (n,)
-            Whether separation is considered.
-
-        Returns
-        -------
-        ndarray, shape (n, 4)
-            (x, 0, y, 0) in m and m/s, infinite where there is none.
-        """
+        """The states at rest at the equilibria of μ = 0, shape (n, 4), infinite where none is."""
         starts = np.empty((len(parameters), 4))
         flags = separation.astype(np.uint8)
         self._functions["static_starts"](

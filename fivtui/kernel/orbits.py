@@ -63,20 +63,8 @@ class Varied(NamedTuple):
 class OrbitSearch:
     """A search of periodic orbits of a parameter set of which one or two parameters vary.
 
-    Parameters
-    ----------
-    function, size
-        From `Kernel.orbits`.
-    parameters : sequence of 9 floats
-        In the order of `Parameters`.
-    varied : sequence of Varied
-        One or two.
-    scales : ndarray, shape (5 + number varied,)
-        Units of state, period and varied parameters.
-    separation : bool
-        Whether separation is considered.
-    tol, order, longest, budget
-        Local tolerance, order of expansion, greatest period, s, and most steps of a motion.
+    `scales` are the units of state, period and varied parameters, `longest` is the greatest period,
+    s, and `budget` limits the steps of a motion.
     """
 
     def __init__(
@@ -113,18 +101,11 @@ class OrbitSearch:
     def solve(
         self, guess: Floats, planes: Floats, along: Floats, *, turning: bool
     ) -> FoundOrbit | None:
-        """The orbit near a guess; None if Newton's method finds none.
+        """The orbit near a guess of the n scaled unknowns; None if Newton's method finds none.
 
-        Parameters
-        ----------
-        guess : ndarray, shape (n,)
-            Scaled unknowns.
-        planes : ndarray, shape (n - 4, n)
-            Normals of planes through the guess in which it is looked for.
-        along : ndarray, shape (n,)
-            Direction along the curve of orbits that the new tangent is to have.
-        turning : bool
-            Whether the tangent is in the plane across the orbit found instead of in the first.
+        It is looked for in the planes through the guess with the normals `planes`, shape (n − 4,
+        n). The new tangent has the direction of `along` on the curve of orbits; it is in the plane
+        across the orbit if `turning`, else in the first.
         """
         found = np.empty(_FOUND)
         given = np.concatenate([guess, along, planes.ravel()])

@@ -65,39 +65,23 @@ _NO_TIMES: Final = np.empty(0)
 
 
 class KernelRun:
-    """A run under way.
-
-    Parameters
-    ----------
-    function, memory
-        From `Kernel.begin`.
-    order : int
-        The order of expansion.
-    times : ndarray, shape (n,), optional
-        Ascending sample times, s.
-    segments : bool
-        Whether segments are wanted.
-
-    Attributes
-    ----------
-    outcome : RunColumns
-        As far as it came.
-    samples : ndarray, shape (5, n)
-        x, ẋ, y and ẏ at the sample times, m and m/s; then room for the contact force, so that all
-        is one block, which the allocator keeps from run to run.
-    modes : ndarray of int8, shape (n,)
-        The modes there.
-    sampled : int
-        How many of them are known.
-    switches : ndarray
-        Times of the switches of the last call, s.
-    segments : ndarray, shape (k, SEGMENT_HEAD + 2 (order + 2))
-        The segments of the last call: start, what it lacks of the exact start, duration, end, mode,
-        and the coefficients of x and of y.
-    """
+    """A run under way; function and memory are from `Kernel.begin`."""
 
     # Numbers that are said of a switch, and room for them and for a result.
     _width, _room, _outcome = 1, _Switches, _Result
+    # As far as it came.
+    outcome: RunColumns
+    # x, ẋ, y and ẏ at the sample times, in rows; then room for the contact force, so that all is
+    # one block, which the allocator keeps from run to run.
+    samples: Floats
+    modes: NDArray[np.int8]
+    # How many samples are computed.
+    sampled: int
+    # Times of the switches of the last call, s.
+    switches: Floats
+    # A row for each segment of the last call: start, what it lacks of the exact start, duration,
+    # end, mode, and the coefficients of x and of y.
+    segments: Floats
 
     def __init__(
         self, function: Any, memory: Any, order: int, times: Floats | None, segments: bool
@@ -116,13 +100,7 @@ class KernelRun:
             self._sampling = (self._times.ctypes.data, times.size, samples, modes)
 
     def advance(self, budget: int) -> Status:
-        """Go on until the run is ended, a buffer is full or the budget, in steps, is spent.
-
-        Returns
-        -------
-        Status
-            ``RUNNING`` where it is to go on.
-        """
+        """Go on until the run is ended, a buffer is full or the budget, in steps, is spent."""
         room, rows = None, 0
         if self._columns:
             rows = min(budget, _SEGMENTS)
@@ -172,23 +150,19 @@ class BeltRun(KernelRun):
 
 
 class VariedRun:
-    """A run with its derivatives, under way.
+    """A run with its derivatives by k numbers, under way."""
 
-    Attributes
-    ----------
-    outcome : RunColumns
-        As far as it came.
-    rate : State
-        (ẋ, ẍ, ẏ, ÿ) there, m/s and m/s².
-    derivatives : ndarray, shape (k, 4)
-        Derivatives of (x, ẋ, y, ẏ) there by each of the k numbers.
-    extremes : ndarray, shape (7, 1 + k)
-        Of the least and greatest x, those of y, the greatest ẋ, the least and greatest y of the
-        second half: its time, s, and its derivative by each number.
-    crossings : ndarray, shape (n, CROSSING_HEAD + 4 k)
-        The switches of the last call: time, x, ẋ, y, ẏ, mode after it, and the derivatives of
-        (x, ẋ, y, ẏ) at this time by each number.
-    """
+    # As far as it came, and (ẋ, ẍ, ẏ, ÿ) there, m/s and m/s².
+    outcome: RunColumns
+    rate: State
+    # Derivatives of (x, ẋ, y, ẏ) there, shape (k, 4).
+    derivatives: Floats
+    # Of the least and greatest x, those of y, the greatest ẋ, the least and greatest y of the
+    # second half: its time, s, and its derivatives, shape (7, 1 + k).
+    extremes: Floats
+    # A row for each switch of the last call: time, x, ẋ, y, ẏ, mode after it, and the derivatives
+    # of (x, ẋ, y, ẏ).
+    crossings: Floats
 
     def __init__(self, function: Any, memory: Floats, count: int) -> None:
         self._function, self._memory = function, memory
@@ -198,13 +172,7 @@ class VariedRun:
         self.extremes = np.empty((EXTREMES, 1 + count))
 
     def advance(self, budget: int) -> Status:
-        """Go on until the run is ended, the budget, in steps, is spent or many crossings are found.
-
-        Returns
-        -------
-        Status
-            ``RUNNING`` where it is to go on.
-        """
+        """Go on until the run is ended, the budget, in steps, is spent or many crossings occur."""
         status = self._function(
             self._memory.ctypes.data,
             self._crossings.ctypes.data,

@@ -42,30 +42,17 @@ class Transition:
 
 @dataclass(frozen=True, slots=True)
 class ModeRow:
-    """A row of the table of modes.
-
-    Attributes
-    ----------
-    meaning : str
-        One phrase.
-    friction : str
-        Friction force on the slider, N.
-    in_contact : bool
-        Whether the slider touches the belt.
-    friction_sign : float
-        Direction of the sliding friction: 1 with the belt, −1 against it, 0 for none.
-    finite_belt : bool
-        Whether the mode belongs to a belt of finite speed, `Parameters.v_belt`.
-    ends : tuple of Transition
-        How it ends. Where the slider touches the belt again, and where it stops sliding, the state
-        decides among the modes that may follow.
-    """
+    """A row of the table of modes: what it is, friction force on the slider, and how it ends."""
 
     meaning: str
     friction: str
     in_contact: bool
+    # Direction of the sliding friction: 1 with the belt, −1 against it, 0 for none.
     friction_sign: float
+    # Whether the mode belongs to a belt of finite speed, `Parameters.v_belt`.
     finite_belt: bool
+    # Where the slider touches the belt again, and where it stops sliding, the state decides among
+    # the modes that may follow.
     ends: tuple[Transition, ...]
 
     @property

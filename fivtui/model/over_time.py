@@ -111,19 +111,9 @@ def time_tables(over_time: Mapping[str, Rows]) -> dict[str, TimeTable]:
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """A parameter set of which some values follow tables.
+    """A parameter set of which some values follow tables; `fixed` has those that do not.
 
-    Attributes
-    ----------
-    fixed : Parameters
-        The other values.
-    tables : mapping of str to TimeTable
-        The tables, by parameter.
-
-    Raises
-    ------
-    InputError
-        If μ exceeds `mu_s` at some time.
+    Raises `InputError` if μ exceeds `mu_s` at some time.
     """
 
     fixed: Parameters

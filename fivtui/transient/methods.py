@@ -15,22 +15,11 @@ _REFERENCE_STEP: Final = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """An integration method.
-
-    Attributes
-    ----------
-    name : str
-        Name on the command line.
-    meaning : str
-        One phrase for lists and help.
-    fixed_step : bool
-        Whether it takes a step rather than a tolerance.
-    stepper : callable
-        Makes the integrator of a request.
-    """
+    """An integration method: its name on the command line, and what it is, for lists and help."""
 
     name: str
     meaning: str
+    # Whether it takes a step rather than a tolerance.
     fixed_step: bool
     stepper: Callable[[Request], Stepper]
 

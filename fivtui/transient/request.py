@@ -50,57 +50,25 @@ _MOST_SAMPLES: Final = 100_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Request:
-    """A transient to be computed; `fivtui.simulate` documents the options.
+    """A transient to be computed, checked; `fivtui.simulate` documents the options."""
 
-    Attributes
-    ----------
-    system : System
-        The system; where parameters change over time, with those at the start.
-    t_end : float
-        Horizon, s.
-    tol : float
-        Relative tolerance of the variable-step methods.
-    start : "static" or sequence of four floats
-        Start as asked for.
-    method : str
-        Name of the method; checked by what computes the transient.
-    step : float or None
-        Step of a fixed-step method, communication step of the FMU, s; None for its default.
-    samples : "none", "dense", int or sequence of float
-        What is kept of the trajectory.
-    max_steps : int
-        Steps after which the run is given up.
-    kernel : str
-        What runs the method ``taylor``.
-    sensitivities : sequence of str
-        Names of the parameters to derive the results by.
-    course : Course or None
-        The parameters over time, if any change.
-    initial : State
-        (x, ẋ, y, ẏ) at t = 0, m and m/s.
-    times : ndarray or None
-        The sample times, s, if samples at times are kept.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range, or the system has no parameter set.
-    ComputationError
-        If there is no static start.
-    """
-
+    # With the parameters at the start where they change over time.
     system: System
     t_end: float = DEFAULT_T_END
     tol: float = DEFAULT_TOL
     start: Start = "static"
+    # Checked by what computes the transient.
     method: str = "taylor"
     step: float | None = None
     samples: Samples = "none"
     max_steps: int = MAX_STEPS
     kernel: KernelChoice = "auto"
     sensitivities: Sequence[str] = ()
+    # The parameters over time, if any change.
     course: Course | None = field(init=False)
+    # (x, ẋ, y, ẏ) at t = 0, m and m/s.
     initial: State = field(init=False)
+    # Of samples that are kept, s.
     times: NDArray[np.float64] | None = field(init=False)
 
     def __post_init__(self) -> None:
