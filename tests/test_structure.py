@@ -69,6 +69,7 @@ FREE: Final = {
         "orbits",
         "paper",
         "reliability",
+        "results",
         "safety",
         "sweeps",
         "tradeoffs",

@@ -16,14 +16,14 @@ from fivtui.model import (
     jacobian,
     system_of,
 )
-from fivtui.results import SystemResult, scene_text, to_data
+from fivtui.results import Drawn, SystemResult, scene_text, to_data
 
 from .belt import CriticalSpeed, critical_mu_on_belt, critical_speeds
 from .critical import CriticalMu, coalescence_mu, linear_critical_mu
 from .modes import VibrationMode, vibration_modes
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
     from .scan import ModeScan
 
@@ -64,7 +64,7 @@ class Coalescence:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Stability(SystemResult):
+class Stability(SystemResult, Drawn):
     """Stability of the equilibrium of one parameter set.
 
     Attributes
@@ -149,13 +149,10 @@ class Stability(SystemResult):
 
         return mode_scan(self.system, scan_top(self))
 
-    def figure(self) -> "Figure":
-        """Matplotlib figure: frequencies and growth rates over μ, and the eigenvalues."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import modes_sheet
 
-        return sheet_figure(modes_sheet(self, self.modes_over_mu()))
+        return modes_sheet(self, self.modes_over_mu())
 
 
 def stability(parameters: Parameters | None = None, *, separation: bool = True) -> Stability:

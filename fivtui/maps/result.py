@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from fivtui.console import number
 from fivtui.model import PARAMETERS, Column, System
-from fivtui.results import Grid, GridResult, Row, Table, scene_text, to_data
+from fivtui.results import Drawn, Grid, GridResult, Row, Table, scene_text, to_data
 
 from .searched import SearchedPoint, limits
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
 FloatArray = NDArray[np.float64]
 MapValue = Literal["growth-rate", "critical-mu", "unstable-modes", "safe-mu", "coexistence"]
@@ -53,7 +53,7 @@ _WHY_NO_EQUILIBRIUM: Final = (
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class StabilityMap(GridResult):
+class StabilityMap(GridResult, Drawn):
     """Quantities over two parameters.
 
     Attributes
@@ -239,13 +239,10 @@ class StabilityMap(GridResult):
             **({"regions": list(REGIONS)} if self.value == "coexistence" else {}),
         }
 
-    def figure(self) -> "Figure":
-        """Matplotlib figure of the map with its stability boundary, or the regions of friction."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import map_sheet
 
-        return sheet_figure(map_sheet(self))
+        return map_sheet(self)
 
 
 def _span(values: FloatArray, unit: str = "") -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import COLUMNS, Column, InputError, System, unknown_name
-from fivtui.results import Table, TableResult
+from fivtui.results import Drawn, Table, TableResult
 from fivtui.signals import Spectrum, motion_at, spectrum
 from fivtui.transient import Transient
 
@@ -17,7 +17,7 @@ from .reading import Measurement, bears_name
 from .tolerances import Tolerances
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
 FloatArray = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ class Criterion(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Validation(TableResult):
+class Validation(TableResult, Drawn):
     """A run compared with a measurement.
 
     Attributes
@@ -134,13 +134,10 @@ class Validation(TableResult):
     def _header(self) -> dict[str, Any]:
         return self._system_data() | {"validation": self.to_dict()}
 
-    def figure(self) -> "Figure":
-        """Both signals over time with the tolerance band, and their spectra."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import validation_sheet
 
-        return sheet_figure(validation_sheet(self))
+        return validation_sheet(self)
 
     def _summary(self) -> list[tuple[str, str]]:
         measured, computed = self.spectra

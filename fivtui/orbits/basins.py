@@ -20,13 +20,13 @@ from fivtui.model import (
     system_of,
     unknown_name,
 )
-from fivtui.results import Grid, GridResult, Table, grid_of, scene_text, to_data
+from fivtui.results import Drawn, Grid, GridResult, Table, grid_of, scene_text, to_data
 from fivtui.transient import START_SPECS, Kernel, Start, resolve_start
 
 from .explorer import Attractor, Explorer, Kind, add_new
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
 MAX_STARTS: Final = 1_000_000
 # Offsets that are tried, in characteristic lengths: from, to, and their number.
@@ -38,7 +38,7 @@ _RESOLVED: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Basin(GridResult):
+class Basin(GridResult, Drawn):
     """A slice of the basins of attraction; its table has one row for each start.
 
     Attributes
@@ -116,13 +116,10 @@ class Basin(GridResult):
             "reached": to_data(self.reached),
         }
 
-    def figure(self) -> "Figure":
-        """Matplotlib figure of which attractor each start reaches."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import basin_sheet
 
-        return sheet_figure(basin_sheet(self))
+        return basin_sheet(self)
 
 
 def basin(

@@ -22,13 +22,13 @@ from fivtui.model import (
     parameter_spec,
     system_of,
 )
-from fivtui.results import Table, TableResult, scene_text
+from fivtui.results import Drawn, Table, TableResult, scene_text
 from fivtui.transient import Kernel
 
 from .explorer import AT_REST, Attractor, Explorer, Kind, add_new, starts_around
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
 Direction = Literal["up", "down"]
 
@@ -61,7 +61,7 @@ class BranchPoint:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Continuation(TableResult):
+class Continuation(TableResult, Drawn):
     """Attractors along a parameter; its table has one row for each attractor at each value.
 
     Attributes
@@ -165,13 +165,10 @@ class Continuation(TableResult):
             "coexisting": self.coexisting,
         }
 
-    def figure(self) -> "Figure":
-        """Matplotlib figure of half peak-to-peak over the parameter."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import continuation_sheet
 
-        return sheet_figure(continuation_sheet(self))
+        return continuation_sheet(self)
 
 
 def _value(attractor: Attractor, name: str) -> float:

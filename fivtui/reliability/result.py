@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
 from fivtui.model import InputError, System
-from fivtui.results import Result, scene_text
+from fivtui.results import Drawn, Result, scene_text
 from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep
 
 from .local import LocalSensitivity, local_sensitivities
@@ -30,7 +30,7 @@ from .statistics import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ MEANINGS: Final = {
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Uncertainty(Result):
+class Uncertainty(Result, Drawn):
     """Probabilities and distributions of a scattered scene, and what drives them.
 
     Safe μ of the members is that of the limit cycles that continuation follows from the Hopf point.
@@ -181,13 +181,10 @@ class Uncertainty(Result):
         """The members by column, as in the file."""
         return self.sweep.to_columns()
 
-    def figure(self) -> "Figure":
-        """Histograms with their regions, Sobol indices, and scatter of inputs and outputs."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import uncertainty_sheet
 
-        return sheet_figure(uncertainty_sheet(self))
+        return uncertainty_sheet(self)
 
 
 def scatter_of(study: Study) -> Scatter:

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .base import Comparable, Result, Row, SystemResult, equal_values, scene_text
+    from .base import Comparable, Drawn, Result, Row, SystemResult, equal_values, scene_text
     from .codec import from_data, to_data
     from .grid import Grid, grid_of, over_of, split_grid
     from .kinds import TABLES, Command, Stored, StudyKind, command_for, listed

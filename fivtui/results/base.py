@@ -4,9 +4,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from html import escape
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fivtui.model import Parameters, System, without_effect
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fivtui.charts import Sheet
 
 _BASE: Final = Parameters().as_dict()
 
@@ -100,6 +105,21 @@ class Result(Comparable):
             for name, text in self._lines()
         )
         return f"<table><caption>{type(self).__name__}</caption><tbody>{rows}</tbody></table>"
+
+
+class Drawn:
+    """Base of results that have a figure: of the charts of their sheet."""
+
+    __slots__ = ()
+
+    def _sheet(self) -> "Sheet":
+        raise NotImplementedError
+
+    def figure(self) -> "Figure":
+        """Matplotlib figure of the result, without a window; `InputError` if it has no charts."""
+        from fivtui.charts import sheet_figure
+
+        return sheet_figure(self._sheet())
 
 
 class SystemResult(Result):

@@ -25,7 +25,7 @@ from fivtui.model import (
     check_names,
     time_tables,
 )
-from fivtui.results import Result, scene_text
+from fivtui.results import Drawn, Result, scene_text
 from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Start
 
 from .design import Axis, Design, Kind
@@ -37,7 +37,7 @@ from .store import default_piece_size, open_store
 from .study import BATCHES, DEFAULT_OUTPUTS, Study
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
 # An engine computes pieces of a study, in any order.
 Engine = Callable[[Study, Iterable[SweepPiece]], Generator[tuple[SweepPiece, Rows]]]
@@ -60,7 +60,7 @@ _AHEAD: Final = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Sweep(Result):
+class Sweep(Result, Drawn):
     """A computed sweep.
 
     Attributes
@@ -139,13 +139,10 @@ class Sweep(Result):
         """The columns as arrays; NaN where a member has no value."""
         return {column.name: self.table.array(column) for column in self.study.columns}
 
-    def figure(self) -> "Figure":
-        """Amplitudes over what varies; `InputError` unless one or two names vary."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import sweep_sheet
 
-        return sheet_figure(sweep_sheet(self))
+        return sweep_sheet(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ from fivtui.model import (
     State,
     time_scale,
 )
-from fivtui.results import Result, scene_text
+from fivtui.results import Drawn, Result, scene_text
 from fivtui.scene import Scene, as_scene, runs_part
 from fivtui.simulation import compute
 from fivtui.transient import (
@@ -45,7 +45,7 @@ from fivtui.transient import (
 from .settings import Ladder, MeasuredSetting, Setting, ladders
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
 # CPU time of a whole measurement, s, and the share of each method.
 QUICK_S: Final = 7.0
@@ -95,7 +95,7 @@ class Feature:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Tradeoff(Result):
+class Tradeoff(Result, Drawn):
     """Errors and CPU times of every method on a scene.
 
     Attributes
@@ -150,13 +150,10 @@ class Tradeoff(Result):
 
         return tradeoff_columns(self)
 
-    def figure(self) -> "Figure":
-        """Error against CPU time."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import tradeoff_sheet
 
-        return sheet_figure(tradeoff_sheet(self))
+        return tradeoff_sheet(self)
 
 
 def tradeoff(

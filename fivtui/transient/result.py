@@ -21,7 +21,7 @@ from fivtui.model import (
     horizontal_stiffness,
     transition_name,
 )
-from fivtui.results import SystemResult, scene_text
+from fivtui.results import Drawn, SystemResult, scene_text
 from fivtui.taylor import overflow_error
 
 from .extremes import Extremes
@@ -29,7 +29,7 @@ from .request import Kernel, Request
 from .trajectory import DenseSolution, Trajectory
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
     from .derivatives.sensitivity import Sensitivities
 
@@ -168,7 +168,7 @@ class Stats:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Transient(SystemResult):
+class Transient(SystemResult, Drawn):
     """Result of a transient.
 
     Attributes
@@ -335,13 +335,10 @@ class Transient(SystemResult):
 
         return trajectory_of(self).to_columns()
 
-    def figure(self) -> "Figure":
-        """Contact force and displacements over time; `InputError` without a trajectory."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import transient_sheet
 
-        return sheet_figure(transient_sheet([self]))
+        return transient_sheet([self])
 
 
 def assemble(

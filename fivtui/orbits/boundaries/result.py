@@ -8,10 +8,10 @@ import numpy as np
 from fivtui.model import PARAMETERS, Column, State, System
 from fivtui.orbits.columns import MEASURES, attribute_table, multiplier_table, start_table
 from fivtui.orbits.curves.events import End, EventKind
-from fivtui.results import Table, TableResult, scene_text, to_data
+from fivtui.results import Drawn, Table, TableResult, scene_text, to_data
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
 BoundaryKind = Literal["hopf", "fold", "touch"]
 
@@ -91,7 +91,7 @@ class BoundaryCurve:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Boundary(TableResult):
+class Boundary(TableResult, Drawn):
     """The curves of Hopf points, folds or touches over two parameters.
 
     Its table has one row for each point of the curves.
@@ -215,13 +215,10 @@ class Boundary(TableResult):
             ],
         }
 
-    def figure(self) -> "Figure":
-        """Matplotlib figure of the curves in the plane of the parameters, with the events."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import boundary_sheet
 
-        return sheet_figure(boundary_sheet(self))
+        return boundary_sheet(self)
 
 
 def _point_data(point: BoundaryPoint) -> dict[str, Any]:

@@ -7,12 +7,12 @@ import numpy as np
 
 from fivtui.model import ALL_PARAMETERS, Column, State, System
 from fivtui.orbits.columns import MEASURES, attribute_table, multiplier_table, start_table
-from fivtui.results import Table, TableResult, scene_text, to_data
+from fivtui.results import Drawn, Table, TableResult, scene_text, to_data
 
 from .events import End, EventKind
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from fivtui.charts import Sheet
 
 Origin = Literal["hopf", "cycle", "file"]
 
@@ -95,7 +95,7 @@ class BranchEvent:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CycleBranch(TableResult):
+class CycleBranch(TableResult, Drawn):
     """A branch of limit cycles along a parameter; its table has one row for each cycle.
 
     Attributes
@@ -210,10 +210,7 @@ class CycleBranch(TableResult):
             ],
         }
 
-    def figure(self) -> "Figure":
-        """Matplotlib figure of half peak-to-peak over the parameter, with the events."""
-        from fivtui.charts import sheet_figure
-
+    def _sheet(self) -> "Sheet":
         from .charts import branch_sheet
 
-        return sheet_figure(branch_sheet(self))
+        return branch_sheet(self)
