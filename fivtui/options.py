@@ -15,40 +15,24 @@ Options = TypeVar("Options")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Option:
-    """How a value is given on the command line.
+    """How a value is given on the command line."""
 
-    Attributes
-    ----------
-    flag : str
-        Such as ``--value``, or ``--indices/--no-indices`` for a value that is true or false.
-    help : str
-        What it says.
-    metavar : str or None
-        The form of its value; None for a flag without one.
-    multiple, required, show_default : bool
-        Whether it may be repeated, must be given, and shows its default in the help.
-    choices : tuple of str
-        All values that are allowed; empty if they are not listed.
-    whole : Interval or None
-        Whole numbers that are allowed; None if the value is none.
-    file : bool
-        Whether the value is the name of a file to be read.
-    completions : callable or None
-        What a shell proposes.
-    setting : str
-        The field of a scene that it sets; empty if none.
-    """
-
+    # Such as --value, or --indices/--no-indices for a value that is true or false.
     flag: str
     help: str
+    # The form of its value; None for a flag without one.
     metavar: str | None = None
     multiple: bool = False
     required: bool = False
     show_default: bool = False
     choices: tuple[str, ...] = ()
+    # Whole numbers that are allowed, where it is one.
     whole: Interval | None = None
+    # Whether it names a file to be read.
     file: bool = False
+    # What a shell proposes.
     completions: Callable[[], Iterable[str]] | None = None
+    # The field of a scene that it sets.
     setting: str = ""
 
     def words(self, value: Any) -> list[str]:

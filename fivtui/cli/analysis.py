@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from fivtui.maps import MapOptions
 from fivtui.model import ALL_PARAMETERS, PARAMETERS, InputError
 from fivtui.options import declaration, flag, option
-from fivtui.transient import START_SPECS, setting, start_of
+from fivtui.transient import SETTINGS, START_SPECS, setting
 
 from .arguments import times_words
 from .command import Call, command
@@ -147,7 +147,7 @@ def _attractor_study(options: AttractorsOptions) -> tuple[str, _Compute]:
     from fivtui.orbits import Explorer, basin, coexistence, continuation
     from fivtui.ranges import parse_range, parse_ranges
 
-    start = None if options.start is None else start_of(options.start)
+    start = None if options.start is None else SETTINGS["start"].read(options.start)
     if options.vary is not None:
         if options.basin or start is not None:
             raise InputError("--vary: must be given without --basin and --start")

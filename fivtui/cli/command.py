@@ -9,6 +9,7 @@ import click
 
 from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
 from fivtui.options import Option, options_of, settings_of
+from fivtui.transient import SETTINGS
 
 from .arguments import Whole, completer, option
 from .deliver import Outputs
@@ -84,27 +85,23 @@ class Call(Generic[Options]):
 
 def with_settings(scene: "Scene", options: Any) -> "Scene":
     """The scene with the settings that options give."""
-    changes: dict[str, Any] = {
+    values = {
         declared.setting: getattr(options, name)
         for name, (declared, default) in options_of(options).items()
         if declared.setting and getattr(options, name) != default
     }
-    fixed = changes.keys() & _OF_ACCURACY
-    if "accuracy" in changes:
-        targets = error_targets_of(changes["accuracy"])
-        if fixed:
-            _refuse_targets(options)
+    targets = error_targets_of(values.pop("accuracy", ()))
+    ignored = values.pop("separation", False)
+    changes = {name: SETTINGS[name].read(text) for name, text in values.items()}
+    fixed = values.keys() & _OF_ACCURACY
+    if targets and fixed:
+        _refuse_targets(options)
+    if targets or fixed:
         changes["accuracy"] = tuple(targets.items())
-    elif fixed:
-        changes["accuracy"] = ()
+    if ignored:
+        changes["separation"] = False
     if "method" in changes and "step" not in settings_of(options):
         changes["step"] = None
-    if "separation" in changes:
-        changes["separation"] = False
-    if "start" in changes:
-        from fivtui.transient import start_of
-
-        changes["start"] = start_of(changes["start"])
     if (path := getattr(options, "over_time", None)) is not None:
         from fivtui.scene import read_over_time
 

@@ -3,15 +3,15 @@
 from pathlib import Path
 from typing import Any
 
+import click
+
 from fivtui.model import InputError
 
 from .arguments import option
 from .group import CommandGroup, commands
 from .options import (
     assigned,
-    fmu_argument,
     force_option,
-    input_option,
     json_option,
     output_option,
     print_json,
@@ -20,7 +20,9 @@ from .options import (
     say,
     say_written,
 )
+from .paths import InputFile
 
+fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
 flavour_option = option(
     "--flavour",
     default="python",
@@ -124,7 +126,12 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
     help="Record this variable only; may be repeated.",
 )
 @option("--tol", metavar="R", help="Relative tolerance passed to the FMU.")
-@input_option("--input", "FILE.csv", "Inputs over time: columns time (s) and the names of inputs.")
+@option(
+    "--input",
+    type=InputFile("--input"),
+    metavar="FILE.csv",
+    help="Inputs over time: columns time (s) and the names of inputs.",
+)
 @output_option("--out", "FILE.csv", "Write the recorded variables over time.")
 @output_option("--events", "FILE.csv", "Write the times at which discrete variables changed.")
 @force_option

@@ -7,8 +7,6 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from fivtui.model import (
     InputError,
     unused_parameters,
@@ -16,7 +14,7 @@ from fivtui.model import (
 )
 
 from .arguments import option
-from .paths import InputFile, OutputFile, OutputFolder
+from .paths import OutputFile, OutputFolder
 
 if TYPE_CHECKING:
     from fivtui.console import ProgressBar
@@ -24,12 +22,6 @@ if TYPE_CHECKING:
 
 json_option = option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
 force_option = option("--force", is_flag=True, help="Overwrite files that exist.")
-fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
-
-
-def input_option(flag: str, metavar: str, text: str) -> Callable[..., Any]:
-    """An option for a file to be read."""
-    return option(flag, type=InputFile(flag), metavar=metavar, help=text)
 
 
 def output_option(

@@ -1,6 +1,6 @@
 """Commands that show and sound a run, and set it beside measured data."""
 
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -129,31 +129,11 @@ def validate(call: Call[ValidateOptions]) -> None:
     Passes or fails if a tolerance is given: --band, --frequency or --amplitude. Where it fails the
     exit status is 1.
     """
-    from fivtui.measured import read_measurement, read_tolerances, validate as compare
+    from fivtui.measured import comparison_of
 
-    options = call.options
-    if options.measured is None:
-        raise InputError("--measured FILE.csv: must be given")
-    shift: float | Literal["auto"] = "auto"
-    if options.shift != "auto":
-        shift = parse_number("--shift", options.shift, "a time in s, or auto")
-    tolerances = read_tolerances(vars(options), "--")
-    numbers = {
-        name: parse_number(f"--{name.replace('_', '-')}", text, "a number")
-        for name in ("scale", "offset", "time_scale")
-        if (text := getattr(options, name)) is not None
-    }
     call.outputs.check("validation")
-    measurement = read_measurement(
-        options.measured,
-        time=options.time,
-        signal=options.signal,
-        quantity=options.quantity,
-        **numbers,
-    )
-    result = compare(
-        run_of(call), measurement, quantity=options.quantity, shift=shift, tolerances=tolerances
-    )
+    compare = comparison_of(call.options)
+    result = compare(run_of(call))
     call.outputs.finish("validation", result)
     if result.passed is False:
         click.get_current_context().exit(_EXIT_FAILED)

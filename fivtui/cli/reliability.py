@@ -31,17 +31,17 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
         FIRST_SAMPLES,
         Place,
         UncertaintyProgress,
+        check_until,
         measured,
         parse_inputs,
         scattered_study,
-        wanted_error,
     )
 
     options, out = call.options, call.outputs.out
     if options.samples is not None and options.until is not None:
         raise InputError("--samples: must be given without --until, which decides on them")
     scene = call.scene(varied=options.varied)
-    until = wanted_error(options.until)
+    until = None if options.until is None else check_until(options.until)
     study = scattered_study(
         scene,
         parse_inputs(options.varied),

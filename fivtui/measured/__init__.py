@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .charts import overlay_chart, overlay_spectra
-    from .comparison import QUANTITIES, Validation, validate
+    from .comparison import QUANTITIES, Validation, comparison_of, read_shift, validate
     from .options import ValidateOptions
     from .reading import read_measurement
     from .tolerances import Tolerances, read_tolerances

@@ -1,20 +1,21 @@
 """A run beside a measurement: deviation, spectra, and whether they agree."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import COLUMNS, Column, InputError, System, unknown_name
+from fivtui.model import COLUMNS, Column, InputError, System, parse_number, unknown_name
 from fivtui.results import Drawn, Table, TableResult
 from fivtui.signals import Spectrum, motion_at, spectrum
 from fivtui.transient import Transient
 
-from .reading import Measurement, bears_name
-from .tolerances import Tolerances
+from .options import ValidateOptions
+from .reading import Measurement, bears_name, read_measurement
+from .tolerances import Tolerances, read_tolerances
 
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
@@ -324,3 +325,32 @@ def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float
     spread = (squares[n:] - squares[:-n]) - (sums[n:] - sums[:-n]) ** 2 / n
     scores = products / np.sqrt(np.maximum(spread, 1e-12 * max(float(spread.max()), 1e-300)))
     return float(step * int(scores.argmax()) - first)
+
+
+def comparison_of(
+    options: ValidateOptions, prefix: str = "--"
+) -> Callable[[Transient], Validation]:
+    """What compares a run with the file that options name; `prefix` begins names in errors."""
+    if options.measured is None:
+        raise InputError(f"{prefix}measured FILE.csv: must be given")
+    shift = read_shift(options.shift, prefix)
+    tolerances = read_tolerances(vars(options), prefix)
+    numbers = {
+        name: parse_number(f"{prefix}{name.replace('_', '-')}", text, "a number")
+        for name in ("scale", "offset", "time_scale")
+        if (text := getattr(options, name)) is not None
+    }
+    quantity = options.quantity
+    measurement = read_measurement(
+        options.measured, time=options.time, signal=options.signal, quantity=quantity, **numbers
+    )
+    return lambda run: validate(
+        run, measurement, quantity=quantity, shift=shift, tolerances=tolerances
+    )
+
+
+def read_shift(text: str, prefix: str = "") -> float | Literal["auto"]:
+    """A shift in time, s, or ``auto``, from its text."""
+    if text == "auto":
+        return "auto"
+    return parse_number(f"{prefix}shift", text, "a time in s, or auto")

@@ -10,10 +10,10 @@ if TYPE_CHECKING:
         DEFAULT_OUTPUTS,
         DEFAULT_SAMPLES,
         FIRST_SAMPLES,
+        check_until,
         parse_inputs,
         scattered_study,
         truncations,
-        wanted_error,
     )
     from .result import Uncertainty
     from .run import Place, measured, uncertainty

@@ -16,7 +16,6 @@ from fivtui.model import (
     OnProgress,
     Parameters,
     System,
-    parse_number,
 )
 from fivtui.safety import MOST_FOLDS, safe_table
 from fivtui.scene import Scene
@@ -176,8 +175,3 @@ def truncations(study: Study) -> list[str]:
                 f"{axis.cut:.2g} of its values"
             )
     return found
-
-
-def wanted_error(value: object) -> float | None:
-    """The wanted error of an option, or None if it was not given."""
-    return None if value is None else check_until(parse_number("until", value, _UNTIL))

@@ -19,26 +19,15 @@ TABLES: Final = tuple(FORMATS)
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A command of the command line, but for the scene that it begins with.
-
-    Attributes
-    ----------
-    name : str
-        The command, e.g. ``"map"``.
-    scene : mapping
-        Fields of the scene that it computes; all others are those of the base set.
-    said : sequence of str
-        Names of parameters and fields of a scene that its options can say.
-    words : sequence of str
-        Its other options.
-    needed : mapping
-        Fields that the scene that it begins with must have so: no option of it can change them.
-    """
+    """A command of the command line, but for the scene that it begins with."""
 
     name: str
+    # Fields of the scene that it computes; all others are those of the base set.
     scene: Mapping[str, Any] = field(default_factory=dict)
+    # Parameters and fields of a scene that its options can say, and its other options.
     said: Sequence[str] = ()
     words: Sequence[str] = ()
+    # Fields that the scene that it begins with must have so: no option of it changes them.
     needed: Mapping[str, Any] = field(default_factory=dict)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from fivtui.io import read_csv
 from fivtui.model import TIMED, InputError, TimeTable, time_table, unknown_name
+from fivtui.transient import number_in_file
 
 # What follows a table, by parameter.
 OverTime = tuple[tuple[str, TimeTable], ...]
@@ -90,10 +91,8 @@ def _column(name: str, value: object) -> tuple[str, float, float]:
     for key in value:
         if key not in _OF_COLUMN:
             raise unknown_name(f"key of {name}", str(key), _OF_COLUMN)
-    numbers = []
-    for key, default in (("scale", 1.0), ("offset", 0.0)):
-        number = value.get(key, default)
-        if isinstance(number, bool) or not isinstance(number, int | float):
-            raise InputError(f"{name}.{key} = {number!r}: not a number")
-        numbers.append(float(number))
-    return str(value["column"]), numbers[0], numbers[1]
+    scale, offset = (
+        number_in_file(f"{name}.{key}", value.get(key, default))
+        for key, default in (("scale", 1.0), ("offset", 0.0))
+    )
+    return str(value["column"]), scale, offset

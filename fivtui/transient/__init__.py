@@ -69,7 +69,6 @@ if TYPE_CHECKING:
         check_start,
         check_step,
         check_tolerance,
-        start_of,
     )
     from .settings.options import OVER_TIME, RunOptions, SimulateOptions
     from .settings.table import (

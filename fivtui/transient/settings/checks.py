@@ -10,7 +10,6 @@ from fivtui.model import (
     ParameterSpec,
     State,
     parse_number,
-    read_number,
     unknown_name,
 )
 
@@ -65,16 +64,6 @@ def check_start(start: Start) -> Literal["static"] | State:
     numbers = (parse_number("start", value, START_FORM) for value in values)
     x, vx, y, vy = (0.0 if abs(number) < LEAST_START else number for number in numbers)
     return (x, vx, y, vy)
-
-
-def start_of(text: str) -> Start:
-    """The start in the text of ``--start``; `InputError` if it is none."""
-    if text == STATIC:
-        return STATIC
-    try:
-        return [read_number(part) for part in text.split(",")]
-    except ValueError:
-        raise InputError(f"--start {text}: must be {START_FORM}") from None
 
 
 def check_horizon(t_end: float | str) -> float:

@@ -11,7 +11,6 @@ from .checks import (
     MAX_T_END,
     QUANTITIES,
     START_FORM,
-    START_SPECS,
     STATIC,
     T_END_INTERVAL,
     Start,
@@ -59,11 +58,9 @@ def _read_separation(text: str) -> bool:
 
 
 def _read_start(text: str) -> Start:
-    parts = [part.strip() for part in text.split(",")]
-    if parts == [STATIC]:
+    if text.strip() == STATIC:
         return STATIC
-    if len(parts) != len(START_SPECS):
-        raise InputError(f"start = {text!r}: must be {START_FORM}")
+    parts = [part.strip() for part in text.split(",")]
     return check_start([parse_number("start", part, START_FORM) for part in parts])
 
 
@@ -133,42 +130,23 @@ def _accuracy_in_file(key: str, value: object) -> Accuracy:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSetting:
-    """A field of a scene beside its parameters.
-
-    Attributes
-    ----------
-    name, symbol, unit, meaning : str
-        Name in Python and in files, symbol, SI unit, and one phrase.
-    read, text : callable
-        From a text in a form to the value, `InputError` if it is wrong, and back.
-    of_file : callable
-        Takes key and value in a scene file, which it checks for the type.
-    comment : str
-        Explains it in a scene file; as `meaning` and `allowed` if empty.
-    form : str
-        The allowed values in words; as `interval` or `choices` if empty.
-    interval, choices : callable or None
-        Numbers, or names with what they mean, that are allowed.
-    details : tuple of (str, str)
-        More that is said of it; as `choices` if empty.
-    when_empty : str
-        What is meant by an empty text.
-    option : Option
-        How it is given on the command line.
-    """
+    """A field of a scene beside its parameters."""
 
     name: str
     meaning: str
+    # From a text in a form or an option, and back; from key and value in a scene file.
     read: Callable[[str], Any]
     of_file: Callable[[str, object], Any]
     option: Option
     text: Callable[[Any], str] = _number_text
+    # The allowed values, in words or as numbers or names.
     form: str = ""
+    interval: Callable[[], Interval] | None = None
+    choices: Callable[[], Mapping[str, str]] | None = None
+    # Its explanation in a scene file, if not by meaning and allowed values.
     comment: str = ""
     symbol: str = ""
     unit: str = ""
-    interval: Callable[[], Interval] | None = None
-    choices: Callable[[], Mapping[str, str]] | None = None
     details: tuple[tuple[str, str], ...] = ()
     when_empty: str = ""
 

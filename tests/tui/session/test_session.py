@@ -82,7 +82,7 @@ def test_a_value_that_follows_a_table_over_time_is_not_edited() -> None:
         ("mu", "nan", "μ = nan: not a finite number"),
         ("t_end", "-1", "t_end = -1: must be above 0"),
         ("tol", "1", "tol = 1: must be from"),
-        ("start", "1,2,3", "start = '1,2,3': must be static, or four finite numbers"),
+        ("start", "1,2,3", "start = [1.0, 2.0, 3.0]: must be static, or four finite numbers"),
         ("start", "1,2,3,x", "start = 'x': not a number"),
         ("method", "tailor", "did you mean taylor?"),
         ("separation", "perhaps", "unknown separation 'perhaps'"),

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -14,11 +14,11 @@ from fivtui.measured import (
     QUANTITIES,
     ValidateOptions,
     Validation,
+    comparison_of,
     overlay_chart,
     overlay_spectra,
-    read_measurement,
+    read_shift,
     read_tolerances,
-    validate,
 )
 from fivtui.model import InputError, parse_number, unknown_name
 from fivtui.ranges import decimal_point
@@ -107,7 +107,7 @@ class MeasuredView(Vertical):
         self._words, self._found = "", None
         if self._run is not None and self.texts["file"]:
             try:
-                self._found = _validation_of(self._run, self.texts)
+                self._found = comparison_of(self.options, "")(self._run)
             except InputError as error:
                 self._words = str(error)
         found = self._found
@@ -172,33 +172,6 @@ class MeasuredView(Vertical):
         self.draw()
 
 
-def _validation_of(run: Transient, texts: Mapping[str, str]) -> Validation:
-    """A run compared with the file that the texts of the inputs name.
-
-    Raises `InputError` if an input is wrong, or there is nothing to compare.
-    """
-    numbers = {
-        name.replace("-", "_"): parse_number(name, texts[name], "a number")
-        for name in _NUMBERS
-        if texts[name]
-    }
-    path, quantity = Path(texts["file"]).expanduser(), texts["quantity"] or "y"
-    measurement = read_measurement(
-        path, time=texts["time"], signal=texts["signal"], quantity=quantity, **numbers
-    )
-    return validate(
-        run,
-        measurement,
-        quantity=quantity,
-        shift=_shift(texts["shift"]),
-        tolerances=read_tolerances(texts),
-    )
-
-
-def _shift(text: str) -> float | Literal["auto"]:
-    return "auto" if text == "auto" else parse_number("shift", text or 0.0, "s, or auto")
-
-
 def _check_input(name: str, text: str) -> None:
     """Raise `InputError` if the text of an input is wrong whatever the file and the run are."""
     if not text:
@@ -206,7 +179,7 @@ def _check_input(name: str, text: str) -> None:
     if name in _NUMBERS:
         parse_number(name, text, "a number")
     elif name == "shift":
-        _shift(text)
+        read_shift(text)
     elif name == "quantity" and text not in QUANTITIES:
         raise unknown_name(name, text, QUANTITIES)
     elif name in _TOLERANCES:
@@ -229,4 +202,4 @@ def _options_of(texts: Mapping[str, str]) -> ValidateOptions:
     values: dict[str, Any] = {
         name.replace("-", "_"): text for name, text in texts.items() if text and name != "file"
     }
-    return ValidateOptions(measured=Path(texts["file"]) if texts["file"] else None, **values)
+    return ValidateOptions(measured=Path(texts["file"]).expanduser(), **values)
