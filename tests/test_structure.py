@@ -297,7 +297,7 @@ KNOWN_TO: Final = {
     "click": r"fivtui\.cli(\..+)?",
     "distributed": r"fivtui\.sweeps\.cluster",
     "fmpy": r"fivtui\.fmu\..+|fmu_src\.build\..+",
-    "matplotlib": r"fivtui\.(charts\.(plotting|sheet)|(\w+\.)+figure|paper\.drawing)",
+    "matplotlib": r"fivtui\.(charts\.(plotting|sheet)|(\w+\.)+figure)",
     "rich": r"fivtui\.(console\..+|(\w+\.)+report|tui\.(chart\.widget|lab|tabs)\..+)",
     "textual": r"fivtui\.tui\.(app|lab\..+|tabs\.(?!charts\b).+|chart\.widget\..+)",
     "textual_serve": r"fivtui\.tui\.browser",

@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .axis import Axis, parse_limits
     from .chart import (
+        CASE_COLOURS,
         COLOURS,
+        LINE_COLOURS,
         MOST_JOINED,
         WIDTH,
         Backdrop,
@@ -32,14 +34,11 @@ if TYPE_CHECKING:
         math_symbol,
         math_unit,
         parameter_line,
-        quantity_label,
         value_label,
         with_unit,
     )
     from .plot_data import shading, share_of_time
     from .plotting import (
-        CASE_COLOURS,
-        CASE_LINES,
         FORMATS,
         OFF_BELT,
         STYLE,

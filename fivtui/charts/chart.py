@@ -1,8 +1,8 @@
 """A chart as data: traces, reference lines, shades, and the visible part. Imports no Textual."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,14 @@ MOST_JOINED: Final = 16_384
 _WHOLE: Final = 1e-6
 # Okabe and Ito's colours, distinct also with colour vision deficiencies, on dark and light.
 COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
+# Lines and colours of runs with separation considered (True) and ignored (False).
+CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
+CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
+    True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
+    False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
+}
+# Colours of lines in the order of a figure's legend, as in the paper but with a darker yellow.
+LINE_COLOURS: Final = ("black", "#1f4fd8", "#c8252c", "#b07d00")
 # Names of the styles of traces in the terminal, before they repeat.
 _TRACE_STYLES: Final = 8
 

@@ -25,12 +25,6 @@ FORMATS: Final = tuple(suffix.removeprefix(".") for suffix in _METADATA)
 _SAVING: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
 _DPI: Final = 200
 
-# Lines and colours of runs with separation considered (True) and ignored (False).
-CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
-CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
-    True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
-    False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
-}
 STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
     "axes.labelsize": 9.0,

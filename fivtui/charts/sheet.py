@@ -1,6 +1,7 @@
 """Figures of results: the charts that a study declares, drawn by matplotlib."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from textwrap import fill
 from typing import Any, Final
@@ -15,11 +16,22 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Rectangle
 
 from .axis import Axis
-from .chart import Backdrop, Chart, Contours, FloatArray, Guide, Sheet, Trace, reduced
-from .labels import Label
-from .plotting import (
+from .chart import (
     CASE_COLOURS,
     CASE_LINES,
+    LINE_COLOURS,
+    WIDTH,
+    Backdrop,
+    Chart,
+    Contours,
+    FloatArray,
+    Guide,
+    Sheet,
+    Trace,
+    reduced,
+)
+from .labels import Label
+from .plotting import (
     OFF_BELT,
     STUCK,
     STYLE,
@@ -42,6 +54,7 @@ _SERIES: Final[tuple[Mapping[str, Any], ...]] = (
     {"color": "black", "marker": "*", "linestyle": ":"},
     {"color": "#c2378f", "marker": "P", "linestyle": ":"},
 )
+_DASHES: Final = ("-", (0.0, (6.0, 2.0)), (0.0, (6.0, 1.5, 1.0, 1.5)), (0.0, (1.2, 1.2)))
 # What traces and guides are, and how figures draw them.
 ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "front": {"color": "0.8", "linewidth": 4.0, "zorder": 1.0},
@@ -135,6 +148,18 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
         for name, width in (("", 1.1), (", thin", 0.6), (", fine", 0.6))
         for case in (True, False)
     },
+    **{
+        f"line {number}": {"color": colour, "linestyle": dashes, "linewidth": 1.3}
+        for number, (colour, dashes) in enumerate(zip(LINE_COLOURS, _DASHES, strict=True), 1)
+    },
+    "critical point": {
+        "color": "black",
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": 4.5,
+        "markerfacecolor": "white",
+        "zorder": 3.0,
+    },
     "computed": {"linewidth": 1.1},
     "measured": {"color": "#c2410c", "linestyle": "--", "linewidth": 0.9},
     "deviation": {"color": "0.25", "linewidth": 0.8},
@@ -168,10 +193,11 @@ _MARKED: Final = 60
 # Marks of a line, and columns that a long line is reduced to (several per pixel).
 _MARKS: Final = 12
 _COLUMNS: Final = 4000
-# Characters of mathtext that fit beside each other in the legend, those of a sample with its gaps,
-# and its line spacing, inches.
+# Characters that fit beside each other in the legend of a figure of full width, those of a sample
+# with its gaps, what is no character in mathtext, and the line spacing, inches.
 _LEGEND_WIDTH: Final = 100
 _SAMPLE: Final = 8
+_MARKUP: Final = re.compile(r"\\mathrm|[${}_^]")
 _LEGEND_LINE: Final = 0.18
 # Shades of strips, from the first.
 _STRIPS: Final = (OFF_BELT, STUCK)
@@ -261,7 +287,8 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], columns: int) -> None:
         handles.update(zip(names, drawn, strict=True))
     if not handles:
         return
-    columns = columns or max(1, _LEGEND_WIDTH // (max(map(len, handles)) + _SAMPLE))
+    longest = max(len(_MARKUP.sub("", name)) for name in handles) + _SAMPLE
+    columns = columns or max(1, int(_LEGEND_WIDTH * figure.get_figwidth() / WIDTH) // longest)
     wrapped = [
         fill(name, _LEGEND_WIDTH, break_on_hyphens=False, break_long_words=False)
         for name in handles
@@ -318,7 +345,7 @@ def _label(axes: Axes, chart: Chart) -> None:
             handlelength=1.5,
         )
     elif chart.legend == "inside":
-        axes.legend(frameon=False, fontsize=8.0)
+        axes.legend(frameon=False, fontsize=8.0, handlelength=3.0)
 
 
 def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:

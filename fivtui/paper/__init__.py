@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .amplitudes import Amplitude
+    from .charts import figure_charts
     from .claims.check import CLAIMS, check_claims
     from .claims.claim import CheckedClaim, Claim
     from .claims.report import claims_markdown
-    from .data import DATA_COLUMNS, FigureData, FloatArray
+    from .data import FigureData, FloatArray
     from .export import DEFAULT_FORMATS, figure_numbers, figures, save_figures
     from .families import PANELS, SEPARATION, Panel
     from .kinds import PanelOf

@@ -10,8 +10,8 @@ from fivtui.charts import FORMATS, save_figure
 from fivtui.io import check_apart, check_output, written_together
 from fivtui.model import InputError, OnProgress, Progress, check_names, unknown_name
 
+from .charts import draw
 from .data import save_data
-from .drawing import draw
 from .families import FIRST_FIGURE, LAST_FIGURE, panels_of
 from .results import PaperResults
 

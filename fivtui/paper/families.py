@@ -4,10 +4,9 @@ Values are those of the captions and the text. Where the paper gives no range, t
 what its text says of the figure, and `Panel.choice` says what was chosen.
 """
 
-import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Final, Literal
+from dataclasses import dataclass, replace
+from typing import Final, Literal
 
 import numpy as np
 
@@ -64,7 +63,7 @@ class Panel:
 
     @property
     def fixed(self) -> dict[str, float]:
-        """Parameters that all points share, without μ where it varies or is what is found."""
+        """Parameters that all points share, without μ where it varies or is what is computed."""
         varied = {self.by, self.along}
         if self.kind in {"eigenvalues", "critical mu"}:
             varied.add("mu")
@@ -76,159 +75,117 @@ class Panel:
         return [scene for line in self.lines for scene in line.scenes()]
 
 
-def _scene(key: str, changes: Mapping[str, float], scene: Scene = _BASE, **more: Any) -> Scene:
-    return dataclasses.replace(scene, name=f"fig-{key}", **more).with_values(changes)
-
-
 def _grid(start: float, stop: float, count: int) -> tuple[float, ...]:
     return tuple(np.linspace(start, stop, count).tolist())
-
-
-def _by_parameter(
-    key: str,
-    changes: Mapping[str, float],
-    along: _Steps,
-    by: _Steps,
-) -> tuple[Line, ...]:
-    parameter, values = along
-    name, steps = by
-    return tuple(
-        Line(_scene(key, {**changes, name: step}), parameter, tuple(values)) for step in steps
-    )
-
-
-def _by_case(key: str, changes: Mapping[str, float], along: _Steps) -> tuple[Line, ...]:
-    parameter, values = along
-    return tuple(
-        Line(_scene(key, changes, case, tol=_AMPLITUDE_TOL), parameter, tuple(values))
-        for case in _CASES
-    )
 
 
 _PRELOADS: Final = ("F", _grid(0.0, 100.0, 201))
 _STIFFNESSES: Final = ("k_nl", _grid(0.0, 500.0, 501))
 _FRICTION: Final = ("mu", _grid(0.0, 2.0, 401))
-_STIFFNESS_STEPS: Final = ("k_nl", (0.0, 50.0, 100.0, 500.0))
-_PRELOAD_STEPS: Final = ("F", (0.0, 5.0, 50.0, 100.0))
+_BY_STIFFNESS: Final = ("k_nl", (0.0, 50.0, 100.0, 500.0))
+_BY_HIGHER_STIFFNESS: Final = ("k_nl", (0.0, 50.0, 200.0, 500.0))
+_BY_PRELOAD: Final = ("F", (0.0, 5.0, 50.0, 100.0))
+# With separation ignored the amplitude falls steeply at first.
+_SOFT_TO_HARD: Final = ("k_nl", _grid(20.0, 95.0, 16) + _grid(100.0, 500.0, 41))
 _RANGE: Final = "the range is not given"
+_UNSTABLE: Final = "the range lies where the equilibrium is unstable"
+_NONE: Final[Mapping[str, float]] = {}
+_SOFT: Final[Mapping[str, float]] = {"k1": 50.0, "k2": 100.0}
 
 
-def _equilibria() -> Iterator[Panel]:
+def _panel(
+    key: str,
+    kind: Kind,
+    caption: str,
+    along: _Steps,
+    by: _Steps,
+    *,
+    choice: str,
+    changes: Mapping[str, float] = _NONE,
+) -> Panel:
+    """A panel over a parameter, with a line per value of another one."""
+    scene = replace(_BASE, name=f"fig-{key}").with_values(changes)
+    (parameter, values), (name, steps) = along, by
+    lines = tuple(Line(scene.with_values({name: step}), parameter, tuple(values)) for step in steps)
+    return Panel(key, caption, kind, lines, name, choice=choice)
+
+
+def _equilibria(key: str, quantity: str, along: _Steps, by: _Steps) -> Panel:
+    caption = f"Vertical displacement of the equilibrium against the {quantity}"
     choice = "lines and ranges are those of Figs. 3 to 7, the friction coefficient is 0.7"
-    yield Panel(
-        "2a",
-        "Vertical displacement of the equilibrium against the preload",
-        "equilibrium",
-        _by_parameter("2a", {}, _PRELOADS, _STIFFNESS_STEPS),
-        "k_nl",
-        choice=choice,
-    )
-    yield Panel(
-        "2b",
-        "Vertical displacement of the equilibrium against the cubic contact stiffness",
-        "equilibrium",
-        _by_parameter("2b", {}, _STIFFNESSES, _PRELOAD_STEPS),
-        "F",
-        choice=choice,
+    return _panel(key, "equilibrium", caption, along, by, choice=choice)
+
+
+def _eigenvalues(key: str, condition: str, changes: Mapping[str, float]) -> Panel:
+    caption = f"Frequencies and growth rates against the friction coefficient ({condition})"
+    choice = f"{_RANGE}; 0 to 2 shows every critical friction coefficient"
+    return _panel(
+        key, "eigenvalues", caption, _FRICTION, _BY_STIFFNESS, choice=choice, changes=changes
     )
 
 
-def _eigenvalues() -> Iterator[Panel]:
-    rows: tuple[tuple[str, Mapping[str, float], str], ...] = (
-        ("3", {"F": 20.0}, "F = 20 N"),
-        ("4", {"F": 100.0}, "F = 100 N"),
-        ("5", {"F": 100.0, "c1": 0.8}, "F = 100 N, non-proportional damping"),
-    )
-    for key, changes, condition in rows:
-        yield Panel(
-            key,
-            f"Frequencies and growth rates against the friction coefficient ({condition})",
-            "eigenvalues",
-            _by_parameter(key, changes, _FRICTION, _STIFFNESS_STEPS),
-            "k_nl",
-            choice=f"{_RANGE}; 0 to 2 shows every critical friction coefficient",
-        )
+def _critical(
+    key: str, along: _Steps, by: _Steps, choice: str, changes: Mapping[str, float] = _NONE
+) -> Panel:
+    quantity = "preload" if along is _PRELOADS else "cubic contact stiffness"
+    condition = " (k1 = 50 N/m, k2 = 100 N/m)" if changes else ""
+    caption = f"Critical friction coefficient against the {quantity}{condition}"
+    return _panel(key, "critical mu", caption, along, by, choice=choice, changes=changes)
 
 
-def _critical() -> Iterator[Panel]:
-    preload = "Critical friction coefficient against the preload"
-    stiffness = "Critical friction coefficient against the cubic contact stiffness"
-    soft = {"k1": 50.0, "k2": 100.0}
-    condition = " (k1 = 50 N/m, k2 = 100 N/m)"
-    to_100 = f"{_RANGE}; to 100 N the line of 500 N/m^3 alone passes the linear one"
-    to_500 = f"{_RANGE}; it ends at the greatest stiffness of the text, 500 N/m^3"
-    same = "lines and range are those of "
-    by_stiffness = (_PRELOADS, ("k_nl", (0.0, 50.0, 200.0, 500.0)))
-    by_preload = (_STIFFNESSES, _PRELOAD_STEPS)
-    rows: tuple[tuple[str, str, Mapping[str, float], tuple[_Steps, _Steps], str], ...] = (
-        ("6", preload, {}, by_stiffness, to_100),
-        ("7", stiffness, {}, by_preload, to_500),
-        ("8", preload + condition, soft, by_stiffness, f"{same}Fig. 6"),
-        ("9", stiffness + condition, soft, by_preload, f"{same}Fig. 7"),
-    )
-    for key, caption, changes, (along, by), choice in rows:
-        lines = _by_parameter(key, changes, along, by)
-        yield Panel(key, caption, "critical mu", lines, by[0], choice=choice)
+def _motion(key: str, meaning: str, column: str) -> Panel:
+    lines = tuple(Line(case, "t") for case in _CASES)
+    choice = "the start is not given; it is at rest in the static position"
+    return Panel(key, f"{meaning} over time", "transient", lines, SEPARATION, column, choice)
 
 
-def _transients() -> Iterator[Panel]:
-    rows = (
-        ("10", "Contact force", "P"),
-        ("11", "Horizontal displacement", "x"),
-        ("12", "Vertical displacement", "y"),
+def _amplitudes(key: str, along: _Steps, changes: Mapping[str, float], choice: str) -> Panel:
+    parameter, values = along
+    scenes = [replace(case, name=f"fig-{key}", tol=_AMPLITUDE_TOL) for case in _CASES]
+    quantity = "preload" if parameter == "F" else "contact stiffness"
+    return Panel(
+        key,
+        f"Peak of y and half peak-to-peak over the second half of the run against the {quantity}",
+        "amplitude",
+        tuple(Line(scene.with_values(changes), parameter, tuple(values)) for scene in scenes),
+        SEPARATION,
+        choice="start, range and the amplitude's definition are not given; static start, 100 s, "
+        f"peak of |y| and half peak-to-peak of y over the second half of the run; {choice}",
     )
-    for key, what, shown in rows:
-        yield Panel(
-            key,
-            f"{what} over time",
-            "transient",
-            tuple(Line(case, "t") for case in _CASES),
-            SEPARATION,
-            shown,
-            choice="the start is not given; it is at rest in the static position",
-        )
-
-
-def _amplitudes() -> Iterator[Panel]:
-    preload = "Peak of y and half peak-to-peak over the second half of the run against the preload"
-    stiffness = (
-        "Peak of y and half peak-to-peak over the second half of the run against the contact "
-        "stiffness"
-    )
-    start = (
-        "start, range and the amplitude's definition are not given; static start, 100 s, peak of "
-        "|y| and half peak-to-peak of y over the second half of the run"
-    )
-    unstable = "the range lies where the equilibrium is unstable"
-    # With separation ignored the amplitude falls steeply at first.
-    soft_to_hard = _grid(20.0, 95.0, 16) + _grid(100.0, 500.0, 41)
-    rows: tuple[tuple[str, str, Mapping[str, float], _Steps, str], ...] = (
-        ("13", preload, {"k_nl": 20.0, "mu": 0.5}, ("F", _grid(60.0, 190.0, 66)), unstable),
-        ("14", preload, {"k_nl": 100.0, "mu": 0.7}, ("F", _grid(20.0, 110.0, 46)), unstable),
-        ("15", stiffness, {"F": 40.0, "mu": 0.7}, ("k_nl", soft_to_hard), unstable),
-        (
-            "16",
-            stiffness,
-            {"F": 60.0, "mu": 1.0},
-            ("k_nl", soft_to_hard),
-            "the range is that of Fig. 15",
-        ),
-    )
-    for key, caption, changes, along, choice in rows:
-        yield Panel(
-            key,
-            caption,
-            "amplitude",
-            _by_case(key, changes, along),
-            SEPARATION,
-            choice=f"{start}; {choice}",
-        )
 
 
 PANELS: Final[Mapping[str, Panel]] = {
     panel.key: panel
-    for make in (_equilibria, _eigenvalues, _critical, _transients, _amplitudes)
-    for panel in make()
+    for panel in (
+        _equilibria("2a", "preload", _PRELOADS, _BY_STIFFNESS),
+        _equilibria("2b", "cubic contact stiffness", _STIFFNESSES, _BY_PRELOAD),
+        _eigenvalues("3", "F = 20 N", {"F": 20.0}),
+        _eigenvalues("4", "F = 100 N", {"F": 100.0}),
+        _eigenvalues("5", "F = 100 N, non-proportional damping", {"F": 100.0, "c1": 0.8}),
+        _critical(
+            "6",
+            _PRELOADS,
+            _BY_HIGHER_STIFFNESS,
+            f"{_RANGE}; to 100 N the line of 500 N/m^3 alone passes the linear one",
+        ),
+        _critical(
+            "7",
+            _STIFFNESSES,
+            _BY_PRELOAD,
+            f"{_RANGE}; it ends at the greatest stiffness of the text, 500 N/m^3",
+        ),
+        _critical(
+            "8", _PRELOADS, _BY_HIGHER_STIFFNESS, "lines and range are those of Fig. 6", _SOFT
+        ),
+        _critical("9", _STIFFNESSES, _BY_PRELOAD, "lines and range are those of Fig. 7", _SOFT),
+        _motion("10", "Contact force", "P"),
+        _motion("11", "Horizontal displacement", "x"),
+        _motion("12", "Vertical displacement", "y"),
+        _amplitudes("13", ("F", _grid(60.0, 190.0, 66)), {"k_nl": 20.0, "mu": 0.5}, _UNSTABLE),
+        _amplitudes("14", ("F", _grid(20.0, 110.0, 46)), {"k_nl": 100.0, "mu": 0.7}, _UNSTABLE),
+        _amplitudes("15", _SOFT_TO_HARD, {"F": 40.0, "mu": 0.7}, _UNSTABLE),
+        _amplitudes("16", _SOFT_TO_HARD, {"F": 60.0, "mu": 1.0}, "the range is that of Fig. 15"),
+    )
 }
 
 

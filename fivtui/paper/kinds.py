@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .claims.claim import CheckedClaim
     from .results import PaperResults
 
-data, drawing, check, report = later(__name__, "data", "drawing", "claims.check", "claims.report")
+charts, data, check, report = later(__name__, "charts", "data", "claims.check", "claims.report")
 
 
 class PanelOf(NamedTuple):
@@ -50,7 +50,7 @@ FIGURE: Final = StudyKind(
     to_dict=lambda panel: {
         name: values.tolist() for name, values in panel.results.table(panel.key).columns.items()
     },
-    figure=lambda panel: drawing.draw(panel.number, panel.results),
+    figure=lambda panel: charts.draw(panel.number, panel.results),
     suffixes=TABLES,
     save=_save_panel,
     stem=lambda panel: f"fig-{panel.number:02d}{panel.letter}",

@@ -272,6 +272,10 @@ def test_a_full_disk_leaves_no_file(considered: Transient, tmp_path: Path, suffi
     assert list(tmp_path.iterdir()) == []
 
 
-def test_pyplot_is_never_imported() -> None:
-    code = "import sys, fivtui.charts.sheet; sys.exit('matplotlib.pyplot' in sys.modules)"
+def test_pyplot_is_never_imported_and_charts_need_no_matplotlib() -> None:
+    code = (
+        "import sys, fivtui.transient.charts, fivtui.measured.charts, fivtui.paper.charts\n"
+        "assert 'matplotlib' not in sys.modules\n"
+        "import fivtui.charts.sheet; sys.exit('matplotlib.pyplot' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

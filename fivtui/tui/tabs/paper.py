@@ -217,9 +217,7 @@ class PaperPane(JobPane):
     # A figure
 
     def _draw_figure(self) -> None:
-        from fivtui.paper import PANELS
-
-        from .charts.paper import figure_charts
+        from fivtui.paper import PANELS, figure_charts
 
         if self._shown not in self._computed:
             return
