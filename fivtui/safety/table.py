@@ -6,10 +6,10 @@ polynomial is fitted to folds at draws of the parameters, so that it is best whe
 """
 
 import itertools
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,20 +53,12 @@ _LEAST_CUBIC: Final = 1e-9
 _BLOCK: Final = 1 << 16
 
 
-@dataclass(frozen=True, slots=True)
-class SafeCell:
-    """A box of a table with its polynomial.
+class SafeCell(msgspec.Struct, frozen=True, array_like=True):
+    """A box of a table with its polynomial, a list in files.
 
-    Attributes
-    ----------
-    low, high : tuple of float
-        Its corners.
-    least, greatest : float
-        Between these safe μ is, also where the polynomial is not.
-    degree : int
-        Total degree.
-    coefficients : tuple of float
-        Those of the products of Chebyshev polynomials.
+    Between `low` and `high`, its corners, safe μ is from `least` to `greatest`, also where the
+    polynomial is not; `degree` is the total one, `coefficients` are those of the products of
+    Chebyshev polynomials.
     """
 
     low: tuple[float, ...]
@@ -77,35 +69,22 @@ class SafeCell:
     coefficients: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class SafeTable:
+class SafeTable(msgspec.Struct, frozen=True):
     """Safe μ over the groups that vary.
 
-    Attributes
-    ----------
-    names : tuple of str
-        The groups that vary, see `GROUPS`; stiffnesses by their logarithms.
-    separation : bool
-        Whether separation is considered.
-    centre : tuple of float
-        Origin of the coordinates of the cells.
-    directions : tuple of tuple of float
-        For each coordinate, what of it a group has.
-    cells : tuple of SafeCell
-        The boxes.
-    folds : int
-        Number of folds that were continued.
-    errors : tuple of float
-        Errors of μ at those that no polynomial was fitted to, ascending.
+    `groups` are those of `GROUPS` that vary, stiffnesses by their logarithms; `centre` is the
+    origin of the coordinates of the cells, and `directions` has for each coordinate what of it a
+    group has. `folds` were continued; `errors` of μ are those at folds that no polynomial was
+    fitted to, ascending.
     """
 
-    names: tuple[str, ...]
+    groups: tuple[str, ...]
     separation: bool
     centre: tuple[float, ...]
     directions: tuple[tuple[float, ...], ...]
-    cells: tuple[SafeCell, ...]
     folds: int
     errors: tuple[float, ...]
+    cells: tuple[SafeCell, ...]
 
     @property
     def error(self) -> float:
@@ -119,68 +98,23 @@ class SafeTable:
 
     def at(self, groups: Floats) -> Floats:
         """Safe μ at groups, shape (n, 5), moved into the boxes; NaN where groups are."""
-        x = _coordinates(groups)[:, [GROUPS.index(name) for name in self.names]]
+        x = _coordinates(groups)[:, [GROUPS.index(name) for name in self.groups]]
         x = x - np.array(self.centre)
         # Sums of a few products, one by one: those of a matrix product depend on how many rows.
         z = np.stack(
-            [sum(x[:, k] * each for k, each in enumerate(row)) for row in self.directions], axis=1
+            [sum(x[:, k] * part for k, part in enumerate(row)) for row in self.directions], axis=1
         )
-        known = ~np.isnan(z).any(axis=1)
+        defined = ~np.isnan(z).any(axis=1)
         low = np.min([cell.low for cell in self.cells], axis=0)
         high = np.max([cell.high for cell in self.cells], axis=0)
         inside = np.clip(z, low, high)
-        found = np.full(len(z), np.nan)
+        mu = np.full(len(z), np.nan)
         for cell in self.cells:
-            begin, end = np.array(cell.low), np.array(cell.high)
             # What is on a common face belongs to the last cell: both agree within the error.
-            here = known & (inside >= begin).all(axis=1) & (inside <= end).all(axis=1)
-            if here.any():
-                found[here] = _evaluated(cell, inside[here])
-        return found
-
-    def to_dict(self) -> dict[str, Any]:
-        """As data for JSON."""
-        return {
-            "groups": list(self.names),
-            "separation": self.separation,
-            "centre": list(self.centre),
-            "directions": [list(row) for row in self.directions],
-            "folds": self.folds,
-            "errors": list(self.errors),
-            "cells": [
-                [
-                    list(cell.low),
-                    list(cell.high),
-                    cell.least,
-                    cell.greatest,
-                    cell.degree,
-                    list(cell.coefficients),
-                ]
-                for cell in self.cells
-            ],
-        }
-
-    @classmethod
-    def from_dict(cls, data: Any) -> "SafeTable":
-        """The table in data of `to_dict`."""
-        return cls(
-            tuple(map(str, data["groups"])),
-            bool(data["separation"]),
-            _tuple(data["centre"]),
-            tuple(map(_tuple, data["directions"])),
-            tuple(
-                SafeCell(
-                    _tuple(low), _tuple(high), float(least), float(greatest), int(degree), _tuple(c)
-                )
-                for low, high, least, greatest, degree, c in data["cells"]
-            ),
-            int(data["folds"]),
-            _tuple(data["errors"]),
-        )
-
-
-def _tuple(values: Any) -> tuple[float, ...]:
-    return tuple(map(float, values))
+            in_cell = defined & ((inside >= cell.low) & (inside <= cell.high)).all(axis=1)
+            if in_cell.any():
+                mu[in_cell] = _evaluated(cell, inside[in_cell])
+        return mu
 
 
 def safe_mus(
@@ -195,13 +129,13 @@ def safe_mus(
     if table is not None:
         critical = critical_mus(p, varied, separation)
         return np.where(np.isnan(critical), np.nan, np.minimum(table.at(groups), critical))
-    different, place = np.unique(np.column_stack([groups, separation]), axis=0, return_inverse=True)
-    found, work = np.full(len(different), np.nan), Progress(progress)
-    for row, (*group, considered) in enumerate(different.tolist()):
-        work.report(row / len(different))
+    rows, row_of = np.unique(np.column_stack([groups, separation]), axis=0, return_inverse=True)
+    mu, work = np.full(len(rows), np.nan), Progress(progress)
+    for row, (*group, considered) in enumerate(rows.tolist()):
+        work.report(row / len(rows))
         if group[0] == group[0]:
-            found[row] = least_of(tuple(group), separation=bool(considered))
-    return found[place.ravel()]
+            mu[row] = least_of(tuple(group), separation=bool(considered))
+    return mu[row_of.ravel()]
 
 
 def safe_table(
@@ -228,14 +162,30 @@ class _Folds:
         self, names: tuple[str, ...], progress: OnProgress | None, *, separation: bool
     ) -> None:
         self.names, self.separation = names, separation
-        self.places = [GROUPS.index(name) for name in names]
+        self.indices = [GROUPS.index(name) for name in names]
         self.count = 0
         self._work = Progress(progress)
 
     def at(self, coordinates: Floats) -> float:
         self._work.report(self.count / MOST_FOLDS)
         self.count += 1
-        return least_of(tuple(_groups(coordinates).tolist()), separation=self.separation)
+        group = coordinates.copy()
+        group[_LOG] = np.exp(group[_LOG])
+        # Rounding may make a damping of 0 negative.
+        return least_of(tuple(np.maximum(group, 0.0).tolist()), separation=self.separation)
+
+    def table(
+        self, centre: Floats, directions: Floats, cells: Sequence[SafeCell], errors: Floats
+    ) -> SafeTable:
+        return SafeTable(
+            groups=self.names,
+            separation=self.separation,
+            centre=tuple(centre.tolist()),
+            directions=tuple(map(tuple, directions.tolist())),
+            folds=self.count,
+            errors=tuple(np.sort(errors).tolist()),
+            cells=tuple(cells),
+        )
 
 
 def _over_one(p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _Folds) -> SafeTable:
@@ -248,35 +198,27 @@ def _over_one(p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _
         varied["F"] = np.maximum(varied["F"], least)
     x = _coordinates(groups_of(p, varied, len(corners)))
     _check_any(np.isfinite(x).all(axis=1))
-    (place,) = folds.places
+    (index,) = folds.indices
     unit = _nodes(_FITTED, _TRIED)
 
     def cell(low: float, high: float) -> tuple[SafeCell, Floats]:
         nodes = np.repeat(x[:1], len(unit), axis=0)
-        nodes[:, place] = low + (high - low) * 0.5 * (unit + 1.0)
+        nodes[:, index] = low + (high - low) * 0.5 * (unit + 1.0)
         values = np.array([folds.at(node) for node in nodes])
         fits = np.arange(len(unit)) < _FITTED
         return _fitted(unit[:, None], values, fits, _DEGREE, ((low,), (high,), *_BOUNDS))
 
-    cells = [cell(float(x[:, place].min()), float(x[:, place].max()))]
+    cells = [cell(float(x[:, index].min()), float(x[:, index].max()))]
     while folds.count + 2 * len(unit) <= MOST_FOLDS:
         worst = max(range(len(cells)), key=lambda n: cells[n][1].max())
-        found, errors = cells[worst]
+        box, errors = cells[worst]
         if errors.max() <= _WANTED:
             break
-        (low,), (high,) = found.low, found.high
+        (low,), (high,) = box.low, box.high
         middle = 0.5 * (low + high)
         cells[worst : worst + 1] = [cell(low, middle), cell(middle, high)]
-    errors = np.sort(np.concatenate([each for _, each in cells]))
-    return SafeTable(
-        folds.names,
-        folds.separation,
-        (0.0,),
-        ((1.0,),),
-        tuple(found for found, _ in cells),
-        folds.count,
-        tuple(errors.tolist()),
-    )
+    all_errors = np.concatenate([errors for _, errors in cells])
+    return folds.table(np.zeros(1), np.ones((1, 1)), [box for box, _ in cells], all_errors)
 
 
 def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> SafeTable:
@@ -285,11 +227,11 @@ def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> 
     x = _coordinates(groups_of(p, draws, size))
     x = x[~np.isnan(x).any(axis=1)][:MOST_FOLDS]
     _check_any(np.ones(len(x), dtype=bool))
-    here = x[:, folds.places]
-    centre = here.mean(axis=0)
-    _, spreads, rows = np.linalg.svd(here - centre, full_matrices=False)
+    varying = x[:, folds.indices]
+    centre = varying.mean(axis=0)
+    _, spreads, rows = np.linalg.svd(varying - centre, full_matrices=False)
     rows = rows[spreads > _FLAT * spreads[0]]
-    z = (here - centre) @ rows.T
+    z = (varying - centre) @ rows.T
     beyond = _BEYOND * np.ptp(z, axis=0)
     low, high = z.min(axis=0) - beyond, z.max(axis=0) + beyond
     unit = 2.0 * (z - low) / (high - low) - 1.0
@@ -304,28 +246,19 @@ def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> 
         least, greatest = float(np.nanmin(values[fits])), float(np.nanmax(values[fits]))
         more = _BEYOND * (greatest - least)
         box = (*corners, least - more, greatest + more)
-        fitted = [
+        cells = [
             _fitted(unit[:count], values, fits, degree, box)
             for degree in _DEGREES
             if degree == 1 or len(_exponents(len(rows), degree)) <= room
         ]
-        cell, errors = min(fitted, key=lambda each: float(np.quantile(each[1], _MOST)))
+        cell, errors = min(cells, key=lambda pair: float(np.quantile(pair[1], _MOST)))
         if errors.max() <= _WANTED or count == len(x):
-            break
+            return folds.table(centre, rows, [cell], errors)
         count = min(2 * count, len(x))
-    return SafeTable(
-        folds.names,
-        folds.separation,
-        tuple(centre.tolist()),
-        tuple(map(_tuple, rows.tolist())),
-        (cell,),
-        folds.count,
-        tuple(np.sort(errors).tolist()),
-    )
 
 
-def _check_any(known: Any) -> None:
-    if not known.any() or not known.all():
+def _check_any(defined: Any) -> None:
+    if not defined.any() or not defined.all():
         raise ComputationError(
             "there is no safe μ in the ranges", "let F and k3 be above 0 in all of them"
         )
@@ -340,14 +273,13 @@ def _fitted(
 ) -> tuple[SafeCell, Floats]:
     # A cell, and its errors at the folds that it was not fitted to.
     exponents = _exponents(unit.shape[1], degree)
-    known = ~np.isnan(values)
-    if np.count_nonzero(known & fits) < len(exponents) or not (known & ~fits).any():
+    use, test = ~np.isnan(values) & fits, ~np.isnan(values) & ~fits
+    if np.count_nonzero(use) < len(exponents) or not test.any():
         raise ComputationError(
             "limit cycles cannot be followed in a part of the ranges",
             "scatter less, or leave out safe_mu",
         )
     basis = _basis(unit, exponents)
-    use, test = known & fits, known & ~fits
     coefficients = np.linalg.lstsq(basis[use], values[use], rcond=None)[0]
     errors = np.abs(np.clip(basis[test] @ coefficients, *box[2:]) - values[test])
     return SafeCell(*box, degree, tuple(coefficients.tolist())), errors
@@ -363,13 +295,6 @@ def _coordinates(groups: Floats) -> Floats:
     return x
 
 
-def _groups(coordinates: Floats) -> Floats:
-    found = coordinates.copy()
-    found[_LOG] = np.exp(found[_LOG])
-    # A damping of 0 that rounding makes negative.
-    return np.maximum(found, 0.0)
-
-
 def _nodes(fitted: int, tried: int) -> Floats:
     # From -1 to 1: Chebyshev's nodes, then others.
     nodes = -np.cos(np.pi * (np.arange(fitted) + 0.5) / fitted)
@@ -379,27 +304,27 @@ def _nodes(fitted: int, tried: int) -> Floats:
 
 def _exponents(size: int, degree: int) -> NDArray[np.int64]:
     powers = itertools.product(range(degree + 1), repeat=size)
-    return np.array([each for each in powers if sum(each) <= degree])
+    return np.array([row for row in powers if sum(row) <= degree])
 
 
 def _basis(x: Floats, exponents: NDArray[np.int64]) -> Floats:
     degree = int(exponents.max(initial=0))
-    found = np.ones((len(x), len(exponents)))
+    basis = np.ones((len(x), len(exponents)))
     for axis in range(x.shape[1]):
         terms = np.polynomial.chebyshev.chebvander(x[:, axis], degree)
-        found *= terms[:, exponents[:, axis]]
-    return found
+        basis *= terms[:, exponents[:, axis]]
+    return basis
 
 
 def _evaluated(cell: SafeCell, z: Floats) -> Floats:
     low, high = np.array(cell.low), np.array(cell.high)
     exponents = _exponents(len(low), cell.degree)
     unit = 2.0 * (z - low) / np.where(high > low, high - low, 1.0) - 1.0
-    found = np.zeros(len(unit))
+    mu = np.zeros(len(unit))
     for first in range(0, len(unit), _BLOCK):
-        some = slice(first, first + _BLOCK)
+        block = slice(first, first + _BLOCK)
         # Term by term, for the same reason as above.
-        terms = _basis(unit[some], exponents).T
+        terms = _basis(unit[block], exponents).T
         for term, coefficient in zip(terms, cell.coefficients, strict=True):
-            found[some] += coefficient * term
-    return np.clip(found, cell.least, cell.greatest)
+            mu[block] += coefficient * term
+    return np.clip(mu, cell.least, cell.greatest)

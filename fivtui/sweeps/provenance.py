@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from fivtui.distributions import Distribution
 from fivtui.model import InputError, Parameters
+from fivtui.results import from_data, to_data
 from fivtui.safety import SafeTable
 from fivtui.scene import over_time_from, over_time_to_dict
 from fivtui.version import __version__
@@ -42,7 +43,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "separation": list(study.cases),
         "design": _design_to_data(study.design),
         "outputs": list(study.outputs),
-        **({} if study.safe is None else {"safe_mu": study.safe.to_dict()}),
+        **({} if study.safe is None else {"safe_mu": to_data(study.safe)}),
         **({} if study.method == BATCHES else {"method": study.method}),
         **({"over_time": over_time_to_dict(study.over_time)} if study.over_time else {}),
     }
@@ -101,7 +102,7 @@ def study_from_dict(data: Any) -> Study:
             tol=float(data["tol"]),
             accuracy=tuple(data["accuracy"].items()),
             outputs=tuple(map(str, data["outputs"])),
-            safe=SafeTable.from_dict(data["safe_mu"]) if "safe_mu" in data else None,
+            safe=from_data(data["safe_mu"], SafeTable) if "safe_mu" in data else None,
             method=str(data.get("method", BATCHES)),
             over_time=over_time_from("over_time", data.get("over_time", {})),
         )

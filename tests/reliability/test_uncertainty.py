@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from fivtui import (
     Parameters,
@@ -128,7 +129,7 @@ def test_squeal_is_possible_above_the_fold_of_each_sample() -> None:
     found = uncertainty(vary=vary, samples=2048, outputs=("critical_mu", "safe_mu"))
     table = found.study.safe
     assert table is not None
-    assert table.names == ("k_nl",)
+    assert table.groups == ("k_nl",)
     possible = found.probabilities["squeal_possible"]
     assert possible.value == pytest.approx((0.4 - FOLD) / 0.2, abs=2e-3)
     assert set(found.to_dict()["safe_mu"]) == {"folds", "error", "usual_error"}
@@ -169,7 +170,7 @@ def test_the_error_of_the_table_widens_the_interval() -> None:
     assert study.safe is not None
     found = measured(study, local_engine(1)).probabilities["squeal_possible"]
     # All folds tried were missed by 0.01: a tenth of the samples is as near.
-    wide = replace(study, safe=replace(study.safe, errors=(0.01,)))
+    wide = replace(study, safe=structs.replace(study.safe, errors=(0.01,)))
     wider = measured(wide, local_engine(1)).probabilities["squeal_possible"]
     assert wider.value == found.value
     assert found.low - wider.low == pytest.approx(0.05, abs=8e-3)

@@ -11,6 +11,7 @@ from fivtui.equilibrium.critical import critical_mu
 from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.model.parameters import Parameters
+from fivtui.results import from_data, to_data
 from fivtui.safety.table import MOST_FOLDS, SafeTable, safe_mus, safe_table
 from fivtui.safety.verdict import safe_friction
 
@@ -99,7 +100,7 @@ def test_a_table_has_the_error_that_it_says(
     # A value does not depend on those beside it, and the table survives a file.
     alone = {name: values[-1:] for name, values in columns.items()}
     np.testing.assert_array_equal(at(BASE, table, **alone), fitted[-1:])
-    assert SafeTable.from_dict(json.loads(json.dumps(table.to_dict()))) == table
+    assert from_data(json.loads(json.dumps(to_data(table))), SafeTable) == table
 
 
 def test_far_from_all_draws_a_table_stays_among_what_it_has_seen() -> None:
