@@ -6,9 +6,14 @@ if TYPE_CHECKING:
     from .arrays import StabilityPoints, critical_mus, is_on_belt, judge_growths
     from .belt import critical_mu_on_belt, critical_speeds
     from .charts import frequency_chart, growth_chart, plane_chart
-    from .critical import CriticalMu, critical_mu, flutter_margin, lowest_critical_mu
+    from .critical import (
+        CriticalMu,
+        critical_mu,
+        critical_mu_derivatives,
+        flutter_margin,
+        lowest_critical_mu,
+    )
     from .eigenvalues import Stability, growth_rate, stability
-    from .gradient import critical_mu_derivatives
     from .report import critical_mu_text, margin_text, stability_rows, verdict
     from .scan import ModeScan, mode_scan, scan_top
 else:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .curves.charts import branch_chart, event_name, sizes_of
     from .curves.cycle_branches import branch, branch_through, cycles_at
     from .curves.events import End, EventKind
-    from .curves.result import CycleBranch, CyclePoint
+    from .curves.result import CycleBranch, CyclePoint, event_at
     from .decay import Attraction
     from .explorer import Explorer
     from .options import BranchOptions

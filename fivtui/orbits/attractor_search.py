@@ -9,7 +9,7 @@ from fivtui.results import SystemResult, scene_text, to_data
 from fivtui.transient import Kernel
 
 from .basins import EscapeOffset, escape_offset
-from .explorer import AT_REST, Attractor, Kind, search
+from .explorer import AT_REST, Attractor, Explorer, Kind, add_new, starts_around
 
 # Share of the search for attractors in the work.
 _SEARCH: Final = 0.3
@@ -164,11 +164,46 @@ def coexistence(
     The search for the offsets that leave the equilibrium follows, and takes longer.
     """
     work = Progress(progress)
-    ends = search(system, kernel=kernel, progress=work.part(0.0, _SEARCH).callback)
-    result = Coexistence(system, ends.attractors, ends.reached, ends.stable, None)
+    result = search(system, kernel=kernel, progress=work.part(0.0, _SEARCH).callback)
     if not result.coexists:
         work.report(1.0)
         return result
     found(result)
     escape = escape_offset(system, kernel=kernel, progress=work.part(_SEARCH, 1.0).callback)
     return replace(result, escape=escape)
+
+
+def search(
+    system: System, *, kernel: Kernel | None = None, progress: OnProgress | None = None
+) -> Coexistence:
+    """The attractors reached from several starts, without the offsets that leave the equilibrium.
+
+    The equilibrium comes first, then cycles by growing half peak-to-peak.
+    """
+    work = Progress(progress)
+    explorer = Explorer(system, kernel=kernel, work=work)
+    starts = starts_around(explorer)
+    attractors: list[Attractor] = []
+    reached = []
+    for index, start in enumerate(starts):
+        work.report(index / len(starts))
+        reached.append(add_new(attractors, explorer.reach(start)))
+    work.advance(1.0)
+    order = sorted(range(len(attractors)), key=lambda index: _rank(attractors[index]))
+    return Coexistence(
+        system,
+        tuple(attractors[index] for index in order),
+        tuple(order.index(index) for index in reached),
+        explorer.equilibrium_attracts,
+        None,
+    )
+
+
+def _rank(attractor: Attractor) -> tuple[bool, bool, int, float]:
+    # Rest first, then cycles by kind and size.
+    return (
+        attractor.kind not in AT_REST,
+        attractor.orbit is None,
+        list(Kind).index(attractor.kind),
+        attractor.half_range or 0.0,
+    )

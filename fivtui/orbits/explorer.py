@@ -1,6 +1,5 @@
 """Attractors: whether a start reaches the equilibrium or a limit cycle, and which coexist."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
@@ -13,7 +12,6 @@ from fivtui.model import (
     IN_CONTACT,
     ComputationError,
     Mode,
-    OnProgress,
     Progress,
     State,
     System,
@@ -328,73 +326,10 @@ def starts_around(explorer: Explorer) -> list[State]:
     return [static_start(explorer.system), *around]
 
 
-def find_attractors(
-    system: System,
-    *,
-    starts: Iterable[Start] | None = None,
-    kernel: Kernel | None = None,
-    progress: OnProgress | None = None,
-) -> tuple[Attractor, ...]:
-    """The attractors reached from several starts, by default `starts_around` the equilibrium.
-
-    The equilibrium comes first, then cycles by growing half peak-to-peak. There may be more
-    attractors. Raises `ComputationError` if a motion cannot be followed, and `Cancelled`.
-    """
-    return search(system, starts=starts, kernel=kernel, progress=progress).attractors
-
-
-@dataclass(frozen=True, slots=True)
-class FoundAttractors:
-    """Result of `search`: the attractors, and the index in them of what each start reaches.
-
-    `stable` says whether the equilibrium is stable by its eigenvalues, reached or not.
-    """
-
-    attractors: tuple[Attractor, ...]
-    reached: tuple[int, ...]
-    stable: bool
-
-
-def search(
-    system: System,
-    *,
-    starts: Iterable[Start] | None = None,
-    kernel: Kernel | None = None,
-    progress: OnProgress | None = None,
-) -> FoundAttractors:
-    """As `find_attractors`, with the attractor that each start reaches."""
-    work = Progress(progress)
-    explorer = Explorer(system, kernel=kernel, work=work)
-    chosen = list(starts_around(explorer) if starts is None else starts)
-    found: list[Attractor] = []
-    reached = []
-    for index, start in enumerate(chosen):
-        work.report(index / len(chosen))
-        reached.append(add_new(found, explorer.reach(start)))
-    work.advance(1.0)
-    order = sorted(range(len(found)), key=lambda at: _place(found[at]))
-    return FoundAttractors(
-        tuple(found[at] for at in order),
-        tuple(order.index(at) for at in reached),
-        explorer.equilibrium_attracts,
-    )
-
-
-def _place(one: Attractor) -> tuple[bool, bool, int, float]:
-    # Rest first, then cycles by kind and size.
-    kinds = list(Kind)
-    return (
-        one.kind not in AT_REST,
-        one.orbit is None,
-        kinds.index(one.kind),
-        one.half_range or 0.0,
-    )
-
-
-def add_new(found: list[Attractor], reached: Attractor) -> int:
-    """Add an attractor to those found unless it is among them; return its index."""
-    for place, known in enumerate(found):
-        if known.same_as(reached):
-            return place
-    found.append(reached)
-    return len(found) - 1
+def add_new(attractors: list[Attractor], reached: Attractor) -> int:
+    """Add an attractor to others unless it is among them; return its index."""
+    for index, attractor in enumerate(attractors):
+        if attractor.same_as(reached):
+            return index
+    attractors.append(reached)
+    return len(attractors) - 1

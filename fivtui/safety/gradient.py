@@ -6,7 +6,7 @@ import numpy as np
 
 from fivtui.equilibrium import critical_mu_derivatives, lowest_critical_mu
 from fivtui.model import PARAMETERS, ComputationError, System
-from fivtui.orbits import EventKind
+from fivtui.orbits import EventKind, event_at
 from fivtui.taylor import Seed
 from fivtui.transient import START_SEEDS, Request, vary
 
@@ -34,8 +34,7 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     least = least_attracting(found)
     if least is None or least.value >= critical:
         return critical_mu_derivatives(system)
-    folds = {e.value for e in found.events if e.kind is EventKind.FOLD}
-    if least.value not in folds:
+    if event_at(found, least) is not EventKind.FOLD:
         return None
     names = [name for name in PARAMETERS if name != "mu"]
     seeds = [Seed(_AT_REST, {name: 1.0}) for name in ("mu", *names)]

@@ -21,7 +21,7 @@ from fivtui.model import (
     coupling_stiffness,
     load,
 )
-from fivtui.orbits import CycleBranch, CyclePoint, branch
+from fivtui.orbits import CycleBranch, CyclePoint, branch, event_at
 
 Floats = NDArray[np.float64]
 
@@ -100,14 +100,13 @@ def branch_below(system: System, critical: float) -> CycleBranch:
 def least_attracting(found: CycleBranch) -> CyclePoint | None:
     """The cycle of least μ that attracts, or at which stability is lost: a fold is neither."""
     points = found.points
-    events = {(event.value, event.period) for event in found.events}
     attracting = [
         point
-        for place, point in enumerate(points)
+        for index, point in enumerate(points)
         if point.stable
         or (
-            (point.value, point.period) in events
-            and any(one.stable for one in points[max(place - 1, 0) : place + 2])
+            event_at(found, point) is not None
+            and any(neighbour.stable for neighbour in points[max(index - 1, 0) : index + 2])
         )
     ]
     return min(attracting, key=lambda point: point.value, default=None)

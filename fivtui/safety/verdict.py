@@ -27,6 +27,7 @@ from fivtui.orbits import (
     branch,
     branch_through,
     cycles_at,
+    event_at,
 )
 from fivtui.results import SystemResult, scene_text
 
@@ -441,11 +442,7 @@ class _Search:
         cycle = least_attracting(curve)
         if cycle is not None:
             self._attractors.append(OtherAttractor(cycle.value, by, "limit cycle", cycle))
-            if any(
-                (event.value, event.period) == (cycle.value, cycle.period)
-                for event in curve.events
-                if event.kind in (EventKind.TORUS, EventKind.PERIOD_DOUBLING)
-            ):
+            if event_at(curve, cycle) in (EventKind.TORUS, EventKind.PERIOD_DOUBLING):
                 self._beyond(cycle, min(point.value for point in curve.points))
         for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
             # Beyond an unstable cycle that grows without bounds, motion does.

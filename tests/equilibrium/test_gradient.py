@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from fivtui.equilibrium.critical import critical_mu
-from fivtui.equilibrium.gradient import critical_mu_derivatives
+from fivtui.equilibrium.critical import critical_mu, critical_mu_derivatives
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
 

@@ -9,14 +9,14 @@ from hypothesis import assume, given, settings, strategies as st
 
 from fivtui import Parameters, simulate, stability
 from fivtui.model import System
-from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import equilibrium
 from fivtui.orbits import explorer
-from fivtui.orbits.attractor_search import Coexistence, coexistence
+from fivtui.orbits.attractor_search import Coexistence, coexistence, search
 from fivtui.orbits.basins import EscapeOffset, basin, escape_offset
 from fivtui.orbits.branches import BranchPoint, Continuation, continuation
 from fivtui.orbits.decay import Attraction
-from fivtui.orbits.explorer import Attractor, Explorer, Kind, find_attractors
+from fivtui.orbits.explorer import Attractor, Explorer, Kind
 from fivtui.orbits.shooting import PeriodicOrbit
 from fivtui.transient import Transient, integrate
 from tests.support.kernels import INTERPRETED
@@ -71,7 +71,7 @@ def test_at_the_base_scene_the_cycle_is_alone() -> None:
 
 
 def test_with_separation_ignored_the_cycle_keeps_contact() -> None:
-    (cycle,) = find_attractors(System(Parameters(), separation=False))
+    (cycle,) = search(System(Parameters(), separation=False)).attractors
     run = simulate(Parameters(), t_end=1200.0, separation=False, kernel="compiled")
     assert cycle.kind is Kind.CONTACT_CYCLE
     assert cycle.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
@@ -79,7 +79,7 @@ def test_with_separation_ignored_the_cycle_keeps_contact() -> None:
 
 def test_both_kernels_find_the_same() -> None:
     one, other = (
-        find_attractors(System(COEXISTENCE), starts=["static"], kernel=kernel)[0]
+        Explorer(System(COEXISTENCE), kernel=kernel).reach("static")
         for kernel in ("compiled", "interpreted")
     )
     assert one.same_as(other)
@@ -88,19 +88,19 @@ def test_both_kernels_find_the_same() -> None:
 def test_without_a_compiled_kernel_motions_are_followed_interpreted() -> None:
     calm = Parameters(F=120.0, mu=0.2)
     with INTERPRETED:
-        assert find_attractors(System(calm), starts=["static"]) == (Attractor(Kind.EQUILIBRIUM),)
+        assert Explorer(System(calm)).reach("static") == Attractor(Kind.EQUILIBRIUM)
 
 
 def test_a_linear_contact_that_never_breaks_grows_without_bounds_or_dies_out() -> None:
     linear = Parameters(k_nl=0.0)
     for mu, kind in ((1.2, Kind.UNBOUNDED), (0.9, Kind.EQUILIBRIUM)):
-        (end,) = find_attractors(System(linear.with_values({"mu": mu}), separation=False))
+        (end,) = search(System(linear.with_values({"mu": mu}), separation=False)).attractors
         assert end == Attractor(kind)
 
 
 def test_a_slider_lifted_off_the_belt_can_be_knocked_into_a_cycle() -> None:
     p = Parameters(F=-10.0)
-    rest, cycle = find_attractors(System(p))
+    rest, cycle = search(System(p)).attractors
     assert rest == Attractor(Kind.EQUILIBRIUM)
     run = simulate(p, t_end=1500.0, start=(0.1, 0.0, 5.0, 0.0), kernel="compiled")
     assert cycle.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
@@ -249,22 +249,7 @@ def test_newton_is_asked_once_a_leg_where_it_fails_or_ends_elsewhere(
 def test_without_damping_nothing_settles() -> None:
     undamped = Parameters(c1=0.0, c2=0.0, mu=0.0)
     start = (0.0, 0.0, -0.5, 0.0)
-    assert find_attractors(System(undamped), starts=[start]) == (Attractor(Kind.UNSETTLED),)
-
-
-def test_every_search_can_be_cancelled() -> None:
-    def stop(_fraction: float) -> bool:
-        return False
-
-    for search in (
-        lambda: coexistence(System(COEXISTENCE), progress=stop),
-        lambda: find_attractors(System(COEXISTENCE), progress=stop),
-        lambda: escape_offset(System(COEXISTENCE), progress=stop),
-        lambda: continuation(COEXISTENCE, "mu", [0.1, 0.2], progress=stop),
-        lambda: basin(COEXISTENCE, {"y0": [0.0], "vy0": [0.0]}, progress=stop),
-    ):
-        with pytest.raises(Cancelled):
-            search()
+    assert Explorer(System(undamped)).reach(start) == Attractor(Kind.UNSETTLED)
 
 
 def test_progress_rises_to_one() -> None:

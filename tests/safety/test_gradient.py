@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fivtui.equilibrium.gradient import critical_mu_derivatives
+from fivtui.equilibrium.critical import critical_mu_derivatives
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.safety.gradient import safe_mu_derivatives

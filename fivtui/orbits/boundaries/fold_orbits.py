@@ -5,6 +5,7 @@ next.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,7 +15,7 @@ from fivtui.model import System, accelerations, mode_of
 from fivtui.orbits.curves.arclength import VALUE, OrbitCurve, OrbitOnCurve, cycle_scales
 from fivtui.orbits.curves.events import EventKind
 from fivtui.orbits.curves.flow import FloatArray, SliderBeltFlow
-from fivtui.orbits.curves.result import CycleBranch, CyclePoint
+from fivtui.orbits.curves.result import CycleBranch, CyclePoint, event_at
 from fivtui.orbits.rest import length_scale, slowest_period
 
 _MU: Final = "mu"
@@ -57,34 +58,30 @@ class FoldOrbit:
 
 def folds_of(branch: CycleBranch) -> list[FoldOrbit]:
     """The folds of a branch along μ from which on cycles attract, see `fold_near`."""
-    found = []
+    folds = []
     units = _units(branch.system)
-    places = {(point.value, point.period): place for place, point in enumerate(branch.points)}
-    for event in branch.events:
-        place = places.get((event.value, event.period), 0)
-        if event.kind is not EventKind.FOLD or not 0 < place < len(branch.points) - 1:
+    for before, point, after in zip(
+        branch.points, branch.points[1:], branch.points[2:], strict=False
+    ):
+        if event_at(branch, point) is not EventKind.FOLD:
             continue
-        before, here, after = (
-            _unknowns(point) / units for point in branch.points[place - 1 : place + 2]
-        )
-        tangent = after - before
-        p = branch.parameters.with_values({_MU: event.value})
-        state = branch.points[place].start
+        tangent = _unknowns(after) / units - _unknowns(before) / units
+        p, state = branch.parameters.with_values({_MU: point.value}), point.start
         ax, ay = accelerations(p, state, mode_of(p, state, separation=branch.separation))
         across = np.array([state[1], ax, state[3], ay]) / units[:4]
         start = FoldOrbit(
-            event.value,
-            branch.points[place].half_range,
-            branch.points[place].half_range / float(units[0]),
-            here,
-            across / np.linalg.norm(across),
-            tangent / np.linalg.norm(tangent),
-            0.0,
+            mu=point.value,
+            half_range=point.half_range,
+            amplitude=point.half_range / float(units[0]),
+            unknowns=_unknowns(point) / units,
+            across=across / np.linalg.norm(across),
+            tangent=tangent / np.linalg.norm(tangent),
+            bend=0.0,
         )
         fold = fold_near(branch.system, start)
         if fold is not None:
-            found.append(fold)
-    return found
+            folds.append(fold)
+    return folds
 
 
 def fold_near(
@@ -98,40 +95,45 @@ def fold_near(
     base = guess.unknowns if unknowns is None else unknowns
     planes = np.zeros((2, len(base)))
     planes[0, :4], planes[1] = guess.across, guess.tangent
+
+    def orbit_at(distance: float) -> OrbitOnCurve | None:
+        return curve.solve(base + distance * guess.tangent, planes)
+
     bend, at, size = guess.bend, 0.0, guess.amplitude
-    # Places along the first tangent, and slopes there: the last two, and the nearest on both sides.
-    places: list[tuple[float, float]] = []
-    sides: dict[bool, tuple[float, float]] = {}
+    # Distances along the first tangent, and slopes there: the last, and the nearest on both sides.
+    last: tuple[float, float] | None = None
+    sides: dict[bool, float] = {}
     for _ in range(_MOST_STEPS):
-        orbit = curve.solve(base + at * guess.tangent, planes)
+        orbit = orbit_at(at)
         if orbit is None or float(orbit.across @ guess.across) < _TRANSVERSE:
             return None
         slope = float(orbit.tangent[VALUE])
-        if places and abs(at - places[-1][0]) > _APART * size:
-            bend = (slope - places[-1][1]) / (at - places[-1][0])
-        places.append((at, slope))
-        sides[slope > 0.0] = (at, slope)
+        if last is not None and abs(at - last[0]) > _APART * size:
+            bend = (slope - last[1]) / (at - last[0])
+        last, sides[slope > 0.0] = (at, slope), at
         step = -slope / bend if bend != 0.0 else _PROBE * size
         if bend != 0.0 and abs(step) < _SHORT * size:
             if bend * size * size > _SHARP:
-                beside = [
-                    curve.solve(base + place * guess.tangent, planes)
-                    for place in (at - _BESIDE * size, at + _BESIDE * size)
-                ]
-                slopes = [0.0 if one is None else float(one.tangent[VALUE]) for one in beside]
-                if not slopes[0] < 0.0 < slopes[1]:
-                    return None
-                bend = (slopes[1] - slopes[0]) / (2.0 * _BESIDE * size)
+                bend = _bend_beside(orbit_at, at, _BESIDE * size)
             return _fold(orbit, bend, float(units[0]))
         at += max(min(step, _LONGEST * size), -_LONGEST * size)
         if len(sides) == 2:
-            low, high = sorted(place for place, _ in sides.values())
+            low, high = sorted(sides.values())
             margin = _INSIDE * (high - low)
             if not low + margin < at < high - margin:
                 at = 0.5 * (low + high)
             if high - low < _CLOSE * size:
                 return None
     return None
+
+
+def _bend_beside(
+    orbit_at: Callable[[float], OrbitOnCurve | None], at: float, distance: float
+) -> float:
+    # The bend by the slopes on either side; not a number if the parameter is not least in between.
+    orbits = (orbit_at(at - distance), orbit_at(at + distance))
+    first, last = (0.0 if orbit is None else float(orbit.tangent[VALUE]) for orbit in orbits)
+    return (last - first) / (2.0 * distance) if first < 0.0 < last else math.nan
 
 
 def _fold(orbit: OrbitOnCurve, bend: float, length: float) -> FoldOrbit | None:
@@ -142,7 +144,7 @@ def _fold(orbit: OrbitOnCurve, bend: float, length: float) -> FoldOrbit | None:
     others = np.delete(multipliers, unity)
     # A real multiplier above 1, but close to it, is next to a torus, from which on cycles attract.
     saddle = bool(np.any((others.imag == 0.0) & (others.real > _SADDLE)))
-    if bend < 0.0 or size < _SMALLEST or saddle or abs(multipliers[unity] - 1.0) > _UNITY:
+    if not bend >= 0.0 or size < _SMALLEST or saddle or abs(multipliers[unity] - 1.0) > _UNITY:
         return None
     return FoldOrbit(
         float(orbit.unknowns[VALUE]),
@@ -164,5 +166,4 @@ def _units(system: System) -> FloatArray:
     # by it alone.
     p = system.parameters
     length = math.sqrt(p.k2 / p.k_nl) if p.k_nl > 0.0 else length_scale(system)
-    period = slowest_period(p)
-    return cycle_scales(length, period, 1.0)
+    return cycle_scales(length, slowest_period(p), 1.0)

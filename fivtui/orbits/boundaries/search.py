@@ -25,7 +25,7 @@ from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.flow import FloatArray
 from fivtui.orbits.curves.following import Followed, Follower, PointOnCurve, follow_both_ways
 from fivtui.orbits.curves.hopf import hopf_values
-from fivtui.orbits.curves.result import CyclePoint
+from fivtui.orbits.curves.result import CyclePoint, event_at
 from fivtui.orbits.rest import length_scale
 
 from .hopf_curve import HopfCurve, HopfOnCurve
@@ -164,9 +164,8 @@ def _events(
             found = branch(p, name, low=low, high=high, separation=system.separation)
         except ComputationError:
             continue
-        places = {(event.value, event.period) for event in found.events if event.kind is kind}
         for point in found.points:
-            if (point.value, point.period) in places:
+            if event_at(found, point) is kind:
                 values = [getattr(p, each) for each in plane.names]
                 values[along] = point.value
                 yield system.with_values({name: point.value}), point, np.array(values)

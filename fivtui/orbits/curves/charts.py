@@ -23,7 +23,7 @@ from fivtui.model import ALL_PARAMETERS
 from fivtui.transient import Request, integrate
 
 from .events import EventKind
-from .result import CycleBranch, CyclePoint
+from .result import CycleBranch, CyclePoint, event_at
 
 FloatArray = NDArray[np.float64]
 
@@ -208,15 +208,14 @@ def _top(result: CycleBranch) -> float:
 def _chosen(result: CycleBranch) -> dict[CyclePoint, str]:
     # Cycles whose orbits are drawn, with their colours: at events, and the stable one next to the
     # parameter set's own value. Much larger ones would flatten it.
-    met = {(event.value, event.period) for event in result.events}
     own = getattr(result.parameters, result.name)
     seen = [point for point in result.points if point.half_range <= _top(result)]
     stable = sorted(
-        (point for point in seen if point.stable and (point.value, point.period) not in met),
+        (point for point in seen if point.stable and event_at(result, point) is None),
         key=lambda point: abs(point.value - own),
     )[:1]
     limit = _TOWERING * max((point.half_range for point in stable), default=np.inf)
-    at_events = [point for point in seen if (point.value, point.period) in met]
+    at_events = [point for point in seen if event_at(result, point) is not None]
     points = [point for point in at_events if point.half_range <= limit][: len(_COLOURS) - 1]
     return dict(zip([*points, *stable] or seen[-1:], _COLOURS, strict=False))
 

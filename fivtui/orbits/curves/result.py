@@ -164,8 +164,7 @@ class CycleBranch(TableResult, Drawn):
 
     def _table(self) -> Table:
         points = self.points
-        at = {(event.value, event.period): EVENTS.index(event.kind) for event in self.events}
-        events = np.array([at.get((point.value, point.period), 0) for point in points])
+        events = np.array([EVENTS.index(event_at(self, point) or "none") for point in points])
         return {
             ALL_PARAMETERS[self.name].column: np.array([point.value for point in points]),
             **attribute_table(points, MEASURES),
@@ -214,3 +213,9 @@ class CycleBranch(TableResult, Drawn):
         from .charts import branch_sheet
 
         return branch_sheet(self)
+
+
+def event_at(branch: CycleBranch, point: CyclePoint) -> EventKind | None:
+    """What happens at one of the points of a branch; None if nothing does."""
+    at = (point.value, point.period)
+    return next((event.kind for event in branch.events if (event.value, event.period) == at), None)
