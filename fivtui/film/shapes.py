@@ -41,7 +41,6 @@ class Shape:
     name: str
     x: FloatArray
     y: FloatArray
-    closed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +164,7 @@ def _spring(
 def _box(name: str, across: tuple[float, float], up: tuple[float, float]) -> Shape:
     (left, right), (low, high) = across, up
     edge = ((left, low), (right, low), (right, high), (left, high), (left, low))
-    return Shape(name, *_points(*edge), closed=True)
+    return Shape(name, *_points(*edge))
 
 
 def _arrow(name: str, tail: tuple[float, float], tip: tuple[float, float], head: float) -> Shape:

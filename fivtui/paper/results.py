@@ -13,7 +13,7 @@ from fivtui.transient import Transient
 from .amplitudes import Amplitude, measure_all
 from .data import FigureData
 from .families import PANELS, Panel
-from .tables import PLAIN_TABLES, amplitude_table, transient_table
+from .tables import COLUMNS, amplitude_columns, motion_columns, panel_data
 
 _POINTS: Final = 10_001
 
@@ -41,9 +41,9 @@ class PaperResults:
 
     def amplitudes(self, scenes: Iterable[Scene]) -> list[Amplitude]:
         """The amplitudes of scenes, in their order."""
-        asked = list(scenes)
-        self.prepare(asked)
-        return [self._amplitudes[scene] for scene in asked]
+        scenes = list(scenes)
+        self.prepare(scenes)
+        return [self._amplitudes[scene] for scene in scenes]
 
     def run(self, scene: Scene) -> Transient:
         """The run of a scene, with 10,001 samples of its trajectory."""
@@ -66,17 +66,17 @@ class PaperResults:
         return self._tables[key]
 
     def _make(self, panel: Panel) -> FigureData:
-        if panel.kind == "amplitude":
-            return amplitude_table(panel, self.amplitudes(panel.scenes()))
         if panel.kind == "transient":
-            return transient_table(panel, self.runs(panel))
-        return PLAIN_TABLES[panel.kind](panel, self._looked(panel.scenes()))
+            columns = motion_columns(panel, self.runs(panel))
+        elif panel.kind == "amplitude":
+            scenes = panel.scenes()
+            columns = amplitude_columns(scenes, self.amplitudes(scenes))
+        else:
+            columns = COLUMNS[panel.kind](self._checked(panel.scenes()))
+        return panel_data(panel, columns)
 
-    def _look(self) -> None:
-        if not self.go_on():
-            raise Cancelled
-
-    def _looked(self, scenes: Iterable[Scene]) -> Iterator[Scene]:
+    def _checked(self, scenes: Iterable[Scene]) -> Iterator[Scene]:
         for scene in scenes:
-            self._look()
+            if not self.go_on():
+                raise Cancelled
             yield scene

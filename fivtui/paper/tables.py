@@ -1,9 +1,11 @@
 """The numbers of a panel, computed from its scenes."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Final
+from dataclasses import fields
+from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fivtui.equilibrium import (
     CriticalMu,
@@ -18,34 +20,33 @@ from fivtui.transient import Transient, trajectory_of
 
 from .amplitudes import Amplitude
 from .data import FigureData
-from .families import SEPARATION, Panel
+from .families import SEPARATION, Kind, Panel
+
+Columns = Mapping[str, ArrayLike]
 
 # Frequencies with a smaller relative distance have merged: double roots are no more accurate.
 _MERGED: Final = 1e-6
+# Kinds of panels whose points are runs.
+_RUNS: Final[Sequence[Kind]] = ("transient", "amplitude")
 
 
-def equilibrium_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
-    """Equilibria along a parameter (Eq. 6): columns of the two parameters, ``x_e`` and ``y_e``."""
+def _equilibria(scenes: Iterable[Scene]) -> Columns:
+    """Equilibria (Eq. 6)."""
     points = [equilibrium(System(scene.parameters)) for scene in scenes]
-    return _data(panel, {"x_e": [p.x for p in points], "y_e": [p.y for p in points]})
+    return {"x_e": [point.x for point in points], "y_e": [point.y for point in points]}
 
 
-def eigenvalue_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
-    """The two modes along a parameter: eigenvalues of positive imaginary part (Eq. 8).
-
-    Columns are the two parameters, ``omega_1``, ``omega_2``, ``sigma_1``, ``sigma_2`` and ``mu_c``,
-    which is the same for a whole line.
-    """
+def _eigenvalues(scenes: Iterable[Scene]) -> Columns:
+    """The two modes (Eq. 8), and the critical friction coefficient, the same for a whole line."""
     verdicts = [stability(scene.parameters) for scene in scenes]
-    lower, upper = zip(*(modes(verdict) for verdict in verdicts), strict=True)
-    columns = {
-        "omega_1": [value.imag for value in lower],
-        "omega_2": [value.imag for value in upper],
-        "sigma_1": [value.real for value in lower],
-        "sigma_2": [value.real for value in upper],
+    lower, upper = np.array([modes(verdict) for verdict in verdicts]).T
+    return {
+        "omega_1": lower.imag,
+        "omega_2": upper.imag,
+        "sigma_1": lower.real,
+        "sigma_2": upper.real,
         "mu_c": [_least(verdict.critical_mu) for verdict in verdicts],
     }
-    return _data(panel, columns)
 
 
 def modes(verdict: Stability) -> tuple[complex, complex]:
@@ -58,9 +59,9 @@ def modes(verdict: Stability) -> tuple[complex, complex]:
     return (upper, lower) if merged and upper.real > lower.real else (lower, upper)
 
 
-def critical_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
-    """Critical friction coefficient ``mu_c`` along a parameter (Eq. 9)."""
-    return _data(panel, {"mu_c": [critical_mu(scene.parameters) for scene in scenes]})
+def _critical(scenes: Iterable[Scene]) -> Columns:
+    """Critical friction coefficients (Eq. 9)."""
+    return {"mu_c": [critical_mu(scene.parameters) for scene in scenes]}
 
 
 def critical_mu(p: Parameters) -> float:
@@ -68,77 +69,58 @@ def critical_mu(p: Parameters) -> float:
     return _least(critical_mus(System(p)))
 
 
-def _least(found: Sequence[CriticalMu]) -> float:
-    if not found:
+def _least(critical: Sequence[CriticalMu]) -> float:
+    if not critical:
         raise ComputationError(
             "no friction coefficient destabilises the equilibrium",
             "use parameters that have a critical friction coefficient",
         )
-    return min(critical.mu for critical in found)
+    return min(crossing.mu for crossing in critical)
 
 
-def amplitude_table(panel: Panel, amplitudes: Sequence[Amplitude]) -> FigureData:
-    """Amplitudes along a parameter: case, parameter, growth rate, fields of `Amplitude`."""
-    growth = [growth_rate(System(scene.parameters)) for scene in panel.scenes()]
-    columns: dict[str, Sequence[float]] = {
-        "growth_rate": growth,
-        "y_peak": [a.y_peak for a in amplitudes],
-        "y_half_range": [a.y_half_range for a in amplitudes],
-        "separations": [a.separations for a in amplitudes],
-        "separated_time": [a.separated_time for a in amplitudes],
-    }
-    scene = panel.lines[0].scene
-    return _data(panel, columns, start=scene.start, t_end=scene.t_end)
-
-
-def transient_table(panel: Panel, runs: Sequence[Transient]) -> FigureData:
-    """One quantity over time: columns of the case, time and the quantity that the panel shows."""
-    parts = [(run, trajectory_of(run)) for run in runs]
-    columns = {
-        SEPARATION: np.concatenate([np.full(t.t.size, float(run.separation)) for run, t in parts]),
-        "t": np.concatenate([t.t for _, t in parts]),
-        panel.shown: np.concatenate([getattr(t, panel.shown) for _, t in parts]),
-    }
-    scene = panel.lines[0].scene
-    return FigureData(
-        panel.key,
-        panel.caption,
-        SEPARATION,
-        "t",
-        columns,
-        _provenance(panel, start=scene.start, t_end=scene.t_end),
-    )
-
-
-PLAIN_TABLES: Final[Mapping[str, Callable[[Panel, Iterable[Scene]], FigureData]]] = {
-    "equilibrium": equilibrium_table,
-    "eigenvalues": eigenvalue_table,
-    "critical mu": critical_table,
+# Columns of panels without runs, by kind.
+COLUMNS: Final[Mapping[Kind, Callable[[Iterable[Scene]], Columns]]] = {
+    "equilibrium": _equilibria,
+    "eigenvalues": _eigenvalues,
+    "critical mu": _critical,
 }
 
 
-def _data(panel: Panel, computed: Mapping[str, Sequence[float]], **shared: Any) -> FigureData:
-    lines = panel.lines
-    columns = {
-        panel.by: np.repeat(
-            [_value(line.scene, panel.by) for line in lines], [len(line.values) for line in lines]
-        ),
-        panel.along: np.concatenate([line.values for line in lines]),
+def amplitude_columns(scenes: Iterable[Scene], amplitudes: Sequence[Amplitude]) -> Columns:
+    """Growth rates of the equilibria, and the fields of the amplitudes."""
+    growth = [growth_rate(System(scene.parameters)) for scene in scenes]
+    names = [field.name for field in fields(Amplitude)]
+    return {"growth_rate": growth} | {
+        name: [getattr(amplitude, name) for amplitude in amplitudes] for name in names
     }
-    columns |= {name: np.array(values, dtype=float) for name, values in computed.items()}
-    return FigureData(
-        panel.key,
-        panel.caption,
-        panel.by,
-        panel.along,
-        columns,
-        _provenance(panel, **shared),
-    )
+
+
+def motion_columns(panel: Panel, runs: Sequence[Transient]) -> Columns:
+    """Case, time and the quantity that a panel shows."""
+    motions = [trajectory_of(run) for run in runs]
+    sizes = [motion.t.size for motion in motions]
+    return {
+        SEPARATION: np.repeat([float(run.separation) for run in runs], sizes),
+        "t": np.concatenate([motion.t for motion in motions]),
+        panel.shown: np.concatenate([getattr(motion, panel.shown) for motion in motions]),
+    }
+
+
+def panel_data(panel: Panel, computed: Columns) -> FigureData:
+    """The data of a panel: for its points also the two parameters, or the case and one."""
+    columns = {name: np.array(values, dtype=float) for name, values in computed.items()}
+    if panel.kind != "transient":
+        values = [_value(line.scene, panel.by) for line in panel.lines]
+        points = {
+            panel.by: np.repeat(values, [len(line.values) for line in panel.lines]),
+            panel.along: np.concatenate([line.values for line in panel.lines]),
+        }
+        columns = points | columns
+    scene = panel.lines[0].scene
+    run = {"start": scene.start, "t_end": scene.t_end} if panel.kind in _RUNS else {}
+    provenance = {"parameters": panel.fixed, **run, "choice": panel.choice}
+    return FigureData(panel.key, panel.caption, panel.by, panel.along, columns, provenance)
 
 
 def _value(scene: Scene, name: str) -> float:
     return float(scene.separation) if name == SEPARATION else getattr(scene.parameters, name)
-
-
-def _provenance(panel: Panel, **shared: Any) -> dict[str, Any]:
-    return {"parameters": panel.fixed, **shared, "choice": panel.choice}

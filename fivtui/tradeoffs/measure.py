@@ -20,6 +20,7 @@ from fivtui.model import (
     Mode,
     OnProgress,
     Parameters,
+    Progress,
     State,
     time_scale,
 )
@@ -213,18 +214,14 @@ def measure_tradeoff(
     reference, or its share of the CPU time is used up.
     """
     scene.check_constant("tradeoff")
-    report = progress or (lambda _fraction: True)
+    work = Progress(progress)
     budget = THOROUGH_S if thorough else QUICK_S
-
-    def alive(_fraction: float) -> bool:
-        return report(0.0)
-
-    here = stepping_kernel()
-    reference = _native(scene, Setting("taylor", here, "tol", _REFERENCE_TOL), alive)
+    kernel = stepping_kernel()
+    reference = _native(scene, Setting("taylor", kernel, "tol", _REFERENCE_TOL), work)
     truth = observation(reference)
     checks = [
-        _native(scene, Setting("taylor", kernel, "tol", tol), alive)
-        for kernel, tol in ((here, _CHECK_TOL), ("interpreted", _REFERENCE_TOL))
+        _native(scene, Setting("taylor", *setting), work)
+        for setting in ((kernel, "tol", _CHECK_TOL), ("interpreted", "tol", _REFERENCE_TOL))
     ]
     for check in checks:
         parted = runs_part(check, reference)
@@ -232,24 +229,20 @@ def measure_tradeoff(
             raise parted.error()
     floor = _greatest(deviation(observation(check), truth) for check in checks)
     rows: list[MeasuredSetting] = []
-    steps = [
-        ladder
-        for ladder in ladders(time_scale(scene.parameters), scene.t_end)
-        if ladder.kernel in ("", "interpreted", here)
-    ]
     with temporary_folder() as folder:
         fmus = _built(folder)
-        steps = [each for each in steps if each.method in {*METHODS, *fmus}]
-        bench = _Bench(scene, truth, floor, fmus)
-        for done, ladder in enumerate(steps):
-            share = 0.05 + 0.85 * done / len(steps)
-
-            def within(_fraction: float, share: float = share) -> bool:
-                return report(share)
-
-            rows += bench.climb(ladder, _SHARES[ladder.method] * budget, within)
-    features = _features(scene, lambda _fraction: report(0.9))
-    report(1.0)
+        steps = [
+            ladder
+            for ladder in ladders(time_scale(scene.parameters), scene.t_end)
+            if ladder.kernel in ("", "interpreted", kernel) and ladder.method in {*METHODS, *fmus}
+        ]
+        bench = _Bench(scene, truth, floor, fmus, work)
+        for count, ladder in enumerate(steps):
+            work.report(0.05 + 0.85 * count / len(steps))
+            rows += bench.climb(ladder, _SHARES[ladder.method] * budget)
+    work.report(0.9)
+    features = _features(scene, work)
+    work.report(1.0)
     return Tradeoff(scene, reference, floor, rows, features)
 
 
@@ -264,8 +257,8 @@ def _built(folder: Path) -> dict[str, Path]:
     }
 
 
-def _greatest(found: Iterator[Deviation]) -> Deviation:
-    several = list(found)
+def _greatest(deviations: Iterator[Deviation]) -> Deviation:
+    several = list(deviations)
     worst = {name: max(entry.of(name) for entry in several) for name in QUANTITIES}
     return Deviation(
         **worst,
@@ -281,35 +274,36 @@ class _Bench:
     reference: Observation
     floor: Deviation
     fmus: Mapping[str, Path]
+    work: Progress
 
-    def climb(self, ladder: Ladder, budget: float, report: OnProgress) -> list[MeasuredSetting]:
+    def climb(self, ladder: Ladder, budget: float) -> list[MeasuredSetting]:
         rows: list[MeasuredSetting] = []
         begin = time.thread_time()
         for setting in ladder.settings():
             left = budget - (time.thread_time() - begin)
             if rows and left < rows[-1].cpu_s * ladder.factor ** -_COST_EXPONENT[ladder.knob]:
                 break
-            row = self.measure(setting, left, report)
+            row = self.measure(setting, left)
             rows.append(row)
             if row.error is not None and row.error.within(self.floor):
                 break
         return rows
 
-    def measure(self, setting: Setting, left: float, report: OnProgress) -> MeasuredSetting:
+    def measure(self, setting: Setting, left: float) -> MeasuredSetting:
         begin = time.thread_time()
         stopped = False
 
-        def go_on(fraction: float) -> bool:
+        def go_on(_fraction: float) -> bool:
             nonlocal stopped
             stopped = time.thread_time() - begin > left
-            return report(fraction) and not stopped
+            return self.work.go_on() and not stopped
 
         try:
-            seen, steps, cpu_s = self._timed(setting, go_on)
+            seen, steps, cpu_s = self._timed(setting, Progress(go_on))
             for _ in range(_MOST_REPEATS - 1):
                 if time.thread_time() - begin > min(_LONG_ENOUGH_S, left):
                     break
-                cpu_s = min(cpu_s, self._timed(setting, go_on)[2])
+                cpu_s = min(cpu_s, self._timed(setting, Progress(go_on))[2])
         except ComputationError as error:
             return MeasuredSetting(setting, time.thread_time() - begin, 0, None, error.why)
         except Cancelled:
@@ -321,20 +315,18 @@ class _Bench:
             )
         return MeasuredSetting(setting, cpu_s, steps, deviation(seen, self.reference))
 
-    def _timed(self, setting: Setting, go_on: OnProgress) -> tuple[Observation, int, float]:
+    def _timed(self, setting: Setting, work: Progress) -> tuple[Observation, int, float]:
         begin = time.thread_time()
         if setting.method in self.fmus:
             fmu = self.fmus[setting.method]
-            seen, steps = _through_fmu(self.scene, fmu, setting.value, go_on)
+            seen, steps = _through_fmu(self.scene, fmu, setting.value, work)
         else:
-            run = _native(self.scene, setting, go_on)
+            run = _native(self.scene, setting, work)
             seen, steps = observation(run), run.stats.steps
         return seen, steps, time.thread_time() - begin
 
 
-def _through_fmu(
-    scene: Scene, fmu: Path, step: float, go_on: OnProgress
-) -> tuple[Observation, int]:
+def _through_fmu(scene: Scene, fmu: Path, step: float, work: Progress) -> tuple[Observation, int]:
     # As with fmpy: peaks are those of the values at communication points.
     x, vx, y, vy = resolve_start(scene.system, scene.start)
     run = run_fmu(
@@ -351,7 +343,7 @@ def _through_fmu(
             "vy_start": vy,
         },
         outputs=("x", "vx", "y", "vy", "separations", "sticks", "last_event", "mode"),
-        progress=go_on,
+        progress=lambda _fraction: work.go_on(),
     )
     columns = run.columns
     final = tuple(columns[name][-1].item() for name in ("x", "vx", "y", "vy"))
@@ -372,16 +364,16 @@ def _through_fmu(
     return seen, columns["time"].size - 1
 
 
-def _native(scene: Scene, setting: Setting, report: OnProgress) -> Transient:
+def _native(scene: Scene, setting: Setting, work: Progress) -> Transient:
     changes: dict[str, Any] = {"tol": DEFAULT_TOL, "step": None, setting.knob: setting.value}
     request = scene.request(
         method=setting.method, kernel=cast("KernelChoice", setting.kernel or "auto"), **changes
     )
-    return compute(request, progress=report)
+    return compute(request, progress=lambda _fraction: work.go_on())
 
 
-def _features(scene: Scene, report: OnProgress) -> list[Feature]:
-    # Cost of each feature of the scene, by the same scene without it.
+def _features(scene: Scene, work: Progress) -> list[Feature]:
+    """The cost of each feature of a scene, by the same scene without it."""
     linear = scene.with_values({"k_nl": 0.0})
     samples = np.linspace(0.0, scene.t_end, _POINTS)
     pairs: list[tuple[str, tuple[Scene, Any], tuple[Scene, Any]]] = []
@@ -397,26 +389,30 @@ def _features(scene: Scene, report: OnProgress) -> list[Feature]:
         ("trajectory as polynomials", (scene, "none"), (scene, "dense")),
     ]
     features = [
-        Feature(name, without[0], having[0], without[1], having[1])
-        for name, without, having in (
-            (name, _cost(*first, report), _cost(*second, report)) for name, first, second in pairs
-        )
+        _feature(name, _cost(*without, work), _cost(*having, work))
+        for name, without, having in pairs
     ]
     # A single run always has its peaks and events; a batch has what is required of it.
-    plain = _cost_in_batch(scene, (), report)
+    plain = _cost_in_batch(scene, (), work)
     parts: tuple[tuple[str, Requirement], ...] = (
         ("peaks, in a batch", "peak"),
         ("event list, in a batch", "events"),
     )
-    for name, requirement in parts:
-        having = _cost_in_batch(scene, (requirement,), report)
-        features.append(Feature(name, plain[0], having[0], plain[1], having[1]))
-    return features
+    return features + [
+        _feature(name, plain, _cost_in_batch(scene, (requirement,), work))
+        for name, requirement in parts
+    ]
 
 
-def _cost_in_batch(
-    scene: Scene, more: tuple[Requirement, ...], report: OnProgress
-) -> tuple[float | None, int | None]:
+# CPU time of a run, s, and its steps; None if it did not finish.
+_Cost = tuple[float | None, int | None]
+
+
+def _feature(name: str, without: _Cost, having: _Cost) -> Feature:
+    return Feature(name, without[0], having[0], without[1], having[1])
+
+
+def _cost_in_batch(scene: Scene, more: tuple[Requirement, ...], work: Progress) -> _Cost:
     least, steps = math.inf, 0
     for _ in range(_BATCHES):
         before = time.process_time()
@@ -428,7 +424,7 @@ def _cost_in_batch(
             start=scene.start,
             require={"final", *more},
             workers=1,
-            progress=report,
+            progress=lambda _fraction: work.go_on(),
         )
         if batch.failed.size:
             return None, None
@@ -437,14 +433,13 @@ def _cost_in_batch(
     return least, steps
 
 
-def _cost(scene: Scene, samples: Any, report: OnProgress) -> tuple[float | None, int | None]:
+def _cost(scene: Scene, samples: Any, work: Progress) -> _Cost:
     request = scene.request(
         method="taylor", step=None, tol=DEFAULT_TOL, samples=samples, kernel=stepping_kernel()
     )
     least, steps, begin = math.inf, 0, time.thread_time()
     for _ in range(_MOST_REPEATS):
-        if not report(0.0):
-            raise Cancelled
+        work.check()
         before = time.thread_time()
         try:
             run = compute(request)

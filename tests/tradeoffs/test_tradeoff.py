@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fivtui.cli import run
-from fivtui.model import System
+from fivtui.model import Progress, System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
@@ -165,8 +165,8 @@ def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
 
     monkeypatch.setattr(measure._Bench, "_timed", timed)
     monkeypatch.setattr("time.thread_time", lambda: clock[0])
-    bench = measure._Bench(SHORT, observed, deviation(observed, observed), {})
-    result = bench.measure(Setting("rk4", "", "step", 0.1), budget, lambda _fraction: True)
+    bench = measure._Bench(SHORT, observed, deviation(observed, observed), {}, Progress(None))
+    result = bench.measure(Setting("rk4", "", "step", 0.1), budget)
     assert len(costs) == runs
     assert result.cpu_s == min(costs)
 
@@ -180,7 +180,7 @@ def test_the_cost_in_a_batch_is_that_of_a_member(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(measure, "simulate_batch", batch)
     monkeypatch.setattr("time.process_time", lambda: clock[0])
-    cost, steps = measure._cost_in_batch(SHORT, (), lambda _fraction: True)
+    cost, steps = measure._cost_in_batch(SHORT, (), Progress(None))
     assert cost == pytest.approx(1e-3)
     assert steps == 17
 
