@@ -34,12 +34,6 @@ FMU_REASON: Final = "native.txt"
 FMU_MODELS: Final = ("SliderBelt", "BrakeActuator")
 # Instruction sets by name, and what chooses them; the machine's own where there is no choice.
 _X86: Final = {"baseline": "x86-64", "avx2": "x86-64-v3", "avx512": "x86-64-v4"}
-# The bits of a run are decided by what is written: no product and sum is fused by the compiler.
-_FLAGS: Final = [
-    *("-std=c11", "-O3", "-g0", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wno-psabi"),
-    *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-strict-aliasing"),
-    "-fomit-frame-pointer",
-]
 # Texts in C that gain nothing by registers wider than those of AVX2.
 _OF_ONE_RUN: Final = ("single", "belt", "vary", "orbit")
 _OF_LANES: Final = ("lanes", "belt_lanes")
@@ -142,8 +136,8 @@ def _kernel_plan(folder: Path, target: Path, compiler: str, scratch: Path) -> _P
     for name, header in text.headers().items():
         (scratch / name).write_text(header, encoding="utf-8")
     about = [f'-DSOURCES="{text.sources_digest(folder)}"', f'-DCOMPILER="{compiler}"']
-    objects = {"loading": [*about, str(folder / "loading.c")]}
-    given = [f"-I{scratch}", f"-I{folder}"]
+    objects = {"loading": [*text.FLAGS, *about, str(folder / "loading.c")]}
+    given = [*text.FLAGS, f"-I{scratch}", f"-I{folder}"]
     for variant, options in _variants(compiler).items():
         # Registers wider than those of AVX2 slow one run down.
         for unit in _OF_LANES if variant == "avx512" else (*_OF_ONE_RUN, *_OF_LANES):
@@ -163,7 +157,9 @@ def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Pat
     for name, content in text.generated().items():
         (scratch / name).write_text(content, encoding="utf-8")
     native = root / FMU_FOLDER
-    given = [*(f"-I{folder}" for folder in (native, root / FOLDER, scratch, headers))]
+    folders = native, root / FOLDER, scratch, headers
+    flags = _module("fivtui.kernel.field_text", root).FLAGS
+    given = [*flags, *(f"-I{folder}" for folder in folders)]
     objects, libraries = {}, {}
     shared = list(text.SHARED_UNITS)
     for unit in text.SHARED_UNITS:
@@ -216,7 +212,7 @@ def _compile(
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(
                 pool.map(
-                    lambda part: run(*_FLAGS, *objects[part], "-c", "-o", f"{folder}/{part}.o"),
+                    lambda part: run(*objects[part], "-c", "-o", f"{folder}/{part}.o"),
                     objects,
                 )
             )

@@ -17,6 +17,13 @@ from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
 from fivtui.taylor.expression import Expression, expression
 from fivtui.taylor.recurrence import Terms, motion
 
+# Options of compilers. The bits of a run are decided by what is written: no product and sum is
+# fused by the compiler.
+FLAGS: Final = (
+    *("-std=c11", "-O3", "-g0", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wno-psabi"),
+    *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-strict-aliasing"),
+    "-fomit-frame-pointer",
+)
 _NEXT: Final = ",\n        "
 
 

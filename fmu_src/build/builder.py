@@ -5,7 +5,6 @@ import sys
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -13,7 +12,7 @@ from fivtui.io import check_output, check_suffix, temporary_folder, write_atomic
 from fivtui.model import InputError, unknown_name
 
 from .bundle import IMPORT_LOCK, Bundle
-from .component import NATIVE_RULES, Component, documentation, reference_files
+from .component import Component, documentation, reference_files
 from .components import COMPONENTS, DEFAULT
 from .description import completed
 from .native import native_content
@@ -98,28 +97,16 @@ def build_fmu(
     check_suffix(target, "FMU", (SUFFIX,))
     check_output(target, force=force)
     if flavour == NATIVE:
-        content = _native(made_of, fmi, platforms, with_sources=sources)
+        content = native_content(made_of, fmi, platforms, with_sources=sources)
     else:
-        content = _python(made_of)
+        with temporary_folder() as folder:
+            content = _exported(folder, made_of)
+    content |= documentation(made_of, is_native=flavour == NATIVE)
+    content |= reference_files(made_of.model, made_of.reference())
+    if flavour != NATIVE:
+        content[_DESCRIPTION] = completed(content.pop(_DESCRIPTION), content, made_of.table)
     write_atomically(target, lambda file: _write_archive(file, content), force=force)
     return target
-
-
-def _native(
-    component: Component, fmi: str, platforms: Sequence[str], *, with_sources: bool
-) -> dict[str, bytes]:
-    content = native_content(component, fmi, platforms, with_sources=with_sources)
-    content |= documentation(replace(component, rules=NATIVE_RULES, has_wrapper=False))
-    content |= reference_files(component.model, component.reference())
-    return content
-
-
-def _python(made_of: Component) -> dict[str, bytes]:
-    with temporary_folder() as folder:
-        content = _exported(folder, made_of)
-    content |= documentation(made_of) | reference_files(made_of.model, made_of.reference())
-    content[_DESCRIPTION] = completed(content.pop(_DESCRIPTION), content, made_of.table)
-    return content
 
 
 def _component(name: str, fmi: str, flavour: str) -> Component:

@@ -21,7 +21,7 @@ possible one, with a warning.</p>
 extracted may hold ASCII letters, digits, _ . - ~ and spaces; any other character crashes the
 wrapper.</p>
 """
-NATIVE_RULES: Final = """\
+_NATIVE_RULES: Final = """\
 <h2>Rules</h2>
 <p>Co-simulation: inputs are held from one communication point to the next, or follow the first
 derivatives given for the next step; after it they are held where they came to. Results do not
@@ -60,54 +60,39 @@ class Reference(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """A component that FMUs can be built of.
+    """A component that FMUs can be built of."""
 
-    Attributes
-    ----------
-    model : str
-        Name of the model in the FMU.
-    entry : str
-        Module of ``fmu_src.slave`` that the wrapper imports.
-    modules : mapping of str to sequence of str
-        Modules that the FMU carries, by package; they import the standard library, pythonfmu and
-        each other alone.
-    table : VariableTable
-        Its variables.
-    description : str
-        One sentence on the model.
-    about, rules : str
-        Documentation of the model and of its calls, in HTML.
-    reference : callable
-        Computes a reference run.
-    has_wrapper : bool
-        Whether pythonfmu exports the FMU.
-    """
-
+    # Name of the model in the FMU.
     model: str
+    # Module of ``fmu_src.slave`` that the wrapper imports.
     entry: str
+    # Modules that the FMU carries, by package; they import the standard library, pythonfmu and each
+    # other alone.
     modules: Mapping[str, Sequence[str]]
     table: VariableTable
+    # One sentence on the model.
     description: str
+    # Documentation of the model in HTML.
     about: str
+    # Computes a reference run.
     reference: Callable[[], Reference]
-    rules: str = _RULES
-    has_wrapper: bool = True
 
 
-def documentation(component: Component) -> dict[str, bytes]:
+def documentation(component: Component, *, is_native: bool) -> dict[str, bytes]:
     """The files below ``documentation/``: content by name in the FMU."""
-    files = {"documentation/index.html": _index(component).encode()}
-    if component.has_wrapper:
+    rules = _NATIVE_RULES if is_native else _RULES
+    files = {"documentation/index.html": _index(component, rules).encode()}
+    if not is_native:
         files["documentation/licenses/pythonfmu.txt"] = _license_of("pythonfmu")
     return files
 
 
-def _index(component: Component) -> str:
+def _index(component: Component, rules: str) -> str:
     parts = [
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
         f"<title>{component.model}</title></head><body>\n<h1>{component.model}</h1>\n",
         component.about,
-        component.rules,
+        rules,
     ]
     for role, title in _TITLES.items():
         rows = "".join(

@@ -13,6 +13,13 @@ from fmu_src.slave import Role, Type, Variable, VariableTable
 
 # A fixed date, so that equal content gives equal bytes.
 TIMESTAMP: Final = "1980-01-01T00:00:00Z"
+# What wrote a model description of the native flavour, and who; the same in all versions of FMI.
+GENERATION: Final = {
+    "generationTool": "fivtui",
+    "generationDateAndTime": TIMESTAMP,
+    "variableNamingConvention": "structured",
+}
+AUTHOR: Final = {"author": "The fivtui developers", "license": "MIT"}
 # Exponents of the base units, in the order in which FMI names their attributes.
 _BASE: Final = {
     "kg": {"kg": 1},
@@ -46,8 +53,7 @@ def completed(xml: bytes, content: Mapping[str, bytes], table: VariableTable) ->
     root.set("generationDateAndTime", TIMESTAMP)
     root.set("generationTool", f"fivtui with {root.get('generationTool')}")
     root.insert(1, unit_definitions(table))
-    types = type_definitions(table)
-    if len(types):
+    for types in type_definitions(table, add_type):
         root.insert(2, types)
     for element, variable in zip(_child(root, "ModelVariables"), table.variables, strict=True):
         complete_variable(element, variable, table)
@@ -89,16 +95,22 @@ def unit_definitions(table: VariableTable) -> ET.Element:
     return definitions
 
 
-def type_definitions(table: VariableTable) -> ET.Element:
-    """``TypeDefinitions`` of the enumerations; FMI 2.0."""
+def type_definitions(
+    table: VariableTable, add_type: Callable[[ET.Element, str], ET.Element]
+) -> list[ET.Element]:
+    """``TypeDefinitions`` of the enumerations, each an element that `add_type` adds; or nothing."""
     definitions = ET.Element("TypeDefinitions")
     for variable in table.variables:
         if variable.items:
-            simple = ET.SubElement(definitions, "SimpleType", name=type_of(variable))
-            enumeration = ET.SubElement(simple, "Enumeration")
+            enumeration = add_type(definitions, type_of(variable))
             for value, name in enumerate(variable.items):
                 ET.SubElement(enumeration, "Item", name=name, value=str(value))
-    return definitions
+    return [definitions] if len(definitions) else []
+
+
+def add_type(definitions: ET.Element, name: str) -> ET.Element:
+    """The element of an enumeration; FMI 2.0."""
+    return ET.SubElement(ET.SubElement(definitions, "SimpleType", name=name), "Enumeration")
 
 
 def type_of(variable: Variable) -> str:
@@ -121,13 +133,25 @@ def identity_of(variable: Variable, reference: int) -> dict[str, str]:
     return attributes
 
 
-def add_log_and_experiment(root: ET.Element, categories: Mapping[str, str]) -> None:
-    """Add the categories of messages, with what they are, and the default experiment."""
+def start_description(
+    identity: Mapping[str, str],
+    interfaces: Mapping[str, Mapping[str, str]],
+    table: VariableTable,
+    types: Sequence[ET.Element],
+    categories: Mapping[str, str],
+) -> ET.Element:
+    """A model description up to the variables; `categories` are those of messages."""
+    root = ET.Element("fmiModelDescription", dict(identity))
+    for interface, capabilities in interfaces.items():
+        ET.SubElement(root, interface, dict(capabilities), modelIdentifier=identity["modelName"])
+    root.append(unit_definitions(table))
+    root.extend(types)
     log = ET.SubElement(root, "LogCategories")
     for name, description in categories.items():
         ET.SubElement(log, "Category", name=name, description=description)
     experiment = {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": DEFAULT_TOL}
     ET.SubElement(root, "DefaultExperiment", {n: repr(v) for n, v in experiment.items()})
+    return root
 
 
 def complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:
@@ -136,24 +160,30 @@ def complete_variable(element: ET.Element, variable: Variable, table: VariableTa
     typed.tag = variable.type.value
     if variable.items:
         typed.set("declaredType", type_of(variable))
+    derivative_of = variable.derivative_of and _index(table, variable.derivative_of)
+    for name, text in numbers_of(variable, derivative_of).items():
+        typed.set(name, text)
+
+
+def numbers_of(variable: Variable, derivative_of: str) -> dict[str, str]:
+    """Attributes of unit, bounds, typical size, derivative and start, in every version of FMI.
+
+    `derivative_of` identifies the variable whose derivative it is; empty if there is none.
+    """
+    attributes: dict[str, str] = {}
     if variable.unit:
-        typed.set("unit", variable.unit)
-        typed.set("displayUnit", variable.unit)
-    number = repr if variable.type is Type.REAL else _integer
+        attributes |= {"unit": variable.unit, "displayUnit": variable.unit}
     for name, bound in (("min", variable.lower), ("max", variable.upper)):
         if math.isfinite(bound):
-            typed.set(name, number(bound))
+            attributes[name] = repr(bound) if variable.type is Type.REAL else str(int(bound))
     if variable.nominal is not None:
-        typed.set("nominal", repr(variable.nominal))
-    if variable.derivative_of:
-        typed.set("derivative", _index(table, variable.derivative_of))
+        attributes["nominal"] = repr(variable.nominal)
+    if derivative_of:
+        attributes["derivative"] = derivative_of
     if variable.settable:
         boolean = variable.type is Type.BOOLEAN
-        typed.set("start", str(variable.start).lower() if boolean else repr(variable.start))
-
-
-def _integer(value: float) -> str:
-    return str(int(value))
+        attributes["start"] = str(variable.start).lower() if boolean else repr(variable.start)
+    return attributes
 
 
 def _index(table: VariableTable, name: str) -> str:

@@ -1,13 +1,23 @@
-"""Variables and structure of a model description of FMI 3.0, from the table of variables."""
+"""The model description of a native FMU for FMI 3.0, and how its text in C is built."""
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Final, NamedTuple
 from xml.etree import ElementTree as ET
 
-from fmu_src.slave import STATES, Role, Type, Variable, VariableTable
+from fmu_src.slave import Role, Type, Variable, VariableTable
 
-from .description import identity_of, type_of
+from .component import Component
+from .description import (
+    AUTHOR,
+    GENERATION,
+    as_text,
+    identity_of,
+    numbers_of,
+    start_description,
+    type_definitions,
+    type_of,
+)
+from .native_text import guid_of, sources
 
 _TAGS: Final = {
     Type.REAL: "Float64",
@@ -39,82 +49,105 @@ INDICATORS: Final[Mapping[str, Sequence[Indicator]]] = {
 }
 
 
-def add_time(variables: ET.Element, reference: int) -> None:
-    """Add the independent variable; FMI 3.0."""
-    ET.SubElement(
-        variables,
-        "Float64",
-        name="time",
-        valueReference=str(reference),
-        causality="independent",
-        variability="continuous",
-        unit="s",
+_SHARED: Final = {
+    "needsExecutionTool": "false",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canGetAndSetFMUState": "true",
+    "canSerializeFMUState": "true",
+    "providesDirectionalDerivatives": "true",
+    "providesAdjointDerivatives": "true",
+}
+_INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
+    "ModelExchange": {**_SHARED, "needsCompletedIntegratorStep": "false"},
+    "CoSimulation": {
+        **_SHARED,
+        "canHandleVariableCommunicationStepSize": "true",
+        "hasEventMode": "true",
+        "mightReturnEarlyFromDoStep": "true",
+        "providesIntermediateUpdate": "true",
+        "canReturnEarlyAfterIntermediateUpdate": "true",
+    },
+}
+
+
+def native_description_3(component: Component, categories: Mapping[str, str]) -> bytes:
+    """The model description: co-simulation with event mode, and model exchange.
+
+    `categories` are those of messages, with what they are.
+    """
+    table, indicators = component.table, INDICATORS[component.model]
+    identity = {
+        "fmiVersion": "3.0",
+        "modelName": component.model,
+        "instantiationToken": guid_of(component.model),
+        "description": component.description,
+        **AUTHOR,
+        **GENERATION,
+    }
+    types = type_definitions(
+        table, lambda group, name: ET.SubElement(group, "EnumerationType", name=name)
     )
+    root = start_description(identity, _INTERFACES, table, types, categories)
+    variables = ET.SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(table.variables):
+        ET.SubElement(variables, _TAGS[variable.type], _attributes(variable, reference, table))
+    count = len(table.variables)
+    time = {"name": "time", "valueReference": str(count), "causality": "independent"}
+    ET.SubElement(variables, "Float64", time, variability="continuous", unit="s")
+    for reference, indicator in enumerate(indicators, start=count + 1):
+        ET.SubElement(
+            variables,
+            "Float64",
+            name=indicator.name,
+            valueReference=str(reference),
+            description=f"event indicator: {indicator.meaning}",
+            causality="local",
+            variability="continuous",
+            initial="calculated",
+            unit=indicator.unit,
+        )
+    root.append(_model_structure(table, indicators))
+    return as_text(root)
 
 
-def add_variable(
-    variables: ET.Element, reference: int, variable: Variable, table: VariableTable
-) -> None:
-    """Add a variable of a table; FMI 3.0."""
+def _attributes(variable: Variable, reference: int, table: VariableTable) -> dict[str, str]:
     attributes = identity_of(variable, reference)
     if variable.variability == "continuous":
         attributes["intermediateUpdate"] = "true"
-    if variable.unit:
-        attributes |= {"unit": variable.unit, "displayUnit": variable.unit}
-    for name, bound in (("min", variable.lower), ("max", variable.upper)):
-        if math.isfinite(bound):
-            attributes[name] = repr(bound) if variable.type is Type.REAL else str(int(bound))
-    if variable.nominal is not None:
-        attributes["nominal"] = repr(variable.nominal)
-    if variable.derivative_of:
-        attributes["derivative"] = str(table.references[variable.derivative_of])
-    if variable.settable:
-        boolean = variable.type is Type.BOOLEAN
-        attributes["start"] = str(variable.start).lower() if boolean else repr(variable.start)
+    derivative_of = variable.derivative_of and str(table.references[variable.derivative_of])
+    attributes |= numbers_of(variable, derivative_of)
     if variable.items:
         attributes["declaredType"] = type_of(variable)
-    ET.SubElement(variables, _TAGS[variable.type], attributes)
+    return attributes
 
 
-def model_structure_3(
-    table: VariableTable, indicators: Sequence[Indicator], order: Sequence[str] = STATES
-) -> ET.Element:
-    """``ModelStructure`` of FMI 3.0; the references of `indicators` follow on that of the time.
-
-    `order` is that in which states are exchanged.
-    """
+def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> ET.Element:
+    # The references of indicators follow on that of the time.
     structure = ET.Element("ModelStructure")
     states = {v.derivative_of for v in table.variables if v.derivative_of}
 
-    def add(tag: str, variable: Variable, known: Sequence[str]) -> None:
+    def add(tag: str, reference: int, known: Sequence[str]) -> None:
         ET.SubElement(
             structure,
             tag,
-            valueReference=str(table.references[variable.name]),
-            dependencies=" ".join(str(table.references[name]) for name in known),
-            dependenciesKind=" ".join("dependent" for _ in known),
-        )
-
-    outputs = [v for v in table.variables if v.role is Role.OUTPUT]
-    for variable in outputs:
-        add("Output", variable, (*known_in_exchange(variable, states), *_parameters_of(variable)))
-    # Derivatives in the order in which the slave exchanges states.
-    derivatives = [v for v in table.variables if v.derivative_of]
-    for variable in sorted(derivatives, key=lambda v: order.index(v.derivative_of)):
-        known = (*variable.varies_with, *_parameters_of(variable))
-        add("ContinuousStateDerivative", variable, known)
-    for variable in table.variables:
-        if variable.role is Role.OUTPUT or variable.derivative_of:
-            add("InitialUnknown", variable, variable.starts_from)
-    for reference, indicator in enumerate(indicators, start=len(table.variables) + 1):
-        known = indicator.known
-        ET.SubElement(
-            structure,
-            "EventIndicator",
             valueReference=str(reference),
             dependencies=" ".join(str(table.references[name]) for name in known),
             dependenciesKind=" ".join("dependent" for _ in known),
         )
+
+    for reference, variable in enumerate(table.variables):
+        if variable.role is Role.OUTPUT:
+            known = (*known_in_exchange(variable, states), *_parameters_of(variable))
+            add("Output", reference, known)
+    for reference, variable in enumerate(table.variables):
+        if variable.derivative_of:
+            known = (*variable.varies_with, *_parameters_of(variable))
+            add("ContinuousStateDerivative", reference, known)
+    for reference, variable in enumerate(table.variables):
+        if variable.role is Role.OUTPUT or variable.derivative_of:
+            add("InitialUnknown", reference, variable.starts_from)
+    for reference, indicator in enumerate(indicators, start=len(table.variables) + 1):
+        add("EventIndicator", reference, indicator.known)
     return structure
 
 
@@ -143,3 +176,14 @@ _FROM_PARAMETERS: Final = {
     "ay": ("m", "k2", "k3", "c2", "k_nl"),
     "F_rate": ("tau", "gain"),
 }
+
+
+def build_description(component: Component) -> bytes:
+    """How the text in C is built."""
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=component.model)
+    files = ET.SubElement(build, "SourceFileSet", language="C11")
+    for name in sources(component.model):
+        if name.endswith(".c"):
+            ET.SubElement(files, "SourceFile", name=name)
+    return as_text(root)

@@ -7,22 +7,22 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 from fivtui.model import InputError, unknown_name
-from fmu_src.slave import Type, Variable, VariableTable
+from fmu_src.slave import Type
 
 from .component import Component
 from .cross import TARGETS, compiled_for
 from .description import (
-    TIMESTAMP,
-    add_log_and_experiment,
+    AUTHOR,
+    GENERATION,
+    add_type,
     as_text,
     complete_variable,
     identity_of,
     model_structure,
+    start_description,
     type_definitions,
-    unit_definitions,
 )
-from .description_3 import INDICATORS, known_in_exchange
-from .native_fmi3 import build_description, native_description_3
+from .description_3 import INDICATORS, build_description, known_in_exchange, native_description_3
 from .native_text import MODELS, NATIVE, build_name, guid_of, sources
 
 _DESCRIPTION: Final = "modelDescription.xml"
@@ -51,10 +51,9 @@ _SHARED: Final = {
     "providesDirectionalDerivative": "true",
 }
 _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
-    "ModelExchange": {
-        "completedIntegratorStepNotNeeded": "true",
-    },
+    "ModelExchange": {**_SHARED, "completedIntegratorStepNotNeeded": "true"},
     "CoSimulation": {
+        **_SHARED,
         "canHandleVariableCommunicationStepSize": "true",
         "canInterpolateInputs": "true",
     },
@@ -136,43 +135,27 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
     """
     table = component.table
     states = {v.derivative_of for v in table.variables if v.derivative_of}
-    root = ET.Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=component.model,
-        guid=guid_of(component.model),
-        generationTool="fivtui",
-        generationDateAndTime=TIMESTAMP,
-        variableNamingConvention="structured",
-        numberOfEventIndicators=str(len(INDICATORS[component.model])),
-        description=component.description,
-        author="The fivtui developers",
-        license="MIT",
-    )
-    for interface, capabilities in _INTERFACES.items():
-        given = {**_SHARED, **capabilities}
-        element = ET.SubElement(root, interface, given, modelIdentifier=component.model)
-        if with_sources:
+    identity = {
+        "fmiVersion": "2.0",
+        "modelName": component.model,
+        "guid": guid_of(component.model),
+        **GENERATION,
+        "numberOfEventIndicators": str(len(INDICATORS[component.model])),
+        "description": component.description,
+        **AUTHOR,
+    }
+    types = type_definitions(table, add_type)
+    root = start_description(identity, _INTERFACES, table, types, _LOG_CATEGORIES)
+    if with_sources:
+        for element in root[: len(_INTERFACES)]:
             files = ET.SubElement(element, "SourceFiles")
             for name in sources(component.model):
                 if name.endswith(".c"):
                     ET.SubElement(files, "File", name=name)
-    root.append(unit_definitions(table))
-    types = type_definitions(table)
-    if len(types):
-        root.append(types)
-    add_log_and_experiment(root, _LOG_CATEGORIES)
     variables = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table.variables):
-        _add_variable(variables, reference, variable, table)
+        element = ET.SubElement(variables, "ScalarVariable", identity_of(variable, reference))
+        ET.SubElement(element, (Type.INTEGER if variable.items else variable.type).value)
+        complete_variable(element, variable, table)
     root.append(model_structure(table, lambda v: known_in_exchange(v, states)))
     return as_text(root)
-
-
-def _add_variable(
-    variables: ET.Element, reference: int, variable: Variable, table: VariableTable
-) -> None:
-    element = ET.SubElement(variables, "ScalarVariable", identity_of(variable, reference))
-    kind = Type.INTEGER if variable.items else variable.type
-    ET.SubElement(element, kind.value)
-    complete_variable(element, variable, table)

@@ -27,12 +27,6 @@ SHARED_UNITS: Final = (
     *("cosimulation", "derivatives", "exchange", "experiment", "instance", "state", "values"),
     *("fmi3", "fmi3_values", "fmi3_absent", "intermediate"),
 )
-# The bits of a run are decided by what is written: as in the build hook.
-FLAGS: Final = (
-    *("-std=c11", "-O3", "-g0", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wno-psabi"),
-    *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-strict-aliasing"),
-    "-fomit-frame-pointer",
-)
 # Compiled for each instruction set.
 STEPPING_UNIT: Final = "stepping"
 _HERE: Final = Path(__file__).parents[1]

@@ -19,10 +19,11 @@ import hatch_build
 from fivtui import simulate
 from fivtui.cli import run
 from fivtui.fmu.check import check_fmu
+from fivtui.kernel.field_text import FLAGS
 from fivtui.model.errors import InputError
 from fmu_src.build import cross, native
 from fmu_src.build.builder import build_fmu
-from fmu_src.build.native_text import FLAGS, name_options, sources
+from fmu_src.build.native_text import name_options, sources
 
 needs_zig = pytest.mark.skipif(
     find_spec("ziglang") is None, reason="ziglang is not installed (extra cross)"
@@ -47,10 +48,6 @@ def processor_of(library: bytes) -> int:
     """The processor that an ELF library is for."""
     (machine,) = struct.unpack_from("<H", library, 18)
     return int(machine)
-
-
-def test_the_flags_are_those_of_the_build_hook() -> None:
-    assert list(FLAGS) == hatch_build._FLAGS
 
 
 class Commands:

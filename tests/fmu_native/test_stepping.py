@@ -14,11 +14,11 @@ from typing import Any, Self
 import pytest
 
 from fivtui import Parameters, simulate
-from fivtui.kernel.field_text import headers
+from fivtui.kernel.field_text import FLAGS, headers
 from fivtui.model import TIMED, Course, Mode, State, System, course_of, static_start
 from fivtui.taylor import local_tolerance
 from fivtui.transient import Transient
-from fmu_src.build.native_text import FLAGS, KERNEL, NATIVE
+from fmu_src.build.native_text import KERNEL, NATIVE
 
 HERE = Path(__file__).parent
 RUNNING = 5

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import fivtui
-import hatch_build
 from fivtui.kernel import Kernel, Status, load_kernel
 from fivtui.kernel.driven import Legs
+from fivtui.kernel.field_text import FLAGS
 
 from .test_same_bits import COLUMNS, Members, alone, assert_same, in_lanes, members
 
@@ -34,7 +34,7 @@ def compiled_for(target: str, folder: Path) -> Path:
     environment = dict(os.environ)
     for cache in ("GLOBAL", "LOCAL"):
         environment.setdefault(f"ZIG_{cache}_CACHE_DIR", str(folder))
-    flags = [flag for flag in hatch_build._FLAGS if flag != "-fPIC"]
+    flags = [flag for flag in FLAGS if flag != "-fPIC"]
     units = [KERNEL / f"{unit}.c" for unit in ("single", "belt", "lanes")]
     sources = [str(HERE / "outcomes.c"), *map(str, units)]
     zig = [sys.executable, "-m", "ziglang", "cc", "-target", target]
