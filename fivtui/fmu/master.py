@@ -1,7 +1,8 @@
 """Co-simulation master of one transient: communication steps, switches, segments."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, Final, NamedTuple
 
 from fivtui.model import (
@@ -134,17 +135,14 @@ class Slave:
             advice if why else "check the FMU: fivtui fmu check",
         )
 
-    def save(self) -> Any:
-        """Save the FMU's state; release it by `free`."""
-        return self._fmu.getFMUstate()
-
-    def restore(self, saved: Any) -> None:
-        """Return to a saved state."""
-        self._fmu.setFMUstate(saved)
-
-    def free(self, saved: Any) -> None:
-        """Release a saved state."""
-        self._fmu.freeFMUstate(saved)
+    @contextmanager
+    def saved(self) -> Iterator[Callable[[], None]]:
+        """Save the FMU's state; yields what returns to it until the context ends."""
+        state = self._fmu.getFMUstate()
+        try:
+            yield lambda: self._fmu.setFMUstate(state)
+        finally:
+            self._fmu.freeFMUstate(state)
 
     def end(self) -> None:
         """Terminate the run."""
@@ -169,13 +167,10 @@ class Master:
 
         Raises `ComputationError` if the FMU fails, or its switches cannot be separated.
         """
-        saved = self._slave.save()
-        try:
-            self.point = self._cover(saved, self.point, target)
-        finally:
-            self._slave.free(saved)
+        with self._slave.saved() as go_back:
+            self.point = self._cover(go_back, self.point, target)
 
-    def _cover(self, saved: Any, first: Point, target: float) -> Point:
+    def _cover(self, go_back: Callable[[], None], first: Point, target: float) -> Point:
         slave = self._slave
         last = slave.step(first.t, target)
         switches = last.switches - first.switches
@@ -186,23 +181,20 @@ class Master:
             self._include(first._replace(mode=last.mode), last, then=last.mode)
             return last
         if switches > 1 or last.t - first.t > self._resolution(first, last):
-            self._look_inside(saved, first, last)
+            self._look_inside(go_back, first, last)
             return last
         if switches == 0 or last.last_event >= last.t:
             self._include(first, last, then=last.mode)
             return last
-        after = slave.save()
-        try:
-            slave.restore(saved)
+        with slave.saved() as go_on:
+            go_back()
             switch = slave.step(first.t, last.last_event)
-            slave.restore(after)
-        finally:
-            slave.free(after)
+            go_on()
         self._include(first, switch, then=last.mode)
         self._include(switch._replace(mode=last.mode), last, then=last.mode)
         return last
 
-    def _look_inside(self, saved: Any, first: Point, last: Point) -> None:
+    def _look_inside(self, go_back: Callable[[], None], first: Point, last: Point) -> None:
         # The result does not depend on the communication step, so both halves meet in `last`.
         slave = self._slave
         middle = 0.5 * (first.t + last.t)
@@ -211,18 +203,12 @@ class Master:
                 f"at t = {first.t:.17g} s motion changes faster than floating-point time resolves",
                 "use a less stiff contact or the taylor method",
             )
-        after = slave.save()
-        try:
-            slave.restore(saved)
-            half = self._cover(saved, first, middle)
-            saved_half = slave.save()
-            try:
-                self._cover(saved_half, half, last.t)
-            finally:
-                slave.free(saved_half)
-            slave.restore(after)
-        finally:
-            slave.free(after)
+        with slave.saved() as go_on:
+            go_back()
+            half = self._cover(go_back, first, middle)
+            with slave.saved() as go_to_middle:
+                self._cover(go_to_middle, half, last.t)
+            go_on()
 
     def _resolution(self, first: Point, last: Point) -> float:
         # The longest interval over which interpolation is accurate enough for the peaks, s.

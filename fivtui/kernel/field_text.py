@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 from fivtui.model import field as equations
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
-from fivtui.taylor.expression import Expression, expression
+from fivtui.taylor.expression import Expression, Reflected, expression
 from fivtui.taylor.recurrence import Terms, motion
 
 # Options of compilers. The bits of a run are decided by what is written: no product and sum is
@@ -27,7 +27,7 @@ FLAGS: Final = (
 _NEXT: Final = ",\n        "
 
 
-class Dual:
+class Dual(Reflected):
     """An expression with its derivative."""
 
     __slots__ = ("slope", "value")
@@ -60,17 +60,8 @@ class Dual:
         value = self.value.exp()
         return Dual(value, value * self.slope)
 
-    def __radd__(self, other: object) -> "Dual":
-        return _dual(other) + self
-
-    def __rsub__(self, other: object) -> "Dual":
-        return _dual(other) - self
-
-    def __rmul__(self, other: object) -> "Dual":
-        return _dual(other) * self
-
-    def __rtruediv__(self, other: object) -> "Dual":
-        return _dual(other) / self
+    def _operand(self, value: object) -> "Dual":
+        return _dual(value)
 
 
 def _dual(value: object) -> Dual:

@@ -1,7 +1,30 @@
 """Arithmetic expressions as text, the same in Python and in C."""
 
+from typing import Any
 
-class Expression:
+
+class Reflected:
+    """The operators whose first operand is a number, by those of what `_operand` makes of it."""
+
+    __slots__ = ()
+
+    def _operand(self, value: object) -> Any:
+        raise NotImplementedError
+
+    def __radd__(self, value: object) -> Any:
+        return self._operand(value) + self
+
+    def __rsub__(self, value: object) -> Any:
+        return self._operand(value) - self
+
+    def __rmul__(self, value: object) -> Any:
+        return self._operand(value) * self
+
+    def __rtruediv__(self, value: object) -> Any:
+        return self._operand(value) / self
+
+
+class Expression(Reflected):
     """An arithmetic expression; products with 0 and 1 and sums with 0 are left out."""
 
     __slots__ = ("binds", "text")
@@ -53,17 +76,8 @@ class Expression:
             return self
         return Expression(f"{self._within(2)} / {b._within(3)}", 2)
 
-    def __radd__(self, other: object) -> "Expression":
-        return expression(other) + self
-
-    def __rsub__(self, other: object) -> "Expression":
-        return expression(other) - self
-
-    def __rmul__(self, other: object) -> "Expression":
-        return expression(other) * self
-
-    def __rtruediv__(self, other: object) -> "Expression":
-        return expression(other) / self
+    def _operand(self, value: object) -> "Expression":
+        return expression(value)
 
     def exp(self) -> "Expression":
         """The exponential function of it, which C and Python call `exponential`."""

@@ -18,7 +18,7 @@ from fivtui.model.modes import Guard, Mode
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.model.slider_belt import accelerations
 
-from .expression import Expression, expression
+from .expression import Expression, Reflected, expression
 from .series import Coefficients, compiled
 
 # The name of a parameter ("p") or its rate ("rates") in a language.
@@ -76,7 +76,7 @@ class Recurrence:
         return position, Series(self, Expression(f"(n + 1) * {name}[n + 1]", 2), "")
 
 
-class Series:
+class Series(Reflected):
     """A function of time: its n-th coefficient as text, or the text of a constant.
 
     `array` is the name under which all coefficients are stored; empty if they are not, and None for
@@ -92,37 +92,25 @@ class Series:
         return Series(self.recurrence, -self.value, self.array and "")
 
     def __add__(self, other: object) -> "Series":
-        return self._sum(self._series(other), Expression.__add__)
+        return self._sum(self._operand(other), Expression.__add__)
 
     def __sub__(self, other: object) -> "Series":
-        return self._sum(self._series(other), Expression.__sub__)
+        return self._sum(self._operand(other), Expression.__sub__)
 
     def __mul__(self, other: object) -> "Series":
-        a, b = self, self._series(other)
+        a, b = self, self._operand(other)
         if a.array is None or b.array is None:
             return self._linear(a, b, Expression.__mul__)
         product = f"product({a._stored()}, {b._stored()}, n)"
         return self.recurrence.stored(Expression(product))
 
     def __truediv__(self, other: object) -> "Series":
-        a, b = self, self._series(other)
+        a, b = self, self._operand(other)
         if b.array is None:
             return self._linear(a, b, Expression.__truediv__)
         numerator, denominator = a.varying()._stored(), b._stored()
         own = f"s{len(self.recurrence.statements)}"
         return self.recurrence.stored(Expression(f"quotient({numerator}, {denominator}, {own}, n)"))
-
-    def __radd__(self, other: object) -> "Series":
-        return self._series(other) + self
-
-    def __rsub__(self, other: object) -> "Series":
-        return self._series(other) - self
-
-    def __rmul__(self, other: object) -> "Series":
-        return self._series(other) * self
-
-    def __rtruediv__(self, other: object) -> "Series":
-        return self._series(other) / self
 
     def exp(self) -> "Series":
         """The exponential function of it."""
@@ -132,10 +120,8 @@ class Series:
         own = f"s{len(self.recurrence.statements)}"
         return self.recurrence.stored(Expression(f"exponential_term({exponent}, {own}, n)"))
 
-    def _series(self, other: object) -> "Series":
-        if isinstance(other, Series):
-            return other
-        return _constant(self.recurrence, other)
+    def _operand(self, value: object) -> "Series":
+        return value if isinstance(value, Series) else _constant(self.recurrence, value)
 
     def _sum(
         self, other: "Series", add: Callable[[Expression, Expression], Expression]

@@ -62,21 +62,10 @@ F_start parameter fixed      N     -1e9                    1e9  100  80   preloa
 F       output    continuous N     -                       -    100  -    preload, positive towards the belt
 F_rate  local     continuous N/s   -                       -    1e3  -    rate of the preload
 """  # noqa: E501
-FLAGS: Final = {
-    "separation": "may separate",
-    "start_static": "at rest at the equilibrium of mu = 0",
-    "finite_belt": "a finite speed, v_belt",
-}
-DERIVATIVE_OF: Final = {"vx": "x", "ax": "vx", "vy": "y", "ay": "vy", "F_rate": "F"}
-STATES: Final = ("x", "vx", "y", "vy")
 FMUS: Final = ("slider-belt", "brake-actuator")
 REALS: Final = {
     "slider-belt": PARAMETERS + OUTPUTS,
     "brake-actuator": ACTUATOR,
-}
-EXPERIMENTS: Final = {
-    "slider-belt": {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": 1e-12},
-    "brake-actuator": {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": 1e-12},
 }
 
 
@@ -137,80 +126,6 @@ def test_every_real_variable_is_what_the_table_says(described: tuple[str, ET.Ele
         assert row.said in v["description"], name
         assert "quantity" not in v, name
         assert "declaredType" not in v, name
-
-
-def test_the_flags_are_fixed_and_the_belt_is_always_faster_by_default(
-    described: tuple[str, ET.Element],
-) -> None:
-    which, root = described
-    flags = {v["name"]: v for v in variables_of(root) if v["type"] == "Boolean"}
-    assert flags.keys() == (set() if which == "brake-actuator" else FLAGS.keys())
-    for name, v in flags.items():
-        assert FLAGS[name] in v["description"]
-        del v["description"], v["valueReference"]
-        assert v == {
-            "name": name,
-            "causality": "parameter",
-            "variability": "fixed",
-            "initial": "exact",
-            "start": "false" if name == "finite_belt" else "true",
-            "type": "Boolean",
-        }
-
-
-def test_the_other_types_of_the_mode_are_discrete_and_local(
-    descriptions: dict[str, ET.Element],
-) -> None:
-    root = descriptions["slider-belt"]
-    others = {v["type"]: v for v in variables_of(root) if v["type"] not in ("Real", "Boolean")}
-    assert others.keys() == {"Integer", "Enumeration"}
-    for kind, v in others.items():
-        assert "1 in contact, 0 separated" in v["description"]
-        assert (v["name"], v["causality"]) == (f"mode_{kind.lower()}", "local")
-        assert (v["variability"], v["initial"]) == ("discrete", "calculated")
-        assert (v["min"], v["max"]) == ("0", "4")
-    (declared,) = root.iterfind("TypeDefinitions/SimpleType")
-    assert others["Enumeration"]["declaredType"] == declared.get("name")
-    assert [(i.get("name"), i.get("value")) for i in declared.iter("Item")] == [
-        ("separated", "0"),
-        ("contact", "1"),
-        ("forward", "2"),
-        ("backward", "3"),
-        ("stick", "4"),
-    ]
-
-
-def test_the_value_references_count_up_and_derivatives_point_to_states(
-    described: tuple[str, ET.Element],
-) -> None:
-    _, root = described
-    variables = variables_of(root)
-    assert [int(v["valueReference"]) for v in variables] == list(range(len(variables)))
-    names = [v["name"] for v in variables]
-    assert len(set(names)) == len(names)
-    # FMI 2.0 points to places, counted from one, FMI 3.0 to value references.
-    first = 1
-    derivatives = {
-        v["name"]: names[int(v["derivative"]) - first] for v in variables if "derivative" in v
-    }
-    assert derivatives == {k: s for k, s in DERIVATIVE_OF.items() if k in names}
-
-
-def test_the_model_and_its_experiment_are_named(described: tuple[str, ET.Element]) -> None:
-    which, root = described
-    model = "BrakeActuator" if which == "brake-actuator" else "SliderBelt"
-    assert root.get("modelName") == model
-    assert root.get("fmiVersion") == "2.0"
-    kind = root.find("CoSimulation")
-    assert kind is not None
-    assert kind.get("modelIdentifier") == model
-    assert (root.get("author"), root.get("license")) == ("The fivtui developers", "MIT")
-    assert root.get("variableNamingConvention") == "structured"
-    said = str(root.get("description"))
-    assert ("Brake actuator" if which == "brake-actuator" else "friction-induced") in said
-    experiment = root.find("DefaultExperiment")
-    assert experiment is not None
-    assert {k: float(v) for k, v in experiment.attrib.items()} == EXPERIMENTS[which]
 
 
 # Exponents of kg, m and s.
