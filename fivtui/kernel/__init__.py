@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .driven import legs_of
-    from .field_text import headers
+    from .field_text import FLAGS, headers
     from .native import Kernel, load_kernel, stepping_kernel, why_interpreted
     from .orbits import OrbitSearch, Varied
     from .runs import CROSSING_HEAD, SEGMENT_HEAD, BeltRun, KernelRun, RunColumns, VariedRun

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from fivtui.io import temporary_folder, write_atomically
-from fivtui.kernel.field_text import FLAGS
+from fivtui.kernel import FLAGS
 from fivtui.model import ComputationError, InputError
 
 from .native_text import STEPPING_UNIT, build_name, name_options, sources

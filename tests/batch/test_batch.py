@@ -17,9 +17,8 @@ from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import State
 from fivtui.transient.result import Transient
-from tests.references import REFERENCES
 from tests.support.kernels import INTERPRETED
-from tests.support.strategies import moderate_parameters, states, wide_parameters
+from tests.support.strategies import moderate_parameters, states
 
 GROWING = Parameters(k2=186.0, k_nl=0.0, mu=1.5)
 
@@ -68,53 +67,6 @@ def assert_agrees(result: Batch, place: int, run: Transient, *, close: float) ->
     )
 
 
-@pytest.mark.parametrize("tol", [1e-12, 1e-7, 1e-3])
-def test_members_are_those_of_single_runs(tol: float) -> None:
-    for reference in REFERENCES.values():
-        options = {"t_end": reference.t_end, "tol": tol}
-        run = simulate(
-            reference.parameters,
-            separation=reference.separation,
-            start=reference.start,
-            kernel="interpreted",
-            **options,  # type: ignore[arg-type]
-        )
-        result = simulate_batch(
-            table(reference.parameters, Parameters()),
-            separation=np.array([reference.separation, True]),
-            start=np.array([run.start, (0.0, 0.0, 0.0, 0.0)]),
-            **options,  # type: ignore[arg-type]
-        )
-        assert_agrees(result, 0, run, close=1e-10)
-        events = result.events
-        assert events.separations[0] == run.events.separations
-        assert events.reattachments[0] == run.events.reattachments
-        for found, expected in (
-            (events.first[0], run.events.first),
-            (events.last[0], run.events.last),
-        ):
-            assert found == pytest.approx(
-                math.nan if expected is None else expected, rel=1e-10, nan_ok=True
-            )
-        assert result.steps[0] == pytest.approx(run.stats.steps, abs=2)
-
-
-@pytest.mark.parametrize("name", REFERENCES)
-def test_members_are_the_stored_references(name: str) -> None:
-    reference = REFERENCES[name]
-    result = simulate_batch(
-        table(reference.parameters),
-        separation=reference.separation,
-        start=reference.start if isinstance(reference.start, str) else list(reference.start),
-        t_end=reference.t_end,
-    )
-    scale = np.abs(reference.final).max()
-    assert np.abs(result.final[0] - reference.final).max() <= 1e-10 * scale
-    assert result.peak.y_abs[0] == pytest.approx(reference.peak_y_abs, rel=1e-10)
-    assert result.events.separations[0] == reference.separations
-    assert result.events.separated_time[0] == pytest.approx(reference.separated_time, rel=1e-10)
-
-
 @settings(max_examples=30)
 @given(
     st.lists(st.tuples(moderate_parameters(), states(), st.booleans()), min_size=1, max_size=12),
@@ -139,16 +91,6 @@ def test_any_members_are_those_of_single_runs(
             assert str(result.failure(place)).endswith(error.advice)  # noqa: PT017
             continue
         assert_agrees(result, place, run, close=1e-9 if tol < 1e-7 else 1e-3)
-
-
-@settings(max_examples=30)
-@given(wide_parameters())
-def test_members_over_many_orders_of_magnitude(p: Parameters) -> None:
-    t_end = min(20.0 * math.sqrt(p.m / (p.k1 + p.k2 + p.k3)), 1e7)
-    for separation in (True, False):
-        run = simulate(p, t_end=t_end, separation=separation, kernel="interpreted")
-        result = simulate_batch(table(p), t_end=t_end, separation=separation)
-        assert_agrees(result, 0, run, close=1e-9)
 
 
 def test_nothing_depends_on_neighbours_place_or_workers() -> None:
@@ -330,11 +272,6 @@ def test_memory_is_that_of_the_inputs_and_outputs() -> None:
 def test_a_wrong_request_is_refused(options: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         simulate_batch(**{"parameters": {"F": [1.0, 2.0]}, **options})  # type: ignore[arg-type]
-
-
-def test_a_batch_is_cancelled_by_its_progress() -> None:
-    with pytest.raises(Cancelled):
-        simulate_batch({"F": [80.0]}, progress=lambda _fraction: False)
 
 
 def test_without_a_compiled_kernel_members_are_interpreted() -> None:

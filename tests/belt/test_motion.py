@@ -62,21 +62,6 @@ def test_the_kernel_counts_sticks_and_switches_as_they_are_in_its_changes(v_belt
 
 
 @kernels
-def test_a_belt_faster_than_the_slider_gives_the_same_bits_as_one_that_is_always_faster(
-    kernel: KernelChoice,
-) -> None:
-    free = simulate(t_end=30.0, kernel=kernel, samples=50)
-    belt = np.nextafter(free.peak.vx_max, np.inf)
-    run = simulate(Parameters(v_belt=belt, mu_s=0.9), t_end=30.0, kernel=kernel, samples=50)
-    assert (run.final, run.peak, run.steady) == (free.final, free.peak, free.steady)
-    assert run.switch_times.tolist() == free.switch_times.tolist()
-    assert run.stats.steps == free.stats.steps
-    for name, values in free.to_columns().items():
-        if name != "mode":
-            assert values.tolist() == run.to_columns()[name].tolist()
-
-
-@kernels
 @pytest.mark.parametrize(("speed", "peak"), [(1.0, 3.3446), (0.2, -0.05346)])
 def test_a_slow_belt_takes_the_vibration_away(
     speed: float, peak: float, kernel: KernelChoice

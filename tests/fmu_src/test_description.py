@@ -62,6 +62,9 @@ F_start parameter fixed      N     -1e9                    1e9  100  80   preloa
 F       output    continuous N     -                       -    100  -    preload, positive towards the belt
 F_rate  local     continuous N/s   -                       -    1e3  -    rate of the preload
 """  # noqa: E501
+FLAGS: Final = ("separation", "start_static", "finite_belt")
+DERIVATIVE_OF: Final = {"vx": "x", "ax": "vx", "vy": "y", "ay": "vy", "F_rate": "F"}
+STATES: Final = ("x", "vx", "y", "vy")
 FMUS: Final = ("slider-belt", "brake-actuator")
 REALS: Final = {
     "slider-belt": PARAMETERS + OUTPUTS,

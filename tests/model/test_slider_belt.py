@@ -134,29 +134,6 @@ def test_static_start_is_the_equilibrium_without_friction_and_at_rest() -> None:
     assert vx == vy == 0.0
 
 
-@pytest.mark.parametrize(
-    ("state", "mode"),
-    [
-        ((0.0, 0.0, -1e-300, 5.0), Mode.CONTACT),
-        ((0.0, 0.0, 1e-300, -5.0), Mode.SEPARATED),
-        ((0.0, 0.0, 0.0, 1e-300), Mode.SEPARATED),
-        ((0.0, 0.0, 0.0, -1e-300), Mode.CONTACT),
-        ((3.0, 0.0, 0.0, 0.0), Mode.SEPARATED),
-        ((2.0, 0.0, 0.0, 0.0), Mode.CONTACT),
-        ((80.0 / 30.0, 1.0, 0.0, 0.0), Mode.SEPARATED),
-        ((80.0 / 30.0, -1.0, 0.0, 0.0), Mode.CONTACT),
-        ((80.0 / 30.0, 0.0, 0.0, 0.0), Mode.CONTACT),
-    ],
-)
-def test_on_the_switch_the_first_nonzero_derivative_decides(state: State, mode: Mode) -> None:
-    assert mode_of(Parameters(), state, separation=True) is mode
-    assert mode_of(Parameters(), state, separation=False) is Mode.CONTACT
-
-
-def test_a_slider_at_rest_on_the_switch_without_preload_stays_in_contact() -> None:
-    assert mode_of(Parameters(F=0.0), (0.0, 0.0, 0.0, 0.0), separation=True) is Mode.CONTACT
-
-
 def test_equilibrium_deepens_with_preload_and_rises_with_cubic_stiffness() -> None:
     deepening = [equilibrium(System(Parameters(F=force))).y for force in (0.0, 20.0, 50.0, 100.0)]
     assert deepening == sorted(deepening, reverse=True)

@@ -6,11 +6,10 @@ import pytest
 from hypothesis import assume, example, given, strategies as st
 
 from fivtui import Parameters, simulate
-from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import State
 from fivtui.transient.request import KernelChoice
 from fivtui.transient.result import Transient
-from tests.references import REFERENCES
 from tests.support.strategies import moderate_parameters, states, wide_parameters
 
 KERNELS: tuple[KernelChoice, ...] = ("interpreted", "compiled")
@@ -48,24 +47,6 @@ def assert_same(
     same("y", "steady", "y_half_range")
     same("t", "events", "separated_time")
     assert other.first_mode is one.first_mode
-
-
-@pytest.mark.parametrize("name", REFERENCES)
-@pytest.mark.parametrize("tol", [1e-12, 1e-9, 1e-6, 1e-3])
-def test_both_kernels_agree_on_the_reference_scenes(name: str, tol: float) -> None:
-    reference = REFERENCES[name]
-    one, other = both(
-        reference.parameters,
-        t_end=reference.t_end,
-        tol=tol,
-        separation=reference.separation,
-        start=reference.start,
-    )
-    assert_same(one, other, close=1e-10)
-    assert other.events.separations == one.events.separations
-    assert other.switch_times == pytest.approx(one.switch_times, abs=1e-10 * one.t_end)
-    assert (one.stats.kernel, other.stats.kernel) == ("interpreted", "compiled")
-    assert other.stats.steps == pytest.approx(one.stats.steps, abs=2)
 
 
 @example(
@@ -182,21 +163,6 @@ def test_what_is_found_up_to_the_horizon_does_not_depend_on_it() -> None:
         assert final == tuple(getattr(samples, name)[place] for name in ("x", "vx", "y", "vy"))
         known = whole.switch_times[whole.switch_times <= t_end]
         assert short.switch_times.tolist() == known.tolist()
-
-
-def test_progress_rises_to_one_and_can_cancel() -> None:
-    seen: list[float] = []
-
-    def note(part: float) -> bool:
-        seen.append(part)
-        return True
-
-    simulate(Parameters(), progress=note, kernel="compiled")
-    assert seen == sorted(seen)
-    assert (seen[0], seen[-1]) == (0.0, 1.0)
-    assert len(seen) > 4
-    with pytest.raises(Cancelled):
-        simulate(Parameters(), progress=lambda part: part < 0.3, kernel="compiled")
 
 
 @pytest.mark.parametrize("kernel", KERNELS)

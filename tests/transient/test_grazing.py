@@ -233,18 +233,6 @@ STARTS: dict[str, tuple[State, float, int, float]] = {
 
 
 @ways
-@pytest.mark.parametrize("name", STARTS)
-def test_the_first_derivative_that_is_not_zero_decides(way: Way, name: str) -> None:
-    start, force, order, derivative = STARTS[name]
-    t_end = 1e-3
-    seen = way([ON.with_values({"F": force})], [start], t_end, 1e-12)[0]
-    out = derivative > 0.0
-    assert (seen.separations, seen.reattachments) == (0, 0)
-    assert seen.separated_time == (t_end if out else 0.0)
-    assert seen.y == pytest.approx(derivative * t_end**order / math.factorial(order), rel=0.01)
-
-
-@ways
 def test_rest_at_the_switch_lasts(way: Way) -> None:
     seen = way([Parameters(F=0.0)], [(0.0, 0.0, 0.0, 0.0)], 100.0, 1e-12)[0]
     assert seen[:3] == (0, 0, 0.0)

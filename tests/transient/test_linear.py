@@ -10,7 +10,7 @@ from scipy.linalg import expm as scipy_expm
 
 from fivtui import Parameters, accuracy, simulate
 from fivtui.model import System
-from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import State
 from fivtui.scene.verified import simulate_to
 from fivtui.transient.derivatives.digits import final_digits
@@ -224,21 +224,6 @@ def test_what_it_cannot_do_it_refuses() -> None:
         simulate(undamped, t_end=1e4, separation=False, max_steps=1000)
     with pytest.raises(ComputationError, match="polynomials"):
         simulate(linear(), t_end=1e6, separation=False, samples="dense", max_steps=10_000)
-
-
-def test_progress_rises_to_one_and_can_cancel() -> None:
-    seen: list[float] = []
-
-    def note(fraction: float) -> bool:
-        seen.append(fraction)
-        return True
-
-    undamped = linear(c1=0.0, c2=0.0)
-    simulate(undamped, t_end=500.0, separation=False, progress=note)
-    assert seen == sorted(seen)
-    assert seen[-1] == 1.0
-    with pytest.raises(Cancelled):
-        simulate(undamped, t_end=500.0, separation=False, progress=lambda part: part < 0.5)
 
 
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "light"])

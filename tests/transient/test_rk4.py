@@ -1,4 +1,3 @@
-import inspect
 from functools import cache
 from itertools import pairwise
 
@@ -11,7 +10,6 @@ from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import State, static_start
 from fivtui.transient.result import Transient
-from fivtui.transient.steppers import rk4 as reference
 from fivtui.transient.steppers.rk4 import RungeKutta4
 from tests.support.strategies import moderate_parameters, states
 
@@ -112,9 +110,3 @@ def test_a_step_too_large_for_the_stiffness_is_refused_with_a_smaller_one() -> N
 def test_a_step_that_is_not_positive_is_refused(step: float) -> None:
     with pytest.raises(InputError, match="step"):
         RungeKutta4([Parameters()], [(0.0, 0.0, 0.0, 0.0)], step=step)
-
-
-def test_it_shares_no_stepping_code_with_the_taylor_integrator() -> None:
-    source = inspect.getsource(reference)
-    for name in ("stepper", "series", "polynomial", "extremes"):
-        assert f".{name}" not in source

@@ -19,7 +19,6 @@ from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import equilibrium, static_start, static_start_change
 from fivtui.transient.derivatives.sensitivity import Sensitivity
 from fivtui.transient.files import restore_transient, store_transient
-from fivtui.transient.request import Kernel
 from tests.support.kernels import INTERPRETED
 from tests.support.strategies import moderate_parameters
 
@@ -51,19 +50,6 @@ def test_sensitivities_are_differences_of_25_digit_runs(name: str) -> None:
         # Of the state and heights as a whole; each contact force of its own.
         scale = np.concatenate([np.full(10, np.abs(expected[:10]).max()), np.abs(expected[10:])])
         assert (np.abs(flat(found) - expected) <= 1e-11 * scale + 1e-13).all(), parameter
-
-
-@pytest.mark.parametrize("kernel", ["compiled", "interpreted"])
-@pytest.mark.parametrize("separation", [True, False])
-def test_both_kernels_agree(kernel: Kernel, separation: bool) -> None:
-    asked: dict[str, Any] = {"t_end": 6.0, "separation": separation, "sensitivities": ["mu", "k3"]}
-    run, auto = simulate(kernel=kernel, **asked), simulate(**asked)
-    assert run.sensitivities is not None
-    assert auto.sensitivities is not None
-    assert run.sensitivities.growth == pytest.approx(auto.sensitivities.growth, rel=1e-10)
-    for name in ("mu", "k3"):
-        one, other = flat(run.sensitivities[name]), flat(auto.sensitivities[name])
-        assert one == pytest.approx(other, rel=1e-9, abs=1e-9)
 
 
 def test_without_a_compiled_kernel_they_are_interpreted() -> None:
