@@ -125,16 +125,16 @@ for values, methods in (
 ):
     pair = [p.with_values(values) for p in (light, heavy)]
     for method in methods:
-        one, other = (simulate(p, t_end=2.0, method=method) for p in pair)
+        one, other = (simulate(p, t_end=1.0, method=method) for p in pair)
         same(one.final, other.final, 1e-6)
     one, other = (
-        simulate(p, t_end=2.0, over_time=table) for p, table in zip(pair, tables, strict=True)
+        simulate(p, t_end=1.0, over_time=table) for p, table in zip(pair, tables, strict=True)
     )
     same(one.final, other.final, 1e-6)
-    one, other = (simulate(p, t_end=2.0, kernel="interpreted") for p in pair)
+    one, other = (simulate(p, t_end=1.0, kernel="interpreted") for p in pair)
     same(one.final, other.final, 1e-6)
     names = ["F", "m", "g", "v_belt"]
-    one, other = (simulate(p, t_end=2.0, sensitivities=names).sensitivities for p in pair)
+    one, other = (simulate(p, t_end=1.0, sensitivities=names).sensitivities for p in pair)
     same(one["F"].final, other["F"].final, 1e-6)
     same(one["g"].final, [5.0 * by_F for by_F in other["F"].final], 1e-6)
     one, other = (stability(p) for p in pair)

@@ -137,6 +137,12 @@ def test_no_module_bears_the_name_of_an_exported_function() -> None:
 BY_MODULE: Final = {"fivtui.model", "fivtui.taylor", "fivtui.kernel", "fmu_src.slave"}
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    """A module's syntax tree, for all tests."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def is_package(name: str) -> bool:
     return SOURCES[name].name == "__init__.py"
 
@@ -147,11 +153,12 @@ def subject(name: str) -> str:
     return ".".join(parts[: 3 if parts[:2] == ["fivtui", "tui"] else 2])
 
 
+@cache
 def imported_names(name: str) -> list[tuple[str, str]]:
     """Module and name of each import from the project's own modules."""
     package = name if is_package(name) else name.rpartition(".")[0]
     found = []
-    for node in ast.walk(ast.parse(SOURCES[name].read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(SOURCES[name])):
         if isinstance(node, ast.ImportFrom):
             module = resolve_name("." * node.level + (node.module or ""), package)
             found += [(module, alias.name) for alias in node.names if module in SOURCES]
@@ -278,7 +285,7 @@ def test_the_rules_of_git_and_of_the_wheel_leave_out_no_module(tmp_path: Path) -
 def imported_by(path: Path) -> set[str]:
     """The packages that a module imports, at its head or later, but for type checkers alone."""
     found: set[str] = set()
-    waiting: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    waiting: list[ast.AST] = [parsed(path)]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.Import):
@@ -331,7 +338,7 @@ def test_a_class_name_has_one_meaning() -> None:
     classes = Counter(
         node.name
         for path in SOURCES.values()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in ast.walk(parsed(path))
         if isinstance(node, ast.ClassDef)
     )
     assert [name for name, count in classes.items() if count > 1] == []

@@ -120,6 +120,21 @@ def _parse_once(
 
 
 Stylesheet._parse_rules = _parse_once  # type: ignore[method-assign]
+# The same as Textual's, but for a call of Python for each rule at each widget.
+RuleSet.__hash__ = object.__hash__  # type: ignore[method-assign]
+
+_close_all = App._close_all
+
+
+async def _close_without_focus(self: App[Any]) -> None:
+    """Close all without giving the focus to what is still there, which restyles everything."""
+    for stack in self._screen_stacks.values():
+        for screen in stack:
+            screen.set_reactive(Screen.focused, None)
+    await _close_all(self)
+
+
+App._close_all = _close_without_focus  # type: ignore[method-assign]
 
 ENDLESS: Final = "1e6"
 

@@ -32,9 +32,9 @@ from fivtui.tui.session.runs import MAX_RUNS
 SEED: Final = 5
 RUN: Final = "\x1b[15~"
 HANG_S: Final = 120.0
-_PAUSE_S: Final = 0.1
+_PAUSE_S: Final = 0.3
 # The longest time from a start to the next kill, s.
-_LONGEST_S: Final = 3.0
+_LONGEST_S: Final = 2.0
 
 
 class Terminal:
