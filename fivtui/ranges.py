@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import PARAMETERS, InputError, ParameterSpec, read_whole, unknown_name
+from .model import PARAMETERS, InputError, ParameterSpec, parameter_spec, read_whole, unknown_name
 
 MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
@@ -89,6 +89,22 @@ def parse_ranges(
         if names.count(name) > 1:
             raise InputError(f"{flag} {name}=…: given twice; every name must have one range")
     return ranges
+
+
+def parse_ends(
+    text: str, example: str, *, flag: str = ""
+) -> tuple[str, tuple[float, float] | None]:
+    """A parameter and the ends of its range, as ``NAME`` or ``NAME=LOW:HIGH``."""
+    name, equals, ends = (part.strip() for part in text.partition("="))
+    spec = parameter_spec(name)
+    if not equals:
+        return name, None
+    parts = ends.split(":")
+    if len(parts) != 2:
+        label = f"{flag} " if flag else ""
+        raise InputError(f"{label}{text}: must be NAME or NAME=LOW:HIGH, e.g. {label}{example}")
+    low, high = (spec.check(part.strip()) for part in parts)
+    return name, (low, high)
 
 
 def _count(flag: str, text: str, part: str) -> int:

@@ -68,6 +68,7 @@ class FilePath(click.ParamType[Path]):
     """The name of a file or folder."""
 
     name = "path"
+    completed_as = "file"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """The path; fails for a name that no file can have."""
@@ -81,8 +82,8 @@ class FilePath(click.ParamType[Path]):
         param: click.Parameter,  # noqa: ARG002
         incomplete: str,
     ) -> list[CompletionItem]:
-        """Let the shell complete the names of files."""
-        return [CompletionItem(incomplete, type="file")]
+        """Let the shell complete the names of files, or of folders."""
+        return [CompletionItem(incomplete, type=self.completed_as)]
 
 
 def completer(names: Callable[[], Iterable[str]]) -> Callable[..., list[str]]:

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-from fivtui.model import InputError, parameter_spec
+from fivtui.model import InputError
 from fivtui.orbits import BranchOptions
 
 from .arguments import times_words
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from fivtui.model import OnProgress
     from fivtui.scene import Scene
 
+_EXAMPLE: Final = "mu=0:2"
 _Computation = tuple[str, Callable[["OnProgress"], Any]]
 
 
@@ -38,13 +39,14 @@ def branch(call: Call[BranchOptions]) -> None:
 
 def _branch(scene: "Scene", options: BranchOptions) -> _Computation:
     from fivtui.orbits import branch as compute
+    from fivtui.ranges import parse_ends
 
     if options.vary is None:
         raise InputError("--vary: must be given, or --curve with --over twice")
     if options.over:
         raise InputError("--over: must be given with --curve")
     origin = _origin(options.origin)
-    name, ends = _range("--vary", options.vary)
+    name, ends = parse_ends(options.vary, _EXAMPLE, flag="--vary")
     low, high = (None, None) if ends is None else ends
     return "branch", lambda progress: compute(
         scene.parameters,
@@ -60,6 +62,7 @@ def _branch(scene: "Scene", options: BranchOptions) -> _Computation:
 
 def _boundary(scene: "Scene", options: BranchOptions) -> _Computation:
     from fivtui.orbits import BOUNDARIES, boundary as compute
+    from fivtui.ranges import parse_ends
 
     curve = options.curve
     if curve not in BOUNDARIES:
@@ -73,7 +76,7 @@ def _boundary(scene: "Scene", options: BranchOptions) -> _Computation:
             raise InputError(f"{flag}: must be given without --curve")
     if len(options.over) != 2:
         raise InputError(f"--over: given {times_words(len(options.over))}; must be given twice")
-    over = dict(_range("--over", text) for text in options.over)
+    over = dict(parse_ends(text, _EXAMPLE, flag="--over") for text in options.over)
     if len(over) != 2:
         raise InputError(f"--over: {next(iter(over))} is given twice; must be two parameters")
     return "boundary", lambda progress: compute(
@@ -93,15 +96,3 @@ def _origin(text: str | None) -> Literal["hopf", "cycle"] | Path:
         raise InputError(f"--from {text}: must be hopf, cycle or a file")
     check_regular(path)
     return path
-
-
-def _range(flag: str, text: str) -> tuple[str, tuple[float, float] | None]:
-    name, equals, ends = (part.strip() for part in text.partition("="))
-    spec = parameter_spec(name)
-    if not equals:
-        return name, None
-    parts = ends.split(":")
-    if len(parts) != 2:
-        raise InputError(f"{flag} {text}: must be NAME or NAME=LOW:HIGH, e.g. {flag} mu=0:2")
-    low, high = (spec.check(part.strip()) for part in parts)
-    return name, (low, high)

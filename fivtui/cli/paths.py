@@ -30,14 +30,7 @@ class OutputFile(FilePath):
 class OutputFolder(FilePath):
     """A folder for files whose names the command knows and checks."""
 
-    def shell_complete(
-        self,
-        ctx: click.Context,  # noqa: ARG002
-        param: click.Parameter,  # noqa: ARG002
-        incomplete: str,
-    ) -> list[CompletionItem]:
-        """Let the shell complete the names of folders."""
-        return [CompletionItem(incomplete, type="dir")]
+    completed_as = "dir"
 
 
 class SceneName(click.types.StringParamType):

@@ -2,10 +2,10 @@
 
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from .scene import Scene
 FMU_NAME: Final = "slider_belt.fmu"
 FIGURE_NAME: Final = "figs-10-12.png"
 _POINTS: Final = 10_001
+_STATE: Final = ("x", "vx", "y", "vy")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,16 +37,10 @@ class CaseRuns:
     @property
     def difference(self) -> float:
         """Greatest difference of the sampled and final states, m and m/s."""
-        finals = (np.array(r.final) for r in (self.native, self.fmu))
-        greatest = float(np.abs(np.subtract(*finals)).max())
-        if self.native.trajectory is not None and self.fmu.trajectory is not None:
-            for name in ("x", "vx", "y", "vy"):
-                one, other = (
-                    getattr(self.native.trajectory, name),
-                    getattr(self.fmu.trajectory, name),
-                )
-                greatest = max(greatest, float(np.abs(one - other).max()))
-        return greatest
+        pairs: list[Sequence[Any]] = [(self.native.final, self.fmu.final)]
+        motions = [run.trajectory for run in (self.native, self.fmu)]
+        pairs += [[getattr(motion, name) for motion in motions] for name in _STATE]
+        return max(float(np.abs(np.subtract(*pair)).max()) for pair in pairs)
 
 
 @dataclass(frozen=True, slots=True)

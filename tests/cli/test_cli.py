@@ -1,6 +1,5 @@
 """The command line: what it prints, where, and how it ends."""
 
-import csv
 import io
 import json
 import os
@@ -9,10 +8,8 @@ import sys
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from fivtui import Parameters, simulate
 from fivtui.cli import run
 
 ROOT = Path(__file__).parents[2]
@@ -24,107 +21,6 @@ def fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[s
     with chdir(cwd or Path.cwd()), redirect_stdout(out), redirect_stderr(error):
         code = run(args)
     return subprocess.CompletedProcess(args, code, out.getvalue(), error.getvalue())
-
-
-def test_simulate_json_is_one_object_with_everything_promised() -> None:
-    done = fivtui("simulate", "--json")
-    assert done.returncode == 0
-    assert done.stderr == ""
-    data = json.loads(done.stdout)
-    exact = simulate(Parameters())
-    assert data["parameters"] == Parameters().as_dict()
-    assert data["separation"] is True
-    assert data["t_end"] == 100.0
-    assert data["method"] == "taylor"
-    assert len(data["start"]) == 4
-    assert set(data["final"]) == {"t", "x", "vx", "y", "vy"}
-    assert data["final"]["y"] == pytest.approx(exact.final.y, abs=1e-10)
-    assert set(data["peak"]) == {"y_abs", "y_max", "y_min", "x_abs", "vx_max"}
-    assert set(data["steady"]) == {"y_half_range"}
-    assert set(data["contact_force"]) == {"min", "max"}
-    assert data["events"]["separations"] == 74
-    assert set(data["events"]) == {
-        "separations",
-        "reattachments",
-        "separated_time",
-        "sticks",
-        "stick_time",
-        "transitions",
-        "first",
-        "last",
-    }
-    assert data["stats"]["steps"] > 0
-    assert data["stats"]["cpu_s"] > 0.0
-
-
-def test_stability_json_is_one_object_with_everything_promised() -> None:
-    data = json.loads(fivtui("stability", "--set", "F=120", "--json").stdout)
-    assert set(data) == {
-        "equilibrium",
-        "eigenvalues",
-        "growth_rate",
-        "stable",
-        "critical_mu",
-        "critical_speed",
-        "linear_critical_mu",
-        "modes",
-        "margin",
-        "coalescence",
-        "safe_mu",
-        "safe_mu_basis",
-        "safe_mu_not_known_above",
-    }
-    assert data["stable"] is True
-    assert data["safe_mu"] == pytest.approx(0.277935093, abs=1e-8)
-    assert data["safe_mu_basis"]["found_by"] == "continuation"
-    assert set(data["equilibrium"]) == {"x", "y", "P"}
-    assert np.array(data["eigenvalues"]).shape == (4, 2)
-    assert data["critical_mu"][0]["becomes"] == "unstable"
-
-
-def test_simulate_takes_every_option() -> None:
-    done = fivtui(
-        "simulate",
-        "linear",
-        "--set=F=20",
-        "--set=mu=0.3",
-        "--ignore-separation",
-        "--t-end=5",
-        "--method=rk4",
-        "--step=0.01",
-        "--start=0.1,0,-0.2,1",
-        "--json",
-    )
-    data = json.loads(done.stdout)
-    assert data["parameters"]["F"] == 20.0
-    assert data["parameters"]["k_nl"] == 0.0
-    assert data["separation"] is False
-    assert data["method"] == "rk4"
-    assert data["start"] == [0.1, 0.0, -0.2, 1.0]
-    assert data["stats"]["steps"] == 500
-
-
-def test_written_data_are_the_trajectory(tmp_path: Path) -> None:
-    done = fivtui(
-        "simulate", "--t-end", "10", "--points", "11", "--out", "run.csv",
-        cwd=tmp_path,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["run.csv"]
-    lines = (tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()
-    rows = list(csv.reader(line for line in lines if not line.startswith("#")))
-    exact = simulate(Parameters(), t_end=10.0, samples=np.linspace(0.0, 10.0, 11)).trajectory
-    assert exact is not None
-    assert len(rows) == 12
-    column = next(index for index, name in enumerate(rows[0]) if name.split()[0] == "y")
-    assert [float(row[column]) for row in rows[1:]] == pytest.approx(exact.y.tolist(), abs=1e-12)
-
-
-@pytest.mark.parametrize("name", ["p.png", "p.svg", "p.pdf"])
-def test_a_plot_is_written_in_the_format_of_its_suffix(name: str, tmp_path: Path) -> None:
-    assert fivtui("simulate", "--t-end", "5", "--plot", name, cwd=tmp_path).returncode == 0
-    head = (tmp_path / name).read_bytes()[:200]
-    assert {"p.png": b"PNG", "p.svg": b"<?xml", "p.pdf": b"%PDF"}[name] in head
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from fivtui.sweeps.charts import check_drawable
 from fivtui.sweeps.design import KINDS, Design, Kind, Range
 from fivtui.sweeps.report import SweepProgress, progress_text
 from fivtui.sweeps.run import local_engine, sweep_in_memory
-from fivtui.sweeps.study import DEFAULT_OUTPUTS, Study
+from fivtui.sweeps.study import Study
 
 ROOT = Path(__file__).parents[2]
 SHORT = ("--t-end=2", "--workers=1")
@@ -36,17 +36,6 @@ def _in_a_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 def read_json(capsys: pytest.CaptureFixture[str]) -> Any:
     captured = capsys.readouterr()
     return json.loads(captured.out)
-
-
-def test_json_is_columns_and_rows(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["sweep", "--vary=F=20:80:3", "--vary=mu=0.1:1:2:log", "--json", *SHORT]) == 0
-    data = read_json(capsys)
-    assert set(data) == {"columns", "rows"}
-    assert data["columns"] == ["F", "mu", "separation", *DEFAULT_OUTPUTS, "status", "reason"]
-    assert [row[:3] for row in data["rows"]] == [
-        [force, mu, True] for force in (20.0, 50.0, 80.0) for mu in (0.1, 1.0)
-    ]
-    assert all(row[-2:] == ["done", ""] for row in data["rows"])
 
 
 def test_rows_have_the_errors_that_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,13 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model import (
-    BELT_PARAMETERS,
-    MODES,
-    NONE,
-    PARAMETERS,
-    ParameterSpec,
-)
+from fivtui.model import ALL_PARAMETERS, MODES, NONE, ParameterSpec
 from fivtui.ranges import decimal_point, number_text
 from fivtui.scene import Scene
 from fivtui.transient import DEFAULT_T_END, SETTINGS, RunSetting
@@ -49,7 +43,21 @@ class FormField:
     details: tuple[tuple[str, str], ...] = ()
 
 
+_MODES: Final = tuple(
+    (mode.name.lower(), f"{row.meaning}; friction {row.friction}") for mode, row in MODES.items()
+)
+
+
 def _parameter(spec: ParameterSpec) -> FormField:
+    # Nothing entered is none, where the parameter is optional.
+    def text_of(scene: Scene) -> str:
+        value = getattr(scene.parameters, spec.name)
+        return "" if value is None else number_text(value)
+
+    equations = tuple(
+        (f"Eq. {equation.number}", f"{equation.text}  ({equation.subject})")
+        for equation in equations_with(spec)
+    )
     return FormField(
         name=spec.name,
         group="Parameters",
@@ -57,35 +65,12 @@ def _parameter(spec: ParameterSpec) -> FormField:
         unit=spec.unit,
         meaning=spec.meaning,
         allowed=spec.allowed,
-        default=number_text(spec.default),
-        check=spec.check,
-        text_of=lambda scene: number_text(getattr(scene.parameters, spec.name)),
-        step_by=by_digit(spec.default),
-        details=tuple(
-            (f"Eq. {equation.number}", f"{equation.text}  ({equation.subject})")
-            for equation in equations_with(spec)
-        ),
-    )
-
-
-_MODES: Final = tuple(
-    (mode.name.lower(), f"{row.meaning}; friction {row.friction}") for mode, row in MODES.items()
-)
-
-
-def _belt_parameter(spec: ParameterSpec) -> FormField:
-    # Nothing entered is none.
-    def text_of(scene: Scene) -> str:
-        value = getattr(scene.parameters, spec.name)
-        return "" if value is None else number_text(value)
-
-    return dataclasses.replace(
-        _parameter(spec),
-        default="",
-        check=lambda text: spec.read(text or NONE),
+        default="" if spec.optional else number_text(spec.default),
+        check=(lambda text: spec.read(text or NONE)) if spec.optional else spec.check,
         text_of=text_of,
-        when_empty=NONE,
-        details=_MODES,
+        step_by=by_digit(spec.default),
+        when_empty=NONE if spec.optional else "",
+        details=_MODES if spec.optional else equations,
     )
 
 
@@ -133,8 +118,7 @@ def _of_setting(setting: RunSetting) -> FormField:
 FIELDS: Final[Mapping[str, FormField]] = {
     field.name: field
     for field in (
-        *map(_parameter, PARAMETERS.values()),
-        *map(_belt_parameter, BELT_PARAMETERS.values()),
+        *map(_parameter, ALL_PARAMETERS.values()),
         *map(_of_setting, SETTINGS.values()),
     )
 }

@@ -6,8 +6,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import InputError, parameter_spec
 from fivtui.orbits import CycleBranch, CyclePoint, sizes_of
+from fivtui.ranges import parse_ends
 from fivtui.scene import Scene
 from fivtui.tui.session import base_scene, plain_names
 
@@ -21,15 +21,7 @@ _PERIODS: Final = 20
 
 def parse_branch(text: str) -> tuple[str, tuple[float, float] | None]:
     """The parameter and its range in text such as ``μ=0.2:1``; the range may be missing."""
-    name, equals, ends = (part.strip() for part in plain_names(text).partition("="))
-    spec = parameter_spec(name)
-    if not equals:
-        return name, None
-    parts = ends.split(":")
-    if len(parts) != 2:
-        raise InputError(f"{text}: must be NAME or NAME=LOW:HIGH, e.g. {EXAMPLE}")
-    low, high = (spec.check(part.strip()) for part in parts)
-    return name, (low, high)
+    return parse_ends(plain_names(text), EXAMPLE)
 
 
 def nearest_cycle(result: CycleBranch, x: float, y: float) -> CyclePoint:
