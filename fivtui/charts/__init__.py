@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .labels import (
         Label,
         axis_label,
+        column_label,
         math_symbol,
         math_unit,
         parameter_line,

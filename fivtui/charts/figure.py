@@ -1,6 +1,6 @@
 """Charts as displayed, as a matplotlib figure or as columns. Imports no Textual."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import Any, Final
@@ -29,14 +29,12 @@ from .chart import (
 )
 from .labels import parameter_line
 from .plotting import (
-    OFF_BELT,
-    STUCK,
     STYLE,
     new_figure,
-    shade_times,
 )
 from .reading import crosshair, cursor_words, heading, nearest
 from .shades import Shade
+from .sheet import add_legend, draw_strips
 
 # Markers per line, and columns that a long line is reduced to (several per pixel).
 _MARKS: Final = 12
@@ -59,8 +57,6 @@ _CURSORS: Final[Sequence[Mapping[str, str]]] = (
 _MANY: Final = 300
 # Dash patterns tell lines apart without colour.
 _LINES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
-# Shades of strips, from the first.
-_STRIPS: Final = (OFF_BELT, STUCK)
 # Colours of the styles of shades, and how dark the characters are.
 _SHADE_COLOURS: Final[Mapping[str, str]] = {
     "stable": "#009E73", "unstable": "#D55E00", "trace-1": "#0072B2", "trace-2": "#E69F00",
@@ -98,7 +94,7 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
             _title(axes, chart, read, _TITLE // columns)
         figure.align_ylabels()
         alone = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
-        _add_legends(figure, panels, alone)
+        add_legend(figure, panels, without=alone)
         if heading is not None:
             figure.suptitle(_words(heading), fontsize=mpl.rcParams["font.size"])
     return figure
@@ -181,8 +177,7 @@ def _draw(axes: Axes, chart: Chart, view: View) -> None:
     x, _ = view.axes(chart)
     if chart.backdrop is not None:
         _shade(axes, chart.backdrop)
-    for number, strip in enumerate(chart.strips):
-        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
+    draw_strips(axes, chart)
     several = len(chart.traces) > 1
     # Runs of a smaller range are over those of a greater one, which would hide them.
     ranges = sorted({_range(trace) for trace in chart.traces if trace.number}, reverse=True)
@@ -196,7 +191,7 @@ def _draw(axes: Axes, chart: Chart, view: View) -> None:
         elif several and trace.look == "line" and look["marker"]:
             every = max(across.size // _MARKS, 1)
             look["markevery"] = (every * index // len(chart.traces), every)
-        axes.plot(across, up, label=trace.name or "_", **look)
+        axes.plot(across, up, label=trace.name.replace("$", r"\$") or "_", **look)
     if chart.to_scale:
         axes.set_aspect("equal")
 
@@ -296,26 +291,6 @@ def _shade(axes: Axes, backdrop: Backdrop) -> None:
 def _shade_colour(shade: Shade) -> tuple[float, ...]:
     dark = _DARKNESS[shade.character]
     return tuple(1.0 - dark * (1.0 - part) for part in to_rgb(_SHADE_COLOURS[shade.style]))
-
-
-def _add_legends(figure: Figure, panels: Sequence[Axes], alone: Collection[str]) -> None:
-    # One legend for all panels, each name once; a curve that is alone needs none.
-    known: dict[str, Any] = {}
-    for axes in panels:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            if label not in alone:
-                known.setdefault(label, handle)
-    if known:
-        longest = max(map(len, known))
-        legend = figure.legend(
-            list(known.values()),
-            list(known),
-            loc="outside lower center",
-            ncols=max(1, min(4, 100 // (longest + 8))),
-            frameon=False,
-        )
-        for text in legend.get_texts():
-            text.set_parse_math(False)
 
 
 def save_charts(charts: VisibleCharts, path: Path, *, force: bool = False) -> None:

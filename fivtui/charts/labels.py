@@ -32,6 +32,12 @@ def with_unit(text: str, unit: str) -> Label:
     return Label(f"{text} ({unit})", f"{text} ({math_unit(unit)})") if unit else Label(text, text)
 
 
+def column_label(meaning: str, unit: str, text: str = "") -> Label:
+    """A text, or else the meaning of a column, with its unit; in figures the meaning."""
+    capitalised = f"{meaning[0].upper()}{meaning[1:]}"
+    return Label(with_unit(text or meaning, unit), with_unit(capitalised, unit).math)
+
+
 def value_label(name: str, value: float | None) -> str:
     """A parameter and its value in matplotlib's mathtext, such as ``F = 80 N``."""
     spec = parameter_spec(name)

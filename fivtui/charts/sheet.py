@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from textwrap import fill
 from typing import Any, Final
 
@@ -225,7 +225,7 @@ def sheet_figure(sheet: Sheet) -> Figure:
                 axes.locator_params(axis="x", nbins=5)
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
         below = [axes for axes, chart in panels if chart.legend == "below"]
-        _add_legend(figure, below, sheet.legend_columns)
+        add_legend(figure, below, sheet.legend_columns)
         figure.align_ylabels()
     return figure
 
@@ -279,12 +279,16 @@ def _add_title(figure: Figure, panels: Sequence[Axes], title: str) -> None:
         panels[0].set_title(title, fontsize=_TITLE_SIZE)
 
 
-def _add_legend(figure: Figure, panels: Sequence[Axes], columns: int) -> None:
-    # Each name once, as the last panel draws it.
+def add_legend(
+    figure: Figure, panels: Sequence[Axes], columns: int = 0, without: Collection[str] = ()
+) -> None:
+    """One legend of all panels: each name once, as the last panel draws it."""
     handles: dict[str, Any] = {}
     for axes in panels:
         drawn, names = axes.get_legend_handles_labels()
         handles.update(zip(names, drawn, strict=True))
+    for name in without:
+        handles.pop(name, None)
     if not handles:
         return
     longest = max(len(_MARKUP.sub("", name)) for name in handles) + _SAMPLE
@@ -316,13 +320,18 @@ def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
         _stack(axes, chart.traces)
     else:
         coloured = _draw_traces(axes, chart) or coloured
-    for number, strip in enumerate(chart.strips):
-        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
+    draw_strips(axes, chart)
     _scale(axes, chart)
     for guide in chart.guides:
         _draw_guide(axes, guide)
     _label(axes, chart)
     return coloured
+
+
+def draw_strips(axes: Axes, chart: Chart) -> None:
+    """Shade the intervals of strips."""
+    for number, strip in enumerate(chart.strips):
+        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
 
 
 def _label(axes: Axes, chart: Chart) -> None:

@@ -21,12 +21,12 @@ from fivtui.charts import (
     Trace,
     axis_label,
     colours_of,
+    column_label,
     graded,
     in_words,
     parameter_line,
     ranks,
     value_label,
-    with_unit,
 )
 from fivtui.model import Parameters
 
@@ -69,7 +69,8 @@ def map_chart(result: StabilityMap, now: Parameters | None = None) -> Chart:
     x, y = (axis[part] for axis, part in zip(result.axes, ascending, strict=True))
     values = offsets(result) if result.value == "coexistence" else result.values
     levels, shades = _levels(result, values)
-    label = _label(result)
+    column = result.column
+    label = Label(_LABELS[result.value], column_label(column.meaning, column.unit).math)
     contours = [replace(c, values=c.values[ascending]) for c in _contours(result)]
     name = "stability boundary"
     if result.value == "critical-mu" and "mu" not in result.names:
@@ -127,11 +128,6 @@ def is_logarithmic(values: FloatArray) -> bool:
         return False
     steps = np.diff(np.log(values))
     return bool(np.allclose(steps, steps[0], rtol=1e-6))
-
-
-def _label(result: StabilityMap) -> Label:
-    column = result.column
-    return Label(_LABELS[result.value], with_unit(column.meaning.capitalize(), column.unit).math)
 
 
 def _colours(result: StabilityMap, label: str) -> Colours | None:

@@ -15,6 +15,7 @@ from fivtui.charts import (
     Sheet,
     Trace,
     axis_label,
+    column_label,
     math_symbol,
     parameter_line,
     with_unit,
@@ -82,11 +83,7 @@ def histogram_chart(result: Uncertainty, wanted: str, bins: int = 60) -> Chart |
     if not name:
         return None
     column, quantiles = OUTPUTS[name], result.quantiles[name]
-    meaning = f"{column.meaning[0].upper()}{column.meaning[1:]}"
-    label = Label(
-        with_unit(_NAMES.get(name, column.meaning), column.unit),
-        with_unit(meaning, column.unit).math,
-    )
+    label = column_label(column.meaning, column.unit, _NAMES.get(name, ""))
     guides = [Guide(quantiles[level].value, f"{float(level):.0%}") for level in _LEVELS]
     return replace(
         _histogram(result, name, label, bins),

@@ -14,9 +14,9 @@ from fivtui.charts import (
     Trace,
     axis_label,
     colours_of,
+    column_label,
     graded,
     in_words,
-    with_unit,
 )
 from fivtui.model import InputError
 
@@ -153,6 +153,4 @@ def _is_log(study: Study, name: str) -> bool:
 
 
 def _output_label(name: str) -> Label:
-    column = OUTPUTS[name]
-    meaning = f"{column.meaning[0].upper()}{column.meaning[1:]}"
-    return Label(with_unit(column.meaning, column.unit), with_unit(meaning, column.unit).math)
+    return column_label(OUTPUTS[name].meaning, OUTPUTS[name].unit)

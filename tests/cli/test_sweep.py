@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -252,42 +251,10 @@ def figure_of(
     return sweep_in_memory(study, local_engine(1)).figure()
 
 
-def test_over_one_name_amplitudes_are_curves() -> None:
-    figure = figure_of({"F": (80.0, 20.0, 50.0)}, cases=(True, False))
-    (axes,) = figure.axes
-    assert [line.get_label() for line in axes.lines] == [
-        "peak of |y|, separation considered",
-        "half peak-to-peak of y, second half, separation considered",
-        "peak of |y|, separation ignored",
-        "half peak-to-peak of y, second half, separation ignored",
-    ]
-    assert [np.asarray(line.get_xdata()).tolist() for line in axes.lines] == [
-        [20.0, 50.0, 80.0]
-    ] * 4
-    assert axes.get_xlabel() == "Preload $F$ (N)"
-    assert axes.get_ylabel() == "Amplitude (m)"
+def test_a_logarithmic_range_has_a_logarithmic_axis() -> None:
     (axes,) = figure_of({"F": Range(1.0, 9.0, 3, log=True)}, outputs=("P_max",)).axes
     assert axes.get_xscale() == "log"
     assert axes.get_ylabel() == "Greatest contact force (N)"
-
-
-def test_over_two_names_amplitudes_are_maps() -> None:
-    figure = figure_of({"F": Range(20.0, 80.0, 3), "mu": (0.9, 0.1)}, cases=(True, False))
-    *maps, bar = figure.axes
-    assert [axes.get_title() for axes in maps] == ["separation considered", "separation ignored"]
-    (mesh,) = maps[0].collections
-    values = mesh.get_array()
-    assert values is not None
-    assert values.shape == (2, 3)
-    exact = sweep_in_memory(
-        Study(Design({"F": (80.0,), "mu": (0.1,)}), Parameters(), t_end=5.0), local_engine(1)
-    )
-    assert values[0, 2] == exact.table.numbers["y_abs"][0]
-    assert bar.get_ylabel() == "Peak of |y| (m)"
-    figure = figure_of({"F": Range(20.0, 80.0), "mu": Range(0.1, 1.0, None, True)}, "sobol", 8)
-    (points,) = figure.axes[0].collections
-    assert len(points.get_offsets()) == 8  # type: ignore[arg-type]
-    assert figure.axes[0].get_yscale() == "log"
 
 
 def test_a_map_of_failures_is_blank() -> None:

@@ -302,19 +302,6 @@ def test_a_map_as_data_is_plain_json(small: StabilityMap) -> None:
     assert none.to_dict()["values"][0] == [None]
 
 
-@pytest.mark.parametrize("value", EIGENVALUE_VALUES)
-def test_a_figure_shows_units_and_the_boundary(value: str) -> None:
-    over = {"F": np.geomspace(1.0, 150.0, 12), "k_nl": np.linspace(0.0, 500.0, 11)}
-    figure = stability_map(Parameters(), over, value).figure()
-    axes, bar = figure.axes
-    assert axes.get_xlabel() == "Preload $F$ (N)"
-    assert axes.get_ylabel().endswith("(N/m$^3$)")
-    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
-    assert ("(1/s)" in bar.get_ylabel()) == (value == "growth-rate")
-    (legend,) = figure.legends
-    assert legend.get_texts()[0].get_text().startswith("stability boundary")
-
-
 def test_a_figure_without_boundary_has_no_legend_of_it() -> None:
     over = {"F": np.linspace(1.0, 2.0, 3), "mu": np.linspace(0.0, 0.01, 3)}
     for value in EIGENVALUE_VALUES:
