@@ -26,61 +26,6 @@ def final_state(**options: Any) -> State:
 
 
 @pytest.mark.parametrize("separation", [True, False])
-def test_every_communication_step_gives_the_native_state_to_the_last_bit(
-    driver: Driver, separation: bool
-) -> None:
-    runs: list[dict[str, Any]] = [
-        {
-            "stop_time": t_end,
-            "output_interval": step,
-            "start_values": {"separation": separation},
-            "output": [*STATES, "separations", "last_event"],
-        }
-        for t_end, step in ((10.0, 0.001), (100.0, 0.02), (100.0, 0.1), (100.0, 1.0))
-    ]
-    for run, end in zip(runs, driver.simulate(*runs), strict=True):
-        native = interpreted(separation=separation, t_end=run["stop_time"])
-        final = native.final
-        assert [end[name] for name in STATES] == [final.x, final.vx, final.y, final.vy]
-        assert end["separations"] == native.events.separations
-        assert end["last_event"] == (native.events.last or 0.0)
-
-
-def test_steps_may_be_of_a_microsecond_or_of_the_whole_horizon(driver: Driver) -> None:
-    first = float(interpreted(t_end=5.0).switch_times[0])
-    begin = first - 1e-3
-    names = [*STATES, "mode", "separations", "last_event"]
-    calls: list[Call] = [
-        ("a", "begin"),
-        ("a", "step", 0.0, begin),
-        ("a", "steps", begin, 1e-6, 2000),
-        ("a", "step", begin + 2e-3, 100.0 - (begin + 2e-3)),
-        ("a", "get", names),
-        ("b", "begin"),
-        ("b", "step", 0.0, 100.0),
-        ("b", "get", names),
-    ]
-    answers = driver.drive(*calls)
-    assert {answer.status for answer in answers} == {"ok"}
-    assert answers[4].value == answers[7].value
-    assert tuple(answers[7].value[:4]) == final_state()
-
-
-@pytest.mark.parametrize("separation", [True, False])
-def test_every_communication_step_agrees_with_the_numpy_integrator_to_1e_10(
-    driver: Driver, separation: bool
-) -> None:
-    runs = [
-        {"stop_time": 3.0, "output_interval": step, "start_values": {"separation": separation}}
-        for step in (0.001, 0.01, 0.1, 1.0)
-    ]
-    # RK4's own error at this step is below 4e-11.
-    rk4 = final_state(t_end=3.0, separation=separation, method="rk4", step=2e-4)
-    for end in driver.simulate(*runs):
-        assert [end[name] for name in STATES] == pytest.approx(rk4, rel=0.0, abs=1e-10)
-
-
-@pytest.mark.parametrize("separation", [True, False])
 def test_the_independent_rk4_converges_to_the_fmu_in_fourth_order(
     driver: Driver, separation: bool
 ) -> None:
@@ -133,14 +78,6 @@ def test_inputs_changed_at_communication_points_give_the_piecewise_native_run(
     assert separations == switches > 0
     end = native.final
     assert state == pytest.approx([end.x, end.vx, end.y, end.vy], rel=1e-10, abs=1e-10)
-
-
-def test_an_input_set_to_what_it_is_changes_nothing(driver: Driver) -> None:
-    calls: list[Call] = [("a", "begin")]
-    for number in range(100):
-        calls += [("a", "set", {"F": 80.0, "mu": 0.7}), ("a", "step", 0.1 * number, 0.1)]
-    calls.append(("a", "get", STATES))
-    assert tuple(driver.drive(*calls)[-1].value) == final_state(t_end=0.1 * 99 + 0.1)
 
 
 def test_forces_follow_from_the_state_and_the_present_friction(driver: Driver) -> None:

@@ -42,24 +42,6 @@ def flow(p: Parameters, start: State, duration: float, *, separation: bool = Tru
     return vary(request, START_SEEDS)
 
 
-@pytest.mark.parametrize("x", [-2.0, 2.0])
-def test_extremes_are_at_the_same_times_with_the_same_derivatives_in_both_kernels(x: float) -> None:
-    compiled, interpreted = (
-        vary(
-            Request(
-                System(Parameters()), t_end=3.0, tol=1e-12, start=(x, 0.5, -0.5, 1.0), kernel=kernel
-            ),
-            (*START_SEEDS, *PARAMETER_SEEDS),
-        )
-        for kernel in KERNELS
-    )
-    assert compiled.moments == pytest.approx(interpreted.moments, abs=1e-7)
-    assert compiled.extremes == pytest.approx(interpreted.extremes, rel=1e-9)
-    assert compiled.extreme_derivatives == pytest.approx(
-        interpreted.extreme_derivatives, rel=1e-6, abs=1e-6
-    )
-
-
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("name", ["drawn-1", "drawn-2"])
 def test_derivatives_are_differences_of_25_digit_runs(name: str, kernel: Kernel) -> None:
