@@ -18,7 +18,8 @@ class Progress:
 
     def report(self, fraction: float) -> None:
         """Report the fraction done; raise `Cancelled` if the computation is to stop."""
-        if not self.advance(fraction):
+        self._fraction = fraction
+        if self._callback is not None and not self._callback(fraction):
             raise Cancelled
 
     def advance(self, fraction: float) -> bool:

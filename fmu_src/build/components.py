@@ -37,7 +37,6 @@ _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
     "fivtui.taylor": (
         "belt",
         "expression",
-        "friction",
         "polynomial",
         "recurrence",
         "segment",
