@@ -11,7 +11,6 @@ from fivtui.kernel import Status, load_kernel
 from fivtui.model import System, static_start
 from fivtui.model.errors import ComputationError
 from fivtui.model.modes import Mode
-from fivtui.model.parameters import PARAMETERS
 from fivtui.taylor.belt import UNRESOLVED
 from fivtui.taylor.stepper import MAX_STALLED
 from fivtui.transient.request import KernelChoice
@@ -130,13 +129,6 @@ def test_landing_at_the_speed_of_the_belt_goes_on_by_the_force_that_it_has_to_ho
 ) -> None:
     p = Parameters(v_belt=0.5, mu_s=0.9, k3=20.0)
     x, vy = start
-    own = OwnBelt(
-        **{name: getattr(p, name) for name in PARAMETERS},
-        static=p.mu_static,
-        fall=p.speed_law,
-        speed=0.5,
-        separation=True,
-    )
     run = simulate(p, t_end=1.0, start=(x, 0.5, 0.0, vy), kernel=kernel)
     after = (x, 0.5, 0.0, vy)
     if vy > 0.0:
@@ -144,7 +136,7 @@ def test_landing_at_the_speed_of_the_belt_goes_on_by_the_force_that_it_has_to_ho
         return
     held = p.c1 * 0.5 + (p.k1 + 0.5 * p.k3) * x
     assert run.first_mode is (Mode.FORWARD if held > 0.0 else Mode.BACKWARD)
-    state, modes = integrate(own, np.array(after), 1.0)
+    state, modes = integrate(OwnBelt(p), np.array(after), 1.0)
     followed = [run.first_mode, *(change.then for change in run.mode_changes)]
     assert [mode.name.lower() for mode in followed] == modes
     assert run.final[1:] == pytest.approx(state.tolist(), rel=1e-8, abs=1e-8)

@@ -9,7 +9,6 @@ import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.model.modes import Mode
-from fivtui.model.parameters import PARAMETERS
 from fivtui.transient.request import KernelChoice
 from fivtui.transient.steppers.rk4_on_belts import BeltRungeKutta4
 from tests.support.own_belt import OwnBelt, integrate
@@ -72,14 +71,7 @@ def drawn(count: int, seed: int) -> list[tuple[Parameters, bool, np.ndarray]]:
 @pytest.mark.parametrize("scene", range(10))
 def test_a_drawn_scene_is_that_of_an_integration_written_anew(scene: int) -> None:
     p, separation, start = drawn(10, 1976)[scene]
-    own = OwnBelt(
-        **{name: getattr(p, name) for name in PARAMETERS},
-        static=p.mu_static,
-        fall=p.speed_law,
-        speed=p.v_belt or 0.0,
-        separation=separation,
-    )
-    state, modes = integrate(own, start, 4.0)
+    state, modes = integrate(OwnBelt(p, separation), start, 4.0)
     run = simulate(p, t_end=4.0, start=start.tolist(), separation=separation)
     followed = [run.first_mode, *(change.then for change in run.mode_changes)]
     assert [mode.name.lower() for mode in followed] == modes

@@ -4,7 +4,6 @@ import dataclasses
 import itertools
 import json
 import math
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +17,9 @@ from fivtui.cli import run as command
 from fivtui.model import InputError, System, TimeTable, time_tables
 from fivtui.simulation import compute
 from fivtui.transient import START_SEEDS, Request, vary
+from tests.support.own_belt import OwnBelt, integrate
 
 Tables = dict[str, list[tuple[float, float]]]
-# A function of time and state, with the marks by which SciPy knows events.
-Event = Any
 RAMPS: Tables = {
     "F": [(0, 20), (4, 100), (10, 100), (12, 60)],
     "mu": [(0, 0.2), (4, 0.2), (8, 0.8)],
@@ -104,119 +102,6 @@ def test_a_slider_that_sticks_to_a_belt_slips_when_that_changes_its_speed_at_onc
         assert run.final.x == pytest.approx(x, abs=1e-12)
 
 
-class EventDriven:
-    """Motion on a belt over time by SciPy's integrator and its events, mode by mode."""
-
-    def __init__(self, p: Parameters, tables: Tables) -> None:
-        self.p, self.tables = p, tables
-
-    def at(self, name: str, t: float) -> float:
-        fixed = getattr(self.p, name)
-        return float(np.interp(t, *np.array(self.tables[name]).T)) if name in self.tables else fixed
-
-    def slope(self, t: float) -> float:
-        rows = self.tables.get("v_belt", [])
-        for (begin, first), (end, last) in itertools.pairwise(rows):
-            if begin <= t < end:
-                return (last - first) / (end - begin)
-        return 0.0
-
-    def force(self, y: float) -> float:
-        return -self.p.k2 * y - self.p.k_nl * y**3
-
-    def hold(self, t: float, state: Any) -> Any:
-        p, (x, _, y, _) = self.p, state
-        h = 0.5 * p.k3
-        return p.c1 * self.at("v_belt", t) + p.m * self.slope(t) + (p.k1 + h) * x - h * y
-
-    def rates(self, mode: str, t: float, state: Any) -> list[float]:
-        p, (x, vx, y, vy) = self.p, state
-        force, coupling = (0.0 if mode == "off" else self.force(y)), 0.5 * p.k3 * (x - y)
-        ay = (force - self.at("F", t) - p.c2 * vy + coupling) / p.m
-        if mode == "stick":
-            return [vx, self.slope(t), vy, ay]
-        sign = {"forward": 1.0, "backward": -1.0, "off": 0.0}[mode]
-        mu, gap = self.at("mu", t), abs(self.at("v_belt", t) - vx)
-        if p.v_s is not None and p.mu_s is not None:
-            mu += (p.mu_s - mu) * math.exp(-gap / p.v_s)
-        ax = (sign * mu * force - p.c1 * vx - p.k1 * x - coupling) / p.m
-        return [vx, ax, vy, ay]
-
-    def ends(self, mode: str) -> list[Event]:
-        found: list[Event] = []
-
-        def height(_: float, s: Any) -> Any:
-            return s[2]
-
-        def ahead(t: float, s: Any) -> Any:
-            return self.at("v_belt", t) - s[1]
-
-        def margin(sign: float) -> Event:
-            def value(t: float, s: Any) -> Any:
-                grip = self.at("mu", t) if self.p.mu_s is None else self.p.mu_s
-                return grip * self.force(s[2]) + sign * self.hold(t, s)
-
-            return value
-
-        found.append(height)
-        if mode in ("forward", "backward"):
-            found.append(ahead)
-        elif mode == "stick":
-            found += [margin(-1.0), margin(1.0)]
-        for event in found:
-            event.terminal = True
-            event.direction = 1.0 if event is height and mode != "off" else -1.0
-        if mode == "backward":
-            found[1].direction = 1.0
-        return found
-
-    def mode(self, t: float, state: Any, touching: bool) -> str:
-        if not touching:
-            return "off"
-        gap = self.at("v_belt", t) - state[1]
-        if abs(gap) > 1e-9:
-            return "forward" if gap > 0.0 else "backward"
-        grip = (self.at("mu", t) if self.p.mu_s is None else self.p.mu_s) * self.force(state[2])
-        held = self.hold(t, state)
-        return "stick" if abs(held) <= grip else "forward" if held > 0.0 else "backward"
-
-    def run(self, state: Any, t_end: float) -> list[float]:
-        """The state at the end."""
-        t, now, touching = 0.0, list(state), state[2] < 0.0
-        rows = sorted({at for table in self.tables.values() for at, _ in table if 0 < at < t_end})
-        mode = self.mode(t, now, touching)
-        for stop in [*rows, t_end]:
-            while t < stop:
-                found = solve_ivp(
-                    partial(self.rates, mode),
-                    (t, stop),
-                    now,
-                    method="DOP853",
-                    rtol=1e-11,
-                    atol=1e-13,
-                    events=self.ends(mode),
-                    max_step=0.05,
-                )
-                t, now = float(found.t[-1]), found.y[:, -1].tolist()
-                if found.status == 1:
-                    place = next(i for i, hits in enumerate(found.t_events or []) if hits.size)
-                    if place == 0:
-                        touching = mode == "off"
-                        now[2] = -1e-16 if touching else 1e-16
-                        mode = self.mode(t, now, touching)
-                    elif mode == "stick":
-                        mode = "forward" if place == 1 else "backward"
-                    else:
-                        now[1] = self.at("v_belt", t)
-                        mode = self.mode(t, now, touching)
-                        if mode != "stick":
-                            mode = "forward" if self.hold(t, now) > 0.0 else "backward"
-            if mode == "stick":
-                now[1] = self.at("v_belt", t)
-            mode = self.mode(t, now, touching)
-        return now
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_drawn_brake_applications_agree_with_an_event_driven_integration(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -235,7 +120,7 @@ def test_drawn_brake_applications_agree_with_an_event_driven_integration(seed: i
         "v_belt": [(0, speed), (2, speed), (5, 0.0)],
     }
     run = simulate(p, t_end=6.5, over_time=tables)
-    expected = EventDriven(p, tables).run(run.start, 6.5)
+    expected = integrate(OwnBelt(p, True, tables), np.array(run.start), 6.5)[0]
     assert state_of(run.final) == pytest.approx(expected, abs=2e-6), run.events.transitions
 
 

@@ -1,125 +1,142 @@
 """A slider on a belt of finite speed, written anew: one mode after the other by `solve_ivp`."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from fivtui import Parameters
+
 FloatArray = NDArray[np.float64]
 Function = Callable[[float, FloatArray], float]
+Tables = Mapping[str, Sequence[tuple[float, float]]]
 
 
 @dataclass(frozen=True)
 class OwnBelt:
-    """The parameters, SI units, as numbers; `fall` is v_s, None for constant friction."""
+    """The numbers of a system whose preload, friction and belt speed may follow tables."""
 
-    m: float
-    k1: float
-    k2: float
-    k3: float
-    c1: float
-    c2: float
-    F: float
-    k_nl: float
-    mu: float
-    static: float
-    fall: float | None
-    speed: float
-    separation: bool
+    p: Parameters
+    separation: bool = True
+    tables: Tables = field(default_factory=dict)
+
+    def at(self, name: str, t: float) -> float:
+        """The value of a parameter at a time."""
+        if name in self.tables:
+            return float(np.interp(t, *np.array(self.tables[name]).T))
+        return float(getattr(self.p, name) or 0.0)
+
+    def slope(self, t: float) -> float:
+        """Acceleration of the belt."""
+        for (begin, first), (end, last) in itertools.pairwise(self.tables.get("v_belt", [])):
+            if begin <= t < end:
+                return (last - first) / (end - begin)
+        return 0.0
 
     def spring(self, y: float) -> float:
         """Contact force P as if in contact."""
-        return -self.k2 * y - self.k_nl * y**3
+        return -self.p.k2 * y - self.p.k_nl * y**3
 
-    def hold(self, x: float, y: float) -> float:
+    def grip(self, t: float, y: float) -> float:
+        """The greatest force of static friction."""
+        static = self.at("mu", t) if self.p.mu_s is None else self.p.mu_s
+        return static * self.spring(y)
+
+    def hold(self, t: float, z: FloatArray) -> float:
         """What the belt exerts while it holds."""
-        return self.c1 * self.speed + self.k1 * x + 0.5 * self.k3 * (x - y)
+        p, (x, _, y, _) = self.p, z
+        drive = p.c1 * self.at("v_belt", t) + p.m * self.slope(t)
+        return float(drive + p.k1 * x + 0.5 * p.k3 * (x - y))
 
-    def rate(self, mode: str, z: FloatArray) -> list[float]:
+    def rate(self, mode: str, t: float, z: FloatArray) -> list[float]:
         """The derivative of (x, ẋ, y, ẏ)."""
-        x, vx, y, vy = z.tolist()
+        p, (x, vx, y, vy) = self.p, z.tolist()
         P = 0.0 if mode == "separated" else self.spring(y)
         sign = {"forward": 1.0, "backward": -1.0}.get(mode, 0.0)
-        past = min(-sign * (self.speed - vx), 0.01)
-        more = np.exp(past / self.fall) if self.fall is not None else 0.0
-        friction = sign * (self.mu + (self.static - self.mu) * more) * P
-        spring = 0.5 * self.k3 * (x - y)
-        ax = (friction - self.c1 * vx - self.k1 * x - spring) / self.m
-        ay = (P - self.F - self.c2 * vy + spring) / self.m
-        return [vx, 0.0 if mode == "stick" else float(ax), vy, ay]
+        mu = self.at("mu", t)
+        if p.v_s is not None and p.mu_s is not None:
+            past = min(-sign * (self.at("v_belt", t) - vx), 0.01)
+            mu += (p.mu_s - mu) * float(np.exp(past / p.v_s))
+        spring = 0.5 * p.k3 * (x - y)
+        ax = (sign * mu * P - p.c1 * vx - p.k1 * x - spring) / p.m
+        ay = (P - self.at("F", t) - p.c2 * vy + spring) / p.m
+        return [vx, self.slope(t) if mode == "stick" else ax, vy, ay]
 
     def ends(self, mode: str) -> dict[str, Function]:
         """What falls through zero where a mode ends."""
-        found: dict[str, Function] = {}
         if mode == "separated":
             return {"lands": lambda _, z: float(z[2])}
+        ends: dict[str, Function] = {}
         if self.separation:
-            found["lifts"] = lambda _, z: float(-z[2])
+            ends["lifts"] = lambda _, z: float(-z[2])
         if mode == "stick":
-            found["forward"] = lambda _, z: float(
-                self.static * self.spring(z[2]) - self.hold(z[0], z[2])
-            )
-            found["backward"] = lambda _, z: float(
-                self.static * self.spring(z[2]) + self.hold(z[0], z[2])
-            )
-        elif mode == "forward":
-            found["stops"] = lambda _, z: float(self.speed - z[1])
+            ends["forward"] = lambda t, z: self.grip(t, z[2]) - self.hold(t, z)
+            ends["backward"] = lambda t, z: self.grip(t, z[2]) + self.hold(t, z)
         else:
-            found["stops"] = lambda _, z: float(z[1] - self.speed)
-        return found
+            sign = 1.0 if mode == "forward" else -1.0
+            ends["stops"] = lambda t, z: float(sign * (self.at("v_belt", t) - z[1]))
+        return ends
 
-    def begin(self, z: FloatArray) -> str:
+    def begin(self, t: float, z: FloatArray) -> str:
         """The mode of a state; at y = 0 the slider is landing."""
-        x, vx, y, _ = z.tolist()
-        if self.separation and y > 0.0:
+        speed = self.at("v_belt", t)
+        if self.separation and z[2] > 0.0:
             return "separated"
-        if vx != self.speed:
-            return "forward" if vx < self.speed else "backward"
-        held = self.hold(x, y)
-        if abs(held) <= self.static * self.spring(y):
+        if z[1] != speed:
+            return "forward" if z[1] < speed else "backward"
+        held = self.hold(t, z)
+        if abs(held) <= self.grip(t, z[2]):
             return "stick"
         return "forward" if held > 0.0 else "backward"
+
+    def after(self, mode: str, end: str, t: float, z: FloatArray) -> str:
+        """The mode behind an end, or a row of a table; the state is put on the switch."""
+        if end in ("lands", "lifts"):
+            z[2] = 0.0
+        if end == "stops" or mode == "stick":
+            z[1] = self.at("v_belt", t)
+        if end in ("forward", "backward"):
+            return end
+        if end == "lifts" or (mode == "separated" and not end):
+            return "separated"
+        return self.begin(t, z)
 
 
 def integrate(belt: OwnBelt, start: FloatArray, t_end: float) -> tuple[FloatArray, list[str]]:
     """The state at the end, and the modes that follow each other."""
     solve: Any = solve_ivp
-    t, z, mode = 0.0, np.array(start), belt.begin(start)
+    t, z, mode = 0.0, np.array(start), belt.begin(0.0, np.array(start))
     modes = [mode]
-    while True:
-        ends = belt.ends(mode)
-        events: list[Any] = []
-        for function in ends.values():
-
-            def event(time: float, state: FloatArray, function: Function = function) -> float:
-                return function(time, state)
-
-            event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
-            events.append(event)
-        run = solve(
-            lambda _, state, mode=mode: belt.rate(mode, state),
-            (t, t_end),
-            z,
-            method="DOP853",
-            rtol=3e-13,
-            atol=1e-13,
-            events=events,
-            max_step=0.05,
-        )
-        assert run.success
-        z, t = run.y[:, -1].copy(), float(run.t[-1])
-        if run.status == 0:
-            return z, modes
-        name = next(n for n, times in zip(ends, run.t_events, strict=True) if times.size)
-        if name in ("lands", "lifts"):
-            z[2] = 0.0
-        if name == "stops" or mode == "stick":
-            z[1] = belt.speed
-        if mode != "stick" or name == "lifts":
-            mode = "separated" if name == "lifts" else belt.begin(z)
-        else:
-            mode = name
-        modes.append(mode)
+    rows = {time for table in belt.tables.values() for time, _ in table if 0.0 < time < t_end}
+    for stop in [*sorted(rows), t_end]:
+        while t < stop:
+            ends = belt.ends(mode)
+            events = [partial(function) for function in ends.values()]
+            for event in events:
+                event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
+            run = solve(
+                partial(belt.rate, mode),
+                (t, stop),
+                z,
+                method="DOP853",
+                rtol=3e-13,
+                atol=1e-13,
+                events=events,
+                max_step=0.05,
+            )
+            assert run.success
+            z, t = run.y[:, -1].copy(), float(run.t[-1])
+            if run.status == 0:
+                name = ""
+                t = stop
+            else:
+                name = next(n for n, times in zip(ends, run.t_events, strict=True) if times.size)
+            mode = belt.after(mode, name, t, z)
+            if mode != modes[-1]:
+                modes.append(mode)
+    return z, modes
