@@ -5,6 +5,7 @@ import os
 import time
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Final
 
 import textual.app
@@ -22,8 +23,10 @@ from textual.widgets import Input
 
 from fivtui.model.errors import Cancelled
 from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart import ChartView
 from fivtui.tui.lab.form.rows import FieldRow
 from fivtui.tui.lab.notices import NoticeView
+from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.book import TabBook
 
 # A test waits for as long as something may still come. It gives up after so many looks in a row at
@@ -223,6 +226,26 @@ def app_of(pilot: Pilot[None]) -> FivtuiApp:
     app = pilot.app
     assert isinstance(app, FivtuiApp)
     return app
+
+
+def lab_of(pilot: Pilot[None]) -> LabScreen:
+    """The main screen."""
+    lab = pilot.app.screen_stack[0]
+    assert isinstance(lab, LabScreen)
+    return lab
+
+
+def chart_of(pilot: Pilot[None], name: str) -> ChartView:
+    """The widget of a chart on the main screen."""
+    return lab_of(pilot).query_one(f"#{name}", ChartView)
+
+
+async def answer(pilot: Pilot[None], path: Path | str) -> None:
+    """Give a path to the dialog that asks for one, which may still open."""
+    await until(pilot, lambda: bool(pilot.app.screen.query("#path")))
+    pilot.app.screen.query_one("#path", Input).value = str(path)
+    await pilot.pause()
+    await pilot.press("enter")
 
 
 async def show_tab(pilot: Pilot[None], key: str) -> None:

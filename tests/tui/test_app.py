@@ -12,6 +12,7 @@ from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     ENDLESS,
     app_of,
+    chart_of,
     endless_simulate,
     flat_text_of,
     focus,
@@ -55,7 +56,7 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
     assert "▓▓▓" in strip
     assert "inputs changed" not in shown
 
-    plot = pilot.app.screen.query_one("#plot-y", ChartView)
+    plot = chart_of(pilot, "plot-y")
     pilot.app.screen.query_one("#plot-P").focus()
     await until(pilot, lambda: "+ -" in text_of(pilot).splitlines()[-1])
     assert text_of(pilot).splitlines()[-1].startswith("F5 Run F1 Help")

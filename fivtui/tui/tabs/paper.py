@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual import on
@@ -11,6 +12,7 @@ from textual.containers import Vertical
 from textual.widgets import DataTable, Static
 
 from fivtui.model import Cancelled, InputError
+from fivtui.paper import PANELS
 from fivtui.studies import study
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
@@ -56,7 +58,6 @@ class PaperPane(JobPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._study: PaperResults | None = None
         self._computed: dict[str, FigureData] = {}
         self._listed: DisplayedStudy[list[CheckedClaim]] | None = None
         # The stored axis limits belong to the stored figure.
@@ -79,26 +80,23 @@ class PaperPane(JobPane):
         self.call_later(self._restore)
 
     def _restore(self) -> None:
-        from fivtui.paper import PANELS
-
         if self._shown not in PANELS:
             self._shown = ""
         elif self.view == "figure":
             self._choose(self._shown)
         self.draw()
 
-    def _source(self) -> "PaperResults":
+    @cached_property
+    def _results(self) -> "PaperResults":
         # Figures and claims share computed results.
         from fivtui.paper import PaperResults
 
-        if self._study is None:
-            self._study = PaperResults()
-        return self._study
+        return PaperResults()
 
     def _panel(self, key: str) -> "PanelOf":
         from fivtui.paper import PanelOf
 
-        return PanelOf(key, self._source())
+        return PanelOf(key, self._results)
 
     # The lists
 
@@ -112,8 +110,6 @@ class PaperPane(JobPane):
             self._draw_figure()
 
     def _list_figures(self) -> None:
-        from fivtui.paper import PANELS
-
         from .charts.paper import FIGURE_COLUMNS, figure_rows
 
         rows = dict(zip(PANELS, figure_rows(list(self._computed)), strict=True))
@@ -160,14 +156,10 @@ class PaperPane(JobPane):
 
     @on(DataTable.RowSelected, "#figures")
     def _figure_chosen(self, event: DataTable.RowSelected) -> None:
-        from fivtui.paper import PANELS
-
         event.stop()
         self._choose(list(PANELS)[event.cursor_row])
 
     def _choose(self, key: str) -> None:
-        from fivtui.paper import PANELS
-
         self._shown = key
         self.keep(_SHOWN, key)
         if key in self._computed:
@@ -175,7 +167,7 @@ class PaperPane(JobPane):
             return
 
         def compute(job: Job) -> object:
-            study, panel = self._source(), PANELS[key]
+            study, panel = self._results, PANELS[key]
             if panel.kind == "amplitude":
                 study.prepare(panel.scenes(), job.report)
             data = study.table(key)
@@ -195,7 +187,7 @@ class PaperPane(JobPane):
             self.show_view("claims")
 
         def compute(job: Job) -> object:
-            return check_claims(self._source(), progress=job.report)
+            return check_claims(self._results, progress=job.report)
 
         self.start(compute)
 
@@ -217,7 +209,7 @@ class PaperPane(JobPane):
     # A figure
 
     def _draw_figure(self) -> None:
-        from fivtui.paper import PANELS, figure_charts
+        from fivtui.paper import figure_charts
 
         if self._shown not in self._computed:
             return
@@ -235,8 +227,6 @@ class PaperPane(JobPane):
     @property
     def _chosen(self) -> str:
         # Key of the selected figure; empty if none.
-        from fivtui.paper import PANELS
-
         if self.view == "figures":
             return list(PANELS)[self.query_one("#figures", _Table).cursor_row]
         return self._shown
@@ -278,8 +268,6 @@ class PaperPane(JobPane):
 
     @on(ChartView.Opened)
     def _point_opened(self, event: ChartView.Opened) -> None:
-        from fivtui.paper import PANELS
-
         from .charts.paper import point_scene
 
         panel = PANELS[self._shown]

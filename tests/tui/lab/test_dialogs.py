@@ -9,15 +9,16 @@ from textual.widgets import Input
 from fivtui.model.errors import InputError
 from fivtui.scene.files import load_scene
 from fivtui.transient.files import load_trajectory
-from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.commands import LabCommands
-from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.exports.clipboard import clipboard_command
 from tests.support.laboratory import (
+    answer,
     app_of,
+    chart_of,
     endless_simulate,
     flat_text_of,
     focus,
+    lab_of,
     run_to_end,
     show_tab,
     text_of,
@@ -28,13 +29,6 @@ from tests.support.laboratory import (
 )
 
 SIZE = (100, 30)
-
-
-async def answer(pilot: Pilot[None], path: Path | str) -> None:
-    await until(pilot, lambda: bool(pilot.app.screen.query("#path")))
-    pilot.app.screen.query_one("#path", Input).value = str(path)
-    await pilot.pause()
-    await pilot.press("enter")
 
 
 async def palette(pilot: Pilot[None], words: str) -> None:
@@ -201,15 +195,14 @@ async def test_the_palette_finds_by_meaning_edits_and_works_in_the_plot(
     await palette(pilot, "logarithmic y")
     await until_shown(pilot, "Logarithmic y axis")
     await pilot.press("enter")
-    chart = pilot.app.screen_stack[0].query_one("#plot-y", ChartView)
+    chart = chart_of(pilot, "plot-y")
     await until(pilot, lambda: chart.view.log_y)
 
 
 async def test_plots_are_copied_as_text_and_as_pictures(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lab = pilot.app.screen_stack[0]
-    assert isinstance(lab, LabScreen)
+    lab = lab_of(pilot)
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.delenv("DISPLAY", raising=False)

@@ -18,6 +18,7 @@ from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.run_list import RunsTable
 from fivtui.tui.persistence.state_file import State, load_state, save_state
 from tests.support.laboratory import (
+    answer,
     app_of,
     flat_text_of,
     focus,
@@ -89,16 +90,14 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     save_trajectory(result, tmp_path / "cli.npz")
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")
-    pilot.app.screen.query_one("#path", Input).value = "cli.npz"
-    await pilot.press("enter")
+    await answer(pilot, "cli.npz")
     await until_told(pilot, "run 3 read from cli.npz")
     await until_shown(pilot, "3 on file")
     assert runs.displayed is first
     (tmp_path / "bad.csv").write_text("t,y\n0,0\n")
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")
-    pilot.app.screen.query_one("#path", Input).value = "bad.csv"
-    await pilot.press("enter")
+    await answer(pilot, "bad.csv")
     await until_told(pilot, "bad.csv: not a trajectory: no column x")
 
 
@@ -170,8 +169,7 @@ async def test_the_session_is_there_again_at_the_next_start(
         await type_into(pilot, "F", "91")
         await pilot.press("ctrl+s")
         await until_shown(pilot, "Save the scene as")
-        pilot.app.screen.query_one("#path", Input).value = "mine.toml"
-        await pilot.press("enter")
+        await answer(pilot, "mine.toml")
         await until_told(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         await focus(pilot, "k1")
         await pilot.press("up")

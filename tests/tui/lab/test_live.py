@@ -10,10 +10,8 @@ from textual.pilot import Pilot
 from fivtui.model import InputError
 from fivtui.scene import PRESETS
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.chart import ChartView
 from fivtui.tui.lab import live_control
 from fivtui.tui.lab.notices import NoticeView
-from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.persistence.snapshot import state_of
 from fivtui.tui.session import PRECEDENCE
 from fivtui.tui.session.jobs import Outcome
@@ -24,8 +22,10 @@ from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import (
     HANG_S,
     app_of,
+    chart_of,
     flat_text_of,
     focus,
+    lab_of,
     run_to_end,
     show_tab,
     type_into,
@@ -43,7 +43,7 @@ def live_of(pilot: Pilot[None]) -> Live:
 
 
 def traces(pilot: Pilot[None], name: str = "plot-y") -> list[str]:
-    chart = pilot.app.screen_stack[0].query_one(f"#{name}", ChartView).chart
+    chart = chart_of(pilot, f"{name}").chart
     return [] if chart is None else [trace.name for trace in chart.traces]
 
 
@@ -135,8 +135,7 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
 
 async def end_pause(pilot: Pilot[None]) -> None:
     """End the pause after which a longer run follows an edit."""
-    lab = pilot.app.screen_stack[0]
-    assert isinstance(lab, LabScreen)
+    lab = lab_of(pilot)
     await until(pilot, lambda: lab._live._waiting is not None and not PRECEDENCE.claimed)
     lab._live._stop_waiting()
     lab._live._idle()
@@ -251,8 +250,7 @@ async def test_belts_of_finite_speed_and_parameters_over_time_live_too(
     pilot: Pilot[None],
 ) -> None:
     await show_tab(pilot, "alt+2")
-    screen = pilot.app.screen
-    assert isinstance(screen, LabScreen)
+    screen = lab_of(pilot)
     screen.action_switch_belt()
     await until_live(pilot)
     curve = live_of(pilot).curve

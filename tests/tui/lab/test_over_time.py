@@ -12,7 +12,15 @@ from fivtui.tui.persistence.snapshot import state_of
 from fivtui.tui.persistence.state_file import load_state, save_state
 from fivtui.tui.session import Session
 from fivtui.tui.session.scene_differences import differences, names_of
-from tests.support.laboratory import app_of, flat_text_of, text_of, until, until_shown, until_told
+from tests.support.laboratory import (
+    answer,
+    app_of,
+    flat_text_of,
+    text_of,
+    until,
+    until_shown,
+    until_told,
+)
 
 SIZE = (100, 36)
 BASE = PRESETS["base"]
@@ -56,8 +64,7 @@ async def test_tables_are_read_said_in_the_form_and_dropped(
     (tmp_path / "ramp.csv").write_text("time,F\n0,20\n4,90\n")
     await choose(pilot, "parameters over", "Parameters over time from a file…")
     await until_shown(pilot, "columns time and F")
-    pilot.app.screen.query_one("#path", Input).value = "ramp.csv"
-    await pilot.press("enter")
+    await answer(pilot, "ramp.csv")
     await until_told(pilot, "tables over time from ramp.csv")
     await until_shown(pilot, "no zones: F changes over time")
     shown = flat_text_of(pilot)

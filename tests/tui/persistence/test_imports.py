@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import Input
 
 from fivtui import cli
 from fivtui.model.errors import Cancelled, InputError
@@ -19,10 +18,11 @@ from fivtui.sweeps import parse_design, study_of
 from fivtui.sweeps.run import local_engine, sweep_to_file
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.file_control import load_displayed
 from tests.support.laboratory import (
+    answer,
     app_of,
+    chart_of,
     flat_text_of,
     show_tab,
     text_of,
@@ -78,9 +78,7 @@ async def pilot(written: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
 async def read(pilot: Pilot[None], name: str, words: str) -> None:
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")
-    pilot.app.screen.query_one("#path", Input).value = name
-    await pilot.pause()
-    await pilot.press("enter")
+    await answer(pilot, name)
     await until_told(pilot, words)
 
 
@@ -128,7 +126,7 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
         await read(pilot, name, f"sweep read from {name}")
         await until_shown(pilot, f"8 transients, read from {name}")
     assert "peak, separation considered" in text_of(pilot)
-    view = pilot.app.screen.query_one("#sweep-chart", ChartView)
+    view = chart_of(pilot, "sweep-chart")
     assert view.chart is not None
     assert view.chart.x_label == "μ"
     view.focus()
@@ -158,7 +156,7 @@ async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
     command("sweep", *two, "--t-end=10", "--out", "two.csv")
     await read(pilot, "two.csv", "sweep read from two.csv")
     await until_shown(pilot, "number of separations, separation ignored")
-    view = pilot.app.screen.query_one("#sweep-chart", ChartView)
+    view = chart_of(pilot, "sweep-chart")
     view.focus()
     await pilot.press("plus", "left")
     await read(pilot, "sweep.csv", "sweep read from sweep.csv")
@@ -191,7 +189,7 @@ async def test_a_map_is_read_and_stays_until_another_is_asked_for(
         await until_shown(pilot, f"read from {name}; F10 maps the edited scene")
     session = app_of(pilot).session
     session.set_text("c1", "0.8")
-    view = pilot.app.screen.query_one("#map-chart", ChartView)
+    view = chart_of(pilot, "map-chart")
     assert view.chart is not None
     assert view.chart.backdrop is not None
     assert view.chart.backdrop.values.shape == (7, 5)
@@ -218,9 +216,7 @@ async def test_a_trade_off_is_read_and_shown(
     # The dialog for scenes takes results too.
     await pilot.press("ctrl+o")
     await until_shown(pilot, "Open a scene or a result")
-    pilot.app.screen.query_one("#path", Input).value = "map.csv"
-    await pilot.pause()
-    await pilot.press("enter")
+    await answer(pilot, "map.csv")
     await until_told(pilot, "map read from map.csv")
     await show_tab(pilot, "alt+5")
     await read(

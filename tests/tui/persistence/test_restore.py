@@ -20,8 +20,6 @@ from fivtui.sweeps.rows import compute_rows
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.transient.files import restore_transient, store_transient
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.persistence import results as result_store
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.runs import RunState
@@ -30,7 +28,9 @@ from fivtui.tui.tabs.charts.sweep import sweep_of, sweep_request
 from fivtui.tui.tabs.messages import RunActionRequested
 from tests.support.laboratory import (
     app_of,
+    chart_of,
     clear_notices,
+    lab_of,
     run_to_end,
     show_tab,
     text_of,
@@ -88,14 +88,14 @@ async def test_what_was_left_is_shown_again(
         for what in ("overlay", "colour", "baseline"):
             pilot.app.screen.post_message(RunActionRequested(1, what))
         await until(pilot, lambda: session.runs.baseline is first)
-        view = pilot.app.screen.query_one("#plot-y", ChartView)
+        view = chart_of(pilot, "plot-y")
         view.focus()
         await pilot.press("plus", "right", "y", "2")
         await show_tab(pilot, "alt+3")
         pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
         await pilot.press("f10")
         await until_shown(pilot, SHOWN["sweep"])
-        pilot.app.screen.query_one("#sweep-chart", ChartView).focus()
+        chart_of(pilot, "sweep-chart").focus()
         await pilot.press("3", "plus")
         await show_tab(pilot, "alt+4")
         await until_shown(pilot, "11253 points")
@@ -109,7 +109,7 @@ async def test_what_was_left_is_shown_again(
         await pilot.press("f10")
         await until_shown(pilot, SHOWN["trade-off"])
         await pilot.click("#quantity-peak")
-        pilot.app.screen.query_one("#errors-chart", ChartView).focus()
+        chart_of(pilot, "errors-chart").focus()
         await pilot.press("x")
         await show_tab(pilot, "alt+2")
         await pilot.pause()
@@ -152,8 +152,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         study = sweep_request(BASE, "F=10:20:30")
         part = sweep_of(study, [compute_rows(study, 0, 4)])
         session.studies["sweep"] = DisplayedStudy(part, "base")
-        lab = pilot.app.screen
-        assert isinstance(lab, LabScreen)
+        lab = lab_of(pilot)
         lab.show_study("map", a_map())
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
         await show_tab(pilot, "alt+6")
@@ -161,7 +160,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         pilot.app.screen.query_one("#figures").focus()
         await pilot.press("enter")
         await until_shown(pilot, "figure 2a computed")
-        pilot.app.screen.query_one("#figure-1", ChartView).focus()
+        chart_of(pilot, "figure-1").focus()
         await pilot.press("plus", "1")
         pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
         await clear_notices(pilot)

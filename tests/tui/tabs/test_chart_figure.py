@@ -30,11 +30,10 @@ from fivtui.transient.charts import phase_chart, plotted_run, time_chart
 from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
-from tests.support.laboratory import app_of, show_tab, until
+from tests.support.laboratory import app_of, lab_of, show_tab, until
 
 T = np.linspace(0.0, 10.0, 101)
 
@@ -334,12 +333,6 @@ async def pilot(
         lab_of(started)._show_runs()
         await show_tab(started, "alt+2")
         yield started
-
-
-def lab_of(pilot: Pilot[None]) -> LabScreen:
-    lab = pilot.app.screen_stack[0]
-    assert isinstance(lab, LabScreen)
-    return lab
 
 
 def drawn(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure:

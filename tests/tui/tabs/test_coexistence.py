@@ -20,9 +20,8 @@ from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.orbits.words import SEARCHING, coexistence_words
 from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.session.report import Coexisting
-from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
+from tests.support.laboratory import HANG_S, app_of, lab_of, text_of, until, until_shown
 
 P = Parameters(F=120.0)
 REST, OPEN_END = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
@@ -147,8 +146,7 @@ def headline(pilot: Pilot[None]) -> str:
 
 async def edit(pilot: Pilot[None], preload: str) -> None:
     # At once: key by key, other preloads would be searched on the way.
-    lab = pilot.app.screen_stack[0]
-    assert isinstance(lab, LabScreen)
+    lab = lab_of(pilot)
     lab.session.set_text("F", preload)
     lab.show_inputs()
     await pilot.pause()

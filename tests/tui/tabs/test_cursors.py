@@ -5,10 +5,10 @@ from textual.pilot import Pilot
 
 from fivtui.charts.axis import Axis
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.snapshot import state_of
 from tests.support.laboratory import (
     app_of,
+    chart_of,
     flat_text_of,
     focus,
     run_to_end,
@@ -20,13 +20,9 @@ from tests.support.laboratory import (
 SIZE = (80, 24)
 
 
-def chart(pilot: Pilot[None], name: str) -> ChartView:
-    return pilot.app.screen.query_one(f"#{name}", ChartView)
-
-
 def lines_of(pilot: Pilot[None], name: str) -> list[str]:
     """What the screen shows of a chart."""
-    region = chart(pilot, name).region
+    region = chart_of(pilot, name).region
     shown = text_of(pilot).splitlines()
     return [line[region.x : region.right] for line in shown[region.y : region.bottom]]
 
@@ -40,7 +36,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     assert run.result is not None
     motion = run.result.trajectory
     assert motion is not None
-    chart(pilot, "plot-x").focus()
+    chart_of(pilot, "plot-x").focus()
     await pilot.press("c")
     await until_shown(pilot, "t 50 s x ")
     await until_shown(pilot, "C: second cursor")
@@ -60,19 +56,19 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     assert "┊" in strip
     # The keys move the second one, in another plot the same two.
     await pilot.press("left")
-    cursors = chart(pilot, "plot-y").view.cursors
+    cursors = chart_of(pilot, "plot-y").view.cursors
     assert cursors.first is not None
     assert cursors.first[0] == 50.0
     assert cursors.second is not None
     assert cursors.second[0] < 75.0
-    chart(pilot, "plot-P").focus()
+    chart_of(pilot, "plot-P").focus()
     await pilot.press("c", "right")
     await until(pilot, lambda: cursors.first is not None and cursors.first[0] > 50.0)
     # The same times along the curves of the phase portraits.
     await pilot.press("v")
     await until_shown(pilot, "ẏ ◆")
-    assert chart(pilot, "phase-y").view.cursors is cursors
-    assert chart(pilot, "phase-x").view.cursors is cursors
+    assert chart_of(pilot, "phase-y").view.cursors is cursors
+    assert chart_of(pilot, "phase-x").view.cursors is cursors
     place = int(abs(motion.t - cursors.first[0]).argmin())
     assert f"y ◆{motion.y[place]:.5g} " in flat_text_of(pilot)
     assert f"ẋ ◆{motion.vx[place]:.5g} " in flat_text_of(pilot)
@@ -83,7 +79,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     assert 0.0 < before[0] - cursors.first[0] < 0.2
     # The spectrum has cursors of its own, at frequencies.
     await pilot.press("v")
-    chart(pilot, "plot-spectrum").focus()
+    chart_of(pilot, "plot-spectrum").focus()
     await pilot.press("c", "C")
     await until_shown(pilot, "1/Δf")
     assert "Hz Δf " in flat_text_of(pilot)
@@ -92,7 +88,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     await until_shown(pilot, f"{cursors.first[0]:.5g} s, ")
     # They are switched off one by one, or both.
     await pilot.click("#view-time")
-    chart(pilot, "plot-y").focus()
+    chart_of(pilot, "plot-y").focus()
     await pilot.press("c")
     assert cursors.first is None
     assert cursors.second is not None
@@ -109,7 +105,7 @@ async def test_nothing_that_cursors_read_is_cut(size: tuple[int, int]) -> None:
         await focus(pilot, "mu")
         await pilot.press("up")
         await until(pilot, lambda: app_of(pilot).session.live.curve is not None)
-        chart(pilot, "plot-y").focus()
+        chart_of(pilot, "plot-y").focus()
         await pilot.press("c", "C", "shift+up", "plus")
         await until_shown(pilot, "1/Δt")
         for name, unit in (("plot-y", "m"), ("plot-x", "m"), ("plot-P", "N")):
@@ -129,7 +125,7 @@ async def test_nothing_that_cursors_read_is_cut(size: tuple[int, int]) -> None:
 @pytest.mark.whole
 async def test_the_right_button_places_the_second_cursor(pilot: Pilot[None]) -> None:
     await run_to_end(pilot)
-    cursors = chart(pilot, "plot-y").view.cursors
+    cursors = chart_of(pilot, "plot-y").view.cursors
     await pilot.hover("#plot-y", offset=(20, 2))
     await until_shown(pilot, "t 32.89")
     assert not cursors.kept
@@ -139,7 +135,7 @@ async def test_the_right_button_places_the_second_cursor(pilot: Pilot[None]) -> 
     assert cursors.kept
     # One that follows the pointer is no first one.
     await pilot.press("escape")
-    chart(pilot, "plot-y").focus()
+    chart_of(pilot, "plot-y").focus()
     await pilot.press("escape")
     await pilot.click("#plot-y", offset=(30, 2), button=3)
     await until_shown(pilot, "t ◆50 ◇59.21 s")
@@ -149,7 +145,7 @@ async def test_kept_limits_are_marked_and_say_which_new_run_they_leave_out(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
-    view = chart(pilot, "plot-y")
+    view = chart_of(pilot, "plot-y")
     view.focus()
     assert "zoom" not in text_of(pilot)
     await pilot.press("g", "tab", *"-12:12", "enter")

@@ -21,7 +21,6 @@ from fivtui.simulation import simulate
 from fivtui.tradeoffs import measure
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.charts.map import VALUES
 from fivtui.tui.tabs.exports.export import FIGURE
@@ -29,7 +28,7 @@ from fivtui.tui.tabs.studies.map import MapPane
 from fivtui.tui.tabs.studies.sweep import SweepPane
 from fivtui.tui.tabs.tabs import TABS
 from fivtui.tui.tabs.views_pane import ViewsPane
-from tests.support.laboratory import app_of, show_tab, until
+from tests.support.laboratory import app_of, lab_of, show_tab, until
 
 BASE = PRESETS["base"]
 # Views that are tables: their figure is that of the whole study.
@@ -67,8 +66,7 @@ async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
 
 
 def pane_of(pilot: Pilot[None]) -> ViewsPane:
-    lab = pilot.app.screen_stack[0]
-    assert isinstance(lab, LabScreen)
+    lab = lab_of(pilot)
     assert isinstance(lab.pane, ViewsPane)
     return lab.pane
 

@@ -29,14 +29,15 @@ from fivtui.sweeps import parse_design, study_of
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tradeoffs.files import load_tradeoff
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.session.command_lines import (
     Origin,
     study_line,
 )
 from tests.support.laboratory import (
+    answer,
     app_of,
     flat_text_of,
+    lab_of,
     show_tab,
     text_of,
     until,
@@ -61,18 +62,10 @@ async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
         yield started
 
 
-def lab_of(pilot: Pilot[None]) -> LabScreen:
-    lab = pilot.app.screen_stack[0]
-    assert isinstance(lab, LabScreen)
-    return lab
-
-
 async def write(pilot: Pilot[None], key: str, name: str, title: str) -> Path:
     await pilot.press(key)
     await until_shown(pilot, title)
-    pilot.app.screen.query_one("#path", Input).value = name
-    await pilot.pause()
-    await pilot.press("enter")
+    await answer(pilot, name)
     await until_told(pilot, f"written to {name} in {Path.cwd()}")
     return Path(name)
 
@@ -146,9 +139,7 @@ async def test_a_sweep_is_written_and_copied(pilot: Pilot[None]) -> None:
     assert await copied(pilot) == words
     await pilot.press("f7")
     await until_shown(pilot, "base-sweep-mu.csv")
-    pilot.app.screen.query_one("#path", Input).value = "a.csv"
-    await pilot.pause()
-    await pilot.press("enter")
+    await answer(pilot, "a.csv")
     await until_shown(pilot, "a.csv exists. Overwrite it?")
 
 

@@ -14,10 +14,9 @@ from fivtui.maps import StabilityMap
 from fivtui.maps.charts import map_chart, offsets, region_levels
 from fivtui.maps.searched import SearchedPoint
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import map_request
 from fivtui.tui.tabs.studies.map import thinned
-from tests.support.laboratory import clear_notices, until_shown
+from tests.support.laboratory import chart_of, clear_notices, until_shown
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +158,7 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
     await until_shown(pilot, "11253 points")
     await pilot.click("#value-safe-mu")
     await until_shown(pilot, "8 points")
-    view = pilot.app.screen.query_one("#map-chart", ChartView)
+    view = chart_of(pilot, "map-chart")
     assert view.chart is not None
     assert view.chart.note == "safe μ"
     await pilot.click("#value-coexistence")

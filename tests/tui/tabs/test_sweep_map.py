@@ -18,7 +18,6 @@ from fivtui.simulation import simulate
 from fivtui.sweeps import grid_chart, sweep_chart
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import (
     map_request,
     point_texts as map_point,
@@ -36,6 +35,7 @@ from fivtui.tui.tabs.charts.sweep import (
 )
 from tests.support.laboratory import (
     app_of,
+    chart_of,
     endless_simulate,
     flat_text_of,
     text_of,
@@ -202,7 +202,7 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")
     assert "peak, separation considered" in text_of(pilot)
-    view = pilot.app.screen.query_one("#sweep-chart", ChartView)
+    view = chart_of(pilot, "sweep-chart")
     view.focus()
     await pilot.press("c", "shift+right", "enter")
     runs = app_of(pilot).session.runs
@@ -225,7 +225,7 @@ async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -
     await until_shown(pilot, "11253 points")
     assert "░" in text_of(pilot)
     session = app_of(pilot).session
-    view = pilot.app.screen.query_one("#map-chart", ChartView)
+    view = chart_of(pilot, "map-chart")
     before = view.chart
     session.set_text("c1", "0.8")
     await pilot.press("shift+f2", "f2")

@@ -16,7 +16,6 @@ from fivtui.paper.results import PaperResults
 from fivtui.scene.presets import PRESETS
 from fivtui.tradeoffs import measure as tradeoff, tradeoff_chart
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
-from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session import runs
 from fivtui.tui.tabs import TABS
 from fivtui.tui.tabs.book import TabBook
@@ -31,6 +30,7 @@ from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     app_of,
+    chart_of,
     endless_simulate,
     flat_text_of,
     run_to_end,
@@ -45,10 +45,6 @@ BASE = PRESETS["base"]
 SIZE = (110, 30)
 
 
-def chart(pilot: Pilot[None], name: str) -> ChartView:
-    return pilot.app.screen.query_one(f"#{name}", ChartView)
-
-
 async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[None]) -> None:
     await pilot.press("alt+1")
     await until_shown(pilot, "Im λ/(2π) (Hz)")
@@ -56,7 +52,7 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     assert "μ 0.7" in text_of(pilot)
     await type_into(pilot, "k_nl", "50")
     await until_shown(pilot, "μ_c 0.2975")
-    view = chart(pilot, "growth")
+    view = chart_of(pilot, "growth")
     view.focus()
     await pilot.press("v")
     await until_shown(pilot, "Im λ (rad/s)")
@@ -100,7 +96,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
-    view = chart(pilot, "plot-y")
+    view = chart_of(pilot, "plot-y")
     view.focus()
     await pilot.press("c", "right")
     await until_shown(pilot, "t 51")
@@ -110,7 +106,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     await until_shown(pilot, "not a number")
     await pilot.press("backspace", "0", "enter")
     await until(pilot, lambda: view.view.x is not None)
-    x = chart(pilot, "plot-P").view.x
+    x = chart_of(pilot, "plot-P").view.x
     assert x is not None
     assert (x.low, x.high) == (10.0, 20.0)
     await pilot.press("v")
@@ -138,7 +134,7 @@ async def test_a_run_grows_in_the_plot_until_it_is_stopped(
     await pilot.press("f5")
     active = app_of(pilot).session.runs.active
     assert active is not None
-    view = chart(pilot, "plot-y")
+    view = chart_of(pilot, "plot-y")
     await until(pilot, lambda: view.chart is not None and view.chart.traces[0].x.size > 100)
     first = view.chart.traces[0].x.size  # type: ignore[union-attr]
     await until(pilot, lambda: view.chart.traces[0].x.size > first)  # type: ignore[union-attr]

@@ -75,32 +75,17 @@ class ChartView(DrawnChart, can_focus=True):
         view: "ChartView"
         point: NearestPoint
 
-        @property
-        def control(self) -> "ChartView":
-            """The chart, for ``@on`` selectors."""
-            return self.view
-
     @dataclass
     class Moved(Message):
         """Posted when the visible part has changed."""
 
         view: "ChartView"
 
-        @property
-        def control(self) -> "ChartView":
-            """The chart, for ``@on`` selectors."""
-            return self.view
-
     @dataclass
     class CursorMoved(Message):
         """Posted when a cursor was placed, moved or removed."""
 
         view: "ChartView"
-
-        @property
-        def control(self) -> "ChartView":
-            """The chart, for ``@on`` selectors."""
-            return self.view
 
     def __init__(self, id: str, *, nothing: str = "", openable: bool = False) -> None:  # noqa: A002
         super().__init__(id, nothing=nothing)
