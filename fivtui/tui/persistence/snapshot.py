@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from fivtui.charts import Cursors
+from fivtui.scene import scene_from_dict, scene_to_dict
 from fivtui.tui.session import Run, RunState, RunStyle, Session, StoredResult
 
 from .state_file import SavedRun, SavedRuns, State
@@ -48,10 +49,10 @@ def _kept(run: Run) -> SavedRun:
     state = RunState.STOPPED if run.state is RunState.RUNNING else run.state
     return SavedRun(
         number=run.number,
-        scene=run.scene,
-        state=state.value,
+        scene=scene_to_dict(run.scene),
+        state=state,
         message=run.message,
-        edited=run.edited,
+        edited=None if run.edited is None else scene_to_dict(run.edited),
         source=run.source,
         overlaid=run.overlaid,
         colour=run.style.colour,
@@ -72,7 +73,7 @@ def restore_session(session: Session, state: State) -> None:
     }
     runs = session.runs
     runs.restore((_run(kept, state) for kept in state.runs.runs), state.runs.count)
-    runs.displayed = runs.find(state.runs.displayed)
+    runs.displayed = runs.find(state.runs.shown)
     runs.baseline = runs.find(state.runs.baseline)
 
 
@@ -92,8 +93,9 @@ def restore_results(session: Session, results: Mapping[str, Any]) -> None:
 
 
 def _run(kept: SavedRun, state: State) -> Run:
-    run = Run(kept.number, kept.scene, RunState(kept.state), fraction=1.0)
-    run.message, run.edited, run.source = kept.message, kept.edited, kept.source
+    run = Run(kept.number, scene_from_dict(kept.scene), kept.state, fraction=1.0)
+    run.message, run.source = kept.message, kept.source
+    run.edited = None if kept.edited is None else scene_from_dict(kept.edited)
     run.overlaid = kept.overlaid
     run.style = RunStyle(kept.colour, kept.marker)
     if run.state is RunState.DONE and f"{_RUN}{run.number}" not in state.results:

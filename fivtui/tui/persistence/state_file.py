@@ -5,20 +5,15 @@ import math
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from fivtui.charts import Axis, View
 from fivtui.io import save_json
 from fivtui.model import InputError
-from fivtui.scene import (
-    Scene,
-    over_time_from,
-    over_time_to_dict,
-    scene_from_dict,
-    scene_to_dict,
-)
+from fivtui.results import from_data, to_data
+from fivtui.scene import over_time_from, over_time_to_dict, scene_from_dict, scene_to_dict
 from fivtui.studies import STUDIES
 from fivtui.tui.session import FIELDS, Edited, RunState, StoredResult
 
@@ -33,13 +28,13 @@ class DamagedSession(InputError):
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """A saved run without its result; see `Run`."""
+    """A saved run without its result, its scenes as data; see `Run`."""
 
     number: int
-    scene: Scene
-    state: str
+    scene: dict[str, Any]
+    state: RunState
     message: str
-    edited: Scene | None
+    edited: dict[str, Any] | None
     source: str
     overlaid: bool
     colour: int
@@ -48,11 +43,11 @@ class SavedRun:
 
 @dataclass(frozen=True, slots=True)
 class SavedRuns:
-    """The saved runs, oldest first; `displayed` and `baseline` are numbers, 0 for none."""
+    """The saved runs, oldest first; `shown` and `baseline` are numbers, 0 for none."""
 
     runs: tuple[SavedRun, ...] = ()
     count: int = 0
-    displayed: int = 0
+    shown: int = 0
     baseline: int = 0
 
 
@@ -116,16 +111,11 @@ def save_state(state: State, path: Path) -> None:
         "theme": state.theme,
         "settings": {name: dict(known) for name, known in state.settings.items()},
         "views": {name: _view_to_dict(view) for name, view in state.views.items()},
-        "runs": {
-            "runs": [_run_to_dict(run) for run in state.runs.runs],
-            "count": state.runs.count,
-            "shown": state.runs.displayed,
-            "baseline": state.runs.baseline,
-        },
+        "runs": to_data(state.runs),
         "results": {
-            key: asdict(kept)
-            for key, kept in state.results.items()
-            if isinstance(kept, StoredResult)
+            key: to_data(stored)
+            for key, stored in state.results.items()
+            if isinstance(stored, StoredResult)
         },
         "notes": dict(state.notes),
     }
@@ -164,35 +154,6 @@ def _axis(data: Any, log: bool) -> Axis | None:
     if not good or axis.log is not log or (axis.log and axis.low <= 0.0):
         raise InputError(f"limits {data}")
     return axis
-
-
-def _run_to_dict(run: SavedRun) -> dict[str, Any]:
-    return {
-        "number": run.number,
-        "scene": scene_to_dict(run.scene),
-        "state": run.state,
-        "message": run.message,
-        "edited": None if run.edited is None else scene_to_dict(run.edited),
-        "source": run.source,
-        "overlaid": run.overlaid,
-        "colour": run.colour,
-        "marker": run.marker,
-    }
-
-
-def _run_from_dict(data: Mapping[str, Any]) -> SavedRun:
-    edited = data["edited"]
-    return SavedRun(
-        number=int(data["number"]),
-        scene=scene_from_dict(data["scene"]),
-        state=RunState(data["state"]).value,
-        message=str(data["message"]),
-        edited=None if edited is None else scene_from_dict(edited),
-        source=str(data["source"]),
-        overlaid=bool(data["overlaid"]),
-        colour=int(data["colour"]),
-        marker=int(data["marker"]),
-    )
 
 
 def _absolute(source: str) -> str:
@@ -234,28 +195,25 @@ def _state(data: Any) -> State:
     over_time = loaded.over_time
     if "over_time" in data:
         over_time = over_time_from("over_time", data["over_time"])
+    runs = from_data(data["runs"], SavedRuns)
+    for run in runs.runs:
+        # A damaged scene is found now.
+        for scene in filter(None, (run.scene, run.edited)):
+            scene_from_dict(scene)
     return State(
         edited=Edited(texts, over_time, loaded, str(data["source"])),
-        recent=tuple(str(path) for path in data["recent"]),
-        tab=str(data["tab"]),
-        theme=str(data["theme"]),
-        settings={
-            str(name): {str(key): str(text) for key, text in known.items()}
-            for name, known in data["settings"].items()
-        },
-        views={str(name): _view_from_dict(view) for name, view in data["views"].items()},
-        runs=SavedRuns(
-            runs=tuple(_run_from_dict(run) for run in data["runs"]["runs"]),
-            count=int(data["runs"]["count"]),
-            displayed=int(data["runs"]["shown"]),
-            baseline=int(data["runs"]["baseline"]),
-        ),
+        recent=from_data(data["recent"], tuple[str, ...]),
+        tab=from_data(data["tab"], str),
+        theme=from_data(data["theme"], str),
+        settings=from_data(data["settings"], dict[str, dict[str, str]]),
+        views={name: _view_from_dict(view) for name, view in data["views"].items()},
+        runs=runs,
         results={
-            str(key): StoredResult(**kept)
-            for key, kept in data["results"].items()
+            key: from_data(stored, StoredResult)
+            for key, stored in data["results"].items()
             if re.fullmatch(r"run-[1-9][0-9]*", key) or (key in STUDIES and key != "run")
         },
-        notes={str(key): str(note) for key, note in data["notes"].items()},
+        notes=from_data(data["notes"], dict[str, str]),
     )
 
 
