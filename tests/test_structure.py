@@ -33,7 +33,7 @@ CONTRACTS: Final[list[dict[str, Any]]] = tomllib.loads(
 # For each contract an import that it must refuse: who imports, and what.
 VIOLATIONS: Final = {
     "Layers of fivtui": ("fivtui.transient.steppers.rk4", "fivtui.orbits.decay"),
-    "Layers of the laboratory": ("fivtui.tui.session.history", "fivtui.tui.tabs.messages"),
+    "Layers of the laboratory": ("fivtui.tui.session.editing", "fivtui.tui.tabs.messages"),
     "What the Python FMU carries imports the standard library alone": (
         "fivtui.taylor.polynomial",
         "numpy",

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .command_lines import study_line
     from .comparison import change_rows, changes, engine_words, percent_text
+    from .editing import Edited
     from .equations import plain_names, symbol_of
     from .fields import FIELDS, FormField
     from .help import WELCOME, field_help, general_help
-    from .history import Edited
     from .jobs import PRECEDENCE, WRITING, ComputingThreads, Job, Outcome, crash_words, outcome_of
     from .live import AT_ONCE_S, Live, LiveJob, LiveRun, Pace, execute_live
     from .report import (

@@ -1,12 +1,37 @@
 """Edited field texts of a scene, with undo. Imports no Textual."""
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
 from fivtui.model import TimeTable
 from fivtui.ranges import number_text
 from fivtui.scene import OverTime, Scene
 
 from .fields import FIELDS
-from .history import Action, Edited, History
 from .scene_differences import base_scene
+
+# Steps, and among them actions, that can be undone.
+_MOST: Final = 1000
+_MOST_ACTIONS: Final = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Edited:
+    """Edited texts and tables over time, the scene they were made from, its preset or file."""
+
+    texts: Mapping[str, str]
+    over_time: OverTime
+    loaded: Scene
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """A step that is no edit of texts: what undoes it and what does it again."""
+
+    undo: Callable[[], None]
+    redo: Callable[[], None]
 
 
 def text_at_start(table: TimeTable) -> str:
@@ -20,10 +45,15 @@ def _edited(scene: Scene, source: str) -> Edited:
 
 
 class Editing:
-    """Field texts edited from a scene, with undo."""
+    """Field texts edited from a scene, with undo.
+
+    Consecutive edits of one kind are one step until `close_step`: a typed number is undone at once.
+    """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
-        self._history = History()
+        self._past: list[Edited | Action] = []
+        self._future: list[Edited | Action] = []
+        self._kind = ""
         self._take(_edited(base_scene() if scene is None else scene, source))
 
     def _take(self, state: Edited) -> None:
@@ -37,38 +67,61 @@ class Editing:
 
     def restore(self, state: Edited) -> None:
         """Restore an edited state as one step that can be undone."""
-        self._history.close()
-        self._history.before(self.edited, "restore")
-        self._history.close()
+        self._begin_step()
         self._take(state)
 
     def close_step(self) -> None:
         """Make the next edit a separate undo step."""
-        self._history.close()
+        self._kind = ""
+
+    def _begin_step(self, kind: str = "") -> None:
+        # Record the state before an edit; without a kind it is a step of its own.
+        self._future.clear()
+        if not kind or kind != self._kind:
+            self._past.append(self.edited)
+            del self._past[:-_MOST]
+        self._kind = kind
 
     @property
     def can_undo(self) -> bool:
         """Whether there is an edit to undo."""
-        return self._history.can_undo
+        return bool(self._past)
 
     @property
     def can_redo(self) -> bool:
         """Whether there is an edit to redo."""
-        return self._history.can_redo
+        return bool(self._future)
 
     def undo(self) -> bool:
         """Undo the last edit. Returns False if there is nothing to undo."""
-        return self._turn(self._history.undo(self.edited))
+        return self._turn(self._past, self._future)
 
     def redo(self) -> bool:
         """Redo the last undone edit. Returns False if there is nothing to redo."""
-        return self._turn(self._history.redo(self.edited))
+        return self._turn(self._future, self._past)
 
-    def _turn(self, state: Edited | None) -> bool:
-        if state is None:
+    def _turn(self, source: list[Edited | Action], target: list[Edited | Action]) -> bool:
+        self.close_step()
+        if not source:
             return False
-        self._take(state)
+        step = source.pop()
+        target.append(step if isinstance(step, Action) else self.edited)
+        if isinstance(step, Edited):
+            self._take(step)
+        elif source is self._past:
+            step.undo()
+        else:
+            step.redo()
         return True
+
+    def record(self, action: Action) -> None:
+        """Make an action that has been done a step that can be undone."""
+        self.close_step()
+        self._future.clear()
+        self._past.append(action)
+        # Actions may hold results.
+        for step in [step for step in self._past if isinstance(step, Action)][:-_MOST_ACTIONS]:
+            self._past.remove(step)
 
     def load(self, scene: Scene, source: str = "") -> None:
         """Load a scene: replace all texts. `source` is its preset or file, if it has one."""
@@ -76,7 +129,13 @@ class Editing:
 
     def saved(self, scene: Scene, source: str) -> None:
         """Record that the edited scene was saved to a file; this is not an undo step."""
-        self._history.saved(self._loaded, scene, source)
+        for steps in (self._past, self._future):
+            steps[:] = [
+                replace(step, loaded=scene, source=source)
+                if isinstance(step, Edited) and step.loaded is self._loaded
+                else step
+                for step in steps
+            ]
         self._loaded, self.source = scene, source
 
     @property
@@ -111,20 +170,14 @@ class Editing:
             self._set(name, text, "type")
 
     def _set(self, name: str, text: str, how: str) -> None:
-        self._history.before(self.edited, f"{how} {name}")
+        self._begin_step(f"{how} {name}")
         self.texts[name] = text
 
     def set_tables(self, over_time: OverTime) -> None:
         """Let parameters follow tables over time; the texts of others stay."""
-        self.close_step()
-        self._history.before(self.edited, "tables")
-        self.close_step()
+        self._begin_step()
         self.over_time = over_time
         self.texts |= {name: text_at_start(table) for name, table in over_time}
-
-    def record(self, action: Action) -> None:
-        """Make an action that has been done a step that can be undone."""
-        self._history.record(action)
 
     def reset(self, name: str) -> None:
         """Reset a field, and its table over time, to the loaded scene."""

@@ -4,6 +4,7 @@ import dataclasses
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, MODES, NONE, ParameterSpec
@@ -12,7 +13,6 @@ from fivtui.scene import Scene
 from fivtui.transient import DEFAULT_T_END, SETTINGS, RunSetting
 
 from .equations import equations_with, symbol_of
-from .steps import Step, by_decade, by_digit
 
 # The step from which an empty one is changed, s.
 _FIRST_STEP: Final = 0.001
@@ -21,6 +21,33 @@ _START_SEPARATOR: Final = re.compile(r"(,\s+)")
 _START_SIZE: Final = 4
 # A comma that is followed by a digit does not separate error targets: these begin with a name.
 _COMMA_IN_TARGET: Final = re.compile(r"(=\s*[0-9]*),(?=[0-9])")
+
+# From value, direction (+1 or -1) and whether finely to the new value.
+Step = Callable[[float, int, bool], float]
+
+
+def by_digit(default: float) -> Step:
+    """Steps of one in the second significant digit (1 to 10 %), fine steps in the third.
+
+    A step and the step back restore the number, across powers of ten too. `default` sets the size
+    of the step from zero.
+    """
+
+    def step(value: float, direction: int, fine: bool) -> float:
+        number = Decimal(repr(value))
+        size = number or Decimal(repr(default)) or Decimal(1)
+        exponent = size.adjusted()
+        inwards = number != 0 and (direction > 0) != (number > 0)
+        if inwards and abs(number) == Decimal(1).scaleb(exponent):
+            exponent -= 1
+        return float(number + direction * Decimal(1).scaleb(exponent - (2 if fine else 1)))
+
+    return step
+
+
+def by_decade(value: float, direction: int, _fine: bool) -> float:
+    """Steps by a factor of ten."""
+    return float(Decimal(repr(value)).scaleb(direction))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

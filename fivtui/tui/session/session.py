@@ -18,10 +18,9 @@ from fivtui.ranges import number_text
 from fivtui.scene import Scene
 from fivtui.transient import CONSIDERED, METHODS, SETTINGS, takes_step
 
-from .editing import Editing, text_at_start
+from .editing import Action, Editing, text_at_start
 from .equations import symbol_of
 from .fields import FIELDS
-from .history import Action
 from .live import Live
 from .report import Coexisting
 from .runs import FMU_ENGINES, Run, Runs, engine_of

@@ -11,10 +11,9 @@ from fivtui.ranges import number_text
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene
 from fivtui.tui.session.equations import plain_names, symbol_of
-from fivtui.tui.session.fields import FIELDS
+from fivtui.tui.session.fields import FIELDS, by_decade, by_digit
 from fivtui.tui.session.scene_differences import names_of
 from fivtui.tui.session.session import Session
-from fivtui.tui.session.steps import by_decade, by_digit
 
 
 def test_headless_modules_import_no_textual_and_nothing_slow() -> None:
