@@ -168,20 +168,20 @@ def accuracy(
     def run(request: Request, begin: float) -> Transient:
         return compute(request, progress=work.part(begin, begin + 1.0 / 3.0).callback)
 
-    asked = run(request, 0.0)
-    other = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
+    coarse = run(request, 0.0)
+    fine = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
     growth = error_growth(request, progress=work.part(2.0 / 3.0, 1.0).callback)
     work.advance(1.0)
-    ours, theirs, rounding = _numbers(asked), _numbers(other), _rounding(asked)
+    values, finer_values, rounding = _numbers(coarse), _numbers(fine), _rounding(coarse)
     return Accuracy(
-        run=asked,
+        run=coarse,
         finer=finer,
         estimates={
-            name: Estimate(value, max(abs(value - theirs[name]), rounding.get(name, 0.0)))
-            for name, value in ours.items()
+            name: Estimate(value, max(abs(value - finer_values[name]), rounding.get(name, 0.0)))
+            for name, value in values.items()
         },
         growth=growth,
-        parted=runs_part(asked, other),
+        parted=runs_part(coarse, fine),
     )
 
 

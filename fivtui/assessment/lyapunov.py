@@ -84,14 +84,14 @@ def error_growth(request: Request, *, progress: OnProgress | None = None) -> Err
     def after(state: State, deviation: State) -> tuple[State, State]:
         try:
             part = Request(system, t_end=stretch, tol=request.tol, start=state)
-            found = vary(part, [Seed(deviation)])
+            varied = vary(part, [Seed(deviation)])
         except ComputationError as error:
             begin = (len(sizes) - 1) * stretch
             raise ComputationError(
                 f"in the interval from t = {begin:.6g} s on: {error.why}", error.advice
             ) from error
-        dx, dvx, dy, dvy = found.derivatives[:, 0].tolist()
-        return found.final, (dx, dvx, dy, dvy)
+        dx, dvx, dy, dvy = varied.derivatives[:, 0].tolist()
+        return varied.final, (dx, dvx, dy, dvy)
 
     def size(state: State) -> float:
         x, vx, y, vy = state

@@ -18,24 +18,24 @@ if TYPE_CHECKING:
 _STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
 
 
-def print_stress_tests(found: "Mapping[str, Mapping[str, StressResult]]") -> None:
+def print_stress_tests(tests: "Mapping[str, Mapping[str, StressResult]]") -> None:
     """Print the verdict of every method on every test, then the reasons."""
     from .stress_tests import METHODS_UNDER_TEST, STRESS_TESTS
 
-    methods = [name for name in METHODS_UNDER_TEST if any(name in row for row in found.values())]
+    methods = [name for name in METHODS_UNDER_TEST if any(name in row for row in tests.values())]
     rows: list[list[str | Text]] = []
-    for name, results in found.items():
+    for name, results in tests.items():
         cells = [Text(_cell(results[key]), style=_STYLES[results[key].verdict]) for key in methods]
         rows.append([name, STRESS_TESTS[name].meaning, *cells])
     print_rows("Stress tests", ("scene", "what is extreme", *methods), rows, justify="left")
     reasons = [
         (f"{name}, {key}", f"{result.verdict}: {result.reason}")
-        for name, results in found.items()
+        for name, results in tests.items()
         for key, result in results.items()
         if result.reason
     ]
     print_list("Why", reasons)
-    counts = Counter(result.verdict for row in found.values() for result in row.values())
+    counts = Counter(result.verdict for row in tests.values() for result in row.values())
     text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
     Console(stderr=True, highlight=False).print(text)
 
@@ -44,28 +44,28 @@ def _cell(result: "StressResult") -> str:
     return result.verdict if result.error is None else f"{result.verdict} {result.error:.0e}"
 
 
-def print_accuracy(found: Accuracy) -> None:
+def print_accuracy(result: Accuracy) -> None:
     """Print the error estimates of a run."""
-    run, growth = found.run, found.growth
+    run, growth = result.run, result.growth
     units = {"vx": "m/s", "vy": "m/s", "separations": "", "separated_time": "s"}
     units |= {"sticks": "", "stick_time": "s"}
     rows = [
         (
             name,
-            reliable_digits(entry) if found.parted is None else "none",
+            reliable_digits(entry) if result.parted is None else "none",
             f"{entry.difference:.1e}",
             units.get(name, "m"),
         )
-        for name, entry in found.estimates.items()
+        for name, entry in result.estimates.items()
     ]
     print_rows(
-        f"Accuracy of {run.t_end:g} s by {run.method}, compared with {found.finer}",
+        f"Accuracy of {run.t_end:g} s by {run.method}, compared with {result.finer}",
         ("number", "reliable digits", "difference", "unit"),
         rows,
     )
     parted = []
-    if found.parted is not None:
-        parted = [("the runs diverge at", f"t = {found.parted.t:.6g} s: {found.parted.reason}")]
+    if result.parted is not None:
+        parted = [("the runs diverge at", f"t = {result.parted.t:.6g} s: {result.parted.reason}")]
     print_list(
         "Growth of a small error",
         [

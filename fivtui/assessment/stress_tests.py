@@ -246,29 +246,29 @@ def run_stress_tests(
     """Run methods on stress tests."""
     _check_names("stress test", tests, STRESS_TESTS)
     _check_names("method", methods, METHODS_UNDER_TEST)
-    found: dict[str, dict[str, StressResult]] = {name: {} for name in tests}
+    findings: dict[str, dict[str, StressResult]] = {name: {} for name in tests}
     pairs = [(test, method) for test in tests for method in methods]
     work = Progress(progress)
     for count, (test, method) in enumerate(pairs):
         work.report(count / len(pairs))
-        found[test][method] = run_stress_test(STRESS_TESTS[test], METHODS_UNDER_TEST[method])
+        findings[test][method] = run_stress_test(STRESS_TESTS[test], METHODS_UNDER_TEST[method])
     work.advance(1.0)
-    return found
+    return findings
 
 
-def _check_names(kind: str, names: Sequence[str], known: Mapping[str, object]) -> None:
+def _check_names(kind: str, names: Sequence[str], allowed: Mapping[str, object]) -> None:
     for name in names:
-        if name not in known:
-            raise unknown_name(kind, name, known)
+        if name not in allowed:
+            raise unknown_name(kind, name, allowed)
 
 
-def stress_tests_to_dict(found: Mapping[str, Mapping[str, StressResult]]) -> dict[str, object]:
+def stress_tests_to_dict(tests: Mapping[str, Mapping[str, StressResult]]) -> dict[str, object]:
     """Results of `run_stress_tests` as JSON data.
 
     The one key is ``trials``: a list with the scene of each test and its ``findings`` by method.
     """
     rows = []
-    for name, results in found.items():
+    for name, results in tests.items():
         test = STRESS_TESTS[name]
         rows.append(
             {

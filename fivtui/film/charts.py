@@ -64,5 +64,5 @@ def _fitted(
     # Ranges around those given, of that ratio.
     width, height = across[1] - across[0], up[1] - up[0]
     wider, higher = max(aspect * height - width, 0.0), max(width / aspect - height, 0.0)
-    left = across[0] - 0.5 * wider
-    return (left, left + width + wider), (up[0], up[1] + higher)
+    start = across[0] - 0.5 * wider
+    return (start, start + width + wider), (up[0], up[1] + higher)

@@ -153,21 +153,21 @@ def animate(
     timing = film_timing(run, window, speed)
     times = timing.times
     with mpl.rc_context(STYLE), temporary_folder() as folder:
-        made = folder / f"film{path.suffix.lower()}"
+        file = folder / f"film{path.suffix.lower()}"
         picture = _Picture(run, timing)
-        kind = PillowWriter if made.suffix == _GIF else FFMpegWriter
+        kind = PillowWriter if file.suffix == _GIF else FFMpegWriter
         writer: AbstractMovieWriter = kind(fps=FRAMES_PER_SECOND)
         # A writer draws the figure for every frame: this one has a picture alone.
         plate = Figure(figsize=_SIZE, dpi=_DPI)
         image = plate.figimage(picture.frame(timing.start))
-        with writer.saving(plate, str(made), _DPI):
+        with writer.saving(plate, str(file), _DPI):
             # Asked after a frame: a writer cannot end without one.
             work = Progress(progress)
-            for done, t in enumerate(times.tolist(), 1):
+            for count, t in enumerate(times.tolist(), 1):
                 image.set_data(picture.frame(t))
                 writer.grab_frame()
-                work.report(done / times.size)
-        save_bytes(made.read_bytes(), path, force=force)
+                work.report(count / times.size)
+        save_bytes(file.read_bytes(), path, force=force)
     return Film(path, (timing.start, timing.end), timing.speed, times.size)
 
 

@@ -162,8 +162,8 @@ def _spring(
 
 
 def _box(name: str, across: tuple[float, float], up: tuple[float, float]) -> Shape:
-    (left, right), (low, high) = across, up
-    edge = ((left, low), (right, low), (right, high), (left, high), (left, low))
+    (start, end), (low, high) = across, up
+    edge = ((start, low), (end, low), (end, high), (start, high), (start, low))
     return Shape(name, *_points(*edge))
 
 

@@ -169,8 +169,8 @@ class Validation(TableResult, Drawn):
 
 def criterion_words(criterion: Criterion) -> str:
     """A criterion in words."""
-    word = "passes" if criterion.passed else "fails"
-    return f"{criterion.found:.4g} against {criterion.limit:.4g}: {word}"
+    outcome = "passes" if criterion.passed else "fails"
+    return f"{criterion.found:.4g} against {criterion.limit:.4g}: {outcome}"
 
 
 def validate(
@@ -195,7 +195,7 @@ def validate(
         Added to the measured times, s; ``"auto"`` finds the shift of highest correlation that has
         the whole measurement within the run.
     tolerances : Tolerances, optional
-        What is asked; by default nothing, then there is no verdict.
+        Limits of the deviation; without them there is no verdict.
 
     Returns
     -------
@@ -220,7 +220,7 @@ def validate(
     """
     if quantity not in QUANTITIES:
         raise unknown_name("quantity", quantity, QUANTITIES)
-    asked = Tolerances() if tolerances is None else tolerances
+    limits = Tolerances() if tolerances is None else tolerances
     moved = best_shift(run, measurement, quantity) if shift == "auto" else float(shift)
     if not math.isfinite(moved):
         raise InputError(f"shift = {moved:g}: must be a time in s, or auto")
@@ -236,8 +236,8 @@ def validate(
     deviation = measured - computed
     spectra = (_even_spectrum(t, measured), _even_spectrum(t, computed))
     band = None
-    if asked.band is not None:
-        band = asked.band.value * (half_range(computed) if asked.band.relative else 1.0)
+    if limits.band is not None:
+        band = limits.band.value * (half_range(computed) if limits.band.relative else 1.0)
     return Validation(
         run.system,
         measurement,
@@ -251,7 +251,7 @@ def validate(
         float(np.abs(deviation).max()),
         _correlation(measured, computed),
         spectra,
-        tuple(_criteria(asked, band, spectra, measured, computed)),
+        tuple(_criteria(limits, band, spectra, measured, computed)),
         run.separated_intervals,
         run.stick_intervals,
     )
@@ -263,25 +263,27 @@ def half_range(values: FloatArray) -> float:
 
 
 def _criteria(
-    asked: Tolerances,
+    limits: Tolerances,
     band: float | None,
     spectra: tuple[Spectrum, Spectrum],
     measured: FloatArray,
     computed: FloatArray,
 ) -> list[Criterion]:
-    found = []
+    criteria = []
     if band is not None:
         share = float(np.mean(np.abs(measured - computed) <= band))
-        found.append(Criterion("share within the band", share, asked.share, share >= asked.share))
-    for name, limit, (there, here) in (
-        ("deviation of frequency", asked.frequency, [one.fundamental for one in spectra]),
-        ("deviation of amplitude", asked.amplitude, [half_range(v) for v in (measured, computed)]),
+        criteria.append(
+            Criterion("share within the band", share, limits.share, share >= limits.share)
+        )
+    for name, limit, (measured_value, computed_value) in (
+        ("deviation of frequency", limits.frequency, [lines.fundamental for lines in spectra]),
+        ("deviation of amplitude", limits.amplitude, [half_range(v) for v in (measured, computed)]),
     ):
         if limit is not None:
-            size = abs(there) or abs(here)
-            away = abs(here - there) / size if size else 0.0
-            found.append(Criterion(name, away, limit, away <= limit))
-    return found
+            size = abs(measured_value) or abs(computed_value)
+            away = abs(computed_value - measured_value) / size if size else 0.0
+            criteria.append(Criterion(name, away, limit, away <= limit))
+    return criteria
 
 
 def _even_spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
@@ -289,25 +291,25 @@ def _even_spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
     return spectrum(even, np.interp(even, t, values))
 
 
-def _correlation(one: FloatArray, other: FloatArray) -> float:
-    one, other = one - one.mean(), other - other.mean()
-    size = float(np.sqrt(np.sum(one**2) * np.sum(other**2)))
-    return float(np.sum(one * other)) / size if size > 0.0 else 0.0
+def _correlation(first: FloatArray, second: FloatArray) -> float:
+    first, second = first - first.mean(), second - second.mean()
+    size = float(np.sqrt(np.sum(first**2) * np.sum(second**2)))
+    return float(np.sum(first * second)) / size if size > 0.0 else 0.0
 
 
 def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float:
     """The shift of measured times, s, at which both correlate best, all of it within the run."""
-    first, last = float(measurement.t[0]), float(measurement.t[-1])
-    if last - first > run.t_end:
+    start, end = float(measurement.t[0]), float(measurement.t[-1])
+    if end - start > run.t_end:
         raise InputError(
-            f"{measurement.source}: lasts {last - first:g} s; to be shifted it must fit into the "
+            f"{measurement.source}: lasts {end - start:g} s; to be shifted it must fit into the "
             f"run of {run.t_end:g} s"
         )
-    step = max((last - first) / (measurement.t.size - 1), run.t_end / _GRID)
-    whole = np.arange(math.floor(run.t_end / step) + 1) * step
-    computed: FloatArray = getattr(motion_at(run, np.minimum(whole, run.t_end)), quantity)
+    step = max((end - start) / (measurement.t.size - 1), run.t_end / _GRID)
+    grid = np.arange(math.floor(run.t_end / step) + 1) * step
+    computed: FloatArray = getattr(motion_at(run, np.minimum(grid, run.t_end)), quantity)
     part = np.interp(
-        np.arange(math.floor((last - first) / step) + 1) * step + first,
+        np.arange(math.floor((end - start) / step) + 1) * step + start,
         measurement.t,
         measurement.values,
     )
@@ -324,7 +326,7 @@ def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float
     n = part.size
     spread = (squares[n:] - squares[:-n]) - (sums[n:] - sums[:-n]) ** 2 / n
     scores = products / np.sqrt(np.maximum(spread, 1e-12 * max(float(spread.max()), 1e-300)))
-    return float(step * int(scores.argmax()) - first)
+    return float(step * int(scores.argmax()) - start)
 
 
 def comparison_of(

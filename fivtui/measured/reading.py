@@ -161,13 +161,13 @@ def _table(text: str) -> tuple[list[str], list[_Row]]:
     ]
     for separator in _SEPARATORS:
         rows = [(number, _cells(line, separator)) for number, line in lines]
-        first = next((place for place, (_, row) in enumerate(rows) if _is_numeric(row)), None)
+        first = next((number for number, (_, row) in enumerate(rows) if _is_numeric(row)), None)
         if first is None:
             continue
         width = len(rows[first][1])
         above = rows[first - 1][1] if first > 0 else []
         named = len(above) == width
-        numbered = [f"column {place}" for place in range(1, width + 1)]
+        numbered = [f"column {number}" for number in range(1, width + 1)]
         for number, row in rows[first:]:
             if len(row) != width:
                 raise InputError(f"line {number}: {len(row)} values under {width} columns")
@@ -195,23 +195,23 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _column(wanted: str, names: list[str], what: str, usual: Sequence[str], first: int) -> int:
-    # Index of the column that is wanted, or else has a usual name, or else is the first.
-    if not wanted:
+def _column(chosen: str, names: list[str], kind: str, usual: Sequence[str], first: int) -> int:
+    # Index of the chosen column; else of the one of a usual name, else of the first.
+    if not chosen:
         matches = (index for index, name in enumerate(names) if bears_name(name, usual))
         return next(matches, first)
-    if wanted in names:
-        return names.index(wanted)
-    if wanted.isascii() and wanted.isdigit() and 1 <= int(wanted) <= len(names):
-        return int(wanted) - 1
-    raise unknown_name(f"{what} column", wanted, names)
+    if chosen in names:
+        return names.index(chosen)
+    if chosen.isascii() and chosen.isdigit() and 1 <= int(chosen) <= len(names):
+        return int(chosen) - 1
+    raise unknown_name(f"{kind} column", chosen, names)
 
 
-def _numbers(rows: list[_Row], place: int, name: str) -> FloatArray:
+def _numbers(rows: list[_Row], column: int, name: str) -> FloatArray:
     values = np.empty(len(rows))
     for index, (number, row) in enumerate(rows):
         try:
-            values[index] = read_number(row[place])
+            values[index] = read_number(row[column])
         except ValueError:
-            raise InputError(f"line {number}: {name} = {row[place]!r} is not a number") from None
+            raise InputError(f"line {number}: {name} = {row[column]!r} is not a number") from None
     return values

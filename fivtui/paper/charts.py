@@ -145,8 +145,8 @@ def _merged_once(trace: Trace) -> Trace:
     """
     half = trace.x.size // 2
     first, second = trace.y[:half], trace.y[half + 1 :]
-    apart = np.abs(second - first) > _MERGED * np.abs(first)
-    drawn = np.convolve(apart, np.ones(3), mode="same") > 0.0
+    differs = np.abs(second - first) > _MERGED * np.abs(first)
+    drawn = np.convolve(differs, np.ones(3), mode="same") > 0.0
     y: FloatArray = np.concatenate([trace.y[: half + 1], np.where(drawn, second, np.nan)])
     return replace(trace, y=y)
 

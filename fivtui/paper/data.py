@@ -65,9 +65,9 @@ class FigureData:
 
     def line(self, value: float) -> "FigureData":
         """The rows of one line, given its value of the column `by`."""
-        own = self.columns[self.by] == value
+        rows = self.columns[self.by] == value
         return dataclasses.replace(
-            self, columns={name: values[own] for name, values in self.columns.items()}
+            self, columns={name: values[rows] for name, values in self.columns.items()}
         )
 
     def lines(self) -> Iterator[tuple[float, "FigureData"]]:

@@ -30,13 +30,13 @@ def figure_numbers(texts: Sequence[str]) -> tuple[int, ...]:
     chosen: set[int] = set()
     for text in texts:
         match = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", text.strip(), re.ASCII)
-        first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
-        if not FIRST_FIGURE <= first <= last <= LAST_FIGURE:
+        start, end = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
+        if not FIRST_FIGURE <= start <= end <= LAST_FIGURE:
             raise InputError(
                 f"figure {text!r}: must be {FIRST_FIGURE} to {LAST_FIGURE}, or a range such as "
                 f"3-9 (Fig. 1 is the drawing of the model)"
             )
-        chosen.update(range(first, last + 1))
+        chosen.update(range(start, end + 1))
     return tuple(sorted(chosen)) or NUMBERS
 
 
@@ -151,12 +151,12 @@ def save_figures(
     for panel in panels:
         source.table(panel.key)
         work.report(share)
-    for place, files in enumerate(plan, start=1):
+    for count, files in enumerate(plan, start=1):
         figure = draw(files.number, source)
         with written_together():
             for path in files.pictures:
                 save_figure(figure, path, force=force)
             for panel, path in zip(panels_of(files.number), files.data, strict=True):
                 save_data(source.table(panel.key), path, force=force)
-        work.report(share + (1.0 - share) * place / len(plan))
+        work.report(share + (1.0 - share) * count / len(plan))
     return plan

@@ -26,9 +26,9 @@ def motion_at(run: Transient, times: FloatArray) -> Trajectory:
         return run.solution(times)
     if run.trajectory is None:
         raise InputError("samples: the transient has no trajectory; compute it with sample times")
-    known = run.trajectory
-    x, vx = _hermite(times, known.t, known.x, known.vx)
-    y, vy = _hermite(times, known.t, known.y, known.vy)
+    samples = run.trajectory
+    x, vx = _hermite(times, samples.t, samples.x, samples.vx)
+    y, vy = _hermite(times, samples.t, samples.y, samples.vy)
     mode = modes_at(run, times)
     force = np.asarray(spring_force(run.parameters, y))
     force[~np.isin(mode, list(IN_CONTACT))] = 0.0
@@ -42,12 +42,12 @@ def modes_at(run: Transient, times: FloatArray) -> NDArray[np.int8]:
         modes = [run.first_mode, *(change.then for change in run.mode_changes)]
     else:
         edges = run.switch_times
-        other = Mode.SEPARATED if run.first_mode in IN_CONTACT else Mode.CONTACT
-        modes = [run.first_mode, other] * (edges.size // 2 + 1)
-    found: NDArray[np.int8] = np.array(modes, dtype=np.int8)[
+        second = Mode.SEPARATED if run.first_mode in IN_CONTACT else Mode.CONTACT
+        modes = [run.first_mode, second] * (edges.size // 2 + 1)
+    at_times: NDArray[np.int8] = np.array(modes, dtype=np.int8)[
         np.searchsorted(edges, times, side="right")
     ]
-    return found
+    return at_times
 
 
 def _hermite(
@@ -58,10 +58,10 @@ def _hermite(
     h = t[after] - t[index]
     s = np.divide(at - t[index], h, out=np.zeros_like(at), where=h > 0.0)
     rise = values[after] - values[index]
-    first, last = h * rates[index], h * rates[after]
-    bend, twist = 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise
-    value = values[index] + s * (first + s * (bend + s * twist))
-    slope = first + s * (2.0 * bend + s * 3.0 * twist)
+    start_slope, end_slope = h * rates[index], h * rates[after]
+    bend, twist = 3.0 * rise - 2.0 * start_slope - end_slope, start_slope + end_slope - 2.0 * rise
+    value = values[index] + s * (start_slope + s * (bend + s * twist))
+    slope = start_slope + s * (2.0 * bend + s * 3.0 * twist)
     return value, np.divide(slope, h, out=rates[index].copy(), where=h > 0.0)
 
 

@@ -64,7 +64,7 @@ def fronts(result: Tradeoff) -> dict[str, list[MeasuredSetting]]:
     return {name: pareto(result.rows, name, result.floor.of(name)) for name in QUANTITIES}
 
 
-def _rows(result: Tradeoff, some: Sequence[MeasuredSetting] | None = None) -> list[dict[str, Any]]:
+def _rows(result: Tradeoff, rows: Sequence[MeasuredSetting] | None = None) -> list[dict[str, Any]]:
     best, sticks = fronts(result), result.scene.parameters.v_belt is not None
     return [
         {
@@ -79,24 +79,24 @@ def _rows(result: Tradeoff, some: Sequence[MeasuredSetting] | None = None) -> li
             "failure": row.failure or None,
             "pareto": [name for name in QUANTITIES if row in best[name]],
         }
-        for row in (result.rows if some is None else some)
+        for row in (result.rows if rows is None else rows)
     ]
 
 
 def _cheapest(result: Tradeoff) -> list[dict[str, Any]]:
-    found = []
+    entries = []
     for quantity, error in result.targets.items():
         row = cheapest(result.rows, quantity, error)
         (plain,) = _rows(result, [row]) if row is not None else [None]
-        found.append({"quantity": quantity, "error": error, "row": plain})
-    return found
+        entries.append({"quantity": quantity, "error": error, "row": plain})
+    return entries
 
 
 def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
     """Write a trade-off as CSV, a row for each setting; errors as `write_atomically`."""
     data = tradeoff_to_dict(result)
-    known = ("parameters", "separation", "start", "t_end", "floor", "features")
-    header = {"fivtui": __version__, **{key: data[key] for key in known}}
+    keys = ("parameters", "separation", "start", "t_end", "floor", "features")
+    header = {"fivtui": __version__, **{key: data[key] for key in keys}}
     rows = [{**row, "pareto": " ".join(row["pareto"])} for row in data["rows"]]
     columns = {name: [row[name] for row in rows] for name in rows[0]}
     save_csv(path, _KIND, columns, header, force=force)

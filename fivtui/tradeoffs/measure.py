@@ -130,11 +130,11 @@ class Tradeoff(Result, Drawn):
             ("uncertainty", f"{self.floor.of('peak'):.2g} of the peak"),
         ]
         for label in dict.fromkeys(row.setting.label for row in self.rows):
-            done = [r for r in self.rows if r.setting.label == label and r.error is not None]
-            found = [(row.error.of("peak"), row.cpu_s) for row in done if row.error is not None]
+            finished = [r for r in self.rows if r.setting.label == label and r.error is not None]
+            times = [(row.error.of("peak"), row.cpu_s) for row in finished if row.error is not None]
             least = "no run finished"
-            if found:
-                error, cpu_s = min(found)
+            if times:
+                error, cpu_s = min(times)
                 least = f"peak to {error:.1g} in {cpu_s:.2g} s"
             rows.append((label, least))
         return rows
@@ -201,8 +201,8 @@ def tradeoff(
     >>> "rk4" in {row.setting.method for row in found.rows}
     True
     """
-    asked = as_scene(scene, t_end=t_end, separation=separation, start=start)
-    return measure_tradeoff(asked, thorough=thorough, progress=progress)
+    measured = as_scene(scene, t_end=t_end, separation=separation, start=start)
+    return measure_tradeoff(measured, thorough=thorough, progress=progress)
 
 
 def measure_tradeoff(
@@ -280,28 +280,28 @@ class _Bench:
         rows: list[MeasuredSetting] = []
         begin = time.thread_time()
         for setting in ladder.settings():
-            left = budget - (time.thread_time() - begin)
-            if rows and left < rows[-1].cpu_s * ladder.factor ** -_COST_EXPONENT[ladder.knob]:
+            allowed = budget - (time.thread_time() - begin)
+            if rows and allowed < rows[-1].cpu_s * ladder.factor ** -_COST_EXPONENT[ladder.knob]:
                 break
-            row = self.measure(setting, left)
+            row = self.measure(setting, allowed)
             rows.append(row)
             if row.error is not None and row.error.within(self.floor):
                 break
         return rows
 
-    def measure(self, setting: Setting, left: float) -> MeasuredSetting:
+    def measure(self, setting: Setting, allowed: float) -> MeasuredSetting:
         begin = time.thread_time()
         stopped = False
 
         def go_on(_fraction: float) -> bool:
             nonlocal stopped
-            stopped = time.thread_time() - begin > left
+            stopped = time.thread_time() - begin > allowed
             return self.work.go_on() and not stopped
 
         try:
-            seen, steps, cpu_s = self._timed(setting, Progress(go_on))
+            observed, steps, cpu_s = self._timed(setting, Progress(go_on))
             for _ in range(_MOST_REPEATS - 1):
-                if time.thread_time() - begin > min(_LONG_ENOUGH_S, left):
+                if time.thread_time() - begin > min(_LONG_ENOUGH_S, allowed):
                     break
                 cpu_s = min(cpu_s, self._timed(setting, Progress(go_on))[2])
         except ComputationError as error:
@@ -311,19 +311,19 @@ class _Bench:
                 raise
             spent = time.thread_time() - begin
             return MeasuredSetting(
-                setting, spent, 0, None, f"not finished within {left:.2g} s of CPU time"
+                setting, spent, 0, None, f"not finished within {allowed:.2g} s of CPU time"
             )
-        return MeasuredSetting(setting, cpu_s, steps, deviation(seen, self.reference))
+        return MeasuredSetting(setting, cpu_s, steps, deviation(observed, self.reference))
 
     def _timed(self, setting: Setting, work: Progress) -> tuple[Observation, int, float]:
         begin = time.thread_time()
         if setting.method in self.fmus:
             fmu = self.fmus[setting.method]
-            seen, steps = _through_fmu(self.scene, fmu, setting.value, work)
+            observed, steps = _through_fmu(self.scene, fmu, setting.value, work)
         else:
             run = _native(self.scene, setting, work)
-            seen, steps = observation(run), run.stats.steps
-        return seen, steps, time.thread_time() - begin
+            observed, steps = observation(run), run.stats.steps
+        return observed, steps, time.thread_time() - begin
 
 
 def _through_fmu(scene: Scene, fmu: Path, step: float, work: Progress) -> tuple[Observation, int]:
@@ -348,12 +348,12 @@ def _through_fmu(scene: Scene, fmu: Path, step: float, work: Progress) -> tuple[
     columns = run.columns
     final = tuple(columns[name][-1].item() for name in ("x", "vx", "y", "vy"))
     late = columns["y"][columns["time"] >= 0.5 * scene.t_end]
-    last = columns["last_event"]
+    switch_times = columns["last_event"]
     if scene.parameters.v_belt is not None:
         # Of separation and reattachment alone, where the slider has left or touched the belt.
-        last = last[1:][np.diff(columns["mode"] == Mode.SEPARATED)]
-    events = np.unique(last)
-    seen = Observation(
+        switch_times = switch_times[1:][np.diff(columns["mode"] == Mode.SEPARATED)]
+    events = np.unique(switch_times)
+    observed = Observation(
         final=cast("State", final),
         peak=float(np.abs(columns["y"]).max()),
         half_range=0.5 * float(np.ptp(late)),
@@ -361,7 +361,7 @@ def _through_fmu(scene: Scene, fmu: Path, step: float, work: Progress) -> tuple[
         separations=round(columns["separations"][-1].item()),
         sticks=round(columns["sticks"][-1].item()),
     )
-    return seen, columns["time"].size - 1
+    return observed, columns["time"].size - 1
 
 
 def _native(scene: Scene, setting: Setting, work: Progress) -> Transient:
@@ -412,7 +412,7 @@ def _feature(name: str, without: _Cost, having: _Cost) -> Feature:
     return Feature(name, without[0], having[0], without[1], having[1])
 
 
-def _cost_in_batch(scene: Scene, more: tuple[Requirement, ...], work: Progress) -> _Cost:
+def _cost_in_batch(scene: Scene, required: tuple[Requirement, ...], work: Progress) -> _Cost:
     least, steps = math.inf, 0
     for _ in range(_BATCHES):
         before = time.process_time()
@@ -422,7 +422,7 @@ def _cost_in_batch(scene: Scene, more: tuple[Requirement, ...], work: Progress) 
             t_end=scene.t_end,
             separation=scene.separation,
             start=scene.start,
-            require={"final", *more},
+            require={"final", *required},
             workers=1,
             progress=lambda _fraction: work.go_on(),
         )

@@ -86,8 +86,8 @@ def _ratio(with_s: float | None, without_s: float | None) -> str:
 
 def _advice(result: Tradeoff, quantity: str, error: float) -> tuple[str, str]:
     row = cheapest(result.rows, quantity, error)
-    asked = f"{quantity} to {error:g}"
+    target = f"{quantity} to {error:g}"
     if row is None or row.error is None:
-        return asked, "none of these settings; try --thorough"
-    found = f"error {row.error.of(quantity):.1e}, {number(1e3 * row.cpu_s, 3)} ms"
-    return asked, f"{row.setting.label}, {row.setting.text}: {found}"
+        return target, "none of these settings; try --thorough"
+    text = f"error {row.error.of(quantity):.1e}, {number(1e3 * row.cpu_s, 3)} ms"
+    return target, f"{row.setting.label}, {row.setting.text}: {text}"

@@ -105,11 +105,11 @@ def ladders(time_scale: float, t_end: float) -> list[Ladder]:
 
     Fixed steps are fractions of `time_scale`, √(m/stiffness) in s, and at most `t_end`.
     """
-    found = [Ladder(method, kernel, "tol", *values) for method, kernel, *values in _TOLERANCES]
-    for method, first, last, factor in _STEPS:
+    steps = [Ladder(method, kernel, "tol", *values) for method, kernel, *values in _TOLERANCES]
+    for method, first, finest, factor in _STEPS:
         coarsest = min(first * time_scale, t_end)
-        found.append(Ladder(method, "", "step", coarsest, coarsest * last / first, factor))
-    return found
+        steps.append(Ladder(method, "", "step", coarsest, coarsest * finest / first, factor))
+    return steps
 
 
 def pareto(

@@ -3,12 +3,14 @@
 import json
 import tomllib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from fivtui.io import read_bytes
 from fivtui.model import InputError, OnProgress, Progress, unknown_name
 from fivtui.paper import PANELS, PaperResults
+from fivtui.results import from_data, to_data
 
 from . import stability, vibration
 from .claim import CheckedClaim, Claim, Quantity, Verdict, check
@@ -66,10 +68,10 @@ def claims(ids: Sequence[str] = (), *, progress: OnProgress | None = None) -> li
     >>> str(checked.verdict)
     'does not hold'
     """
-    known = {claim.id: claim for claim in CLAIMS}
+    by_id = {claim.id: claim for claim in CLAIMS}
     for name in ids:
-        if name not in known:
-            raise unknown_name("claim", name, known)
+        if name not in by_id:
+            raise unknown_name("claim", name, by_id)
     chosen = [claim for claim in CLAIMS if not ids or claim.id in ids]
     return check_claims(chosen=chosen, progress=progress)
 
@@ -111,19 +113,33 @@ def claims_to_list(checked: Sequence[CheckedClaim]) -> list[dict[str, str]]:
     return [{key: text for key, text in row.items() if text or key != "reason"} for row in rows]
 
 
-def claims_to_stored(checked: Sequence[CheckedClaim]) -> list[dict[str, Any]]:
+@dataclass(frozen=True, slots=True)
+class StoredClaim:
+    """A checked claim in a file; id and words say which claim it is of."""
+
+    id: str
+    statement: str
+    stated: str
+    verdict: Verdict
+    quantities: tuple[Quantity, ...]
+    reason: str
+
+
+def claims_to_stored(checked: Sequence[CheckedClaim]) -> Any:
     """Checked claims as data that `stored_claims` reads."""
-    return [
-        {
-            "id": entry.claim.id,
-            "statement": entry.claim.statement,
-            "stated": entry.claim.stated,
-            "verdict": entry.verdict.value,
-            "quantities": [[each.name, each.value, each.unit] for each in entry.quantities],
-            "reason": entry.reason,
-        }
-        for entry in checked
-    ]
+    return to_data(
+        [
+            StoredClaim(
+                entry.claim.id,
+                entry.claim.statement,
+                entry.claim.stated,
+                entry.verdict,
+                entry.quantities,
+                entry.reason,
+            )
+            for entry in checked
+        ]
+    )
 
 
 def stored_claims(path: Path) -> list[CheckedClaim]:
@@ -131,17 +147,13 @@ def stored_claims(path: Path) -> list[CheckedClaim]:
 
     Raises `InputError` if the file is damaged.
     """
-    known = {(claim.id, claim.statement, claim.stated): claim for claim in CLAIMS}
+    current = {(claim.id, claim.statement, claim.stated): claim for claim in CLAIMS}
     try:
-        return [
-            CheckedClaim(
-                known[key],
-                Verdict(row["verdict"]),
-                tuple(Quantity(str(n), float(value), str(u)) for n, value, u in row["quantities"]),
-                str(row["reason"]),
-            )
-            for row in json.loads(read_bytes(path))
-            if (key := (row["id"], row["statement"], row["stated"])) in known
-        ]
-    except (ValueError, KeyError, TypeError, RecursionError):
+        stored = from_data(json.loads(read_bytes(path)), list[StoredClaim])
+    except (ValueError, RecursionError):
         raise InputError(f"{path}: damaged") from None
+    return [
+        CheckedClaim(current[key], row.verdict, row.quantities, row.reason)
+        for row in stored
+        if (key := (row.id, row.statement, row.stated)) in current
+    ]

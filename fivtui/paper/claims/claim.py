@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +25,7 @@ class Verdict(StrEnum):
     NOT_TESTABLE = "not testable"
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(NamedTuple):
     """A computed number: name in the paper's symbols, value, unit (SI or %, empty if none)."""
 
     name: str

@@ -42,8 +42,8 @@ def _claims_table(checked: Sequence["CheckedClaim"]) -> Table:
     for entry in checked:
         claim = entry.claim
         statement = Text.assemble(claim.statement, "\n", (claim.id, "dim"))
-        found = Text("\n".join(_found(entry)))
-        table.add_row(Text(claim.section), statement, Text(claim.stated), found, _verdict(entry))
+        computed = Text("\n".join(_found(entry)))
+        table.add_row(Text(claim.section), statement, Text(claim.stated), computed, _verdict(entry))
     return table
 
 
