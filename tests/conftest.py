@@ -57,6 +57,14 @@ def pytest_sessionstart(session: pytest.Session) -> None:
             subprocess.run([sys.executable, "hatch_build.py"], cwd=_ROOT, check=False)
 
 
+@pytest.fixture(scope="session")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The Python FMU of the slider-belt, which tests read alone."""
+    from fmu_src.build.builder import build_fmu
+
+    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
+
+
 def pytest_collection_finish() -> None:
     """Leave what was imported to collect the tests out of every collection of garbage."""
     gc.freeze()

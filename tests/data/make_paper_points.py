@@ -1,9 +1,8 @@
 """Make ``paper_points.json``: a few points of the paper's figures, computed independently.
 
-Equilibria are roots of Eq. 6, eigenvalues those of Eq. 8 written out, critical friction
-coefficients bisections of their real parts, and runs are the paper's own method: RK4 with
-bisection at a small step. Run it as ``python tests/data/make_paper_points.py`` from the root of the
-project; it takes some minutes.
+Equilibria, eigenvalues and critical friction coefficients are those of
+``tests/support/own_slider.py``, and runs are the paper's own method: RK4 with bisection at a small
+step. Run it as ``python -m tests.data.make_paper_points``; it takes some minutes.
 """
 
 import json
@@ -18,51 +17,18 @@ from fivtui.model import System
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import static_start
 from fivtui.transient.steppers.rk4 import RungeKutta4
+from tests.support.own_slider import BASE, critical_mu, eigenvalues, equilibrium
 
 STEP = 5e-4
 T_END = 100.0
 TIMES = (5.0, 25.0, 50.0, 99.0)
 
-BASE = {"m": 5.0, "k1": 100.0, "k2": 50.0, "k3": 60.0, "c1": 0.32, "c2": 0.32}
-BASE |= {"F": 80.0, "k_nl": 100.0, "mu": 0.7}
 SOFT = {"k1": 50.0, "k2": 100.0}
 Table = dict[str, float]
 
 
-def equilibrium(p: Table) -> tuple[float, float]:
-    a, h = p["k1"] + p["k3"] / 2, p["k3"] / 2
-    # First row of Eq. 6: x = ((h − μ k2) y − μ k_nl y³) / a, put into the second.
-    cubic = p["k_nl"] + h * p["mu"] * p["k_nl"] / a
-    linear = p["k2"] + h - h * (h - p["mu"] * p["k2"]) / a
-    roots = np.roots([cubic, 0.0, linear, p["F"]])
-    y = float(roots[np.argmin(np.abs(roots.imag))].real)
-    return float(((h - p["mu"] * p["k2"]) * y - p["mu"] * p["k_nl"] * y**3) / a), y
-
-
-def eigenvalues(p: Table) -> list[complex]:
-    m, h = p["m"], p["k3"] / 2
-    _, y = equilibrium(p)
-    tangent = p["k2"] + 3 * p["k_nl"] * y**2
-    jacobian = [
-        [0, 1, 0, 0],
-        [-(p["k1"] + h) / m, -p["c1"] / m, (h - p["mu"] * tangent) / m, 0],
-        [0, 0, 0, 1],
-        [h / m, 0, -(tangent + h) / m, -p["c2"] / m],
-    ]
-    return [complex(value) for value in np.linalg.eigvals(np.array(jacobian))]
-
-
-def critical_mu(p: Table) -> float:
-    stable, unstable = 0.0, 3.0
-    for _ in range(60):
-        middle = 0.5 * (stable + unstable)
-        grows = max(value.real for value in eigenvalues(p | {"mu": middle})) > 0.0
-        stable, unstable = (stable, middle) if grows else (middle, unstable)
-    return unstable
-
-
 def oscillating(p: Table) -> list[list[float]]:
-    upper = [value for value in eigenvalues(p) if value.imag > 0.0]
+    upper = [value for value in eigenvalues(**p).tolist() if value.imag > 0.0]
     return [[value.real, value.imag] for value in sorted(upper, key=lambda value: value.imag)]
 
 
@@ -100,7 +66,7 @@ def equilibrium_points() -> Iterator[dict[str, Any]]:
         ("2a", 30.0, 0.0), ("2a", 50.0, 50.0), ("2a", 80.0, 100.0), ("2a", 100.0, 500.0),
         ("2b", 5.0, 200.0), ("2b", 50.0, 40.0), ("2b", 100.0, 300.0),
     ):  # fmt: skip
-        x, y = equilibrium(BASE | {"F": F, "k_nl": k_nl})
+        x, y, _ = equilibrium(F=F, k_nl=k_nl)
         yield point(key, {"F": F, "k_nl": k_nl}, x_e=x, y_e=y)
 
 
@@ -112,7 +78,7 @@ def eigenvalue_points() -> Iterator[dict[str, Any]]:
     )
     for (key, changes), k_nl, mu in product(cases, (0.0, 50.0, 100.0, 500.0), (0.2, 0.7, 1.8)):
         p = BASE | changes | {"k_nl": k_nl, "mu": mu}
-        yield point(key, {"k_nl": k_nl, "mu": mu}, modes=oscillating(p), mu_c=critical_mu(p))
+        yield point(key, {"k_nl": k_nl, "mu": mu}, modes=oscillating(p), mu_c=critical_mu(**p))
 
 
 def critical_points() -> Iterator[dict[str, Any]]:
@@ -131,7 +97,7 @@ def critical_points() -> Iterator[dict[str, Any]]:
     )
     for key, changes, places in cases:
         for place in places:
-            yield point(key, place, mu_c=critical_mu(BASE | changes | place))
+            yield point(key, place, mu_c=critical_mu(**{**changes, **place}))
 
 
 def transient_points() -> Iterator[dict[str, Any]]:

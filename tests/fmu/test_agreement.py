@@ -1,13 +1,13 @@
 """The FMU, run by fmpy where the project is absent, gives the native results."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.model.slider_belt import State
-from fmu_src.build.builder import build_fmu
 from tests.support.fmu_driver import Call, Driver
 from tests.support.fmu_tools import interpreted
 
@@ -15,8 +15,8 @@ STATES = ["x", "vx", "y", "vy"]
 
 
 @pytest.fixture(scope="module")
-def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
-    with Driver(build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")) as driver:
+def driver(fmu: Path) -> Iterator[Driver]:
+    with Driver(fmu) as driver:
         yield driver
 
 

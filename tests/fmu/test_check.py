@@ -17,11 +17,6 @@ from tests.support.fmu_tools import altered, other_fmu
 LIBRARIES = ("binaries/linux64/SliderBelt.so", "binaries/win64/SliderBelt.dll")
 
 
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
-
-
 def member(fmu: Path, pattern: str) -> tuple[str, bytes]:
     with zipfile.ZipFile(fmu) as archive:
         (name,) = (name for name in archive.namelist() if re.fullmatch(pattern, name))

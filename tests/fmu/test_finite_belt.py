@@ -13,17 +13,11 @@ from fivtui.fmu.run import run_fmu
 from fivtui.fmu.transient import integrate_fmu
 from fivtui.model import InputError, Mode, System, time_tables
 from fivtui.transient import Request, Transient
-from fmu_src.build.builder import build_fmu
 
 METHODS = ["fmu", "fmu-native"]
 P = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
 START = (2.0, 8.0, 1.0, 0.0)
 GIVEN = ["--set", "v_belt=2", "--set", "mu_s=0.8", "--set", "v_s=0.4"]
-
-
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
 
 
 def assert_same(through: Transient, native: Transient) -> None:

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from fivtui.fmu.folders import folder_for
-from fmu_src.build.builder import build_fmu
 
 LOADS = """
 import json, os, sys, threading
@@ -31,11 +30,6 @@ for _ in range(12):
     found.append(held())
 print(json.dumps(found))
 """
-
-
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")

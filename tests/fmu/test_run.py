@@ -11,13 +11,7 @@ import pytest
 from fivtui import Parameters
 from fivtui.fmu.run import run_fmu, save_fmu_events, save_fmu_run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fmu_src.build.builder import build_fmu
 from tests.support.fmu_tools import altered, interpreted, other_fmu
-
-
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
 
 
 @pytest.fixture

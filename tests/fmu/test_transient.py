@@ -21,14 +21,8 @@ from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.transient.request import KernelChoice, Request
 from fivtui.transient.result import Transient
-from fmu_src.build.builder import build_fmu
 from tests.support.fmu_tools import altered, interpreted, other_fmu
 from tests.support.strategies import moderate_parameters
-
-
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
 
 
 def assert_same(through: Transient, native: Transient, rel: float = 1e-9) -> None:

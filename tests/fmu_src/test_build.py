@@ -31,11 +31,6 @@ from tests.support.fmu_driver import Driver
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
-
-
 def test_the_mode_is_mirrored_as_integer_and_enumeration(fmu: Path) -> None:
     mirrors = ("mode", "mode_integer", "mode_enumeration")
     run = fmpy.simulate_fmu(

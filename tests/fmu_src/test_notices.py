@@ -12,7 +12,6 @@ import pytest
 
 from fivtui.fmu.run import run_fmu
 from fivtui.model.errors import ComputationError
-from fmu_src.build.builder import build_fmu
 from tests.support.fmu_tools import interpreted
 
 SCRIPT = """
@@ -58,11 +57,6 @@ for steps in ([(0.0, -1.0)] * 5000, [(1.0 + k, 0.1) for k in range(5000)]):
 instance.doStep(0.0, 1.0)
 print(json.dumps([runs, grown]))
 """
-
-
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
 
 
 @pytest.fixture(scope="module")

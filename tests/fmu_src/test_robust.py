@@ -9,18 +9,12 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from fmu_src.build.builder import build_fmu
 from fmu_src.slave.variables import REFERENCES
 from tests.support.fmu_driver import Driver
 from tests.support.fmu_tools import interpreted
 
 HOST = Path(__file__).parents[1].joinpath("support", "fmu_bare_host.py")
 linux = pytest.mark.skipif(fmpy.platform != "linux64", reason="the bare host is for Linux")
-
-
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
 
 
 @pytest.fixture(scope="module")

@@ -21,6 +21,7 @@ mp.dps = 45
 ORDER = 40
 TOLERANCE = mpf(10) ** -40
 DIGITS = 25
+SAMPLES = 24
 
 BASE: Table = {"m": 5, "k1": 100, "k2": 50, "k3": 60, "c1": "0.32", "c2": "0.32"}
 BASE |= {"F": 80, "k_nl": 100, "mu": "0.7"}
@@ -107,18 +108,43 @@ def in_contact(p: Table, state: list[Number]) -> bool:
     return True
 
 
-def greatest(c: list[Number], duration: Number, samples: int = 24) -> Number:
-    # Greatest |c| on the step: samples, then the sign changes of the slope by bisection.
+def turning_values(c: list[Number], duration: Number) -> list[Number]:
+    """Values at both ends and wherever the slope changes its sign."""
     d = slope(c)
-    grid = [duration * i / samples for i in range(samples + 1)]
+    grid = [duration * i / SAMPLES for i in range(SAMPLES + 1)]
     signs = [value(d, t) for t in grid]
-    best = max(abs(value(c, grid[0])), abs(value(c, grid[-1])))
+    found = [value(c, grid[0]), value(c, grid[-1])]
     for (left, right), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
         if s0 * s1 < 0:
             rising = d if s1 > 0 else [-coefficient for coefficient in d]
-            at = root_of_increasing(partial(value, rising), left, right)
-            best = max(best, abs(value(c, at)))
-    return best
+            found.append(value(c, root_of_increasing(partial(value, rising), left, right)))
+    return found
+
+
+def longest_step(
+    p: Table, state: list[Number], x: list[Number], y: list[Number], limit: Number
+) -> Number:
+    """The longest step, at most `limit` and 1 s, whose last terms of the series are negligible."""
+    size = max(abs(s) for s in (*state, p["F"] / (p["k1"] + p["k2"])))
+    steps = [limit, mpf(1)]
+    for n in (ORDER + 1, ORDER):
+        last = max(abs(x[n]), abs(y[n]))
+        if last > 0:
+            steps.append((TOLERANCE * size / last) ** (mpf(1) / n))
+    return min(steps)
+
+
+def first_root(y: list[Number], h: Number, contact: bool) -> Number | None:
+    """Where the slider leaves the belt or lands within a step; None where it does not."""
+    beyond = y if contact else [-coefficient for coefficient in y]
+    previous = mpf(0)
+    for i in range(1, SAMPLES + 1):
+        at = h * i / SAMPLES
+        if value(beyond, at) > 0:
+            low = previous if previous > 0 else at * mpf(10) ** -12
+            return root_of_increasing(partial(value, beyond), low, at)
+        previous = at
+    return None
 
 
 def transient(
@@ -129,31 +155,15 @@ def transient(
     separated = peak = mpf(0)
     while t < t_end:
         x, y = expand(p, state, contact)
-        size = max(abs(s) for s in (*state, p["F"] / (p["k1"] + p["k2"])))
-        steps = [t_end - t, mpf(1)]
-        for n in (ORDER + 1, ORDER):
-            last = max(abs(x[n]), abs(y[n]))
-            if last > 0:
-                steps.append((TOLERANCE * size / last) ** (mpf(1) / n))
-        h = min(steps)
-        switched = False
-        if p["separation"]:
-            beyond = y if contact else [-coefficient for coefficient in y]
-            grid = [h * i / 24 for i in range(1, 25)]
-            previous = mpf(0)
-            for at in grid:
-                if value(beyond, at) > 0:
-                    low = previous if previous > 0 else at * mpf(10) ** -12
-                    h = root_of_increasing(partial(value, beyond), low, at)
-                    switched = True
-                    break
-                previous = at
-        peak = max(peak, greatest(y, h))
+        h = longest_step(p, state, x, y, t_end - t)
+        root = first_root(y, h, contact) if p["separation"] else None
+        h = h if root is None else root
+        peak = max(peak, *map(abs, turning_values(y, h)))
         if not contact:
             separated += h
         state = [value(x, h), value(slope(x), h), value(y, h), value(slope(y), h)]
         t += h
-        if switched:
+        if root is not None:
             state[2] = mpf(0)
             contact = not contact
             switches.append(t)

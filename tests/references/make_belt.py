@@ -1,7 +1,7 @@
 """Make ``belt.json``: transients on a belt of finite speed to 25 digits, by mpmath.
 
 Independent of the package: Taylor series of order 36 in 42 digits, the ends of modes by bisection.
-Run it as ``python tests/references/make_belt.py``; it needs mpmath and takes a few minutes.
+Run it as ``python -m tests.references.make_belt``; it needs mpmath and takes a few minutes.
 """
 
 import json
@@ -12,8 +12,7 @@ from typing import Any
 
 from mpmath import exp, mp, mpf
 
-Number = Any
-Table = dict[str, Any]
+from .make import Number, Table, slope, value
 
 mp.dps = 42
 ORDER = 36
@@ -38,17 +37,6 @@ SCENES: dict[str, tuple[Table, bool, float, tuple[float, ...]]] = {
     "linear-law": ({"v_belt": 0.5, "k_nl": 0, "mu_s": 1, "v_s": 0.2}, True, 6, (0, 0.5, -1, 2)),
     "light": ({"v_belt": 1, "m": 0.5, "F": 40, "mu_s": 0.8}, True, 3, (0, 1, -0.5, 0)),
 }
-
-
-def value(c: list[Number], t: Number) -> Number:
-    total = mpf(0)
-    for coefficient in reversed(c):
-        total = total * t + coefficient
-    return total
-
-
-def slope(c: list[Number]) -> list[Number]:
-    return [n * coefficient for n, coefficient in enumerate(c)][1:]
 
 
 def product(a: list[Number], b: list[Number], n: int) -> Number:

@@ -6,29 +6,26 @@ Central differences over 1e-12 of runs by the integrator of ``make.py``: the der
 
 import json
 import sys
-from functools import partial
-from itertools import pairwise
 from pathlib import Path
 
 from mpmath import mpf
 
 from .make import (
     BASE,
-    ORDER,
-    TOLERANCE,
     Number,
     Table,
     expand,
+    first_root,
     in_contact,
+    longest_step,
     number,
-    root_of_increasing,
     slope,
     static_start,
+    turning_values,
     value,
 )
 
 NUDGE = mpf(10) ** -12
-SAMPLES = 16
 START = ("x0", "vx0", "y0", "vy0")
 QUANTITIES = (
     *("x", "vx", "y", "vy"),
@@ -65,31 +62,6 @@ SCENES: dict[str, tuple[Table, bool, float, tuple[str, ...]]] = {
 }
 
 
-def turning_values(c: list[Number], duration: Number) -> list[Number]:
-    """Values at both ends and wherever the slope changes its sign."""
-    d = slope(c)
-    grid = [duration * i / SAMPLES for i in range(SAMPLES + 1)]
-    signs = [value(d, t) for t in grid]
-    found = [value(c, grid[0]), value(c, grid[-1])]
-    for (left, right), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
-        if s0 * s1 < 0:
-            rising = d if s1 > 0 else [-coefficient for coefficient in d]
-            found.append(value(c, root_of_increasing(partial(value, rising), left, right)))
-    return found
-
-
-def first_root(y: list[Number], h: Number, contact: bool) -> Number | None:
-    beyond = y if contact else [-coefficient for coefficient in y]
-    previous = mpf(0)
-    for i in range(1, SAMPLES + 1):
-        at = h * i / SAMPLES
-        if value(beyond, at) > 0:
-            low = previous if previous > 0 else at * mpf(10) ** -12
-            return root_of_increasing(partial(value, beyond), low, at)
-        previous = at
-    return None
-
-
 def observed(p: Table, state: list[Number], t_end: Number) -> list[Number]:
     """The `QUANTITIES` of a run."""
     t, contact, half = mpf(0), in_contact(p, state), t_end / 2
@@ -99,13 +71,7 @@ def observed(p: Table, state: list[Number], t_end: Number) -> list[Number]:
     late: list[Number] = []
     while t < t_end:
         x, y = expand(p, state, contact)
-        size = max(abs(s) for s in (*state, p["F"] / (p["k1"] + p["k2"])))
-        steps = [(half if t < half else t_end) - t, mpf(1)]
-        for n in (ORDER + 1, ORDER):
-            last = max(abs(x[n]), abs(y[n]))
-            if last > 0:
-                steps.append((TOLERANCE * size / last) ** (mpf(1) / n))
-        h = min(steps)
+        h = longest_step(p, state, x, y, (half if t < half else t_end) - t)
         root = first_root(y, h, contact) if p["separation"] else None
         h = h if root is None else root
         xs += turning_values(x, h)
