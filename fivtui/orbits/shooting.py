@@ -16,7 +16,7 @@ from fivtui.model import ComputationError, Progress, State, System
 from fivtui.transient import Request, integrate
 
 from .curves.arclength import PERIOD, UNWATCHED, VALUE, OrbitOnCurve
-from .curves.branch_curve import BranchCurve, slider_belt_curve
+from .curves.branch_curve import BranchCurve, ParameterLine
 
 # Tolerance of the run that measures the orbit.
 _TOL: Final = 1e-12
@@ -120,7 +120,7 @@ def shoot(
         state[section.value] = 0.0
     x, vx, y, vy = np.abs(state).tolist()
     length = max(x, y, max(vx, vy) * period / (2.0 * np.pi))
-    curve = slider_belt_curve(system, "mu", (0.0, 1.0), length, period, work=work)
+    curve = ParameterLine(system, "mu", (0.0, 1.0), work).curve(length, period)
     orbit = _closed(curve, np.array([*state, period, system.parameters.mu]) / curve.scales, section)
     low, high = _PERIOD_RANGE
     if orbit is None or not low < float(orbit.unknowns[PERIOD]) < high:

@@ -10,10 +10,10 @@ import pytest
 from fivtui import Parameters, branch, continuation
 from fivtui.cli import run
 from fivtui.equilibrium import growth_rate
-from fivtui.model import InputError, Progress, System
+from fivtui.model import InputError, System
 from fivtui.orbits import End, EventKind
 from fivtui.orbits.curves.arclength import PERIOD, VALUE
-from fivtui.orbits.curves.branch_curve import makeup
+from fivtui.orbits.curves.branch_curve import ParameterLine, makeup
 from fivtui.orbits.curves.cycle_branches import parameter_range
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.origins import cycle_near
@@ -35,8 +35,8 @@ def test_the_period_of_a_mass_on_a_belt_changes_as_the_closed_form_does(name: st
     # In the middle of its stick.
     start = (0.0 + 0.75 - 0.25, 0.2, -1.0, 0.0)
     value = DAMPED.as_dict()[name]
-    given = (System(DAMPED), name, (0.5 * value, 2.0 * value), Progress(None))
-    curve, orbit = cycle_near(*given, (start, MASS_PERIOD))
+    line = ParameterLine(System(DAMPED), name, (0.5 * value, 2.0 * value))
+    curve, orbit = cycle_near(line, (start, MASS_PERIOD))
     assert orbit is not None
     scales = curve.scales
     assert orbit.unknowns[PERIOD] * scales[PERIOD] == pytest.approx(MASS_PERIOD, rel=1e-12)
@@ -143,8 +143,8 @@ def test_where_motion_jumps_a_branch_ends_and_says_why() -> None:
 def test_the_order_of_modes_does_not_depend_on_where_a_period_begins() -> None:
     found = []
     for share in (0.0, 0.3, 0.6, 0.9):
-        given = (System(DAMPED), "v_belt", (0.1, 0.4), Progress(None))
-        curve, orbit = cycle_near(*given, ((0.5, 0.2, -1.0, 0.0), MASS_PERIOD))
+        line = ParameterLine(System(DAMPED), "v_belt", (0.1, 0.4))
+        curve, orbit = cycle_near(line, ((0.5, 0.2, -1.0, 0.0), MASS_PERIOD))
         assert orbit is not None
         moved = curve.orbits.later(orbit, share) if share else orbit
         assert moved is not None

@@ -16,6 +16,7 @@ from fivtui.model import (
     use_one_of,
 )
 from fivtui.model.advice import LARGER_V_S, LESS_DAMPING
+from fivtui.orbits.curves.branch_curve import ParameterLine
 from fivtui.orbits.curves.origins import _beginning_elsewhere
 from fivtui.taylor import overflow_error, stall_error
 from fivtui.transient.request import TOL_RANGE, Request
@@ -127,4 +128,6 @@ def test_a_branch_without_damping_is_not_advised_to_begin_at_a_hopf_point() -> N
         (undamped, "mu", False),
         (undamped, "c1", True),
     ):
-        assert ("Hopf" in _beginning_elsewhere(p, name)) is has_hopf
+        assert (
+            "Hopf" in _beginning_elsewhere(ParameterLine(System(p), name, (0.0, 1.0)))
+        ) is has_hopf

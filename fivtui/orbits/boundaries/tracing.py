@@ -12,7 +12,7 @@ import numpy as np
 
 from fivtui.model import Progress
 from fivtui.orbits.curves.arclength import VALUE, OrbitOnCurve
-from fivtui.orbits.curves.branch_curve import slider_belt_curve
+from fivtui.orbits.curves.branch_curve import ParameterLine
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.flow import FloatArray
 from fivtui.orbits.curves.following import Followed, Follower
@@ -121,7 +121,8 @@ class FoldTracer:
         values = touch.unknowns * self.scales
         system = replace(self._plane.at(values[FIRST:].tolist()), separation=True)
         name, bounds = self._plane.names[free - FIRST], self._plane.ranges[free - FIRST]
-        curve = slider_belt_curve(system, name, bounds, self._length, self._period, work=self._work)
+        line = ParameterLine(system, name, bounds, self._work)
+        curve = line.curve(self._length, self._period)
         planes = np.zeros((2, 6))
         planes[0, _STATE], planes[1, VALUE] = touch.across, 1.0
         start = curve.orbits.solve(np.append(values[:FIRST], values[free]) / curve.scales, planes)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Final
 
@@ -170,18 +171,35 @@ class BeltBranchCurve(BranchCurve):
         return moved if same else point
 
 
-def slider_belt_curve(
-    system: System,
-    name: str,
-    bounds: tuple[float, float],
-    length: float,
-    period: float,
-    *,
-    work: Progress,
-) -> BranchCurve:
-    """The curve of the slider-belt model, in units of a length, a period, and about its value."""
-    p, (low, high) = system.parameters, bounds
-    value = 2.0 ** math.floor(math.log2(max(abs(getattr(p, name)), (high - low) / _LEAST_UNIT)))
-    curve = BranchCurve if p.v_belt is None else BeltBranchCurve
-    flow, scales = SliderBeltFlow(system, (name,)), cycle_scales(length, period, value)
-    return curve(flow, scales, bounds, work, touches=system.separation)
+@dataclass(frozen=True, slots=True)
+class ParameterLine:
+    """A parameter of a system, and the range in which it varies."""
+
+    system: System
+    name: str
+    bounds: tuple[float, float]
+    work: Progress = UNWATCHED
+
+    @property
+    def value(self) -> float:
+        """Its value in the system itself."""
+        value: float = getattr(self.system.parameters, self.name)
+        return value
+
+    def at(self, value: float) -> "ParameterLine":
+        """The line through the system with another value of the parameter."""
+        return replace(self, system=self.system.with_values({self.name: value}))
+
+    def curve(self, length: float, period: float) -> BranchCurve:
+        """The limit cycles along it, in units of a length, a period, and about its value."""
+        low, high = self.bounds
+        value = 2.0 ** math.floor(math.log2(max(abs(self.value), (high - low) / _LEAST_UNIT)))
+        flow = SliderBeltFlow(self.system, (self.name,))
+        on_belt = self.system.parameters.v_belt is not None
+        return (BeltBranchCurve if on_belt else BranchCurve)(
+            flow,
+            cycle_scales(length, period, value),
+            self.bounds,
+            self.work,
+            touches=self.system.separation,
+        )

@@ -21,7 +21,7 @@ from fivtui.model import (
 )
 
 from .arclength import VALUE, OrbitOnCurve
-from .branch_curve import BranchCurve
+from .branch_curve import BranchCurve, ParameterLine
 from .doubling import doubled_cycle, doubling_near, halves
 from .events import MOST_POINTS, End, EventKind
 from .following import Followed, Follower, follow_both_ways
@@ -109,21 +109,17 @@ def branch(
     bottom, top = parameter_range(p, name, low, high)
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
-    work = Progress(progress)
-    given = (system, name, (bottom, top), work)
+    line = ParameterLine(system, name, (bottom, top), Progress(progress))
     if isinstance(origin, Path):
-        beginning = through(*given, saved_cycle(origin, system))
+        beginning = through(line, saved_cycle(origin, system))
     elif origin == "hopf":
-        beginning = from_hopf(*given)
+        beginning = from_hopf(line)
     else:
-        beginning = from_cycle(*given)
-    if doubled:
-        points, events, ends = _doubled(name, work, beginning)
-    else:
-        points, events, ends = _followed(*given, beginning)
-    work.advance(1.0)
+        beginning = from_cycle(line)
     begun_at: Origin = "file" if isinstance(origin, Path) else origin
-    return CycleBranch(system, name, bottom, top, begun_at, points, events, ends, doubled)
+    found = (_doubled if doubled else _followed)(line, beginning, begun_at)
+    line.work.advance(1.0)
+    return found
 
 
 def branch_through(
@@ -135,40 +131,33 @@ def branch_through(
     progress: OnProgress | None = None,
 ) -> CycleBranch:
     """The branch through a limit cycle of a system, followed both ways."""
-    given = (system, name, bounds, Progress(progress))
-    (low, high), parts = bounds, _followed(*given, through(*given, cycle))
-    return CycleBranch(system, name, low, high, "cycle", *parts)
+    line = ParameterLine(system, name, bounds, Progress(progress))
+    return _followed(line, through(line, cycle), "cycle")
 
 
-_Parts = tuple[tuple[CyclePoint, ...], tuple[BranchEvent, ...], tuple[End, End]]
-
-
-def _followed(
-    system: System,
-    name: str,
-    bounds: tuple[float, float],
-    work: Progress,
-    beginning: Beginning,
-) -> _Parts:
+def _followed(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
     # Both ways, or away from a Hopf point.
     curve, hopf = beginning.curve, beginning.hopf
     begins = None if hopf is None else End.EQUILIBRIUM
-    whole = follow_both_ways(_follower(curve, work).follow, beginning.start, begins)
+    whole = follow_both_ways(_follower(curve, line.work).follow, beginning.start, begins)
     points, events = _results(curve, whole.points, whole.events)
     first, last = whole.ends
     if hopf is not None:
         events.insert(0, hopf)
     elif first is End.EQUILIBRIUM:
-        events[:0] = nearest_hopf(system, name, bounds, points[0].value)
+        events[:0] = nearest_hopf(line, points[0].value)
     if last is End.EQUILIBRIUM:
-        events += nearest_hopf(system, name, bounds, points[-1].value)
-    return tuple(points), tuple(events), whole.ends
+        events += nearest_hopf(line, points[-1].value)
+    low, high = line.bounds
+    return CycleBranch(
+        line.system, line.name, low, high, origin, tuple(points), tuple(events), whole.ends
+    )
 
 
-def _doubled(name: str, work: Progress, beginning: Beginning) -> _Parts:
+def _doubled(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
     # As far as the branch meets that of half the period again, or ends.
     curve, start = beginning.curve, beginning.start
-    follower = _follower(curve, work)
+    follower = _follower(curve, line.work)
     doubling = EventKind.PERIOD_DOUBLING
     if beginning.hopf is None:
         met = follower.events_both_ways(start, doubling)
@@ -177,14 +166,15 @@ def _doubled(name: str, work: Progress, beginning: Beginning) -> _Parts:
         met = [ahead.points[-1]] if ahead.end is End.EVENT else []
     if not met:
         raise ComputationError(
-            f"no period doubling was found along {name}", "widen the range, or begin elsewhere"
+            f"no period doubling was found along {line.name}",
+            "widen the range, or begin elsewhere",
         )
     begin = min(met, key=lambda orbit: abs(orbit.unknowns[VALUE] - start.unknowns[VALUE]))
     (first,) = points_of(curve, [begin])
     cycle = doubled_cycle(curve, begin)
     if cycle is None:
         raise ComputationError(
-            f"no cycle of twice the period was found next to {name} = {first.value:.9g}",
+            f"no cycle of twice the period was found next to {line.name} = {first.value:.9g}",
             "begin at one that transients reach (--from cycle)",
         )
     part = _until_halved(curve, follower, cycle)
@@ -195,7 +185,18 @@ def _doubled(name: str, work: Progress, beginning: Beginning) -> _Parts:
         last = doubling_near(curve, part.points[-1])
         if last is not None:
             events.append(_event(doubling, *points_of(curve, [last])))
-    return tuple(points), tuple(events), (End.DOUBLING, part.end)
+    low, high = line.bounds
+    return CycleBranch(
+        line.system,
+        line.name,
+        low,
+        high,
+        origin,
+        tuple(points),
+        tuple(events),
+        (End.DOUBLING, part.end),
+        doubled=True,
+    )
 
 
 def _until_halved(
@@ -258,16 +259,16 @@ def cycles_at(
 ) -> tuple[CyclePoint, ...]:
     """The limit cycles of a branch at a value of its parameter, in the order of the branch."""
     cycles: list[CyclePoint] = []
-    work = Progress(progress)
-    system = branch.system.with_values({branch.name: value})
-    bounds = (branch.low, branch.high)
+    line = ParameterLine(
+        branch.system, branch.name, (branch.low, branch.high), Progress(progress)
+    ).at(value)
     for begin, end in pairwise(branch.points):
         passed = (begin.value - value) * (end.value - value) <= 0.0
         # A point at the value itself ends one pair and begins another.
         if passed and begin.value not in (end.value, value):
             values = ((point.value, point.start, point.period) for point in (begin, end))
             cycle = interpolated(next(values), next(values), value)
-            curve, orbit = cycle_near(system, branch.name, bounds, work, cycle)
+            curve, orbit = cycle_near(line, cycle)
             if orbit is not None:
                 cycles += points_of(curve, [orbit])
     return tuple(cycles)

@@ -9,8 +9,6 @@ import numpy as np
 from fivtui.model import (
     ComputationError,
     InputError,
-    Parameters,
-    Progress,
     State,
     System,
     accelerations,
@@ -19,10 +17,9 @@ from fivtui.model import (
 )
 from fivtui.orbits.explorer import Explorer, starts_around
 from fivtui.orbits.rest import length_scale
-from fivtui.orbits.shooting import PeriodicOrbit
 
 from .arclength import VALUE, OrbitOnCurve
-from .branch_curve import BranchCurve, slider_belt_curve
+from .branch_curve import BranchCurve, ParameterLine
 from .events import EventKind
 from .hopf import HopfPoint, hopf_point, hopf_values
 from .result import BranchEvent
@@ -40,27 +37,27 @@ class Beginning:
     hopf: BranchEvent | None = None
 
 
-def from_hopf(system: System, name: str, bounds: tuple[float, float], work: Progress) -> Beginning:
+def from_hopf(line: ParameterLine) -> Beginning:
     """The branch from the Hopf point nearest to the parameter set, with its events and ends."""
-    p = system.parameters
-    if not _is_damped(p, name):
+    name, bounds = line.name, line.bounds
+    if not _is_damped(line):
         raise ComputationError("without damping there is no Hopf point", "set c1 or c2 above 0")
-    values = hopf_values(system, name, *bounds)
+    values = hopf_values(line.system, name, *bounds)
     if not values:
         raise ComputationError(
             f"no Hopf point with {name} from {bounds[0]:g} to {bounds[1]:g}",
             "widen the range, or begin at a limit cycle (--from cycle)",
         )
-    value = min(values, key=lambda one: abs(one - getattr(p, name)))
-    at = system.with_values({name: value})
-    hopf, point = hopf_point(at, name), equilibrium(at)
+    line = line.at(min(values, key=lambda value: abs(value - line.value)))
+    system, value = line.system, line.value
+    hopf, point = hopf_point(system, name), equilibrium(system)
     period = 2.0 * math.pi / hopf.omega
     if point.y == 0.0 and system.separation:
         raise ComputationError(
             f"the equilibrium is at y = 0 at the Hopf point {name} = {value:g}", "change F"
         )
-    length = abs(point.y) or math.sqrt(at.parameters.k2 / at.parameters.k_nl)
-    curve = slider_belt_curve(at, name, bounds, length, period, work=work)
+    length = abs(point.y) or math.sqrt(system.parameters.k2 / system.parameters.k_nl)
+    curve = line.curve(length, period)
     first = np.zeros(6)
     first[:4] = hopf.vector.real / curve.scales[:4] * length
     size = float(np.linalg.norm(first))
@@ -74,75 +71,60 @@ def from_hopf(system: System, name: str, bounds: tuple[float, float], work: Prog
             f"no limit cycle was found next to the Hopf point {name} = {value:g}",
             "begin at a limit cycle (--from cycle)",
         )
-    return Beginning(curve, start, hopf_event(at, hopf))
+    return Beginning(curve, start, hopf_event(system, hopf))
 
 
-def _is_damped(p: Parameters, name: str) -> bool:
+def _is_damped(line: ParameterLine) -> bool:
     # Somewhere along the branch; without damping there is no Hopf point.
-    return max(p.c1, p.c2) > 0.0 or name in ("c1", "c2")
+    p = line.system.parameters
+    return max(p.c1, p.c2) > 0.0 or line.name in ("c1", "c2")
 
 
-def _beginning_elsewhere(p: Parameters, name: str) -> str:
-    hopf = ", or at a Hopf point (--from hopf)" if _is_damped(p, name) else ""
+def _beginning_elsewhere(line: ParameterLine) -> str:
+    hopf = ", or at a Hopf point (--from hopf)" if _is_damped(line) else ""
     return f"begin at another value{hopf}"
 
 
-def from_cycle(system: System, name: str, bounds: tuple[float, float], work: Progress) -> Beginning:
+def from_cycle(line: ParameterLine) -> Beginning:
     """The branch through the first limit cycle that transients reach, followed both ways."""
-    value = getattr(system.parameters, name)
-    if not bounds[0] <= value <= bounds[1]:
-        raise InputError(f"{name} = {value:g}: must be in the range {bounds[0]:g} to {bounds[1]:g}")
-    orbit = _first_cycle(Explorer(system, work=work), name)
-    return through(system, name, bounds, work, (orbit.start, orbit.period))
-
-
-def through(
-    system: System,
-    name: str,
-    bounds: tuple[float, float],
-    work: Progress,
-    cycle: tuple[State, float],
-) -> Beginning:
-    """The branch through a limit cycle, given by a state and its period."""
-    curve, start = cycle_near(system, name, bounds, work, cycle)
-    if start is None:
-        p = system.parameters
+    low, high = line.bounds
+    if not low <= line.value <= high:
+        raise InputError(f"{line.name} = {line.value:g}: must be in the range {low:g} to {high:g}")
+    explorer = Explorer(line.system, work=line.work)
+    starts = starts_around(explorer)
+    orbits = (explorer.reach(start).orbit for start in starts)
+    orbit = next((orbit for orbit in orbits if orbit is not None), None)
+    if orbit is None:
         raise ComputationError(
-            f"the limit cycle at {name} = {getattr(p, name):g} cannot be followed",
-            _beginning_elsewhere(p, name),
+            f"no limit cycle was found from {len(starts)} starts", _beginning_elsewhere(line)
+        )
+    return through(line, (orbit.start, orbit.period))
+
+
+def through(line: ParameterLine, cycle: tuple[State, float]) -> Beginning:
+    """The branch through a limit cycle, given by a state and its period."""
+    curve, start = cycle_near(line, cycle)
+    if start is None:
+        raise ComputationError(
+            f"the limit cycle at {line.name} = {line.value:g} cannot be followed",
+            _beginning_elsewhere(line),
         )
     return Beginning(curve, start)
 
 
 def cycle_near(
-    system: System,
-    name: str,
-    bounds: tuple[float, float],
-    work: Progress,
-    cycle: tuple[State, float],
+    line: ParameterLine, cycle: tuple[State, float]
 ) -> tuple[BranchCurve, OrbitOnCurve | None]:
     """The curve of the cycles, and of a system the one near a state and its period."""
-    p, (state, period) = system.parameters, cycle
-    length = length_scale(system)
-    curve = slider_belt_curve(system, name, bounds, length, period, work=work)
+    system, (state, period) = line.system, cycle
+    p = system.parameters
+    curve = line.curve(length_scale(system), period)
     ax, ay = accelerations(p, state, mode_of(p, state, separation=system.separation))
     planes = np.eye(6)[[0, VALUE]]
     planes[0, :4] = np.array([state[1], ax, state[3], ay]) / curve.scales[:4]
     planes[0] /= np.linalg.norm(planes[0])
-    guess = np.array([*state, period, getattr(p, name)]) / curve.scales
+    guess = np.array([*state, period, line.value]) / curve.scales
     return curve, curve.orbits.solve(guess, planes)
-
-
-def _first_cycle(explorer: Explorer, name: str) -> PeriodicOrbit:
-    starts = starts_around(explorer)
-    for start in starts:
-        orbit = explorer.reach(start).orbit
-        if orbit is not None:
-            return orbit
-    raise ComputationError(
-        f"no limit cycle was found from {len(starts)} starts",
-        _beginning_elsewhere(explorer.system.parameters, name),
-    )
 
 
 def hopf_event(system: System, hopf: HopfPoint) -> BranchEvent:
@@ -152,12 +134,10 @@ def hopf_event(system: System, hopf: HopfPoint) -> BranchEvent:
     return BranchEvent(EventKind.HOPF, hopf.value, period, y, y, hopf.direction)
 
 
-def nearest_hopf(
-    system: System, name: str, bounds: tuple[float, float], value: float
-) -> list[BranchEvent]:
+def nearest_hopf(line: ParameterLine, value: float) -> list[BranchEvent]:
     """The Hopf point to which a branch has returned; none if it is beyond the range."""
-    values = hopf_values(system, name, *bounds)
+    values = hopf_values(line.system, line.name, *line.bounds)
     if not values:
         return []
-    at = system.with_values({name: min(values, key=lambda one: abs(one - value))})
-    return [hopf_event(at, hopf_point(at, name))]
+    system = line.at(min(values, key=lambda hopf: abs(hopf - value))).system
+    return [hopf_event(system, hopf_point(system, line.name))]
