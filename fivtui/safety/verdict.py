@@ -258,15 +258,20 @@ def safe_friction(
     system = system_of(parameters, separation)
     p = system.parameters
     check_always_sliding(p, "safe friction; follow limit cycles down in mu by branch instead")
-    begun = time.process_time()
-    search = _Search(system, progress)
+    begin = time.process_time()
+    search = _Search(system, Progress(progress))
     search.run()
+    others, unknown_above, critical = search.others(), search.unknown_above, search.critical
+    safe_mu: float | None = None
+    found_by: FoundBy | None = None
+    if unknown_above is None and others:
+        safe_mu, found_by = others[0].mu, others[0].found_by
+    elif unknown_above is None and critical is not None:
+        safe_mu, found_by = critical, "eigenvalues"
     region = Attraction(system, equilibrium(system))
-    others, unknown_above = search.others(), search.unknown_above
-    safe_mu, found_by = _verdict(search, others) if unknown_above is None else (None, None)
     result = SafeFriction(
         system=system,
-        critical_mu=search.critical,
+        critical_mu=critical,
         safe_mu=safe_mu,
         unknown_above=unknown_above,
         found_by=found_by,
@@ -280,29 +285,18 @@ def safe_friction(
             budget_ended=search.budget_ended,
             growth_at_any_size=search.growth_at_any_size,
             proved_offset=region.offset if region.radius > 0.0 else None,
-            cpu_s=time.process_time() - begun,
+            cpu_s=time.process_time() - begin,
         ),
     )
-    if progress is not None:
-        progress(1.0)
+    search.work.advance(1.0)
     return result
-
-
-def _verdict(
-    search: "_Search", others: tuple[OtherAttractor, ...]
-) -> tuple[float | None, FoundBy | None]:
-    # The safe μ and what it rests on.
-    if others:
-        return others[0].mu, others[0].found_by
-    return search.critical, None if search.critical is None else "eigenvalues"
 
 
 class _Search:
     # The work under way.
 
-    def __init__(self, system: System, progress: OnProgress | None) -> None:
-        self._system, self._p = system, system.parameters
-        self._work = Progress(progress)
+    def __init__(self, system: System, work: Progress) -> None:
+        self._system, self._p, self.work = system, system.parameters, work
         self.critical = lowest_critical_mu(system)
         upper = PARAMETERS["mu"].upper
         self._reach = min(_SPAN * max(self.critical or 0.0, self._p.mu, 1.0), upper)
@@ -323,9 +317,11 @@ class _Search:
             self._nothing_dies_out = True
             return
         if self._p.k_nl == 0.0:
-            self._grow_at_any_size()
+            self.growth_at_any_size = least_mu_of_growth(self._p, self.top)
+            if self.growth_at_any_size is not None:
+                self._add(self.growth_at_any_size, "unbounded growth")
         self._from_hopf()
-        self._work.report(0.2)
+        self.work.report(0.2)
         # A few starts lower μ cheaply where cycles attract many; then all starts are followed.
         self._lower_from(SCOUTS, 0.2)
         starts = starts_within_limit(self.rounds[-1])
@@ -368,47 +364,38 @@ class _Search:
         cycles = [cycle for curve in around for cycle in cycles_at(curve, mu) if cycle.stable]
         distinct: list[CyclePoint] = []
         for cycle in sorted(cycles, key=lambda cycle: cycle.half_range):
-            if not distinct or not _alike(distinct[-1].half_range, cycle.half_range):
+            size = cycle.half_range
+            if not distinct or size - distinct[-1].half_range > _SAME * size:
                 distinct.append(cycle)
         return tuple(distinct)
 
     def _go_on(self, _part: float) -> bool:
-        return self._work.go_on()
+        return self.work.go_on()
 
     def _least(self) -> float:
         return min((attractor.mu for attractor in self._attractors), default=self.top)
-
-    def _grow_at_any_size(self) -> None:
-        mu = least_mu_of_growth(self._p, self.top)
-        self.growth_at_any_size = mu
-        if mu is not None:
-            self._add_attractor(mu, "unbounded growth")
 
     def _from_hopf(self) -> None:
         if self.critical is None:
             self.not_followed = "there is no Hopf point"
             return
-        at = self._p.with_values({"mu": self.critical})
+        separation = self._system.separation
+        at, reach = self._p.with_values({"mu": self.critical}), self._reach
         try:
             curve = branch(
-                at,
-                "mu",
-                low=0.0,
-                high=self._reach,
-                separation=self._system.separation,
-                progress=self._go_on,
+                at, "mu", low=0.0, high=reach, separation=separation, progress=self._go_on
             )
         except ComputationError as error:
             self.not_followed = str(error)
-            return
-        self._add_branch(curve, "continuation")
+        else:
+            self._add_branch(curve, "continuation")
 
     def _lower_from(self, starts: int, fraction: float) -> None:
         # Rounds until one finds no attractor; `fraction` of all work is done before, twice after.
         for turn in range(_MOST_ROUNDS):
             if not self._lower(starts):
                 return
-            self._work.report(fraction * (2.0 - 0.5**turn))
+            self.work.report(fraction * (2.0 - 0.5**turn))
         self._ended_early = True
 
     def _lower(self, starts: int) -> bool:
@@ -416,75 +403,65 @@ class _Search:
         least = self._least()
         search = Round(self._system, least, starts, progress=self._go_on)
         while self._least() >= least and search.advance():
-            self._examine(search.persisting(_TRIED_AT_A_LEVEL))
+            # Shooting from motions that persist, until it finds a cycle, whose branch leads to
+            # lower μ.
+            for motion in search.persisting(_TRIED_AT_A_LEVEL)[:_TRIED]:
+                if self._confirm(motion):
+                    break
         ended = search.result()
         self.rounds.append(ended)
         growing = next(iter(ended.unbounded), None)
         if growing is not None and growing.mu < self._least():
-            mu = least_growth(self._system, growing, ended)
-            self._add_attractor(mu, "unbounded growth")
+            self._add(least_growth(self._system, growing, ended), "unbounded growth")
         steady = next(iter(ended.settled), None)
         if steady is not None and steady.mu < self._least():
             # Shooting found no cycle: the motion is on a torus, or the cycle has a long period.
             low = _BEYOND * max((mu for mu in ended.levels if mu < steady.mu), default=0.0)
-            mu = least_staying(self._system, steady, low)
-            self._add_attractor(mu, "other motion")
+            self._add(least_staying(self._system, steady, low), "other motion")
         return self._least() < least
 
-    def _examine(self, motions: list[Survivor]) -> None:
-        # Shooting from motions that persist, until it finds a cycle: its branch leads to lower μ.
-        for motion in motions[:_TRIED]:
-            if self._confirm(motion):
-                return
+    def _add(
+        self,
+        mu: float,
+        kind: AttractorKind,
+        by: FoundBy = "global search",
+        cycle: CyclePoint | None = None,
+    ) -> None:
+        self._attractors.append(OtherAttractor(mu, by, kind, cycle))
 
     def _add_branch(self, curve: CycleBranch, by: FoundBy) -> None:
         self.branches.append(curve)
         cycle = least_attracting(curve)
         if cycle is not None:
-            self._attractors.append(OtherAttractor(cycle.value, by, "limit cycle", cycle))
+            self._add(cycle.value, "limit cycle", by, cycle)
             if event_at(curve, cycle) in (EventKind.TORUS, EventKind.PERIOD_DOUBLING):
-                self._beyond(cycle, min(point.value for point in curve.points))
+                # Where a cycle loses its stability to a torus or a cycle of twice its period,
+                # motion on these goes on, perhaps to lower μ than that of any cycle of the branch.
+                motion = Survivor(cycle.value, cycle.start, cycle.half_range)
+                low = _BEYOND * min(point.value for point in curve.points)
+                mu = least_staying(self._system, motion, low)
+                if mu < cycle.value:
+                    self._add(mu, "other motion")
         for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
             # Beyond an unstable cycle that grows without bounds, motion does.
             if end is End.UNBOUNDED and not point.stable:
-                self._attractors.append(OtherAttractor(point.value, by, "unbounded growth", None))
-
-    def _add_attractor(self, mu: float, kind: AttractorKind) -> None:
-        self._attractors.append(OtherAttractor(mu, "global search", kind, None))
-
-    def _beyond(self, cycle: CyclePoint, least: float) -> None:
-        # Where a cycle loses its stability to a torus or a cycle of twice its period, motion on
-        # these goes on, perhaps to lower μ than that of any cycle of the branch.
-        motion = Survivor(cycle.value, cycle.start, cycle.half_range)
-        mu = least_staying(self._system, motion, _BEYOND * least)
-        if mu < cycle.value:
-            self._add_attractor(mu, "other motion")
+                self._add(point.value, "unbounded growth", by)
 
     def _confirm(self, motion: Survivor) -> bool:
         # Whether shooting finds a stable cycle near a motion.
         at = self._system.with_values({"mu": motion.mu})
-        explorer = Explorer(at, work=self._work)
         try:
-            reached = explorer.reach(motion.state, most_legs=_MOST_LEGS)
+            orbit = Explorer(at, work=self.work).reach(motion.state, most_legs=_MOST_LEGS).orbit
         except ComputationError:
             return False
-        if reached.orbit is None:
+        if orbit is None:
             return False
+        cycle, bounds = (orbit.start, orbit.period), (0.0, self._reach)
         try:
-            curve = branch_through(
-                at,
-                "mu",
-                (reached.orbit.start, reached.orbit.period),
-                (0.0, self._reach),
-                progress=self._go_on,
-            )
+            curve = branch_through(at, "mu", cycle, bounds, progress=self._go_on)
         except ComputationError:
             # A cycle that continuation cannot take up still counts where it is.
-            self._add_attractor(motion.mu, "limit cycle")
+            self._add(motion.mu, "limit cycle")
         else:
             self._add_branch(curve, "global search")
         return True
-
-
-def _alike(first: float, second: float) -> bool:
-    return abs(first - second) <= _SAME * max(first, second)

@@ -1,66 +1,41 @@
-"""A continuation in a file: what has no orbit has no numbers, and every column says what it is."""
+"""What files and figures of branches, boundaries and continuations say beside their numbers."""
 
+import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
-from fivtui.io.tables import read_columns, read_header
+from fivtui import boundary, branch
 from fivtui.model import System
-from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model.parameters import Parameters
+from fivtui.orbits.boundaries.result import Boundary
 from fivtui.orbits.branches import KINDS, BranchPoint, Continuation
+from fivtui.orbits.curves.events import End
 from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.results.tables import save_result
-
-ORBIT_COLUMNS = {
-    "period": "s",
-    "y_min": "m",
-    "y_max": "m",
-    "separations": "1",
-    "separated_time": "s",
-    "sticks": "1",
-    "stick_time": "s",
-    "vx_max": "m/s",
-    "force_max": "N",
-}
-REST = BranchPoint(0.3, ("up", "down"), Attractor(Kind.EQUILIBRIUM))
-LOST = BranchPoint(0.7, ("up",), Attractor(Kind.UNSETTLED))
-RESULT = Continuation(System(Parameters()), "mu", np.array([0.3, 0.7]), (REST, LOST))
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
-def test_what_has_no_orbit_has_no_numbers_of_one(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"c{suffix}"
-    save_result(RESULT, path)
-    columns, header = read_columns(path, "continuation"), read_header(path, "continuation")
-    np.testing.assert_array_equal(columns["mu"], [0.3, 0.7])
-    assert [header["kinds"][int(place)] for place in columns["kind"]] == [
-        "equilibrium",
-        "not settled",
-    ]
-    assert columns["up"].tolist() == [1, 1]
-    assert columns["down"].tolist() == [1, 0]
+@pytest.fixture(scope="module")
+def folds() -> Boundary:
+    return boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.6)})
+
+
+def test_what_has_no_orbit_has_no_numbers_of_one() -> None:
+    rest = BranchPoint(0.3, ("up", "down"), Attractor(Kind.EQUILIBRIUM))
+    lost = BranchPoint(0.7, ("up",), Attractor(Kind.UNSETTLED))
+    values = np.array([0.3, 0.7])
+    columns = Continuation(System(Parameters()), "mu", values, (rest, lost)).to_columns()
+    assert columns.pop("kind").tolist() == ["equilibrium", "not settled"]
+    assert columns.pop("mu").tolist() == [0.3, 0.7]
+    assert columns.pop("up").tolist() == [1, 1]
+    assert columns.pop("down").tolist() == [1, 0]
     # At rest there is no orbit, but its amplitude is known.
-    assert columns["half_range"][0] == 0.0
-    assert math.isnan(columns["half_range"][1])
-    for name in ORBIT_COLUMNS:
-        assert np.isnan(columns[name]).all(), name
-
-
-def test_every_column_has_its_unit_and_meaning(tmp_path: Path) -> None:
-    save_result(RESULT, tmp_path / "c.parquet")
-    fields = {
-        field.name: (field.metadata[b"unit"].decode(), field.metadata[b"meaning"].decode())
-        for field in pq.read_schema(tmp_path / "c.parquet")
-    }
-    spec = PARAMETERS["mu"]
-    assert fields["mu"] == (spec.unit, spec.meaning)
-    units = {name: unit for name, (unit, _) in fields.items() if name != "mu"}
-    assert units == {"up": "1", "down": "1", "kind": "1", "half_range": "m", **ORBIT_COLUMNS}
-    assert all(meaning for _, meaning in fields.values())
-    assert fields["kind"][1] == "index in kinds"
+    rest_size, lost_size = columns.pop("half_range").tolist()
+    assert rest_size == 0.0
+    assert math.isnan(lost_size)
+    assert len(columns) == 9
+    for name, numbers in columns.items():
+        assert np.isnan(numbers).all(), name
 
 
 def test_kinds_have_the_names_that_files_keep() -> None:
@@ -73,3 +48,84 @@ def test_kinds_have_the_names_that_files_keep() -> None:
         "stick-slip limit cycle",
         "rest by stick",
     ]
+
+
+def test_curves_have_their_events_and_ends(folds: Boundary) -> None:
+    header, data = folds._header(), folds.to_dict()
+    assert header["curve_events"] == ["cusp"]
+    assert header["curve_event_values"] == [list(folds.events[0].values)]
+    assert "F" not in header["parameters"]
+    assert [axis["name"] for axis in data["over"]] == ["F", "mu"]
+    (curve,) = data["curves"]
+    assert curve["events"][0]["kind"] == "cusp"
+    assert len(curve["points"]) == len(folds.points)
+    assert {"values", "period", "y_min", "y_max", "start", "multipliers"} <= set(curve["points"][0])
+    assert len(curve["ends"]) == 2
+
+
+def test_curves_are_drawn_in_the_plane_of_the_parameters(folds: Boundary) -> None:
+    (axes,) = folds.figure().axes
+    lines = {str(line.get_label()): line for line in axes.lines}
+    assert set(lines) == {"folds", "cusp"}
+    np.testing.assert_array_equal(
+        np.array(lines["folds"].get_data()).T, [point.values for point in folds.points]
+    )
+    assert np.array(lines["cusp"].get_data())[:, 0].tolist() == list(folds.events[0].values)
+
+
+def test_a_branch_has_its_events_at_their_cycles() -> None:
+    result = branch(None, "mu", low=0.25, high=0.6)
+    columns, header = result.to_columns(), result._header()
+    kinds = [header["event_kinds"][int(index)] for index in columns["event"] if index]
+    assert kinds == ["touch", "fold"]
+    assert header["events"] == ["hopf, subcritical", *kinds]
+    assert header["event_periods"] == [event.period for event in result.events]
+    (fold,) = np.flatnonzero(columns["mu"] == header["event_values"][2])
+    assert result.points[fold].multipliers[-1].real == columns["multiplier_3_re"][fold]
+
+
+def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() -> None:
+    result = branch(None, "mu", low=0.25, high=0.6)
+    axes, orbits, multipliers = result.figure().axes
+    lines = {str(line.get_label()): line for line in axes.lines if str(line.get_label())[0] != "_"}
+    assert set(lines) == {"unstable", "stable", "hopf", "touch", "fold"}
+    fold = result.events[-1].value
+    drawn = 0
+    for name, style in (("stable", "-"), ("unstable", "--")):
+        line = lines[name]
+        assert line.get_linestyle() == style
+        cycles = {(p.value, p.half_range) for p in result.points if p.stable == (name == "stable")}
+        seen = set(zip(*np.array(line.get_data()).tolist(), strict=True))
+        assert {one for one in cycles if one[0] != fold} <= seen
+        assert fold in {value for value, _ in seen}
+        drawn += len(seen)
+    assert drawn == len(result.points) + 1
+    for event in result.events:
+        x, y = np.array(lines[str(event.kind)].get_data())[:, 0].tolist()
+        assert (x, y) == (event.value, 0.5 * (event.y_max - event.y_min))
+    for event in result.events[1:]:
+        (orbit,) = (
+            line for line in orbits.lines if f"= {event.value:.4g}" in str(line.get_label())
+        )
+        ys = np.array(orbit.get_xdata())
+        assert [ys.min(), ys.max()] == pytest.approx([event.y_min, event.y_max], abs=1e-3)
+        assert ys[0] == pytest.approx(ys[-1], abs=1e-5)
+    found = [value for point in result.points for value in point.multipliers]
+    parts = [np.array(line.get_data()) for line in multipliers.lines[1:]]
+    shown = [complex(x, y) for part in parts for x, y in part.T.tolist()]
+    assert sorted(shown, key=abs) == sorted(found, key=abs)
+
+
+def test_a_branch_that_grows_without_bounds_leaves_the_figure_and_not_the_rest() -> None:
+    result = branch(None, "mu")
+    assert max(point.half_range for point in result.points) > 1000.0
+    stable = max(point.half_range for point in result.points if point.stable)
+    axes = result.figure().axes[0]
+    assert axes.get_ylim() == pytest.approx((-0.1 * stable, 2.1 * stable))
+
+
+def test_a_branch_that_was_cut_short_warns_of_it() -> None:
+    whole = branch(None, "mu", low=0.25, high=0.6)
+    assert whole.warning is None
+    cut = dataclasses.replace(whole, ends=(whole.ends[0], End.LOST))
+    assert cut.warning == "the branch cannot be followed farther at mu = 0.6"

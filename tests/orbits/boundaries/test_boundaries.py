@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fivtui import Cancelled, ComputationError, InputError, Parameters, boundary, branch, simulate
+from fivtui import Cancelled, ComputationError, InputError, Parameters, boundary, branch
 from fivtui.equilibrium import critical_mu
 from fivtui.model import System
 from fivtui.orbits.boundaries.result import (
@@ -17,7 +17,7 @@ from fivtui.orbits.boundaries.result import (
     BoundaryPoint,
 )
 from fivtui.orbits.curves.events import End, EventKind
-from tests.orbits.curves.test_cycle_branches import drawn
+from tests.orbits.curves.test_cycle_branches import assert_closes, drawn
 
 BASE = Parameters()
 NARROW = {"F": (24.0, 60.0), "mu": (0.2, 0.8)}
@@ -98,18 +98,7 @@ def test_hopf_points_are_those_of_the_closed_form() -> None:
 
 
 def assert_closed(found: Boundary, point: BoundaryPoint) -> None:
-    run = simulate(
-        at(found, point),
-        t_end=point.period,
-        start=point.start,
-        method="scipy-dop853",
-        tol=1e-12,
-        separation=found.separation,
-    )
-    final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
-    size = max(map(abs, point.start))
-    assert final == pytest.approx(point.start, abs=1e-9 * size)
-    assert run.peak.y_max == pytest.approx(point.y_max, abs=1e-8 * size)
+    assert_closes(at(found, point), point, separation=found.separation)
 
 
 def assert_folds(found: Boundary) -> None:

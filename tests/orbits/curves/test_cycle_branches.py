@@ -9,6 +9,7 @@ import pytest
 from fivtui import ComputationError, InputError, Parameters, branch, simulate, stability
 from fivtui.equilibrium import critical_mu
 from fivtui.model import System, accelerations, mode_of
+from fivtui.orbits.boundaries.result import BoundaryPoint
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.result import CycleBranch, CyclePoint
@@ -80,13 +81,17 @@ def test_the_fold_is_where_transients_stop_dying_out(known: CycleBranch, change:
 
 
 def assert_closed(found: CycleBranch, point: CyclePoint) -> None:
+    assert_closes(at(found, point.value), point, separation=found.separation)
+
+
+def assert_closes(p: Parameters, point: CyclePoint | BoundaryPoint, *, separation: bool) -> None:
     run = simulate(
-        at(found, point.value),
+        p,
         t_end=point.period,
         start=point.start,
         method="scipy-dop853",
         tol=1e-12,
-        separation=found.separation,
+        separation=separation,
     )
     final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
     size = max(map(abs, point.start))
