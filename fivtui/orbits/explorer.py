@@ -1,6 +1,6 @@
 """Attractors: whether a start reaches the equilibrium or a limit cycle, and which coexist."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
 
@@ -67,19 +67,11 @@ class Kind(StrEnum):
 
 AT_REST: Final = (Kind.EQUILIBRIUM, Kind.STICK)
 
-
-_ORBIT_DATA: Final = (
-    "period",
-    "y_min",
-    "y_max",
-    "x_abs",
-    "vx_max",
-    "force_max",
-    "separations",
-    "separated_time",
-    "sticks",
-    "stick_time",
-)
+# What of an orbit has keys of its own, or none.
+_NAMED_APART: Final = {"section", "start", "multipliers", "residual"}
+_ORBIT_DATA: Final = [
+    field.name for field in fields(PeriodicOrbit) if field.name not in _NAMED_APART
+]
 
 
 @dataclass(frozen=True, slots=True)

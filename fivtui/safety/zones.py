@@ -100,29 +100,22 @@ def safety_zones(
     and where the least μ of a cycle comes nearest to μ between these; over μ once. Cycles that are
     connected with none of these are not found, as `safe_friction` may find them.
     """
-    scale = _Judge(system, name, low, high)
-    if not scale.searched:
-        return scale.zones()
-    if name == "mu":
-        return scale.zones(_least(scale))
-    return scale.zones(safe=_continued(scale, progress))
+    judge = _Judge(system, name, low, high)
+    if not judge.searched:
+        return judge.zones()
+    if name != "mu":
+        return _continued(judge, progress)
+    least = float(safe_mus(judge.p, {}, np.array([judge.separation]))[0])
+    return judge.zones() if math.isnan(least) else _over_mu(judge, least, least)
 
 
 def searched_zones(found: "SafeFriction", low: float, high: float) -> Zones:
     """Zones over μ as `safe_friction` found them; nothing is computed."""
-    scale = _Judge(found.system, "mu", low, high)
-    if not scale.searched:
-        return scale.zones()
+    judge = _Judge(found.system, "mu", low, high)
+    if not judge.searched:
+        return judge.zones()
     squeals = found.others[0].mu if found.others else found.critical_mu
-    return scale.zones(_Bounds(found.safe_to, math.inf if squeals is None else squeals))
-
-
-@dataclass(frozen=True, slots=True)
-class _Bounds:
-    # The μ below which no disturbance was found to lead to vibration, and the least μ at which one
-    # does; nothing is known between them.
-    safe: float
-    squeals: float
+    return _over_mu(judge, found.safe_to, math.inf if squeals is None else squeals)
 
 
 class _Judge:
@@ -196,51 +189,29 @@ class _Judge:
         return 0.5 * (low + high)
 
     def zones(
-        self, over_mu: _Bounds | None = None, safe: tuple[Floats, Floats] | None = None
-    ) -> Zones:
-        """Zones with what is known of large disturbances: over μ, or safe μ over the values."""
-        between: list[float] = []
-        if over_mu is not None:
-            between = [over_mu.safe, over_mu.squeals]
-        elif safe is not None:
-            values, least = safe
-            above = self.p.mu >= least
-            known = ~np.isnan(least)
-            changed = np.flatnonzero((above[1:] != above[:-1]) | (known[1:] != known[:-1]))
-            between = [float(0.5 * (values[at] + values[at + 1])) for at in changed]
-        edges, near = self.edges(), _SAME * (self.high - self.low)
-        if safe is not None:
-            # Where stability is lost without a knock before it, both bounds are the same.
-            between = [one for one in between if all(abs(one - edge) > near for edge in edges)]
-        inside = (one for one in (*edges, *between) if self.low < one < self.high)
-        bounds = [self.low, *sorted(inside), self.high]
-        middles = [0.5 * (one + other) for one, other in pairwise(bounds)]
-        judged = self.judged(np.array(middles))
-        known_zones = [
-            self._zone(zone, at, over_mu, safe) for zone, at in zip(judged, middles, strict=True)
-        ]
-        return _merged(self.name, bounds, known_zones)
-
-    def _zone(
         self,
-        judged: Zone,
-        at: float,
-        over_mu: _Bounds | None,
-        safe: tuple[Floats, Floats] | None,
-    ) -> Zone:
-        if judged is not Zone.SMALL:
-            return judged
-        if over_mu is not None:
-            if at < over_mu.safe:
-                return Zone.SAFE
-            return Zone.SMALL if at < over_mu.squeals else Zone.KNOCK
-        if safe is None:
-            return judged
-        values, least = safe
-        here = float(least[np.argmin(np.abs(values - at))])
-        if math.isnan(here):
-            return judged
-        return Zone.KNOCK if self.p.mu >= here else Zone.SAFE
+        between: Sequence[float] = (),
+        large: Callable[[float], Zone] = lambda _value: Zone.SMALL,
+    ) -> Zones:
+        """Zones by eigenvalues and by what large disturbances do where small ones die out.
+
+        That changes at the values `between`.
+        """
+        inside = (value for value in (*self.edges(), *between) if self.low < value < self.high)
+        bounds = [self.low, *sorted(inside), self.high]
+        middles = [0.5 * (begin + end) for begin, end in pairwise(bounds)]
+        judged = zip(self.judged(np.array(middles)), middles, strict=True)
+        zones = [large(middle) if zone is Zone.SMALL else zone for zone, middle in judged]
+        return _merged(self.name, bounds, zones)
+
+
+def _over_mu(judge: _Judge, safe: float, squeals: float) -> Zones:
+    # Below the first μ no disturbance was found to lead to vibration, from the second on one does;
+    # nothing is known between them.
+    def large(mu: float) -> Zone:
+        return Zone.SAFE if mu < safe else Zone.SMALL if mu < squeals else Zone.KNOCK
+
+    return judge.zones([safe, squeals], large)
 
 
 def _approaches(distances: Floats, sorts: Sequence[object]) -> list[int]:
@@ -256,59 +227,60 @@ def _approaches(distances: Floats, sorts: Sequence[object]) -> list[int]:
     ]
 
 
-def _least(scale: _Judge) -> _Bounds | None:
-    continued = float(safe_mus(scale.p, {}, np.array([scale.separation]))[0])
-    return None if math.isnan(continued) else _Bounds(continued, continued)
-
-
-def _continued(scale: _Judge, progress: OnProgress | None) -> tuple[Floats, Floats]:
-    # Safe μ over the parameter; close together where it passes the μ of the parameter set.
-    values = np.linspace(scale.low, scale.high, _CONTINUED)
-    values[0] = scale.least
-    found: dict[float, float] = {}
-    work = Progress(progress)
+def _continued(judge: _Judge, progress: OnProgress | None) -> Zones:
+    # By safe μ over the parameter; values are close together where it passes that of the set.
+    values = np.linspace(judge.low, judge.high, _CONTINUED)
+    values[0] = judge.least
+    least_mus: dict[float, float] = {}
+    work, p = Progress(progress), judge.p
 
     def least(value: float) -> float:
-        if value not in found:
-            work.report(min(len(found) / (2 * _CONTINUED), 1.0))
-            column = {scale.name: np.array([value])}
+        if value not in least_mus:
+            work.report(min(len(least_mus) / (2 * _CONTINUED), 1.0))
+            column = {judge.name: np.array([value])}
             try:
-                found[value] = float(safe_mus(scale.p, column, np.array([scale.separation]))[0])
+                least_mus[value] = float(safe_mus(p, column, np.array([judge.separation]))[0])
             except InputError:
                 # In units of m, k1 and F the others are out of range.
-                found[value] = math.nan
-        return found[value]
+                least_mus[value] = math.nan
+        return least_mus[value]
 
-    def sort(value: float) -> bool | None:
+    def zone(value: float) -> Zone:
         at = least(value)
-        return None if math.isnan(at) else scale.p.mu >= at
+        return Zone.SMALL if math.isnan(at) else Zone.KNOCK if p.mu >= at else Zone.SAFE
 
-    distances = np.array([least(value) - scale.p.mu for value in values.tolist()])
-    for place in _approaches(distances, [sort(value) for value in values.tolist()]):
-        _approach(least, sort, scale.p.mu, float(values[place - 1]), float(values[place + 1]))
-    for ends in pairwise(sorted(found)):
+    distances = np.array([least(value) - p.mu for value in values.tolist()])
+    for index in _approaches(distances, [zone(value) for value in values.tolist()]):
+        _approach(least, zone, p.mu, float(values[index - 1]), float(values[index + 1]))
+    for ends in pairwise(sorted(least_mus)):
         low, high = ends
         for _ in range(_HALVES):
-            if sort(low) is sort(high):
+            if zone(low) is zone(high):
                 break
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if sort(middle) is sort(low) else (low, middle)
-    ordered = sorted(found)
-    return np.array(ordered), np.array([found[value] for value in ordered])
+            low, high = (middle, high) if zone(middle) is zone(low) else (low, middle)
+    known = np.array(sorted(least_mus))
+    between = [
+        0.5 * (low + high) for low, high in pairwise(known.tolist()) if zone(low) is not zone(high)
+    ]
+    # Where stability is lost without a knock before it, both bounds are the same.
+    edges, near = judge.edges(), _SAME * (judge.high - judge.low)
+    between = [value for value in between if all(abs(value - edge) > near for edge in edges)]
+    return judge.zones(between, lambda value: zone(float(known[np.argmin(np.abs(known - value))])))
 
 
 def _approach(
     least: Callable[[float], float],
-    sort: Callable[[float], bool | None],
+    zone: Callable[[float], Zone],
     mu: float,
     low: float,
     high: float,
 ) -> None:
-    # Looks by golden sections for a value of another sort where the least μ comes nearest to μ.
-    begun = sort(low)
+    # Looks by golden sections for a value of another zone where the least μ comes nearest to μ.
+    begin = zone(low)
     for _ in range(_LOOKS):
         first, last = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        if sort(first) is not begun or sort(last) is not begun:
+        if zone(first) is not begin or zone(last) is not begin:
             return
         nearer = abs(least(first) - mu) < abs(least(last) - mu)
         low, high = (low, last) if nearer else (first, high)
