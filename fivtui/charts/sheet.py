@@ -226,7 +226,14 @@ def sheet_figure(sheet: Sheet) -> Figure:
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
         below = [axes for axes, chart in panels if chart.legend == "below"]
         add_legend(figure, below, sheet.legend_columns)
-        figure.align_ylabels()
+        # Charts of one column: a column of another number of charts has a grid of its own.
+        columns: dict[int, list[Axes]] = {}
+        for axes, _ in panels:
+            place = axes.get_subplotspec()
+            column = 0 if place is None else place.get_topmost_subplotspec().colspan.start
+            columns.setdefault(column, []).append(axes)
+        for parts in columns.values():
+            figure.align_ylabels(parts)
     return figure
 
 

@@ -112,3 +112,9 @@ def test_a_branch_that_does_not_begin_is_exit_3() -> None:
     done = fivtui("branch", "--vary=mu=1:2")
     assert (done.returncode, done.stdout) == (3, "")
     assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_branch_is_drawn_over_a_fold(tmp_path: Path) -> None:
+    done = fivtui("branch", "--set=F=120", "--vary=mu=0.2:1", "--plot=b.svg", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "0.2779350934" in done.stdout
