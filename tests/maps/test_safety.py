@@ -113,18 +113,6 @@ def test_regions_follow_from_the_friction_and_offsets_from_transients(
         assert regions.escape[row, column] == pytest.approx(min(known), rel=0.04)
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".npz", ".json"])
-def test_maps_are_read_back_as_written(regions: StabilityMap, suffix: str, tmp_path: Path) -> None:
-    path = tmp_path / f"map{suffix}"
-    save_study("map", regions, path)
-    back = load_study("map", path)
-    assert isinstance(back, StabilityMap)
-    assert back.names == regions.names
-    assert back.value == "coexistence"
-    for name in ("safe_mu", "critical_mu", "excess", "escape", "regions"):
-        assert np.array_equal(getattr(back, name), getattr(regions, name), equal_nan=True)
-
-
 def test_figures_say_what_they_rest_on(over_load: StabilityMap, regions: StabilityMap) -> None:
     for result in (over_load, regions):
         (axes, *_) = result.figure().axes

@@ -1,6 +1,5 @@
 """Stability maps against the stability of single points."""
 
-import json
 import math
 import re
 from contextlib import suppress
@@ -14,7 +13,7 @@ from hypothesis import example, given, settings, strategies as st
 from fivtui import Parameters, stability
 from fivtui.equilibrium.arrays import judge_growths
 from fivtui.equilibrium.quartic import rightmost_real_part
-from fivtui.maps import StabilityMap, stability_map
+from fivtui.maps import stability_map
 from fivtui.maps.stability import EIGENVALUE_VALUES
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS
@@ -284,22 +283,6 @@ def test_a_wrong_request_is_refused(over: dict[str, list[float]], value: str, sa
     with pytest.raises(InputError) as caught:
         stability_map(Parameters(), over, value)
     assert said in str(caught.value)
-
-
-@pytest.fixture
-def small() -> StabilityMap:
-    over = {"F": np.geomspace(1.0, 150.0, 12), "mu": np.linspace(0.0, 1.0, 11)}
-    return stability_map(Parameters(), over)
-
-
-def test_a_map_as_data_is_plain_json(small: StabilityMap) -> None:
-    data = json.loads(json.dumps(small.to_dict(), allow_nan=False))
-    assert [axis["name"] for axis in data["over"]] == ["F", "mu"]
-    assert data["over"][0]["unit"] == "N"
-    assert np.array(data["values"]).shape == (12, 11)
-    assert set(data["parameters"]) == set(PARAMETERS) - {"F", "mu"}
-    none = stability_map(Parameters(), {"F": [-1.0, 1.0], "k1": [1.0]}, "critical-mu")
-    assert none.to_dict()["values"][0] == [None]
 
 
 def test_a_figure_without_boundary_has_no_legend_of_it() -> None:

@@ -1,6 +1,5 @@
 """Uncertainty studies: against closed forms, stored and continued, on the command line."""
 
-import json
 import math
 import tomllib
 from collections.abc import Generator, Iterable
@@ -332,27 +331,6 @@ def test_hypercubes_are_not_added_to() -> None:
 def test_a_sweep_that_is_not_scattered_is_no_study() -> None:
     with pytest.raises(InputError, match="not scattered"):
         judged(sweep(vary={"F": [20.0]}, outputs=["stable"]))
-
-
-def test_the_command_prints_one_object(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    line = ["uncertainty", "--vary", VARY[1], "--samples", "256", "--json"]
-    line += ["--output", "critical_mu", "--out", "rows.parquet", "--plot", "figure.svg"]
-    assert run(line) == 0
-    printed = capsys.readouterr()
-    data = json.loads(printed.out)
-    assert "wrote rows.parquet" in printed.err
-    assert set(data["probabilities"]["unstable"]) == {"value", "low", "high"}
-    assert {"first", "total", "low", "high"} <= set(data["indices"]["critical_mu"]["F"])
-    assert set(data["quantiles"]) == {"growth_rate", "critical_mu"}
-    assert data["seeds"] == list(range(16))
-    text = Path("figure.svg").read_text(encoding="utf-8")
-    assert "Sobol indices" in text
-    assert run([*line[:-6], "--samples=8", "--until", "1"]) == 2
-    assert run(["uncertainty", "--vary", VARY[0], "--samples", "256"]) == 0
-    assert "the equilibrium is unstable" in capsys.readouterr().out
 
 
 def test_a_correlated_scene_says_why_there_are_no_indices(

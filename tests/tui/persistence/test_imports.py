@@ -4,7 +4,6 @@ import dataclasses
 import json
 from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -57,17 +56,6 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def printed(written: Path, capsys: pytest.CaptureFixture[str]) -> Any:
-    def keep(name: str, *words: str) -> Path:
-        capsys.readouterr()
-        command(*words, "--json")
-        (written / name).write_text(capsys.readouterr().out)
-        return written / name
-
-    return keep
-
-
-@pytest.fixture
 async def pilot(written: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
     monkeypatch.chdir(written)
     async with FivtuiApp().run_test(size=(100, 30)) as started:
@@ -82,32 +70,7 @@ async def read(pilot: Pilot[None], name: str, words: str) -> None:
     await until_told(pilot, words)
 
 
-def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
-    kinds = {"run.csv": "run", "trade.csv": "trade-off"}
-    kinds |= {f"sweep{suffix}": "sweep" for suffix in (".csv", ".parquet")}
-    kinds |= {f"map{suffix}": "map" for suffix in (".csv", ".npz", ".parquet")}
-    for name, kind in kinds.items():
-        assert kind_of(written / name) == kind
-    for name in ("modes.csv", "fig-02a.csv"):
-        with pytest.raises(
-            InputError, match="not a run, uncertainty, sweep, trade-off, branch or map"
-        ):
-            kind_of(written / name)
-    over = ("--over", "mu=0:1.5:3", "--over", "F=5:100:2")
-    assert kind_of(printed("map.json", "map", *over)) == "map"
-    assert kind_of(printed("trade.json", "tradeoff", "--t-end", "5")) == "trade-off"
-    for name, words, why in (
-        ("sweep.json", ("sweep", "--vary", "F=1,2", "--output", "stable"), "sweep --out"),
-        ("run.json", ("simulate", "--t-end", "2"), "simulate --out"),
-        (
-            "stability.json",
-            ("stability", "--no-search"),
-            "not a run, uncertainty, sweep, trade-off, branch or map",
-        ),
-    ):
-        with pytest.raises(InputError, match=why):
-            kind_of(printed(name, *words))
+def test_what_cannot_be_read_or_displayed_is_refused(written: Path) -> None:
     (written / "bad.json").write_text("{")
     with pytest.raises(InputError, match="not JSON"):
         kind_of(written / "bad.json")
