@@ -7,7 +7,7 @@ from fivtui.results import Command, Stored, StudyKind, command_for
 
 from .options import UncertaintyOptions
 
-files, report = later(__name__, "files", "report")
+report, result = later(__name__, "report", "result")
 _SUFFIXES: Final = (".csv", ".parquet")
 _TEXT_BYTES: Final = 20
 
@@ -43,10 +43,10 @@ UNCERTAINTY: Final = StudyKind(
     rows=report.uncertainty_rows,
     warning=report.warning_of,
     suffixes=_SUFFIXES,
-    save=files.save_uncertainty,
+    save=result.save_uncertainty,
     as_json=True,
     stem=lambda result: f"uncertainty-{'-'.join(result.inputs)}",
-    load=files.read_uncertainty,
+    load=result.read_uncertainty,
     header=frozenset({"sweep", "scattered"}),
     json_keys=frozenset({"probabilities", "quantiles", "inputs"}),
     json_refusal="does not have the samples; read the file of uncertainty --out",

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import Final
 
@@ -38,10 +38,6 @@ class LocalSensitivity:
     derivative: float
     per_sd: float
     share: float
-
-    def to_dict(self) -> dict[str, float]:
-        """As data for JSON."""
-        return asdict(self)
 
 
 def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -9,8 +10,8 @@ from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
 from fivtui.model import InputError, System
-from fivtui.results import Drawn, Result, scene_text
-from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep
+from fivtui.results import Drawn, Result, scene_text, to_data
+from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep, read_sweep, save_sweep
 
 from .local import LocalSensitivity, local_sensitivities
 from .means import safe_mu_unknown_above
@@ -172,7 +173,7 @@ class Uncertainty(Result, Drawn):
             "means": dicts(self.means),
             "quantiles": {name: dicts(each) for name, each in self.quantiles.items()},
             "indices": {name: dicts(each) for name, each in self.indices.items()},
-            "local": {name: dicts(each) for name, each in self.local.items()},
+            "local": to_data(self.local),
             "missing": dict(self.missing),
             "unresolved": dict(self.unresolved),
         }
@@ -185,6 +186,16 @@ class Uncertainty(Result, Drawn):
         from .charts import uncertainty_sheet
 
         return uncertainty_sheet(self)
+
+
+def save_uncertainty(result: Uncertainty, path: Path, *, force: bool = False) -> None:
+    """Write the members of a study; `InputError` if the file cannot be written."""
+    save_sweep(result.sweep, path, force=force)
+
+
+def read_uncertainty(path: Path) -> Uncertainty:
+    """Read a study from the file of its members; `InputError` if it is another file, or damaged."""
+    return judged(read_sweep(path))
 
 
 def scatter_of(study: Study) -> Scatter:

@@ -71,79 +71,47 @@ def listed(
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """How the laboratory keeps a result in a file of its own.
-
-    Attributes
-    ----------
-    suffix : str
-        Of the file.
-    save, load : callable or None
-        Write a result to a path, and read it; as `StudyKind` if not given.
-    size : callable
-        Approximate size of the file, bytes.
-    unfinished : callable
-        Why a result is not to be kept; empty if it is.
-    """
+    """How the laboratory keeps a result in a file of its own; as `StudyKind` where not given."""
 
     suffix: str
     save: Callable[[Any, Path], None] | None = None
     load: Callable[[Path], Any] | None = None
+    # Approximate size of the file, bytes.
     size: Callable[[Any], int] = lambda _result: 0
+    # Why a result is not to be kept; empty if it is.
     unfinished: Callable[[Any], str] = lambda _result: ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyKind:
-    """A kind of study: all that the command line and the laboratory do with its results.
+    """A kind of study: all that the command line and the laboratory do with its results."""
 
-    Attributes
-    ----------
-    data : str
-        What a file holds, named in messages, e.g. ``"table of modes"``.
-    show : callable
-        Prints a result on standard output.
-    rows : callable
-        The figures of a result, as its table has them; those of its ``repr`` if not given.
-    to_dict, figure, warning : callable
-        A result as data that JSON can hold, as a matplotlib figure, and what it warns of, in one
-        sentence, or None; its own if not given.
-    suffixes : tuple of str
-        Formats in which `save` writes it; empty if in none.
-    save : callable
-        Takes a result, a path and, by keyword, `force`: whether to replace a file. That of
-        `TableResult` if not given.
-    as_json : bool
-        Whether the laboratory offers JSON beside them.
-    stem : callable
-        Ending of the file name that is proposed for a result, e.g. ``"map-F-mu"``.
-    load : callable or None
-        Reads a result from a file; InputError if it is none. None if it is not read.
-    folders : tuple of str
-        Suffixes of folders that `load` reads.
-    header, json_keys : frozenset of str
-        Keys by which a table, or JSON, is recognised as of this kind.
-    json_refusal : str
-        Why JSON of this kind cannot be read; empty if it can.
-    command : callable or None
-        The command that computes what it takes: a result, or what one is of.
-    stored : Stored or None
-        The file in which the laboratory keeps a result between two starts.
-    """
-
+    # What a file holds, named in messages, e.g. "table of modes".
     data: str
+    # Prints a result on standard output.
     show: Callable[[Any], None]
+    # The figures of a result, as its table has them; those of its repr if not given.
     rows: Callable[[Any], Sequence[Row]] = _rows_of
+    # A result as data that JSON can hold, as a matplotlib figure, and what it warns of.
     to_dict: Callable[[Any], Any] = methodcaller("to_dict")
     figure: Callable[[Any], Any] = methodcaller("figure")
     warning: Callable[[Any], str | None] = lambda result: getattr(result, "warning", None) or None
+    # Formats in which `save` writes it; takes a result, a path and, by keyword, `force`.
     suffixes: tuple[str, ...] = ()
     save: Callable[..., None] = save_result
+    # Whether the laboratory offers JSON beside them.
     as_json: bool = False
+    # Ending of the file name that is proposed for a result, e.g. "map-F-mu".
     stem: Callable[[Any], str] = str
+    # Reads a result from a file, or from a folder with one of these suffixes.
     load: Callable[[Path], Any] | None = None
     folders: tuple[str, ...] = ()
+    # Keys by which a table, or JSON, is recognised as of this kind.
     header: frozenset[str] = frozenset()
     json_keys: frozenset[str] = frozenset()
+    # Why JSON of this kind cannot be read; empty if it can.
     json_refusal: str = ""
+    # The command that computes what it takes: a result, or what one is of.
     command: Callable[[Any], Command] | None = None
+    # The file in which the laboratory keeps a result between two starts.
     stored: Stored | None = None

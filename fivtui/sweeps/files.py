@@ -1,7 +1,7 @@
 """Write and read complete sweeps, and read incomplete ones."""
 
-import json
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -9,7 +9,7 @@ from fivtui.io import check_regular, is_folder, parts_folder, temporary_folder, 
 from fivtui.model import InputError
 
 from .formats import SweepFormat, sweep_format
-from .pieces import MANIFEST, find_pieces
+from .pieces import old_piece_files, piece_count, piece_of, read_manifest, sound_pieces
 from .provenance import carried_over, provenance_of, study_from_dict
 from .run import Sweep, check_in_memory
 from .study import Study
@@ -65,12 +65,8 @@ def begun_studies(out: Path) -> tuple[Study | None, Study | None]:
     stored = under_way = None
     if out.is_file() and (said := form.provenance(out)) is not None:
         stored = _study_in(said)
-    manifest = parts_folder(out) / MANIFEST
-    if manifest.is_file():
-        try:
-            under_way = _study_in(json.loads(manifest.read_bytes()))
-        except (OSError, ValueError):
-            under_way = None
+    with suppress(OSError, InputError):
+        under_way = _study_in(read_manifest(parts_folder(out)).provenance)
     return stored, under_way
 
 
@@ -91,11 +87,25 @@ def _from_file(path: Path, form: SweepFormat) -> tuple[Sweep, int]:
 
 
 def _from_folder(folder: Path) -> tuple[Sweep, int]:
-    pieces = find_pieces(folder)
-    check_in_memory(pieces.study, pieces.members)
+    # The rows of the sound pieces in ``FILE.parts``, and their number; changes nothing there.
+    try:
+        manifest, form = read_manifest(folder), sweep_format(Path(folder.stem))
+        study = study_from_dict(manifest.provenance["sweep"])
+        count = piece_count(study.members, manifest.size)
+        pieces, old = sound_pieces(folder, manifest.digest, count), old_piece_files(folder)
+    except (OSError, ValueError, KeyError):
+        raise InputError("not the folder of a sweep under way (FILE.parts)") from None
+    if old:
+        raise InputError(
+            "an older fivtui began this sweep: its pieces do not say which sweep they are of"
+        )
+    if not pieces:
+        raise InputError("no member of this sweep is stored yet")
+    parts = [piece_of(number, study.members, manifest.size) for number in pieces]
+    members = sum(part.last - part.first for part in parts)
+    check_in_memory(study, members)
     with temporary_folder() as scratch:
-        whole = scratch / folder.stem
-        with whole.open("wb") as file:
-            pieces.form.merge(file, pieces.study, pieces.paths, {})
-        rows = pieces.form.read(whole, pieces.study)
-        return Sweep(pieces.study, rows, pieces.provenance), pieces.members
+        merged = scratch / folder.stem
+        with merged.open("wb") as file:
+            form.merge(file, study, [piece.path for piece in pieces.values()], {})
+        return Sweep(study, form.read(merged, study), manifest.provenance), members

@@ -44,23 +44,15 @@ _ARROW_TYPES: Final[Mapping[ColumnKind, str]] = {
 
 @dataclass(frozen=True, slots=True)
 class SweepFormat:
-    """A file format of a sweep's rows.
+    """A file format of a sweep's rows."""
 
-    Attributes
-    ----------
-    table : Format
-        Table format of the whole file.
-    write_piece : callable
-        Writes some rows of a study to a binary file.
-    merge : callable
-        Writes pieces, in order, and provenance to a binary file.
-    count : callable
-        Number of whole rows of a study in a file; 0 if its columns are others.
-    """
-
+    # Of the whole file.
     table: Format
+    # Writes some rows of a study.
     write_piece: Callable[[BinaryIO, Study, Rows], None]
+    # Writes pieces, in order, below their provenance.
     merge: Callable[[BinaryIO, Study, Iterable[Path], Provenance], None]
+    # Number of whole rows of a study in a file; 0 if its columns are others.
     count: Callable[[Path, Study], int]
 
     def provenance(self, path: Path) -> dict[str, Any] | None:

@@ -11,13 +11,9 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from fivtui.model import InputError
-
-from .formats import SweepFormat, sweep_format
-from .provenance import study_from_dict
-from .study import Study
 
 MANIFEST: Final = "manifest.json"
 # Keys of a manifest that the file does not have.
@@ -47,6 +43,24 @@ def piece_count(members: int, size: int) -> int:
 def piece_of(number: int, members: int, size: int) -> SweepPiece:
     """Piece `number` of a sweep of `members` members, `size` in a piece."""
     return SweepPiece(number, number * size, min((number + 1) * size, members))
+
+
+class Manifest(NamedTuple):
+    """What a folder of pieces says of them: a digest, members of a piece, and provenance."""
+
+    digest: str
+    size: int
+    provenance: dict[str, Any]
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """The manifest in a folder of pieces; `InputError` if it is damaged."""
+    try:
+        content = json.loads((folder / MANIFEST).read_bytes())
+        provenance = {key: content[key] for key in content if key not in (PIECE_MEMBERS, COLUMNS)}
+        return Manifest(digest_of(content), int(content[PIECE_MEMBERS]), provenance)
+    except (ValueError, KeyError, TypeError):
+        raise InputError(f"its {MANIFEST} is damaged") from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,44 +119,10 @@ def is_own(path: Path) -> bool:
     return named is not None or path.name.startswith(_LEFT_OVER)
 
 
-@dataclass(frozen=True, slots=True)
-class StoredPieces:
-    """The sound pieces of an incomplete sweep, `members` in all, and its provenance."""
-
-    study: Study
-    form: SweepFormat
-    paths: tuple[Path, ...]
-    members: int
-    provenance: dict[str, Any]
-
-
-def find_pieces(folder: Path) -> StoredPieces:
-    """Find the sound pieces in ``FILE.parts`` that belong to its manifest; changes nothing there.
-
-    Raises `InputError` if the folder is not of an incomplete sweep, has no sound piece yet, or its
-    pieces do not say which sweep they are of.
-    """
-    try:
-        manifest = json.loads((folder / MANIFEST).read_bytes())
-        study, size = study_from_dict(manifest["sweep"]), int(manifest[PIECE_MEMBERS])
-        form, count = sweep_format(Path(folder.stem)), piece_count(study.members, size)
-        sweep = digest_of(manifest)
-        own = [file for file in piece_files(folder) if file.sweep == sweep and file.sound]
-        sound = {file.number: file for file in own if file.number < count}
-        old = old_piece_files(folder)
-    except (OSError, ValueError, KeyError, TypeError):
-        raise InputError("not the folder of a sweep under way (FILE.parts)") from None
-    if old:
-        raise InputError(
-            "an older fivtui began this sweep: its pieces do not say which sweep they are of"
-        )
-    if not sound:
-        raise InputError("no member of this sweep is stored yet")
-    pieces = [piece_of(number, study.members, size) for number in sound]
-    return StoredPieces(
-        study,
-        form,
-        tuple(file.path for file in sound.values()),
-        sum(piece.last - piece.first for piece in pieces),
-        {key: value for key, value in manifest.items() if key not in (PIECE_MEMBERS, COLUMNS)},
-    )
+def sound_pieces(folder: Path, digest: str, count: int) -> dict[int, PieceFile]:
+    """The sound files of pieces of a manifest, by number, of those from 0 to `count` - 1."""
+    sound: dict[int, PieceFile] = {}
+    for file in piece_files(folder):
+        if file.sweep == digest and file.number < count and file.number not in sound and file.sound:
+            sound[file.number] = file
+    return sound

@@ -12,7 +12,14 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
-from fivtui.io import check_output, locked, parts_folder, resolved, write_atomically
+from fivtui.io import (
+    check_output,
+    locked,
+    parts_folder,
+    resolved,
+    save_bytes,
+    write_atomically,
+)
 from fivtui.model import ComputationError, InputError
 
 from .arithmetic import arithmetic_difference
@@ -29,6 +36,8 @@ from .pieces import (
     piece_files,
     piece_name,
     piece_of,
+    read_manifest,
+    sound_pieces,
 )
 from .provenance import ARITHMETIC, VERSIONS, described, provenance_of
 from .rows import Rows
@@ -115,13 +124,11 @@ class SweepStore:
         self._sweep = digest_of(content)
         if not manifest.exists():
             text = json.dumps(content, ensure_ascii=False, indent=1) + "\n"
-            write_atomically(manifest, lambda file: _write(file, text.encode()))
-        count = piece_count(self._study.members, self.size)
-        for file in piece_files(self.folder):
-            wanted = file.number < count and file.number not in self._pieces
-            if wanted and file.sound:
-                piece = piece_of(file.number, self._study.members, self.size)
-                self._count(piece, file.path, file.failed)
+            save_bytes(text.encode(), manifest)
+        members, size = self._study.members, self.size
+        sound = sound_pieces(self.folder, self._sweep, piece_count(members, size))
+        for number, file in sound.items():
+            self._count(piece_of(number, members, size), file.path, file.failed)
         for path in self.folder.iterdir():
             if is_own(path) and path not in self._pieces.values():
                 path.unlink()
@@ -137,20 +144,15 @@ class SweepStore:
                 )
             return ""
         try:
-            there = json.loads(manifest.read_bytes())
-            size = int(there[PIECE_MEMBERS])
-            of_sweep = _without_arithmetic(_of_file(there))
-            arithmetic = there.get(ARITHMETIC)
-        except (ValueError, KeyError, AttributeError, TypeError):
-            difference = f"its {MANIFEST} is damaged"
-        else:
-            difference = _difference(of_sweep, self._described) or _difference(
-                size, self._asked_size or size, "members of a piece"
-            )
+            _, size, provenance = read_manifest(self.folder)
+            difference = _difference(
+                _without_arithmetic(provenance), self._described
+            ) or _difference(size, self._asked_size or size, "members of a piece")
+        except InputError as error:
+            difference = str(error)
         if difference:
             return _not_continued(difference)
-        here = self._provenance[ARITHMETIC]
-        difference = arithmetic_difference(arithmetic, here)
+        difference = arithmetic_difference(provenance.get(ARITHMETIC), self._provenance[ARITHMETIC])
         if difference:
             return (
                 f"rows computed here would differ in the last bits from those there ({difference});"
@@ -192,7 +194,7 @@ class SweepStore:
         path = self.folder / name
         try:
             with self._explained():
-                write_atomically(path, lambda file: _write(file, content), force=True)
+                save_bytes(content, path, force=True)
         finally:
             # Ctrl+C may come when the piece is there already: then it is kept, and counts.
             if path.exists():
@@ -232,13 +234,9 @@ class SweepStore:
 
     def clear_own(self) -> None:
         """Remove pieces that a kill left after the file was complete."""
-        try:
-            there = json.loads((self.folder / MANIFEST).read_bytes())
-            own = _without_arithmetic(_of_file(there)) == self._described
-        except (OSError, ValueError, KeyError, AttributeError, TypeError):
-            own = False
-        if own:
-            self._clear()
+        with suppress(OSError, InputError):
+            if _without_arithmetic(read_manifest(self.folder).provenance) == self._described:
+                self._clear()
 
     @contextmanager
     def _explained(self) -> Iterator[None]:
@@ -296,10 +294,6 @@ def _readable(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
-def _write(file: BinaryIO, content: bytes) -> None:
-    file.write(content)
-
-
 def _sync(folder: Path) -> None:
     # The new name must survive a power loss before the pieces are removed.
     if os.name == "posix":
@@ -308,11 +302,6 @@ def _sync(folder: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
-
-
-def _of_file(manifest: dict[str, Any]) -> dict[str, Any]:
-    # The part of a manifest that the file has, too.
-    return {key: manifest[key] for key in manifest if key not in (PIECE_MEMBERS, COLUMNS)}
 
 
 def _without_arithmetic(provenance: dict[str, Any]) -> dict[str, Any]:

@@ -20,7 +20,7 @@ import pytest
 import fivtui.sweeps.provenance as provenance_module
 import fivtui.sweeps.store as store_module
 from fivtui import Parameters
-from fivtui.io import write_atomically
+from fivtui.io import save_bytes
 from fivtui.io.locks import locked
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.sweeps.design import Design, Range
@@ -67,12 +67,12 @@ def interrupted(out: Path, study: Study = STUDY, pieces: int = 4) -> Path:
 def test_a_piece_that_is_there_when_ctrl_c_comes_counts_as_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def write_and_stop(path: Path, *given: Any, **more: Any) -> None:
-        write_atomically(path, *given, **more)
+    def save_and_stop(content: bytes, path: Path, **more: Any) -> None:
+        save_bytes(content, path, **more)
         if path.suffix == ".csv":
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(store_module, "write_atomically", write_and_stop)
+    monkeypatch.setattr(store_module, "save_bytes", save_and_stop)
     with pytest.raises(Cancelled, match=f"{SIZE} of 20 members are kept"):
         run(tmp_path / "out.csv")
     assert len(list((tmp_path / "out.csv.parts").glob("0*.csv"))) == 1
