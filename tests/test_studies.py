@@ -12,7 +12,6 @@ import pytest
 from matplotlib.figure import Figure
 
 from fivtui.cli.deliver import Outputs
-from fivtui.console.printing import print_list
 from fivtui.io.tables import read_columns, read_header, write_table
 from fivtui.model.columns import Column
 from fivtui.model.errors import InputError
@@ -24,6 +23,7 @@ from fivtui.results import (
     TableResult,
     command_for,
     equal_values,
+    listed,
 )
 from fivtui.scene.presets import PRESETS
 from fivtui.studies import (
@@ -82,7 +82,7 @@ def load(path: Path) -> Bounce:
 
 BOUNCE = StudyKind(
     data="bounce",
-    show=lambda result: print_list("Bounce", [row[:2] for row in study("bounce").rows(result)]),
+    show=listed("Bounce"),
     warning=lambda result: "high" if max(result.heights) > 1.0 else None,
     suffixes=(".csv", ".npz", ".parquet"),
     save=save,

@@ -9,7 +9,6 @@ if TYPE_CHECKING:
         parameter_line,
         print_list,
         print_rows,
-        print_rows_of,
         print_titled,
         terminal_width,
     )

@@ -67,28 +67,24 @@ class ProgressBar:
         self._bar.update(self._bar.task_ids[0], completed=fraction, description=words)
 
 
-def print_list(title: str, rows: Sequence[tuple[str, str]]) -> None:
-    """Print names and texts side by side, or one below the other on a narrow terminal."""
+def print_list(title: str, rows: Sequence[Sequence[str]]) -> None:
+    """Print a name and texts a row, side by side, or one below the other on a narrow terminal."""
     width = terminal_width()
-    names = max((cell_len(name) for name, _ in rows), default=0)
-    texts = max((cell_len(text) for _, text in rows), default=0)
+    lines = [(name, "  ".join(filter(None, parts))) for name, *parts in rows]
+    names = max((cell_len(name) for name, _ in lines), default=0)
+    texts = max((cell_len(text) for _, text in lines), default=0)
     beside = width is None or names + GAP + min(texts, READABLE) <= width
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_column(no_wrap=beside, overflow="fold")
     if beside:
         table.add_column(overflow="fold")
-    for name, text in rows:
+    for name, text in lines:
         if beside:
             table.add_row(Text(name), Text(text))
         else:
             table.add_row(Text(name))
             table.add_row(Padding(Text(text, overflow="fold"), (0, 0, 0, GAP)))
     print_titled(title, table)
-
-
-def print_rows_of(title: str, rows: Sequence[tuple[str, str, str]]) -> None:
-    """Print the rows of a report: label, value and note."""
-    print_list(title, [(label, f"{value}  {note}".rstrip()) for label, value, note in rows])
 
 
 def print_titled(title: str, *parts: RenderableType) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fivtui.console import number, parameter_line, print_rows_of
+from fivtui.console import number, parameter_line, print_list
 from fivtui.model import IN_CONTACT, sliding
 from fivtui.results import Row
 
@@ -132,4 +132,4 @@ def _shape(mode: "VibrationMode") -> str:
 def print_stability(s: Stability) -> None:
     """Print the report of a stability analysis."""
     parameters = Row("parameters", parameter_line(s.parameters))
-    print_rows_of("Stability", [parameters, *stability_rows(s)])
+    print_list("Stability", [parameters, *stability_rows(s)])

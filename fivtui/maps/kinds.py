@@ -1,11 +1,11 @@
 """Maps among the studies."""
 
+from operator import attrgetter, methodcaller
 from typing import TYPE_CHECKING, Final
 
-from fivtui.console import print_rows_of
 from fivtui.lazy import later
 from fivtui.ranges import range_text
-from fivtui.results import TABLES, Command, Stored, StudyKind, command_for
+from fivtui.results import TABLES, Command, Stored, StudyKind, command_for, listed
 
 from .options import MapOptions
 
@@ -14,10 +14,6 @@ if TYPE_CHECKING:
 
 (files,) = later(__name__, "files")
 _BYTES: Final = 8
-
-
-def _show(result: "StabilityMap") -> None:
-    print_rows_of(result.title, result.rows())
 
 
 def _command(result: "StabilityMap") -> Command:
@@ -35,8 +31,8 @@ def _size(result: "StabilityMap") -> int:
 
 MAP: Final = StudyKind(
     data="map",
-    show=_show,
-    rows=lambda result: result.rows(),
+    show=listed(attrgetter("title"), methodcaller("rows")),
+    rows=methodcaller("rows"),
     suffixes=TABLES,
     as_json=True,
     stem=lambda result: f"map-{'-'.join(result.names)}",

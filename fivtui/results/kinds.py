@@ -57,14 +57,14 @@ def _rows_of(result: Any) -> Sequence[Row]:
 
 
 def listed(
-    title: str, rows: Callable[[Any], Sequence[Sequence[str]]] = _rows_of
+    title: str | Callable[[Any], str], rows: Callable[[Any], Sequence[Sequence[str]]] = _rows_of
 ) -> Callable[[Any], None]:
     """Printing of a result as a list of its rows below a title; those of its repr by default."""
 
     def show(result: Any) -> None:
-        from fivtui.console import print_rows_of
+        from fivtui.console import print_list
 
-        print_rows_of(title, [Row(*row) for row in rows(result)])
+        print_list(title if isinstance(title, str) else title(result), rows(result))
 
     return show
 

@@ -21,7 +21,7 @@ from fivtui.io import (
 from fivtui.model import InputError
 
 from .rows import Rows
-from .study import ColumnKind, Study, SweepColumn
+from .study import ColumnKind, Study
 
 # What a file says of its own making: JSON values by key.
 Provenance = Mapping[str, Any]
@@ -115,22 +115,6 @@ def _count_csv(path: Path, study: Study) -> int:
         return sum(part.count(b"\n") for part in iter(partial(file.read, _CHUNK), b""))
 
 
-def _arrow_table(study: Study, rows: Rows) -> Any:
-    import pyarrow as pa
-
-    schema = _arrow_schema(study)
-    arrays = [_arrow_array(rows, column) for column in study.columns]
-    return pa.table(arrays, schema=schema)
-
-
-def _arrow_array(rows: Rows, column: SweepColumn) -> Any:
-    import pyarrow as pa
-
-    if column.kind == "number":
-        return pa.array(rows.numbers[column.name], from_pandas=True)
-    return pa.array(rows.values(column), type=_ARROW_TYPES[column.kind])
-
-
 def _arrow_schema(study: Study, provenance: Provenance = _NOTHING) -> Any:
     import pyarrow as pa
 
@@ -139,9 +123,16 @@ def _arrow_schema(study: Study, provenance: Provenance = _NOTHING) -> Any:
 
 
 def _write_parquet_piece(file: BinaryIO, study: Study, rows: Rows) -> None:
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    pq.write_table(_arrow_table(study, rows), file)
+    arrays = [
+        pa.array(rows.numbers[column.name], from_pandas=True)
+        if column.kind == "number"
+        else pa.array(rows.values(column), type=_ARROW_TYPES[column.kind])
+        for column in study.columns
+    ]
+    pq.write_table(pa.table(arrays, schema=_arrow_schema(study)), file)
 
 
 def _merge_parquet(

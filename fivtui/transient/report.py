@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from fivtui.console import number, parameter_line, print_rows, print_rows_of
+from fivtui.console import number, parameter_line, print_list, print_rows
 from fivtui.model import parameter_spec
 from fivtui.results import Row
 
@@ -143,7 +143,7 @@ def print_transient(
     """Print the report of a transient, with its errors as verified by `runs` runs."""
     verified = "" if errors is None else f"verified by {runs} runs"
     rows = transient_rows(result, verified, errors)
-    print_rows_of(title, [Row("parameters", parameter_line(result.parameters)), *rows])
+    print_list(title, [Row("parameters", parameter_line(result.parameters)), *rows])
     if result.sensitivities is not None:
         _print_sensitivities(result.sensitivities, result.tol)
 
