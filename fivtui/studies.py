@@ -91,18 +91,18 @@ def kind_of(path: Path) -> str:
     check_readable(path)
     suffix = path.suffix.lower()
     if is_folder(path):
-        found = next((name for name, kind in studies() if suffix in kind.folders), "")
+        kind_name = next((name for name, kind in studies() if suffix in kind.folders), "")
     elif suffix == _JSON:
-        found = _kind_of_json(path)
+        kind_name = _kind_of_json(path)
     else:
         header = read_header(path, "result").keys()
         fitting = (name for name, kind in studies() if kind.header and header >= kind.header)
         # A trajectory that another program wrote has no header.
-        found = next(fitting, "") if header else "run"
-    if not found or study(found).load is None:
-        known = [name for name, kind in studies() if kind.load is not None]
-        raise InputError(f"{path}: not a {', '.join(known[:-1])} or {known[-1]}")
-    return found
+        kind_name = next(fitting, "") if header else "run"
+    if not kind_name or study(kind_name).load is None:
+        names = [name for name, kind in studies() if kind.load is not None]
+        raise InputError(f"{path}: not a {', '.join(names[:-1])} or {names[-1]}")
+    return kind_name
 
 
 def _kind_of_json(path: Path) -> str:

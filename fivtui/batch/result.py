@@ -139,11 +139,11 @@ class Batch(Result):
         status, t = Status(self.status[member]), float(self.t[member])
         if status is Status.DONE:
             return None
-        place = member % self.status.size
-        row = self._failures[np.searchsorted(self._failures[:, 0], place)].tolist()
+        index = member % self.status.size
+        row = self._failures[np.searchsorted(self._failures[:, 0], index)].tolist()
         _, x, vx, y, vy, separation, *values = row
-        given = zip(ALL_PARAMETERS, values, strict=True)
-        p = Parameters().with_values({name: v for name, v in given if not math.isnan(v)})
+        pairs = zip(ALL_PARAMETERS, values, strict=True)
+        p = Parameters().with_values({name: v for name, v in pairs if not math.isnan(v)})
         if status is Status.OVERFLOW:
             return overflow_error(t, (x, vx, y, vy), System(p, separation=bool(separation)))
         if status is Status.STALLED:
@@ -159,9 +159,9 @@ class Batch(Result):
         ]
         for name in ("y_abs", "y_half_range", "separations"):
             values = self.to_columns().get(name)
-            known = np.empty(0) if values is None else values[self.status == Status.DONE]
-            if known.size:
-                rows.append((name, f"{known.min():.6g} to {known.max():.6g}"))
+            done_values = np.empty(0) if values is None else values[self.status == Status.DONE]
+            if done_values.size:
+                rows.append((name, f"{done_values.min():.6g} to {done_values.max():.6g}"))
         return rows
 
     def to_dict(self) -> dict[str, Any]:

@@ -58,9 +58,13 @@ class ProgressBar:
                 return
             console = Console(stderr=True)
             columns = [TextColumn("{task.description}", markup=False), BarColumn()]
-            left = [TimeRemainingColumn()] if self._remaining else []
+            time_left = [TimeRemainingColumn()] if self._remaining else []
             self._bar = Bar(
-                *columns, *left, console=console, transient=True, disable=not console.is_terminal
+                *columns,
+                *time_left,
+                console=console,
+                transient=True,
+                disable=not console.is_terminal,
             )
             self._bar.start()
             self._bar.add_task(words, total=1.0)
@@ -121,8 +125,8 @@ def print_rows(
 ) -> None:
     """Print a table; one wider than the terminal continues below."""
     columns = [
-        TableColumn(name, tuple(row[place] for row in rows), justify if place > 0 else "left")
-        for place, name in enumerate(header)
+        TableColumn(name, tuple(row[index] for row in rows), justify if index > 0 else "left")
+        for index, name in enumerate(header)
     ]
     tables: list[RenderableType] = []
     for block in blocks_of(columns, keys, terminal_width()):

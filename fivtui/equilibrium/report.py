@@ -54,8 +54,8 @@ def margin_text(s: Stability) -> str:
 def stability_rows(s: Stability) -> list[Row]:
     """All results of a stability analysis: label, value with unit, and a note."""
     point, near, linear = s.equilibrium, s.coalescence, s.linear_critical_mu
-    apart, left = near.frequency_distance, s.margin.mu
-    margin = "" if left is None else f"{margin_text(s)}, margin {left:+.6g}"
+    distance, margin_mu = near.frequency_distance, s.margin.mu
+    margin = "" if margin_mu is None else f"{margin_text(s)}, margin {margin_mu:+.6g}"
     meet = "nowhere" if near.mu is None else f"at μ {number(near.mu)}"
     rows = [
         Row("verdict", verdict(s), _CONSEQUENCE[verdict(s)]),
@@ -76,21 +76,21 @@ def stability_rows(s: Stability) -> list[Row]:
         ),
         Row(
             "frequency distance",
-            "0: coalesced" if apart <= _zero(s) else f"{number(apart / math.tau)} Hz",
+            "0: coalesced" if distance <= _zero(s) else f"{number(distance / math.tau)} Hz",
             f"undamped, the modes coalesce {meet}",
         ),
     ]
     rows += [
-        Row(f"eigenvalue {place}", _eigenvalue(value))
-        for place, value in enumerate((v for v in s.eigenvalues.tolist() if v.imag >= 0.0), 1)
+        Row(f"eigenvalue {index}", _eigenvalue(value))
+        for index, value in enumerate((v for v in s.eigenvalues.tolist() if v.imag >= 0.0), 1)
     ]
     rows += [
         Row(
-            f"mode {place}",
+            f"mode {index}",
             f"{number(mode.frequency)} Hz",
             f"damping ratio {number(mode.damping_ratio, 4)}, {_shape(mode)}",
         )
-        for place, mode in enumerate(s.modes, 1)
+        for index, mode in enumerate(s.modes, 1)
     ]
     return rows
 

@@ -42,5 +42,5 @@ def temporary_folder() -> Iterator[Path]:
         with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
             yield Path(folder)
     except OSError as error:
-        place = f"the folder for temporary files, {tempfile.gettempdir()}"
-        raise limit_error(error, place) or error from None
+        location = f"the folder for temporary files, {tempfile.gettempdir()}"
+        raise limit_error(error, location) or error from None

@@ -50,12 +50,12 @@ def _map(
     for array in quantities.values():
         if array.shape != plain.grid.shape:
             raise InputError(f"{array.shape} values for {plain.grid.shape} points")
-    places = zip(header.get("searched", ()), header.get("confirmed_to", ()), strict=True)
+    points = zip(header.get("searched", ()), header.get("confirmed_to", ()), strict=True)
     return replace(
         plain,
         value=map_value(value, MAP_VALUES),
         quantities={name: quantities[name] for name in COLUMNS if name in quantities},
         searched=tuple(
-            SearchedPoint(tuple(map(int, place)), float(limit)) for place, limit in places
+            SearchedPoint(tuple(map(int, indices)), float(limit)) for indices, limit in points
         ),
     )

@@ -226,7 +226,7 @@ class StabilityMap(GridResult, Drawn):
         known. In a map of coexistence ``values`` are indices in ``regions``; it adds ``safe_mu``
         and ``escape_offset`` (m).
         """
-        others = {
+        beside = {
             name: array for name, array in self.quantities.items() if name != SHOWN[self.value]
         }
         return {
@@ -235,7 +235,7 @@ class StabilityMap(GridResult, Drawn):
             "value": self.value,
             "unit": "" if self.of_safety else self.column.unit,
             "values": to_data(self.values),
-            **to_data(others),
+            **to_data(beside),
             **({"regions": list(REGIONS)} if self.value == "coexistence" else {}),
         }
 
@@ -246,6 +246,6 @@ class StabilityMap(GridResult, Drawn):
 
 
 def _span(values: FloatArray, unit: str = "") -> str:
-    known = values[~np.isnan(values)]
-    span = f"{number(known.min())} to {number(known.max())}" if known.size else "none"
-    return f"{span} {unit}".rstrip() if known.size else span
+    finite = values[~np.isnan(values)]
+    span = f"{number(finite.min())} to {number(finite.max())}" if finite.size else "none"
+    return f"{span} {unit}".rstrip() if finite.size else span

@@ -25,13 +25,13 @@ _HEADER = (
 _SHORT = 5
 
 
-def print_attractors(found: Sequence[Attractor]) -> None:
+def print_attractors(attractors: Sequence[Attractor]) -> None:
     """Print attractors, one row each."""
-    rows = [_row(attractor) for attractor in found]
-    if not any(one.orbit is not None and one.orbit.sticks for one in found):
+    rows = [_row(attractor) for attractor in attractors]
+    if not any(attractor.orbit is not None and attractor.orbit.sticks for attractor in attractors):
         print_rows("Attractors", _HEADER, rows)
         return
-    sticks = [_sticks(attractor) for attractor in found]
+    sticks = [_sticks(attractor) for attractor in attractors]
     print_rows(
         "Attractors",
         (*_HEADER[:6], "sticks", "time of stick s", *_HEADER[6:]),

@@ -51,13 +51,13 @@ def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
     if not moments:
         return {}
     try:
-        found = _derivatives(study, parameters_at_means(study), tuple(moments))
+        derivatives = _derivatives(study, parameters_at_means(study), tuple(moments))
     except ComputationError:
         return {}
     spreads = {name: sd for name, (_, sd) in moments.items()}
     return {
         output: _shared({name: by.get(name, 0.0) for name in moments}, spreads)
-        for output, by in found.items()
+        for output, by in derivatives.items()
         if all(math.isfinite(by.get(name, 0.0)) for name in moments)
     }
 
@@ -75,11 +75,11 @@ def _derivatives(
     study: Study, at: Parameters, names: tuple[str, ...]
 ) -> dict[str, Mapping[str, float]]:
     separation = study.cases[0]
-    found: dict[str, Mapping[str, float] | None] = {}
+    derivatives: dict[str, Mapping[str, float] | None] = {}
     if _CRITICAL in study.outputs:
-        found[_CRITICAL] = critical_mu_derivatives(System(at, separation))
+        derivatives[_CRITICAL] = critical_mu_derivatives(System(at, separation))
     if SAFE in study.outputs:
-        found[SAFE] = safe_mu_derivatives(System(at, separation))
+        derivatives[SAFE] = safe_mu_derivatives(System(at, separation))
     paths = {
         name: OUTPUTS[name].path
         for name in study.outputs
@@ -98,5 +98,5 @@ def _derivatives(
         if sensitivities is not None:
             for output, path in paths.items():
                 take = attrgetter(path)
-                found[output] = {name: take(sensitivities[name]) for name in names}
-    return {name: by for name, by in found.items() if by is not None}
+                derivatives[output] = {name: take(sensitivities[name]) for name in names}
+    return {name: by for name, by in derivatives.items() if by is not None}

@@ -21,43 +21,45 @@ class UncertaintyProgress(SweepProgress):
         super().__init__(members)
         self._words = ""
 
-    def tell(self, members: int, words: str) -> None:
+    def tell(self, members: int, text: str) -> None:
         """Say these words from now on; other members than before begin a new count."""
         if members != self._members:
             self._members, self._first = members, None
-        self._words = words
+        self._words = text
 
     def _say(self, fraction: float, text: str, now: float) -> None:
         super()._say(fraction, f"{self._words}; {text}" if self._words else text, now)
 
 
-def estimate_words(found: SampleEstimate, digits: int = _DIGITS) -> str:
+def estimate_words(estimate: SampleEstimate, digits: int = _DIGITS) -> str:
     """An estimate with those digits that its error leaves, and the error."""
-    if found.error > 0.0 and found.value != 0.0:
-        places = math.floor(math.log10(abs(found.value))) - math.floor(math.log10(found.error))
-        digits = max(2, min(places + 2, 10))
-    return f"{number(found.value, digits)} ± {number(found.error, 2)}"
+    if estimate.error > 0.0 and estimate.value != 0.0:
+        first, uncertain = (
+            math.floor(math.log10(abs(x))) for x in (estimate.value, estimate.error)
+        )
+        digits = max(2, min(first - uncertain + 2, 10))
+    return f"{number(estimate.value, digits)} ± {number(estimate.error, 2)}"
 
 
 def uncertainty_rows(result: Uncertainty) -> list[Row]:
     """Probabilities, and what drives them, as rows of a table."""
     rows = [
-        Row(f"P({name})", estimate_words(each), MEANINGS[name])
-        for name, each in result.probabilities.items()
+        Row(f"P({name})", estimate_words(estimate), MEANINGS[name])
+        for name, estimate in result.probabilities.items()
     ]
     if result.safe_mu_unknown_above is not None:
         rows.append(Row("safe μ", safe_words(result), "safe friction coefficient"))
-    for name, found in result.quantiles.items():
-        if found:
-            low, middle, high = (number(found[level].value, _DIGITS) for level in _LEVELS)
+    for name, levels in result.quantiles.items():
+        if levels:
+            low, middle, high = (number(levels[level].value, _DIGITS) for level in _LEVELS)
             column = OUTPUTS[name]
             value = f"{middle} ({low} .. {high}) {column.unit}".rstrip()
             rows.append(Row(name, value, f"{column.meaning}: median, 5 and 95 %"))
     for name, indices in result.indices.items():
-        words = ", ".join(
-            f"{key} {with_remark(number(each.total.value, 2))}" for key, each in ranked(indices)
+        text = ", ".join(
+            f"{key} {with_remark(number(index.total.value, 2))}" for key, index in ranked(indices)
         )
-        rows.append(Row(f"what drives {name}", words, "total Sobol indices"))
+        rows.append(Row(f"what drives {name}", text, "total Sobol indices"))
     return rows
 
 
@@ -80,7 +82,7 @@ def safe_words(result: Uncertainty) -> str:
 def print_uncertainty(result: Uncertainty) -> None:
     """Print probabilities, quantiles and Sobol indices of a study."""
     scatter = result.scatter
-    inputs = [(name, str(each)) for name, each in result.inputs.items()]
+    inputs = [(name, str(axis)) for name, axis in result.inputs.items()]
     inputs += [
         (f"{one}, {other}", f"correlation {number(value)}")
         for one, other, value in scatter.correlations
@@ -96,11 +98,14 @@ def print_uncertainty(result: Uncertainty) -> None:
         "Probabilities, with 95 % intervals",
         ("", "probability", "from", "to"),
         [
-            (MEANINGS[name], *(number(each, 6) for each in (found.value, found.low, found.high)))
-            for name, found in result.probabilities.items()
+            (
+                MEANINGS[name],
+                *(number(value, 6) for value in (estimate.value, estimate.low, estimate.high)),
+            )
+            for name, estimate in result.probabilities.items()
         ],
     )
-    quantiles = [(name, found) for name, found in result.quantiles.items() if found]
+    quantiles = [(name, values) for name, values in result.quantiles.items() if values]
     if quantiles:
         levels = list(quantiles[0][1])
         print_rows(
@@ -111,9 +116,9 @@ def print_uncertainty(result: Uncertainty) -> None:
                     OUTPUTS[name].meaning,
                     OUTPUTS[name].unit,
                     number(result.means[name].value, _DIGITS),
-                    *(number(found[level].value, _DIGITS) for level in levels),
+                    *(number(values[level].value, _DIGITS) for level in levels),
                 )
-                for name, found in quantiles
+                for name, values in quantiles
             ],
         )
     for name in dict.fromkeys((*result.indices, *result.local)):
@@ -134,9 +139,9 @@ def _print_drivers(name: str, result: Uncertainty) -> None:
     if local:
         header += ["by one SD", "share if linear"]
         for key in keys:
-            found = local.get(key)
+            change = local.get(key)
             rows[key] += (
-                ["", ""] if found is None else [number(found.per_sd, 3), number(found.share, 2)]
+                ["", ""] if change is None else [number(change.per_sd, 3), number(change.share, 2)]
             )
     parts = ["Sobol indices with 95 % intervals"] if indices else []
     parts += ["change at the means of the inputs"] if local else []

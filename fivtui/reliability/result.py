@@ -103,7 +103,7 @@ class Uncertainty(Result, Drawn):
     @property
     def error(self) -> float:
         """The greatest error of a probability: the distance to the farther end of its interval."""
-        return max((each.error for each in self.probabilities.values()), default=np.inf)
+        return max((estimate.error for estimate in self.probabilities.values()), default=np.inf)
 
     def samples(self, name: str) -> Floats:
         """Values of an input or output that follow the distributions; NaN where there is none."""
@@ -130,19 +130,19 @@ class Uncertainty(Result, Drawn):
                 "scene",
                 scene_text(System(study.parameters, study.cases[0]), without=tuple(self.inputs)),
             ),
-            *((name, str(each)) for name, each in self.inputs.items()),
+            *((name, str(axis)) for name, axis in self.inputs.items()),
             ("samples", f"{self.scatter.samples}, {self.sweep.table.failed} members failed"),
             *(
-                (f"P({name})", f"{each.value:.6g} ± {each.error:.2g}")
-                for name, each in self.probabilities.items()
+                (f"P({name})", f"{estimate.value:.6g} ± {estimate.error:.2g}")
+                for name, estimate in self.probabilities.items()
             ),
         ]
         if self.safe_mu_unknown_above is not None:
             rows.append(("safe mu", f"not known above {self.safe_mu_unknown_above:.4g}"))
-        for name, found in self.indices.items():
-            totals = ((key, f"{each.total.value:z.2f}") for key, each in ranked(found)[:4])
-            words = (f"{key} {with_remark(total)}" for key, total in totals)
-            rows.append((f"drives {name}", ", ".join(words)))
+        for name, indices in self.indices.items():
+            totals = ((key, f"{index.total.value:z.2f}") for key, index in ranked(indices)[:4])
+            texts = (f"{key} {with_remark(total)}" for key, total in totals)
+            rows.append((f"drives {name}", ", ".join(texts)))
         return rows
 
     def to_dict(self) -> dict[str, Any]:
@@ -150,12 +150,14 @@ class Uncertainty(Result, Drawn):
         study, scatter = self.study, self.scatter
         fixed = study.parameters.as_dict()
         return {
-            "parameters": {name: each for name, each in fixed.items() if name not in scatter.axes},
+            "parameters": {
+                name: value for name, value in fixed.items() if name not in scatter.axes
+            },
             "separation": study.cases[0],
             "t_end": study.t_end,
-            "inputs": {name: str(each) for name, each in scatter.axes.items()},
+            "inputs": {name: str(axis) for name, axis in scatter.axes.items()},
             "truncated": truncations(study),
-            "correlations": [list(each) for each in scatter.correlations],
+            "correlations": [list(entry) for entry in scatter.correlations],
             "design": scatter.kind,
             "samples": scatter.samples,
             "members": study.members,
@@ -171,8 +173,8 @@ class Uncertainty(Result, Drawn):
             "safe_mu_not_known_above": self.safe_mu_unknown_above,
             "probabilities": dicts(self.probabilities),
             "means": dicts(self.means),
-            "quantiles": {name: dicts(each) for name, each in self.quantiles.items()},
-            "indices": {name: dicts(each) for name, each in self.indices.items()},
+            "quantiles": {name: dicts(levels) for name, levels in self.quantiles.items()},
+            "indices": {name: dicts(indices) for name, indices in self.indices.items()},
             "local": to_data(self.local),
             "missing": dict(self.missing),
             "unresolved": dict(self.unresolved),
@@ -213,25 +215,27 @@ def margin_of(study: Study, numbers: Mapping[str, Floats]) -> Floats:
 
 def events_of(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
     """What has a probability, by name: 1 where it holds, 0 where not, NaN where unknown."""
-    found = {}
+    events = {}
     if "stable" in study.outputs:
-        found[UNSTABLE] = 1.0 - numbers["stable"]
+        events[UNSTABLE] = 1.0 - numbers["stable"]
     if SAFE in study.outputs:
         margin = margin_of(study, numbers)
-        found[POSSIBLE] = np.where(np.isnan(margin), np.nan, margin > 0.0)
-    return found
+        events[POSSIBLE] = np.where(np.isnan(margin), np.nan, margin > 0.0)
+    return events
 
 
 def _widened(possible: Floats, margin: Floats, errors: Floats) -> SampleEstimate | None:
     # The probability that squeal is possible, with an interval for the errors of safe μ, too: a
     # sample is judged wrongly as often as a fold was missed by more than its margin.
-    found = probability_of(possible)
-    if found is None:
+    estimate = probability_of(possible)
+    if estimate is None:
         return None
     wrong = 1.0 - np.searchsorted(errors, np.abs(margin), side="left") / errors.size
     down = float(np.mean(np.where(possible == 1.0, wrong, 0.0)))
     up = float(np.mean(np.where(possible == 0.0, wrong, 0.0)))
-    return SampleEstimate(found.value, max(found.low - down, 0.0), min(found.high + up, 1.0))
+    return SampleEstimate(
+        estimate.value, max(estimate.low - down, 0.0), min(estimate.high + up, 1.0)
+    )
 
 
 def judged(sweep: Sweep) -> Uncertainty:
@@ -260,13 +264,13 @@ def judged(sweep: Sweep) -> Uncertainty:
     effective = {name: effective_samples(values) for name, values in samples.items()}
     return Uncertainty(
         sweep,
-        {name: each for name, each in probabilities.items() if each is not None},
-        {name: each for name, each in means.items() if each is not None},
+        {name: value for name, value in probabilities.items() if value is not None},
+        {name: value for name, value in means.items() if value is not None},
         {name: quantiles_of(samples[name]) for name in outputs},
         {
-            name: found
+            name: indices
             for name, values in (events | outputs).items()
-            if scatter.indices and (found := sobol_of(scatter, values))
+            if scatter.indices and (indices := sobol_of(scatter, values))
         },
         local,
         {name: count for name, count in missing.items() if count},

@@ -70,7 +70,7 @@ class SobolIndex:
 
 def estimate(values: Floats) -> SampleEstimate:
     """The mean of independent estimates of the same, with its interval."""
-    return SampleEstimate(*(float(each) for each in _interval(values)))
+    return SampleEstimate(*(float(value) for value in _interval(values)))
 
 
 def _interval(values: Floats) -> tuple[Floats, Floats, Floats]:
@@ -105,7 +105,7 @@ def _without_skewness(score: float, skewness: Floats) -> Floats:
 
 def probability(hits: Floats, counts: Floats) -> SampleEstimate:
     """A probability from the hits and members of each scrambling."""
-    return SampleEstimate(*(float(each) for each in _shares(hits, counts)))
+    return SampleEstimate(*(float(value) for value in _shares(hits, counts)))
 
 
 def _shares(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
@@ -128,11 +128,11 @@ def _shares(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
 
 def probability_of(truths: Floats) -> SampleEstimate | None:
     """The probability that what is 0 or 1 is 1, a row per scrambling; NaN does not count."""
-    known = ~np.isnan(truths)
-    counts = known.sum(axis=1).astype(float)
+    valid = ~np.isnan(truths)
+    counts = valid.sum(axis=1).astype(float)
     if not counts.all():
         return None
-    return probability(np.where(known, truths, 0.0).sum(axis=1), counts)
+    return probability(np.where(valid, truths, 0.0).sum(axis=1), counts)
 
 
 def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
@@ -142,11 +142,11 @@ def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     of that share: shares of stratified points are without bias, their quantiles are not. An end
     beyond all samples is infinite.
     """
-    known = ~np.isnan(values)
-    if not known.any(axis=1).all():
+    valid = ~np.isnan(values)
+    if not valid.any(axis=1).all():
         return {}
-    counts = known.sum(axis=1).astype(float)[:, np.newaxis]
-    rows = [np.sort(row[mask]) for row, mask in zip(values, known, strict=True)]
+    counts = valid.sum(axis=1).astype(float)[:, np.newaxis]
+    rows = [np.sort(row[mask]) for row, mask in zip(values, valid, strict=True)]
     pooled = np.sort(np.concatenate(rows))
     levels = np.array(QUANTILES)
 
@@ -253,9 +253,9 @@ def with_remark(printed: str) -> str:
     return f"{printed} ({remark}: sampling error)" if remark else printed
 
 
-def dicts(given: Mapping[str, Any]) -> dict[str, Any]:
+def dicts(records: Mapping[str, Any]) -> dict[str, Any]:
     """Estimates or indices by name as data for JSON."""
-    return {name: each.to_dict() for name, each in given.items()}
+    return {name: record.to_dict() for name, record in records.items()}
 
 
 def ranked(indices: Mapping[str, SobolIndex]) -> Sequence[tuple[str, SobolIndex]]:

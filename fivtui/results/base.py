@@ -42,7 +42,7 @@ class Comparable:
 
 
 def _compared(record: Any) -> list[str]:
-    return [each.name for each in fields(record) if each.compare]
+    return [item.name for item in fields(record) if item.compare]
 
 
 def equal_values(first: Any, second: Any) -> bool:
@@ -59,7 +59,7 @@ def equal_values(first: Any, second: Any) -> bool:
         )
     if is_dataclass(first):
         names = _compared(first)
-        first, second = ([getattr(each, name) for name in names] for each in (first, second))
+        first, second = ([getattr(item, name) for name in names] for item in (first, second))
     elif isinstance(first, Mapping):
         if first.keys() != second.keys():
             return False

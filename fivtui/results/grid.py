@@ -93,11 +93,11 @@ def split_grid(
     columns: Mapping[str, NDArray[Any]],
 ) -> tuple[dict[str, FloatArray], dict[str, NDArray[Any]]]:
     """Separate the columns of a table of a grid."""
-    first, second, *others = columns
+    first, second, *quantities = columns
     rows = columns[first]
     length = int(np.argmax(rows != rows[0])) or rows.size
     arrays = {name: column.reshape(-1, length) for name, column in columns.items()}
     over = {first: arrays[first][:, 0], second: arrays[second][0]}
     if not (np.all(over[first] == arrays[first].T) and np.all(arrays[second] == over[second])):
         raise InputError("the points do not form a grid")
-    return over, {name: arrays[name] for name in others}
+    return over, {name: arrays[name] for name in quantities}

@@ -8,50 +8,53 @@ from .verdict import OtherAttractor, SafeFriction
 from .words import basis_rows, safety_words
 
 
-def safe_friction_to_dict(found: SafeFriction) -> dict[str, Any]:
+def safe_friction_to_dict(verdict: SafeFriction) -> dict[str, Any]:
     """A verdict as JSON data, in SI units.
 
     Keys are ``safe_mu``, the least μ at which another attractor was found, else the critical μ,
     else None; ``safe_mu_not_known_above``, a μ where too little is known to say ``safe_mu``, else
     None; and ``safe_mu_basis`` with what was searched.
     """
-    basis = found.basis
+    basis = verdict.basis
     offset = basis.proved_offset
     return {
-        "safe_mu": found.safe_mu,
-        "safe_mu_not_known_above": found.unknown_above,
+        "safe_mu": verdict.safe_mu,
+        "safe_mu_not_known_above": verdict.unknown_above,
         "safe_mu_basis": {
-            "verdict": safety_words(found),
-            "found_by": found.found_by,
-            "statements": dict(basis_rows(found)),
-            "others": [_other(one) for one in found.others],
+            "verdict": safety_words(verdict),
+            "found_by": verdict.found_by,
+            "statements": dict(basis_rows(verdict)),
+            "others": [_other(record) for record in verdict.others],
             "coexisting": [
-                {"period": one.period, "y_half_range": one.half_range} for one in found.coexisting
+                {"period": record.period, "y_half_range": record.half_range}
+                for record in verdict.coexisting
             ],
             "continuation": [
                 {
-                    "origin": one.origin,
-                    "cycles": len(one.points),
-                    "mu_min": min(point.value for point in one.points),
-                    "mu_max": max(point.value for point in one.points),
+                    "origin": record.origin,
+                    "cycles": len(record.points),
+                    "mu_min": min(point.value for point in record.points),
+                    "mu_max": max(point.value for point in record.points),
                     "events": [
                         {"kind": str(event.kind), "mu": event.value, "period": event.period}
-                        for event in one.events
+                        for event in record.events
                     ],
                 }
-                for one in basis.branches
+                for record in basis.branches
             ],
             "global_search": {
-                "searched_to": found.searched_to,
-                "rounds": [_round(one) for one in basis.rounds],
-                "unconfirmed_mu": [one.mu for one in found.others if one.kind == "other motion"],
+                "searched_to": verdict.searched_to,
+                "rounds": [_round(record) for record in basis.rounds],
+                "unconfirmed_mu": [
+                    record.mu for record in verdict.others if record.kind == "other motion"
+                ],
                 "growth_at_any_size_mu": basis.growth_at_any_size,
                 "budget_ended": basis.budget_ended,
             },
             "proof": None
             if offset is None
             else {
-                "mu": found.parameters.mu,
+                "mu": verdict.parameters.mu,
                 "offset": None if math.isinf(offset) else offset,
                 "everywhere": math.isinf(offset),
             },
@@ -60,24 +63,24 @@ def safe_friction_to_dict(found: SafeFriction) -> dict[str, Any]:
     }
 
 
-def _other(one: OtherAttractor) -> dict[str, Any]:
-    cycle = one.cycle
+def _other(record: OtherAttractor) -> dict[str, Any]:
+    cycle = record.cycle
     return {
-        "mu": one.mu,
-        "kind": one.kind,
-        "found_by": one.found_by,
+        "mu": record.mu,
+        "kind": record.kind,
+        "found_by": record.found_by,
         "period": None if cycle is None else cycle.period,
         "y_half_range": None if cycle is None else cycle.half_range,
     }
 
 
-def _round(one: SearchRound) -> dict[str, Any]:
+def _round(record: SearchRound) -> dict[str, Any]:
     return {
-        "mu": list(one.levels),
-        "starts": one.starts,
-        "died_out": one.died_out,
-        "settled": len(one.settled),
-        "unbounded": len(one.unbounded),
-        "undecided": one.undecided,
-        "steps": one.steps,
+        "mu": list(record.levels),
+        "starts": record.starts,
+        "died_out": record.died_out,
+        "settled": len(record.settled),
+        "unbounded": len(record.unbounded),
+        "undecided": record.undecided,
+        "steps": record.steps,
     }

@@ -14,69 +14,69 @@ def _mu(value: float) -> str:
     return f"μ = {value:.4g}"
 
 
-def safety_words(found: "SafeFriction") -> str:
+def safety_words(result: "SafeFriction") -> str:
     """The verdict in one phrase.
 
     For example ``stable to small disturbances below μ = 0.4394; to all disturbances found below
     μ = 0.2779``.
     """
-    critical = found.critical_mu
+    critical = result.critical_mu
     small = "at every μ" if critical is None else f"below {_mu(critical)}"
-    if found.undamped:
+    if result.undamped:
         return f"small disturbances do not grow {small}; without damping none dies out"
     verdict = f"stable to small disturbances {small}"
-    if found.linear:
+    if result.linear:
         return f"{verdict}; to large ones as well: the system is linear"
-    if found.unknown_above is not None:
-        return f"{verdict}; {_unknown(found)}"
-    warning = f" ({_undecided(found)})" if found.basis.rounds[-1].undecided else ""
-    if found.others and found.safe_mu is not None:
-        return f"{verdict}; to all disturbances found below {_mu(found.safe_mu)}{warning}"
-    up_to = "" if critical is not None else f" up to {_mu(found.searched_to)}"
+    if result.unknown_above is not None:
+        return f"{verdict}; {_unknown(result)}"
+    warning = f" ({_undecided(result)})" if result.basis.rounds[-1].undecided else ""
+    if result.others and result.safe_mu is not None:
+        return f"{verdict}; to all disturbances found below {_mu(result.safe_mu)}{warning}"
+    up_to = "" if critical is not None else f" up to {_mu(result.searched_to)}"
     return f"{verdict}; to all disturbances found{up_to} as well{warning}"
 
 
-def _unknown(found: "SafeFriction") -> str:
+def _unknown(result: "SafeFriction") -> str:
     # What is not known of large disturbances, and from where on they are not safe.
-    above = found.unknown_above
+    above = result.unknown_above
     unknown = f"safe μ is not known above {_mu(above)}" if above else "safe μ is not known"
-    why = _undecided(found) if found.basis.rounds[-1].starts else _TOO_SLOW
-    from_there = f", and is below {_mu(found.others[0].mu)}" if found.others else ""
-    return f"{unknown}{from_there} ({why})"
+    why = _undecided(result) if result.basis.rounds[-1].starts else _TOO_SLOW
+    below_it = f", and is below {_mu(result.others[0].mu)}" if result.others else ""
+    return f"{unknown}{below_it} ({why})"
 
 
-def _undecided(found: "SafeFriction") -> str:
-    last = found.basis.rounds[-1]
-    return f"{last.undecided} of {last.starts} motions stayed undecided"
+def _undecided(result: "SafeFriction") -> str:
+    final_round = result.basis.rounds[-1]
+    return f"{final_round.undecided} of {final_round.starts} motions stayed undecided"
 
 
-def coexistence_here(found: "SafeFriction") -> str:
+def coexistence_here(result: "SafeFriction") -> str:
     """The largest limit cycle at the μ of the parameter set; empty if none is known.
 
     For example ``a limit cycle coexists from μ = 0.2779: half peak-to-peak 7.443 m``.
     """
-    if not found.coexisting:
+    if not result.coexisting:
         return ""
-    p, critical = found.parameters, found.critical_mu
+    p, critical = result.parameters, result.critical_mu
     verb = "coexists" if critical is None or p.mu < critical else "attracts"
-    least = found.others[0].mu if found.others else critical
+    least = result.others[0].mu if result.others else critical
     since = "" if least is None else f" from {_mu(least)}"
     return (
-        f"a limit cycle {verb}{since}: half peak-to-peak {found.coexisting[-1].half_range:#.4g} m"
+        f"a limit cycle {verb}{since}: half peak-to-peak {result.coexisting[-1].half_range:#.4g} m"
     )
 
 
-def basis_rows(found: "SafeFriction") -> list[tuple[str, str]]:
+def basis_rows(result: "SafeFriction") -> list[tuple[str, str]]:
     """What each statement of the verdict rests on: its name and what was done."""
-    rows = [("continuation", _continuation(found))]
-    if found.basis.rounds:
-        rows.append(("global search", _search(found)))
-    rows.append(("proof", _proof(found)))
+    rows = [("continuation", _continuation(result))]
+    if result.basis.rounds:
+        rows.append(("global search", _search(result)))
+    rows.append(("proof", _proof(result)))
     return rows
 
 
-def _continuation(found: "SafeFriction") -> str:
-    basis = found.basis
+def _continuation(result: "SafeFriction") -> str:
+    basis = result.basis
     if basis.not_followed:
         return f"none: {basis.not_followed}"
     first = basis.branches[0]
@@ -85,17 +85,18 @@ def _continuation(found: "SafeFriction") -> str:
     return f"{len(values)} limit cycles from the Hopf point, μ up to {max(values):.4g}: {events}"
 
 
-def _search(found: "SafeFriction") -> str:
-    basis = found.basis
-    last = basis.rounds[-1]
-    if not last.starts:
+def _search(result: "SafeFriction") -> str:
+    basis = result.basis
+    final_round = basis.rounds[-1]
+    if not final_round.starts:
         return f"none: {_TOO_SLOW}"
-    levels = f"{len(last.levels)} values of μ from {last.levels[0]:.4g} to {last.levels[-1]:.4g}"
-    all_of = "all " if last.died_out == last.starts else f"{last.died_out} of "
-    text = f"{all_of}{last.starts} starts at {levels} die out"
-    if last.undecided:
-        text += f"; the limit of work left {last.undecided} undecided"
-    searched = [one for one in found.others if one.found_by == "global search"]
+    mu = final_round.levels
+    levels = f"{len(mu)} values of μ from {mu[0]:.4g} to {mu[-1]:.4g}"
+    all_of = "all " if final_round.died_out == final_round.starts else f"{final_round.died_out} of "
+    text = f"{all_of}{final_round.starts} starts at {levels} die out"
+    if final_round.undecided:
+        text += f"; the limit of work left {final_round.undecided} undecided"
+    searched = [one for one in result.others if one.found_by == "global search"]
     cycles = [one.mu for one in searched if one.kind == "limit cycle"]
     if cycles:
         text += f"; limit cycles from {_mu(min(cycles))} were found so, and followed"
@@ -113,8 +114,8 @@ def _search(found: "SafeFriction") -> str:
     return text
 
 
-def _proof(found: "SafeFriction") -> str:
-    offset, at = found.basis.proved_offset, _mu(found.parameters.mu)
+def _proof(result: "SafeFriction") -> str:
+    offset, at = result.basis.proved_offset, _mu(result.parameters.mu)
     if offset is None:
         return f"none at {at}: small disturbances do not die out"
     if math.isinf(offset):
@@ -122,8 +123,8 @@ def _proof(found: "SafeFriction") -> str:
     return f"at {at} motion from rest within ±{offset:.3g} m of the equilibrium decays"
 
 
-def verdict_rows(found: "SafeFriction") -> list[tuple[str, str]]:
+def verdict_rows(result: "SafeFriction") -> list[tuple[str, str]]:
     """The verdict, what coexists at the friction of the set, and what each statement rests on."""
-    here = coexistence_here(found)
-    coexisting = [(f"at μ = {found.parameters.mu:.4g}", here)] if here else []
-    return [("verdict", safety_words(found)), *coexisting, *basis_rows(found)]
+    cycle = coexistence_here(result)
+    coexisting = [(f"at μ = {result.parameters.mu:.4g}", cycle)] if cycle else []
+    return [("verdict", safety_words(result)), *coexisting, *basis_rows(result)]

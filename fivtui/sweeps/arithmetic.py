@@ -52,22 +52,22 @@ def arithmetic_of(study: Study) -> dict[str, Any]:
     of trial rows, ``safe`` of branches, ``samples`` of the first scattered values. Where they are
     equal, rows are.
     """
-    found: dict[str, Any] = {}
+    digests: dict[str, Any] = {}
     if study.accuracy or not set(study.outputs).isdisjoint(_OF_RUNS):
-        found["transients"] = _digest("transients")
-        found["kernel"] = stepping_kernel()
+        digests["transients"] = _digest("transients")
+        digests["kernel"] = stepping_kernel()
     if not set(study.outputs).isdisjoint(_STABILITY):
-        found["stability"] = _digest("stability")
+        digests["stability"] = _digest("stability")
     if CRITICAL.name in study.outputs:
-        found["critical"] = _digest("critical")
+        digests["critical"] = _digest("critical")
     if SAFE.name in study.outputs:
-        found["safe"] = _digest_of_branches()
+        digests["safe"] = _digest_of_branches()
     if isinstance(study.design, Scatter):
         # Quantiles are by a mathematical library.
         first = study.design.columns(np.arange(min(_SAMPLES, study.design.size)))
         content = hashlib.sha256(b"".join(values.tobytes() for values in first.values()))
-        found["samples"] = content.hexdigest()[:_DIGITS]
-    return found
+        digests["samples"] = content.hexdigest()[:_DIGITS]
+    return digests
 
 
 def arithmetic_difference(there: object, here: Mapping[str, Any]) -> str:

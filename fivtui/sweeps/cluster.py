@@ -92,14 +92,14 @@ def _engine(client: "Client", address: str) -> Engine:
 
         from .provenance import versions
 
-        there, asked = versions(), pickle.loads(packed)  # noqa: S301, it comes from `submit` below
-        if asked["versions"] != there:
+        there, request = versions(), pickle.loads(packed)  # noqa: S301, it comes from `submit` below
+        if request["versions"] != there:
             return there, None, None
 
         from .arithmetic import arithmetic_of
         from .rows import compute_rows
 
-        study, piece = pickle.loads(asked["piece"])  # noqa: S301
+        study, piece = pickle.loads(request["piece"])  # noqa: S301
         return there, arithmetic_of(study), compute_rows(study, piece.first, piece.last)
 
     def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
@@ -112,8 +112,8 @@ def _engine(client: "Client", address: str) -> Engine:
                 threads, looked = _threads(client, address), time.monotonic()
             for piece in islice(waiting, max(_AHEAD * threads - len(handed_out), 0)):
                 # Only the same version can unpickle a piece, so versions are compared first.
-                asked = {"versions": own, "piece": pickle.dumps((study, piece))}
-                future = client.submit(compute, pickle.dumps(asked), pure=False)
+                request = {"versions": own, "piece": pickle.dumps((study, piece))}
+                future = client.submit(compute, pickle.dumps(request), pure=False)
                 handed_out[future.key] = piece
                 completed.add(future)
             if not handed_out:

@@ -63,16 +63,16 @@ def begun_studies(out: Path) -> tuple[Study | None, Study | None]:
     """The studies of a complete file, and of the pieces beside it; None where there is none."""
     form = sweep_format(out)
     stored = under_way = None
-    if out.is_file() and (said := form.provenance(out)) is not None:
-        stored = _study_in(said)
+    if out.is_file() and (provenance := form.provenance(out)) is not None:
+        stored = _study_in(provenance)
     with suppress(OSError, InputError):
         under_way = _study_in(read_manifest(parts_folder(out)).provenance)
     return stored, under_way
 
 
-def _study_in(said: Any) -> Study | None:
+def _study_in(provenance: Any) -> Study | None:
     try:
-        return study_from_dict(said["sweep"])
+        return study_from_dict(provenance["sweep"])
     except (InputError, KeyError, TypeError):
         return None
 

@@ -163,17 +163,17 @@ def _count_parquet(path: Path, study: Study) -> int:
     import pyarrow.parquet as pq
 
     try:
-        found = pq.read_metadata(path)
+        metadata = pq.read_metadata(path)
     except pa.ArrowException:
         return 0
-    groups = [found.row_group(number) for number in range(found.num_row_groups)]
-    chunks = [group.column(place) for group in groups for place in range(group.num_columns)]
+    groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
+    chunks = [group.column(index) for group in groups for index in range(group.num_columns)]
     stored = sum(chunk.total_compressed_size for chunk in chunks)
-    if found.schema.names != [column.name for column in study.columns]:
+    if metadata.schema.names != [column.name for column in study.columns]:
         return 0
     # The end of the file says where everything is: a file from which a part is missing is shorter.
-    whole = path.stat().st_size >= stored + found.serialized_size + _PARQUET_FRAME
-    return int(found.num_rows) if whole else 0
+    is_whole = path.stat().st_size >= stored + metadata.serialized_size + _PARQUET_FRAME
+    return int(metadata.num_rows) if is_whole else 0
 
 
 SWEEP_FORMATS: Final[Mapping[str, SweepFormat]] = {

@@ -76,8 +76,8 @@ class PieceFile:
     @property
     def sound(self) -> bool:
         """Whether the content has the checksum in the name."""
-        found = _checksum(self.number, self.failed, self.sweep, self.path.read_bytes())
-        return found == self.checksum
+        checksum = _checksum(self.number, self.failed, self.sweep, self.path.read_bytes())
+        return checksum == self.checksum
 
 
 def piece_name(number: int, failed: int, sweep: str, content: bytes, suffix: str) -> str:

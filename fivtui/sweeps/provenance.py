@@ -55,7 +55,7 @@ def _design_to_data(design: StudyDesign) -> dict[str, Any]:
         data |= {
             "repeats": design.repeats,
             "indices": design.indices,
-            "correlations": [list(each) for each in design.correlations],
+            "correlations": [list(correlation) for correlation in design.correlations],
         }
     return data | {"axes": [[name, _axis_to_data(axis)] for name, axis in design.axes.items()]}
 

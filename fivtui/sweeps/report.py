@@ -69,24 +69,24 @@ def print_sweep(result: Sweep) -> None:
     study, rows = result.study, result.rows
     chosen = study.outputs != DEFAULT_OUTPUTS
     shown = [
-        (place, column)
-        for place, column in enumerate(study.columns)
+        (index, column)
+        for index, column in enumerate(study.columns)
         if chosen or column.name not in study.outputs or column.name in _FOR_READING
-        if column.name != "reason" or any(row[place] for row in rows)
+        if column.name != "reason" or any(row[index] for row in rows)
     ]
     short = rows if len(rows) <= _ROWS else [*rows[: _ROWS // 2], *rows[-(_ROWS // 2) :]]
-    cells = [[_cell(row[place], column) for place, column in shown] for row in short]
+    cells = [[_cell(row[index], column) for index, column in shown] for row in short]
     header = [
         f"{column.name} ({column.unit})" if column.unit else column.name for _, column in shown
     ]
     keys = len(study.design.axes) + 1
     print_rows(f"Sweep: {len(rows)} members", header, cells, keys=keys)
-    words = [_fast_belt_words(result, case) for case in study.cases]
+    remarks = [_fast_belt_words(result, case) for case in study.cases]
     if len(short) < len(rows):
-        words.append(
+        remarks.append(
             f"only the first and last {_ROWS // 2} rows are printed; --out and --json give all"
         )
-    for text in filter(None, words):
+    for text in filter(None, remarks):
         Console(stderr=True, highlight=False).print(text, soft_wrap=True)
 
 

@@ -169,126 +169,126 @@ class _Block:
     results: dict[str, NDArray[np.float64]]
     reasons: list[str]
 
-    def parameters(self, place: int) -> Parameters:
+    def parameters(self, index: int) -> Parameters:
         values = {
-            name: float(c[place]) for name, c in self.varied.items() if name in ALL_PARAMETERS
+            name: float(c[index]) for name, c in self.varied.items() if name in ALL_PARAMETERS
         }
         return self.study.parameters.with_values(values)
 
     def integrate(self, progress: OnProgress | None) -> None:
         start = self._start()
-        places = np.flatnonzero([not reason for reason in self.reasons])
+        indices = np.flatnonzero([not reason for reason in self.reasons])
         if self.study.is_in_turn:
-            self._simulate(places, start, progress)
+            self._simulate(indices, start, progress)
         elif self.study.accuracy:
-            self._verify(places, start, progress or (lambda _fraction: True))
-        elif places.size > 0:
-            self._put(places, self._run(places, start, self.study.tol, progress))
+            self._verify(indices, start, progress or (lambda _fraction: True))
+        elif indices.size > 0:
+            self._put(indices, self._run(indices, start, self.study.tol, progress))
 
-    def _simulate(self, places: Places, start: BlockStart, progress: OnProgress | None) -> None:
+    def _simulate(self, indices: Places, start: BlockStart, progress: OnProgress | None) -> None:
         # Members one after the other: of more than batches know.
-        study, wanted = self.study, {c.name: attrgetter(c.path) for c in self._wanted}
-        for count, place in enumerate(places.tolist()):
+        study, requested = self.study, {c.name: attrgetter(c.path) for c in self._wanted}
+        for count, index in enumerate(indices.tolist()):
 
-            def look(fraction: float, done: int = count) -> bool:
-                return progress is None or progress((done + fraction) / places.size)
+            def look(fraction: float, count: int = count) -> bool:
+                return progress is None or progress((count + fraction) / indices.size)
 
             try:
                 run = simulate(
-                    self.parameters(place),
+                    self.parameters(index),
                     t_end=study.t_end,
                     tol=study.tol,
-                    separation=bool(self.separation[place]),
-                    start=start if isinstance(start, str) else start[place].tolist(),
+                    separation=bool(self.separation[index]),
+                    start=start if isinstance(start, str) else start[index].tolist(),
                     method=study.method,
                     over_time=dict(study.over_time),
                     progress=look,
                 )
             except ComputationError as error:
-                self.reasons[place] = str(error)
+                self.reasons[index] = str(error)
             else:
-                for name, value_of in wanted.items():
-                    self.results[name][place] = value_of(run)
+                for name, value_of in requested.items():
+                    self.results[name][index] = value_of(run)
 
-    def _verify(self, places: Places, start: BlockStart, progress: OnProgress) -> None:
+    def _verify(self, indices: Places, start: BlockStart, progress: OnProgress) -> None:
         # As `verified.simulate_to` for each member: refine the tolerance until a run changes by
         # less than the error targets and does not part from the run before.
-        asked, part = dict(self.study.accuracy), 0.0
+        targets, part = dict(self.study.accuracy), 0.0
 
         def look(fraction: float) -> bool:
             return progress(part + 0.5 * fraction)
 
-        tol = first_tol(asked)
-        if places.size > 0:
-            coarse = _observed(self._run(places, start, tol, look))
-        while places.size > 0:
+        tol = first_tol(targets)
+        if indices.size > 0:
+            coarse = _observed(self._run(indices, start, tol, look))
+        while indices.size > 0:
             before, tol, part = tol, finer_tol(tol), 0.5
-            batch = self._run(places, start, tol, look)
+            batch = self._run(indices, start, tol, look)
             fine = _observed(batch)
-            errors = {name: _error(name, coarse, fine) for name in asked}
-            missed = ~np.all([errors[name] <= asked[name] for name in asked], axis=0)
-            parted = _parted(coarse, fine, self._time_scales(places))
+            errors = {name: _error(name, coarse, fine) for name in targets}
+            missed = ~np.all([errors[name] <= targets[name] for name in targets], axis=0)
+            parted = _parted(coarse, fine, self._time_scales(indices))
             missed |= parted
             missed[batch.failed] = parted[batch.failed] = False
             if tol == TOL_RANGE[0]:
-                for place in np.flatnonzero(missed & ~parted).tolist():
-                    found = {name: float(error[place]) for name, error in errors.items()}
-                    self.reasons[places[place]] = _too_inexact(found, asked)
-                self._tell_when(places[parted], start, (before, tol), look)
+                for index in np.flatnonzero(missed & ~parted).tolist():
+                    values = {name: float(error[index]) for name, error in errors.items()}
+                    self.reasons[indices[index]] = _too_inexact(values, targets)
+                self._tell_when(indices[parted], start, (before, tol), look)
                 missed[:] = False
             for name, error in errors.items():
-                self.results[ERRORS[name].name][places] = error
-            self._put(places, batch)
-            places, coarse = places[missed], {name: fine[name][missed] for name in fine}
+                self.results[ERRORS[name].name][indices] = error
+            self._put(indices, batch)
+            indices, coarse = indices[missed], {name: fine[name][missed] for name in fine}
 
-    def _time_scales(self, places: Places) -> Floats:
+    def _time_scales(self, indices: Places) -> Floats:
         m, k1, k2, k3 = (
             self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
             for name in ("m", "k1", "k2", "k3")
         )
-        scales: Floats = np.sqrt(m / (k1 + k2 + k3))[places]
+        scales: Floats = np.sqrt(m / (k1 + k2 + k3))[indices]
         return scales
 
     def _tell_when(
-        self, places: Places, start: BlockStart, tols: tuple[float, float], progress: OnProgress
+        self, indices: Places, start: BlockStart, tols: tuple[float, float], progress: OnProgress
     ) -> None:
         # Give members whose runs part the interval in which they do as their reason.
         for count in range(1, _PARTS + 1):
-            if places.size == 0:
+            if indices.size == 0:
                 return
             begin, end = ((n / _PARTS) * self.study.t_end for n in (count - 1, count))
-            parted = np.ones(places.size, dtype=bool)
+            parted = np.ones(indices.size, dtype=bool)
             if count < _PARTS:
                 coarse, fine = (
-                    _observed(self._run(places, start, tol, progress, end)) for tol in tols
+                    _observed(self._run(indices, start, tol, progress, end)) for tol in tols
                 )
-                parted = _parted(coarse, fine, self._time_scales(places))
-            for place in places[parted].tolist():
-                self.reasons[place] = (
+                parted = _parted(coarse, fine, self._time_scales(indices))
+            for index in indices[parted].tolist():
+                self.reasons[index] = (
                     f"two runs at different accuracy part between t = {begin:.6g} and {end:.6g} s; "
                     "nothing after that can be verified: take a shorter horizon"
                 )
-            places = places[~parted]
+            indices = indices[~parted]
 
     def _run(
         self,
-        places: Places,
+        indices: Places,
         start: BlockStart,
         tol: float,
         progress: OnProgress | None,
         t_end: float | None = None,
     ) -> Batch:
         study = self.study
-        parameters = {name: c[places] for name, c in self.varied.items() if name in ALL_PARAMETERS}
+        parameters = {name: c[indices] for name, c in self.varied.items() if name in ALL_PARAMETERS}
         # If no parameter varies, F gives the batch its size.
-        parameters.setdefault("F", np.full(places.size, study.parameters.F))
+        parameters.setdefault("F", np.full(indices.size, study.parameters.F))
         return simulate_batch(
             parameters,
             base=study.parameters,
             t_end=study.t_end if t_end is None else t_end,
             tol=tol,
-            separation=self.separation[places],
-            start=start if isinstance(start, str) else start[places],
+            separation=self.separation[indices],
+            start=start if isinstance(start, str) else start[indices],
             require=self._requirements(),
             workers=1,
             progress=progress,
@@ -311,46 +311,49 @@ class _Block:
     def _wanted(self) -> list[SweepColumn]:
         return [column for column in _OF_RUNS if column.name in self.study.outputs]
 
-    def _put(self, places: Places, batch: Batch) -> None:
-        for place in batch.failed.tolist():
-            self.reasons[places[place]] = str(batch.failure(place))
-        wanted, columns = self._wanted, batch.to_columns()
-        for column in wanted:
+    def _put(self, indices: Places, batch: Batch) -> None:
+        for index in batch.failed.tolist():
+            self.reasons[indices[index]] = str(batch.failure(index))
+        requested, columns = self._wanted, batch.to_columns()
+        for column in requested:
             if not column.path.startswith(_FORCE):
-                self.results[column.name][places] = columns[column.name]
-        self._put_forces(places, columns)
+                self.results[column.name][indices] = columns[column.name]
+        self._put_forces(indices, columns)
         failed = [bool(reason) for reason in self.reasons]
-        for name in (*(c.name for c in wanted), *(ERRORS[n].name for n, _ in self.study.accuracy)):
+        for name in (
+            *(c.name for c in requested),
+            *(ERRORS[n].name for n, _ in self.study.accuracy),
+        ):
             self.results[name][failed] = np.nan
 
     def _start(self) -> BlockStart:
         # Components that do not vary are those of the study's start, maybe an equilibrium.
-        given = [self.varied.get(name) for name in START_SPECS]
+        columns = [self.varied.get(name) for name in START_SPECS]
         start, size = self.study.start, len(self.reasons)
         static = isinstance(start, str)
-        if static and all(column is None for column in given):
+        if static and all(column is None for column in columns):
             return "static"
         states = np.zeros((size, 4))
-        if static and any(column is None for column in given):
-            for place, separation in enumerate(self.separation.tolist()):
+        if static and any(column is None for column in columns):
+            for index, separation in enumerate(self.separation.tolist()):
                 try:
-                    p = self.parameters(place)
-                    states[place] = resolve_start(System(p, separation), start)
+                    p = self.parameters(index)
+                    states[index] = resolve_start(System(p, separation), start)
                 except ComputationError as error:
-                    self.reasons[place] = str(error)
+                    self.reasons[index] = str(error)
         elif not static:
             states[:] = start
-        for target, column in zip(states.T, given, strict=True):
+        for target, column in zip(states.T, columns, strict=True):
             if column is not None:
                 target[:] = column
         return states
 
-    def _put_forces(self, places: Places, columns: Mapping[str, Floats]) -> None:
+    def _put_forces(self, indices: Places, columns: Mapping[str, Floats]) -> None:
         # P decreases with y, so its extremes are at those of y; separated, P = 0.
         p, size = self.study.parameters, len(self.reasons)
         springs = _Springs(
             *(
-                self.varied.get(name, np.full(size, getattr(p, name)))[places]
+                self.varied.get(name, np.full(size, getattr(p, name)))[indices]
                 for name in _Springs._fields
             )
         )
@@ -358,12 +361,12 @@ class _Block:
             if name not in self.results:
                 continue
             y = columns[extreme]
-            y = np.where(self.separation[places], np.minimum(y, 0.0), y)
+            y = np.where(self.separation[indices], np.minimum(y, 0.0), y)
             with np.errstate(over="ignore", invalid="ignore"):
                 force = spring_force(springs, y) + 0.0
-            self.results[name][places] = force
-            for place in places[np.isinf(force)].tolist():
-                self.reasons[place] = self.reasons[place] or _FORCE_OVERFLOW
+            self.results[name][indices] = force
+            for index in indices[np.isinf(force)].tolist():
+                self.reasons[index] = self.reasons[index] or _FORCE_OVERFLOW
 
     def _parts(self, progress: OnProgress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
         # Some members after the other, with the parameters that vary.
@@ -371,31 +374,31 @@ class _Block:
         size, work = len(self.reasons), Progress(progress)
         for first in range(0, size, _JUDGED):
             work.report(first / size)
-            some = slice(first, first + _JUDGED)
-            yield some, {name: column[some] for name, column in parameters.items()}
+            chunk = slice(first, first + _JUDGED)
+            yield chunk, {name: column[chunk] for name, column in parameters.items()}
 
     def find_critical(self, progress: OnProgress | None) -> None:
-        for some, parameters in self._parts(progress):
-            self.results[CRITICAL.name][some] = critical_mus(
-                self.study.parameters, parameters, self.separation[some]
+        for chunk, parameters in self._parts(progress):
+            self.results[CRITICAL.name][chunk] = critical_mus(
+                self.study.parameters, parameters, self.separation[chunk]
             )
 
     def find_safe(self, progress: OnProgress | None) -> None:
-        for some, parameters in self._parts(progress):
-            given = self.study.parameters, parameters, self.separation[some]
-            self.results[SAFE.name][some] = safe_mus(*given, self.study.safe, progress)
+        for chunk, parameters in self._parts(progress):
+            arguments = self.study.parameters, parameters, self.separation[chunk]
+            self.results[SAFE.name][chunk] = safe_mus(*arguments, self.study.safe, progress)
 
     def judge(self, progress: OnProgress | None) -> None:
-        for some, parameters in self._parts(progress):
+        for chunk, parameters in self._parts(progress):
             growth, stable, reasons = judge_growths(
-                self.study.parameters, parameters, self.separation[some]
+                self.study.parameters, parameters, self.separation[chunk]
             )
-            for place, reason in reasons.items():
-                self.reasons[some.start + place] = self.reasons[some.start + place] or reason
+            for index, reason in reasons.items():
+                self.reasons[chunk.start + index] = self.reasons[chunk.start + index] or reason
             verdicts = np.where(np.isnan(growth), np.nan, stable)
             for name, values in (("growth_rate", growth), ("stable", verdicts)):
                 if name in self.results:
-                    self.results[name][some] = values
+                    self.results[name][chunk] = values
 
 
 def _observed(batch: Batch) -> dict[str, Floats]:
@@ -412,27 +415,27 @@ def _observed(batch: Batch) -> dict[str, Floats]:
 def _parted(run: Mapping[str, Floats], truth: Mapping[str, Floats], scales: Floats) -> Truths:
     # Whether two runs of the members are different motions, as in `divergence`.
     weights = np.stack([np.ones_like(scales), scales] * 2, axis=1)
-    apart = (np.abs(run["final"] - truth["final"]) * weights).max(axis=1)
+    distance = (np.abs(run["final"] - truth["final"]) * weights).max(axis=1)
     size = np.maximum((np.abs(truth["final"]) * weights).max(axis=1), truth["peak"])
-    parted: Truths = (run["switches"] != truth["switches"]) | ~(apart <= PARTED * size)
+    parted: Truths = (run["switches"] != truth["switches"]) | ~(distance <= PARTED * size)
     return parted
 
 
 def _error(quantity: str, run: Mapping[str, Floats], truth: Mapping[str, Floats]) -> Floats:
     # The measures of `deviation`.
-    apart = np.abs(run[quantity] - truth[quantity])
+    distance = np.abs(run[quantity] - truth[quantity])
     if quantity == "final":
-        apart, size = apart.max(axis=1), np.abs(truth[quantity]).max(axis=1)
+        distance, size = distance.max(axis=1), np.abs(truth[quantity]).max(axis=1)
     else:
         size = truth["peak"]
-    error = np.where(apart == 0.0, 0.0, np.inf)
-    np.divide(apart, size, out=error, where=size > 0.0)
+    error = np.where(distance == 0.0, 0.0, np.inf)
+    np.divide(distance, size, out=error, where=size > 0.0)
     return error
 
 
-def _too_inexact(found: Mapping[str, float], asked: Mapping[str, float]) -> str:
-    name = next(name for name in asked if not found[name] <= asked[name])
+def _too_inexact(values: Mapping[str, float], targets: Mapping[str, float]) -> str:
+    name = next(name for name in targets if not values[name] <= targets[name])
     return (
-        f"the error of {name} is about {found[name]:.1e} at the finest tolerance, not "
-        f"{asked[name]:g}; allow a larger error or take a shorter horizon"
+        f"the error of {name} is about {values[name]:.1e} at the finest tolerance, not "
+        f"{targets[name]:g}; allow a larger error or take a shorter horizon"
     )

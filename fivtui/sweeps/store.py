@@ -135,9 +135,9 @@ class SweepStore:
 
     def _reason_against(self) -> str:
         # Why the pieces there cannot be continued, with advice; empty if they can.
-        manifest, own = self.folder / MANIFEST, piece_files(self.folder)
+        manifest, files = self.folder / MANIFEST, piece_files(self.folder)
         if not manifest.exists():
-            if own or old_piece_files(self.folder):
+            if files or old_piece_files(self.folder):
                 return (
                     f"has pieces but no {MANIFEST} that says of which sweep they are; delete that "
                     "folder, choose another --out"
@@ -159,8 +159,8 @@ class SweepStore:
                 " finish it where it was begun, choose another --out"
             )
         self.size = size
-        asked = digest_of(self._manifest())
-        if old_piece_files(self.folder) or any(file.sweep != asked for file in own):
+        digest = digest_of(self._manifest())
+        if old_piece_files(self.folder) or any(file.sweep != digest for file in files):
             return (
                 f"has pieces of another sweep than its {MANIFEST} says; delete that folder, choose "
                 "another --out"

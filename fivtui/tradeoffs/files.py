@@ -64,7 +64,9 @@ def fronts(result: Tradeoff) -> dict[str, list[MeasuredSetting]]:
     return {name: pareto(result.rows, name, result.floor.of(name)) for name in QUANTITIES}
 
 
-def _rows(result: Tradeoff, rows: Sequence[MeasuredSetting] | None = None) -> list[dict[str, Any]]:
+def _rows(
+    result: Tradeoff, chosen: Sequence[MeasuredSetting] | None = None
+) -> list[dict[str, Any]]:
     best, sticks = fronts(result), result.scene.parameters.v_belt is not None
     return [
         {
@@ -79,17 +81,17 @@ def _rows(result: Tradeoff, rows: Sequence[MeasuredSetting] | None = None) -> li
             "failure": row.failure or None,
             "pareto": [name for name in QUANTITIES if row in best[name]],
         }
-        for row in (result.rows if rows is None else rows)
+        for row in (result.rows if chosen is None else chosen)
     ]
 
 
 def _cheapest(result: Tradeoff) -> list[dict[str, Any]]:
-    entries = []
+    rows = []
     for quantity, error in result.targets.items():
         row = cheapest(result.rows, quantity, error)
         (plain,) = _rows(result, [row]) if row is not None else [None]
-        entries.append({"quantity": quantity, "error": error, "row": plain})
-    return entries
+        rows.append({"quantity": quantity, "error": error, "row": plain})
+    return rows
 
 
 def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:

@@ -216,9 +216,9 @@ def _mode_changes(
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
     # Changes of the mode between samples: at `switches` where the slider leaves the belt or comes
     # back, else in the middle.
-    places = np.flatnonzero(np.diff(motion.mode))
-    first, then = motion.mode[places], motion.mode[places + 1]
-    times = 0.5 * (motion.t[places] + motion.t[places + 1])
+    indices = np.flatnonzero(np.diff(motion.mode))
+    first, then = motion.mode[indices], motion.mode[indices + 1]
+    times = 0.5 * (motion.t[indices] + motion.t[indices + 1])
     times[touching(first) != touching(then)] = switches
     return np.stack((times, first, then), axis=1)
 
@@ -237,9 +237,9 @@ def _crossings(
 
 def store_transient(transient: Transient, path: Path) -> None:
     """Write all of a transient but its solution, exactly, to an ``.npz`` file; replaces a file."""
-    said = {**transient_to_dict(transient), _FIRST_MODE: int(transient.first_mode)}
+    data = {**transient_to_dict(transient), _FIRST_MODE: int(transient.first_mode)}
     arrays: dict[str, Any] = trajectory_of(transient).to_columns()
-    arrays |= {_SAID: np.array(json.dumps(said)), _SWITCHES: transient.switch_times}
+    arrays |= {_SAID: np.array(json.dumps(data)), _SWITCHES: transient.switch_times}
     if transient.changes.size:
         arrays[_CHANGES] = transient.changes
 

@@ -148,16 +148,24 @@ def print_transient(
         _print_sensitivities(result.sensitivities, result.tol)
 
 
-def _print_sensitivities(found: Sensitivities, tol: float) -> None:
+def _print_sensitivities(sensitivities: Sensitivities, tol: float) -> None:
     # Results down, parameters across.
-    units = [parameter_spec(name).unit for name in found]
-    header = [f"{name}, {unit}" if unit else name for name, unit in zip(found, units, strict=True)]
+    units = [parameter_spec(name).unit for name in sensitivities]
+    header = [
+        f"{name}, {unit}" if unit else name for name, unit in zip(sensitivities, units, strict=True)
+    ]
     rows = [
-        [label, *(number(getattr(getattr(one, part), name)) for one in found.values())]
+        [
+            label,
+            *(
+                number(getattr(getattr(sensitivity, part), name))
+                for sensitivity in sensitivities.values()
+            ),
+        ]
         for label, part, name in _DERIVED
     ]
-    growth = f"small deviations grow {number(found.growth, 3)} times until the end"
-    digits = found.digits(tol)
+    growth = f"small deviations grow {number(sensitivities.growth, 3)} times until the end"
+    digits = sensitivities.digits(tol)
     trust = f"about {digits} digits hold" if digits else "no digit holds"
     heading = f"Sensitivities; {growth}, where {trust}"
     print_rows(heading, ["derivative of, by", *header], rows)
