@@ -32,7 +32,7 @@ def write(
 
 
 def parquet_schema(
-    columns: Sequence[Any], types: Sequence[Any], header: Mapping[str, Any], *, nullable: bool
+    columns: Sequence[Column], types: Sequence[Any], header: Mapping[str, Any], *, nullable: bool
 ) -> Any:
     """An Arrow schema of columns with name, unit and meaning."""
     import pyarrow as pa

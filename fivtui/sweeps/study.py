@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from fivtui.model import (
+    Column,
     InputError,
     Parameters,
     check_effect,
@@ -39,12 +40,9 @@ FAILED: Final = "failed"
 
 
 @dataclass(frozen=True, slots=True)
-class SweepColumn:
+class SweepColumn(Column):
     """A column of a sweep's rows; `path` is the attribute of `Transient` it holds, or empty."""
 
-    name: str
-    unit: str
-    meaning: str
     kind: ColumnKind = "number"
     path: str = ""
 

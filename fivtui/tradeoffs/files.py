@@ -1,8 +1,7 @@
 """Trade-offs as data for JSON and as CSV files."""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from fivtui.io import Columns, Header, check_suffix, save_csv
 from fivtui.model import Parameters
-from fivtui.results import read_result
+from fivtui.results import read_result, to_data
 from fivtui.scene import Scene
 from fivtui.transient import QUANTITIES, Deviation
 from fivtui.version import __version__
@@ -33,17 +32,27 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
     ``pareto`` (quantities in which no other row beats it), and ``features``; with targets
     also ``cheapest``, a list of ``quantity``, ``error`` and ``row`` (null if none reached it).
     """
-    start = result.scene.start
-    return {
+    start, rows = result.scene.start, _rows(result)
+    data = {
         "parameters": result.scene.parameters.as_dict(),
         "separation": result.scene.separation,
         "start": start if isinstance(start, str) else list(start),
         "t_end": result.scene.t_end,
         "floor": {name: _finite(result.floor.of(name)) for name in QUANTITIES},
-        "rows": _rows(result),
-        "features": [asdict(feature) for feature in result.features],
-        **({"cheapest": _cheapest(result)} if result.targets else {}),
+        "rows": rows,
+        "features": to_data(result.features),
     }
+    if result.targets:
+        by_setting: dict[Any, Any] = dict(zip(result.rows, rows, strict=True))
+        data["cheapest"] = [
+            {
+                "quantity": quantity,
+                "error": error,
+                "row": by_setting.get(cheapest(result.rows, quantity, error)),
+            }
+            for quantity, error in result.targets.items()
+        ]
+    return data
 
 
 def tradeoff_columns(result: Tradeoff) -> dict[str, NDArray[Any]]:
@@ -64,9 +73,7 @@ def fronts(result: Tradeoff) -> dict[str, list[MeasuredSetting]]:
     return {name: pareto(result.rows, name, result.floor.of(name)) for name in QUANTITIES}
 
 
-def _rows(
-    result: Tradeoff, chosen: Sequence[MeasuredSetting] | None = None
-) -> list[dict[str, Any]]:
+def _rows(result: Tradeoff) -> list[dict[str, Any]]:
     best, sticks = fronts(result), result.scene.parameters.v_belt is not None
     return [
         {
@@ -81,17 +88,8 @@ def _rows(
             "failure": row.failure or None,
             "pareto": [name for name in QUANTITIES if row in best[name]],
         }
-        for row in (result.rows if chosen is None else chosen)
+        for row in result.rows
     ]
-
-
-def _cheapest(result: Tradeoff) -> list[dict[str, Any]]:
-    rows = []
-    for quantity, error in result.targets.items():
-        row = cheapest(result.rows, quantity, error)
-        (plain,) = _rows(result, [row]) if row is not None else [None]
-        rows.append({"quantity": quantity, "error": error, "row": plain})
-    return rows
 
 
 def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
