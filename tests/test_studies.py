@@ -20,7 +20,7 @@ from fivtui.results import (
     Result,
     Stored,
     StudyKind,
-    TableResult,
+    Tabular,
     command_for,
     equal_values,
     listed,
@@ -277,7 +277,7 @@ def test_what_is_no_such_file_is_refused(
 @pytest.mark.parametrize("name", TABULAR)
 def test_datasets_have_the_columns_with_their_units(name: str) -> None:
     result = made(name)
-    if not isinstance(result, TableResult):
+    if not isinstance(result, Tabular):
         pytest.skip("its columns have no units")
     pytest.importorskip("xarray")
     dataset, table = result.to_xarray(), result._table()

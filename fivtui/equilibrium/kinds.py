@@ -19,7 +19,7 @@ def _save_modes(result: "Stability", path: Path, *, force: bool) -> None:
         "separation": result.separation,
         "critical_mu": [critical.mu for critical in result.critical_mu],
     }
-    save_table(path, _DATA, result.modes_over_mu().table(), header, force=force)
+    save_table(path, _DATA, result.modes_over_mu()._table(), header, force=force)
 
 
 STABILITY: Final = StudyKind(

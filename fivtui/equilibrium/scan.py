@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import PARAMETERS, Cancelled, Column, System, equilibrium, jacobian
-from fivtui.results import Result, Table, by_name
+from fivtui.results import Result, Table, Tabular
 
 from .eigenvalues import Stability
 
@@ -24,7 +24,7 @@ _MERGED: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class ModeScan(Result):
+class ModeScan(Result, Tabular):
     """Eigenvalues at the equilibrium over μ, all else equal.
 
     Attributes
@@ -45,12 +45,7 @@ class ModeScan(Result):
             ("growth rate", f"{growth.min():.6g} to {growth.max():.6g} 1/s"),
         ]
 
-    def to_columns(self) -> dict[str, FloatArray]:
-        """``mu``; real and imaginary parts ``sigma_1``, ``omega_1`` to ``sigma_4``, ``omega_4``."""
-        return by_name(self.table())
-
-    def table(self) -> Table:
-        """Its columns with their units."""
+    def _table(self) -> Table:
         table: Table = {PARAMETERS["mu"].column: self.mu}
         for number, values in enumerate(self.eigenvalues.T, start=1):
             real = Column(f"sigma_{number}", "1/s", f"real part of eigenvalue {number}")

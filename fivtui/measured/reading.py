@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import read_bytes
-from fivtui.model import InputError, read_number, unknown_name
-from fivtui.results import Result
+from fivtui.model import Column, InputError, read_number, unknown_name
+from fivtui.results import Result, Table, Tabular
 
 FloatArray = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ _TIMES: Final = ("t", "time")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Measurement(Result):
+class Measurement(Result, Tabular):
     """A measured signal.
 
     Attributes
@@ -56,9 +56,11 @@ class Measurement(Result):
             ("values", f"{self.values.min():.6g} to {self.values.max():.6g}"),
         ]
 
-    def to_columns(self) -> dict[str, FloatArray]:
-        """Times and values by name."""
-        return {"t": self.t, "values": self.values}
+    def _table(self) -> Table:
+        return {
+            Column("t", "s", "time"): self.t,
+            Column("values", "", f"{self.signal} over {self.time}"): self.values,
+        }
 
 
 def read_measurement(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
 from fivtui.model import InputError, System
-from fivtui.results import Drawn, Result, scene_text, to_data
+from fivtui.results import Drawn, Result, Table, Tabular, scene_text, to_data
 from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep, read_sweep, save_sweep
 
 from .local import LocalSensitivity, local_sensitivities
@@ -44,7 +44,7 @@ MEANINGS: Final = {
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Uncertainty(Result, Drawn):
+class Uncertainty(Result, Tabular, Drawn):
     """Probabilities and distributions of a scattered scene, and what drives them.
 
     Safe μ of the members is that of the limit cycles that continuation follows from the Hopf point.
@@ -180,9 +180,8 @@ class Uncertainty(Result, Drawn):
             "unresolved": dict(self.unresolved),
         }
 
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """The members by column, as in the file."""
-        return self.sweep.to_columns()
+    def _table(self) -> Table:
+        return self.sweep._table()
 
     def _sheet(self) -> "Sheet":
         from .charts import uncertainty_sheet

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
         GridResult,
         Table,
         TableResult,
-        by_name,
+        Tabular,
         read_result,
         save_table,
     )

@@ -21,22 +21,17 @@ Table = dict[Column, NDArray[Any]]
 T = TypeVar("T")
 
 
-class TableResult(SystemResult):
-    """Base of results that a table holds, in a file or in memory.
-
-    A class declares its columns by `_table`.
-    """
+class Tabular:
+    """Base of results that a table holds, whose columns a class declares by `_table`."""
 
     __slots__ = ()
-
-    data_name: ClassVar[str]
 
     def _table(self) -> Table:
         raise NotImplementedError
 
     def _header(self) -> dict[str, Any]:
         # What the table does not say, as data for JSON.
-        return self._system_data()
+        return {}
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """The columns of its table by name, arrays of equal length; NaN means no value."""
@@ -69,6 +64,17 @@ class TableResult(SystemResult):
     def _grid(self) -> Grid | None:
         # The grid whose points are the rows of its table, if there is one.
         return None
+
+
+class TableResult(SystemResult, Tabular):
+    """Base of results about one system that a table holds, in a file or in memory."""
+
+    __slots__ = ()
+
+    data_name: ClassVar[str]
+
+    def _header(self) -> dict[str, Any]:
+        return self._system_data()
 
 
 class GridResult(TableResult):

@@ -12,7 +12,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fivtui.model import (
     Cancelled,
@@ -25,7 +24,7 @@ from fivtui.model import (
     check_names,
     time_tables,
 )
-from fivtui.results import Drawn, Result, scene_text
+from fivtui.results import Drawn, Result, Table, Tabular, scene_text
 from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Start
 
 from .design import Axis, Design, Kind
@@ -60,7 +59,7 @@ _AHEAD: Final = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Sweep(Result, Drawn):
+class Sweep(Result, Tabular, Drawn):
     """A computed sweep.
 
     Attributes
@@ -135,9 +134,8 @@ class Sweep(Result, Drawn):
         """The object that ``fivtui sweep --json`` prints: ``columns`` and ``rows``."""
         return {"columns": self.columns, "rows": self.rows}
 
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """The columns as arrays; NaN where a member has no value."""
-        return {column.name: self.table.array(column) for column in self.study.columns}
+    def _table(self) -> Table:
+        return {column: self.table.array(column) for column in self.study.columns}
 
     def _sheet(self) -> "Sheet":
         from .charts import sweep_sheet

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +21,7 @@ from fivtui.model import (
     parameters_after,
     spring_force,
 )
-from fivtui.results import Result, equal_values
+from fivtui.results import Result, Table, Tabular, equal_values
 from fivtui.taylor import Segment
 
 __all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
@@ -31,7 +31,7 @@ _TOUCHING: NDArray[np.bool_] = np.array([mode in IN_CONTACT for mode in Mode])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Trajectory(Result):
+class Trajectory(Result, Tabular):
     """The motion at n times, in SI units.
 
     Attributes
@@ -72,9 +72,8 @@ class Trajectory(Result):
             ("off the belt", f"{np.count_nonzero(~touching(self.mode))} samples"),
         ]
 
-    def to_columns(self) -> dict[str, NDArray[Any]]:
-        """The arrays by name: ``t``, ``x``, ``vx``, ``y``, ``vy``, ``P`` and ``mode``."""
-        return {column.name: getattr(self, column.name) for column in COLUMNS}
+    def _table(self) -> Table:
+        return {column: getattr(self, column.name) for column in COLUMNS}
 
 
 class DenseSolution:
