@@ -13,9 +13,10 @@ Named = tuple[str, Path]
 
 def check_suffix(path: Path, kind: str, allowed: Iterable[str]) -> str:
     """The suffix of a file in lower case; `InputError` if it is not one of `allowed`."""
-    suffix, known = path.suffix.lower(), tuple(allowed)
-    if suffix not in known:
-        raise InputError(f"{path}: the suffix of a {kind} file must be one of {', '.join(known)}")
+    suffix, suffixes = path.suffix.lower(), tuple(allowed)
+    if suffix not in suffixes:
+        names = ", ".join(suffixes)
+        raise InputError(f"{path}: the suffix of a {kind} file must be one of {names}")
     return suffix
 
 
@@ -56,42 +57,37 @@ def check_apart(
     Two names may be one file through hard or symbolic links, or where the folder ignores case. No
     file may be in one of `folders`, which are for intermediate results.
     """
-    for place, (name, path) in enumerate(outputs):
-        for other, there in outputs[:place]:
-            if _same(resolved(path), resolved(there)):
-                raise InputError(
-                    f"{name} {path}: is the same file as {other} {there}; "
-                    "every output must be a file of its own"
-                )
-        for other, there in inputs:
-            if _same(resolved(path), resolved(there)):
-                raise InputError(
-                    f"{name} {path}: is the same file as {other} {there}, which is read; "
-                    "an output must be another file"
-                )
+    for index, (name, path) in enumerate(outputs):
+        for files, rule in (
+            (outputs[:index], "; every output must be a file of its own"),
+            (inputs, ", which is read; an output must be another file"),
+        ):
+            for label, used in files:
+                if _same(resolved(path), resolved(used)):
+                    raise InputError(f"{name} {path}: is the same file as {label} {used}{rule}")
     for name, folder in folders:
-        for other, path in (*outputs, *inputs):
+        for label, path in (*outputs, *inputs):
             target = resolved(path)
             if any(_same(above, folder) for above in (target, *target.parents)):
                 raise InputError(
-                    f"{other} {path}: is in the folder {folder}, where {name} keeps intermediate "
+                    f"{label} {path}: is in the folder {folder}, where {name} keeps intermediate "
                     "results; choose another place"
                 )
 
 
-def _same(one: Path, other: Path) -> bool:
+def _same(first: Path, second: Path) -> bool:
     # Whether two resolved names are the same file, existing or not.
-    if one == other:
+    if first == second:
         return True
     try:
-        if one.exists() or other.exists():
-            return one.samefile(other)
-        if not one.parent.samefile(other.parent):
+        if first.exists() or second.exists():
+            return first.samefile(second)
+        if not first.parent.samefile(second.parent):
             return False
     except OSError:
         return False
-    return one.name == other.name or (
-        one.name.casefold() == other.name.casefold() and _ignores_case(one.parent)
+    return first.name == second.name or (
+        first.name.casefold() == second.name.casefold() and _ignores_case(first.parent)
     )
 
 
