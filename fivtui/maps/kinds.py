@@ -25,10 +25,6 @@ def _command(result: "StabilityMap") -> Command:
     return command_for("map", result, options, varied=result.names)
 
 
-def _size(result: "StabilityMap") -> int:
-    return (2 + len(result.quantities)) * _BYTES * result.grid.size
-
-
 MAP: Final = StudyKind(
     data="map",
     show=listed(attrgetter("title"), methodcaller("rows")),
@@ -40,5 +36,7 @@ MAP: Final = StudyKind(
     header=frozenset({"parameters", "separation"}),
     json_keys=frozenset({"over", "values"}),
     command=_command,
-    stored=Stored(".npz", size=_size),
+    stored=Stored(
+        ".npz", size=lambda result: (2 + len(result.quantities)) * _BYTES * result.grid.size
+    ),
 )

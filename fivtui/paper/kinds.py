@@ -40,10 +40,6 @@ def _show_panel(panel: PanelOf) -> None:
     print_rows(f"Fig. {panel.key}", list(columns), rows)
 
 
-def _save_panel(panel: PanelOf, path: Path, *, force: bool) -> None:
-    data.save_data(panel.results.table(panel.key), path, force=force)
-
-
 FIGURE: Final = StudyKind(
     data="figure's data",
     show=_show_panel,
@@ -52,7 +48,9 @@ FIGURE: Final = StudyKind(
     },
     figure=lambda panel: charts.draw(panel.number, panel.results),
     suffixes=TABLES,
-    save=_save_panel,
+    save=lambda panel, path, *, force: data.save_data(
+        panel.results.table(panel.key), path, force=force
+    ),
     stem=lambda panel: f"fig-{panel.number:02d}{panel.letter}",
     header=frozenset({"figure"}),
     command=lambda panel: Command("figures", words=[str(panel.number), "--out", "figures"]),

@@ -83,6 +83,8 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
 
 
 def _request(transient: Transient) -> dict[str, Any]:
+    # Pairs of time, s, and value.
+    rows = {name: table.rows() for name, table in transient.over_time.items()}
     return {
         "parameters": transient.parameters.as_dict(),
         "separation": transient.separation,
@@ -91,13 +93,8 @@ def _request(transient: Transient) -> dict[str, Any]:
         "method": transient.method,
         "tol": transient.tol,
         "step": transient.step,
-        **({_OVER_TIME: _rows_of(transient)} if transient.over_time else {}),
+        **({_OVER_TIME: rows} if rows else {}),
     }
-
-
-def _rows_of(transient: Transient) -> dict[str, list[tuple[float, float]]]:
-    # Pairs of time, s, and value.
-    return {name: table.rows() for name, table in transient.over_time.items()}
 
 
 def trajectory_of(transient: Transient) -> Trajectory:

@@ -1,23 +1,15 @@
 """The transient among the studies."""
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fivtui.lazy import later
 from fivtui.results import TABLES, Stored, StudyKind, command_for
 
 from .settings.options import SimulateOptions
 
-if TYPE_CHECKING:
-    from .result import Transient
-
 files, report = later(__name__, "files", "report")
-_COLUMNS: Final = 7
-_BYTES: Final = 8
-
-
-def _size(result: "Transient") -> int:
-    return 0 if result.trajectory is None else _COLUMNS * _BYTES * int(result.trajectory.t.size)
-
+# Seven columns of eight bytes.
+_BYTES: Final = 56
 
 RUN: Final = StudyKind(
     data="trajectory",
@@ -31,5 +23,10 @@ RUN: Final = StudyKind(
     command=lambda scene: command_for(
         "simulate", scene, SimulateOptions(), needed={"over_time": scene.over_time}
     ),
-    stored=Stored(".npz", files.store_transient, files.restore_transient, _size),
+    stored=Stored(
+        ".npz",
+        files.store_transient,
+        files.restore_transient,
+        lambda run: 0 if run.trajectory is None else _BYTES * int(run.trajectory.t.size),
+    ),
 )
