@@ -466,18 +466,79 @@ class WordsPane(Pane):
         """Say the preload."""
         self.query_one("#words", Static).update(f"a preload of {self.session.texts['F']} newtons")
 '''
+# The tab of a study: the stability of the edited scene at a friction coefficient that is typed.
+STUDY_TAB: Final = '''"""The tab of the stability at a friction coefficient."""
+
+import numpy as np
+from textual.containers import Vertical
+
+from fivtui.charts import Chart, Heading, Trace
+from fivtui.equilibrium import stability
+from fivtui.tui.chart import ChartView
+
+from .study_pane import StudyPane
+
+
+class FrictionPane(StudyPane):
+    """Eigenvalues at a friction coefficient."""
+
+    NAME, VERB, INPUT, EXAMPLE, FORM = "stability", "Solve", "friction", "0.3", "a number"
+    VIEWS = {"roots": "Roots"}
+
+    def compose_bar(self):
+        """The friction coefficient."""
+        yield from self.compose_input()
+
+    def compose_views(self):
+        """One chart."""
+        with Vertical(id="roots"):
+            yield ChartView("roots-chart", nothing="not solved yet", openable=True)
+
+    def parse(self, scene, text):
+        """The scene with the friction coefficient."""
+        return scene.with_values({"mu": text})
+
+    def compute(self, request, job):
+        """The stability of a scene."""
+        return stability(request.parameters, separation=request.separation)
+
+    def result_words(self, displayed):
+        """The growth rate."""
+        return f"grows by {displayed.value.growth_rate:.3g} 1/s"
+
+    def draw_result(self, result):
+        """Draw the eigenvalues."""
+        roots = result.eigenvalues
+        chart = Chart("Re", "Im", (Trace("roots", roots.real, roots.imag, look="points"),))
+        self.query_one(ChartView).show(chart)
+
+    def point_of(self, result, point):
+        """The friction coefficient of all points."""
+        return {"mu": self.text}, "the friction coefficient"
+
+    def heading(self, result):
+        """The parameters."""
+        return Heading([result.parameters])
+
+    def request_of(self, result):
+        """The scene of a result."""
+        return self.request()
+'''
 TAB: Final = (
     Edit("fivtui/tui/tabs/words.py", "", HELLO),
+    Edit("fivtui/tui/tabs/studies/friction.py", "", STUDY_TAB),
     Edit(
         "fivtui/tui/tabs/tabs.py",
         r' +TabSpec\("result".*\n',
-        r'    TabSpec("words", "Words", "alt+0", _of("words", "WordsPane")),\n\g<0>',
+        r'    TabSpec("words", "Words", "alt+0", _of("words", "WordsPane")),\n'
+        r'    TabSpec("friction", "Friction", "f11", _of("studies.friction", "FrictionPane")),\n'
+        r"\g<0>",
     ),
 )
 WITH_TAB: Final = """
 import asyncio
 from fivtui.tui.app import FivtuiApp
-from tests.support.laboratory import until_shown, type_into
+from tests.support.laboratory import app_of, lab_of, show_tab, until, until_shown, type_into
 
 async def look():
     async with FivtuiApp().run_test(size=(100, 30)) as pilot:
@@ -486,6 +547,17 @@ async def look():
         await until_shown(pilot, "a preload of 80 newtons")
         await type_into(pilot, "F", "60")
         await until_shown(pilot, "a preload of 60 newtons")
+        await show_tab(pilot, "f11")
+        await until_shown(pilot, "not solved yet")
+        await pilot.press("f10")
+        await until_shown(pilot, "grows by -0.0")
+        assert lab_of(pilot).pane.command_line() == "fivtui stability --set F=60 --set mu=0.3"
+        await pilot.press("f7")
+        await until_shown(pilot, "Export the data of the stability")
+        await pilot.press("escape", "alt+p", "c", "enter")
+        await until(pilot, lambda: app_of(pilot).session.texts["mu"] == "0.3")
+        await pilot.press("ctrl+p")
+        await until_shown(pilot, "Search for commands")
 
 asyncio.run(look())
 """

@@ -11,7 +11,7 @@ from fivtui.cli import run
 from fivtui.model.errors import InputError
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.charts import sweep_chart
-from fivtui.tui.tabs.charts.sweep import (
+from fivtui.tui.tabs.requests.sweep import (
     sweep_of,
     sweep_parts,
     sweep_request,

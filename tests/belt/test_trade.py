@@ -14,7 +14,7 @@ from fivtui.tradeoffs.files import load_tradeoff, save_tradeoff
 from fivtui.tradeoffs.measure import measure_tradeoff
 from fivtui.tradeoffs.report import print_tradeoff
 from fivtui.transient import Start, Transient
-from fivtui.tui.tabs.charts.tradeoff import columns_of, table_rows
+from fivtui.tui.tabs.requests.tradeoff import columns_of, table_rows
 
 BELT = Parameters(v_belt=1.0)
 HOLDING = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4)

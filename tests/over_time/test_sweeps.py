@@ -14,7 +14,7 @@ from fivtui.sweeps.charts import sweep_chart
 from fivtui.sweeps.files import read_sweep
 from fivtui.tui.session import Session
 from fivtui.tui.session.command_lines import study_line
-from fivtui.tui.tabs.charts.sweep import (
+from fivtui.tui.tabs.requests.sweep import (
     sweep_of,
     sweep_parts,
     sweep_request,

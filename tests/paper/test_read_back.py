@@ -21,7 +21,7 @@ from fivtui.paper.data import DATA_COLUMNS, save_data
 from fivtui.paper.families import PANELS, panels_of
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
-from fivtui.tui.tabs.charts.paper import figure_rows, point_scene
+from fivtui.tui.tabs.requests.paper import figure_rows, point_scene
 from tests.support import own_slider
 from tests.support.reading import entries, labels, line_like, plain, points, the_legend
 

@@ -41,7 +41,7 @@ from fivtui.sweeps.rows import Rows
 from fivtui.sweeps.run import Engine, local_engine, sweep
 from fivtui.sweeps.scatter import Scatter
 from fivtui.sweeps.study import Study
-from fivtui.tui.tabs.charts.uncertainty import index_remark
+from fivtui.tui.tabs.requests.uncertainty import index_remark
 
 MU_C = 0.439387619
 FOLD = 0.277876613

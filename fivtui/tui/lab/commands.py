@@ -170,7 +170,9 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     yield from _choices(lab)
     for tab in TABS:
         show = partial(lab.action_show_tab, tab.id)
-        yield PaletteEntry(f"Tab {tab.title}", key_text(lab.app, tab.key), show, _MEANINGS[tab.id])
+        yield PaletteEntry(
+            f"Tab {tab.title}", key_text(lab.app, tab.key), show, _MEANINGS.get(tab.id, "")
+        )
         yield from _view_commands(lab, tab)
     yield from _scene_commands(lab)
     yield from _run_commands(lab)

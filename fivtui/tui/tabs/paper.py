@@ -110,7 +110,7 @@ class PaperPane(JobPane):
             self._draw_figure()
 
     def _list_figures(self) -> None:
-        from .charts.paper import FIGURE_COLUMNS, figure_rows
+        from .requests.paper import FIGURE_COLUMNS, figure_rows
 
         rows = dict(zip(PANELS, figure_rows(list(self._computed)), strict=True))
         self.query_one("#figures", _Table).fill(FIGURE_COLUMNS, rows)
@@ -138,7 +138,7 @@ class PaperPane(JobPane):
     def _list_claims(self) -> None:
         from fivtui.paper import CLAIMS
 
-        from .charts.paper import CLAIM_COLUMNS, claim_rows
+        from .requests.paper import CLAIM_COLUMNS, claim_rows
 
         self._listed = self.session.studies.get(_CLAIMS)
         rows = claim_rows(CLAIMS, self._checked)
@@ -149,7 +149,7 @@ class PaperPane(JobPane):
     def _claim_chosen(self, event: DataTable.RowHighlighted) -> None:
         from fivtui.paper import CLAIMS
 
-        from .charts.paper import claim_words
+        from .requests.paper import claim_words
 
         claim = CLAIMS[event.cursor_row]
         self.query_one("#claim", Static).update(claim_words(claim, self._checked.get(claim.id)))
@@ -260,7 +260,7 @@ class PaperPane(JobPane):
 
     def action_open_scene_of(self) -> None:
         """Load the scene of the selected figure."""
-        from .charts.paper import panel_scene
+        from .requests.paper import panel_scene
 
         key = self._chosen
         if key:
@@ -268,7 +268,7 @@ class PaperPane(JobPane):
 
     @on(ChartView.Opened)
     def _point_opened(self, event: ChartView.Opened) -> None:
-        from .charts.paper import point_scene
+        from .requests.paper import point_scene
 
         panel = PANELS[self._shown]
         words = f"figure {panel.key}, {panel.along} = {event.point.x:g}"

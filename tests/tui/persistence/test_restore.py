@@ -24,8 +24,8 @@ from fivtui.tui.persistence import results as result_store
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.runs import RunState
 from fivtui.tui.session.studies import DisplayedStudy, StoredResult
-from fivtui.tui.tabs.charts.sweep import sweep_of, sweep_request
 from fivtui.tui.tabs.messages import RunActionRequested
+from fivtui.tui.tabs.requests.sweep import sweep_of, sweep_request
 from tests.support.laboratory import (
     app_of,
     chart_of,

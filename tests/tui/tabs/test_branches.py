@@ -21,9 +21,13 @@ from fivtui.tui.chart.cursor_moves import put_cursor, step_cursor
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
-from fivtui.tui.tabs.charts.branches import nearest_cycle, orbit_scene, parse_branch
 from fivtui.tui.tabs.exports.export import DATA
-from fivtui.tui.tabs.studies.branches import BranchesPane
+from fivtui.tui.tabs.studies.branches import (
+    BranchesPane,
+    nearest_cycle,
+    orbit_scene,
+    parse_branch,
+)
 from tests.support.laboratory import app_of, show_tab, text_of, until, until_shown
 
 BRANCH = branch(None, "mu", low=0.2, high=1.0)

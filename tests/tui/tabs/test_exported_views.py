@@ -22,8 +22,8 @@ from fivtui.tradeoffs import measure
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session.studies import DisplayedStudy
-from fivtui.tui.tabs.charts.map import VALUES
 from fivtui.tui.tabs.exports.export import FIGURE
+from fivtui.tui.tabs.requests.map import VALUES
 from fivtui.tui.tabs.studies.map import MapPane
 from fivtui.tui.tabs.studies.sweep import SweepPane
 from fivtui.tui.tabs.tabs import TABS

@@ -31,9 +31,9 @@ from fivtui.transient.charts import (
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.tabs.charts.map import point_texts
-from fivtui.tui.tabs.charts.sweep import case_of, point_scene
-from fivtui.tui.tabs.charts.tradeoff import COLUMNS, table_rows
+from fivtui.tui.tabs.requests.map import point_texts
+from fivtui.tui.tabs.requests.sweep import case_of, point_scene
+from fivtui.tui.tabs.requests.tradeoff import COLUMNS, table_rows
 from tests.support import own_slider
 from tests.support.reading_charts import Reading
 from tests.test_figures_read_back import made_up, output_value

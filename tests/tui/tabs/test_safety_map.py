@@ -14,7 +14,7 @@ from fivtui.maps import StabilityMap
 from fivtui.maps.charts import map_chart, offsets, region_levels
 from fivtui.maps.searched import SearchedPoint
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.tabs.charts.map import map_request
+from fivtui.tui.tabs.requests.map import map_request
 from fivtui.tui.tabs.studies.map import thinned
 from tests.support.laboratory import chart_of, clear_notices, until_shown
 

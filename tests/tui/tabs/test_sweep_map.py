@@ -18,13 +18,13 @@ from fivtui.simulation import simulate
 from fivtui.sweeps import grid_chart, sweep_chart
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.picture import draw
-from fivtui.tui.tabs.charts.map import (
+from fivtui.tui.tabs.requests.map import (
     map_request,
     point_texts as map_point,
     point_words,
     values_in,
 )
-from fivtui.tui.tabs.charts.sweep import (
+from fivtui.tui.tabs.requests.sweep import (
     case_of,
     count_words,
     point_scene,

@@ -19,8 +19,8 @@ from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tui.session import runs
 from fivtui.tui.tabs import TABS
 from fivtui.tui.tabs.book import TabBook
-from fivtui.tui.tabs.charts.paper import claim_rows, claim_words
-from fivtui.tui.tabs.charts.tradeoff import (
+from fivtui.tui.tabs.requests.paper import claim_rows, claim_words
+from fivtui.tui.tabs.requests.tradeoff import (
     COLUMNS,
     present_row,
     present_words,

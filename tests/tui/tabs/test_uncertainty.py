@@ -18,7 +18,7 @@ from fivtui.sweeps.run import local_engine
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.book import TabBook
-from fivtui.tui.tabs.charts import uncertainty as charts
+from fivtui.tui.tabs.requests import uncertainty as charts
 from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane
 from tests.support.laboratory import app_of, show_tab, text_of, until_shown
 

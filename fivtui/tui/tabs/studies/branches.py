@@ -1,30 +1,30 @@
 """The branches tab: limit cycles along a parameter, stable or not."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Final
+from dataclasses import replace
+from typing import Any, ClassVar, Final, Literal
 
+import numpy as np
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Button, Static
 
 from fivtui.charts import Heading, NearestPoint
-from fivtui.orbits import CycleBranch, branch_chart, event_name
+from fivtui.orbits import CycleBranch, CyclePoint, branch_chart, event_name, sizes_of
+from fivtui.ranges import parse_ends
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job
-from fivtui.tui.tabs.charts.branches import (
-    EXAMPLE,
-    Origin,
-    nearest_cycle,
-    orbit_scene,
-    parse_branch,
-)
-from fivtui.tui.tabs.charts.sweep import point_texts
+from fivtui.tui.session import DisplayedStudy, Job, base_scene, plain_names
+from fivtui.tui.tabs.requests.sweep import point_texts
 
 from .study_pane import StudyPane
 
+EXAMPLE: Final = "μ=0.2:1"
+# Periods of an orbit that is run.
+_PERIODS: Final = 20
 _FROM: Final = "from"
+Origin = Literal["hopf", "cycle"]
 _ORIGINS: Final[Mapping[Origin, str]] = {"hopf": "from the Hopf point", "cycle": "from a cycle"}
 _Request = tuple[Scene, Origin, str, tuple[float, float] | None]
 
@@ -108,3 +108,28 @@ class BranchesPane(StudyPane):
     def command_request(self) -> Any:
         """The command is that of a result."""
         return self.required().value
+
+
+def parse_branch(text: str) -> tuple[str, tuple[float, float] | None]:
+    """The parameter and its range in text such as ``μ=0.2:1``; the range may be missing."""
+    return parse_ends(plain_names(text), EXAMPLE)
+
+
+def nearest_cycle(result: CycleBranch, x: float, y: float) -> CyclePoint:
+    """The limit cycle that is nearest to a point of the chart."""
+    values = np.array([point.value for point in result.points])
+    heights = np.array([point.half_range for point in result.points])
+    sizes = sizes_of(result)
+    away = np.hypot((values - x) / sizes[0], (heights - y) / sizes[1])
+    return result.points[int(away.argmin())]
+
+
+def orbit_scene(result: CycleBranch, point: CyclePoint) -> Scene:
+    """The scene that begins on a limit cycle of a branch and lasts twenty of its periods."""
+    return replace(
+        base_scene(),
+        parameters=result.parameters.with_values({result.name: point.value}),
+        separation=result.separation,
+        start=point.start,
+        t_end=float(f"{_PERIODS * point.period:.6g}"),
+    )

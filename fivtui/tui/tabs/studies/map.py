@@ -15,7 +15,7 @@ from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session
-from fivtui.tui.tabs.charts.map import (
+from fivtui.tui.tabs.requests.map import (
     EXAMPLE,
     EXAMPLE_WITHOUT_MU,
     VALUES,

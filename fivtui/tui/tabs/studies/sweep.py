@@ -12,7 +12,9 @@ from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
-from fivtui.tui.tabs.charts.sweep import (
+from fivtui.tui.tabs.exports.export import Export
+from fivtui.tui.tabs.messages import Reported
+from fivtui.tui.tabs.requests.sweep import (
     ASKED_FROM,
     EXAMPLE,
     case_of,
@@ -23,8 +25,6 @@ from fivtui.tui.tabs.charts.sweep import (
     sweep_parts,
     sweep_request,
 )
-from fivtui.tui.tabs.exports.export import Export
-from fivtui.tui.tabs.messages import Reported
 
 from .study_pane import StudyPane
 

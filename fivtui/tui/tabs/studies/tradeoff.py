@@ -13,7 +13,7 @@ from fivtui.scene import Scene
 from fivtui.tradeoffs import tradeoff_chart
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job
-from fivtui.tui.tabs.charts.tradeoff import (
+from fivtui.tui.tabs.requests.tradeoff import (
     TITLES,
     columns_of,
     present_row,

@@ -11,7 +11,7 @@ from fivtui.charts import Heading
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session
-from fivtui.tui.tabs.charts.uncertainty import (
+from fivtui.tui.tabs.requests.uncertainty import (
     COLUMNS,
     EXAMPLE,
     TITLES,

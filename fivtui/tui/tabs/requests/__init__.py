@@ -1,0 +1,1 @@
+"""What the inputs of tabs request, and the rows and points of their results. No Textual."""
