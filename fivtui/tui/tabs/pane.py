@@ -1,8 +1,10 @@
 """The base class of tabs."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.containers import Vertical
+from textual.timer import Timer
 from textual.widget import Widget
 from textual.widgets import Button, Input
 
@@ -34,6 +36,13 @@ class Pane(Vertical):
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
+        self._waiting: Timer | None = None
+
+    def after_pause(self, seconds: float, call: Callable[[], None]) -> None:
+        """Call a function unless this method is called again before, as every edit does."""
+        if self._waiting is not None:
+            self._waiting.stop()
+        self._waiting = self.set_timer(seconds, call)
 
     def setting(self, key: str, default: str) -> str:
         """A stored setting of this tab."""

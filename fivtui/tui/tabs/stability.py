@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.timer import Timer
 from textual.worker import get_current_worker
 
 from fivtui.charts import Heading
@@ -55,7 +54,6 @@ class StabilityPane(ViewsPane):
         self._why = ""
         self._key: object = None
         self._scan: ModeScan | None = None
-        self._waiting: Timer | None = None
 
     def compose_views(self) -> ComposeResult:
         """Growth rates and frequencies, eigenvalues, summary."""
@@ -79,13 +77,8 @@ class StabilityPane(ViewsPane):
         key = (p.with_values({"mu": 0.0}), self.session.separation, top)
         if key != self._key:
             self._key = key
-            self._begin_later()
+            self.after_pause(_PAUSE, self._begin)
         self.draw()
-
-    def _begin_later(self) -> None:
-        if self._waiting is not None:
-            self._waiting.stop()
-        self._waiting = self.set_timer(_PAUSE, self._begin)
 
     def _begin(self) -> None:
         if self._now is None:

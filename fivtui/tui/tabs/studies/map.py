@@ -7,7 +7,6 @@ import numpy as np
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
-from textual.timer import Timer
 from textual.widgets import Input, Static
 
 from fivtui.charts import Heading, NearestPoint, scale_words
@@ -68,7 +67,6 @@ class MapPane(StudyPane):
         # Not stored with the session: it is computed again at once.
         self._computed: DisplayedStudy[StabilityMap] | None = None
         self._key: object = None
-        self._waiting: Timer | None = None
 
     def compose_bar(self) -> ComposeResult:
         """The mapped value and the two ranges."""
@@ -117,9 +115,7 @@ class MapPane(StudyPane):
             self.say(str(error))
             return
         if key != self._key:
-            if self._waiting is not None:
-                self._waiting.stop()
-            self._waiting = self.set_timer(_PAUSE, self._again)
+            self.after_pause(_PAUSE, self._again)
 
     @on(ChartView.Moved)
     def _moved(self, event: ChartView.Moved) -> None:
