@@ -18,9 +18,7 @@ from fmu_src.slave import (
 
 from .component import Component, Reference
 
-_INSTANCE: Final = (
-    *("experiment", "guard", "instance", "instance_state", "notices", "process_end", "variable"),
-)
+_INSTANCE: Final = ("experiment", "instance", "instance_state", "variable")
 _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
     "fivtui.model": (
         "advice",

@@ -5,28 +5,42 @@ point catches exceptions, logs them and keeps the state as it was. The next `do_
 refused call by failing.
 """
 
+import atexit
 import logging
 import math
+import os
 import sys
 import traceback
 from abc import abstractmethod
-from collections.abc import Sequence
-from typing import Any, ClassVar, Final
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import wraps
+from pathlib import Path
+from typing import Any, ClassVar, Final, TypeVar, cast
 
 from pythonfmu.default_experiment import DefaultExperiment
 from pythonfmu.enums import Fmi2Causality, Fmi2Initial, Fmi2Status, Fmi2Variability
 from pythonfmu.fmi2slave import Fmi2Slave
 from pythonfmu.variables import Boolean, Integer, Real
 
-from fivtui.model.errors import InputError
+from fivtui.model.errors import ComputationError, InputError
 
 from .experiment import SAME_TIME, Experiment
-from .guard import guarded, nothing
 from .instance_state import InstanceState, Phase, from_bytes, to_bytes
-from .notices import Notices
-from .process_end import release_at_exit
 from .variable import Role, Type, VariableTable
 
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+# Without a handler of the host's own, Python prints warnings and errors to standard error.
+LOGGER: Final = "fivtui.fmu"
+_PRINTED: Final = 20
+_DIFFERENT: Final = 1000
+_UNPRINTED: Final = "further refusals are not printed here; switch on the FMU's debug logging"
+_UNTOLD: Final = f"refused, for another reason than the first {_DIFFERENT} that were logged"
+# At the end of a process, the wrapper of pythonfmu destroys the counter of its uses of the
+# interpreter, and then decrements it in freed memory, which may abort the host. Calling the release
+# function that the wrapper exports before that is harmless, also more than once. Paths of its
+# libraries; an open one could not be unloaded by its host.
+_libraries: Final[set[str]] = set()
 # pythonfmu has no enumerations; the model description turns integers into them.
 _MAKERS: Final = {
     Type.REAL: Real,
@@ -43,6 +57,92 @@ _REPORTED_AT_ONCE: Final = {
     "get_string",
     "_get_fmu_state",
 }
+
+
+def guarded(fallback: Callable[..., object]) -> Callable[[_Method], _Method]:
+    """Decorator for an entry point: instead of raising it calls ``self.refuse(call, why)``.
+
+    It then returns `fallback` of its arguments. `why` is the message of an `InputError` or
+    `ComputationError`, else a traceback.
+    """
+
+    def decorate(method: _Method) -> _Method:
+        @wraps(method)
+        def call(self: Any, /, *args: Any) -> Any:
+            try:
+                return method(self, *args)
+            except (InputError, ComputationError) as error:
+                why = str(error)
+            except BaseException:  # noqa: BLE001
+                why = traceback.format_exc()
+            self.refuse(method.__name__, why)
+            return fallback(*args)
+
+        return cast("_Method", call)
+
+    return decorate
+
+
+def nothing(*_: object) -> None:
+    """Fallback for calls that return None."""
+
+
+class Notices:
+    """Messages of one instance: to the host's log, and always to standard error.
+
+    Hosts show the log only if debug logging is on. The wrappers never free a logged text, so an
+    instance logs few different ones, and equal ones are one object.
+    """
+
+    def __init__(self, instance: str) -> None:
+        self._instance = instance
+        self._printed = 0
+        self._logged: set[str] = set()
+
+    def tell(self, level: int, text: str) -> str:
+        """Print a text (a line or a traceback) to standard error, unless there were too many.
+
+        `level` is one of Python's ``logging``. Returns the text as the wrapper's logger needs it.
+        """
+        if self._printed <= _PRINTED:
+            self._print(level, text if self._printed < _PRINTED else _UNPRINTED)
+            self._printed += 1
+        if text not in self._logged:
+            if len(self._logged) >= _DIFFERENT:
+                text = _UNTOLD
+            self._logged.add(text)
+        # Hosts use the message as a format string.
+        return sys.intern(text.replace("%", "%%"))
+
+    def _print(self, level: int, text: str) -> None:
+        # Exceptions of the host's handlers must not leave an entry point of the FMU, either.
+        with suppress(BaseException):
+            logging.getLogger(LOGGER).log(
+                level, "%s: %s", self._instance, text, extra={"fmu_instance": self._instance}
+            )
+
+
+def release_at_exit(resources: str | None) -> None:
+    """Release the wrapper's libraries that are still loaded when the interpreter ends.
+
+    Those are beside the FMU's folder of resources, in the spelling of the host.
+    """
+    # Without arguments the interpreter is embedded, and the wrapper itself releases it in time.
+    if resources is None or sys.platform != "linux" or not sys.orig_argv:
+        return
+    if not _libraries:
+        # Imported here: an embedded interpreter may not find it, and does not need it.
+        from ctypes import CDLL
+
+        atexit.register(_release, CDLL)
+    _libraries.update(map(str, Path(resources).parent.glob("binaries/linux64/*.so")))
+
+
+def _release(load: Any) -> None:
+    for path in _libraries:
+        # A library that is not loaded, or does not export the function, is ignored.
+        with suppress(OSError, AttributeError):
+            load(path, mode=os.RTLD_NOLOAD | os.RTLD_LAZY).finalizePythonInterpreter()
 
 
 class Instance(Fmi2Slave):  # type: ignore[misc]
