@@ -77,7 +77,7 @@ from fivtui.cli import run
 import numpy as np
 from fivtui.equilibrium import critical_mu_derivatives, critical_speeds
 from fivtui.model import System
-from fivtui.model.slider_belt import mechanical_energy, static_start_change
+from fivtui.model.slider_belt import static_start_change
 from fivtui.orbits import branch
 from fivtui.safety.least import MADE_OF, groups_of
 from fivtui.tui.session.equations import equations_with
@@ -154,7 +154,6 @@ members = {"g": np.array([0.0, 2.0])}, {"F": np.array([80.0, 90.0])}
 one, other = (groups_of(Parameters(), varied, 2).ravel() for varied in members)
 same(one, other)
 assert "g" in MADE_OF["k_nl"] and "m" in MADE_OF["k_nl"]
-same(*([mechanical_energy(p, (0.1, 0.2, -0.3, 0.4), Mode.CONTACT)] for p in (light, heavy)))
 by_g = static_start_change(System(light), "g")
 same(by_g, [5.0 * by for by in static_start_change(System(heavy), "F")])
 if "native" in FLAVOURS:

@@ -83,27 +83,6 @@ def tangent_slope(p: Any, y: Number) -> Number:
     return slope
 
 
-def contact_energy(p: Any, y: Any) -> Any:
-    """Energy of the contact spring, J."""
-    square = y * y
-    return (0.5 * p.k2 + 0.25 * p.k_nl * square) * square
-
-
-def elastic_energy(p: Any, x: Any, y: Any) -> Any:
-    """Energy of the springs k1 and k3, J."""
-    return 0.5 * p.k1 * x * x + 0.25 * p.k3 * (x - y) * (x - y)
-
-
-def kinetic_energy(p: Any, vx: Any, vy: Any) -> Any:
-    """Kinetic energy, J."""
-    return 0.5 * p.m * (vx * vx + vy * vy)
-
-
-def dissipation(p: Any, vx: Any, vy: Any) -> Any:
-    """Power lost in the dampers, W."""
-    return p.c1 * vx * vx + p.c2 * vy * vy
-
-
 def horizontal_acceleration(p: Any, x: Any, vx: Any, y: Any, friction: Any) -> Any:
     """ẍ in m/s² under a friction force in N (Eqs. 2 and 5)."""
     return (friction - p.c1 * vx - p.k1 * x - coupling_stiffness(p) * (x - y)) / p.m

@@ -261,21 +261,3 @@ def time_scale(p: Parameters, y: float = 0.0) -> float:
 def static_deflection(p: Parameters) -> float:
     """|F|/stiffness, m, with all linear springs in parallel: the scale of displacements."""
     return float(abs(equations.load(p)) / equations.total_stiffness(p))
-
-
-def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:
-    """Energy in J: kinetic, of the springs and of the preload.
-
-    Continuous at separation and reattachment; zero at rest in the undeformed position.
-    """
-    x, vx, y, vy = state
-    free = equations.kinetic_energy(p, vx, vy) + equations.elastic_energy(p, x, y)
-    contact = equations.contact_energy(p, y) if mode in IN_CONTACT else 0.0
-    return float(free + contact + equations.load(p) * y)
-
-
-def power(p: Parameters, state: State, mode: Mode) -> tuple[float, float]:
-    """Input by friction and loss by damping in W; their difference is d(energy)/dt."""
-    _, vx, _, vy = state
-    friction = friction_force(p, state, mode) * vx
-    return friction, equations.dissipation(p, vx, vy)

@@ -13,10 +13,11 @@ from fivtui import Parameters, simulate
 from fivtui.model import System
 from fivtui.model.field import exponential
 from fivtui.model.modes import MODES, Mode, transition_name
-from fivtui.model.slider_belt import State, mechanical_energy, power
+from fivtui.model.slider_belt import State
 from fivtui.taylor.belt import BeltStepper
 from fivtui.transient.request import KernelChoice, Start
 from fivtui.transient.result import Transient, all_events
+from tests.support.energy import mechanical_energy, power
 
 from .test_model import belts
 

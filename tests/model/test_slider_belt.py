@@ -14,11 +14,10 @@ from fivtui.model.slider_belt import (
     contact_force,
     equilibrium,
     jacobian,
-    mechanical_energy,
     mode_of,
-    power,
     static_start,
 )
+from tests.support.energy import mechanical_energy, power
 from tests.support.strategies import states, wide_parameters
 
 
