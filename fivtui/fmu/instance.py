@@ -24,7 +24,6 @@ from .folders import Folder, folder_for
 
 # FMI statuses: what is well but for something, and from which on a call failed.
 _WARNING: Final = 1
-_DISCARD: Final = 2
 _FATAL: Final = 4
 _KEPT_MESSAGES: Final = 20
 _DESCRIPTION: Final = "modelDescription.xml"

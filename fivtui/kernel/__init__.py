@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .field_text import FLAGS, headers
     from .native import Kernel, load_kernel, stepping_kernel, why_interpreted
     from .orbits import OrbitSearch, Varied
-    from .runs import CROSSING_HEAD, SEGMENT_HEAD, BeltRun, KernelRun, RunColumns, VariedRun
+    from .runs import SEGMENT_HEAD, BeltRun, KernelRun, RunColumns, VariedRun
     from .status import Status
 else:
     from fivtui.lazy import lazily

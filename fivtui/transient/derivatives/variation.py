@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.kernel import CROSSING_HEAD, load_kernel, why_interpreted
+from fivtui.kernel import load_kernel, why_interpreted
 from fivtui.model import (
     PARAMETERS,
     InputError,
@@ -60,8 +60,6 @@ class Variation:
     extremes: FloatArray
     extreme_derivatives: FloatArray
     switch_times: FloatArray
-    switch_states: FloatArray
-    switch_derivatives: FloatArray
     changes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
 
@@ -99,7 +97,6 @@ def _compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variat
         order=order_for(tol),
     )
     crossings = np.concatenate([run.crossings.copy() for _ in follow(run, request, work)])
-    count = len(seeds)
     return Variation(
         run.outcome[:4],
         np.array(run.rate),
@@ -108,8 +105,6 @@ def _compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variat
         np.array([getattr(run.outcome, name) for name in EXTREMES]),
         run.extremes[:, 1:],
         crossings[:, 0],
-        crossings[:, 1:5],
-        crossings[:, CROSSING_HEAD:].reshape(-1, count, 4).transpose(0, 2, 1),
     )
 
 
@@ -118,7 +113,7 @@ def _interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Var
     stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     deviations = Deviations(p, seeds)
     extremes = _Extremes(0.5 * t_end, len(seeds))
-    switches: list[tuple[float, State, FloatArray]] = []
+    switches: list[float] = []
     changes: list[tuple[float, int, int]] = []
     t, state = 0.0, request.initial
     for count in range(request.max_steps):
@@ -132,7 +127,7 @@ def _interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Var
         if segment.switches and end == 1.0 and p.v_belt is not None:
             changes.append((t, segment.mode, segment.then))
         if segment.lifts_or_lands and end == 1.0:
-            switches.append((t, state, _columns(deviations.now)))
+            switches.append(t)
         if last:
             break
     else:
@@ -144,19 +139,13 @@ def _interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Var
     return Variation(
         state,
         np.array([state[1], ax, state[3], ay]),
-        _columns(deviations.now),
+        np.array(deviations.now).T,
         extremes.moments,
         extremes.values,
         extremes.by,
-        np.array([one for one, _, _ in switches]),
-        np.array([one for _, one, _ in switches]).reshape(-1, 4),
-        np.array([one for _, _, one in switches]).reshape(-1, 4, len(seeds)),
+        np.array(switches),
         np.array(changes, dtype=float).reshape(-1, 3),
     )
-
-
-def _columns(now: Sequence[State]) -> FloatArray:
-    return np.array(now).T
 
 
 class _Extremes:

@@ -86,9 +86,6 @@ def test_both_kernels_give_the_same_derivatives(
         < 1e-7 * scale
     )
     assert one.switch_times == pytest.approx(other.switch_times, abs=1e-9)
-    for name in ("switch_states", "switch_derivatives"):
-        difference = np.abs(getattr(one, name) - getattr(other, name)).max(initial=0.0)
-        assert difference < 1e-7 * scale
 
 
 @settings(max_examples=25)
@@ -154,18 +151,6 @@ def test_the_flow_ends_where_a_transient_does_and_switches_when_it_does() -> Non
     found = vary(Request(System(Parameters()), t_end=7.3, tol=1e-13), START_SEEDS)
     assert found.final == (run.final.x, run.final.vx, run.final.y, run.final.vy)
     assert found.switch_times.tolist() == run.switch_times.tolist()
-
-
-def test_a_switch_moves_as_its_derivatives_say() -> None:
-    p = Parameters()
-    start = np.array([0.3, 1.0, -0.5, 2.0])
-    found = flow(p, tuple(start.tolist()), 6.0)
-    for place, nudge in enumerate(1e-6 * np.eye(4)):
-        one, other = (
-            flow(p, tuple((start + sign * nudge).tolist()), 6.0).switch_times for sign in (1, -1)
-        )
-        moved = -found.switch_derivatives[:, 2, place] / found.switch_states[:, 3]
-        assert moved == pytest.approx((one - other) / 2e-6, rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
