@@ -67,6 +67,8 @@ class Trace:
         Values of the points, by which figures colour them.
     errors : tuple of ndarray, optional
         Lower and upper ends of the intervals of x of bars.
+    style : mapping
+        Matplotlib's properties in figures, before those of the role.
     """
 
     name: str
@@ -82,6 +84,7 @@ class Trace:
     marker: str = ""
     values: FloatArray | None = None
     errors: tuple[FloatArray, FloatArray] | None = None
+    style: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
 """Charts as displayed, as a matplotlib figure or as columns. Imports no Textual."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 from typing import Any, Final
@@ -8,7 +9,7 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
 from fivtui.io import write_table
@@ -22,23 +23,18 @@ from .chart import (
     Chart,
     Guide,
     Heading,
+    Sheet,
     Trace,
     View,
     VisibleCharts,
-    reduced,
 )
 from .labels import parameter_line
-from .plotting import (
-    STYLE,
-    new_figure,
-)
-from .reading import crosshair, cursor_words, heading, nearest
-from .shades import Shade
-from .sheet import add_legend, draw_strips
+from .plotting import STYLE
+from .reading import NearestPoint, crosshair, cursor_words, heading, nearest
+from .shades import Colours, Shade
+from .sheet import sheet_figure
 
-# Markers per line, and columns that a long line is reduced to (several per pixel).
-_MARKS: Final = 12
-_COLUMNS: Final = 4000
+# Heights of a row and of a figure, inches.
 _ROW: Final = 2.0
 _LEAST_HEIGHT: Final = 3.4
 _SQUARE: Final = 3.6
@@ -80,21 +76,23 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
     count = len(charts.panels)
     rows, columns = (1, count) if charts.across else (count, 1)
     height = _SQUARE if charts.across else max(_ROW * rows, _LEAST_HEIGHT)
+    letters = int(_LETTERS_IN * (height - _AROUND_IN) / rows)
+    shown = []
+    for index, (chart, view) in enumerate(charts.panels):
+        read = _cursor_text(chart, view, first=index == 0)
+        # The note, unless the scale of shades has it.
+        note = chart.note if chart.backdrop is None or chart.note != chart.backdrop.label else ""
+        title = "\n".join(fill(text, _TITLE // columns) for text in (note, read) if text)
+        label = fill(chart.y_label, letters)
+        shown.append(replace(_displayed(chart, view), title=title, y_label=label))
+    sheet = Sheet([[chart] for chart in shown] if charts.across else [shown], (WIDTH, height))
+    # A curve that is alone needs no name.
+    alone = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
+    figure = sheet_figure(sheet, without=alone)
     with mpl.rc_context(STYLE):
-        figure = new_figure(WIDTH, height)
-        grid = figure.subplots(rows, columns, squeeze=False)
-        panels = [axes for row in grid for axes in row]
-        for axes, (chart, view) in zip(panels, charts.panels, strict=True):
-            limits = view.axes(chart)
-            _limit(axes, limits)
-            _draw(axes, chart, view)
-            _guides(axes, chart, limits, columns)
-            read = _cursors(axes, chart, view, first=axes is panels[0])
-            _label(axes, chart, int(_LETTERS_IN * (height - _AROUND_IN) / rows))
-            _title(axes, chart, read, _TITLE // columns)
-        figure.align_ylabels()
-        alone = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
-        add_legend(figure, panels, without=alone)
+        for axes, (chart, view) in zip(figure.axes, charts.panels, strict=False):
+            _guides(axes, chart, view.axes(chart), columns)
+            _cursors(axes, chart, view)
         if heading is not None:
             figure.suptitle(_words(heading), fontsize=mpl.rcParams["font.size"])
     return figure
@@ -107,93 +105,41 @@ def _words(heading: Heading) -> str:
     return f"{line}, separation ignored" if heading.ignored else line
 
 
-def _limit(axes: Axes, limits: tuple[Axis, Axis]) -> None:
-    # What has no place on a logarithmic axis is left out.
-    x, y = limits
-    if x.log:
-        axes.set_xscale("log", nonpositive="mask")
-    if y.log:
-        axes.set_yscale("log", nonpositive="mask")
-    axes.set_xlim(x.low, x.high)
-    axes.set_ylim(y.low, y.high)
+def _displayed(chart: Chart, view: View) -> Chart:
+    """A chart as the terminal shows it: visible traces within limits, and levels as shades."""
+    x, y = view.axes(chart)
+    backdrop, colours = (None, None) if chart.backdrop is None else _banded(chart.backdrop)
+    return replace(
+        chart,
+        x_label=str(chart.x_label),
+        traces=tuple(_shown(chart, index) for index, _ in view.visible(chart)),
+        guides=(),
+        backdrop=backdrop,
+        colours=colours,
+        y_names=(),
+        stacked=False,
+        tight=False,
+        log="x" * x.log + "y" * y.log,
+        linear_within=0.0,
+        legend="below",
+        figure_x=(x.low, x.high),
+        figure_y=(y.low, y.high),
+    )
 
 
-def _label(axes: Axes, chart: Chart, letters: int) -> None:
-    # The label of the y axis has so many letters a line.
-    axes.set_ylabel(fill(chart.y_label, letters), parse_math=False)
-    if chart.x_axis:
-        axes.set_xlabel(chart.x_label, parse_math=False)
-    else:
-        axes.tick_params(labelbottom=False)
-
-
-def _title(axes: Axes, chart: Chart, read: str, letters: int) -> None:
-    # The note, unless the scale of shades has it, and what the cursors read.
-    note = "" if chart.backdrop is not None and chart.note == chart.backdrop.label else chart.note
-    lines = [fill(words, letters) for words in (note, read) if words]
-    if lines:
-        axes.set_title("\n".join(lines), parse_math=False)
-
-
-def _cursors(axes: Axes, chart: Chart, view: View, *, first: bool) -> str:
-    """Draw the cursors and the points at them. Returns what they read, how far apart at `first`."""
-    places = (view.cursors.first, view.cursors.second)
-    found = [nearest(chart, view, place) for place in places]
-    for place, points, look in zip(places, found, _CURSORS, strict=True):
-        if place is None:
-            continue
-        line: dict[str, Any] = {
-            "color": "0.1",
-            "linewidth": 0.8,
-            "linestyle": look["linestyle"],
-            "label": "_",
-        }
-        across, up = crosshair(chart, place, points)
-        if not chart.along:
-            axes.axvline(across, **line)
-        if chart.plane and not chart.along:
-            axes.axhline(up, **line)
-        axes.plot(
-            [point.x for point in points],
-            [point.y for point in points],
-            "D",
-            color="0.1",
-            markerfacecolor=look["markerfacecolor"],
-            markersize=5,
-            zorder=4,
-            label="_",
-        )
-    if not any(found):
-        return ""
-    spans, count = heading(chart, view, found[0], found[1])
-    words = [text.strip() for text, _ in spans[:count]]
-    label, (one, other) = chart.cursor_label, places
-    if first and label and one is not None and other is not None:
-        words = [*cursor_words(label, one[0], other[0]), *words]
-    return ", ".join(filter(None, words))
-
-
-def _draw(axes: Axes, chart: Chart, view: View) -> None:
-    x, _ = view.axes(chart)
-    if chart.backdrop is not None:
-        _shade(axes, chart.backdrop)
-    draw_strips(axes, chart)
-    several = len(chart.traces) > 1
-    # Runs of a smaller range are over those of a greater one, which would hide them.
-    ranges = sorted({_range(trace) for trace in chart.traces if trace.number}, reverse=True)
-    for index, trace in view.visible(chart):
-        look = _look(trace, index, several=several)
-        if trace.number:
-            look["zorder"] += ranges.index(_range(trace)) / len(ranges)
-        across, up = reduced(trace, x, _COLUMNS)
-        if chart.to_scale:
-            look |= {"linestyle": "-", "markevery": [across.size - 1]}
-        elif several and trace.look == "line" and look["marker"]:
-            every = max(across.size // _MARKS, 1)
-            look["markevery"] = (every * index // len(chart.traces), every)
-        axes.plot(across, up, label=trace.name.replace("$", r"\$") or "_", **look)
+def _shown(chart: Chart, index: int) -> Trace:
+    """A trace of a chart with the look that it has among the others."""
+    trace, several = chart.traces[index], len(chart.traces) > 1
+    style = _style(trace, index, several=several)
+    if trace.number:
+        # Runs of a smaller range are over those of a greater one, which would hide them.
+        ranges = sorted({_range(each) for each in chart.traces if each.number}, reverse=True)
+        style["zorder"] += ranges.index(_range(trace)) / len(ranges)
     if chart.to_scale:
-        axes.set_aspect("equal")
+        style |= {"linestyle": "-", "markevery": [trace.x.size - 1]}
+    marker = style.pop("marker") if trace.look == "line" and not chart.to_scale else ""
+    look = "line" if trace.look == "area" else trace.look
+    return Trace(str(trace.name), trace.x, trace.y, look, trace.ordered, marker=marker, style=style)
 
 
 def _range(trace: Trace) -> float:
@@ -201,7 +147,7 @@ def _range(trace: Trace) -> float:
     return float(np.ptp(finite)) if finite.size else 0.0
 
 
-def _look(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
+def _style(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
     mark = trace.mark if several or trace.look != "line" else ""
     # Letters, and the point of now, lie on lines and shades of all colours.
     points = trace.look == "points"
@@ -263,34 +209,75 @@ def _guide(axes: Axes, guide: Guide, row: int) -> None:
         )
 
 
-def _shade(axes: Axes, backdrop: Backdrop) -> None:
-    # The levels in use, from light to dark as on the screen, with their values beside.
+def _banded(backdrop: Backdrop) -> tuple[Backdrop, Colours]:
+    """The levels in use as values, and their colours, from light to dark as on the screen."""
     used = [level for level, shade in enumerate(backdrop.shades) if shade.words]
-    places = np.zeros(len(backdrop.shades))
-    places[used] = np.arange(len(used))
-    colours = ListedColormap([_shade_colour(backdrop.shades[level]) for level in used])
-    axes.grid(visible=False)
-    mesh = axes.pcolormesh(
-        backdrop.x,
-        backdrop.y,
-        places[backdrop.levels].T,
-        shading="nearest",
-        cmap=colours,
-        norm=BoundaryNorm(np.arange(len(used) + 1) - 0.5, len(used)),
-        rasterized=True,
-        zorder=0.0,
+    shades = [backdrop.shades[level] for level in used]
+    numbers = np.zeros(len(backdrop.shades))
+    numbers[used] = np.arange(len(used))
+    plain = [shade._replace(fill="", hatch="") for shade in backdrop.shades]
+    colours = Colours(
+        str(backdrop.label),
+        tuple(map(_shade_colour, shades)),
+        -0.5,
+        len(used) - 0.5,
+        tuple(range(len(used))),
+        tuple(shade.words for shade in shades),
     )
-    figure = axes.get_figure(root=True)
-    assert figure is not None  # noqa: S101
-    bar = figure.colorbar(mesh, ax=axes, ticks=np.arange(len(used)), drawedges=True)
-    bar.ax.set_yticklabels([backdrop.shades[level].words for level in used], parse_math=False)
-    bar.ax.tick_params(length=0.0)
-    bar.set_label(backdrop.label, parse_math=False)
+    values = numbers[backdrop.levels]
+    return replace(backdrop, values=values, shades=plain, contours=()), colours
 
 
-def _shade_colour(shade: Shade) -> tuple[float, ...]:
+def _shade_colour(shade: Shade) -> str:
     dark = _DARKNESS[shade.character]
-    return tuple(1.0 - dark * (1.0 - part) for part in to_rgb(_SHADE_COLOURS[shade.style]))
+    red, green, blue = (1.0 - dark * (1.0 - c) for c in to_rgb(_SHADE_COLOURS[shade.style]))
+    return to_hex((red, green, blue))
+
+
+def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:
+    return [nearest(chart, view, place) for place in (view.cursors.first, view.cursors.second)]
+
+
+def _cursor_text(chart: Chart, view: View, *, first: bool) -> str:
+    """What the cursors read, and at the first chart how far they are from each other."""
+    points = _cursor_points(chart, view)
+    if not any(points):
+        return ""
+    spans, count = heading(chart, view, *points)
+    words = [text.strip() for text, _ in spans[:count]]
+    label, (one, other) = chart.cursor_label, (view.cursors.first, view.cursors.second)
+    if first and label and one is not None and other is not None:
+        words = [*cursor_words(label, one[0], other[0]), *words]
+    return ", ".join(filter(None, words))
+
+
+def _cursors(axes: Axes, chart: Chart, view: View) -> None:
+    """Draw the cursors and the points at them."""
+    places = (view.cursors.first, view.cursors.second)
+    for place, points, look in zip(places, _cursor_points(chart, view), _CURSORS, strict=True):
+        if place is None:
+            continue
+        line: dict[str, Any] = {
+            "color": "0.1",
+            "linewidth": 0.8,
+            "linestyle": look["linestyle"],
+            "label": "_",
+        }
+        across, up = crosshair(chart, place, points)
+        if not chart.along:
+            axes.axvline(across, **line)
+        if chart.plane and not chart.along:
+            axes.axhline(up, **line)
+        axes.plot(
+            [point.x for point in points],
+            [point.y for point in points],
+            "D",
+            color="0.1",
+            markerfacecolor=look["markerfacecolor"],
+            markersize=5,
+            zorder=4,
+            label="_",
+        )
 
 
 def save_charts(charts: VisibleCharts, path: Path, *, force: bool = False) -> None:

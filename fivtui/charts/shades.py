@@ -61,6 +61,8 @@ class Colours(NamedTuple):
         Values at the ends.
     ticks : tuple of float
         Labelled values; if empty, matplotlib chooses them.
+    names : tuple of str
+        Labels of these values; if empty, the values themselves.
     """
 
     label: str
@@ -68,6 +70,7 @@ class Colours(NamedTuple):
     low: float
     high: float
     ticks: tuple[float, ...] = ()
+    names: tuple[str, ...] = ()
 
 
 def colours_of(label: str, values: FloatArray) -> Colours:

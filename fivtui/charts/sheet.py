@@ -203,11 +203,11 @@ _LEGEND_LINE: Final = 0.18
 _STRIPS: Final = (OFF_BELT, STUCK)
 
 
-def sheet_figure(sheet: Sheet) -> Figure:
+def sheet_figure(sheet: Sheet, without: Collection[str] = ()) -> Figure:
     """Draw the charts of a sheet; the figure has an Agg canvas.
 
     Charts over the same quantity and limits share their x axis, those of the same quantity beside
-    each other their y axis.
+    each other their y axis. Names of `without` are not in the legend.
     """
     with mpl.rc_context(STYLE | (_SMALL if sheet.small else {})):
         gap = _PANEL_GAP if len(sheet.columns) > 1 else None
@@ -225,7 +225,7 @@ def sheet_figure(sheet: Sheet) -> Figure:
                 axes.locator_params(axis="x", nbins=5)
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
         below = [axes for axes, chart in panels if chart.legend == "below"]
-        add_legend(figure, below, sheet.legend_columns)
+        _add_legend(figure, below, sheet.legend_columns, without)
         # Charts of one column: a column of another number of charts has a grid of its own.
         columns: dict[int, list[Axes]] = {}
         for axes, _ in panels:
@@ -241,18 +241,19 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
     places = _places(figure, sheet)
     panels = []
     first_over: dict[Any, Axes] = {}
-    left: dict[tuple[int, str], Axes] = {}
+    left: dict[Any, Axes] = {}
     scales: dict[Colours, tuple[list[Axes], ScalarMappable]] = {}
     for column, charts in enumerate(sheet.columns):
         for row, chart in enumerate(charts):
             if chart is None:
                 continue
-            key = chart.x_label, chart.figure_x
+            key = chart.x_label, chart.figure_x, "x" in chart.log
             over = first_over.get(key) if chart.x_label else None
-            beside = left.get((row, chart.y_label)) if chart.y_label else None
+            place = row, chart.y_label, chart.figure_y
+            beside = left.get(place) if chart.y_label else None
             axes = figure.add_subplot(places[column][row], sharex=over, sharey=beside)
             first_over.setdefault(key, axes)
-            left[row, chart.y_label] = axes
+            left[place] = axes
             coloured = _draw_chart(axes, chart)
             if beside is not None:
                 axes.set_ylabel("")
@@ -261,9 +262,10 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
                 scales.setdefault(chart.colours, ([], coloured))[0].append(axes)
             panels.append((axes, chart))
     for colours, (parts, coloured) in scales.items():
-        bar = figure.colorbar(coloured, ax=parts, label=_math(colours.label))
+        edges = not isinstance(colours.colours, str)
+        bar = figure.colorbar(coloured, ax=parts, label=_math(colours.label), drawedges=edges)
         if colours.ticks:
-            bar.set_ticks(colours.ticks)
+            bar.set_ticks(colours.ticks, labels=list(map(_math, colours.names)) or None)
     return panels
 
 
@@ -286,8 +288,8 @@ def _add_title(figure: Figure, panels: Sequence[Axes], title: str) -> None:
         panels[0].set_title(title, fontsize=_TITLE_SIZE)
 
 
-def add_legend(
-    figure: Figure, panels: Sequence[Axes], columns: int = 0, without: Collection[str] = ()
+def _add_legend(
+    figure: Figure, panels: Sequence[Axes], columns: int, without: Collection[str]
 ) -> None:
     """One legend of all panels: each name once, as the last panel draws it."""
     handles: dict[str, Any] = {}
@@ -319,6 +321,7 @@ def add_legend(
 def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
     """Draw a chart. Returns what is coloured by values."""
     coloured = None
+    _scale(axes, chart)
     if chart.colours is not None or chart.backdrop is not None:
         axes.grid(visible=False)
     if chart.backdrop is not None:
@@ -327,18 +330,13 @@ def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
         _stack(axes, chart.traces)
     else:
         coloured = _draw_traces(axes, chart) or coloured
-    draw_strips(axes, chart)
-    _scale(axes, chart)
+    for number, strip in enumerate(chart.strips):
+        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
+    _limit(axes, chart)
     for guide in chart.guides:
         _draw_guide(axes, guide)
     _label(axes, chart)
     return coloured
-
-
-def draw_strips(axes: Axes, chart: Chart) -> None:
-    """Shade the intervals of strips."""
-    for number, strip in enumerate(chart.strips):
-        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
 
 
 def _label(axes: Axes, chart: Chart) -> None:
@@ -370,8 +368,8 @@ def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
         if trace.values is not None and chart.colours is not None:
             scale = _scale_of(chart.colours)
             coloured = axes.scatter(trace.x, trace.y, _DOT, trace.values, linewidths=0.0, **scale)
-        # A trace without points has no name in the legend.
-        elif trace.x.size:
+        # A trace without points has no name in the legend, but for a displayed one.
+        elif trace.x.size or trace.style:
             look = _look(trace, series)
             if trace.look == "bars":
                 _draw_bars(axes, trace, look)
@@ -429,7 +427,7 @@ def _look(trace: Trace, series: int) -> dict[str, Any]:
         look["color"] = trace.colour
     if trace.marker:
         look["marker"] = trace.marker
-    return look
+    return look | dict(trace.style)
 
 
 def _scale_of(colours: Colours) -> dict[str, Any]:
@@ -500,16 +498,25 @@ def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
 
 
 def _scale(axes: Axes, chart: Chart) -> None:
+    # Before there are data, which may have no place on a logarithmic axis.
     if "x" in chart.log:
-        axes.set_xscale("log")
+        axes.set_xscale("log", nonpositive="mask")
     if "y" in chart.log:
-        axes.set_yscale("log")
+        axes.set_yscale("log", nonpositive="mask")
+    if None not in chart.figure_x:
+        axes.set_xlim(*chart.figure_x)
+    if None not in chart.figure_y:
+        axes.set_ylim(*chart.figure_y)
+
+
+def _limit(axes: Axes, chart: Chart) -> None:
     if chart.tight and not chart.plane and chart.traces:
         axes.set_xlim(chart.traces[0].x[0], chart.traces[0].x[-1])
     if chart.linear_within:
         axes.set_xscale("symlog", linthresh=chart.linear_within)
     elif chart.to_scale:
-        axes.set_aspect("equal", adjustable="datalim")
+        fixed = None not in chart.figure_x
+        axes.set_aspect("equal", adjustable="box" if fixed else "datalim")
     if any(limit is not None for limit in chart.figure_x):
         axes.set_xlim(*chart.figure_x)
     if any(limit is not None for limit in chart.figure_y):
