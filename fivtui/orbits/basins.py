@@ -179,20 +179,20 @@ def basin(
     explorer = Explorer(system, kernel=kernel, work=work)
     base = explorer.rest if start is None else resolve_start(system, start)
     components = tuple(list(START_SPECS).index(name) for name in grid.names)
-    found: list[Attractor] = []
+    attractors: list[Attractor] = []
     reached = np.empty(grid.size, dtype=np.int64)
     for index, pair in enumerate(product(*(axis.tolist() for axis in grid.axes))):
         work.report(index / grid.size)
         state = list(base)
         for component, value in zip(components, pair, strict=True):
             state[component] = value
-        reached[index] = add_new(found, explorer.reach(state))
+        reached[index] = add_new(attractors, explorer.reach(state))
     work.advance(1.0)
     return Basin(
         system=system,
         start=base,
         grid=grid,
-        attractors=tuple(found),
+        attractors=tuple(attractors),
         reached=reached.reshape(grid.shape),
     )
 
@@ -233,7 +233,7 @@ def escape_offset(
         return None
     x, _, y, _ = explorer.rest
     ladder = (explorer.length * np.geomspace(_SMALLEST, _LARGEST, _OFFSETS)).tolist()
-    found: list[float | None] = []
+    offsets: list[float | None] = []
     for turn, sign in enumerate((1.0, -1.0)):
 
         def end(offset: float, sign: float = sign) -> Kind:
@@ -248,9 +248,9 @@ def escape_offset(
                 continue
             outside = None if kind is Kind.UNSETTLED else offset
             break
-        found.append(None if outside is None else _bisected(end, inside, outside))
+        offsets.append(None if outside is None else _bisected(end, inside, outside))
     work.advance(1.0)
-    return EscapeOffset(*found)
+    return EscapeOffset(*offsets)
 
 
 def _bisected(end: Callable[[float], Kind], inside: float, outside: float) -> float:

@@ -247,15 +247,15 @@ def continuation(
             explorer = Explorer(at, kernel=kernel, work=work)
             if starts is None:
                 starts = starts_around(explorer)
-            here: list[Attractor] = []
+            reached: list[Attractor] = []
             for start in starts:
-                add_new(here, explorer.reach(start))
-            for attractor in here:
-                place = add_new(found[value], attractor)
-                if place == len(met[value]):
+                add_new(reached, explorer.reach(start))
+            for attractor in reached:
+                index = add_new(found[value], attractor)
+                if index == len(met[value]):
                     met[value].append([])
-                met[value][place].append(direction)
-            starts = [_carried(explorer, attractor) for attractor in here]
+                met[value][index].append(direction)
+            starts = [_carried(explorer, attractor) for attractor in reached]
     work.advance(1.0)
     points = (
         BranchPoint(value, tuple(directions), attractor)

@@ -163,7 +163,7 @@ class Explorer:
         self._attraction = None if rests else Attraction(system, point)
         self._leg = _LEG_PERIODS * slowest_period(p)
         # Orbits found, stable or not: an unstable one need not be searched for again.
-        self._known: list[PeriodicOrbit] = []
+        self._orbits: list[PeriodicOrbit] = []
         self._linear = p.k_nl == 0.0 and not separation and p.v_belt is None
         self.length = length_scale(system)
         self.rest: State = (point.x, 0.0, point.y, 0.0)
@@ -216,9 +216,9 @@ class Explorer:
                 # The slower the belt, the longer a stick.
                 leg = min(2.0 * leg, _LONGEST * self._leg)
                 continue
-            found = self._cycle(returns)
-            if found is not None:
-                return found
+            cycle = self._cycle(returns)
+            if cycle is not None:
+                return cycle
         return Attractor(Kind.UNSETTLED)
 
     def _extent(self, state: State) -> float:
@@ -234,9 +234,9 @@ class Explorer:
         size = np.ptp(states, axis=0).max(initial=0.0) + np.abs(states - self.rest).max()
         latest = states[-1]
         recent = states[-_MOST_RETURNS:]
-        for known in self._known:
-            if known.section is section and _nearest(recent, known) < _RECOGNISED * size:
-                return _ended_in(known) if known.stable else None
+        for orbit in self._orbits:
+            if orbit.section is section and _nearest(recent, orbit) < _RECOGNISED * size:
+                return _ended_in(orbit) if orbit.stable else None
         for count in range(1, _MOST_RETURNS + 1):
             if np.abs(latest - states[-1 - count]).max() > _RECURS * size:
                 continue
@@ -252,7 +252,7 @@ class Explorer:
                 return None
             if _nearest(recent, orbit) > _NEAR * size:
                 return None
-            self._known.append(orbit)
+            self._orbits.append(orbit)
             if orbit.stable:
                 return _ended_in(orbit)
         return None
@@ -304,8 +304,8 @@ def _states(run: Transient, times: NDArray[np.float64]) -> NDArray[np.float64]:
     if not times.size:
         return np.empty((0, 4))
     assert run.solution is not None  # noqa: S101
-    there = run.solution(times)
-    return np.stack([there.x, there.vx, there.y, there.vy], axis=1)
+    states = run.solution(times)
+    return np.stack([states.x, states.vx, states.y, states.vy], axis=1)
 
 
 def starts_around(explorer: Explorer) -> list[State]:

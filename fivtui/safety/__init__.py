@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .gradient import safe_mu_derivatives
+    from .least import safe_mu_derivatives
     from .table import MOST_FOLDS, SafeTable, safe_mus, safe_table
     from .verdict import SafeFriction, safe_friction
     from .words import basis_rows, coexistence_here, safety_words

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.equilibrium import lowest_critical_mu
+from fivtui.equilibrium import critical_mu_derivatives, lowest_critical_mu
 from fivtui.model import (
     PARAMETERS,
     ComputationError,
@@ -21,7 +21,9 @@ from fivtui.model import (
     coupling_stiffness,
     load,
 )
-from fivtui.orbits import CycleBranch, CyclePoint, branch, event_at
+from fivtui.orbits import CycleBranch, CyclePoint, EventKind, branch, event_at
+from fivtui.taylor import Seed
+from fivtui.transient import START_SEEDS, Request, vary
 
 Floats = NDArray[np.float64]
 
@@ -30,6 +32,8 @@ GROUPS: Final = ("k2", "k3", "c1", "c2", "k_nl")
 # How far above the critical μ branches are followed, over it.
 _ABOVE: Final = 2.0
 _KEPT: Final = 65_536
+_AT_REST: Final = (0.0, 0.0, 0.0, 0.0)
+_TOL: Final = 1e-13
 
 
 def groups_of(p: Parameters, varied: Mapping[str, Floats], size: int) -> Floats:
@@ -83,10 +87,10 @@ def least_of(group: tuple[float, ...], *, separation: bool) -> float:
     if not separation and p.k_nl == 0.0:
         return critical
     try:
-        found = branch_below(system, critical)
+        cycles = branch_below(system, critical)
     except ComputationError:
         return np.nan
-    least = least_attracting(found)
+    least = least_attracting(cycles)
     return critical if least is None else min(critical, least.value)
 
 
@@ -97,16 +101,57 @@ def branch_below(system: System, critical: float) -> CycleBranch:
     return branch(at, "mu", low=0.0, high=top, separation=system.separation)
 
 
-def least_attracting(found: CycleBranch) -> CyclePoint | None:
+def least_attracting(cycles: CycleBranch) -> CyclePoint | None:
     """The cycle of least μ that attracts, or at which stability is lost: a fold is neither."""
-    points = found.points
+    points = cycles.points
     attracting = [
         point
         for index, point in enumerate(points)
         if point.stable
         or (
-            event_at(found, point) is not None
+            event_at(cycles, point) is not None
             and any(neighbour.stable for neighbour in points[max(index - 1, 0) : index + 2])
         )
     ]
     return min(attracting, key=lambda point: point.value, default=None)
+
+
+def safe_mu_derivatives(system: System) -> dict[str, float] | None:
+    """Derivatives of the safe μ by the parameters but μ, per unit of each.
+
+    At a fold the equations of the periodic orbit, by state and period, are singular: their left
+    null vector gives the derivatives from those of one period by μ and the parameters. Where no
+    cycle attracts below the critical μ they are those of that one. None if there is no critical μ,
+    or the branch ends or changes its stability otherwise at its least μ.
+    """
+    p, separation = system.parameters, system.separation
+    critical = lowest_critical_mu(system)
+    if critical is None:
+        return None
+    if not separation and p.k_nl == 0.0:
+        return critical_mu_derivatives(system)
+    cycles = branch_below(system, critical)
+    least = least_attracting(cycles)
+    if least is None or least.value >= critical:
+        return critical_mu_derivatives(system)
+    if event_at(cycles, least) is not EventKind.FOLD:
+        return None
+    names = [name for name in PARAMETERS if name != "mu"]
+    seeds = [Seed(_AT_REST, {name: 1.0}) for name in ("mu", *names)]
+    request = Request(
+        system.with_values({"mu": least.value}),
+        t_end=least.period,
+        tol=_TOL,
+        start=least.start,
+    )
+    flow = vary(request, [*START_SEEDS, *seeds])
+    # In units in which displacements and velocities are alike.
+    weights = np.array([1.0, least.period, 1.0, least.period])
+    state = (flow.derivatives[:, :4] - np.eye(4)) * weights[:, None] / weights
+    rate = flow.rate * weights
+    left = np.linalg.svd(np.column_stack([state, rate / np.abs(rate).max()]))[0]
+    null = left[:, -1] * weights
+    by_mu, *by = (null @ flow.derivatives[:, 4:]).tolist()
+    if by_mu == 0.0:
+        raise ComputationError("the fold has no direction", "change a parameter a little")
+    return {name: -slope / by_mu for name, slope in zip(names, by, strict=True)}

@@ -161,11 +161,11 @@ def _events(
         p = system.parameters
         low, high = plane.ranges[along]
         try:
-            found = branch(p, name, low=low, high=high, separation=system.separation)
+            cycles = branch(p, name, low=low, high=high, separation=system.separation)
         except ComputationError:
             continue
-        for point in found.points:
-            if event_at(found, point) is kind:
+        for point in cycles.points:
+            if event_at(cycles, point) is kind:
                 values = [getattr(p, each) for each in plane.names]
                 values[along] = point.value
                 yield system.with_values({name: point.value}), point, np.array(values)
@@ -275,7 +275,7 @@ def _hopf_point(plane: ParameterPlane, point: HopfOnCurve) -> BoundaryPoint:
 
 def _is_on(
     plane: ParameterPlane,
-    known: Sequence[BoundaryCurve],
+    curves: Sequence[BoundaryCurve],
     values: FloatArray,
     measures: tuple[float, float, float],
 ) -> bool:
@@ -283,7 +283,7 @@ def _is_on(
     period, y_min, y_max = measures
     units = np.array([*plane.units, period, abs(y_min), abs(y_min)])
     here = np.array([*values, period, y_min, y_max]) / units
-    for curve in known:
+    for curve in curves:
         passed = np.array([[*one.values, one.period, one.y_min, one.y_max] for one in curve.points])
         passed /= units
         ways = np.diff(passed, axis=0)

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 from typing import Final
 
 import numpy as np
@@ -60,8 +60,8 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
     """
     p = system.parameters
     if name == "mu":
-        found = (one.mu for one in critical_mu_on_belt(system))
-        return [value for value in found if low <= value <= high]
+        friction = (critical.mu for critical in critical_mu_on_belt(system))
+        return [value for value in friction if low <= value <= high]
     if name == "v_belt":
         speeds = (one.v_belt for one in critical_speeds(system))
         return [value for value in speeds if low <= value <= high]
@@ -71,21 +71,20 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
         at = system.with_values({name: value})
         if p.v_belt is not None:
             return -growth_rate(at)
-        found = flutter_margin(at)
-        return math.nan if found is None else found
+        distance = flutter_margin(at)
+        return math.nan if distance is None else distance
 
     wide = low > 0.0 and high > _DECADE * low
     grid = (np.geomspace if wide else np.linspace)(low, high, _INTERVALS + 1)
     grid[0], grid[-1] = low, high
     values = grid.tolist()
     margins = [margin(value) for value in values]
-    found_values = []
-    for place in range(_INTERVALS):
-        one, other = margins[place], margins[place + 1]
-        if not math.isnan(one + other) and (one < 0.0) != (other < 0.0):
-            begin, end = values[place : place + 2]
-            found_values.append(float(brentq(margin, begin, end, xtol=1e-300, rtol=1e-15)))
-    return found_values
+    changes = []
+    intervals = zip(pairwise(values), pairwise(margins), strict=True)
+    for (begin, end), (first, second) in intervals:
+        if not math.isnan(first + second) and (first < 0.0) != (second < 0.0):
+            changes.append(float(brentq(margin, begin, end, xtol=1e-300, rtol=1e-15)))
+    return changes
 
 
 def hopf_point(system: System, name: str) -> HopfPoint:
