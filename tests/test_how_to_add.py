@@ -501,7 +501,7 @@ class FrictionPane(StudyPane):
         """The stability of a scene."""
         return stability(request.parameters, separation=request.separation)
 
-    def result_words(self, displayed):
+    def result_status(self, displayed):
         """The growth rate."""
         return f"grows by {displayed.value.growth_rate:.3g} 1/s"
 

@@ -248,6 +248,21 @@ async def answer(pilot: Pilot[None], path: Path | str) -> None:
     await pilot.press("enter")
 
 
+async def palette(pilot: Pilot[None], words: str) -> None:
+    """Open the command palette and search for some words."""
+    await pilot.press("ctrl+p")
+    await until(pilot, lambda: bool(pilot.app.screen.query("CommandInput")))
+    pilot.app.screen.query_one("CommandInput", Input).value = words
+    await pilot.pause()
+
+
+async def choose(pilot: Pilot[None], words: str, title: str) -> None:
+    """Run the first entry that the palette has for some words, once a title is in sight."""
+    await palette(pilot, words)
+    await until_shown(pilot, title)
+    await pilot.press("enter")
+
+
 async def show_tab(pilot: Pilot[None], key: str) -> None:
     """Press the key of a tab, and wait until the tab is there."""
     await pilot.press(key)

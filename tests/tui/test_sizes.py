@@ -109,6 +109,17 @@ async def test_notifications_lie_over_nothing_that_is_clicked(size: tuple[int, i
             assert not [
                 region for region in clicked if region and region.overlaps(notices.region)
             ], tab.id
+        # They give way to a click, and end.
+        notices.clear()
+        screen.post_message(Reported("one", error=True))
+        await until_shown(pilot, "▌ one ")
+        await pilot.click(NoticeView)
+        await until(pilot, lambda: not notices.display)
+        assert "▌ one" not in text_of(pilot)
+        screen.post_message(Reported("two"))
+        await until_shown(pilot, "▌ two ")
+        notices._end(notices.notices[0])
+        await until(pilot, lambda: not notices.display)
 
 
 def test_the_picture_shows_what_is_there() -> None:
@@ -126,17 +137,3 @@ def test_the_picture_shows_what_is_there() -> None:
         "F5 Run F1 Help",
     ):
         assert words in shown, words
-
-
-async def test_notices_end_and_give_way_to_a_click() -> None:
-    async with FivtuiApp().run_test(size=(80, 24)) as pilot:
-        notices = notices_of(pilot)
-        pilot.app.screen.post_message(Reported("one", error=True))
-        await until_shown(pilot, "▌ one ")
-        await pilot.click(NoticeView)
-        await until(pilot, lambda: not notices.display)
-        assert "one" not in text_of(pilot)
-        pilot.app.screen.post_message(Reported("two"))
-        await until_shown(pilot, "▌ two ")
-        notices._end(notices.notices[0])
-        await until(pilot, lambda: not notices.display)

@@ -133,5 +133,5 @@ class SearchController:
             self._known[key] = replace(
                 self._known[key], words=coexistence_words(self._result, since)
             )
-        elif here := coexistence_here(safe):
-            self._known[key] = replace(self._known[key], words=here, coexists=True)
+        elif sentence := coexistence_here(safe):
+            self._known[key] = replace(self._known[key], words=sentence, coexists=True)

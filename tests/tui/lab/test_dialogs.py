@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import Input
 
 from fivtui.model.errors import InputError
 from fivtui.scene.files import load_scene
@@ -15,10 +14,12 @@ from tests.support.laboratory import (
     answer,
     app_of,
     chart_of,
+    choose,
     endless_simulate,
     flat_text_of,
     focus,
     lab_of,
+    palette,
     run_to_end,
     show_tab,
     text_of,
@@ -29,13 +30,6 @@ from tests.support.laboratory import (
 )
 
 SIZE = (100, 30)
-
-
-async def palette(pilot: Pilot[None], words: str) -> None:
-    await pilot.press("ctrl+p")
-    await until(pilot, lambda: bool(pilot.app.screen.query("CommandInput")))
-    pilot.app.screen.query_one("CommandInput", Input).value = words
-    await pilot.pause()
 
 
 async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
@@ -187,14 +181,10 @@ async def test_the_palette_finds_by_meaning_edits_and_works_in_the_plot(
         titles = [str(getattr(hit, "match_display", "")) for hit in hits[:3]]
         assert any(each.startswith(title) for each in titles) if title else not titles, words
     await pilot.click("#view-time")
-    await palette(pilot, "mass")
-    await until_shown(pilot, "Edit m")
-    await pilot.press("enter")
+    await choose(pilot, "mass", "Edit m")
     editor = pilot.app.screen_stack[0].query_one("#row-m TextEditor")
     await until(pilot, lambda: editor.has_focus)
-    await palette(pilot, "logarithmic y")
-    await until_shown(pilot, "Logarithmic y axis")
-    await pilot.press("enter")
+    await choose(pilot, "logarithmic y", "Logarithmic y axis")
     chart = chart_of(pilot, "plot-y")
     await until(pilot, lambda: chart.view.log_y)
 
@@ -253,41 +243,27 @@ async def test_the_palette_does_what_applies_now(
     with monkeypatch.context() as patched:
         patched.setattr("fivtui.scene.run.compute", endless_simulate)
         await pilot.press("f5")
-        await palette(pilot, "stop")
-        await until_shown(pilot, "Stop the run")
-        await pilot.press("enter")
+        await choose(pilot, "stop", "Stop the run")
         await until(pilot, lambda: session.runs.active is None)
 
-    await palette(pilot, "stiff-c")
-    await until_shown(pilot, "Preset stiff-contact")
-    await pilot.press("enter")
+    await choose(pilot, "stiff-c", "Preset stiff-contact")
     await until(pilot, lambda: session.texts["k_nl"] == "300")
     assert (await focus(pilot, "k_nl")).value == "300"
     assert session.command_line() == "fivtui simulate stiff-contact"
-    await palette(pilot, "undo")
-    await until_shown(pilot, "Undo")
-    await pilot.press("enter")
+    await choose(pilot, "undo", "Undo")
     await until(pilot, lambda: session.texts["k_nl"] == "100")
 
-    await palette(pilot, "fig. 13")
-    await until_shown(pilot, "Scene of Fig. 13")
-    await pilot.press("enter")
+    await choose(pilot, "fig. 13", "Scene of Fig. 13")
     await until_shown(pilot, "scene fig-13")
     assert session.command_line() == ("fivtui simulate --set k_nl=20 --set mu=0.5 --tol=1e-09")
-    await palette(pilot, "undo")
-    await until_shown(pilot, "Undo")
-    await pilot.press("enter")
+    await choose(pilot, "undo", "Undo")
     await until(pilot, lambda: session.texts["k_nl"] == "100")
 
-    await palette(pilot, "rk4")
-    await until_shown(pilot, "Method: rk4")
-    await pilot.press("enter")
+    await choose(pilot, "rk4", "Method: rk4")
     await until_shown(pilot, "method rk4")
     await pilot.press("shift+f8", "alt+2")
     await type_into(pilot, "F", "90")
-    await palette(pilot, "copy")
-    await until_shown(pilot, "Copy the command line")
-    await pilot.press("enter")
+    await choose(pilot, "copy", "Copy the command line")
     await until(pilot, lambda: pilot.app.clipboard == "fivtui simulate --set F=90")
     await until_told(pilot, "copied: fivtui simulate --set F=90")
     await run_to_end(pilot)

@@ -15,6 +15,7 @@ from fivtui.tui.session.scene_differences import differences, names_of
 from tests.support.laboratory import (
     answer,
     app_of,
+    choose,
     flat_text_of,
     text_of,
     until,
@@ -24,14 +25,6 @@ from tests.support.laboratory import (
 
 SIZE = (100, 36)
 BASE = PRESETS["base"]
-
-
-async def choose(pilot: Pilot[None], words: str, title: str) -> None:
-    await pilot.press("ctrl+p")
-    await until_shown(pilot, "Search for commands")
-    await pilot.press(*("space" if letter == " " else letter for letter in words))
-    await until_shown(pilot, title)
-    await pilot.press("enter")
 
 
 async def test_fields_of_the_belt_come_and_go(pilot: Pilot[None]) -> None:

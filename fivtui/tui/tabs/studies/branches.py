@@ -82,7 +82,7 @@ class BranchesPane(StudyPane):
             progress=job.report,
         )
 
-    def result_words(self, displayed: DisplayedStudy[CycleBranch]) -> str:
+    def result_status(self, displayed: DisplayedStudy[CycleBranch]) -> str:
         """The events along the branch, and how it ends."""
         result = displayed.value
         events = [f"{event_name(event.kind)} {event.value:.4g}" for event in result.events]

@@ -161,7 +161,7 @@ class MapPane(StudyPane):
         self._computed = DisplayedStudy(result, "")
         self.scene_changed()
 
-    def result_words(self, displayed: "DisplayedStudy[StabilityMap]") -> str:
+    def result_status(self, displayed: "DisplayedStudy[StabilityMap]") -> str:
         """Number of points, or where the map is from."""
         if displayed.source:
             return f"read from {displayed.source}; F10 maps the edited scene"

@@ -217,7 +217,7 @@ class StudyPane(JobPane):
         self.draw()
         displayed = self.displayed
         if displayed is not None and self.job is None:
-            self.say(self.result_words(displayed))
+            self.say(self.result_status(displayed))
 
     def draw(self) -> None:
         """Draw the current view."""
@@ -236,7 +236,7 @@ class StudyPane(JobPane):
         """Draw the current view of a result."""
         raise NotImplementedError
 
-    def result_words(self, displayed: DisplayedStudy[Any]) -> str:
+    def result_status(self, displayed: DisplayedStudy[Any]) -> str:
         """What the bar says of a result."""
         raise NotImplementedError
 

@@ -48,7 +48,7 @@ class SweepPane(StudyPane):
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         # The large sweep that F10 computes when pressed again.
-        self._asked: Study | None = None
+        self._unconfirmed: Study | None = None
 
     def compose_bar(self) -> ComposeResult:
         """The swept ranges."""
@@ -67,13 +67,13 @@ class SweepPane(StudyPane):
     def begin(self) -> None:
         """Sweep the edited scene; a large sweep when asked for twice."""
         study: Study = self.request()
-        asked, self._asked = self._asked, study
-        if study.members > ASKED_FROM and study != asked:
+        unconfirmed, self._unconfirmed = self._unconfirmed, study
+        if study.members > ASKED_FROM and study != unconfirmed:
             words = f"{study.members} runs: F10 again computes them"
             self.say(words)
             self.post_message(Reported(words))
             return
-        self._asked = None
+        self._unconfirmed = None
         self.session.studies.pop(self.NAME, None)
         super().begin()
 
@@ -93,7 +93,7 @@ class SweepPane(StudyPane):
         """Display the members computed so far."""
         self.draw()
 
-    def result_words(self, displayed: "DisplayedStudy[Sweep]") -> str:
+    def result_status(self, displayed: "DisplayedStudy[Sweep]") -> str:
         """Number of members, and what the shades mean."""
         source = f", read from {displayed.source}" if displayed.source else ""
         words = f"{count_words(displayed.value)}{source}"

@@ -61,7 +61,7 @@ class TradeoffPane(StudyPane):
 
         return measure_tradeoff(request, progress=job.report)
 
-    def result_words(self, displayed: "DisplayedStudy[Tradeoff]") -> str:
+    def result_status(self, displayed: "DisplayedStudy[Tradeoff]") -> str:
         """Whether the measurement is of the edited scene, and how many rows it has."""
         scene = self._scene()
         outdated = scene is None or _physics(scene) != _physics(displayed.value.scene)

@@ -96,7 +96,7 @@ class UncertaintyPane(StudyPane):
         view.update(self._estimate)
         view.display = bool(self._estimate)
 
-    def result_words(self, displayed: "DisplayedStudy[Uncertainty]") -> str:
+    def result_status(self, displayed: "DisplayedStudy[Uncertainty]") -> str:
         """Number of samples, and what to know of them."""
         result = displayed.value
         source = f", read from {displayed.source}" if displayed.source else ""
