@@ -22,7 +22,7 @@ from fivtui.tui.tabs.messages import PointOpened
 
 
 class StudyPane(JobPane):
-    """A tab of a study: what its kind in the registry, its input and its choices say.
+    """A tab of a study, built from its kind in the registry, its input and its choices.
 
     A result is displayed whether it was computed here, read from a file, or restored.
 
@@ -30,8 +30,8 @@ class StudyPane(JobPane):
     ----------
     NAME : str
         Kind of study, also identifier of the tab.
-    INPUT, EXAMPLE, SETTING : str
-        Identifier, initial text and stored setting of the input; there is none without example.
+    INPUT, EXAMPLE : str
+        Identifier and initial text of the input; there is none without example.
     FORM : str
         What may be typed into it; displayed while it has the focus.
     CHOICE : str
@@ -42,7 +42,6 @@ class StudyPane(JobPane):
 
     INPUT: ClassVar[str] = ""
     EXAMPLE: ClassVar[str] = ""
-    SETTING: ClassVar[str] = "vary"
     FORM: ClassVar[str] = ""
     CHOICE: ClassVar[str] = ""
     CHOICES: ClassVar[Mapping[str, str]] = {}
@@ -69,7 +68,7 @@ class StudyPane(JobPane):
     @property
     def input_setting(self) -> str:
         """The setting that stores the text of the input."""
-        return self.SETTING
+        return "vary"
 
     @property
     def initial_text(self) -> str:
