@@ -75,7 +75,7 @@ async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilo
     pilot.app.screen.query_one(TransientPane).show_view("measured")
     for name, wrong, reason, right in (
         ("scale", "0,5x", "not a number", "0,5"),
-        ("shift", "later", "must be s, or auto", "auto"),
+        ("shift", "later", "must be a time in s, or auto", "auto"),
         ("quantity", "z", "unknown quantity", "vy"),
         ("share", "5", "must be a percentage", "5,5%"),
     ):
