@@ -1,14 +1,10 @@
 """The state of an FMU instance can be saved, restored, copied and serialised, to the last bit."""
 
-import math
-
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from fivtui import Parameters, simulate
-from fivtui.model.errors import InputError
 from fmu_src.build.builder import PYTHON
-from fmu_src.slave.experiment import Experiment
 from fmu_src.slave.instance_state import InstanceState
 from fmu_src.slave.slider_belt import SliderBeltInstance
 from fmu_src.slave.variables import REFERENCES, VARIABLES
@@ -124,16 +120,6 @@ def test_a_step_of_too_many_taylor_steps_is_given_up_with_the_reason(
     assert "needs more than 100 Taylor steps, it is given up at t = " in said
     assert "use shorter communication steps, or the native FMU" in said
     assert instance.slave.do_step(0.0, 1.0)
-
-
-def test_times_are_the_same_up_to_rounding_after_weeks() -> None:
-    experiment = Experiment(stop_time=2e6)
-    late = 1e6 + 0.1
-    assert experiment.end_of_step(late, math.nextafter(late, 0.0), 1e-3) > late
-    with pytest.raises(InputError, match="the FMU is at"):
-        experiment.end_of_step(late, late + 1e-6, 1e-3)
-    with pytest.raises(InputError, match="after the stop time"):
-        experiment.end_of_step(2e6 - 1.0, 2e6 - 1.0, 1.0 + 1e-6)
 
 
 class Instance:

@@ -12,20 +12,11 @@ from fivtui.transient.settings.checks import (
     check_tolerance,
     tolerance_interval,
 )
+from tests.support.own_slider import BASE
 
 
 def test_defaults_are_the_base_set_of_the_paper() -> None:
-    assert Parameters().as_dict() == {
-        "m": 5.0,
-        "k1": 100.0,
-        "k2": 50.0,
-        "k3": 60.0,
-        "c1": 0.32,
-        "c2": 0.32,
-        "F": 80.0,
-        "k_nl": 100.0,
-        "mu": 0.7,
-    }
+    assert Parameters().as_dict() == BASE
 
 
 def test_every_default_lies_in_its_own_bounds() -> None:
