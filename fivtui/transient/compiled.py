@@ -34,6 +34,8 @@ from .trajectory import DenseSolution, Trajectory, trajectory_of
 # Steps between two looks at the progress, and at the keyboard if nobody asks for it.
 _REPORT: Final = 256
 _PAUSE: Final = 65536
+# Members of an enumeration are slow to look up, and a short run is one call of the kernel.
+_DONE: Final = Status.DONE
 # Samples that are handed out together.
 _PART: Final = 1024
 
@@ -44,8 +46,7 @@ def follow(
     """Go on with a run to its end; yields after every call of the kernel, of `portion` steps."""
     t_end, max_steps = request.t_end, request.max_steps
     reached, steps = 0.0, 0
-    status = Status.RUNNING
-    while status is not Status.DONE:
+    while True:
         work.report(reached / t_end)
         budget = min(portion, max_steps - steps)
         if budget <= 0:
@@ -54,6 +55,8 @@ def follow(
         outcome = run.outcome
         reached, steps = outcome.t, int(outcome.steps)
         yield
+        if status is _DONE:
+            return
         if status is Status.OVERFLOW:
             raise overflow_error(reached, outcome[:4], request.system)
         if status is Status.STALLED:

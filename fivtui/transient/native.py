@@ -46,7 +46,8 @@ def integrate(
         if METHODS[request.method].fixed_step:
             _check_count(request)
         return _stepped(request, work, on_samples)
-    _check_kernel(request)
+    if request.kernel != "auto" or request.course is not None:
+        _check_kernel(request)
     if not request.sensitivities:
         return _taylor(request, work, on_samples)
     from .derivatives.sensitivity import sensitivities_of
