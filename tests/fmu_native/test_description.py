@@ -1,11 +1,10 @@
-"""The native FMU as a file: what it holds, and how its description differs from the Python one."""
+"""The native FMU as a file: what it holds, and what cannot be built."""
 
 import re
 import subprocess
 import zipfile
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as ET
 
 import fmpy
 import numpy as np
@@ -21,41 +20,6 @@ from fmu_src.build.builder import build_fmu
 from fmu_src.build.components import COMPONENTS
 from fmu_src.build.ssp import build_ssp
 from tests.support.fmu_coupling import coupled
-
-# Parts of a description that say nothing of the flavour.
-SAME = ("UnitDefinitions", "TypeDefinitions", "DefaultExperiment", "ModelVariables")
-
-
-def description_of(fmu: Path) -> ET.Element:
-    with zipfile.ZipFile(fmu) as archive:
-        return ET.fromstring(archive.read("modelDescription.xml"))
-
-
-def text_of(root: ET.Element, part: str) -> str | None:
-    found = root.find(part)
-    return None if found is None else ET.canonicalize(ET.tostring(found))
-
-
-@pytest.mark.parametrize("component", COMPONENTS)
-def test_it_is_described_as_the_python_flavour_but_where_it_must_differ(
-    component: str, tmp_path: Path
-) -> None:
-    roots = [
-        description_of(build_fmu(tmp_path / f"{flavour}.fmu", component=component, flavour=flavour))
-        for flavour in ("python", "native")
-    ]
-    ours, compiled = roots
-    for part in (*SAME, "ModelStructure/Derivatives", "ModelStructure/InitialUnknowns"):
-        assert text_of(ours, part) == text_of(compiled, part), part
-    different = {"guid", "generationTool", "numberOfEventIndicators"}
-    for name in {*ours.attrib, *compiled.attrib} - different:
-        assert ours.get(name) == compiled.get(name), name
-    slaves = [root.find("CoSimulation") for root in roots]
-    assert all(slave is not None for slave in slaves)
-    capabilities = [dict(slave.attrib) for slave in slaves if slave is not None]
-    more = {"canInterpolateInputs": "true", "providesDirectionalDerivative": "true"}
-    assert capabilities[0] | more == capabilities[1]
-    assert capabilities[1]["needsExecutionTool"] == "false"
 
 
 @pytest.mark.parametrize("component", COMPONENTS)
