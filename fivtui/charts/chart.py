@@ -474,8 +474,6 @@ class Sheet:
         Width and height, inches.
     title : str
         Above the charts, in matplotlib's mathtext.
-    legend_columns : int
-        Columns of the legend below the charts; as many as fit if 0.
     widths, heights : sequence of float
         Ratios of the widths of columns and the heights of rows; if empty, all are equal.
     parts : sequence of Sheet
@@ -487,7 +485,6 @@ class Sheet:
     columns: Sequence[Sequence[Chart | None]]
     size: tuple[float, float]
     title: str = ""
-    legend_columns: int = 0
     widths: Sequence[float] = ()
     heights: Sequence[float] = ()
     parts: Sequence["Sheet"] = ()

@@ -225,25 +225,18 @@ def sheet_figure(sheet: Sheet, without: Collection[str] = ()) -> Figure:
                 axes.locator_params(axis="x", nbins=5)
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
         below = [axes for axes, chart in panels if chart.legend == "below"]
-        _add_legend(figure, below, sheet.legend_columns, without)
-        # Charts of one column: a column of another number of charts has a grid of its own.
-        columns: dict[int, list[Axes]] = {}
-        for axes, _ in panels:
-            place = axes.get_subplotspec()
-            column = 0 if place is None else place.get_topmost_subplotspec().colspan.start
-            columns.setdefault(column, []).append(axes)
-        for parts in columns.values():
-            figure.align_ylabels(parts)
+        _add_legend(figure, below, without)
     return figure
 
 
 def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
     places = _places(figure, sheet)
-    panels = []
+    panels: list[tuple[Axes, Chart]] = []
     first_over: dict[Any, Axes] = {}
     left: dict[Any, Axes] = {}
     scales: dict[Colours, tuple[list[Axes], ScalarMappable]] = {}
     for column, charts in enumerate(sheet.columns):
+        start = len(panels)
         for row, chart in enumerate(charts):
             if chart is None:
                 continue
@@ -261,6 +254,9 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
             if chart.colours is not None and coloured is not None:
                 scales.setdefault(chart.colours, ([], coloured))[0].append(axes)
             panels.append((axes, chart))
+        # Columns of different numbers of rows have grids of their own, which matplotlib takes for
+        # one column.
+        figure.align_ylabels([axes for axes, _ in panels[start:]])
     for colours, (parts, coloured) in scales.items():
         edges = not isinstance(colours.colours, str)
         bar = figure.colorbar(coloured, ax=parts, label=_math(colours.label), drawedges=edges)
@@ -288,9 +284,7 @@ def _add_title(figure: Figure, panels: Sequence[Axes], title: str) -> None:
         panels[0].set_title(title, fontsize=_TITLE_SIZE)
 
 
-def _add_legend(
-    figure: Figure, panels: Sequence[Axes], columns: int, without: Collection[str]
-) -> None:
+def _add_legend(figure: Figure, panels: Sequence[Axes], without: Collection[str]) -> None:
     """One legend of all panels: each name once, as the last panel draws it."""
     handles: dict[str, Any] = {}
     for axes in panels:
@@ -301,7 +295,9 @@ def _add_legend(
     if not handles:
         return
     longest = max(len(_MARKUP.sub("", name)) for name in handles) + _SAMPLE
-    columns = columns or max(1, int(_LEGEND_WIDTH * figure.get_figwidth() / WIDTH) // longest)
+    fitting = max(1, int(_LEGEND_WIDTH * figure.get_figwidth() / WIDTH) // longest)
+    # As many rows as are needed, with as few columns as they leave.
+    columns = math.ceil(len(handles) / math.ceil(len(handles) / fitting))
     wrapped = [
         fill(name, _LEGEND_WIDTH, break_on_hyphens=False, break_long_words=False)
         for name in handles

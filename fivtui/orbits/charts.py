@@ -120,4 +120,4 @@ def basin_sheet(result: Basin) -> Sheet:
         for spec, value in zip(START_SPECS.values(), result.start, strict=True)
         if spec.name not in result.names
     )
-    return Sheet([[chart]], _SIZE, f"{parameter_line(result.parameters)}\n{others}", 1)
+    return Sheet([[chart]], _SIZE, f"{parameter_line(result.parameters)}\n{others}")

@@ -51,7 +51,6 @@ _POSITIVE: Final = ("mu_c", "y_peak", "y_half_range")
 _SIGNED: Final = ("sigma_1", "y", "x", "P")
 _HEIGHT: Final = 3.1
 _SINGLE_WIDTH: Final = 4.6
-_LEGEND_COLUMNS: Final[Mapping[Kind, int]] = {"eigenvalues": 5}
 # Curves with a smaller relative distance coincide.
 _MERGED: Final = 1e-6
 
@@ -135,7 +134,7 @@ def figure_sheet(number: int, results: PaperResults) -> Sheet:
         charts = [replace(c, title=f"({letter})") for c, letter in zip(charts, "ab", strict=True)]
     width = WIDTH if len(charts) > 1 else _SINGLE_WIDTH
     columns = [[chart] for chart in charts]
-    return Sheet(columns, (width, _HEIGHT), title, _LEGEND_COLUMNS.get(first.kind, 0))
+    return Sheet(columns, (width, _HEIGHT), title)
 
 
 def _merged_once(trace: Trace) -> Trace:

@@ -116,7 +116,6 @@ def uncertainty_sheet(result: Uncertainty) -> Sheet:
         [],
         (WIDTH, sum(part.size[1] for part in parts) + 0.9),
         parameter_line(result.study.parameters, tuple(result.inputs)),
-        legend_columns=3,
         parts=parts,
         small=True,
     )

@@ -73,7 +73,7 @@ def tradeoff_sheet(result: Tradeoff) -> Sheet:
             max(result.floor.of(quantity), _LEAST), "uncertainty", vertical=False, role="floor"
         )
         charts.append(replace(chart, traces=(front, *chart.traces), guides=(least,)))
-    return Sheet([[chart] for chart in charts], _SIZE, legend_columns=4)
+    return Sheet([[chart] for chart in charts], _SIZE)
 
 
 def _trace(

@@ -45,7 +45,7 @@ def boundary_sheet(result: Boundary) -> Sheet:
     x_label, y_label = (axis_label(PARAMETERS[name]) for name in result.names)
     chart = Chart(x_label, y_label, (*curves, *events))
     title = parameter_line(result.parameters, result.names)
-    return Sheet([[chart]], _SIZE, title, legend_columns=4)
+    return Sheet([[chart]], _SIZE, title)
 
 
 def _trace(

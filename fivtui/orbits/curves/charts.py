@@ -100,7 +100,6 @@ def branch_sheet(result: CycleBranch) -> Sheet:
         [[branch], [_orbits(result, chosen), _multipliers(result)]],
         _SIZE,
         parameter_line(result.parameters, (result.name,)),
-        legend_columns=8,
         widths=(1.5, 1.0),
     )
 

@@ -1,0 +1,28 @@
+"""Charts on a sheet: their labels beside them, and the legend below."""
+
+import numpy as np
+import pytest
+
+from fivtui.charts import Chart, Sheet, Trace
+from fivtui.charts.sheet import sheet_figure
+
+X = np.linspace(0.0, 1.0, 11)
+
+
+def chart(label: str, *names: str) -> Chart:
+    return Chart("t (s)", label, tuple(Trace(name, X, X) for name in names))
+
+
+def test_labels_of_columns_of_different_numbers_of_rows_stand_beside_their_charts() -> None:
+    figure = sheet_figure(Sheet([[chart("a", "x")], [chart("b"), chart("c")]], (7.2, 4.4)))
+    figure.draw_without_rendering()
+    left, *right = figure.axes
+    for axes in right:
+        assert axes.yaxis.label.get_window_extent().x0 > left.get_window_extent().x1
+
+
+@pytest.mark.parametrize(("count", "columns"), [(1, 1), (3, 3), (4, 2), (7, 3)])
+def test_a_legend_has_as_few_columns_as_its_rows_leave(count: int, columns: int) -> None:
+    names = [f"a name of some length {number}" for number in range(count)]
+    (legend,) = sheet_figure(Sheet([[chart("y (m)", *names)]], (7.2, 3.0))).legends
+    assert legend._ncols == columns  # type: ignore[attr-defined]
