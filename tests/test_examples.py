@@ -1,10 +1,7 @@
 """Every example is short and runs from anywhere."""
 
-import os
 import re
 import runpy
-import subprocess
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
@@ -15,6 +12,7 @@ from hypothesis import given, strategies as st
 from fivtui import simulate, stability
 from fivtui.model import Mode, Parameters, State, accelerations
 from fivtui.model.modes import ALWAYS_SLIDING
+from tests.support.processes import run_python
 from tests.support.strategies import magnitudes, moderate_parameters, states
 
 ROOT = Path(__file__).parents[1]
@@ -48,17 +46,8 @@ def test_examples_are_short_and_run_from_a_foreign_folder(tmp_path: Path) -> Non
             path = tmp_path / example.name
             path.write_text(text.replace(long, short), encoding="utf-8")
         lines.append(" ".join([str(path), *ARGUMENTS.get(example.stem, [])]))
-    done = subprocess.run(
-        [sys.executable, "-c", RUN_ALL],
-        cwd=foreign,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        input="\n".join(lines),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    _, *printed = done.stdout.split("\f")
+    out = run_python("-c", RUN_ALL, cwd=foreign, stdin="\n".join(lines))
+    _, *printed = out.split("\f")
     assert len(printed) == len(lines)
     assert not [text for text in printed if "separation" not in text]
     assert list(foreign.iterdir()) == []

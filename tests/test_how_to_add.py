@@ -1,10 +1,7 @@
 """What CONTRIBUTING says of adding something is done to a copy of the sources, as it is said."""
 
-import os
 import re
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -12,6 +9,8 @@ from pathlib import Path
 from typing import Final
 
 import pytest
+
+from tests.support.processes import run_python
 
 ROOT: Final = Path(__file__).parents[1]
 CONTRIBUTING: Final = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -673,16 +672,9 @@ def tree(tmp_path: Path) -> Path:
 
 def try_out(root: Path, code: str) -> str:
     """What a program prints that runs on a tree."""
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=root,
-        env=os.environ | {"PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
+    return run_python(
+        "-c", code, cwd=root, environment={"PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
     )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
 
 
 def test_a_parameter(tree: Path) -> None:

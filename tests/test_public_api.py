@@ -2,8 +2,6 @@
 
 import doctest
 import inspect
-import subprocess
-import sys
 from itertools import pairwise
 from pathlib import Path
 from types import FunctionType
@@ -12,6 +10,7 @@ import pytest
 
 import fivtui
 from fivtui.tradeoffs import measure
+from tests.support.processes import run_python
 
 FUNCTIONS = [name for name in fivtui.__all__ if isinstance(getattr(fivtui, name), FunctionType)]
 CLASSES_WITH_EXAMPLES = ["Design", "Distribution", "Range", "Scene"]
@@ -22,9 +21,7 @@ WITHOUT_RESULT = ["save_scene"]
 
 
 def run(code: str) -> str:
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    return run_python("-c", code)
 
 
 def test_dir_lists_every_public_name_and_each_is_there() -> None:

@@ -1,8 +1,6 @@
 """The blocks of README and examples/*.md run, and what the README repeats of the code is so."""
 
 import re
-import subprocess
-import sys
 import tarfile
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +9,7 @@ import pytest
 
 from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.tradeoffs import measure
+from tests.support.processes import run_python
 from tests.support.readme_commands import (
     hide_extras,
     reduced,
@@ -135,12 +134,7 @@ def test_the_parts_are_all_blocks_and_write_no_file_of_one_another() -> None:
 
 
 def test_the_source_distribution_has_every_file_that_the_readme_names(tmp_path: Path) -> None:
-    subprocess.run(
-        [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", str(tmp_path)],
-        cwd=ROOT,
-        capture_output=True,
-        check=True,
-    )
+    run_python("-m", "hatchling", "build", "-t", "sdist", "-d", tmp_path)
     (archive,) = tmp_path.iterdir()
     with tarfile.open(archive) as file:
         there = {name.partition("/")[2] for name in file.getnames()}

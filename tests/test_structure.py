@@ -1,7 +1,6 @@
 """The layout of the sources: contracts that refuse, names, folders, who knows which package."""
 
 import ast
-import os
 import re
 import shutil
 import subprocess
@@ -17,6 +16,7 @@ from typing import Any, Final
 import pytest
 
 import fivtui
+from tests.support.processes import run_python
 
 ROOT: Final = Path(__file__).parents[1]
 PACKAGES: Final = ("fivtui", "fmu_src")
@@ -235,14 +235,7 @@ for package in modules:
 def test_modules_are_imported_in_any_order_and_hide_no_function(seed: int) -> None:
     # `__main__` starts a program.
     chosen = [name for name in SOURCES if not name.endswith("__main__")]
-    done = subprocess.run(
-        [sys.executable, "-c", IN_ORDER, str(seed), *chosen],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    run_python("-c", IN_ORDER, seed, *chosen)
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -264,13 +257,7 @@ sys.exit(hatchling())
 
 
 def test_the_rules_of_git_and_of_the_wheel_leave_out_no_module(tmp_path: Path) -> None:
-    subprocess.run(
-        [sys.executable, "-c", BUILD, "build", "-t", "wheel", "-d", str(tmp_path)],
-        cwd=ROOT,
-        env=os.environ | {"CC": "none"},
-        capture_output=True,
-        check=True,
-    )
+    run_python("-c", BUILD, "build", "-t", "wheel", "-d", tmp_path, environment={"CC": "none"})
     (wheel,) = tmp_path.iterdir()
     shutil.unpack_archive(wheel, tmp_path / "wheel", "zip")
     missing = [

@@ -1,7 +1,6 @@
 """Loading an FMU again takes no further room in the process, and disturbs no other run."""
 
 import json
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -9,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from fivtui.fmu.folders import folder_for
+from tests.support.processes import run_python
 
 LOADS = """
 import json, os, sys, threading
@@ -34,10 +34,7 @@ print(json.dumps(found))
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_tens_of_runs_map_one_library_and_open_no_file(fmu: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", LOADS, str(fmu)], capture_output=True, text=True, check=True
-    )
-    first, *others = json.loads(done.stdout)
+    first, *others = json.loads(run_python("-c", LOADS, fmu))
     assert first[0] > 0
     assert others == [first] * 11
 

@@ -2,9 +2,7 @@
 
 import ast
 import inspect
-import os
 import re
-import subprocess
 import sys
 import zipfile
 from importlib import import_module
@@ -27,6 +25,7 @@ from fmu_src.build.components import COMPONENTS
 from fmu_src.build.description import base_exponents
 from fmu_src.slave.variables import VARIABLES
 from tests.support.fmu_driver import Driver
+from tests.support.processes import run_python
 
 ROOT = Path(__file__).parents[2]
 
@@ -152,11 +151,12 @@ def test_the_archive_is_compressed_and_documented(fmu: Path) -> None:
 
 def test_the_same_project_builds_the_same_bytes_anywhere(fmu: Path, tmp_path: Path) -> None:
     code = "import sys; from fmu_src.build.builder import build_fmu; build_fmu(sys.argv[1])"
-    subprocess.run(
-        [sys.executable, "-c", code, "again.fmu"],
+    run_python(
+        "-c",
+        code,
+        "again.fmu",
         cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo"},
-        check=True,
+        environment={"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo"},
     )
     assert (tmp_path / "again.fmu").read_bytes() == fmu.read_bytes()
 

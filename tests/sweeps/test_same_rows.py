@@ -1,9 +1,6 @@
 """Rows of a sweep have the same bits whatever the processor and the mathematical library can do."""
 
 import hashlib
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +14,7 @@ from fivtui.ranges import log_spaced
 from fivtui.sweeps.arithmetic import _DESIGNS
 from fivtui.sweeps.rows import compute_rows
 from fivtui.sweeps.study import STABILITY, TRANSIENT, Study
+from tests.support.processes import run_python
 
 ROOT = Path(__file__).parents[2]
 SETS = 20_000
@@ -57,13 +55,5 @@ def without_extensions() -> dict[str, str]:
 
 @pytest.mark.skipif(why_interpreted() is not None, reason="the kernel is not compiled")
 def test_rows_do_not_depend_on_the_processor_or_the_mathematical_library() -> None:
-    plain = subprocess.run(
-        [sys.executable, "-c", f"from {__name__} import digests; print(digests())"],
-        cwd=ROOT,
-        env=os.environ | without_extensions(),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert plain.returncode == 0, plain.stderr
-    assert plain.stdout.strip() == digests()
+    code = f"from {__name__} import digests; print(digests())"
+    assert run_python("-c", code, environment=without_extensions()).strip() == digests()

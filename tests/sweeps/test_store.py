@@ -28,6 +28,7 @@ from fivtui.sweeps.run import WriteSummary, load_sweep, local_engine, sweep_in_m
 from fivtui.sweeps.store import default_piece_size
 from fivtui.sweeps.study import Study
 from tests.io.test_files import file_size_limit, names
+from tests.support.processes import run_python
 
 ROOT = Path(__file__).parents[2]
 # Some members grow without bound; reasons have commas.
@@ -138,16 +139,8 @@ def test_a_stopped_sweep_goes_on_where_it_was(
 def test_a_kill_at_any_file_operation_loses_nothing(
     suffix: str, stride: int, tmp_path: Path
 ) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.support.sweep_kill", str(tmp_path), suffix, str(stride)],
-        cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert all(int(count) > 10 for count in done.stdout.split())
+    printed = run_python("-m", "tests.support.sweep_kill", tmp_path, suffix, stride)
+    assert all(int(count) > 10 for count in printed.split())
 
 
 def damage_first_byte(path: Path) -> None:

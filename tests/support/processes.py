@@ -1,0 +1,32 @@
+"""Python with the sources of this checkout, in processes of its own."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+def run_python(
+    *arguments: object,
+    cwd: Path = ROOT,
+    stdin: str = "",
+    environment: Mapping[str, str] | None = None,
+) -> str:
+    """What Python prints that is given some arguments and variables of the environment.
+
+    Fails with what it writes to standard error unless it ends with 0.
+    """
+    done = subprocess.run(
+        [sys.executable, *map(str, arguments)],
+        cwd=cwd,
+        env=os.environ | {"PYTHONPATH": str(ROOT), **(environment or {})},
+        input=stdin,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
