@@ -58,6 +58,11 @@ def shown_words(chart: Chart, view: View) -> set[str]:
 
 
 @pytest.fixture
+def safe_friction_is_not_searched() -> None:
+    """Maps of safe friction are drawn, too."""
+
+
+@pytest.fixture
 async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
     monkeypatch.chdir(tmp_path)
     async with FivtuiApp().run_test(size=(140, 45)) as started:
