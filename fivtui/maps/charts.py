@@ -31,6 +31,7 @@ from fivtui.charts import (
 from fivtui.model import Parameters
 
 from .result import NOT_KNOWN, REGIONS, MapValue, StabilityMap
+from .stability import WITHOUT_MU
 
 FloatArray = NDArray[np.float64]
 
@@ -42,8 +43,6 @@ _LABELS: Final[Mapping[MapValue, str]] = {
     "safe-mu": "safe μ",
     "coexistence": "escapes from (m)",
 }
-# Values that do not depend on the friction coefficient.
-_WITHOUT_MU: Final = ("critical-mu", "safe-mu")
 # From the most stable to the fastest growing.
 _STABLE: Final = tuple(Shade(character, "stable") for character in ":· ")
 _UNSTABLE: Final = tuple(Shade(character, "unstable") for character in "░▒▓█")
@@ -103,7 +102,7 @@ def map_chart(result: StabilityMap, now: Parameters | None = None) -> Chart:
 def map_sheet(result: StabilityMap) -> Sheet:
     """The map in colours, with the boundary of stability or what decides about safe friction."""
     chart = map_chart(result)
-    unused = ("mu",) if result.value in _WITHOUT_MU else ()
+    unused = ("mu",) if result.value in WITHOUT_MU else ()
     title = parameter_line(result.parameters, (*result.names, *unused))
     if result.of_safety:
         chart = replace(chart, traces=())
@@ -193,7 +192,7 @@ def _levels(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
         levels, (*shades, _) = graded(values)
     levels = np.where(missing, len(shades), levels)
     levels = np.where(result.unknown, len(shades) + 1, levels).astype(np.intp)
-    name = "none" if result.value in _WITHOUT_MU else "no equilibrium"
+    name = "none" if result.value in WITHOUT_MU else "no equilibrium"
     without = NO_VALUE._replace(words=result.missing, name=name)
     return levels, in_words(levels, (*shades, without, _NOT_KNOWN), values)
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from fivtui.equilibrium import critical_mus
 from fivtui.model import (
     ComputationError,
-    InputError,
     OnProgress,
     Parameters,
     Progress,
@@ -27,7 +26,7 @@ from .escape import escape_offsets
 from .result import MAP_VALUES, SAFETY_VALUES, StabilityMap
 from .searched import SearchedPoint, limits, searched_places
 from .sheets import FoldSheets
-from .stability import check_points, map_value, stability_map
+from .stability import check_map, check_points, map_value, stability_map
 
 Floats = NDArray[np.float64]
 MAX_POINTS: Final = 250_000
@@ -93,10 +92,7 @@ def safety_map(
     p = system.parameters
     kind = map_value(value, SAFETY_VALUES)
     check_always_sliding(p, f"maps of {value}; critical-mu and growth-rate are known", over)
-    if value == "safe-mu" and "mu" in over:
-        raise InputError(
-            "safe-mu over mu: must be over two other parameters, as it does not depend on mu"
-        )
+    check_map(kind, list(over))
     check_points(math.prod(len(values) for values in over.values()), MAX_POINTS)
     plain = stability_map(p, over, "unstable-modes", separation=separation)
     critical = _critical_over(plain)

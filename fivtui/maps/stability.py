@@ -27,6 +27,8 @@ from .result import MAP_VALUES, SAFETY_VALUES, SHOWN, MapValue, StabilityMap
 
 FloatArray = NDArray[np.float64]
 
+# Values that do not depend on the friction coefficient.
+WITHOUT_MU: Final = ("critical-mu", "safe-mu")
 EIGENVALUE_VALUES: Final = tuple(value for value in MAP_VALUES if value not in SAFETY_VALUES)
 MAX_POINTS: Final = 100_000_000
 # A chunk's arrays stay in the processor's cache.
@@ -140,9 +142,9 @@ def check_two(names: Collection[str]) -> None:
 def check_map(value: str, names: Sequence[str]) -> None:
     """Raise `InputError` unless a map is over two parameters on which its value depends."""
     check_two(names)
-    if value == "critical-mu" and "mu" in names:
+    if value in WITHOUT_MU and "mu" in names:
         raise InputError(
-            "critical-mu over mu: must be over two other parameters, as it does not depend on mu"
+            f"{value} over mu: must be over two other parameters, as it does not depend on mu"
         )
 
 
