@@ -33,9 +33,9 @@ _STYLES = Path(__file__).parent / "styles"
 _TERMINATING: Final = tuple(
     signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
-# Exit status of a program that a signal ended, less the number of the signal.
+# A program ended by a signal exits with this status plus the number of the signal.
 SIGNALLED: Final = 128
-# Longest time for restoring the terminal after a signal, s; a closed terminal may take for ever.
+# Time limit for restoring the terminal after a signal, s; a closed terminal may block.
 _RESTORING_TIME: Final = 5.0
 
 
@@ -50,9 +50,9 @@ def _read_results(
 ) -> tuple[dict[str, object], list[str]]:
     results: dict[str, object] = {}
     errors: list[str] = []
-    for key, kept in unread.items():
+    for key, stored in unread.items():
         try:
-            results[key] = autosave.result(key, kept)
+            results[key] = autosave.result(key, stored)
         except InputError as error:
             results[key] = None
             errors.append(str(error))
@@ -117,17 +117,16 @@ class FivtuiApp(App[None]):
         self.add_mode(self._mode, self.get_default_screen)
         self._state_file = state
         self._autosave = Autosave(state)
-        self._told = ""
+        self._reported_error = ""
         self._ticker: Timer | None = None
         self._first_start = False
-        # The theme of the configuration is that of every start.
-        self._own_theme = ""
-        # And so is whether there is a live curve.
+        # Theme and live curve of the configuration apply at every start.
+        self._configured_theme = ""
         self._lives: bool | None = None
         # Reports for the screen, once it is displayed.
         self._reports: list[Reported] = []
         self._configure(config)
-        self._restore(given=scene is not None)
+        self._restore(scene_given=scene is not None)
 
     def _configure(self, path: Path | None) -> None:
         try:
@@ -140,30 +139,30 @@ class FivtuiApp(App[None]):
             self._reports.append(Reported(f"{path}: {error}", error=True))
             return
         self.set_keymap(config.keys)
-        self._own_theme, self._lives = config.theme, config.live
+        self._configured_theme, self._lives = config.theme, config.live
         if config.theme:
             self.theme = config.theme
 
-    def _restore(self, *, given: bool) -> None:
+    def _restore(self, *, scene_given: bool) -> None:
         state = self._autosave.load()
         self._first_start = self._autosave.enabled and state is None and not self._autosave.others
-        self._reports += [Reported(words, error=True) for words in self._autosave.notices]
+        self._reports += [Reported(text, error=True) for text in self._autosave.notices]
         if state is not None:
-            notes = self._take(state, given=given)
-            words = "; ".join(["last session restored", *notes])
-            self._reports.append(Reported(words, routine=not notes))
-        others = ", ".join(str(slot.number) for slot in reversed(self._autosave.others))
-        if others:
-            words = (
-                f"session {self._autosave.number}; other saved sessions: {others} (Ctrl+P, Open)"
+            notes = self._take(state, scene_given=scene_given)
+            text = "; ".join(["last session restored", *notes])
+            self._reports.append(Reported(text, routine=not notes))
+        numbers = ", ".join(str(slot.number) for slot in reversed(self._autosave.others))
+        if numbers:
+            text = (
+                f"session {self._autosave.number}; other saved sessions: {numbers} (Ctrl+P, Open)"
             )
-            self._reports.append(Reported(words))
+            self._reports.append(Reported(text))
 
-    def _take(self, state: State, *, given: bool = False) -> list[str]:
+    def _take(self, state: State, *, scene_given: bool = False) -> list[str]:
         # Returns why some results were not saved.
-        if state.theme in self.available_themes and not self._own_theme:
+        if state.theme in self.available_themes and not self._configured_theme:
             self.theme = state.theme
-        if not given:
+        if not scene_given:
             self.session = Session(state.edited.loaded, state.edited.source)
             if state.edited != self.session.edited:
                 self.session.restore(state.edited)
@@ -173,7 +172,7 @@ class FivtuiApp(App[None]):
 
     @property
     def not_saved(self) -> str:
-        """Why the session, or a result of it, could not be saved; empty if all is saved."""
+        """Why the session or one of its results could not be saved; empty if all is saved."""
         return self._autosave.error
 
     @property
@@ -190,9 +189,9 @@ class FivtuiApp(App[None]):
             self.screen_stack[0].post_message(Reported(str(error), error=True))
             return
         self._autosave.close(self._state())
-        self._autosave, self._told = autosave, ""
-        words = [f"session {event.number} opened", *self._take(state)]
-        self._reports.append(Reported("; ".join(words)))
+        self._autosave, self._reported_error = autosave, ""
+        texts = [f"session {event.number} opened", *self._take(state)]
+        self._reports.append(Reported("; ".join(texts)))
         # Removing its screen ends the previous session and its computations.
         before, self._mode = self._mode, f"session {event.number}"
         self.add_mode(self._mode, self.get_default_screen)
@@ -217,7 +216,7 @@ class FivtuiApp(App[None]):
         return screen
 
     async def action_quit(self) -> None:
-        """Quit; what is still computed would slow that down."""
+        """Stop all computations, which would delay the end, and quit."""
         self._stop_computing()
         await super().action_quit()
 
@@ -238,13 +237,13 @@ class FivtuiApp(App[None]):
         limit = threading.Timer(_RESTORING_TIME, os._exit, (status,))
         limit.daemon = True
         limit.start()
-        # First of all: the terminal may be closed.
+        # Save first: the terminal may be closed.
         self._autosave.close(self._state())
         self._stop_computing()
         self.exit(return_code=status)
 
     def on_load(self) -> None:
-        """Take the threads, before anything is computed."""
+        """Set the executor of threads, before anything is computed."""
         if self._threads is not None:
             asyncio.get_running_loop().set_default_executor(self._threads)
 
@@ -261,11 +260,11 @@ class FivtuiApp(App[None]):
         for report in self._reports:
             lab.post_message(report)
         self._reports.clear()
-        # After the first frame, too: it loads the kernel.
+        # After the first frame, because it loads the kernel.
         self.call_after_refresh(_report_interpreted, lab)
         if self.session.unread:
             autosave, unread = self._autosave, dict(self.session.unread)
-            # After the first frame: reading files may be slow.
+            # After the first frame, because reading files may be slow.
             self.call_after_refresh(
                 self.run_worker,
                 lambda: lab.call_later(lab.restore_results, *_read_results(autosave, unread)),
@@ -274,14 +273,14 @@ class FivtuiApp(App[None]):
             )
 
     async def on_event(self, event: Event) -> None:
-        """Queue keys and pasted text; handle all else at once."""
+        """Queue keys and pasted text; handle all other events at once."""
         if isinstance(event, Key | Paste) and not event.is_forwarded:
             await self._keys.put(event)
         else:
             await self._handle_event(event)
 
     async def _handle_event(self, event: Event) -> None:
-        """Claim the interpreter for a key, and treat keys with Alt as keys without text."""
+        """Reserve the interpreter for a key, and treat keys with Alt as keys without text."""
         if isinstance(event, InputEvent):
             if not self.screen_stack:
                 # A key pressed after quitting.
@@ -300,14 +299,14 @@ class FivtuiApp(App[None]):
         return state_of(self.session, self.theme)
 
     def _save_session(self) -> None:
-        if self._autosave.error != self._told:
-            self._told = self._autosave.error
-            words = (
-                f"the session is not saved: {self._told}"
-                if self._told
+        if self._autosave.error != self._reported_error:
+            self._reported_error = self._autosave.error
+            text = (
+                f"the session is not saved: {self._reported_error}"
+                if self._reported_error
                 else "the session is saved again"
             )
-            self.screen_stack[0].post_message(Reported(words, error=bool(self._told)))
+            self.screen_stack[0].post_message(Reported(text, error=bool(self._reported_error)))
         autosave, state = self._autosave, self._state()
         if autosave.due(state):
             # Writing files may be slow.

@@ -32,9 +32,9 @@ _POLICY: Final = (
 def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
     """Serve the terminal UI to browsers on this machine, until interrupted.
 
-    A browser can read and write files as the serving user: it listens on the loopback address
-    only, refuses requests from other sites' pages, and asks for the token in the printed address,
-    which other users of this machine do not know.
+    A browser can read and write files as the serving user. The server therefore listens on the
+    loopback address only, refuses requests from other sites' pages, and asks for a token. The
+    printed address has the token, which other users of this machine do not know.
     """
     if find_spec("textual_serve") is None:
         raise InputError("serve: needs textual-serve: install fivtui[serve]")
@@ -48,7 +48,7 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
         if why := door.refusal(request):
             raise web.HTTPForbidden(text=why)
         if door.shown(request.query):
-            # The page goes on without the token: an address stays in the browser's history.
+            # Redirect to an address without the token, which would stay in the browser's history.
             answer = web.Response(status=302, headers={"Location": "/"})
             answer.set_cookie(door.cookie, door.token, httponly=True, samesite="Strict")
             return answer
@@ -68,7 +68,7 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
             return application
 
         async def handle_index(self, request: "Request") -> "StreamResponse":
-            # The page's addresses are those of the name by which it was asked for.
+            # Addresses in the page use the host name of the request.
             named = copy(self)
             named.public_url = f"http://{request.host}"
             answer: StreamResponse = await super(LocalServer, named).handle_index(request)
@@ -84,12 +84,12 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
 
 
 class _Door:
-    # Which requests are answered: those of its own page, by who knows the token.
+    # Accepts requests of its own page that have the token.
 
     def __init__(self, port: int) -> None:
         self.hosts = {f"{name}:{port}" for name in (HOST, _NAME)}
         if port == _USUAL_PORT:
-            # Browsers leave it out.
+            # Browsers omit the usual port.
             self.hosts |= {HOST, _NAME}
         self.token = secrets.token_urlsafe()
         self.cookie = f"fivtui-{port}"
@@ -97,8 +97,8 @@ class _Door:
     def refusal(self, request: "Request") -> str:
         """Why a request is refused; empty if it is answered."""
         origin = request.headers.get("Origin")
-        known = origin is None or origin in {f"http://{name}" for name in self.hosts}
-        if request.host not in self.hosts or not known:
+        is_own_page = origin is None or origin in {f"http://{name}" for name in self.hosts}
+        if request.host not in self.hosts or not is_own_page:
             return "fivtui answers requests from its own page only"
         # The style sheets and scripts of the page are no secret.
         free = request.path.startswith("/static/")
@@ -106,16 +106,16 @@ class _Door:
             return ""
         return "open the address that fivtui serve has printed"
 
-    def shown(self, given: Mapping[str, str], name: str = "token") -> bool:
-        """Whether an address or cookies have the token."""
-        return secrets.compare_digest(given.get(name, "").encode(), self.token.encode())
+    def shown(self, values: Mapping[str, str], name: str = "token") -> bool:
+        """Whether a query or cookies contain the token."""
+        return secrets.compare_digest(values.get(name, "").encode(), self.token.encode())
 
 
 def _check_free(port: int) -> None:
     try:
         with socket.socket() as probe:
             if os.name == "posix":
-                # As the server does: a recently closed port can be used again.
+                # As the server does, so that a recently closed port can be used again.
                 probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             probe.bind((HOST, port))
     except OSError as error:
@@ -123,5 +123,5 @@ def _check_free(port: int) -> None:
 
 
 def _command() -> str:
-    words = [sys.executable, "-m", "fivtui.tui"]
-    return subprocess.list2cmdline(words) if sys.platform == "win32" else shlex.join(words)
+    arguments = [sys.executable, "-m", "fivtui.tui"]
+    return subprocess.list2cmdline(arguments) if sys.platform == "win32" else shlex.join(arguments)

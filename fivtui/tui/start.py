@@ -14,13 +14,13 @@ _INTERRUPTED: Final = 130
 
 
 def answer_quickly() -> None:
-    """Shorten the thread switch interval so that the screen is not kept waiting."""
+    """Shorten the thread switch interval so that the screen responds quickly."""
     sys.setswitchinterval(_SWITCH_INTERVAL)
 
 
 def run(scene: "Scene | None" = None, source: str = "") -> None:
-    """Run the terminal UI until the user quits; a given scene replaces the last session's."""
-    # Objects made until the first frame stay: nothing to collect.
+    """Run the terminal UI until the user quits; `scene` replaces that of the last session."""
+    # Objects created before the first frame live until the end: no collection needed.
     gc.disable()
     from .app import SIGNALLED, FivtuiApp
     from .persistence import config_path, state_path
@@ -39,7 +39,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     app.run()
     status = app.return_code or 0
     if status > SIGNALLED:
-        # A signal waits for no thread, and the terminal may be closed.
+        # After a signal, do not wait for threads; the terminal may be closed.
         os._exit(status)
     try:
         WRITING.wait(_say_what_is_written)
@@ -48,7 +48,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     if app.not_saved:
         sys.stderr.write(f"the session is not saved: {app.not_saved}\n")
     if threads.busy:
-        # The interpreter's own end would stop threads amid compiled code.
+        # A normal exit would stop threads inside compiled code.
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)
@@ -60,6 +60,6 @@ def _say_what_is_written(names: str) -> None:
 
 
 def _collect_later() -> None:
-    # Excluding them from later collections saves a tenth of a second each.
+    # Excluding existing objects saves a tenth of a second per collection.
     gc.freeze()
     gc.enable()

@@ -217,7 +217,7 @@ async def clear_notices(pilot: Pilot[None]) -> None:
 
 async def until_told(pilot: Pilot[None], words: str) -> None:
     """Wait until a notice says some words; on the screen its lines are wrapped."""
-    await until(pilot, lambda: any(words in n.words for n in notices_of(pilot).notices))
+    await until(pilot, lambda: any(words in n.text for n in notices_of(pilot).notices))
     await until_shown(pilot, words.split(maxsplit=1)[0])
 
 

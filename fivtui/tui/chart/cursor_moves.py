@@ -1,4 +1,4 @@
-"""Where the cursors of a chart appear and go. Imports no Textual."""
+"""Positions and moves of the cursors of a chart. Imports no Textual."""
 
 from typing import Final
 
@@ -14,13 +14,13 @@ from fivtui.charts import (
     nearest_index,
 )
 
-# Steps of a cursor along a whole curve, and where cursors appear.
+# Steps of a cursor along an entire curve, and initial positions of the cursors.
 _STEPS: Final = 500
 _APPEAR: Final = (0.5, 0.75)
 
 
 def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
-    """Switch a cursor on, let keys move it if they move the other one, or switch it off."""
+    """Switch a cursor on; if it is on, make it the one that keys move, or switch it off."""
     cursors = view.cursors
     before = cursors.second if second else cursors.first
     if cursors.kept and before is not None and cursors.second_moves is second:
@@ -45,7 +45,7 @@ def _appear(chart: Chart, view: View, part: float) -> None:
 
 
 def _top_along(chart: Chart, view: View) -> Trace | None:
-    # The curve that keys move a cursor along.
+    # The curve along which keys move a cursor.
     if not chart.along:
         return None
     curves = [trace for _, trace in view.visible(chart) if trace.along is not None]
@@ -53,7 +53,7 @@ def _top_along(chart: Chart, view: View) -> Trace | None:
 
 
 def cursor_place(chart: Chart, view: View) -> Place | None:
-    """Where the cursor that keys move is, along the axes from 0 to 1."""
+    """Position along the axes, from 0 to 1, of the cursor that keys move."""
     where = view.cursors.moving
     if where is None:
         return None
@@ -66,13 +66,13 @@ def cursor_place(chart: Chart, view: View) -> Place | None:
     return float(x.place([where[0]])[0]), float(y.place([where[1]])[0])
 
 
-def put_cursor(chart: Chart, view: View, place: Place, direction: int = 0) -> None:
-    """Put the cursor that keys move to a place along the axes: to what can be read nearest to it.
+def put_cursor(chart: Chart, view: View, position: Place, direction: int = 0) -> None:
+    """Move the cursor to the readable point nearest to a position along the axes.
 
-    In a direction it goes at least to the next sample.
+    In a direction it moves at least to the next sample.
     """
     x, y = view.axes(chart)
-    where = (x.value(place[0]), y.value(place[1]))
+    where = (x.value(position[0]), y.value(position[1]))
     if chart.along:
         at = nearest_along(chart, view, where)
         if at is None:
@@ -86,7 +86,7 @@ def put_cursor(chart: Chart, view: View, place: Place, direction: int = 0) -> No
 
 
 def _sampled(chart: Chart, view: View, x: float, direction: int) -> float:
-    # The nearest sample of the topmost trace; in a direction at least the next one.
+    # The nearest sample of the top trace; in a direction, at least the next one.
     traces = [trace for _, trace in view.visible(chart) if trace.x.size]
     if not traces:
         return x
@@ -98,18 +98,18 @@ def _sampled(chart: Chart, view: View, x: float, direction: int) -> float:
 
 
 def step_cursor(chart: Chart, view: View, step: tuple[int, int], cells: tuple[int, int]) -> bool:
-    """Move a cursor by some of the cells of the plot. Returns whether that has panned the plot."""
+    """Move a cursor by cells of the plot. Returns whether the plot was panned."""
     trace = _top_along(chart, view)
     if trace is not None:
         _step_along(view, trace, step[0])
         return False
-    place = cursor_place(chart, view)
-    if place is None:
+    position = cursor_place(chart, view)
+    if position is None:
         return False
     change = step[0] / cells[0], step[1] / cells[1]
-    across, up = place[0] + change[0], place[1] + change[1]
+    across, up = position[0] + change[0], position[1] + change[1]
     if chart.plane:
-        across, up = _other_point(chart, view, place, change)
+        across, up = _other_point(chart, view, position, change)
     beyond = not 0.0 <= across <= 1.0
     if beyond:
         # The cursor stays visible.
@@ -118,20 +118,20 @@ def step_cursor(chart: Chart, view: View, step: tuple[int, int], cells: tuple[in
     return beyond
 
 
-def _other_point(chart: Chart, view: View, place: Place, change: Place) -> Place:
-    # As many steps from a place as lead to another point, or beyond a map; the place without any.
+def _other_point(chart: Chart, view: View, position: Place, change: Place) -> Place:
+    # Repeat a step until it reaches a different point or leaves a map; else stay.
     x, y = view.axes(chart)
 
     def points_at(across: float, up: float) -> list[NearestPoint]:
         return nearest(chart, view, (x.value(across), y.value(up)))
 
-    before = points_at(*place)
-    across, up = place
+    before = points_at(*position)
+    across, up = position
     while 0.0 <= across <= 1.0 and 0.0 <= up <= 1.0:
         across, up = across + change[0], up + change[1]
         if points_at(across, up) != before:
             return across, up
-    return place if chart.backdrop is None else (across, up)
+    return position if chart.backdrop is None else (across, up)
 
 
 def _step_along(view: View, trace: Trace, right: int) -> None:

@@ -35,11 +35,11 @@ from .raster import DOTS_X, Raster
 MARGIN: Final = 8
 _TICK_WIDTH: Final = 8
 _TICK_HEIGHT: Final = 2
-# Rows of the plot that a legend leaves, and that what is read leaves.
-_LEAST_ROWS: Final = 7
-_LEAST_READ: Final = 2
-# Columns of the stripes in cells of several traces; dots from which on such a cell is dense, and
-# those that a trace below another one has there.
+# Minimum rows of the plot below a long legend, and below read-outs.
+_MIN_ROWS: Final = 7
+_MIN_ROWS_READ: Final = 2
+# Cells shared by several traces: width of their stripes in columns, number of dots of a dense cell,
+# and pattern that thins the dots of a covered trace.
 _STRIPE: Final = 2
 _DENSE: Final = 5
 _SPARSE: Final = 0x95
@@ -63,20 +63,20 @@ class Picture:
 
     def place(self, column: float, row: float) -> tuple[float, float]:
         """Axis positions (0 to 1 inside the plot) of the middle of a character cell."""
-        left, top, columns, rows = self.plot
-        return (column - left + 0.5) / columns, 1.0 - (row - top + 0.5) / rows
+        first_column, top, columns, rows = self.plot
+        return (column - first_column + 0.5) / columns, 1.0 - (row - top + 0.5) / rows
 
 
 def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
     """Draw a chart in `width` by `height` characters; `reserved` columns of line 1 stay blank."""
     below = len(chart.strips) + int(chart.x_axis)
     axes = view.axes(chart)
-    places = (view.cursors.first, view.cursors.second)
-    found = [nearest(chart, view, place) for place in places]
-    lines, needed = _wrapped(*heading(chart, view, *found), width, reserved)
-    # Keep a few rows for the plot rather than a full legend.
-    least = max(min(needed, height - below - _LEAST_READ), height - below - _LEAST_ROWS, 1)
-    del lines[least:]
+    cursors = (view.cursors.first, view.cursors.second)
+    read_points = [nearest(chart, view, position) for position in cursors]
+    lines, needed = _wrapped(*heading(chart, view, *read_points), width, reserved)
+    # Shorten the legend to keep a few rows for the plot.
+    heading_rows = max(min(needed, height - below - _MIN_ROWS_READ), height - below - _MIN_ROWS, 1)
+    del lines[heading_rows:]
     top = len(lines)
     columns, rows = max(width - MARGIN, 1), max(height - top - below, 1)
     canvas = _Canvas(columns, rows, axes)
@@ -90,7 +90,7 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     if len(chart.traces) > 1:
         canvas.number(chart, view)
     for index in (1, 0):
-        canvas.cursor(index, chart, places[index], found[index])
+        canvas.cursor(index, chart, cursors[index], read_points[index])
     ticks, labels = axes[1].ticks(max(rows // _TICK_HEIGHT, 2))
     margin = _row_labels(axes[1], ticks, labels, rows)
     for label, row in zip(margin, canvas.rows(), strict=True):
@@ -98,14 +98,14 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     for strip in chart.strips:
         share = share_of_time(strip.intervals, (axes[0].low, axes[0].high), columns)
         name = (strip.label[:MARGIN].rjust(MARGIN), "tick")
-        lines.append([name, *canvas.strip(shading(share), chart, places)])
+        lines.append([name, *canvas.strip(shading(share), chart, cursors)])
     if chart.x_axis:
         lines.append(_column_labels(axes[0], chart.x_label, columns))
     return Picture(lines[:height], (MARGIN, top, columns, rows))
 
 
 class _Canvas:
-    # The cells of the plot area, each with a character and a style.
+    # The cells of the plot area: characters and styles.
 
     def __init__(self, columns: int, rows: int, axes: tuple[Axis, Axis]) -> None:
         self._columns, self._rows = columns, rows
@@ -140,17 +140,17 @@ class _Canvas:
         labels = self._labels
         for guide in chart.guides:
             axis = self._axes[0 if guide.vertical else 1]
-            place = float(axis.place([guide.value])[0])
-            if not 0.0 <= place <= 1.0:
+            position = float(axis.place([guide.value])[0])
+            if not 0.0 <= position <= 1.0:
                 continue
             if guide.vertical:
-                column = _cell(place, self._columns)
+                column = _cell(position, self._columns)
                 self._line(self._characters[:, column], _VERTICAL, _HORIZONTAL)
                 self._styles[:, column] = style
-                # On a row each, so that neighbours do not cover each other.
+                # One row per label, so that neighbours do not overlap.
                 labels.append((min(len(labels), self._rows - 1), column + 1, guide.label))
             else:
-                row = self._rows - 1 - _cell(place, self._rows)
+                row = self._rows - 1 - _cell(position, self._rows)
                 self._line(self._characters[row], _HORIZONTAL, _VERTICAL)
                 self._styles[row] = style
                 labels.append((row, self._columns - len(guide.label), guide.label))
@@ -161,8 +161,8 @@ class _Canvas:
             self._write(row, column, label, style)
 
     @staticmethod
-    def _line(cells: NDArray[np.uint32], own: int, other: int) -> None:
-        cells[:] = np.where(cells == other, _CROSSED, own)
+    def _line(cells: NDArray[np.uint32], line: int, crossing: int) -> None:
+        cells[:] = np.where(cells == crossing, _CROSSED, line)
 
     def _write(self, row: int, column: int, text: str, style: int) -> None:
         column = max(min(column, self._columns - len(text)), 0)
@@ -175,12 +175,12 @@ class _Canvas:
         return self._axes[0].place(x), self._axes[1].place(y)
 
     def curves(self, traces: Sequence[tuple[int, Trace]]) -> None:
-        """Draw all traces but points; in cells that several have, stripes show each of them."""
+        """Draw lines and dots; in cells shared by several traces, stripes show each of them."""
         drawn = [(index, trace) for index, trace in traces if trace.look != "points"]
         rasters = [self._raster(trace, *self._places(trace)) for _, trace in drawn]
         if not rasters:
             return
-        # From the top trace downwards.
+        # From the top trace down.
         cells = np.array([raster.cells for raster in reversed(rasters)])
         styles = [self._style(trace_style(trace, index)) for index, trace in reversed(drawn)]
         present = cells > 0
@@ -189,7 +189,7 @@ class _Canvas:
         turn = stripe % np.maximum(counts, 1)
         owned = present & (np.cumsum(present, axis=0) - 1 == turn)
         dense = np.bitwise_count(cells) >= _DENSE
-        # Without colour the stripes are told by fewer dots.
+        # Fewer dots distinguish the stripes without colour.
         covered = np.where(owned[1:] & dense[1:] & (turn > 0), cells[1:] & _SPARSE, 0).sum(axis=0)
         dots = np.where(covered > 0, covered, np.bitwise_or.reduce(cells, axis=0))
         where = counts > 0
@@ -197,7 +197,7 @@ class _Canvas:
         self._styles[where] = np.array(styles)[owned.argmax(axis=0)][where]
 
     def points(self, index: int, trace: Trace) -> None:
-        """Draw the marks of a trace that has them at its points."""
+        """Draw the marks of a trace."""
         if trace.look in ("points", "marked"):
             across, up = self._places(trace)
             style = self._style(trace_style(trace, index))
@@ -226,29 +226,29 @@ class _Canvas:
         return rows, columns
 
     def number(self, chart: Chart, view: View) -> None:
-        # Marks on lines tell them apart without colour.
+        # Marks distinguish lines without colour.
         count = len(chart.traces)
         for index, trace in view.visible(chart):
             if trace.look != "line" or not trace.x.size:
                 continue
             target = self._axes[0].value((index + 0.5) / count)
-            place = int(np.searchsorted(trace.x, target)) if trace.ordered else trace.x.size - 1
-            place = min(place, trace.x.size - 1)
-            across = float(self._axes[0].place([trace.x[place]])[0])
-            up = float(self._axes[1].place([trace.y[place]])[0])
+            sample = int(np.searchsorted(trace.x, target)) if trace.ordered else trace.x.size - 1
+            sample = min(sample, trace.x.size - 1)
+            across = float(self._axes[0].place([trace.x[sample]])[0])
+            up = float(self._axes[1].place([trace.y[sample]])[0])
             if 0.0 <= across <= 1.0 and 0.0 <= up <= 1.0:
                 row, column = self._where(np.array([across]), np.array([up]))
                 self._characters[row, column] = ord(trace_mark(trace, index))
                 self._styles[row, column] = self._style(trace_style(trace, index))
 
     def cursor(
-        self, index: int, chart: Chart, where: Place | None, found: Sequence[NearestPoint]
+        self, index: int, chart: Chart, where: Place | None, points: Sequence[NearestPoint]
     ) -> None:
         if where is None:
             return
         vertical, name = _CURSORS[index]
         style = self._style(name)
-        across, up = crosshair(chart, where, found)
+        across, up = crosshair(chart, where, points)
         column, row = self._column(across), self._row(up)
         if column is not None and not chart.along:
             cells = self._characters[:, column]
@@ -258,7 +258,7 @@ class _Canvas:
             cells = self._characters[row]
             cells[cells == ord(" ")] = _HORIZONTAL
             self._styles[row] = style
-        for point in found:
+        for point in points:
             column, row = self._column(point.x), self._row(point.y)
             if column is not None and row is not None:
                 self._characters[row, column] = ord(CURSOR_SIGNS[index])
@@ -272,12 +272,12 @@ class _Canvas:
         up = float(self._axes[1].place([y])[0])
         return self._rows - 1 - _cell(up, self._rows) if 0.0 <= up <= 1.0 else None
 
-    def strip(self, shades: str, chart: Chart, places: Sequence[Place | None]) -> Iterator[Span]:
-        """A row below the plot with the cursors on it."""
+    def strip(self, shades: str, chart: Chart, cursors: Sequence[Place | None]) -> Iterator[Span]:
+        """A row below the plot, with the cursors."""
         styles, characters = ["strip"] * len(shades), list(shades)
         for index in (1, 0):
-            place = places[index]
-            column = None if place is None or chart.plane else self._column(place[0])
+            position = cursors[index]
+            column = None if position is None or chart.plane else self._column(position[0])
             if column is not None:
                 characters[column], styles[column] = chr(_CURSORS[index][0]), _CURSORS[index][1]
         for style, group in groupby(zip(characters, styles, strict=True), key=itemgetter(1)):
@@ -294,8 +294,8 @@ class _Canvas:
             ]
 
 
-def _cell(place: float, cells: int) -> int:
-    return min(int(place * cells), cells - 1)
+def _cell(position: float, cells: int) -> int:
+    return min(int(position * cells), cells - 1)
 
 
 def _closest(axis: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -332,19 +332,19 @@ def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
 def _wrapped(
     spans: Sequence[Span], needed: int, width: int, reserved: int
 ) -> tuple[list[list[Span]], int]:
-    # Wrapped between spans; a span longer than a line is cut off. Also the lines that the first
-    # `needed` spans take.
+    # Wrap between spans, and cut off spans longer than a line. Also returns the number of lines of
+    # the first `needed` spans.
     lines: list[list[Span]] = [[]]
-    left, count = width - reserved, 1
+    room, count = width - reserved, 1
     for number, (text, style) in enumerate(spans):
-        if len(text.rstrip()) > left and lines[-1]:
-            lines[-1].append((" " * left, "plot"))
+        if len(text.rstrip()) > room and lines[-1]:
+            lines[-1].append((" " * room, "plot"))
             lines.append([])
-            left = width
-        kept = text[: max(left, 0)]
-        lines[-1].append((kept, style))
-        left -= len(kept)
+            room = width
+        part = text[: max(room, 0)]
+        lines[-1].append((part, style))
+        room -= len(part)
         count = len(lines) if number < needed else count
-    lines[-1].append((" " * left, "plot"))
+    lines[-1].append((" " * room, "plot"))
     lines[0].append((" " * reserved, "plot"))
     return lines, count

@@ -16,7 +16,8 @@ _BITS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]]
 class Raster:
     """A grid of character cells with braille dots.
 
-    `cells`, shape (rows, columns), has each cell's dots as bits to add to the code point `BLANK`.
+    `cells`, shape (rows, columns), has the dots of each cell as bits, relative to the code point
+    `BLANK`.
     """
 
     BLANK: Final = 0x2800
@@ -66,18 +67,20 @@ def _clipped(x: FloatArray, y: FloatArray) -> FloatArray:
     joined = joined[:-1] & joined[1:]
     x0, y0, x1, y1 = x[:-1][joined], y[:-1][joined], x[1:][joined], y[1:][joined]
     dx, dy = x1 - x0, y1 - y0
-    first, last = np.zeros_like(x0), np.ones_like(x0)
+    entering, leaving = np.zeros_like(x0), np.ones_like(x0)
     visible = np.ones(x0.size, dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):
         for start, change in ((x0, dx), (y0, dy)):
             enter, leave = (0.0 - start) / change, (1.0 - start) / change
             still = change == 0.0
             visible &= ~still | ((start >= 0.0) & (start <= 1.0))
-            first = np.where(still, first, np.maximum(first, np.minimum(enter, leave)))
-            last = np.where(still, last, np.minimum(last, np.maximum(enter, leave)))
-    visible &= first <= last
-    first, last = first[visible], last[visible]
+            entering = np.where(still, entering, np.maximum(entering, np.minimum(enter, leave)))
+            leaving = np.where(still, leaving, np.minimum(leaving, np.maximum(enter, leave)))
+    visible &= entering <= leaving
+    entering, leaving = entering[visible], leaving[visible]
     x0, y0, dx, dy = x0[visible], y0[visible], dx[visible], dy[visible]
-    ends = np.stack([x0 + first * dx, y0 + first * dy, x0 + last * dx, y0 + last * dy], axis=1)
+    ends = np.stack(
+        [x0 + entering * dx, y0 + entering * dy, x0 + leaving * dx, y0 + leaving * dy], axis=1
+    )
     inside: FloatArray = np.clip(ends, 0.0, 1.0)
     return inside

@@ -5,8 +5,8 @@ from typing import Final
 
 _MUTED: Final = "$foreground-muted"
 
-# By the names in `picture`. Textual would look up style sheet rules again for every chart at every
-# possible change.
+# Styles by the names in `picture`. Style sheet rules would be slow: Textual evaluates them for
+# every chart at every change.
 CHART_STYLES: Final[Mapping[str, str]] = {
     "plot": "",
     "tick": _MUTED,
@@ -33,7 +33,7 @@ CHART_STYLES: Final[Mapping[str, str]] = {
     "trace-8": _MUTED,
 }
 
-# Differences in a focused chart.
+# Styles that differ in a focused chart.
 FOCUSED_STYLES: Final[Mapping[str, str]] = {
     "tick": "$foreground",
     "label": "bold underline $foreground",

@@ -39,13 +39,13 @@ class LabActions(Screen[None]):
         """Display the fields, their errors and the verdict."""
         raise NotImplementedError
 
-    def report(self, words: str, *, error: bool = False, routine: bool = False) -> None:
-        """Log something; unless it is `routine`, notify the user."""
-        self.post_message(Reported(words, error=error, routine=routine))
+    def report(self, text: str, *, error: bool = False, routine: bool = False) -> None:
+        """Log a message; unless it is `routine`, notify the user."""
+        self.post_message(Reported(text, error=error, routine=routine))
 
     @contextmanager
     def errors_reported(self) -> Iterator[None]:
-        """Report what cannot be done or computed, and go on."""
+        """Report errors of input or computation instead of raising them."""
         try:
             yield
         except (InputError, ComputationError) as error:
@@ -63,7 +63,7 @@ class LabActions(Screen[None]):
         return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Whether an action applies now: one of run and stop."""
+        """Whether an action is available: run and stop exclude each other."""
         running = self.session.runs.active is not None
         applies = {"run": not running, "stop": running, "run_both": not running}
         return applies.get(action, True)
@@ -107,13 +107,13 @@ class LabActions(Screen[None]):
         """The pane of the current tab, None before it is created."""
         return self.book.pane
 
-    def action_export(self, what: str) -> None:
+    def action_export(self, kind: str) -> None:
         """Export figure or data of the current tab."""
-        self.book.when_ready(lambda pane: self._export(pane, what))
+        self.book.when_ready(lambda pane: self._export(pane, kind))
 
-    def _export(self, pane: Pane, what: str) -> None:
+    def _export(self, pane: Pane, kind: str) -> None:
         with self.errors_reported():
-            self.files.export(pane.export(what))
+            self.files.export(pane.export(kind))
 
     def action_open_scene(self) -> None:
         """Open a scene or result file."""
@@ -147,17 +147,17 @@ class LabActions(Screen[None]):
             HelpDialog("Keys that work now", [*rows, Row("", ""), *general_help()])
         )
 
-    def action_jump(self, place: str) -> None:
+    def action_jump(self, part: str) -> None:
         """Focus a part of the screen: fields, tabs, bar, plot or runs."""
-        if place == "fields":
+        if part == "fields":
             self.query_one(Form).take_focus()
-        elif place == "tabs":
+        elif part == "tabs":
             self.book.take_focus()
-        elif place == "runs":
+        elif part == "runs":
             self.add_class("-runs")
             self.query_one(RunsPane).take_focus()
         else:
-            self.book.when_ready(lambda pane: pane.take_focus(bar=place == "bar"))
+            self.book.when_ready(lambda pane: pane.take_focus(bar=part == "bar"))
 
     def edit_field(self, name: str) -> None:
         """Focus a field of the form."""

@@ -30,7 +30,7 @@ from fivtui.tui.tabs import (
 from .keys import key_text
 from .screen import LabScreen
 
-# Scores of entries found by words of their titles, by their meaning, by letters alone: these less.
+# Scores of a match with the title or the meaning; a match of single letters scores less.
 _BY_TITLE: Final = 2.0
 _BY_MEANING: Final = 1.0
 _EXPORTS: Final = {
@@ -41,7 +41,7 @@ _OF_BELT: Final = {
     "figure": "film movie video animation gif mp4 plot picture image save export write",
     "data": "sound wav audio noise csv npz parquet save export write",
 }
-# What tabs and views are for, by their identifiers.
+# Search terms for tabs and views, by identifier.
 _MEANINGS: Final = {
     "stability": "squeal verdict critical linear modes unstable stable",
     "over-mu": "frequency growth rate critical friction mode coupling",
@@ -83,19 +83,19 @@ class PaletteEntry:
     title: str
     help: str
     run: Callable[[], object]
-    # Words besides the title by which it is found.
+    # Search terms besides the title.
     meaning: str = ""
 
     def score(self, matcher: Matcher, query: str) -> float:
-        """How well it fits a search, 0 if not at all: by title, by what it means, by letters."""
-        asked, title = query.lower().split(), self.title.lower()
+        """Score of a search: a match with the title, the meaning or single letters; 0 if none."""
+        terms, title = query.lower().split(), self.title.lower()
         letters = matcher.match(self.title)
-        # Letters score any positive number: half of what a meaning does, at most.
+        # Limit the matcher's score to half of that of a meaning.
         letters = 0.5 * letters / (1.0 + letters)
-        if all(word in title for word in asked):
+        if all(term in title for term in terms):
             return _BY_TITLE + letters
-        known = re.split(r"[^\w+-]+", f"{title} {self.meaning} {self.help}".lower())
-        if all(any(each.startswith(word) for each in known) for word in asked):
+        vocabulary = re.split(r"[^\w+-]+", f"{title} {self.meaning} {self.help}".lower())
+        if all(any(entry.startswith(term) for entry in vocabulary) for term in terms):
             return _BY_MEANING + letters
         return letters
 
@@ -156,16 +156,16 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
         lab.action_switch_belt,
         "belt speed stick slip static friction Stribeck v_belt mu_s v_s",
     )
-    words = "preload friction belt speed course csv measured brake application ramp"
+    meaning = "preload friction belt speed course csv measured brake application ramp"
     yield PaletteEntry(
         "Parameters over time from a file…",
         "CSV: time, F, mu, v_belt",
         lab.files.read_tables,
-        words,
+        meaning,
     )
     if session.over_time:
         yield PaletteEntry(
-            "Drop the tables over time", "Values at t = 0 stay", lab.action_drop_tables, words
+            "Drop the tables over time", "Values at t = 0 stay", lab.action_drop_tables, meaning
         )
     yield from _choices(lab)
     for tab in TABS:
@@ -182,14 +182,14 @@ def _tab_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     pane = lab.pane
     if pane is None:
         return
-    for what, key in KINDS.items():
+    for kind, key in KINDS.items():
         with suppress(InputError):
-            export = pane.export(what)
+            export = pane.export(kind)
             title = f"Export the {export.what} of {export.of}…"
             text = f"{key}: {', '.join(export.suffixes)}"
-            run = partial(lab.action_export, what)
-            words = _OF_BELT if {".gif", ".wav"} & set(export.suffixes) else _EXPORTS
-            yield PaletteEntry(title, text, run, words[what])
+            run = partial(lab.action_export, kind)
+            meanings = _OF_BELT if {".gif", ".wav"} & set(export.suffixes) else _EXPORTS
+            yield PaletteEntry(title, text, run, meanings[kind])
     with suppress(InputError):
         line = pane.command_line()
         copy = partial(lab.files.copy_command, pane)
@@ -199,23 +199,23 @@ def _tab_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
 
 
 def _plot_commands(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
-    # Of the first plot in sight, as by its keys.
-    chart = next(each for each in pane.shown_views() if each.chart is not None)
+    # Commands act on the first visible plot, as its keys do.
+    chart = next(view for view in pane.shown_views() if view.chart is not None)
 
-    def command(title: str, key: str, run: Callable[[], object], words: str) -> PaletteEntry:
+    def command(title: str, key: str, run: Callable[[], object], text: str) -> PaletteEntry:
         def focus_and_run() -> None:
             chart.focus()
             run()
 
-        return PaletteEntry(title, f"In the plot: {key}", focus_and_run, words)
+        return PaletteEntry(title, f"In the plot: {key}", focus_and_run, text)
 
     yield command("Limits of the axes…", "g", chart.action_limits, "range zoom scale")
     yield command("Fit the axes", "r", chart.action_whole, "reset zoom limits all")
     yield command("Zoom in", "+", partial(chart.action_zoom, -1), "enlarge magnify")
     yield command("Zoom out", "-", partial(chart.action_zoom, 1), "shrink")
-    for number, (key, words) in enumerate((("c", "First cursor"), ("C", "Second cursor"))):
+    for number, (key, text) in enumerate((("c", "First cursor"), ("C", "Second cursor"))):
         cursor = partial(chart.action_cursor, number)
-        yield command(words, key, cursor, "read value point crosshair measure difference delta")
+        yield command(text, key, cursor, "read value point crosshair measure difference delta")
     for axis in "xy":
         log = partial(chart.action_log, axis)
         yield command(f"Logarithmic {axis} axis", axis, log, "log linear scale")
@@ -237,15 +237,18 @@ def _view_commands(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
 
     views = getattr(tab.kind(), "VIEWS", {})
     for view, title in views.items() if len(views) > 1 else ():
-        words = f"plot {_MEANINGS.get(view, '')}"
+        meaning = f"plot {_MEANINGS.get(view, '')}"
         yield PaletteEntry(
-            f"{tab.title}: {title}", f"{key_text(lab.app, tab.key)}, v", partial(show, view), words
+            f"{tab.title}: {title}",
+            f"{key_text(lab.app, tab.key)}, v",
+            partial(show, view),
+            meaning,
         )
 
 
 def _scene_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
-    def command(title: str, text: str, scene: Scene, source: str, words: str) -> PaletteEntry:
-        load = partial(lab.post_message, SceneLoaded(scene, source, words))
+    def command(title: str, text: str, scene: Scene, source: str, report: str) -> PaletteEntry:
+        load = partial(lab.post_message, SceneLoaded(scene, source, report))
         return PaletteEntry(title, text, load, "load example scene case")
 
     for name, scene in PRESETS.items():
@@ -258,9 +261,9 @@ def _scene_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
 def _run_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     runs = lab.session.runs
 
-    def command(title: str, text: str, run: Run, what: str) -> PaletteEntry:
+    def command(title: str, text: str, run: Run, action: str) -> PaletteEntry:
         return PaletteEntry(
-            title, text, partial(lab.post_message, RunActionRequested(run.number, what))
+            title, text, partial(lab.post_message, RunActionRequested(run.number, action))
         )
 
     for run in runs:
@@ -276,8 +279,8 @@ def _run_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
         yield command(title, "In the run list: b; compare", run, "baseline")
 
 
-def _session_commands(lab: LabScreen, others: Iterable[Slot]) -> Iterator[PaletteEntry]:
-    for slot in others:
+def _session_commands(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:
+    for slot in slots:
         used = f"last used {datetime.fromtimestamp(slot.used):%Y-%m-%d %H:%M}; this one is saved"
         open_it = partial(lab.post_message, SessionRequested(slot.number))
         yield PaletteEntry(f"Open session {slot.number}: {_content(slot)}", used, open_it)
@@ -321,7 +324,7 @@ class LabCommands(Provider):
             yield from _commands(self.screen)
         yield from self._sessions
         for command in self.app.get_system_commands(self.screen):
-            # The laboratory has its own list of keys.
+            # Omit Textual's list of keys: the laboratory has its own.
             if command[0] != "Keys":
                 yield PaletteEntry(*command[:3], _OF_SYSTEM.get(command[0], ""))
 

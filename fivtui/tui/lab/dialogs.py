@@ -92,10 +92,10 @@ class PathDialog(ModalScreen[ChosenFile | None]):
             return str(error)
         return ""
 
-    def _say(self, words: str, label: str, *, wrong: bool) -> None:
+    def _say(self, text: str, label: str, *, wrong: bool) -> None:
         # The first change of the input may come before the button exists, or after it is gone.
         for hint in self.query("#dialog-hint").results(Static):
-            hint.update(words)
+            hint.update(text)
             hint.set_class(wrong, "-wrong")
         for button in self.query("#save").results(Button):
             button.label = label

@@ -16,11 +16,11 @@ from .form.form import Form, field_of
 
 
 class EditActions(LabActions):
-    """What keys, commands and messages do to the fields."""
+    """Actions on fields, by keys, commands and messages."""
 
     @on(FieldEdited)
     def _edited(self, event: FieldEdited) -> None:
-        # Undo or reset may have replaced what was typed.
+        # Ignore typed text that undo or reset has replaced.
         form, session = self.query_one(Form), self.session
         current = not event.typed or form.text_of(event.name) == event.text
         if current and session.texts[event.name] != event.text:
@@ -38,18 +38,18 @@ class EditActions(LabActions):
         self.show_inputs()
         self.report(event.words)
 
-    def set_tables(self, over_time: OverTime, words: str) -> None:
-        """Let parameters follow other tables over time, or none; `words` go to the log."""
+    def set_tables(self, over_time: OverTime, report: str) -> None:
+        """Replace the tables over time, which may be empty, and log `report`."""
         self.session.set_tables(over_time)
         self.show_inputs()
-        self.report(words)
+        self.report(report)
 
     def action_drop_tables(self) -> None:
         """Keep the parameters over time at their values at t = 0."""
         self.set_tables((), "tables over time dropped")
 
     def scene_saved(self, scene: Scene, path: Path) -> None:
-        """Take a file as that of the edited scene."""
+        """Record that the edited scene was saved to a file."""
         self.session.saved(scene, str(path))
         self._remember(str(path))
         self.show_inputs()
@@ -97,7 +97,7 @@ class EditActions(LabActions):
             form.call_after_refresh(form.focus_field, "v_belt")
 
     def _turn(self, turn: Callable[[], bool]) -> None:
-        # A step may be a deleted run.
+        # The step may restore or delete a run.
         before = list(self.session.runs)
         self._show_or_ring(turn())
         if list(self.session.runs) != before:

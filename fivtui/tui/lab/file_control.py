@@ -48,7 +48,7 @@ class FileController:
         self._session = lab.session
 
     def _ask(self, dialog: PathDialog, use: Callable[[ChosenFile], None]) -> None:
-        # Calls a function with the answer, unless the dialog is cancelled.
+        # Call `use` with the answer, unless the dialog is cancelled.
         def answered(target: ChosenFile | None) -> None:
             if target is not None:
                 use(target)
@@ -64,7 +64,7 @@ class FileController:
         title = f"Export the {export.what} of {export.of}"
 
         def check(path: Path, force: bool) -> None:
-            # Checked before the question whether to overwrite.
+            # Check before asking whether to overwrite.
             read = [] if opened is None else [("the scene opened", opened)]
             check_apart([("the file", path)], read)
             export.check(path, force)
@@ -78,7 +78,7 @@ class FileController:
                     raise InputError(_without_folder(str(error), folder)) from None
 
         if self._lab.app.is_web:
-            # The browser has folders of its own: a name is asked for, and no file is overwritten.
+            # The browser chooses the folder: ask for a name only, and overwrite no file.
             hint = f"{export.hint} The browser downloads the file."
             dialog = PathDialog(title, export.proposal, hint, check_download, verb="Download")
             self._ask(dialog, lambda target: self._download(export, download_name(target.path)))
@@ -104,13 +104,13 @@ class FileController:
 
         self._in_thread(export.what, work)
 
-    def _exported(self, what: str, path: Path, error: str, download: bytes | None = None) -> None:
-        # For a browser the file is not stored here, and `download` has its bytes.
-        words = error or f"{what} written to {files_text(path)}"
+    def _exported(self, label: str, path: Path, error: str, download: bytes | None = None) -> None:
+        # In a browser, `download` has the content of the file.
+        text = error or f"{label} written to {files_text(path)}"
         if download is not None:
             self._lab.app.deliver_binary(BytesIO(download), save_filename=path.name)
-            words = f"{what} {path.name}: in the downloads folder of the browser"
-        self._lab.report(words, error=bool(error))
+            text = f"{label} {path.name}: in the downloads folder of the browser"
+        self._lab.report(text, error=bool(error))
 
     def copy_command(self, pane: Pane) -> None:
         """Copy the command that computes what a tab shows."""
@@ -126,9 +126,9 @@ class FileController:
         else:
             self._lab.report("there is no plot to copy", error=True)
 
-    def _copy(self, text: str, words: str) -> None:
+    def _copy(self, text: str, report: str) -> None:
         self._lab.app.copy_to_clipboard(text)
-        self._lab.report(words)
+        self._lab.report(report)
 
     def copy_picture(self, pane: Pane) -> None:
         """Copy the figure of a tab as a picture."""
@@ -166,8 +166,8 @@ class FileController:
         """Load a scene file."""
         with self._lab.errors_reported():
             scene = load_scene(path)
-            words = f"scene {scene.name} opened: {path}"
-            self._lab.post_message(SceneLoaded(scene, str(path), words))
+            report = f"scene {scene.name} opened: {path}"
+            self._lab.post_message(SceneLoaded(scene, str(path), report))
 
     def save_scene(self, *, ask: bool) -> None:
         """Save the edited scene to its file.
@@ -177,11 +177,11 @@ class FileController:
         with self._lab.errors_reported():
             scene = self._session.scene()
             path = Path(self._session.source)
-            own = path if _is_scene(path) else None
-            if own is not None and not ask and self._unchanged(own):
-                self._save(scene, ChosenFile(own, force=True))
+            scene_path = path if _is_scene(path) else None
+            if scene_path is not None and not ask and self._unchanged(scene_path):
+                self._save(scene, ChosenFile(scene_path, force=True))
                 return
-            proposal = f"{scene.name}.toml" if own is None else str(own)
+            proposal = f"{scene.name}.toml" if scene_path is None else str(scene_path)
             hint = "A scene file (.toml)."
             dialog = PathDialog("Save the scene as", proposal, hint, check_scene_path)
             self._ask(dialog, lambda target: self._save(scene, target))
@@ -198,7 +198,7 @@ class FileController:
             self._lab.scene_saved(named, target.path)
 
     def read_tables(self) -> None:
-        """Ask for a file with parameters over time, and give them to the scene."""
+        """Ask for a file with parameters over time, and add them to the scene."""
         check = _check_by(read_over_time)
         dialog = PathDialog("Parameters over time", "", _TABLES, check, verb="Read")
         self._ask(dialog, self._read_tables)
@@ -262,15 +262,15 @@ def load_run(path: Path) -> tuple[Scene, Transient]:
 
 @contextmanager
 def _names(path: Path) -> Iterator[None]:
-    # Errors name the file.
+    # Prefix errors with the path.
     try:
         yield
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _without_folder(words: str, folder: str) -> str:
-    return words.replace(f"{folder}{os.sep}", "")
+def _without_folder(text: str, folder: str) -> str:
+    return text.replace(f"{folder}{os.sep}", "")
 
 
 def download_name(path: Path) -> str:

@@ -19,10 +19,10 @@ _OFF: Final = "dim $footer-description-foreground"
 
 @dataclass(frozen=True, slots=True)
 class _Item:
-    # A key and its description; keys of a group share that of the last one.
+    # A key and its description; only the last key of a group has the description.
     key: str
     display: str
-    words: str
+    description: str
     enabled: bool
 
     @property
@@ -31,8 +31,8 @@ class _Item:
 
     @property
     def parts(self) -> tuple[tuple[str, str], ...]:
-        words = f" {self.words} " if self.words else " "
-        return ((self.display, _KEY if self.enabled else _OFF), (words, _WORDS))
+        description = f" {self.description} " if self.description else " "
+        return ((self.display, _KEY if self.enabled else _OFF), (description, _WORDS))
 
 
 class KeyBar(Widget):
@@ -54,16 +54,16 @@ class KeyBar(Widget):
             self.refresh()
 
     def render(self) -> Content:
-        """The essential keys, those of the focused widget, others that fit, and the palette's."""
+        """Essential keys, those of the focused widget, further keys that fit, and the palette."""
         active = self.screen.active_bindings
         palette = active.get(self.app.COMMAND_PALETTE_BINDING)
-        last = [] if palette is None else next(self._groups([palette]))
-        listed = [each for each in active.values() if each.binding.show]
+        palette_items = [] if palette is None else next(self._groups([palette]))
+        listed = [entry for entry in active.values() if entry.binding.show]
         listed.sort(key=self._rank)
-        needed = [each for each in listed if self._rank(each) <= len(_ESSENTIAL)]
-        if sum(map(_width, self._groups(needed))) + _width(last) > self.size.width:
-            last = [replace(item, words="") for item in last]
-        room = self.size.width - _width(last)
+        essential = [entry for entry in listed if self._rank(entry) <= len(_ESSENTIAL)]
+        if sum(map(_width, self._groups(essential))) + _width(palette_items) > self.size.width:
+            palette_items = [replace(item, description="") for item in palette_items]
+        room = self.size.width - _width(palette_items)
         shown: list[_Item] = []
         for group in self._groups(listed):
             if _width(shown) + _width(group) > room:
@@ -72,11 +72,11 @@ class KeyBar(Widget):
         blanks = max(room - _width(shown), 0)
         ends = accumulate(item.width for item in shown)
         self._items = [(end - item.width, item) for end, item in zip(ends, shown, strict=True)]
-        self._items += [(room, item) for item in last]
+        self._items += [(room, item) for item in palette_items]
         return Content.assemble(
             *(part for item in shown for part in item.parts),
             " " * blanks,
-            *(part for item in last for part in item.parts),
+            *(part for item in palette_items for part in item.parts),
         )
 
     def _rank(self, active: ActiveBinding) -> int:
@@ -85,11 +85,11 @@ class KeyBar(Widget):
         return len(_ESSENTIAL) + (active.node in (self.screen, self.app))
 
     def _groups(self, bindings: Iterable[ActiveBinding]) -> Iterator[list[_Item]]:
-        # The first key of every action, by groups.
+        # The first key of every action, by group.
         by_action: dict[str, ActiveBinding] = {}
         for active in bindings:
             by_action.setdefault(active.binding.action, active)
-        for group, members in groupby(by_action.values(), key=lambda each: each.binding.group):
+        for group, members in groupby(by_action.values(), key=lambda active: active.binding.group):
             items = [
                 _Item(binding.key, self.app.get_key_display(binding), binding.description, enabled)
                 for _, binding, enabled, _ in members
@@ -99,7 +99,8 @@ class KeyBar(Widget):
             else:
                 shared = [""] * (len(items) - 1) + [group.description]
                 yield [
-                    replace(item, words=words) for item, words in zip(items, shared, strict=True)
+                    replace(item, description=description)
+                    for item, description in zip(items, shared, strict=True)
                 ]
 
     def on_click(self, event: Click) -> None:

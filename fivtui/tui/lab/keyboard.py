@@ -1,4 +1,4 @@
-"""Keys before they reach a widget: in their order, and Alt never as text."""
+"""Handles keys before they reach a widget: in order, and keys with Alt never as text."""
 
 from collections import deque
 from collections.abc import Awaitable, Callable
@@ -19,10 +19,10 @@ _NAMES: Final = {sign: sign for sign in digits + ascii_lowercase} | {
     "=": "equals_sign",
 }
 
-# Alt+f goes to the fields; the word forward is Ctrl+→, too.
-_TAKEN: Final = "f"
+# Alt+f goes to the fields; Ctrl+→ also moves forward by a word.
+_OVERRIDDEN: Final = "f"
 
-# An editor takes the key first, then its own message that its value has changed.
+# An editor handles the key, then its message that its value has changed.
 _TURNS: Final = 2
 
 
@@ -33,22 +33,22 @@ class _AltKey:
 
 
 def know_alt_keys() -> None:
-    """Make Textual read Alt with a letter or digit as that key; it would insert a symbol."""
-    # A Textual without this table makes no symbols.
+    """Make Textual read Alt with a letter or digit as a key; by default it inserts a symbol."""
+    # Versions of Textual without this table insert no symbols.
     with suppress(ImportError):
         from textual._ansi_sequences import ANSI_SEQUENCES_KEYS
 
-        known = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
+        sequences = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
         for sign, name in _NAMES.items():
-            # Existing keys, such as Alt+b (word back), stay, but for the one that is a key here.
-            if sign in _TAKEN or isinstance(known.get(f"\x1b{sign}", ""), str):
-                known[f"\x1b{sign}"] = (_AltKey(f"alt+{name}"),)
+            # Keep existing keys, such as Alt+b (word back), except the overridden one.
+            if sign in _OVERRIDDEN or isinstance(sequences.get(f"\x1b{sign}", ""), str):
+                sequences[f"\x1b{sign}"] = (_AltKey(f"alt+{name}"),)
 
 
 def take_for_alt(key: Key, *, option: bool) -> None:
     """Turn a key with Alt into a key without text.
 
-    `option` also takes the signs that Option and a digit type on a Mac as Alt and that digit.
+    `option` also reads the signs that Option and a digit type on a Mac as Alt and that digit.
     """
     digit = _OPTION_DIGITS.get(key.character or "")
     if option and digit is not None:
@@ -58,10 +58,10 @@ def take_for_alt(key: Key, *, option: bool) -> None:
 
 
 class KeyQueue:
-    """Keeps keys and pasted text until those before them are handled.
+    """Queues keys and pasted text, so that they are handled in order.
 
     Textual lets a widget type a letter at once, but runs the action of a key only after the key has
-    gone up to the application: letters that come with Ctrl+U would be typed before it deletes.
+    reached the application: letters after Ctrl+U would be typed before it deletes.
     """
 
     def __init__(self, app: App[None], handle: Callable[[Event], Awaitable[None]]) -> None:
@@ -71,7 +71,7 @@ class KeyQueue:
         self._busy = False
 
     async def put(self, event: Event) -> None:
-        """Handle an event, or keep it until the events before it are handled."""
+        """Handle an event after all earlier events."""
         self._events.append(event)
         if not self._busy:
             await self._handle_first()
@@ -85,8 +85,8 @@ class KeyQueue:
         await self._handle(event)
 
         def climb(node: DOMNode, turns: int = 1) -> None:
-            # Post a callback that follows the event: in a queue it is handled after the event.
-            # A widget that is being removed takes none.
+            # Post a callback: it is handled after the event.
+            # A widget that is being removed accepts none.
             if not node.call_later(follow, node, turns):
                 follow(node, 1)
 

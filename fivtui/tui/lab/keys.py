@@ -1,4 +1,4 @@
-"""Key bindings of the laboratory, the most important first, and all keys that work now."""
+"""Key bindings of the laboratory, the most important first, and all active keys."""
 
 from collections.abc import Iterable
 from typing import Any, Final
@@ -18,29 +18,29 @@ def _key(
     id: str,  # noqa: A002
     keys: str,
     action: str,
-    words: str,
+    description: str,
     *,
     shown: str = "",
     priority: bool = False,
-    more: str = "",
+    tooltip: str = "",
 ) -> Binding:
-    # A key that the bar lists has a name there; the list of all keys says `more`. The user's keymap
-    # says others by `id`.
+    # `shown`: the key as the key bar displays it. `tooltip`: its text in the list of all keys.
+    # `id`: its name in the user's keymap.
     return Binding(
         keys,
         action,
-        words,
+        description,
         show=bool(shown),
         key_display=shown or None,
         priority=priority,
-        tooltip=more,
+        tooltip=tooltip,
         id=id,
     )
 
 
 LAB_KEYS: Final = (
-    _key("run", "f5,ctrl+r", "run", "Run", shown="F5", more="Run the scene and keep the run"),
-    _key("stop", "f5,ctrl+r", "stop", "Stop", shown="F5", more="Stop the run"),
+    _key("run", "f5,ctrl+r", "run", "Run", shown="F5", tooltip="Run the scene and keep the run"),
+    _key("stop", "f5,ctrl+r", "stop", "Stop", shown="F5", tooltip="Stop the run"),
     _key(
         "help",
         "f1,question_mark",
@@ -48,16 +48,16 @@ LAB_KEYS: Final = (
         "Help",
         shown="F1",
         priority=True,
-        more="All keys that work now",
+        tooltip="All keys that work now",
     ),
-    _key("next-tab", "f2", "turn_tab(1)", "Tab", shown="F2", more="Next tab"),
+    _key("next-tab", "f2", "turn_tab(1)", "Tab", shown="F2", tooltip="Next tab"),
     _key("previous-tab", "shift+f2", "turn_tab(-1)", "Previous tab"),
-    _key("runs", "f3", "list_runs", "Runs", shown="F3", more="Go to the run list, or back"),
-    _key("engine", "f4", "switch_engine", "Engine", shown="F4", more=_ENGINES),
+    _key("runs", "f3", "list_runs", "Runs", shown="F3", tooltip="Go to the run list, or back"),
+    _key("engine", "f4", "switch_engine", "Engine", shown="F4", tooltip=_ENGINES),
     _key("both", "f9", "run_both", "Compare with the FMU"),
     _key("compute", "f10,ctrl+g", "work", "Compute in the tab, or stop"),
-    _key("figure", "f6", "export('figure')", "Figure…", shown="F6", more="Write the figure"),
-    _key("data", "f7", "export('data')", "Data…", shown="F7", more="Write the data"),
+    _key("figure", "f6", "export('figure')", "Figure…", shown="F6", tooltip="Write the figure"),
+    _key("data", "f7", "export('data')", "Data…", shown="F7", tooltip="Write the data"),
     _key("live", "alt+l", "switch_live", "Live curve on or off", priority=True),
     _key("reset", "f8", "reset", "Reset the field"),
     _key("reset-all", "shift+f8", "reset_all", "Reset all fields"),
@@ -79,15 +79,18 @@ LAB_KEYS: Final = (
 )
 KEY_IDS: Final = frozenset(str(binding.id) for binding in LAB_KEYS)
 _TYPING: Final = frozenset(
-    key for each in Input.BINDINGS if isinstance(each, Binding) for key in each.key.split(",")
+    key
+    for binding in Input.BINDINGS
+    if isinstance(binding, Binding)
+    for key in binding.key.split(",")
 )
 _SCROLLING: Final = ("scroll_", "page_")
 
 
 def active_keys(screen: Screen[Any]) -> list[Row]:
-    """All keys that work now: of the focused widget, the laboratory, then typing and scrolling."""
-    own: list[ActiveBinding] = []
-    others: list[ActiveBinding] = []
+    """All active keys: of the focused widget, the laboratory, then typing and scrolling."""
+    focused: list[ActiveBinding] = []
+    laboratory: list[ActiveBinding] = []
     general: list[ActiveBinding] = []
     for active in screen.active_bindings.values():
         if not active.enabled or not active.binding.description:
@@ -96,26 +99,26 @@ def active_keys(screen: Screen[Any]) -> list[Row]:
         if typing or active.binding.action.startswith(_SCROLLING):
             general.append(active)
         else:
-            (others if active.node in (screen, screen.app) else own).append(active)
-    return [*_rows(screen, own), *_rows(screen, others), *_rows(screen, general)]
+            (laboratory if active.node in (screen, screen.app) else focused).append(active)
+    return [*_rows(screen, focused), *_rows(screen, laboratory), *_rows(screen, general)]
 
 
 def _rows(screen: Screen[Any], group: Iterable[ActiveBinding]) -> list[Row]:
-    # A row per purpose, with all its keys.
+    # One row per purpose, with all its keys.
     keys: dict[str, list[str]] = {}
     for _, binding, _, tooltip in group:
-        words = tooltip or binding.description
-        if binding.id is None and words.istitle():
-            # Textual Writes So.
-            words = words.capitalize()
-        keys.setdefault(words, []).append(key_text(screen.app, binding.key))
-    return [Row(" ".join(dict.fromkeys(own)), words) for words, own in keys.items()]
+        purpose = tooltip or binding.description
+        if binding.id is None and purpose.istitle():
+            # Textual capitalizes every word of its own descriptions.
+            purpose = purpose.capitalize()
+        keys.setdefault(purpose, []).append(key_text(screen.app, binding.key))
+    return [Row(" ".join(dict.fromkeys(names)), purpose) for purpose, names in keys.items()]
 
 
 def key_text(app: App[Any], key: str) -> str:
-    """A key as all texts write it, such as Alt+F, Shift+F2, Esc or ↑."""
-    *modifiers, last = key.split("+")
-    shown = app.get_key_display(Binding(last, ""))
+    """A key as displayed, such as Alt+F, Shift+F2, Esc or ↑."""
+    *modifiers, base = key.split("+")
+    shown = app.get_key_display(Binding(base, ""))
     if modifiers or len(shown) > 1:
         shown = shown[:1].upper() + shown[1:]
     return "+".join([*(name.capitalize() for name in modifiers), shown])

@@ -23,22 +23,22 @@ from fivtui.tui.tabs import compute_in_thread
 if TYPE_CHECKING:
     from .screen import LabScreen
 
-# Delay of a run after the last edit, where it does not follow at once, s.
+# Delay of a run after the last edit if it does not follow at once, s.
 _PAUSE: Final = 0.4
 
 
 class LiveController:
-    """Keeps the live curve of a session up with the edited scene, one run at a time, for a screen.
+    """Updates the live curve of a session to the edited scene, one run at a time, for a screen.
 
     A short run is finished and shown even if the scene has changed since, so that the curve moves
-    while a key is held; a long one is stopped by the next edit. Of scenes that wait the newest is
-    run. Results of stopped runs are dropped.
+    while a key is held; a long run is stopped by the next edit. The newest waiting scene is run.
+    Results of stopped runs are dropped.
     """
 
     def __init__(self, screen: "LabScreen") -> None:
         self._screen = screen
         self._session = session = screen.session
-        # The scene that was last asked for, and the kept run beside which it was.
+        # The scene of the last request, and the run displayed then.
         self._scene = self._edited()
         self._displayed = session.runs.displayed
         self._job: LiveJob | None = None
@@ -52,7 +52,7 @@ class LiveController:
             return None
 
     def request(self) -> bool:
-        """Follow the edited scene. Returns whether what is shown has changed."""
+        """Follow the edited scene. Returns whether the display has changed."""
         session, live = self._session, self._session.live
         if not session.lives or session.runs.active is not None:
             self.stop()
@@ -61,11 +61,11 @@ class LiveController:
         if scene == self._scene:
             return False
         self._scene = scene
-        kept = session.runs.displayed
+        displayed = session.runs.displayed
         if scene is None:
             self.stop()
-            live.words = "live: waits for valid inputs"
-        elif kept is not None and not differences(scene, kept.edited or kept.scene):
+            live.status = "live: waits for valid inputs"
+        elif displayed is not None and not differences(scene, displayed.edited or displayed.scene):
             self.stop()
             live.clear()
         else:
@@ -75,7 +75,7 @@ class LiveController:
     def _follow(self, scene: Scene) -> None:
         live = self._session.live
         if self._job is not None and self._job.elapsed > AT_ONCE_S:
-            # Longer than expected: its successors wait for a pause.
+            # The run takes longer than expected: the next ones wait for a pause.
             live.learn(self._job.scene, self._job.elapsed)
         pace = live.pace(scene)
         if pace is Pace.AT_ONCE:
@@ -116,13 +116,13 @@ class LiveController:
         if job is not self._job:
             return
         self._job = None
-        live, kept = self._session.live, self._session.runs.displayed
-        before = None if kept is None else kept.result
+        live, displayed = self._session.live, self._session.runs.displayed
+        displayed_result = None if displayed is None else displayed.result
         if outcome.result is not None:
             live.learn(job.scene, job.duration - job.setup)
-            live.put(LiveRun(job.scene, outcome.result, job.duration), before)
+            live.put(LiveRun(job.scene, outcome.result, job.duration), displayed_result)
         elif outcome.error:
-            live.fail(outcome.error, before)
+            live.fail(outcome.error, displayed_result)
         else:
             live.learn(job.scene, job.estimate)
             live.refuse(job.scene)
@@ -131,7 +131,7 @@ class LiveController:
         self._screen.show_live()
 
     def runs_changed(self) -> None:
-        """Give way to another kept run, and to one that is being computed."""
+        """Stop if a run is active; clear the curve if the displayed run has changed."""
         runs = self._session.runs
         if runs.active is not None:
             self.stop()
@@ -149,7 +149,7 @@ class LiveController:
         self._scene = None if session.lives else self._scene
 
     def stop(self) -> None:
-        """Stop and forget what is computed or waits."""
+        """Stop the current run and drop the waiting scene."""
         self._stop_waiting()
         self._next = None
         if self._job is not None:

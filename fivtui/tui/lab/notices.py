@@ -7,7 +7,7 @@ from typing import Final
 from textual.content import Content
 from textual.widget import Widget
 
-# The hint about a field has as many lines, and no button or field is there.
+# As high as the hint about a field, so that no button or field is covered.
 _LINES: Final = 3
 _SHOWN_S: Final = 5.0
 _EDGE: Final = "▌ "
@@ -18,23 +18,23 @@ _MORE: Final = "… (tab Log)"
 class Notice:
     """A message, and whether it is an error."""
 
-    words: str
+    text: str
     error: bool
 
 
 class NoticeView(Widget):
-    """The notices of the last seconds; older ones give way to newer ones, and all to a click.
+    """The notices of the last seconds; newer ones replace older ones, and a click removes all.
 
-    Textual's stand above each other without an end, over buttons.
+    Textual's notifications would cover buttons without limit.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.notices: list[Notice] = []
 
-    def tell(self, words: str, *, error: bool) -> None:
+    def add(self, text: str, *, error: bool) -> None:
         """Show a message for some seconds."""
-        notice = Notice(words, error)
+        notice = Notice(text, error)
         self.notices.append(notice)
         self.set_timer(_SHOWN_S, lambda: self._end(notice))
         self._follow()
@@ -52,14 +52,14 @@ class NoticeView(Widget):
 
     def _lines(self) -> list[tuple[str, Notice]]:
         width = max(self.screen.size.width - len(_EDGE) - 1, len(_MORE))
-        found: list[tuple[str, Notice]] = []
+        styled_lines: list[tuple[str, Notice]] = []
         for notice in self.notices:
-            lines = wrap(notice.words, width)
+            lines = wrap(notice.text, width)
             if len(lines) > _LINES:
-                last = " ".join(lines[_LINES - 1 :])
-                lines[_LINES - 1 :] = [shorten(last, width, placeholder=_MORE)]
-            found += [(line, notice) for line in lines]
-        return found
+                remainder = " ".join(lines[_LINES - 1 :])
+                lines[_LINES - 1 :] = [shorten(remainder, width, placeholder=_MORE)]
+            styled_lines += [(line, notice) for line in lines]
+        return styled_lines
 
     def render(self) -> Content:
         """A line for each of those of the messages, with an edge in the colour of its kind."""

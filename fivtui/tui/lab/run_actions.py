@@ -30,7 +30,7 @@ from .actions import LabActions
 
 
 class RunActions(LabActions):
-    """What keys, commands and messages do to the runs."""
+    """Actions on runs, by keys, commands and messages."""
 
     def __init__(self, session: Session, *, welcome: bool) -> None:
         super().__init__(session, welcome=welcome)
@@ -64,7 +64,7 @@ class RunActions(LabActions):
         self.post_message(RunsChanged())
 
     def action_stop(self) -> None:
-        """Stop the active run and cancel the one to follow."""
+        """Stop the active run and cancel the next one."""
         self._next = self._partner = None
         run = self.session.runs.stop()
         if run is not None:
@@ -87,7 +87,7 @@ class RunActions(LabActions):
         self.action_run()
 
     def _ended(self, run: Run, outcome: Outcome[Transient]) -> None:
-        # It may have been stopped before.
+        # The run may have been stopped.
         if not self.session.runs.finish(run, outcome):
             return
         if run.result is None:
@@ -95,16 +95,16 @@ class RunActions(LabActions):
             self.report(f"run {run.number}: {run.message}", error=True)
         else:
             self.session.runs.displayed = run
-            # The time of the first run of all would be that of loading libraries.
+            # The elapsed time of the first run includes loading libraries.
             cpu_s = run.result.stats.cpu_s
             self.session.live.learn(run.scene, run.elapsed if cpu_s is None else cpu_s)
-            words = "; ".join([f"run {run.number} done", *result_brief(run.result)])
-            self.report(words, routine=True)
+            report = "; ".join([f"run {run.number} done", *result_brief(run.result)])
+            self.report(report, routine=True)
             self._go_on(run)
         self.post_message(RunsChanged())
 
     def _go_on(self, run: Run) -> None:
-        # The FMU follows the native solver; then they are compared.
+        # Run the FMU after the native solver, then compare them.
         if self._next is not None:
             scene, self._next, self._partner = self._next, None, run
             self._start(scene, run.edited)
@@ -142,26 +142,26 @@ class RunActions(LabActions):
             self._change_plots(event.what, run)
         self.post_message(RunsChanged())
 
-    def _change_plots(self, what: str, run: Run) -> None:
+    def _change_plots(self, action: str, run: Run) -> None:
         runs = self.session.runs
-        if what == "overlay":
+        if action == "overlay":
             run.overlaid = not run.overlaid
-        elif what == "colour":
+        elif action == "colour":
             run.style.colour += 1
-        elif what == "marker":
+        elif action == "marker":
             run.style.marker += 1
         elif run.result is None:
             self.report(f"run {run.number} has no result", error=True)
-        elif what == "show":
+        elif action == "show":
             runs.displayed = run
-        elif what == "baseline":
+        elif action == "baseline":
             runs.baseline = None if runs.baseline is run else run
 
     def _load(self, run: Run) -> None:
         if run.result is not None:
             self.session.runs.displayed = run
-        words = f"scene of run {run.number} loaded; Ctrl+Z undoes"
-        self.post_message(SceneLoaded(run.scene, "", words))
+        report = f"scene of run {run.number} loaded; Ctrl+Z undoes"
+        self.post_message(SceneLoaded(run.scene, "", report))
 
     def _delete(self, run: Run) -> None:
         if run is self.session.runs.active:

@@ -12,7 +12,7 @@ NO_RUN: Final = "no run yet: press F5"
 
 
 class RunBar(JobBar):
-    """The button that starts and stops runs, and the progress or state of the newest one."""
+    """The button that starts and stops runs, and the progress or state of the newest run."""
 
     def __init__(self) -> None:
         super().__init__("Run", NO_RUN)
@@ -29,10 +29,10 @@ class RunBar(JobBar):
 
 
 def _end_words(run: Run, *, outdated: bool) -> str:
-    words = f"run {run.number} {run.state.value}"
+    text = f"run {run.number} {run.state.value}"
     if outdated:
-        return f"{words}, inputs changed since"
+        return f"{text}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
         engine = "" if run.engine == SOLVER else f", {run.engine}"
-        words += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy}"
-    return words
+        text += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy}"
+    return text

@@ -63,14 +63,14 @@ class RunsTable(ListTable[str | Text]):
             return None
         return int(str(self.coordinate_to_cell_key(Coordinate(self.cursor_row, 0)).row_key.value))
 
-    def action_act(self, what: str) -> None:
+    def action_act(self, action: str) -> None:
         """Request an action on the run at the cursor."""
         if self.number is not None:
-            self.post_message(RunActionRequested(self.number, what))
+            self.post_message(RunActionRequested(self.number, action))
 
 
 class RunsPane(Vertical):
-    """The runs, newest first, with differences to base scene and baseline."""
+    """The runs, newest first, with differences from base scene and baseline."""
 
     BORDER_TITLE = "Runs"
     KEYS: ClassVar[str] = "⏎ load  Space overlay  b base  x delete"
@@ -85,29 +85,31 @@ class RunsPane(Vertical):
         yield RunsTable(cursor_type="row", zebra_stripes=True)
 
     def show(self, runs: Runs, live: Live) -> None:
-        """Display the runs, and which of them are plotted, beside the live curve or without it."""
+        """Display the runs, and mark those that are plotted."""
         self._marks = _marks(runs, live)
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))
         self.border_subtitle = self.KEYS if newest_first else self.NO_RUNS
-        # Differences are those to a baseline.
-        kept_columns = [
-            place
-            for place, label in enumerate(_COLUMNS)
+        # Differences need a baseline.
+        columns = [
+            column
+            for column, label in enumerate(_COLUMNS)
             if label != _DIFFERENCE or runs.baseline is not None
         ]
         rows = {str(run.number): _cells(run, runs, live) for run in newest_first}
         table.fill(
-            [_COLUMNS[place] for place in kept_columns],
-            {key: [row[place] for place in kept_columns] for key, row in rows.items()},
+            [_COLUMNS[column] for column in columns],
+            {key: [row[column] for column in columns] for key, row in rows.items()},
         )
-        # The cursor stays at its run, or at its place if the run was deleted.
-        kept = [run.number for run in newest_first]
-        table.move_cursor(row=kept.index(number) if number in kept else min(row, len(kept) - 1))
+        # The cursor stays at its run, or in its row if the run was deleted.
+        numbers = [run.number for run in newest_first]
+        table.move_cursor(
+            row=numbers.index(number) if number in numbers else min(row, len(numbers) - 1)
+        )
 
     def mark(self, runs: Runs, live: Live) -> None:
-        """Display the runs again if others of them are plotted than were shown."""
+        """Update the display if the set of plotted runs has changed."""
         if self._marks != _marks(runs, live):
             self.show(runs, live)
 
@@ -117,7 +119,7 @@ class RunsPane(Vertical):
 
     @on(DataTable.RowSelected)
     def _choose(self, event: DataTable.RowSelected) -> None:
-        # By mouse only: Enter has another meaning here.
+        # By mouse only: Enter loads the scene.
         event.stop()
         self.post_message(RunActionRequested(int(str(event.row_key.value)), "show"))
 
@@ -127,7 +129,7 @@ def _marks(runs: Runs, live: Live) -> list[str]:
 
 
 def _plotted(run: Run, runs: Runs, live: Live) -> str:
-    # The live curve, and what was there before it, stand in place of the displayed run.
+    # The live curve and its ghost replace the displayed run.
     if run is runs.displayed and not live.shown:
         return "shown"
     if run.overlaid:

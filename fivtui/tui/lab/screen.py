@@ -99,7 +99,7 @@ class LabScreen(EditActions, RunActions):
 
     def on_mount(self) -> None:
         """Display the session and start polling the progress of runs."""
-        # Polled, so that a run's thread never waits for the screen.
+        # Polling: a run's thread never waits for the screen.
         self._ticker = self.set_interval(_PROGRESS_PERIOD, self._tick, pause=True)
         self.show_inputs()
         self._show_runs()
@@ -107,7 +107,7 @@ class LabScreen(EditActions, RunActions):
         self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
 
     def on_unmount(self) -> None:
-        """Stop what is computed."""
+        """Stop all computations."""
         self._ticker.stop()
         self.stop_computing()
 
@@ -126,7 +126,7 @@ class LabScreen(EditActions, RunActions):
     @on(Reported)
     def _reported(self, event: Reported) -> None:
         if not event.routine:
-            self.query_one(NoticeView).tell(event.words, error=event.error)
+            self.query_one(NoticeView).add(event.words, error=event.error)
         mark = "ERROR: " if event.error else ""
         self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.words}")
         self.book.update_pane(lambda pane: pane.reported())
@@ -148,7 +148,7 @@ class LabScreen(EditActions, RunActions):
         self.show_verdict()
         self._show_newest()
         if not self._tab_behind:
-            # Form and verdict answer the key first; the tab is drawn in the next frame.
+            # Form and verdict are updated first; the tab is drawn in the next frame.
             self._tab_behind = True
             self.call_after_refresh(self._show_in_tab)
 
@@ -158,10 +158,10 @@ class LabScreen(EditActions, RunActions):
         self.call_after_refresh(PRECEDENCE.release)
 
     def show_verdict(self) -> None:
-        """Display the stability of the edited scene, and what a search has found."""
+        """Display the stability of the edited scene, and the result of the search."""
         view = self.query_one(VerdictView)
         try:
-            found = self.session.stability()
+            result = self.session.stability()
         except (InputError, ComputationError) as error:
             why = ": invalid input" if isinstance(error, InputError) else ""
             view.show("invalid", [f"NO VERDICT{why}"], [str(error)])
@@ -169,22 +169,22 @@ class LabScreen(EditActions, RunActions):
             self._gauges.stop()
             self.session.coexisting = None
         else:
-            stable = verdict(found) == "STABLE"
-            coexisting = self._search.coexisting(found.system, stable=stable)
+            stable = verdict(result) == "STABLE"
+            coexisting = self._search.coexisting(result.system, stable=stable)
             self.session.coexisting = coexisting
-            gauges = self._gauges.gauges(found, coexisting, both=self.has_class("-tall"))
-            lines = stability_brief(found, coexisting)
+            gauges = self._gauges.gauges(result, coexisting, both=self.has_class("-tall"))
+            lines = stability_brief(result, coexisting)
             if self.session.over_time:
                 lines[0] = f"at t = 0: {lines[0]}"
-            view.show(verdict_kind(found, coexisting), lines, gauges)
+            view.show(verdict_kind(result, coexisting), lines, gauges)
 
     @on(Resize)
     def _resized(self) -> None:
-        # There is room for another number of gauges.
+        # The number of gauges depends on the height.
         self.call_after_refresh(self.show_verdict)
 
     def search_updated(self) -> None:
-        """Display what a search has found."""
+        """Display the result of a search."""
         self.show_verdict()
         self.book.update_pane(lambda pane: pane.scene_changed())
 
@@ -196,11 +196,11 @@ class LabScreen(EditActions, RunActions):
 
     @on(TabBook.TabActivated)
     def _show_newest(self) -> None:
-        newest, live = self.session.runs.newest, self.session.live.words
+        newest, live = self.session.runs.newest, self.session.live.status
         bar = self.query_one(RunBar)
         failed = newest is not None and newest.state is RunState.FAILED
         if failed and newest is not None and not self.session.outdated(newest):
-            # There is no live curve of what cannot be computed.
+            # A scene that failed has no live curve.
             live = ""
         if live and self.book.active == _LIVE_TAB and self.session.runs.active is None:
             bar.show(None, live)
@@ -231,8 +231,8 @@ class LabScreen(EditActions, RunActions):
     def action_switch_live(self) -> None:
         """Switch the live curve on or off."""
         self._live.switch()
-        words = "follows every edit" if self.session.lives else "off"
-        self.report(f"live curve {words}")
+        state = "follows every edit" if self.session.lives else "off"
+        self.report(f"live curve {state}")
         self._show_newest()
         self.book.catch_up()
 
@@ -267,8 +267,8 @@ class LabScreen(EditActions, RunActions):
     def restore_results(self, results: Mapping[str, Any], errors: Sequence[str]) -> None:
         """Display the results of the last session; `errors` says which could not be read."""
         restore_results(self.session, results)
-        for words in errors:
-            self.report(words, error=True)
+        for error in errors:
+            self.report(error, error=True)
         self._show_runs()
         self.book.catch_up()
 

@@ -1,4 +1,4 @@
-"""Background search for what waits beyond small disturbances of the edited scene."""
+"""Background search for attractors of the edited scene beside the equilibrium."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -27,8 +27,8 @@ Key = tuple[System, bool]
 class SearchController:
     """Searches for attractors of the edited parameter set, one search at a time, for a screen.
 
-    First those that coexist with a stable equilibrium, then the friction below which there are
-    none; on a belt of finite speed the first alone. An edit stops the search; late results are
+    It finds attractors that coexist with a stable equilibrium, then, unless the belt speed is
+    finite, the friction below which there are none. An edit stops the search; late results are
     dropped.
     """
 
@@ -37,18 +37,18 @@ class SearchController:
         self._key: Key | None = None
         self._job: Job | None = None
         self._waiting: Timer | None = None
-        self._known: OrderedDict[Key, Coexisting] = OrderedDict()
+        self._cache: OrderedDict[Key, Coexisting] = OrderedDict()
         self._result: Coexistence | None = None
 
     def coexisting(self, system: System, *, stable: bool) -> Coexisting:
-        """What is known beside the equilibrium; starts a search if it is not all known yet."""
+        """The known attractors beside the equilibrium; starts a search if it is incomplete."""
         key = (system, stable)
         if key != self._key:
             self.stop()
             self._key = key
-            if key not in self._known or not self._known[key].searched:
+            if key not in self._cache or not self._cache[key].searched:
                 self._waiting = self._screen.set_timer(_PAUSE, self._begin)
-        return self._known.get(key, Coexisting() if stable else Coexisting(words=""))
+        return self._cache.get(key, Coexisting() if stable else Coexisting(text=""))
 
     def stop(self) -> None:
         """Stop the search."""
@@ -101,37 +101,37 @@ class SearchController:
         )
 
     def _take(self, job: Job, take: Callable[..., None], *args: object) -> None:
-        # Unless the parameters were edited since.
+        # Ignore results if the parameters were edited since.
         if job is not self._job or self._key is None:
             return
         take(self._key, *args)
-        while len(self._known) > _REMEMBERED:
-            self._known.popitem(last=False)
+        while len(self._cache) > _REMEMBERED:
+            self._cache.popitem(last=False)
         self._screen.search_updated()
 
     def _take_error(self, key: Key, error: str) -> None:
-        self._known[key] = Coexisting(f"search for limit cycles failed: {error}", done=True)
+        self._cache[key] = Coexisting(f"search for limit cycles failed: {error}", complete=True)
 
-    def _take_result(self, key: Key, result: "Coexistence", done: bool) -> None:
+    def _take_result(self, key: Key, result: "Coexistence", complete: bool) -> None:
         from fivtui.orbits import coexistence_words
 
         self._result = result
-        note = (result.warning or "") if done else ""
-        self._known[key] = Coexisting(coexistence_words(result), note, result.coexists, done)
+        note = (result.warning or "") if complete else ""
+        self._cache[key] = Coexisting(coexistence_words(result), note, result.coexists, complete)
 
     def _take_safe(self, key: Key, safe: "SafeFriction | None") -> None:
         self._job = None
-        before = self._known.get(key, Coexisting(words=""))
-        self._known[key] = replace(before, safe=safe, searched=True)
-        if safe is None or not before.words:
+        before = self._cache.get(key, Coexisting(text=""))
+        self._cache[key] = replace(before, safe=safe, searched=True)
+        if safe is None or not before.text:
             return
         from fivtui.orbits import coexistence_words
         from fivtui.safety import coexistence_here
 
         if self._result is not None and self._result.coexists and safe.others:
             since = f" from μ = {safe.others[0].mu:.4g}"
-            self._known[key] = replace(
-                self._known[key], words=coexistence_words(self._result, since)
+            self._cache[key] = replace(
+                self._cache[key], text=coexistence_words(self._result, since)
             )
         elif sentence := coexistence_here(safe):
-            self._known[key] = replace(self._known[key], words=sentence, coexists=True)
+            self._cache[key] = replace(self._cache[key], text=sentence, coexists=True)

@@ -25,7 +25,7 @@ class Autosave:
     def __init__(self, path: Path | None) -> None:
         self._first = path
         self._slot: Slot | None = None
-        self._held: ExitStack | None = None
+        self._slot_lock: ExitStack | None = None
         # Signature of a session read without a lock.
         self._signature: tuple[int, int] | None = None
         self._saved: State | None = None
@@ -46,19 +46,19 @@ class Autosave:
 
     @property
     def others(self) -> list[Slot]:
-        """The other saved sessions, last used first; other processes may hold them."""
+        """The other saved sessions, last used first; other processes may have locked them."""
         if self._first is None:
             return []
         return [slot for slot in saved_slots(self._first) if slot.number != self.number]
 
     def load(self) -> State | None:
-        """Take the last used free session. Returns None for a new one."""
+        """Open the session last used that is not locked. Returns None for a new session."""
         if self._first is None:
             return None
         useless: set[int] = set()
         while True:
             try:
-                self._slot, self._held = claim(self._first, useless)
+                self._slot, self._slot_lock = claim(self._first, useless)
             except InputError as error:
                 self.error = str(error)
                 return self._look(self._first)
@@ -68,12 +68,12 @@ class Autosave:
                 self.notices.append(str(error))
                 if self._slot.signature is None:
                     return None
-                # A version that can read it finds it in its place.
+                # The file stays for a version that can read it.
                 useless.add(self._slot.number)
                 self._release()
 
     def _look(self, first: Path) -> State | None:
-        # Without a lock nothing is changed or renamed.
+        # Without a lock, read only.
         for slot in saved_slots(first):
             self._slot, self._signature = slot, slot.signature
             try:
@@ -84,9 +84,9 @@ class Autosave:
         return None
 
     def open(self, number: int) -> State:
-        """Take the session `number`; raises `InputError` if it is locked or cannot be restored."""
+        """Open the session `number`; raises `InputError` if it is locked or cannot be restored."""
         slot = slot_of(self._first or Path(), number)
-        self._held = hold(slot)
+        self._slot_lock = hold(slot)
         try:
             state = self._read(slot)
             if state is None:
@@ -143,13 +143,13 @@ class Autosave:
             self.error = store.failure
 
     def _hold_again(self, slot: Slot) -> None:
-        if self._held is not None:
+        if self._slot_lock is not None:
             return
-        held = hold(slot)
+        slot_lock = hold(slot)
         if slot.signature != self._signature:
-            held.close()
+            slot_lock.close()
             raise InputError(f"{slot.path}: another fivtui has written it since it was read")
-        self._held = held
+        self._slot_lock = slot_lock
 
     def close(self, state: State) -> None:
         """Save for the last time and release the session."""
@@ -160,16 +160,16 @@ class Autosave:
             self._slot = None
 
     def _release(self) -> None:
-        if self._held is not None:
-            self._held.close()
-            self._held = None
+        if self._slot_lock is not None:
+            self._slot_lock.close()
+            self._slot_lock = None
 
-    def result(self, key: str, kept: StoredResult) -> Any:
+    def result(self, key: str, stored: StoredResult) -> Any:
         """Read a stored result; raises `InputError` if it cannot be read."""
         slot = self._slot
         if slot is None:
             raise InputError(f"{key}: the session is closed")
-        return self._store_of(slot).get(key, kept, aside=self._held is not None)
+        return self._store_of(slot).get(key, stored, aside=self._slot_lock is not None)
 
     def _store_of(self, slot: Slot) -> "ResultStore":
         from .results import ResultStore

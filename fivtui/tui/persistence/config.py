@@ -25,15 +25,15 @@ _COLOURS: Final = (
     "panel",
 )
 _KEYS: Final = ("theme", "live", "keys", "themes")
-# One action under two names: what it does depends on whether a run is active.
+# One key for two actions: it runs, or stops an active run.
 _RUN: Final = ("run", "stop")
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """Keys by name of an action, the theme, and colours of own themes by name.
+    """Keys by action, the theme, and the colours of user themes by name.
 
-    `live` says whether a live curve follows edits; if None, as in the last session.
+    `live`: whether a live curve follows edits; None keeps the setting of the last session.
     """
 
     theme: str = ""
@@ -47,18 +47,18 @@ def config_path(environment: Mapping[str, str] | None = None) -> Path:
 
     ``fivtui/config.toml`` in XDG_CONFIG_HOME, in APPDATA on Windows, or in ``~/.config``.
     """
-    known = os.environ if environment is None else environment
-    home = known.get("XDG_CONFIG_HOME", "")
+    variables = os.environ if environment is None else environment
+    home = variables.get("XDG_CONFIG_HOME", "")
     if not Path(home).is_absolute():
-        roaming = known.get("APPDATA", "") if os.name == "nt" else ""
+        roaming = variables.get("APPDATA", "") if os.name == "nt" else ""
         home = roaming or str(Path("~/.config").expanduser())
     return Path(home) / "fivtui" / "config.toml"
 
 
 def load_config(path: Path | None, actions: Collection[str]) -> Config:
-    """Read keys for `actions`, a theme and own themes; all is usual if there is no file.
+    """Read keys for `actions`, theme and user themes; without a file, the defaults.
 
-    Raises `InputError` if the file cannot be read, or for what it must not have.
+    Raises `InputError` if the file cannot be read or has an invalid entry.
     """
     try:
         data = {} if path is None else tomllib.loads(path.read_text(encoding="utf-8"))

@@ -13,21 +13,21 @@ from fivtui.tui.session import DisplayedStudy, Run, StoredResult
 
 from .state_file import put_aside
 
-# Maximum size of a stored result, bytes: reads quickly.
-_MOST: Final = 20_000_000
+# Maximum size of a stored result, bytes, so that the start stays fast.
+_MAX_SIZE: Final = 20_000_000
 _RUN: Final = "run"
-_OWN: Final = re.compile(r"([a-z]+)-[0-9a-f]{16}\.\w+")
+_RESULT_FILE: Final = re.compile(r"([a-z]+)-[0-9a-f]{16}\.\w+")
 
 
-class _NotKept(InputError):
-    # A result that is not stored on purpose.
+class _NotStored(InputError):
+    # A result that is deliberately not stored.
     pass
 
 
 class ResultStore:
     """A folder with the result files of a session, each written once.
 
-    Files that the session no longer uses are removed; other files are never touched.
+    Files that the session no longer uses are removed; unrelated files are never touched.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -40,10 +40,12 @@ class ResultStore:
 
     def adopt(self, results: Mapping[str, object]) -> None:
         """Register the files of a restored session."""
-        self._ours |= {kept.file for kept in results.values() if isinstance(kept, StoredResult)}
+        self._ours |= {
+            stored.file for stored in results.values() if isinstance(stored, StoredResult)
+        }
 
     def put(self, results: Mapping[str, object]) -> tuple[dict[str, StoredResult], dict[str, str]]:
-        """Write new results, by key; stored ones (`StoredResult`) pass through.
+        """Write new results, by key; a `StoredResult` is returned unchanged.
 
         Returns the files by key, and by key why a result was not stored (its previous file stays).
         """
@@ -55,11 +57,11 @@ class ResultStore:
                 files[key] = result
                 continue
             token = result.result if isinstance(result, Run) else result
-            known, file = self._files.get(key, (None, None))
-            if known is not token or file is None or not (self.folder / file.file).exists():
+            stored_token, file = self._files.get(key, (None, None))
+            if stored_token is not token or file is None or not (self.folder / file.file).exists():
                 try:
                     written = self._write(key, result)
-                except (_NotKept, ComputationError) as error:
+                except (_NotStored, ComputationError) as error:
                     notes[key] = str(error)
                 except InputError as error:
                     notes[key] = self.failure = str(error)
@@ -79,10 +81,10 @@ class ResultStore:
         if form is None:
             raise TypeError(f"{kind}: {type(value)}")
         if why := form.unfinished(value):
-            raise _NotKept(why)
+            raise _NotStored(why)
         size = form.size(value)
-        if size > _MOST:
-            raise _NotKept(f"it takes {size / 1e6:.0f} MB; the limit is {_MOST / 1e6:.0f} MB")
+        if size > _MAX_SIZE:
+            raise _NotStored(f"it takes {size / 1e6:.0f} MB; the limit is {_MAX_SIZE / 1e6:.0f} MB")
         file = f"{kind.replace('-', '')}-{secrets.token_hex(8)}{form.suffix}"
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -91,34 +93,34 @@ class ResultStore:
         store_study(kind, value, self.folder / file)
         return StoredResult(file, name, source)
 
-    def get(self, key: str, kept: StoredResult, *, aside: bool = True) -> Any:
+    def get(self, key: str, stored: StoredResult, *, aside: bool = True) -> Any:
         """Read the result `key`; raises `InputError` if it cannot be read.
 
         A damaged file is renamed if `aside`, and no longer belongs to the session.
         """
         kind = _kind(key)
-        path = self.folder / kept.file
+        path = self.folder / stored.file
         try:
-            if not _is_own(kept.file):
+            if not _is_own(stored.file):
                 raise InputError("not the name of a file of this session")
             value = restore_study(kind, path)
         except InputError as error:
             why = str(error).removeprefix(f"{path}: ")
-            self._ours.discard(kept.file)
-            own = _is_own(kept.file)
-            where = f"; {put_aside(path)}" if aside and own and path.exists() else ""
+            self._ours.discard(stored.file)
+            is_own = _is_own(stored.file)
+            where = f"; {put_aside(path)}" if aside and is_own and path.exists() else ""
             raise InputError(
                 f"the {key.replace('-', ' ') if kind == _RUN else key} of the last session could "
                 f"not be restored ({why}){where}"
             ) from None
-        found = value if kind == _RUN else DisplayedStudy(value, kept.name, kept.source)
-        self._files[key] = (found, kept)
-        self._ours.add(kept.file)
-        return found
+        result = value if kind == _RUN else DisplayedStudy(value, stored.name, stored.source)
+        self._files[key] = (result, stored)
+        self._ours.add(stored.file)
+        return result
 
     def remove_others(self, files: Mapping[str, StoredResult]) -> None:
         """Remove files of this session that are not in `files`."""
-        for name in self._ours - {kept.file for kept in files.values()}:
+        for name in self._ours - {stored.file for stored in files.values()}:
             if _is_own(name):
                 with suppress(OSError):
                     (self.folder / name).unlink(missing_ok=True)
@@ -126,8 +128,8 @@ class ResultStore:
 
 
 def _is_own(name: str) -> bool:
-    found = _OWN.fullmatch(name)
-    return found is not None and found[1] in {kind.replace("-", "") for kind in STUDIES}
+    match = _RESULT_FILE.fullmatch(name)
+    return match is not None and match[1] in {kind.replace("-", "") for kind in STUDIES}
 
 
 def _kind(key: str) -> str:

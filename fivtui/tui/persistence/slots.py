@@ -17,7 +17,7 @@ _HOLDER: Final = "another fivtui"
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """The place of a session: its number, from 1, and its file; results and lock are beside it."""
+    """Number of a session, from 1, and its file; results and lock are in the same folder."""
 
     number: int
     path: Path
@@ -34,7 +34,7 @@ class Slot:
 
     @property
     def used(self) -> float:
-        """When it was last used, as a system time, s."""
+        """Time of its last use, as a system time, s."""
         times = [0.0]
         for path in (self.path, self.lock):
             with suppress(OSError):
@@ -45,10 +45,10 @@ class Slot:
     def signature(self) -> tuple[int, int] | None:
         """Modification time and size of the session file; None if there is none."""
         try:
-            found = self.path.stat()
+            status = self.path.stat()
         except OSError:
             return None
-        return found.st_mtime_ns, found.st_size
+        return status.st_mtime_ns, status.st_size
 
 
 def slot_of(first: Path, number: int) -> Slot:
@@ -62,9 +62,9 @@ def saved_slots(first: Path) -> list[Slot]:
     numbers = {1}
     with suppress(OSError):
         for path in first.parent.iterdir():
-            found = re.fullmatch(rf"{re.escape(first.stem)}-([1-9][0-9]{{0,8}})", path.name)
-            if found:
-                numbers.add(int(found[1]))
+            match = re.fullmatch(rf"{re.escape(first.stem)}-([1-9][0-9]{{0,8}})", path.name)
+            if match:
+                numbers.add(int(match[1]))
     slots = [slot_of(first, number) for number in sorted(numbers)]
     return sorted((slot for slot in slots if slot.signature), key=lambda slot: -slot.used)
 
@@ -79,15 +79,15 @@ def hold(slot: Slot) -> ExitStack:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
-    held = ExitStack()
-    held.enter_context(locked(slot.lock, _HOLDER))
-    held.callback(_touch, slot.lock)
+    stack = ExitStack()
+    stack.enter_context(locked(slot.lock, _HOLDER))
+    stack.callback(_touch, slot.lock)
     _touch(slot.lock)
     with suppress(OSError):
-        # Left by a killed process; nobody else writes here now.
+        # Temporary files of killed processes; the lock excludes other writers.
         for path in (*folder.glob(TEMPORARY_FILES), *slot.results.glob(TEMPORARY_FILES)):
             path.unlink(missing_ok=True)
-    return held
+    return stack
 
 
 def _touch(path: Path) -> None:

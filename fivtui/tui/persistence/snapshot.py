@@ -14,7 +14,7 @@ _RUN: Final = "run-"
 
 
 def state_of(session: Session, theme: str) -> State:
-    """The saved state of a session: a copy, but for the results."""
+    """The saved state of a session: a copy that shares the results."""
     runs = session.runs
     results: dict[str, object] = {}
     for run in runs:
@@ -23,20 +23,20 @@ def state_of(session: Session, theme: str) -> State:
             results[key] = run
         elif key in session.unread:
             results[key] = session.unread[key]
-    results |= {k: kept for k, kept in session.unread.items() if not k.startswith(_RUN)}
+    results |= {k: stored for k, stored in session.unread.items() if not k.startswith(_RUN)}
     results |= session.studies
     return State(
         session.edited,
         session.recent,
         session.tab,
         theme,
-        settings={name: dict(known) for name, known in session.settings.items()},
+        settings={name: dict(values) for name, values in session.settings.items()},
         views={
             name: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
             for name, view in session.views.items()
         },
         runs=SavedRuns(
-            tuple(map(_kept, runs)),
+            tuple(map(_saved_run, runs)),
             runs.count,
             0 if runs.displayed is None else runs.displayed.number,
             0 if runs.baseline is None else runs.baseline.number,
@@ -45,7 +45,7 @@ def state_of(session: Session, theme: str) -> State:
     )
 
 
-def _kept(run: Run) -> SavedRun:
+def _saved_run(run: Run) -> SavedRun:
     state = RunState.STOPPED if run.state is RunState.RUNNING else run.state
     return SavedRun(
         number=run.number,
@@ -63,22 +63,22 @@ def _kept(run: Run) -> SavedRun:
 def restore_session(session: Session, state: State) -> None:
     """Restore everything but the edited texts and the results."""
     session.recent = state.recent
-    session.settings = {name: dict(known) for name, known in state.settings.items()}
+    session.settings = {name: dict(values) for name, values in state.settings.items()}
     session.views = {
         name: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
         for name, view in state.views.items()
     }
     session.unread = {
-        key: kept for key, kept in state.results.items() if isinstance(kept, StoredResult)
+        key: stored for key, stored in state.results.items() if isinstance(stored, StoredResult)
     }
     runs = session.runs
-    runs.restore((_run(kept, state) for kept in state.runs.runs), state.runs.count)
+    runs.restore((_run(stored, state) for stored in state.runs.runs), state.runs.count)
     runs.displayed = runs.find(state.runs.shown)
     runs.baseline = runs.find(state.runs.baseline)
 
 
 def restore_results(session: Session, results: Mapping[str, Any]) -> None:
-    """Give a session the results read from files; None for a result that could not be read."""
+    """Add results read from files to a session; None if a result could not be read."""
     for key, result in results.items():
         session.unread.pop(key, None)
         if not key.startswith(_RUN):
@@ -92,12 +92,12 @@ def restore_results(session: Session, results: Mapping[str, Any]) -> None:
             run.state = RunState.DONE if result is not None else RunState.NOT_KEPT
 
 
-def _run(kept: SavedRun, state: State) -> Run:
-    run = Run(kept.number, scene_from_dict(kept.scene), kept.state, fraction=1.0)
-    run.message, run.source = kept.message, kept.source
-    run.edited = None if kept.edited is None else scene_from_dict(kept.edited)
-    run.overlaid = kept.overlaid
-    run.style = RunStyle(kept.colour, kept.marker)
+def _run(saved: SavedRun, state: State) -> Run:
+    run = Run(saved.number, scene_from_dict(saved.scene), saved.state, fraction=1.0)
+    run.message, run.source = saved.message, saved.source
+    run.edited = None if saved.edited is None else scene_from_dict(saved.edited)
+    run.overlaid = saved.overlaid
+    run.style = RunStyle(saved.colour, saved.marker)
     if run.state is RunState.DONE and f"{_RUN}{run.number}" not in state.results:
         run.state = RunState.NOT_KEPT
     return run

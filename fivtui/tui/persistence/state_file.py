@@ -90,10 +90,10 @@ def state_path(environment: Mapping[str, str] | None = None) -> Path:
 
     ``fivtui/session.json`` in XDG_STATE_HOME, in LOCALAPPDATA on Windows, or in ``~/.local/state``.
     """
-    known = os.environ if environment is None else environment
-    home = known.get("XDG_STATE_HOME", "")
+    variables = os.environ if environment is None else environment
+    home = variables.get("XDG_STATE_HOME", "")
     if not Path(home).is_absolute():
-        local = known.get("LOCALAPPDATA", "") if os.name == "nt" else ""
+        local = variables.get("LOCALAPPDATA", "") if os.name == "nt" else ""
         home = local or str(Path("~/.local/state").expanduser())
     return Path(home) / "fivtui" / "session.json"
 
@@ -109,7 +109,7 @@ def save_state(state: State, path: Path) -> None:
         "recent": [_absolute(recent) for recent in state.recent],
         "tab": state.tab,
         "theme": state.theme,
-        "settings": {name: dict(known) for name, known in state.settings.items()},
+        "settings": {name: dict(values) for name, values in state.settings.items()},
         "views": {name: _view_to_dict(view) for name, view in state.views.items()},
         "runs": to_data(state.runs),
         "results": {
@@ -141,7 +141,7 @@ def _view_to_dict(view: View) -> dict[str, Any]:
 
 def _view_from_dict(data: Mapping[str, Any]) -> View:
     x, y = (_axis(data[name], bool(data[f"log_{name}"])) for name in ("x", "y"))
-    hidden = {int(place) for place in data["hidden"]}
+    hidden = {int(index) for index in data["hidden"]}
     since = int(data.get("since", 0))
     return View(x, y, bool(data["log_x"]), bool(data["log_y"]), hidden, since=since)
 
@@ -157,7 +157,7 @@ def _axis(data: Any, log: bool) -> Axis | None:
 
 
 def _absolute(source: str) -> str:
-    # The next start may be in another folder. A preset has no suffix.
+    # The next start may be in a different folder. A preset has no suffix.
     path = Path(source)
     return str(path.absolute()) if path.suffix else source
 
@@ -197,7 +197,7 @@ def _state(data: Any) -> State:
         over_time = over_time_from("over_time", data["over_time"])
     runs = from_data(data["runs"], SavedRuns)
     for run in runs.runs:
-        # A damaged scene is found now.
+        # Detect damaged scenes early.
         for scene in filter(None, (run.scene, run.edited)):
             scene_from_dict(scene)
     return State(
@@ -218,7 +218,7 @@ def _state(data: Any) -> State:
 
 
 def put_aside(path: Path) -> str:
-    """Rename a damaged file. Returns in words where it is."""
+    """Rename a damaged file. Returns a phrase that names its new path."""
     for number in range(1, _ASIDE):
         aside = path.with_name(f"{path.stem}.damaged-{number}{path.suffix}")
         if not aside.exists():

@@ -11,8 +11,8 @@ from fivtui.studies import command_of
 
 from .scene_differences import base_scene, differences
 
-# Error targets replace these.
-_OF_ACCURACY: Final = ("tol", "step")
+# Settings that error targets replace.
+_SET_BY_ACCURACY: Final = ("tol", "step")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -23,41 +23,41 @@ class Origin:
     source: str
 
 
-def _words(scene: Scene, origin: Origin, command: Command) -> list[str]:
-    # The command, its scene, and an option for every difference to that.
-    words = ["fivtui", command.name, *([origin.source] if origin.source else [])]
-    following = _OF_ACCURACY if scene.accuracy else ()
+def _arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
+    # The command, its scene, and an option for every difference from that scene.
+    arguments = ["fivtui", command.name, *([origin.source] if origin.source else [])]
+    ignored = _SET_BY_ACCURACY if scene.accuracy else ()
     for difference in differences(scene, origin.scene):
-        if difference.name in command.said and difference.name not in following:
-            words += difference.words
-    return words
+        if difference.name in command.said and difference.name not in ignored:
+            arguments += difference.words
+    return arguments
 
 
-def _unsaid(scene: Scene, begin: Scene, command: Command) -> list[str]:
-    # What no option changes in the scene that a command begins with, and must: most commands take
-    # no tables over time, and none switches separation on again or removes error targets.
+def _unset_fields(scene: Scene, begin: Scene, command: Command) -> list[str]:
+    # Fields that differ but cannot be set by an option: most commands take no tables over time,
+    # and none switches separation on again or removes error targets.
     needed = {"over_time": (), **command.needed}
-    found = [name for name, value in needed.items() if getattr(begin, name) != value]
+    fields = [name for name, value in needed.items() if getattr(begin, name) != value]
     if "separation" in command.said and scene.separation and not begin.separation:
-        found.append("separation")
+        fields.append("separation")
     if "accuracy" in command.said and not scene.accuracy and begin.accuracy:
-        found.append("accuracy")
-    return found
+        fields.append("accuracy")
+    return fields
 
 
 def study_line(kind: str, of: Any, origin: Origin) -> str:
     """The command that computes a study of a kind, quoted for a POSIX shell.
 
-    `of` is its result, or what it is of, see `StudyKind.command`. Raises `InputError` if no command
-    can say it.
+    `of` is its result or its request, see `StudyKind.command`. Raises `InputError` if no command
+    can express it.
     """
     command = command_of(kind, of)
     scene = dataclasses.replace(base_scene(), **command.scene)
     begin = origin
-    if not origin.source or _unsaid(scene, origin.scene, command):
+    if not origin.source or _unset_fields(scene, origin.scene, command):
         begin = Origin(base_scene(), "")
-        if unsaid := _unsaid(scene, begin.scene, command):
-            names = " and ".join(unsaid)
+        if unset := _unset_fields(scene, begin.scene, command):
+            names = " and ".join(unset)
             raise InputError(f"{kind}: no option sets {names}; save the scene to a file first")
-    words = _words(scene, begin, command) if command.scene else ["fivtui", command.name]
-    return shlex.join([*words, *command.words])
+    arguments = _arguments(scene, begin, command) if command.scene else ["fivtui", command.name]
+    return shlex.join([*arguments, *command.words])

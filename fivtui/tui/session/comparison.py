@@ -75,16 +75,16 @@ def change_rows(run: Transient, baseline: Transient) -> list[Row]:
 
 def engine_words(native: Transient, fmu: Transient) -> str:
     """Differences between the FMU's and the native result of a scene, in one phrase."""
-    parts = [
+    final_states = [
         (getattr(native.final, name), getattr(fmu.final, name)) for name in ("x", "vx", "y", "vy")
     ]
-    state = max(abs(one - other) for one, other in parts)
+    state = max(abs(a - b) for a, b in final_states)
     peak = abs(native.peak.y_abs - fmu.peak.y_abs)
-    words = f"{engine_of(fmu.method)} against {native.method}: "
-    words += f"final state {state:.2g} (m, m/s), peak |y| {peak:.2g} m"
-    one, other = native.trajectory, fmu.trajectory
-    if one is not None and other is not None and np.array_equal(one.t, other.t):
-        words += f", y at any time {float(np.abs(one.y - other.y).max()):.2g} m"
-    same = native.events.separations == fmu.events.separations
+    text = f"{engine_of(fmu.method)} against {native.method}: "
+    text += f"final state {state:.2g} (m, m/s), peak |y| {peak:.2g} m"
+    a, b = native.trajectory, fmu.trajectory
+    if a is not None and b is not None and np.array_equal(a.t, b.t):
+        text += f", y at any time {float(np.abs(a.y - b.y).max()):.2g} m"
+    equal_count = native.events.separations == fmu.events.separations
     count = f"{native.events.separations} and {fmu.events.separations}"
-    return f"{words}, separations {'equal' if same else count}"
+    return f"{text}, separations {'equal' if equal_count else count}"

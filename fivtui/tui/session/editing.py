@@ -11,14 +11,14 @@ from fivtui.scene import OverTime, Scene
 from .fields import FIELDS
 from .scene_differences import base_scene
 
-# Steps, and among them actions, that can be undone.
-_MOST: Final = 1000
-_MOST_ACTIONS: Final = 20
+# Maximum numbers of undo steps, and of actions among them.
+_MAX_STEPS: Final = 1000
+_MAX_ACTIONS: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
 class Edited:
-    """Edited texts and tables over time, the scene they were made from, its preset or file."""
+    """Edited texts and tables over time, the loaded scene, and its preset or file."""
 
     texts: Mapping[str, str]
     over_time: OverTime
@@ -28,7 +28,7 @@ class Edited:
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """A step that is no edit of texts: what undoes it and what does it again."""
+    """An undo step that is no edit of texts: functions that undo and redo it."""
 
     undo: Callable[[], None]
     redo: Callable[[], None]
@@ -47,7 +47,7 @@ def _edited(scene: Scene, source: str) -> Edited:
 class Editing:
     """Field texts edited from a scene, with undo.
 
-    Consecutive edits of one kind are one step until `close_step`: a typed number is undone at once.
+    Consecutive edits of one kind are one step until `close_step`, so a typed number is one step.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
@@ -75,11 +75,11 @@ class Editing:
         self._kind = ""
 
     def _begin_step(self, kind: str = "") -> None:
-        # Record the state before an edit; without a kind it is a step of its own.
+        # Record the state before an edit; an edit without a kind is a separate step.
         self._future.clear()
         if not kind or kind != self._kind:
             self._past.append(self.edited)
-            del self._past[:-_MOST]
+            del self._past[:-_MAX_STEPS]
         self._kind = kind
 
     @property
@@ -115,12 +115,12 @@ class Editing:
         return True
 
     def record(self, action: Action) -> None:
-        """Make an action that has been done a step that can be undone."""
+        """Record a completed action as an undo step."""
         self.close_step()
         self._future.clear()
         self._past.append(action)
         # Actions may hold results.
-        for step in [step for step in self._past if isinstance(step, Action)][:-_MOST_ACTIONS]:
+        for step in [step for step in self._past if isinstance(step, Action)][:-_MAX_ACTIONS]:
             self._past.remove(step)
 
     def load(self, scene: Scene, source: str = "") -> None:

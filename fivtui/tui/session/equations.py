@@ -1,4 +1,4 @@
-"""Parameters as the screen writes them, and the model's equations. Imports no Textual."""
+"""Symbols of parameters as displayed, and the model's equations. Imports no Textual."""
 
 import re
 from dataclasses import dataclass
@@ -8,19 +8,19 @@ from fivtui.model import ALL_PARAMETERS, ParameterSpec
 
 
 def symbol_of(name: str) -> str:
-    """A parameter as the screen writes it: μ for ``mu``, and its name if that is its symbol."""
+    """A parameter as displayed: μ for ``mu``; its name if the symbol is ASCII."""
     spec = ALL_PARAMETERS.get(name)
     return name if spec is None or spec.symbol.isascii() else spec.symbol
 
 
-# What may be typed for a name: what is on the screen, and the paper's symbols.
+# Symbols that may be typed in place of names.
 _NAMES: Final = {spec.symbol: name for name, spec in ALL_PARAMETERS.items()}
 _SYMBOLS: Final = re.compile(rf"(?<!\w)({'|'.join(map(re.escape, _NAMES))})(?!\w)")
 
 
 def plain_names(text: str) -> str:
-    """A text with parameters' names in place of their symbols, e.g. ``k1=1:9:3`` of ``k_1=…``."""
-    return _SYMBOLS.sub(lambda found: _NAMES[found[0]], text)
+    """Replace symbols of parameters by their names, e.g. ``k_1=1:9:3`` by ``k1=1:9:3``."""
+    return _SYMBOLS.sub(lambda match: _NAMES[match[0]], text)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from fivtui.transient import DEFAULT_T_END, SETTINGS, RunSetting
 
 from .equations import equations_with, symbol_of
 
-# The step from which an empty one is changed, s.
+# Initial value when the arrow keys change an empty step, s.
 _FIRST_STEP: Final = 0.001
 # A comma that is followed by a blank separates the values of a start.
 _START_SEPARATOR: Final = re.compile(r"(,\s+)")
@@ -22,14 +22,14 @@ _START_SIZE: Final = 4
 # A comma that is followed by a digit does not separate error targets: these begin with a name.
 _COMMA_IN_TARGET: Final = re.compile(r"(=\s*[0-9]*),(?=[0-9])")
 
-# From value, direction (+1 or -1) and whether finely to the new value.
+# Arguments: value, direction (+1 or -1), fine or not. Returns the new value.
 Step = Callable[[float, int, bool], float]
 
 
 def by_digit(default: float) -> Step:
     """Steps of one in the second significant digit (1 to 10 %), fine steps in the third.
 
-    A step and the step back restore the number, across powers of ten too. `default` sets the size
+    A step and its reverse restore the number, also across powers of ten. `default` sets the size
     of the step from zero.
     """
 
@@ -76,7 +76,7 @@ _MODES: Final = tuple(
 
 
 def _parameter(spec: ParameterSpec) -> FormField:
-    # Nothing entered is none, where the parameter is optional.
+    # An empty text means none if the parameter is optional.
     def text_of(scene: Scene) -> str:
         value = getattr(scene.parameters, spec.name)
         return "" if value is None else number_text(value)

@@ -27,7 +27,7 @@ HINTS: Final = (
 )
 
 
-# What a first start shows.
+# Shown at the first start.
 WELCOME: Final = (
     "Brake squeal: a slider on a moving belt.",
     "F5       run: motion, force, lift-off",
@@ -38,7 +38,7 @@ WELCOME: Final = (
 
 
 def general_help() -> list[Row]:
-    """What the lists of keys do not say, and the equations."""
+    """Hints beyond the list of keys, and the equations."""
     model = [Row(f"Eq. {e.number}", e.text, e.subject) for e in EQUATIONS]
     return [*HINTS, Row("", ""), *model]
 

@@ -14,12 +14,12 @@ from fivtui.model import Cancelled, ComputationError, InputError
 P = ParamSpec("P")
 T = TypeVar("T")
 
-# Longest time reserved for the answer to a key, s.
+# Longest time reserved for the response to a key, s.
 _ANSWER: Final = 0.06
-# Time after which is said what is waited for, s.
-_SOON: Final = 0.2
+# Time after which the awaited files are reported, s.
+_REPORT_AFTER: Final = 0.2
 # Polling interval, s.
-_LOOK: Final = 0.005
+_POLL: Final = 0.005
 
 
 class Precedence:
@@ -32,33 +32,33 @@ class Precedence:
         self._until = 0.0
 
     def claim(self) -> None:
-        """Start the screen's turn, after a key press."""
+        """Reserve the interpreter for the screen, after a key press."""
         self._until = time.monotonic() + _ANSWER
 
     def release(self) -> None:
-        """End the screen's turn: the answer is displayed."""
+        """End the reservation: the response is displayed."""
         self._until = 0.0
 
     @property
     def claimed(self) -> bool:
-        """Whether the screen is answering a key."""
+        """Whether the screen is responding to a key."""
         return time.monotonic() < self._until
 
     def give_way(self) -> None:
-        """Wait for the screen's answer; called by computing threads between pieces of work.
+        """Wait for the screen's response; called by computing threads between pieces of work.
 
-        Waits for one answer at most, however many keys are pressed.
+        Waits for one response at most, however many keys are pressed.
         """
         latest = time.monotonic() + _ANSWER
         while time.monotonic() < min(self._until, latest):
-            time.sleep(_LOOK)
+            time.sleep(_POLL)
 
 
 PRECEDENCE: Final = Precedence()
 
 
 class Writing:
-    """Knows which files are being written in threads, for which the end of the program waits."""
+    """The files being written in threads; the program waits for them at its end."""
 
     def __init__(self) -> None:
         self._names: list[str] = []
@@ -66,7 +66,7 @@ class Writing:
 
     @contextmanager
     def of(self, name: str) -> Iterator[None]:
-        """A file is being written."""
+        """Register a file while it is being written."""
         with self._changed:
             self._names.append(name)
         try:
@@ -76,11 +76,11 @@ class Writing:
                 self._names.remove(name)
                 self._changed.notify_all()
 
-    def wait(self, tell: Callable[[str], None]) -> None:
-        """Wait until all is written; if that is not soon, `tell` what is waited for."""
+    def wait(self, show: Callable[[str], None]) -> None:
+        """Wait until all files are written; after a moment, `show` their names."""
         with self._changed:
-            if not self._changed.wait_for(lambda: not self._names, _SOON):
-                tell(", ".join(self._names))
+            if not self._changed.wait_for(lambda: not self._names, _REPORT_AFTER):
+                show(", ".join(self._names))
                 self._changed.wait_for(lambda: not self._names)
 
 
@@ -88,7 +88,7 @@ WRITING: Final = Writing()
 
 
 class ComputingThreads(ThreadPoolExecutor):
-    """Runs every function in a thread of its own, for which the end of the program never waits."""
+    """Runs every function in a new thread; the program does not wait for them at its end."""
 
     def __init__(self) -> None:
         super().__init__(max_workers=1)
@@ -104,7 +104,7 @@ class ComputingThreads(ThreadPoolExecutor):
                 return
             try:
                 result = fn(*args, **kwargs)
-            except BaseException as error:  # noqa: BLE001 (whoever has the future raises it)
+            except BaseException as error:  # noqa: BLE001 (the future raises it)
                 if not self._over:
                     future.set_exception(error)
             else:
@@ -112,12 +112,12 @@ class ComputingThreads(ThreadPoolExecutor):
                     future.set_result(result)
 
         thread = threading.Thread(target=run, daemon=True)
-        self._started = {each for each in self._started if each.is_alive()} | {thread}
+        self._started = {started for started in self._started if started.is_alive()} | {thread}
         thread.start()
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: ARG002
-        """Drop what is still being computed."""
+        """Ignore the results of running threads."""
         self._over = True
 
     @property
@@ -166,13 +166,17 @@ class Job:
     @property
     def words(self) -> str:
         """Progress and remaining time, such as ``40 %, 2.5 s left``."""
-        done, elapsed = self.fraction, self.elapsed
-        left = f", {duration_text(elapsed * (1.0 - done) / done)} left" if done > 0.0 else ""
-        return f"{_percent(done)}{left}"
+        fraction, elapsed = self.fraction, self.elapsed
+        remaining = (
+            f", {duration_text(elapsed * (1.0 - fraction) / fraction)} left"
+            if fraction > 0.0
+            else ""
+        )
+        return f"{_percent(fraction)}{remaining}"
 
     @property
     def stop_words(self) -> str:
-        """Where it was stopped."""
+        """The progress at which it was stopped, as text."""
         return f"stopped at {_percent(self.fraction)}"
 
 
@@ -192,7 +196,7 @@ class Outcome(Generic[Value]):
 
 
 def outcome_of(compute: Callable[[], Value]) -> Outcome[Value]:
-    """Call a function in a computing thread; what it cannot compute is an outcome, too."""
+    """Call a function in a computing thread; expected errors become an outcome."""
     try:
         return Outcome(compute())
     except Cancelled:
@@ -202,6 +206,6 @@ def outcome_of(compute: Callable[[], Value]) -> Outcome[Value]:
 
 
 def crash_words(error: BaseException | None) -> str:
-    """What to say of a thread that an unexpected error ended."""
+    """Message for an unexpected error in a thread."""
     limit = limit_error(error) if isinstance(error, OSError) else None
     return str(limit) if limit else f"unexpected {type(error).__name__}: {error}"

@@ -1,4 +1,4 @@
-"""The live curve: a run of the edited scene that is not kept. Imports no Textual."""
+"""The live curve: a temporary run of the edited scene. Imports no Textual."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from fivtui.transient import METHODS, Transient
 from .jobs import Job, Outcome, duration_text, outcome_of
 from .runs import sample_times
 
-# A shorter run follows every edit, a longer one a pause; beyond the second there is none, s.
+# Durations of a run, s: below the first it follows every edit, below the second every pause.
 AT_ONCE_S: Final = 0.1
 LONGEST_S: Final = 15.0
 _FASTEST: Final = next(iter(METHODS))
-# Fractions: of a first part, and too little to tell how long the rest takes.
-_FIRST: Final = 0.2
-_LITTLE: Final = 0.01
+# Progress that ends the setup, and the least progress from which a duration is extrapolated.
+_SETUP_END: Final = 0.2
+_MIN_PROGRESS: Final = 0.01
 
 
 class Pace(Enum):
@@ -30,7 +30,7 @@ class Pace(Enum):
 
 @dataclass(eq=False, slots=True, kw_only=True)
 class LiveJob(Job):
-    """A run for the live curve; it ends itself when it takes too long."""
+    """A run for the live curve; it stops after `LONGEST_S`."""
 
     scene: Scene
     pace: Pace
@@ -38,21 +38,21 @@ class LiveJob(Job):
     duration: float = 0.0
 
     def report(self, fraction: float) -> bool:
-        """As `Job.report`. Returns False also after the longest time."""
-        if not self.setup and fraction < _FIRST:
+        """As `Job.report`. Returns False also after `LONGEST_S`."""
+        if not self.setup and fraction < _SETUP_END:
             self.setup = self.elapsed
         return Job.report(self, fraction) and self.elapsed - self.setup < LONGEST_S
 
     @property
     def estimate(self) -> float:
-        """How long a whole run takes, s, from what is done of it; if that is little, at least."""
-        done = self.fraction if self.fraction > _LITTLE else 1.0
-        return (self.elapsed - self.setup) / done
+        """Duration of the complete run, s, from its progress; a lower bound at its start."""
+        fraction = self.fraction if self.fraction > _MIN_PROGRESS else 1.0
+        return (self.elapsed - self.setup) / fraction
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LiveRun:
-    """A result that is not kept, its scene, and how long it took, s."""
+    """A result for the live curve, its scene, and its duration, s."""
 
     scene: Scene
     result: Transient
@@ -60,31 +60,31 @@ class LiveRun:
 
 
 class Live:
-    """The live curve, the one before it, and how long runs take."""
+    """The live curve, the previous one as its ghost, and measured durations."""
 
     def __init__(self) -> None:
         self.curve: LiveRun | None = None
         self.ghost: Transient | None = None
-        self.words = self.error = ""
-        # Seconds of a run per second of its scene, by what decides about it.
+        self.status = self.error = ""
+        # Computing time per second of the scene, by kind of scene.
         self._rates: dict[Hashable, float] = {}
 
     @property
     def shown(self) -> bool:
-        """Whether the live curve, or the one before it, is plotted in place of a kept run."""
+        """Whether the live curve or its ghost replaces the displayed run in the plots."""
         return self.curve is not None or self.ghost is not None
 
     def learn(self, scene: Scene, seconds: float) -> None:
-        """Take note of how long a run took."""
+        """Record the duration of a run."""
         self._rates[_kind(scene)] = seconds / scene.t_end
 
     def expected(self, scene: Scene) -> float | None:
-        """How long a run of a scene takes, s; None if none like it has been measured."""
+        """Expected duration of a run, s; None if no scene of its kind was measured."""
         rate = self._rates.get(_kind(scene))
         return None if rate is None else rate * scene.t_end
 
     def pace(self, scene: Scene) -> Pace:
-        """When to run a scene. Without a measurement a compiled run is taken to be short."""
+        """When to run a scene. Without a measurement, a compiled run is assumed to be short."""
         seconds = self.expected(scene)
         if seconds is None:
             fast = scene.method == _FASTEST and not scene.over_time
@@ -93,38 +93,38 @@ class Live:
             return Pace.AT_ONCE
         return Pace.IDLE if seconds < LONGEST_S else Pace.OFF
 
-    def put(self, run: LiveRun, before: Transient | None) -> None:
-        """Show a result; the one shown before, or else `before`, becomes the ghost."""
-        self.ghost = self._before(before)
+    def put(self, run: LiveRun, displayed: Transient | None) -> None:
+        """Show a result; the previous curve, or else `displayed`, becomes the ghost."""
+        self.ghost = self._next_ghost(displayed)
         self.curve, self.error = run, ""
-        self.words = f"live in {_short(run.duration)}; F5 keeps a run"
+        self.status = f"live in {_short(run.duration)}; F5 keeps a run"
 
-    def fail(self, error: str, before: Transient | None) -> None:
-        """Leave the ghost alone, and say why."""
-        self.ghost, self.curve = self._before(before), None
-        self.words, self.error = "live: no result", error
+    def fail(self, error: str, displayed: Transient | None) -> None:
+        """Show the ghost only, with the error."""
+        self.ghost, self.curve = self._next_ghost(displayed), None
+        self.status, self.error = "live: no result", error
 
-    def _before(self, other: Transient | None) -> Transient | None:
+    def _next_ghost(self, displayed: Transient | None) -> Transient | None:
         if self.curve is not None:
             return self.curve.result
-        return other if self.ghost is None else self.ghost
+        return displayed if self.ghost is None else self.ghost
 
-    def clear(self, words: str = "") -> None:
-        """Show kept runs alone."""
+    def clear(self, status: str = "") -> None:
+        """Remove the live curve and its ghost."""
         self.curve = self.ghost = None
-        self.words, self.error = words, ""
+        self.status, self.error = status, ""
 
     def wait(self, scene: Scene) -> None:
-        """Say that a run will follow a pause."""
+        """Report that a run will follow a pause."""
         seconds = self.expected(scene)
-        about = " when idle" if seconds is None else f" in about {_short(seconds)}"
-        self.words = f"live: follows{about}"
+        delay = " when idle" if seconds is None else f" in about {_short(seconds)}"
+        self.status = f"live: follows{delay}"
 
     def refuse(self, scene: Scene) -> None:
-        """Say that a run would take too long, and show kept runs alone."""
+        """Report that a run would take too long, and remove the live curve."""
         seconds = self.expected(scene)
-        about = "" if seconds is None else f", a run takes {duration_text(seconds)}"
-        self.clear(f"live off{about}: F5 runs")
+        duration = "" if seconds is None else f", a run takes {duration_text(seconds)}"
+        self.clear(f"live off{duration}: F5 runs")
 
 
 def execute_live(job: LiveJob) -> Outcome[Transient]:

@@ -1,4 +1,4 @@
-"""Verdicts and results in words and rows. Imports no Textual."""
+"""Verdicts and results as text and rows. Imports no Textual."""
 
 import math
 from dataclasses import dataclass
@@ -16,22 +16,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Coexisting:
-    """What is known of attractors beside the equilibrium."""
+    """State of the search for attractors beside the equilibrium."""
 
-    words: str = SEARCHING
+    text: str = SEARCHING
     note: str = ""
     coexists: bool = False
-    done: bool = False
+    complete: bool = False
     safe: "SafeFriction | None" = None
     searched: bool = False
 
 
-def coexisting_rows(known: Coexisting) -> list[Row]:
-    """What is known of attractors beside the equilibrium: label, value, and a note."""
-    rows = [Row("coexisting", known.words, known.note)] if known.words else []
-    if known.safe is not None:
-        rows.append(Row("disturbances", safety_words(known.safe)))
-        rows += [Row(name, said) for name, said in basis_rows(known.safe)]
+def coexisting_rows(coexisting: Coexisting) -> list[Row]:
+    """The attractors beside the equilibrium, as rows."""
+    rows = [Row("coexisting", coexisting.text, coexisting.note)] if coexisting.text else []
+    if coexisting.safe is not None:
+        rows.append(Row("disturbances", safety_words(coexisting.safe)))
+        rows += [Row(name, text) for name, text in basis_rows(coexisting.safe)]
     return rows
 
 
@@ -43,11 +43,11 @@ def quantity(value: float, unit: str = "") -> str:
 
 def verdict_kind(s: Stability, coexisting: Coexisting | None) -> str:
     """The kind of verdict for colouring; "stable" only if no other attractor was found."""
-    if coexisting is None or not coexisting.words:
+    if coexisting is None or not coexisting.text:
         return verdict(s).lower()
     if coexisting.coexists:
         return "coexisting"
-    return "stable" if coexisting.done else "searching"
+    return "stable" if coexisting.complete else "searching"
 
 
 # Short name of the half peak-to-peak of y.
@@ -55,7 +55,7 @@ SECOND_HALF: Final = "±y, 2nd half of run"
 
 
 def _modes(s: Stability) -> list[complex]:
-    # One of each conjugate pair, and the real ones.
+    # One eigenvalue of each conjugate pair, and all real ones.
     return [complex(value) for value in s.eigenvalues if value.imag >= 0.0]
 
 
@@ -66,24 +66,24 @@ def _mode_words(value: complex) -> str:
     return f"{value.imag / math.tau:.4g} Hz {rate}"
 
 
-def _attracting(known: Coexisting) -> str:
-    # The cycle that an unstable equilibrium leaves for.
-    if known.safe is None or not known.safe.coexisting:
+def _attracting(coexisting: Coexisting) -> str:
+    # The limit cycle that attracts near an unstable equilibrium.
+    if coexisting.safe is None or not coexisting.safe.coexisting:
         return ""
-    return f"; a limit cycle attracts: ±{quantity(known.safe.coexisting[-1].half_range, 'm')}"
+    return f"; a limit cycle attracts: ±{quantity(coexisting.safe.coexisting[-1].half_range, 'm')}"
 
 
-def _safe(known: Coexisting | None) -> str:
-    if known is None or known.safe is None:
+def _safe(coexisting: Coexisting | None) -> str:
+    if coexisting is None or coexisting.safe is None:
         return ""
-    if known.safe.unknown_above is not None:
-        above = known.safe.unknown_above
+    if coexisting.safe.unknown_above is not None:
+        above = coexisting.safe.unknown_above
         return f" · safe μ not known{f' above {above:.4g}' if above else ''}"
-    if known.safe.safe_mu is None:
+    if coexisting.safe.safe_mu is None:
         return ""
-    if not known.safe.others:
+    if not coexisting.safe.others:
         return " · no cycle found below it"
-    return f" · safe below {known.safe.safe_mu:.4g}"
+    return f" · safe below {coexisting.safe.safe_mu:.4g}"
 
 
 def stability_brief(s: Stability, coexisting: Coexisting | None = None) -> list[str]:
@@ -93,11 +93,11 @@ def stability_brief(s: Stability, coexisting: Coexisting | None = None) -> list[
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
     growth = f"growth rate {s.growth_rate:+.4g} 1/s{frequency}"
     head = [f"{verdict(s)}: {growth}"]
-    if coexisting is not None and not coexisting.words:
+    if coexisting is not None and not coexisting.text:
         head = [f"{head[0]}{_attracting(coexisting)}"]
     elif coexisting is not None:
         link = ", but" if coexisting.coexists else ","
-        head = [f"{verdict(s)}{link} {coexisting.words}", growth]
+        head = [f"{verdict(s)}{link} {coexisting.text}", growth]
     return [
         *head,
         f"μ_c {critical_mu_text(s, 4)}{margin and ', '}{margin}{_safe(coexisting)}",
@@ -107,7 +107,7 @@ def stability_brief(s: Stability, coexisting: Coexisting | None = None) -> list[
 
 
 def result_brief(r: Transient) -> list[str]:
-    """A transient in a few short lines, the most important first; one of its settling last."""
+    """A transient in a few short lines, the most important first."""
     peak, force, later = r.peak, r.contact_force, later_amplitude(r)
     settling = []
     if later is not None:
@@ -146,7 +146,7 @@ def _separation_words(r: Transient) -> str:
 
 def remark(r: Transient, s: Stability) -> str:
     """A warning that a run still separates although the equilibrium is stable; else empty."""
-    last = r.events.last
-    if s.stable and last is not None and last > 0.5 * r.t_end:
-        return f"stable equilibrium, but still separating at t = {quantity(last, 's')}"
+    last_separation = r.events.last
+    if s.stable and last_separation is not None and last_separation > 0.5 * r.t_end:
+        return f"stable equilibrium, but still separating at t = {quantity(last_separation, 's')}"
     return ""

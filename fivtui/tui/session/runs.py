@@ -18,16 +18,16 @@ from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, takes_step
 from .jobs import Job, Outcome, outcome_of
 
 MAX_RUNS: Final = 20
-# Engines: that of all other methods, and those of the methods that run an FMU.
+# Engine of the native methods, and engines of the methods that run an FMU.
 SOLVER: Final = "native"
 FMU_ENGINES: Final = {
     method: f"{flavour.capitalize() if flavour == 'python' else flavour} FMU"
     for method, flavour in FMU_FLAVOURS.items()
 }
-# Samples per shortest linear period, and limits of their number.
+# Samples per shortest linear period, and limits of the number of samples.
 _PER_PERIOD: Final = 64
-_FEWEST: Final = 1000
-_MOST: Final = 250_000
+_MIN_SAMPLES: Final = 1000
+_MAX_SAMPLES: Final = 250_000
 MARKERS: Final = "●■▲◆▼★"
 
 
@@ -37,7 +37,7 @@ def engine_of(method: str) -> str:
 
 
 class RunState(Enum):
-    """State of a run, in words."""
+    """State of a run, as displayed."""
 
     RUNNING = "running"
     DONE = "done"
@@ -83,7 +83,7 @@ class PartialTrajectory:
         self._joined: Trajectory | None = None
 
     def take(self, part: Trajectory) -> None:
-        """Append a part; one that does not follow the last part starts over."""
+        """Append a part; a part that overlaps the last one starts a new trajectory."""
         if self._parts and part.t[0] <= self._parts[-1].t[-1]:
             self._parts = []
         self._parts.append(part)
@@ -95,8 +95,8 @@ class PartialTrajectory:
             self._read, self._count, self._joined = parts, 0, None
         new = parts[self._count :]
         if new:
-            known = [] if self._joined is None else [self._joined]
-            self._joined = Trajectory.joined([*known, *new])
+            previous = [] if self._joined is None else [self._joined]
+            self._joined = Trajectory.joined([*previous, *new])
             self._count += len(new)
         return self._joined
 
@@ -125,13 +125,13 @@ class Run(Job):
         return "file" if self.source else engine_of(self.scene.method)
 
     def report(self, fraction: float) -> bool:
-        """As `Job.report`, but each of the runs that verify an accuracy begins anew."""
+        """As `Job.report`, but each run that verifies an accuracy restarts the progress."""
         self.fraction = min(self.fraction, fraction)
         return Job.report(self, fraction)
 
     @property
     def accuracy(self) -> str:
-        """The requested accuracy in words."""
+        """The requested accuracy as text."""
         scene = self.scene
         if self.source:
             return f"read from {self.source}: extrema are those of its samples"
@@ -154,9 +154,9 @@ def sample_interval(scene: Scene) -> Fraction:
     except ComputationError:
         y = 0.0
     # All springs on one mass bound the natural frequencies from above.
-    fitting = math.tau * time_scale(p, y) / _PER_PERIOD
-    interval = _rounded(min(fitting, scene.t_end / _FEWEST), up=False)
-    shortest = scene.t_end / _MOST
+    longest = math.tau * time_scale(p, y) / _PER_PERIOD
+    interval = _rounded(min(longest, scene.t_end / _MIN_SAMPLES), up=False)
+    shortest = scene.t_end / _MAX_SAMPLES
     return interval if interval >= shortest else _rounded(shortest, up=True)
 
 
@@ -178,7 +178,7 @@ def _rounded(value: float, *, up: bool) -> Fraction:
 
 
 def execute(run: Run) -> Outcome[Transient]:
-    """Compute a run in the calling thread, writing its progress only; see `Runs.finish`."""
+    """Compute a run in the calling thread; `Runs.finish` stores the outcome."""
     scene = run.scene
     return outcome_of(
         lambda: (
@@ -226,7 +226,7 @@ class Runs:
         self._count = max(count, self._count, *(run.number for run in self._runs), 0)
 
     def start(self, scene: Scene, edited: Scene | None = None) -> Run:
-        """Add a run to be given to `execute`; stops the active one."""
+        """Add a run, to be computed by `execute`; stops the active run."""
         self.stop()
         run = self._add(scene)
         run.edited = edited
@@ -237,13 +237,13 @@ class Runs:
         run = Run(self._count, scene)
         self._runs.append(run)
         while len(self._runs) > MAX_RUNS:
-            kept = (self.displayed, self.baseline, self.active, run)
-            others = [old for old in self._runs if old not in kept]
-            self.remove(next((old for old in others if old.state in _WITHOUT), others[0]))
+            protected = (self.displayed, self.baseline, self.active, run)
+            removable = [old for old in self._runs if old not in protected]
+            self.remove(next((old for old in removable if old.state in _WITHOUT), removable[0]))
         return run
 
     def add_read(self, scene: Scene, result: Transient, source: str) -> Run:
-        """Add a run read from a file: overlaid, or displayed if no other is."""
+        """Add a run read from a file: overlaid, or displayed if no run is displayed."""
         run = self._add(scene)
         run.state, run.result, run.source, run.overlaid = RunState.DONE, result, source, True
         if self.displayed is None:
@@ -258,21 +258,21 @@ class Runs:
         if self.baseline is run:
             self.baseline = None
         if self.displayed is run:
-            done = [other for other in self._runs if other.result is not None]
-            self.displayed = done[-1] if done else None
+            finished = [candidate for candidate in self._runs if candidate.result is not None]
+            self.displayed = finished[-1] if finished else None
 
     def set_aside(self, run: Run) -> None:
-        """Delete a run that may be put back."""
+        """Delete a run so that `put_back` can restore it."""
         self.remove(run)
         self._aside[run.number] = run
         if len(self._aside) > MAX_RUNS:
             del self._aside[next(iter(self._aside))]
 
     def put_back(self, run: Run) -> None:
-        """Put a deleted run back to its place."""
+        """Restore a deleted run in the order of numbers."""
         self._aside.pop(run.number, None)
         self._runs.append(run)
-        self._runs.sort(key=lambda each: each.number)
+        self._runs.sort(key=lambda member: member.number)
 
     @property
     def drawn(self) -> list[Run]:

@@ -12,7 +12,7 @@ from fivtui.transient import SETTINGS
 from .equations import symbol_of
 from .fields import FIELDS
 
-# Tables over time are no field.
+# Key of the tables over time, which have no field of their own.
 _TABLES: Final = "over_time"
 _OVER_TIME: Final = "over time"
 
@@ -38,18 +38,18 @@ class Difference:
 
 
 def differences(scene: Scene, origin: Scene) -> list[Difference]:
-    """The fields in which a scene differs from another, and then its tables over time."""
-    found = [
+    """The fields in which two scenes differ, followed by the tables over time."""
+    fields = [
         Difference(name, field.text_of(scene))
         for name, field in FIELDS.items()
         if field.text_of(scene) != field.text_of(origin)
     ]
     tables = dict(scene.over_time)
     if tables != dict(origin.over_time):
-        # Where a table begins says less than that there is one.
-        found = [each for each in found if each.name not in tables]
-        found.append(Difference(_TABLES, ", ".join(map(symbol_of, tables))))
-    return found
+        # A table is listed instead of its value at t = 0.
+        fields = [difference for difference in fields if difference.name not in tables]
+        fields.append(Difference(_TABLES, ", ".join(map(symbol_of, tables))))
+    return fields
 
 
 def _texts(scene: Scene) -> dict[str, str]:
@@ -61,7 +61,7 @@ def names_of(scenes: Mapping[int, Scene]) -> list[str]:
     """Legend entries of numbered runs: what differs in their scenes, or else their numbers."""
     texts = [_texts(scene) for scene in scenes.values()]
     varied = [name for name in FIELDS if len({text[name] for text in texts}) > 1]
-    names = [", ".join(_said(name, text[name]) for name in varied) for text in texts]
+    names = [", ".join(_entry(name, text[name]) for name in varied) for text in texts]
     counts = Counter(names)
     return [
         name if counts[name] == 1 and name else ", ".join(filter(None, [name, f"run {number}"]))
@@ -69,7 +69,7 @@ def names_of(scenes: Mapping[int, Scene]) -> list[str]:
     ]
 
 
-def _said(name: str, text: str) -> str:
+def _entry(name: str, text: str) -> str:
     if name in ("method", "accuracy") and text:
         return text
     field = FIELDS[name]

@@ -53,14 +53,14 @@ class Session(Editing):
         self.views: dict[str, View] = {}
         self.unread: dict[str, StoredResult] = {}
         self.coexisting: Coexisting | None = None
-        # What the engines return to, and what F9 compares.
+        # Last native and last FMU method, for `switch_engine` and `engine_pair`.
         self._native_method, self._fmu_method = _FIRST_METHOD, next(iter(FMU_ENGINES))
-        # The last result: several views ask for it at every key.
+        # Cached: several views need it after every key.
         self._stability: Stability | None = None
 
     @property
     def lives(self) -> bool:
-        """Whether a live curve follows edits; a stored setting."""
+        """Whether a live curve follows edits; stored with the session."""
         return self.settings.get(_LIVE, {}).get(_LIVE) != _OFF
 
     @lives.setter
@@ -68,9 +68,11 @@ class Session(Editing):
         self.settings.setdefault(_LIVE, {})[_LIVE] = _ON if on else _OFF
 
     def remember(self, path: str) -> None:
-        """Put a scene file first in the recent ones."""
-        others = [old for old in self.recent if Path(old).absolute() != Path(path).absolute()]
-        self.recent = (path, *others)[:MOST_RECENT]
+        """Put a scene file first in the recent files."""
+        older = [
+            source for source in self.recent if Path(source).absolute() != Path(path).absolute()
+        ]
+        self.recent = (path, *older)[:MOST_RECENT]
 
     def error(self, name: str) -> str:
         """Error message of a field; empty if it is valid."""
@@ -86,7 +88,7 @@ class Session(Editing):
         return self._step_error() if name == "step" else ""
 
     def _friction_error(self) -> str:
-        # Static friction has its least value from the other coefficient.
+        # The lower limit of static friction is the kinetic coefficient.
         try:
             Parameters(**{name: cast("Any", self._value(name)) for name in ("mu", "mu_s")})
         except InputError as error:
@@ -110,8 +112,8 @@ class Session(Editing):
     @property
     def errors(self) -> dict[str, str]:
         """Error messages of the invalid fields, by name."""
-        found = {name: self.error(name) for name in FIELDS}
-        return {name: message for name, message in found.items() if message}
+        messages = {name: self.error(name) for name in FIELDS}
+        return {name: message for name, message in messages.items() if message}
 
     def step_field(self, name: str, direction: int, *, fine: bool = False) -> bool:
         """Change a number by a step, or `fine` by a tenth. Returns False if that is impossible."""
@@ -140,7 +142,7 @@ class Session(Editing):
         return engine_of(self._next_method())
 
     def switch_engine(self) -> None:
-        """Switch to the next engine: one FMU after the other, then the last native method."""
+        """Switch to the next engine: each FMU in turn, then the last native method."""
         method = self._next_method()
         if self.texts["method"] not in FMU_ENGINES:
             self._native_method = self.texts["method"]
@@ -158,7 +160,7 @@ class Session(Editing):
     def engine_pair(self) -> tuple[Scene, Scene]:
         """The edited scene for the native solver and for an FMU; raises `InputError`.
 
-        The FMU is that of the scene, or the last one.
+        The FMU is that of the scene, or the last one used.
         """
         scene = self.scene()
         is_fmu = scene.method in FMU_ENGINES
@@ -177,16 +179,16 @@ class Session(Editing):
 
     @property
     def notes(self) -> dict[str, str]:
-        """What is said of parameters over time, and of those without effect, by name."""
-        found = {}
+        """Notes on parameters that follow tables or have no effect, by name."""
+        notes = {}
         for name, table in self.over_time:
             values, unit = table.values, f" {FIELDS[name].unit}".rstrip()
             span = f"{table.times[0]:g} to {table.times[-1]:g} s"
-            found[name] = f"at t = 0; {min(values):g} to {max(values):g}{unit}, table {span}"
+            notes[name] = f"at t = 0; {min(values):g} to {max(values):g}{unit}, table {span}"
         if self.belt_is_finite and not self.errors:
-            for name, needed in unused_parameters(self.parameters(), found).items():
-                found[name] = f"no effect without {needed}"
-        return found
+            for name, needed in unused_parameters(self.parameters(), notes).items():
+                notes[name] = f"no effect without {needed}"
+        return notes
 
     @property
     def belt_is_finite(self) -> bool:

@@ -160,7 +160,7 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     # Eigenvalues alone call no value safe.
     assert first.searching
     assert first.zones.at(80.0) is Zone.SMALL
-    (key,) = controller._wanted
+    (key,) = controller._queue
     continued = Zones("F", (key.low, 60.0, 100.0, key.high), (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS))
     controller.take(key, continued)
     (gauge,) = controller.gauges(session.stability(), known, both=False)

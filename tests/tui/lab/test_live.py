@@ -211,7 +211,7 @@ async def test_an_error_is_a_quiet_line_over_the_curve_before(
     await run_to_end(pilot)
     live = live_of(pilot)
     told: list[str] = []
-    monkeypatch.setattr(NoticeView, "tell", lambda _, words, error: told.append(words))
+    monkeypatch.setattr(NoticeView, "add", lambda _, words, error: told.append(words))
     # Linear and unstable: it grows without end.
     fields = {"k_nl": 0.0, "mu": 1.5}
     scene = dataclasses.replace(

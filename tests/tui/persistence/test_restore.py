@@ -271,7 +271,7 @@ def test_a_study_that_is_not_kept_does_not_take_the_one_before_away(tmp_path: Pa
 def test_what_is_too_large_is_a_note_and_foreign_names_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(result_store, "_MOST", 100)
+    monkeypatch.setattr(result_store, "_MAX_SIZE", 100)
     store = ResultStore(tmp_path / "results")
     files, notes = store.put({"map": a_map()})
     assert not files

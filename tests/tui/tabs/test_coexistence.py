@@ -163,7 +163,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     )
     await until_shown(pilot, "STABLE, but a limit cycle coexists: ±")
     await until_shown(pilot, "±7.250 m (after a knock)")
-    await until(pilot, lambda: now_known(pilot).done)
+    await until(pilot, lambda: now_known(pilot).complete)
     # The rows have the whole sentence that the command line warns with.
     await pilot.press("alt+1")
     pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
@@ -183,9 +183,9 @@ async def test_it_says_so_where_none_is_found_or_the_search_fails(
     await until_shown(pilot, "STABLE, no limit cycle found from 11 starts")
     await edit(pilot, "125")
     await until_shown(pilot, "STABLE, search for limit cycles failed:")
-    assert "too many steps" in now_known(pilot).words
+    assert "too many steps" in now_known(pilot).text
     await edit(pilot, "120")
-    await until(pilot, lambda: now_known(pilot).done)
+    await until(pilot, lambda: now_known(pilot).complete)
     assert [p.F for p in searches.begun] == [130.0, 125.0, 120.0]
     # What was found is known when an edit is undone.
     for preload, words in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):

@@ -90,7 +90,7 @@ class ChartView(DrawnChart, can_focus=True):
     def __init__(self, id: str, *, nothing: str = "", openable: bool = False) -> None:  # noqa: A002
         super().__init__(id, nothing=nothing)
         self._openable = openable
-        self._held: tuple[int, int] | None = None
+        self._drag_from: tuple[int, int] | None = None
         self._dragged = False
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
@@ -105,8 +105,8 @@ class ChartView(DrawnChart, can_focus=True):
 
     def action_zoom(self, direction: int) -> None:
         """Zoom in (-1) or out (+1) about the cursor, or else the middle."""
-        place = None if self._chart is None else cursor_place(self._chart, self.view)
-        self._zoom(_ZOOM_STEP, direction, place or (0.5, 0.5))
+        position = None if self._chart is None else cursor_place(self._chart, self.view)
+        self._zoom(_ZOOM_STEP, direction, position or (0.5, 0.5))
 
     def _zoom(self, step: float, direction: int, about: tuple[float, float]) -> None:
         if self._chart is not None:
@@ -162,7 +162,7 @@ class ChartView(DrawnChart, can_focus=True):
     # The cursors
 
     def action_cursor(self, which: int) -> None:
-        """Switch a cursor on, let keys move it if they move the other one, or switch it off."""
+        """Switch a cursor on; if it is on, make it the one that keys move, or switch it off."""
         if self._chart is not None:
             switch_cursor(self._chart, self.view, second=bool(which))
             self._cursor_moved()
@@ -176,21 +176,21 @@ class ChartView(DrawnChart, can_focus=True):
         self.redraw()
         self.post_message(self.CursorMoved(self))
 
-    def _put_cursor(self, place: Place) -> None:
+    def _put_cursor(self, position: Place) -> None:
         if self._chart is not None:
-            put_cursor(self._chart, self.view, place)
+            put_cursor(self._chart, self.view, position)
             self._cursor_moved()
 
     def action_open(self) -> None:
-        """Open the point nearest to the cursor; if there is none, switch it on."""
+        """Open the point nearest to the cursor; without a cursor, switch it on."""
         if self._chart is None:
             return
         if self.view.cursors.moving is None:
             self.action_cursor(0)
             return
-        found = nearest(self._chart, self.view, self.view.cursors.moving)
-        if found:
-            self.post_message(self.Opened(self, found[0]))
+        points = nearest(self._chart, self.view, self.view.cursors.moving)
+        if points:
+            self.post_message(self.Opened(self, points[0]))
 
     # The mouse
 
@@ -200,17 +200,17 @@ class ChartView(DrawnChart, can_focus=True):
         if picture is None or self._chart is None:
             return
         _, _, columns, rows = picture.plot
-        if self._held is not None:
-            right, down = event.x - self._held[0], event.y - self._held[1]
+        if self._drag_from is not None:
+            right, down = event.x - self._drag_from[0], event.y - self._drag_from[1]
             if right or down:
-                self._held, self._dragged = (event.x, event.y), True
+                self._drag_from, self._dragged = (event.x, event.y), True
                 follows = not self._chart.plane and self.view.y is None
                 self.view.pan(self._chart, -right / columns, 0.0 if follows else down / rows)
                 self._moved()
         elif not self.view.cursors.kept:
-            place = picture.place(event.x, event.y)
-            if all(0.0 <= part <= 1.0 for part in place):
-                self._put_cursor(place)
+            position = picture.place(event.x, event.y)
+            if all(0.0 <= part <= 1.0 for part in position):
+                self._put_cursor(position)
             elif self.view.cursors.moving is not None:
                 self.action_cursor_off()
 
@@ -225,12 +225,12 @@ class ChartView(DrawnChart, can_focus=True):
         self._dragged = False
         picture = self._drawn()
         if picture is not None and event.y >= picture.plot[1]:
-            self._held = (event.x, event.y)
+            self._drag_from = (event.x, event.y)
             self.capture_mouse()
 
     def on_mouse_up(self, _event: MouseUp) -> None:
         """End dragging."""
-        self._held = None
+        self._drag_from = None
         self.release_mouse()
 
     def on_mouse_scroll_up(self, event: MouseScrollUp) -> None:
@@ -264,17 +264,17 @@ class ChartView(DrawnChart, can_focus=True):
             if index is not None:
                 self.action_trace(index + 1)
             return
-        place = picture.place(event.x, event.y)
-        if not all(0.0 <= part <= 1.0 for part in place):
+        position = picture.place(event.x, event.y)
+        if not all(0.0 <= part <= 1.0 for part in position):
             return
         cursors = self.view.cursors
         second = event.button == _RIGHT_BUTTON
         if second and not cursors.kept:
-            # The first one has followed the pointer to here.
+            # The first cursor has followed the pointer to this position.
             cursors.first = None
             self.action_cursor(0)
         cursors.kept, cursors.second_moves = True, second
-        self._put_cursor(place)
+        self._put_cursor(position)
         if event.chain == 2 and self._openable:
             self.action_open()
 

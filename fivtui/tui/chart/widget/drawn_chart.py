@@ -15,14 +15,14 @@ from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
 
 _WIDE: Final = 90
 _INDENT: Final = " "
-_LEAST: Final = (MARGIN + 2, 3)
+_MIN_SIZE: Final = (MARGIN + 2, 3)
 
 
 @dataclass(frozen=True, slots=True)
 class _Control:
-    # A clickable word at the end of the heading, with a short form for narrow charts.
+    # A clickable label at the end of the heading, with a short form for narrow charts.
     action: str
-    words: str
+    label: str
     brief: str
 
 
@@ -35,12 +35,12 @@ _CONTROLS: Final = (
 
 
 class DrawnChart(Widget):
-    """A chart, or words in its place, and words to click at the end of its heading."""
+    """A chart, or a text instead, with clickable controls at the end of its heading."""
 
     def __init__(self, id: str, *, nothing: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self.view = View()
-        # Cursors by what they are at a value of, which charts share, or by chart.
+        # Cursors by their quantity, which charts share, or by chart.
         self.linked: dict[str, Cursors] = {}
         self._chart: Chart | None = None
         self._nothing = nothing
@@ -81,9 +81,9 @@ class DrawnChart(Widget):
 
     def _style(self, name: str) -> Style:
         if name not in self._styles_by_name:
-            known = {**CHART_STYLES, **(FOCUSED_STYLES if self.has_focus else {})}
-            own = self.app.stylesheet.parse_style(known.get(name, name))
-            self._styles_by_name[name] = (self.visual_style + own).rich_style
+            styles = {**CHART_STYLES, **(FOCUSED_STYLES if self.has_focus else {})}
+            style = self.app.stylesheet.parse_style(styles.get(name, name))
+            self._styles_by_name[name] = (self.visual_style + style).rich_style
         return self._styles_by_name[name]
 
     def on_focus(self) -> None:
@@ -108,7 +108,7 @@ class DrawnChart(Widget):
 
     def _lines(self) -> list[list[Span]]:
         width, height = self.size
-        if self._chart is None or width < _LEAST[0] or height < _LEAST[1]:
+        if self._chart is None or width < _MIN_SIZE[0] or height < _MIN_SIZE[1]:
             below = wrap(self._nothing, max(width - len(_INDENT) - 1, 1))
             return [[("", "plot")], *([(f"{_INDENT}{line}", "label")] for line in below)]
         if self._picture is None:
@@ -117,7 +117,7 @@ class DrawnChart(Widget):
             controls = [] if crowded else self._heading_end(width)
             reserved = sum(len(text) for text, _ in controls)
             self._picture = draw(self._chart, self.view, width, height, reserved=reserved)
-            # The last span of the first line is the reserved room.
+            # The last span of the first line is the reserved space.
             self._picture.lines[0][-1:] = controls
         return self._picture.lines
 
@@ -128,17 +128,17 @@ class DrawnChart(Widget):
 
     def _heading_end(self, width: int) -> list[Span]:
         wide = width >= _WIDE
-        words = [control.words if wide else control.brief for control in _CONTROLS]
+        texts = [control.label if wide else control.brief for control in _CONTROLS]
         view = self.view
-        kept = view.x is not None or view.y is not None
-        on = {"log('x')": view.log_x, "log('y')": view.log_y, "whole": kept}
-        column = width - sum(len(word) + 1 for word in words)
+        limited = view.x is not None or view.y is not None
+        on = {"log('x')": view.log_x, "log('y')": view.log_y, "whole": limited}
+        column = width - sum(len(text) + 1 for text in texts)
         spans: list[Span] = []
-        for control, word in zip(_CONTROLS, words, strict=True):
+        for control, text in zip(_CONTROLS, texts, strict=True):
             style = "control-on" if on.get(control.action) else "control"
-            spans += [(" ", "plot"), (word, style)]
-            self._controls.append((column + 1, column + 1 + len(word), control.action))
-            column += len(word) + 1
+            spans += [(" ", "plot"), (text, style)]
+            self._controls.append((column + 1, column + 1 + len(text), control.action))
+            column += len(text) + 1
         return spans
 
     def on_resize(self) -> None:

@@ -53,7 +53,7 @@ class LimitsDialog(ModalScreen[View | None]):
 
     @on(Input.Changed)
     def _check(self) -> View | None:
-        # The view with the limits typed; without them the hint says what is wrong.
+        # The view with the typed limits; None if they are invalid, with the error as hint.
         # The first change of an input may come before the other widgets exist.
         texts = {editor.id: editor.value for editor in self.query(Input)}
         chosen, error = replace(self._view, x=None, y=None), ""

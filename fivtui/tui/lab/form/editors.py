@@ -45,7 +45,7 @@ class TextEditor(TextInput):
         return super().refresh(*regions, repaint=repaint, recompose=recompose)
 
     def check_consume_key(self, key: str, character: str | None) -> bool:
-        """Whether a key types: no field takes a question mark, which asks for help."""
+        """Whether a key types text; a question mark opens the help instead."""
         return character != "?" and super().check_consume_key(key, character)
 
     def action_step(self, direction: int, fine: bool = False) -> None:
@@ -60,7 +60,7 @@ class TextEditor(TextInput):
     @on(Input.Changed)
     def _changed(self, event: Input.Changed) -> None:
         event.stop()
-        # The current value: an older message must not undo a newer edit.
+        # Send the current value: an older message must not undo a newer edit.
         self.post_message(FieldEdited(self._field.name, self.value))
 
     @property

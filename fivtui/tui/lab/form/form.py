@@ -46,7 +46,7 @@ class FieldList(VerticalScroll):
 
     @property
     def _shown(self) -> list[FieldRow]:
-        # Those of the belt are there only if it has a finite speed.
+        # Rows of the belt are displayed only if it has a finite speed.
         return [row for row in self.query(FieldRow) if row.display]
 
     def on_focus(self) -> None:
@@ -55,16 +55,16 @@ class FieldList(VerticalScroll):
 
     def on_blur(self) -> None:
         """Hide the cursor."""
-        self.row.mark(here=False)
+        self.row.mark(selected=False)
 
     def _mark(self) -> None:
-        self.row.mark(here=True)
+        self.row.mark(selected=True)
         self.scroll_to_widget(self.row, animate=False)
         self.post_message(FieldFocused(self.row.field.name))
 
     def action_move(self, by: int) -> None:
         """Move the cursor by some rows."""
-        self.row.mark(here=False)
+        self.row.mark(selected=False)
         self._cursor = min(max(self._cursor + by, 0), len(self._shown) - 1)
         self._mark()
 
@@ -123,7 +123,7 @@ class Form(Vertical):
         belt = any(texts[name] for name in BELT_PARAMETERS)
         for name, row in self._rows.items():
             if name in BELT_PARAMETERS:
-                # A row that is being edited stays.
+                # Keep a row that is being edited.
                 row.display = belt or (row.display and row.has_focus_within)
             error, note = errors.get(name, ""), notes.get(name, "")
             row.show(texts[name], error, note, changed=name in changed)
@@ -137,9 +137,9 @@ class Form(Vertical):
     def _hint(self, event: FieldFocused) -> None:
         field = FIELDS[event.name]
         view = self.query_one("#hint", Static)
-        # One below the other, or else without a gap.
-        apart = cell_len(field.meaning) <= view.content_size.width
-        hint = ("\n" if apart else "; ").join((field.meaning, field.allowed))
+        # On two lines, or on one if they do not fit.
+        fits = cell_len(field.meaning) <= view.content_size.width
+        hint = ("\n" if fits else "; ").join((field.meaning, field.allowed))
         view.update(hint, layout=False)
 
     def take_focus(self) -> None:

@@ -21,12 +21,12 @@ _SYMBOL_WIDTH: Final = 6
 _STEP_WIDTH: Final = 3
 _STEPS_WIDTH: Final = _STEP_WIDTH * len(_SIGNS)
 _UNIT_WIDTH: Final = 6
-# Most lines of an error message; a message that repeats a long text has more.
-_MOST_LINES: Final = 8
+# Maximum number of displayed lines of an error message.
+_MAX_LINES: Final = 8
 
 
 class _RowLayout(Layout):
-    # Places the editor between the parts that its row draws.
+    # Places the editor between the symbol and the unit, which its row draws.
 
     name = "row"
 
@@ -48,7 +48,7 @@ _ROW_LAYOUT: Final = _RowLayout()
 class FieldRow(Widget):
     """Symbol, editor and unit of a field, and its error message below.
 
-    One widget draws all but the editor: a widget for each part would delay the start and every key.
+    One widget draws all but the editor: more widgets would delay the start and every key.
     """
 
     def __init__(self, field: FormField, text: str) -> None:
@@ -72,12 +72,12 @@ class FieldRow(Widget):
         return first, max(room, 1)
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
-        """One line, plus those of the error message, or else of a note."""
+        """One line plus those of the error message or note."""
         return 1 + len(self._lines_below(width))
 
     def _lines_below(self, width: int) -> list[str]:
         lines = wrap(self._error or self._note, max(width - len(_INDENT) - 1, 1))
-        return lines[:_MOST_LINES]
+        return lines[:_MAX_LINES]
 
     def render(self) -> Content:
         """Everything but the editor."""
@@ -104,7 +104,7 @@ class FieldRow(Widget):
         return self._editor.text
 
     def show(self, text: str, error: str, note: str, *, changed: bool) -> None:
-        """Display text, error message or else a note, and the mark of a changed field."""
+        """Display the text, its error or note, and whether it was changed."""
         self._editor.show(text)
         if changed is not self._changed:
             self._changed = changed
@@ -125,9 +125,9 @@ class FieldRow(Widget):
         """Redraw without focus."""
         self.refresh()
 
-    def mark(self, *, here: bool) -> None:
+    def mark(self, *, selected: bool) -> None:
         """Show or hide the list's cursor on this row."""
-        self.set_class(here, "-cursor")
+        self.set_class(selected, "-cursor")
         self.refresh()
 
     def take_focus(self) -> None:
@@ -137,9 +137,9 @@ class FieldRow(Widget):
     def on_click(self, event: Click) -> None:
         """Change the number by a step on a click on − or +; elsewhere focus the editor."""
         first, width = self.span(self.size.width)
-        place = (event.x - first - width) // _STEP_WIDTH
-        if self.field.step_by is not None and event.y == 0 and place in (0, 1):
+        sign = (event.x - first - width) // _STEP_WIDTH
+        if self.field.step_by is not None and event.y == 0 and sign in (0, 1):
             event.stop()
-            self.post_message(FieldStepped(self.field.name, (-1, +1)[place], fine=False))
+            self.post_message(FieldStepped(self.field.name, (-1, +1)[sign], fine=False))
         else:
             self.take_focus()

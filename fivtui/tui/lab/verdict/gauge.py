@@ -1,4 +1,4 @@
-"""A gauge: zones over a parameter, and where the edited value stands."""
+"""A gauge: zones of a parameter, with a marker at the edited value."""
 
 import math
 from dataclasses import dataclass
@@ -42,13 +42,13 @@ _WORDS: Final = {
 }
 _SEARCHING: Final = ("large disturbances: searching…", "searching…", "…")
 
-# Text and style, one after the other.
+# Consecutive texts with their styles.
 Parts = list[tuple[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
 class Gauge:
-    """What a gauge shows."""
+    """The content of a gauge."""
 
     label: str
     zones: Zones
@@ -70,32 +70,35 @@ class Gauge:
         return min(max(round(share * (room - 1)), 0), room - 1)
 
     def _bar(self, room: int) -> Parts:
-        here = self._column(self.value, room)
+        marker = self._column(self.value, room)
         ends = [self._column(bound, room) for bound in self.zones.bounds]
         cells: list[tuple[str, str]] = []
-        for zone, (first, last) in zip(self.zones.zones, pairwise(ends), strict=True):
-            stop = last if last < room - 1 else room
-            # The bound of the zone before has a column of its own.
-            begin = first + (first > 0)
+        for zone, (start_column, end_column) in zip(self.zones.zones, pairwise(ends), strict=True):
+            stop = end_column if end_column < room - 1 else room
+            # The bound between two zones takes a column.
+            begin = start_column + (start_column > 0)
             style, text = _TEXT[zone], list(_GLYPHS[zone] * (stop - begin))
-            # Words stand in the larger part of a zone that the marker divides.
+            # If the marker divides a zone, its label is in the larger part.
             free = [(begin, stop)]
-            if begin <= here < stop:
-                free = [(begin, here), (here + 1, stop)]
-            start, end = max(free, key=lambda each: each[1] - each[0])
+            if begin <= marker < stop:
+                free = [(begin, marker), (marker + 1, stop)]
+            start, end = max(free, key=lambda span: span[1] - span[0])
             self._write(zone, text, start - begin, end - begin)
-            cells += [(each, style) for each in text]
-            if last < room - 1:
+            cells += [(letter, style) for letter in text]
+            if end_column < room - 1:
                 cells.append((_BOUND, "bold"))
         del cells[room:]
-        cells[here] = (_MARKER, "bold")
+        cells[marker] = (_MARKER, "bold")
         return _joined(cells)
 
     def _write(self, zone: Zone, text: list[str], start: int, end: int) -> None:
-        known = _SEARCHING if zone is Zone.SMALL and self.searching else _WORDS[zone]
-        words = next((f" {each} " for each in known if cell_len(each) + 4 <= end - start), "")
-        first = start + (end - start - len(words)) // 2
-        text[first : first + len(words)] = words
+        texts = _SEARCHING if zone is Zone.SMALL and self.searching else _WORDS[zone]
+        label = next(
+            (f" {option} " for option in texts if cell_len(option) + 4 <= end - start),
+            "",
+        )
+        first = start + (end - start - len(label)) // 2
+        text[first : first + len(label)] = label
 
     def _numbers(self, room: int) -> Parts:
         line: list[tuple[str, str]] = [(" ", "")] * room
@@ -103,7 +106,7 @@ class Gauge:
         written: list[tuple[float, int, int]] = []
 
         def write(value: float, text: str, style: str) -> None:
-            # Numbers stand in ascending order, a blank between them.
+            # Numbers are in ascending order, separated by a blank.
             start = max((end + 1 for number, _, end in written if number < value), default=0)
             stop = min((first - 1 for number, first, _ in written if number > value), default=room)
             first = _first_column(self._column(value, room), len(text), start, stop, room)
@@ -112,11 +115,11 @@ class Gauge:
                 line[first:end] = [(letter, style) for letter in text]
                 written.append((value, first, end))
 
-        # A value from a computation has all its digits.
-        own = self.text if len(self.text) <= _LONGEST else f"{self.value:.{_OF_VALUE}g}"
-        write(self.value, own, "bold")
+        # Shorten a computed value with many digits.
+        value_text = self.text if len(self.text) <= _LONGEST else f"{self.value:.{_OF_VALUE}g}"
+        write(self.value, value_text, "bold")
         bounds = self.zones.bounds
-        # The ends have precedence over what is between them.
+        # The ends of the range are written first.
         for bound in (bounds[0], bounds[-1], *bounds[1:-1]):
             if bound != self.value:
                 write(bound, _number(bound, self.value), "")
@@ -124,7 +127,7 @@ class Gauge:
 
 
 def _number(bound: float, value: float) -> str:
-    # As few digits as keep the bound on its side of the value, which is drawn beside it.
+    # The fewest digits that keep the bound on the correct side of the value.
     for digits in range(_DIGITS, _ALL_DIGITS):
         text = f"{bound:.{digits}g}"
         if (float(text) > value) is (bound > value) and float(text) != value:
@@ -133,7 +136,7 @@ def _number(bound: float, value: float) -> str:
 
 
 def _first_column(column: int, size: int, start: int, stop: int, room: int) -> int | None:
-    # First column of a number from `start` to `stop`, as near as possible to centred at a column.
+    # First column of a number between `start` and `stop`, centred at a column if possible.
     centred = min(max(column - size // 2, 0), room - size)
     first = min(max(centred, start), stop - size)
     return first if first >= start and abs(first - centred) <= _LARGEST_OFFSET else None
@@ -150,14 +153,14 @@ def _joined(cells: Parts) -> Parts:
 
 
 class GaugeView(Widget):
-    """Draws a gauge in two lines, or words in its place."""
+    """Draws a gauge in two lines, or a text instead."""
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self._shown: Gauge | str = ""
 
     def show(self, gauge: Gauge | str) -> None:
-        """Display a gauge, or why there is none."""
+        """Display a gauge, or the reason why there is none."""
         if gauge != self._shown:
             self._shown = gauge
             self.refresh()
@@ -170,17 +173,19 @@ class GaugeView(Widget):
         return Content("\n").join(Content.assemble(*line) for line in lines)
 
 
-# Round ends of ranges, in tens.
+# Round ends of ranges, as factors of a power of ten.
 _ROUND: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 _BEYOND: Final = 1.5
 
 
 def round_span(value: float, least: float, greatest: float) -> tuple[float, float]:
-    """A round range around a value: from 0, unless it is negative; within what is allowed.
+    """A round range around a value, from 0 unless it is negative, within the allowed limits.
 
-    Being round, it stays the same while the value is edited.
+    A round range stays the same while the value is edited.
     """
     reach = _BEYOND * abs(value) or 1.0
     tens = 10.0 ** math.floor(math.log10(reach))
-    end = next((tens * one for one in _ROUND if tens * one >= reach * (1.0 - 1e-12)), 10.0 * tens)
+    end = next(
+        (tens * factor for factor in _ROUND if tens * factor >= reach * (1.0 - 1e-12)), 10.0 * tens
+    )
     return max(-end if value < 0.0 else 0.0, least), min(end, greatest)

@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 _REMEMBERED: Final = 64
 _MU: Final = "mu"
 _STATIC: Final = "mu_s"
-# Beside μ as long as no other parameter was edited.
+# The second parameter until one besides μ is edited.
 _FIRST: Final = "F"
-# A range stays if what is needed is this part of it at least.
-_LEAST_PART: Final = 0.4
+# A range is kept while the needed range is at least this part of it.
+_MIN_PART: Final = 0.4
 
 
 @dataclass(frozen=True, slots=True)
 class _GaugeRange:
-    # What zones depend on; the value of the parameter itself does not matter.
+    # The input of zones; the current value of the parameter does not matter.
     system: System
     name: str
     low: float
@@ -38,89 +38,89 @@ class GaugeController:
 
     def __init__(self, screen: "LabScreen") -> None:
         self._screen, self._session = screen, screen.session
-        self._focused, self._other = _MU, _FIRST
-        self._known: OrderedDict[_GaugeRange, Zones | None] = OrderedDict()
+        self._focused, self._second_name = _MU, _FIRST
+        self._cache: OrderedDict[_GaugeRange, Zones | None] = OrderedDict()
         self._ranges: dict[str, tuple[float, float]] = {}
-        self._wanted: list[_GaugeRange] = []
+        self._queue: list[_GaugeRange] = []
         self._running: tuple[_GaugeRange, Job] | None = None
 
     def focus(self, name: str) -> None:
-        """Take the parameter of the focused field; of a field that is none, μ."""
+        """Use the parameter of the focused field, or μ if the field is no parameter."""
         self._focused = name if name in ALL_PARAMETERS else _MU
         if self._focused != _MU:
-            self._other = self._focused
+            self._second_name = self._focused
 
-    def gauges(self, found: Stability, coexisting: Coexisting, *, both: bool) -> list[Gauge | str]:
-        """The gauge over the parameter being edited, or both: over μ, and over the last other."""
+    def gauges(self, result: Stability, coexisting: Coexisting, *, both: bool) -> list[Gauge | str]:
+        """The gauge of the edited parameter; if `both`, those of μ and of the last edited one."""
         over_time = [name for name, _ in self._session.over_time]
         if over_time:
             self.stop()
             changing = f"{', '.join(over_time)} {_verb(over_time)} over time"
             return [f"no zones: {changing}; F5 shows what happens"]
-        p = found.parameters
-        other = _FIRST if getattr(p, self._other) is None else self._other
+        p = result.parameters
+        second = _FIRST if getattr(p, self._second_name) is None else self._second_name
         focused = _MU if getattr(p, self._focused) is None else self._focused
-        names = [_MU, other] if both else [focused]
-        self._wanted = []
-        shown = [self._shown(name, found, coexisting) for name in dict.fromkeys(names)]
+        names = [_MU, second] if both else [focused]
+        self._queue = []
+        shown = [self._shown(name, result, coexisting) for name in dict.fromkeys(names)]
         self._begin()
         return shown
 
-    def _shown(self, name: str, found: Stability, coexisting: Coexisting) -> Gauge | str:
+    def _shown(self, name: str, result: Stability, coexisting: Coexisting) -> Gauge | str:
         try:
-            return self._gauge(name, found, coexisting)
+            return self._gauge(name, result, coexisting)
         except (ComputationError, InputError) as error:
             return f"{FIELDS[name].symbol}: no zones: {error}"
 
-    def _gauge(self, name: str, found: Stability, coexisting: Coexisting) -> Gauge | str:
-        value = getattr(found.parameters, name)
-        key = self._key(name, value, found)
+    def _gauge(self, name: str, result: Stability, coexisting: Coexisting) -> Gauge | str:
+        value = getattr(result.parameters, name)
+        key = self._key(name, value, result)
         searched = coexisting.safe if name == _MU else None
-        zones, searching = self._known.get(key), False
+        zones, searching = self._cache.get(key), False
         if searched is not None:
             zones = searched_zones(searched, key.low, key.high)
-        elif key not in self._known:
-            self._wanted.append(key)
+        elif key not in self._cache:
+            self._queue.append(key)
             searching = True
         if zones is None:
             zones = linear_zones(key.system, key.name, key.low, key.high)
-        refuted = coexisting.safe is not None and found.parameters.mu > coexisting.safe.safe_to
+        refuted = coexisting.safe is not None and result.parameters.mu > coexisting.safe.safe_to
         if refuted and name != _MU and zones.at(value) is Zone.SAFE:
-            # The search contradicts continuation here, so nowhere is that alone to be relied on.
+            # The search contradicts the continuation, so its safe zones are not reliable.
             zones = zones.without_safe()
         field = FIELDS[name]
         unit = f" ({field.unit})" if field.unit else ""
-        text, basis = self._session.texts[name].strip(), _basis(found, searched is not None)
+        text, basis = self._session.texts[name].strip(), _basis(result, searched is not None)
         return Gauge(f"{field.symbol}{unit}", zones, value, text, searching, basis)
 
-    def _key(self, name: str, value: float, found: Stability) -> _GaugeRange:
-        p = found.parameters
+    def _key(self, name: str, value: float, result: Stability) -> _GaugeRange:
+        p = result.parameters
         if name == _MU:
-            low, high = 0.0, scan_top(found)
+            low, high = 0.0, scan_top(result)
         else:
             low, high = round_span(value, ALL_PARAMETERS[name].lower, ALL_PARAMETERS[name].upper)
-        # A range that is not much too wide stays: the gauge does not jump while a value changes.
+        # Keep a range that is not much too wide, so that the gauge does not jump.
         before = self._ranges.get(name)
-        if before is not None and before[0] <= low and _LEAST_PART * before[1] <= high <= before[1]:
+        if before is not None and before[0] <= low and _MIN_PART * before[1] <= high <= before[1]:
             low, high = before
         self._ranges[name] = low, high
-        # Static friction is at least that of sliding.
+        # Static friction is at least the sliding friction.
         if name == _MU and p.mu_s is not None:
             high = min(high, p.mu_s)
         if name == _STATIC:
             low = max(low, p.mu)
-        return _GaugeRange(found.system.with_values({name: high}), name, low, high)
+        return _GaugeRange(result.system.with_values({name: high}), name, low, high)
 
     def _begin(self) -> None:
         if self._running is not None:
             key, job = self._running
-            if key in self._wanted:
+            if key in self._queue:
                 return
             job.stop()
             self._running = None
-        if not self._wanted:
+        if not self._queue:
             return
-        key, job = self._wanted[0], Job()
+        key, job = self._queue[0], Job()
         self._running = key, job
 
         def compute() -> None:
@@ -138,28 +138,28 @@ class GaugeController:
         )
 
     def take(self, key: _GaugeRange, zones: Zones | None) -> None:
-        """Store zones, perhaps of parameters that were edited since."""
-        self._known[key] = zones
-        while len(self._known) > _REMEMBERED:
-            self._known.popitem(last=False)
+        """Store zones; the parameters may have been edited since."""
+        self._cache[key] = zones
+        while len(self._cache) > _REMEMBERED:
+            self._cache.popitem(last=False)
         if self._running is not None and self._running[0] == key:
             self._running = None
         self._screen.show_verdict()
 
     def stop(self) -> None:
         """Stop the computation."""
-        self._wanted = []
+        self._queue = []
         if self._running is not None:
             self._running[1].stop()
             self._running = None
 
 
-def _basis(found: Stability, searched: bool) -> str:
-    # What the zones rest on.
-    if found.parameters.v_belt is not None:
+def _basis(result: Stability, searched: bool) -> str:
+    # The methods behind the zones.
+    if result.parameters.v_belt is not None:
         return "zones by eigenvalues; large disturbances are not searched at finite belt speed"
-    more = " and a global search" if searched else ""
-    return f"zones by eigenvalues, continuation{more}"
+    search = " and a global search" if searched else ""
+    return f"zones by eigenvalues, continuation{search}"
 
 
 def _verb(names: list[str]) -> str:

@@ -15,7 +15,7 @@ from fivtui.tui.tabs import flowed
 from .gauge import Gauge, GaugeView
 
 KINDS: Final = ("stable", "coexisting", "searching", "unstable", "neutral", "invalid")
-# Longer words of headlines, and shorter ones for little room.
+# Phrases of headlines, and shorter forms for narrow windows.
 _SHORTER: Final = (
     ("half peak-to-peak ", "±"),
     ("a limit cycle", "cycle"),
@@ -26,7 +26,7 @@ _SHORTER: Final = (
 
 
 def fitted(headline: str, width: int) -> str:
-    """A headline, in shorter words where it has no room."""
+    """A headline, shortened to a width."""
     for long, short in _SHORTER:
         if cell_len(headline) > width:
             headline = headline.replace(long, short)
@@ -57,8 +57,8 @@ class VerdictView(Vertical):
         if (kind, *lines) == self._shown:
             return
         self._shown = (kind, *lines)
-        for known in KINDS:
-            self.set_class(known == kind, f"-{known}")
+        for colour_kind in KINDS:
+            self.set_class(colour_kind == kind, f"-{colour_kind}")
         self._fit()
 
     def name_scene(self, title: str) -> None:
@@ -70,12 +70,12 @@ class VerdictView(Vertical):
     def _fit(self) -> None:
         if not self._shown:
             return
-        # Sizes stay: a new layout at every key would be noticeable.
+        # No new layout: at every key it would be noticeably slow.
         width, facts = self.content_size.width, self.query_one("#facts", Static)
-        headline, known = fitted(self._shown[1], width), list(self._shown[2:])
+        headline, fact_lines = fitted(self._shown[1], width), list(self._shown[2:])
         if not facts.display:
-            headline = flowed([headline, *known[:1]], width).splitlines()[0]
-        facts.update(flowed(known, width), layout=False)
+            headline = flowed([headline, *fact_lines[:1]], width).splitlines()[0]
+        facts.update(flowed(fact_lines, width), layout=False)
         self.query_one("#headline", Static).update(headline, layout=False)
-        # A two-line headline if it needs it and facts still fit.
+        # A headline of two lines if needed and if the facts still fit.
         self.set_class(cell_len(headline) > width and facts.size.height > 1, "-long")
