@@ -49,21 +49,21 @@ _UNSTABLE: Final = tuple(Shade(character, "unstable") for character in "░▒�
 _MODES: Final = (_STABLE[1], _UNSTABLE[1])
 _NOT_KNOWN: Final = Shade("×", "hidden", fill="0.65", name=NOT_KNOWN, missing=NOT_KNOWN)
 _SAFE: Final = Shade("·", "stable", "safe", fill="#e8f1ea", name=REGIONS[0])
-# From the displacements that hardly suffice to small ones.
+# From the largest displacements to the smallest.
 _KNOCK: Final = tuple(
     Shade(character, "trace-2", fill="#f7d9a0", name=REGIONS[1]) for character in "░▒▓"
 )
 _SQUEALS: Final = Shade("█", "unstable", "squeals", fill="#d98880", name=REGIONS[2])
-# Displacements that escape are known to 2 %.
+# Smallest relative step between two shades: displacements are accurate to 2 %.
 _LEAST_KNOCK: Final = 0.04
-# Displacements at which contours are drawn, in a decade.
+# Contours of the displacement, per decade.
 _STEPS: Final = (1.0, 2.0, 5.0)
 
 
-def map_chart(result: StabilityMap, now: Parameters | None = None) -> Chart:
+def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
     """A map as shades, with the boundary of stability and the edited point."""
     first, second = result.names
-    # Shades lie over ascending values.
+    # Shades need ascending axes.
     ascending = tuple(slice(None, None, -1 if axis[0] > axis[-1] else 1) for axis in result.axes)
     x, y = (axis[part] for axis, part in zip(result.axes, ascending, strict=True))
     values = offsets(result) if result.value == "coexistence" else result.values
@@ -83,8 +83,8 @@ def map_chart(result: StabilityMap, now: Parameters | None = None) -> Chart:
             role="boundary",
         )
     ]
-    if now is not None:
-        point = np.array([getattr(now, first)]), np.array([getattr(now, second)])
+    if edited is not None:
+        point = np.array([getattr(edited, first)]), np.array([getattr(edited, second)])
         traces.append(Trace("now", *point, look="points", ordered=False, mark="◆"))
     return Chart(
         axis_label(result.grid.specs[0]),
@@ -100,7 +100,7 @@ def map_chart(result: StabilityMap, now: Parameters | None = None) -> Chart:
 
 
 def map_sheet(result: StabilityMap) -> Sheet:
-    """The map in colours, with the boundary of stability or what decides about safe friction."""
+    """The map in colours, with the stability boundary, or the basis of safe friction."""
     chart = map_chart(result)
     unused = ("mu",) if result.value in WITHOUT_MU else ()
     title = parameter_line(result.parameters, (*result.names, *unused))
@@ -113,7 +113,7 @@ def map_sheet(result: StabilityMap) -> Sheet:
 def offsets(result: StabilityMap) -> FloatArray:
     """Displacements from rest that escape, m: zero where the slider squeals, NaN where it is safe.
 
-    Infinite where a limit cycle coexists that none of the displacements tried leads to.
+    Infinite where a limit cycle coexists and no tested displacement reaches it.
     """
     regions = result.values
     escape = np.full(regions.shape, np.nan) if result.escape is None else result.escape
@@ -135,15 +135,15 @@ def _colours(result: StabilityMap, label: str) -> Colours | None:
     if result.value == "unstable-modes":
         return Colours(label, ("white", "#f2b48a"), -0.5, 1.5, (0.0, 1.0))
     if result.value == "growth-rate":
-        # Zero is the middle of the colours, between stable and unstable.
-        known = np.abs(result.values[np.isfinite(result.values)])
-        largest = max(float(known.max(initial=0.0)), np.finfo(float).tiny)
+        # Zero, the limit of stability, is the middle of the colours.
+        magnitudes = np.abs(result.values[np.isfinite(result.values)])
+        largest = max(float(magnitudes.max(initial=0.0)), np.finfo(float).tiny)
         return Colours(label, "RdBu_r", -largest, largest)
     return colours_of(label, result.values)
 
 
 def _contours(result: StabilityMap) -> list[Contours]:
-    """Lines by which the map is read without colours."""
+    """Contour lines, for reading the map without colours."""
     if result.value == "safe-mu":
         share = result.safe_mu / result.critical_mu
         return [
@@ -152,8 +152,8 @@ def _contours(result: StabilityMap) -> list[Contours]:
             Contours(share, [0.5], "half", _in_math("half the critical μ")),
         ]
     if result.value == "coexistence" and result.escape is not None:
-        known = result.escape[np.isfinite(result.escape)]
-        ends = np.floor(np.log10([known.min(), known.max()])) if known.size else (0, -1)
+        finite = result.escape[np.isfinite(result.escape)]
+        ends = np.floor(np.log10([finite.min(), finite.max()])) if finite.size else (0, -1)
         decades = range(int(ends[0]), int(ends[1]) + 1)
         levels = [step * 10.0**decade for decade in decades for step in _STEPS]
         name = "offset from rest that escapes"
@@ -168,16 +168,16 @@ def _in_math(text: str) -> Label:
 
 
 def _levels(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
-    """The level of every point, and the shades of levels."""
+    """The level of every point, and the shade of every level."""
     missing = np.isnan(result.values)
     if result.value == "coexistence":
         levels, shades = region_levels(result.values, values)
     elif result.value == "growth-rate":
         shades = (*_STABLE, *_UNSTABLE)
         middle = len(_STABLE)
-        known = values[~missing]
-        decay = max(-float(known.min(initial=0.0)), np.finfo(float).tiny)
-        growth = max(float(known.max(initial=0.0)), np.finfo(float).tiny)
+        finite = values[~missing]
+        decay = max(-float(finite.min(initial=0.0)), np.finfo(float).tiny)
+        growth = max(float(finite.max(initial=0.0)), np.finfo(float).tiny)
         rates = np.nan_to_num(values)
         stable = middle - 1 - np.floor(-rates / decay * middle)
         unstable = middle + np.floor(rates / growth * len(_UNSTABLE))
@@ -198,20 +198,20 @@ def _levels(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
 
 
 def region_levels(regions: FloatArray, escape: FloatArray) -> tuple[Levels, Shades]:
-    """Levels and shades of three regions, the middle one graded by the `offsets`."""
+    """Levels and shades of the three regions; the region of coexistence is graded by `escape`."""
     inside = (regions == 1.0) & np.isfinite(escape)
     knock = np.ones(regions.shape, dtype=np.intp)
     knock[inside] += ranks(-escape[inside], len(_KNOCK), _LEAST_KNOCK)
     squeals = 1 + len(_KNOCK)
     levels = np.where(regions == 0.0, 0, np.where(regions == 2.0, squeals, knock))
     least = [escape[inside & (levels == level)].min(initial=np.inf) for level in range(1, squeals)]
-    words = [f"≥{low:.2g} m" if np.isfinite(low) else "squeals after a knock" for low in least]
-    graded_knock = [shade._replace(words=text) for shade, text in zip(_KNOCK, words, strict=True)]
+    texts = [f"≥{low:.2g} m" if np.isfinite(low) else "squeals after a knock" for low in least]
+    graded_knock = [shade._replace(words=text) for shade, text in zip(_KNOCK, texts, strict=True)]
     return levels, (_SAFE, *graded_knock, _SQUEALS)
 
 
 def _zeros(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where the excess is zero, by linear interpolation; NaN parts the lines."""
+    """Contour lines of zero excess, by linear interpolation; NaN separates the lines."""
     from contourpy import contour_generator
 
     values = np.ma.masked_invalid(excess.T)

@@ -34,7 +34,7 @@ def _from_data(data: Mapping[str, Any]) -> StabilityMap:
 
 def _from_table(columns: Columns, header: Header) -> StabilityMap:
     over, quantities = split_grid(columns)
-    # A table of coexistence has the quantities of a table of safe μ, and more.
+    # A table of coexistence includes the quantities of a table of safe μ.
     values = [value for value in MAP_VALUES if SHOWN[value] in quantities]
     return _map(over, values[-1], quantities, header)
 

@@ -20,13 +20,13 @@ FloatArray = NDArray[np.float64]
 MapValue = Literal["growth-rate", "critical-mu", "unstable-modes", "safe-mu", "coexistence"]
 
 MAP_VALUES: Final[tuple[MapValue, ...]] = get_args(MapValue)
-# The values that limit cycles decide; eigenvalues decide the others.
+# Values from limit cycles; the rest follow from eigenvalues.
 SAFETY_VALUES: Final = MAP_VALUES[3:]
-# What a map of coexistence says of a point.
+# Regions of a map of coexistence.
 REGIONS: Final = ("safe", "safe for small disturbances alone", "squeals")
-# What it says of points whose safe μ is not known.
+# Label of points whose safe μ is not known.
 NOT_KNOWN: Final = "not known"
-# The quantity that a map of each value shows.
+# The column that a map of each value shows.
 SHOWN: Final[Mapping[MapValue, str]] = {
     "growth-rate": "growth_rate",
     "critical-mu": "critical_mu",
@@ -45,7 +45,7 @@ COLUMNS: Final = {
         Column("escape_offset", "m", "least displacement from rest that escapes"),
     )
 }
-# What safe μ rests on, in the data of a map.
+# Basis of safe μ, in the data of a map.
 _BASIS: Final = "continuation"
 _WHY_NO_EQUILIBRIUM: Final = (
     "lifted and held by no spring, on a belt at rest, or with mu above mu_s"
@@ -88,8 +88,8 @@ class StabilityMap(GridResult, Drawn):
     def values(self) -> FloatArray:
         """The quantity mapped, shape (n, k); of coexistence the index in `REGIONS`.
 
-        NaN where there is no critical μ in range, no safe μ, or no equilibrium (F < 0 lifts the
-        slider and k3 = 0 does not hold it).
+        NaN without a critical μ in range, without a safe μ, or without equilibrium (F < 0 lifts the
+        slider and k3 = 0 leaves it free).
         """
         return self.quantities[SHOWN[self.value]]
 
@@ -102,8 +102,8 @@ class StabilityMap(GridResult, Drawn):
     def safe_mu(self) -> FloatArray:
         """Least μ of the limit cycles that continuation found, else the critical μ, shape (n, k).
 
-        NaN where there is neither, or no equilibrium, or where the global search at the nearest of
-        the points searched says that it is less, or not known. KeyError if it was not computed.
+        NaN without either or without equilibrium, and where the global search at the nearest
+        searched point finds a lower safe μ or none. KeyError if it was not computed.
         """
         return self.quantities["safe_mu"]
 
@@ -136,12 +136,12 @@ class StabilityMap(GridResult, Drawn):
 
     @property
     def missing(self) -> str:
-        """What it means that a point, other than of `unknown`, has no value."""
+        """Label of points without value that are not `unknown`."""
         return "no equilibrium" if self.value == "coexistence" else "none"
 
     @property
     def basis(self) -> str:
-        """What the safe μ of a map rest on, in one phrase."""
+        """The basis of the safe μ of a map, as one phrase."""
         phrase = _BASIS
         if self.searched:
             phrase += f", and a global search at {len(self.searched)} points"
@@ -152,7 +152,7 @@ class StabilityMap(GridResult, Drawn):
 
     @property
     def title(self) -> str:
-        """What it is a map of, in a few words."""
+        """Title of the map."""
         return "Map of safe friction" if self.of_safety else "Stability map"
 
     @property
@@ -161,7 +161,7 @@ class StabilityMap(GridResult, Drawn):
 
     @property
     def of_safety(self) -> bool:
-        """Whether limit cycles decide about its values."""
+        """Whether its values follow from limit cycles."""
         return self.value in SAFETY_VALUES
 
     def rows(self) -> list[Row]:
@@ -222,8 +222,8 @@ class StabilityMap(GridResult, Drawn):
         values of the two that do), ``value``, ``unit``, and ``values``: one list for every value of
         the first parameter, None where there is no value. A map of safe friction adds ``basis``,
         ``searched`` (indices of the points of a global search), ``confirmed_to`` (the μ up to which
-        it confirms the values) and ``critical_mu``: a value that is None where this is not is not
-        known. In a map of coexistence ``values`` are indices in ``regions``; it adds ``safe_mu``
+        it confirms the values) and ``critical_mu``. If only the value is None, it is not known.
+        In a map of coexistence ``values`` are indices in ``regions``; it adds ``safe_mu``
         and ``escape_offset`` (m).
         """
         beside = {

@@ -1,4 +1,4 @@
-"""Maps over two parameters: safe friction coefficients, and where a knock is enough to squeal."""
+"""Maps over two parameters: safe friction coefficients, and regions where a knock causes squeal."""
 
 import contextlib
 import math
@@ -24,13 +24,13 @@ from fivtui.safety import SafeFriction, safe_friction
 
 from .escape import escape_offsets
 from .result import MAP_VALUES, SAFETY_VALUES, StabilityMap
-from .searched import SearchedPoint, limits, searched_places
+from .searched import SearchedPoint, limits, searched_indices
 from .sheets import FoldSheets
 from .stability import check_map, check_points, map_value, stability_map
 
 Floats = NDArray[np.float64]
 MAX_POINTS: Final = 250_000
-# Share of the global searches in the work for safe μ.
+# Share of the global searches in the progress of safe μ.
 _SHARE_OF_SEARCHES: Final = 0.4
 
 
@@ -42,13 +42,12 @@ def safety_map(
     separation: bool = True,
     progress: OnProgress | None = None,
 ) -> StabilityMap:
-    """Map the safe friction coefficient, or where a knock is enough to squeal.
+    """Map the safe friction coefficient, or the regions where a knock causes squeal.
 
-    At 9 × 9 points limit cycles are followed from the Hopf point, at the corners and the centre a
-    global search is made as by `safe_friction`, and all folds are followed from point to point over
-    the whole map. Where that search says that the safe μ is less, or not known, it is not known at
-    the points that are nearest to it either. At a fold whose cycles attract from a torus on only,
-    the fold counts.
+    At 9 × 9 points limit cycles are followed from the Hopf point. At the corners and the centre
+    `safe_friction` makes a global search. All folds are followed from point to point over the map.
+    If a search finds a lower safe μ, or none, the nearest points of the map have no known safe μ.
+    A fold counts even if its cycles attract only beyond a torus bifurcation.
 
     Parameters
     ----------
@@ -58,8 +57,8 @@ def safety_map(
         Two parameters and the values of each, in SI units.
     value : str
         ``"safe-mu"``, or ``"coexistence"``: three regions (safe, safe for small disturbances
-        alone, squeals) and in the second the least vertical displacement from rest that leads to
-        the other attractor, by transients.
+        alone, squeals). In the second, transients give the least vertical displacement from rest
+        that leads to the other attractor.
     separation : bool
         Whether separation is considered.
     progress : callable, optional
@@ -75,7 +74,7 @@ def safety_map(
     ------
     InputError
         If `over` has not two parameters, a name is unknown, a value is out of range, the map has
-        more than 250 000 points, or the safe μ is wanted over μ.
+        more than 250 000 points, or safe μ is mapped over μ.
     ComputationError
         If a number overflows.
     Cancelled
@@ -84,8 +83,8 @@ def safety_map(
     Examples
     --------
     >>> from fivtui import Parameters, safety_map
-    >>> found = safety_map(None, {"F": [80.0, 120.0], "k_nl": [50.0, 100.0]})
-    >>> found.safe_mu.round(3).tolist()
+    >>> result = safety_map(None, {"F": [80.0, 120.0], "k_nl": [50.0, 100.0]})
+    >>> result.safe_mu.round(3).tolist()
     [[0.278, 0.278], [0.278, 0.278]]
     """
     system = system_of(parameters, separation)
@@ -107,14 +106,15 @@ def safety_map(
         axis = plain.names.index("mu")
         least, sizes = (np.broadcast_to(np.expand_dims(a, axis), shape) for a in (least, sizes))
         verdicts = {
-            (*place[:axis], index, *place[axis:]): verdict
-            for place, verdict in verdicts.items()
+            (*indices[:axis], index, *indices[axis:]): verdict
+            for indices, verdict in verdicts.items()
             for index in range(shape[axis])
         }
     safe = np.fmin(least, critical)
     safe[np.isnan(plain.excess)] = np.nan
     searched = tuple(
-        SearchedPoint(place, verdict.limit_of(safe[place])) for place, verdict in verdicts.items()
+        SearchedPoint(indices, verdict.limit_of(safe[indices]))
+        for indices, verdict in verdicts.items()
     )
     safe[safe > limits(searched, shape)] = np.nan
     quantities = {"safe_mu": safe, "critical_mu": critical}
@@ -141,13 +141,13 @@ def compute_map(
     separation: bool = True,
     progress: OnProgress | None = None,
 ) -> StabilityMap:
-    """A map of any value, as `stability_map` and `safety_map` compute them."""
+    """A map of any value, by `stability_map` or `safety_map`."""
     compute = safety_map if map_value(value, MAP_VALUES) in SAFETY_VALUES else stability_map
     return compute(parameters, over, value, separation=separation, progress=progress)
 
 
 def _regions_of(plain: StabilityMap, safe_mu: Floats, searched: Sequence[SearchedPoint]) -> Floats:
-    """Index in `REGIONS` of every point of a map at its μ, NaN where that is not known."""
+    """Index in `REGIONS` of every point of a map, NaN where it is not known."""
     mu = plain.grid.meshes().get("mu", np.full(plain.excess.shape, plain.parameters.mu))
     with np.errstate(invalid="ignore"):
         regions = np.where(plain.excess >= 0.0, 2.0, np.where(mu >= safe_mu, 1.0, 0.0))
@@ -168,26 +168,26 @@ def _critical_over(plain: StabilityMap) -> Floats:
 def _folds(
     system: System, varied: Mapping[str, Floats], work: Progress
 ) -> tuple[dict[tuple[int, ...], SafeFriction], Floats, Floats]:
-    # Verdicts of global searches by place; at every point the least μ of a fold, and its size.
+    # Verdicts of global searches by indices; for every point the least fold's μ and half range.
     p, separation = system.parameters, system.separation
     shape = tuple(values.size for values in varied.values())
     damped = p.c1 > 0.0 or p.c2 > 0.0 or "c1" in varied or "c2" in varied
     bent = separation or p.k_nl > 0.0 or "k_nl" in varied
     if not damped or not bent:
-        # Linear, or nothing dies out: eigenvalues say all.
+        # A linear or an undamped system has no folds: eigenvalues decide.
         return {}, np.full(shape, np.nan), np.full(shape, np.nan)
     verdicts: dict[tuple[int, ...], SafeFriction] = {}
-    places = searched_places(shape)
-    for count, place in enumerate(places):
-        work.report(_SHARE_OF_SEARCHES * count / len(places))
+    points = searched_indices(shape)
+    for count, indices in enumerate(points):
+        work.report(_SHARE_OF_SEARCHES * count / len(points))
         values = {
-            name: float(axis[at]) for (name, axis), at in zip(varied.items(), place, strict=True)
+            name: float(axis[at]) for (name, axis), at in zip(varied.items(), indices, strict=True)
         }
         with contextlib.suppress(ComputationError):
-            verdicts[place] = safe_friction(p.with_values(values), separation=separation)
+            verdicts[indices] = safe_friction(p.with_values(values), separation=separation)
     seeds = [
-        (place, fold)
-        for place, verdict in verdicts.items()
+        (indices, fold)
+        for indices, verdict in verdicts.items()
         for curve in verdict.basis.branches
         for fold in folds_of(curve)
     ]
@@ -197,4 +197,4 @@ def _folds(
         work=work.part(_SHARE_OF_SEARCHES, 1.0),
         seeds=seeds,
     )
-    return verdicts, *sheets.least()
+    return verdicts, *sheets.lowest_folds()

@@ -1,4 +1,4 @@
-"""Points of a map at which a global search was made, and what it says of the points around them."""
+"""Points of a map with a global search, and the limits that they set for the nearest points."""
 
 import math
 from collections.abc import Sequence
@@ -20,25 +20,25 @@ class SearchedPoint:
     place : tuple of int
         Its indices along the axes.
     limit : float
-        The μ up to which the search confirms what continuation says.
+        The μ up to which the search confirms continuation.
     """
 
     place: tuple[int, ...]
     limit: float
 
 
-def searched_places(shape: Sequence[int]) -> list[tuple[int, ...]]:
+def searched_indices(shape: Sequence[int]) -> list[tuple[int, ...]]:
     """The corners and the centre of a grid."""
     corners = product(*(sorted({0, size - 1}) for size in shape))
     return list(dict.fromkeys([*corners, tuple(size // 2 for size in shape)]))
 
 
 def limits(points: Sequence[SearchedPoint], shape: Sequence[int]) -> NDArray[np.float64]:
-    """The limit at every point of a grid: that of the nearest point searched, in shares of axes."""
+    """The limit of the nearest searched point, for every point; axes are scaled to length one."""
     if not points:
         return np.full(shape, PARAMETERS["mu"].upper)
     grids = np.meshgrid(*(np.linspace(0.0, 1.0, size) for size in shape), indexing="ij")
-    nearest, at = np.full(shape, math.inf), np.full(shape, math.inf)
+    nearest, limit = np.full(shape, math.inf), np.full(shape, math.inf)
     for point in points:
         distance = np.sqrt(
             sum(
@@ -46,7 +46,7 @@ def limits(points: Sequence[SearchedPoint], shape: Sequence[int]) -> NDArray[np.
                 for grid, index, size in zip(grids, point.place, shape, strict=True)
             )
         )
-        # Of points that are equally near the least limit counts.
-        nearer = (distance < nearest) | ((distance == nearest) & (point.limit < at))
-        nearest[nearer], at[nearer] = distance[nearer], point.limit
-    return at
+        # Of equally near points the one with the lowest limit counts.
+        nearer = (distance < nearest) | ((distance == nearest) & (point.limit < limit))
+        nearest[nearer], limit[nearer] = distance[nearer], point.limit
+    return limit

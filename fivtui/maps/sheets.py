@@ -1,4 +1,4 @@
-"""Folds of limit cycles over a grid of parameter sets, each found from that of a neighbour."""
+"""Folds of limit cycles over a grid of parameter sets, continued from point to point."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,35 +14,35 @@ from fivtui.model import ComputationError, Progress, System
 from fivtui.orbits import FoldOrbit, branch, fold_near, folds_of
 
 Floats = NDArray[np.float64]
-Place = tuple[int, ...]
+Point = tuple[int, ...]
 
-# Values of an axis at which whole branches are followed, to find the folds there are.
+# Points along an axis at which branches are followed to find folds.
 _ANCHORS: Final = 9
-# Branches are followed up to this many times the critical μ.
+# Upper end of branches, in critical μ.
 _REACH: Final = 1.5
 _SHARE_OF_ANCHORS: Final = 0.2
-# Folds of one parameter set whose μ and amplitude differ by less than these parts are the same, and
-# one that is guessed so near to a known one is not looked for.
+# Relative tolerance within which two folds of a parameter set are equal.
 _SAME: Final = 1e-3
+# A guess within this relative distance of a known fold is skipped.
 _NEAR: Final = 0.01
 _MOST_FOLDS: Final = 8
-# A step to the next point that fails is made in this many parts.
+# A failed step to a neighbour is repeated in this many parts.
 _PARTS: Final = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Reached:
-    # A fold at a point, and whence in which direction it was found.
+class _FoldAtPoint:
+    # A fold at a point, the fold before it, and the direction of the step between them.
     fold: FoldOrbit
     before: FoldOrbit | None = None
-    direction: Place | None = None
+    direction: Point | None = None
 
-    def guess(self, direction: Place) -> Floats:
-        """Unknowns at the next point in a direction: extrapolated along a straight way."""
-        here = self.fold.unknowns
+    def guess(self, direction: Point) -> Floats:
+        """Unknowns at the next point in a direction, extrapolated linearly on a straight path."""
+        unknowns = self.fold.unknowns
         if self.before is None or self.direction != direction:
-            return here
-        return 2.0 * here - self.before.unknowns
+            return unknowns
+        return 2.0 * unknowns - self.before.unknowns
 
 
 class FoldSheets:
@@ -54,62 +54,64 @@ class FoldSheets:
         over: Mapping[str, Floats],
         *,
         work: Progress,
-        seeds: Iterable[tuple[Place, FoldOrbit]] = (),
+        seeds: Iterable[tuple[Point, FoldOrbit]] = (),
     ) -> None:
         self._system, self._over, self._work = system, dict(over), work
         self._shape = tuple(values.size for values in over.values())
         self._directions = [
-            tuple(sign if axis == one else 0 for axis in range(len(self._shape)))
+            tuple(sign if axis == varied else 0 for axis in range(len(self._shape)))
             for sign in (1, -1)
-            for one in range(len(self._shape))
+            for varied in range(len(self._shape))
         ]
-        self._found: dict[Place, list[FoldOrbit]] = {}
-        self._waiting: deque[tuple[Place, _Reached]] = deque()
-        for place, fold in seeds:
-            self._add(place, _Reached(fold))
+        self._folds: dict[Point, list[FoldOrbit]] = {}
+        self._waiting: deque[tuple[Point, _FoldAtPoint]] = deque()
+        for point, fold in seeds:
+            self._add(point, _FoldAtPoint(fold))
 
-    def least(self) -> tuple[Floats, Floats]:
-        """The least μ of a fold at every point, NaN without one, and its half peak-to-peak, m."""
-        self._anchor()
-        total, done = int(np.prod(self._shape)), 0
+    def lowest_folds(self) -> tuple[Floats, Floats]:
+        """Least μ of the folds at every point (NaN without fold) and its half peak-to-peak, m."""
+        self._follow_branches()
+        total, count = int(np.prod(self._shape)), 0
         while self._waiting:
-            place, reached = self._waiting.popleft()
-            done += 1
-            # How many folds a point has is not known before.
-            self._work.report(_SHARE_OF_ANCHORS + (1.0 - _SHARE_OF_ANCHORS) * done / (done + total))
+            point, start = self._waiting.popleft()
+            count += 1
+            # The number of folds is unknown in advance: the fraction approaches one.
+            self._work.report(
+                _SHARE_OF_ANCHORS + (1.0 - _SHARE_OF_ANCHORS) * count / (count + total)
+            )
             for direction in self._directions:
-                self._step(place, reached, direction)
+                self._extend_to_neighbour(point, start, direction)
         mu, sizes = np.full(self._shape, np.nan), np.full(self._shape, np.nan)
-        for place, folds in self._found.items():
-            first = min(folds, key=lambda fold: fold.mu)
-            mu[place], sizes[place] = first.mu, first.half_range
+        for point, folds in self._folds.items():
+            lowest = min(folds, key=lambda fold: fold.mu)
+            mu[point], sizes[point] = lowest.mu, lowest.half_range
         return mu, sizes
 
-    def _anchor(self) -> None:
-        # Branches from the Hopf points at a few points of the grid.
+    def _follow_branches(self) -> None:
+        # Follow branches from the Hopf points at a few points of the grid.
         chosen = [
             np.unique(np.linspace(0, size - 1, min(size, _ANCHORS)).round().astype(int)).tolist()
             for size in self._shape
         ]
-        places = list(product(*chosen))
-        for count, place in enumerate(places):
-            self._work.report(_SHARE_OF_ANCHORS * count / len(places))
-            system = self._set(place)
+        points = list(product(*chosen))
+        for count, point in enumerate(points):
+            self._work.report(_SHARE_OF_ANCHORS * count / len(points))
+            system = self._system_at(point)
             critical = lowest_critical_mu(system)
             if critical is None:
                 continue
-            at = system.parameters.with_values({"mu": critical})
+            parameters = system.parameters.with_values({"mu": critical})
             try:
-                found = branch(
-                    at, "mu", low=0.0, high=_REACH * critical, separation=system.separation
+                cycles = branch(
+                    parameters, "mu", low=0.0, high=_REACH * critical, separation=system.separation
                 )
             except ComputationError:
                 continue
-            for fold in folds_of(found):
-                self._add(place, _Reached(fold))
+            for fold in folds_of(cycles):
+                self._add(point, _FoldAtPoint(fold))
 
-    def _set(self, at: Sequence[float]) -> System:
-        # The system at a place that may be between two points.
+    def _system_at(self, at: Sequence[float]) -> System:
+        # The system at fractional indices, by linear interpolation of the axes.
         values = {}
         for (name, axis), index in zip(self._over.items(), at, strict=True):
             below = int(index)
@@ -119,48 +121,52 @@ class FoldSheets:
                 values[name] += share * float(axis[below + 1] - axis[below])
         return self._system.with_values(values)
 
-    def _step(self, place: Place, reached: _Reached, direction: Place) -> None:
-        there = tuple(index + change for index, change in zip(place, direction, strict=True))
-        if not all(0 <= index < size for index, size in zip(there, self._shape, strict=True)):
+    def _extend_to_neighbour(self, point: Point, start: _FoldAtPoint, direction: Point) -> None:
+        neighbour = tuple(index + change for index, change in zip(point, direction, strict=True))
+        if not all(0 <= index < size for index, size in zip(neighbour, self._shape, strict=True)):
             return
-        guess = reached.guess(direction)
-        expected = (float(guess[-1]), float(guess[-2]), reached.fold.amplitude)
-        if any(_alike(_features(fold), expected, _NEAR) for fold in self._found.get(there, ())):
+        guess = start.guess(direction)
+        expected = (float(guess[-1]), float(guess[-2]), start.fold.amplitude)
+        if any(_alike(_features(fold), expected, _NEAR) for fold in self._folds.get(neighbour, ())):
             return
-        before, fold = reached.fold, fold_near(self._set(there), reached.fold, guess)
+        before, fold = start.fold, fold_near(self._system_at(neighbour), start.fold, guess)
         if fold is None:
-            before, fold = self._in_parts(place, reached.fold, direction)
+            before, fold = self._fold_by_parts(point, start.fold, direction)
         if fold is not None:
-            self._add(there, _Reached(fold, before, direction))
+            self._add(neighbour, _FoldAtPoint(fold, before, direction))
 
-    def _in_parts(
-        self, place: Place, fold: FoldOrbit, direction: Place
+    def _fold_by_parts(
+        self, point: Point, fold: FoldOrbit, direction: Point
     ) -> tuple[FoldOrbit, FoldOrbit | None]:
-        # The last fold on the way from a point to the next and the one there, if it is reached.
-        before, here = fold, fold
+        # The fold to extrapolate from and the fold at the neighbour; None if a part fails.
+        before, reached = fold, fold
         for part in range(1, _PARTS + 1):
             share = part / _PARTS
-            middle = [index + share * way for index, way in zip(place, direction, strict=True)]
-            found = fold_near(self._set(middle), here, 2.0 * here.unknowns - before.unknowns)
-            if found is None:
-                return here, None
-            before, here = here, found
-        # What is extrapolated from is a whole step back.
-        return fold, here
+            middle = [
+                index + share * change for index, change in zip(point, direction, strict=True)
+            ]
+            fold_at_part = fold_near(
+                self._system_at(middle), reached, 2.0 * reached.unknowns - before.unknowns
+            )
+            if fold_at_part is None:
+                return reached, None
+            before, reached = reached, fold_at_part
+        # The next extrapolation needs a full step.
+        return fold, reached
 
-    def _add(self, place: Place, reached: _Reached) -> None:
-        folds = self._found.setdefault(place, [])
-        features = _features(reached.fold)
+    def _add(self, point: Point, start: _FoldAtPoint) -> None:
+        folds = self._folds.setdefault(point, [])
+        features = _features(start.fold)
         if len(folds) < _MOST_FOLDS and not any(
             _alike(_features(fold), features, _SAME) for fold in folds
         ):
-            folds.append(reached.fold)
-            self._waiting.append((place, reached))
+            folds.append(start.fold)
+            self._waiting.append((point, start))
 
 
 def _features(fold: FoldOrbit) -> tuple[float, float, float]:
     return fold.mu, float(fold.unknowns[-2]), fold.amplitude
 
 
-def _alike(one: tuple[float, ...], other: tuple[float, ...], part: float) -> bool:
-    return all(abs(a - b) <= part * max(abs(a), abs(b)) for a, b in zip(one, other, strict=True))
+def _alike(first: tuple[float, ...], second: tuple[float, ...], part: float) -> bool:
+    return all(abs(a - b) <= part * max(abs(a), abs(b)) for a, b in zip(first, second, strict=True))

@@ -1,6 +1,6 @@
-"""Maps over two parameters: growth rate, critical μ or unstable modes of a million points.
+"""Maps of growth rate, critical μ or unstable modes over two parameters.
 
-Computed in chunks, which need little more memory than the map itself.
+Points are computed in chunks, which need little more memory than the map itself.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -31,7 +31,7 @@ FloatArray = NDArray[np.float64]
 WITHOUT_MU: Final = ("critical-mu", "safe-mu")
 EIGENVALUE_VALUES: Final = tuple(value for value in MAP_VALUES if value not in SAFETY_VALUES)
 MAX_POINTS: Final = 100_000_000
-# A chunk's arrays stay in the processor's cache.
+# The arrays of a chunk fit into the processor's cache.
 _CHUNK: Final = 8192
 # On a belt of finite speed points are judged one by one.
 _CHUNK_ON_BELT: Final = 64
@@ -78,8 +78,8 @@ def stability_map(
     Examples
     --------
     >>> from fivtui import stability_map
-    >>> found = stability_map(None, {"F": [20.0, 80.0], "k_nl": [50.0, 100.0]}, "critical-mu")
-    >>> found.values.round(3).tolist()
+    >>> result = stability_map(None, {"F": [20.0, 80.0], "k_nl": [50.0, 100.0]}, "critical-mu")
+    >>> result.values.round(3).tolist()
     [[0.765, 0.599], [0.297, 0.439]]
     """
     system = system_of(parameters, separation)
@@ -97,17 +97,18 @@ def stability_map(
     chunk = _CHUNK_ON_BELT if on_belt else _CHUNK
     for start in range(0, total, chunk):
         work.report(start / total)
-        place = np.arange(start, min(start + chunk, total))
-        row, column = np.divmod(place, columns.size)
+        indices = np.arange(start, min(start + chunk, total))
+        row, column = np.divmod(indices, columns.size)
         varied = {first: rows[row], second: columns[column]}
         if on_belt:
-            found = _on_belt(p, varied, value, np.full(place.size, separation))
-            values[place], excess[place] = found
+            values[indices], excess[indices] = _on_belt(
+                p, varied, value, np.full(indices.size, separation)
+            )
             continue
         with np.errstate(all="ignore"):
-            points = StabilityPoints(p, varied, np.full(place.size, separation))
-            excess[place] = points.excess()
-            values[place] = _evaluated(points, value, excess[place])
+            points = StabilityPoints(p, varied, np.full(indices.size, separation))
+            excess[indices] = points.excess()
+            values[indices] = _quantity(points, value, excess[indices])
     work.advance(1.0)
     return StabilityMap(
         system=system,
@@ -121,7 +122,7 @@ def stability_map(
 def _on_belt(
     p: Parameters, varied: Mapping[str, FloatArray], value: str, separation: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
-    # The quantity of a map and the excess, from the eigenvalues of each.
+    # The mapped quantity and the excess, from the eigenvalues of each point.
     growth, stable, _ = judge_growths(p, varied, separation)
     excess = growth * time_scale(p)
     if value == "critical-mu":
@@ -150,9 +151,9 @@ def check_map(value: str, names: Sequence[str]) -> None:
 
 def map_value(value: str, allowed: Sequence[MapValue]) -> MapValue:
     """The value of a map by its name, one of `allowed`; `InputError` for any other."""
-    for known in allowed:
-        if known == value:
-            return known
+    for name in allowed:
+        if name == value:
+            return name
     raise unknown_name("map value", value, allowed)
 
 
@@ -162,12 +163,12 @@ def check_points(count: int, limit: int) -> None:
         raise InputError(f"over: {count} points; must be at most {limit}")
 
 
-def _evaluated(points: StabilityPoints, value: str, excess: FloatArray) -> FloatArray:
+def _quantity(points: StabilityPoints, value: str, excess: FloatArray) -> FloatArray:
     if value == "critical-mu":
-        found = points.critical_mu()
+        values = points.critical_mu()
     elif value == "growth-rate":
-        found = points.growth_rate()
+        values = points.growth_rate()
     else:
-        found = (excess > 0.0).astype(float)
-    found[points.no_equilibrium] = np.nan
-    return found
+        values = (excess > 0.0).astype(float)
+    values[points.no_equilibrium] = np.nan
+    return values
