@@ -68,8 +68,10 @@ class StabilityPoints:
         self.load: FloatArray = load(self)
         self.lifted = (self.load < 0.0) & separation
         with np.errstate(all="ignore"):
-            held = suspension_stiffness(self)
-            self.no_equilibrium = self.lifted & ((held == 0.0) | ~np.isfinite(self.load / held))
+            stiffness = suspension_stiffness(self)
+            self.no_equilibrium = self.lifted & (
+                (stiffness == 0.0) | ~np.isfinite(self.load / stiffness)
+            )
             self.kt = np.where(self.lifted, 0.0, self._tangent(self.mu))
 
     def growth_rate(self) -> FloatArray:
@@ -105,9 +107,11 @@ class StabilityPoints:
 
         Negative where stable, −1 without friction coupling, NaN where `no_equilibrium`.
         """
-        left = self.mu * self.h * self.kt
-        right = flutter_boundary(self, self.kt)
-        relative = np.divide(left, right, out=np.zeros_like(left), where=right > 0.0) - 1.0
+        coupling = self.mu * self.h * self.kt
+        boundary = flutter_boundary(self, self.kt)
+        relative = (
+            np.divide(coupling, boundary, out=np.zeros_like(coupling), where=boundary > 0.0) - 1.0
+        )
         relative[self.no_equilibrium] = np.nan
         return relative
 
@@ -149,8 +153,8 @@ class StabilityPoints:
         turn = tangent_slope(self, y) * by_mu / (3.0 * alpha * y * y + beta)
         bound = flutter_boundary(self, kt)
         by_kt = flutter_boundary_slope(self, kt)
-        left = self.h * kt
-        return mu - bound / left, 1.0 - (by_kt - bound / kt) / left * turn
+        coupling = self.h * kt
+        return mu - bound / coupling, 1.0 - (by_kt - bound / kt) / coupling * turn
 
 
 def critical_mus(
@@ -175,12 +179,14 @@ def _critical_one_by_one(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> FloatArray:
     # μ is not used, and may be anything up to the static friction.
-    found = np.full(separation.size, np.nan)
-    for place, considered in enumerate(separation.tolist()):
-        values = {name: float(column[place]) for name, column in varied.items()}
-        critical = critical_mu_on_belt(System(p.with_values({**values, "mu": 0.0}), considered))
-        found[place] = next((one.mu for one in critical if one.becomes == "unstable"), np.nan)
-    return found
+    lowest = np.full(separation.size, np.nan)
+    for index, considered in enumerate(separation.tolist()):
+        values = {name: float(column[index]) for name, column in varied.items()}
+        changes = critical_mu_on_belt(System(p.with_values({**values, "mu": 0.0}), considered))
+        lowest[index] = next(
+            (change.mu for change in changes if change.becomes == "unstable"), np.nan
+        )
+    return lowest
 
 
 def judge_growths(
@@ -210,10 +216,12 @@ def _judged_one_by_one(
     size = separation.size
     growth, stable = np.full(size, np.nan), np.zeros(size, dtype=bool)
     reasons: dict[int, str] = {}
-    for place, considered in enumerate(separation.tolist()):
+    for index, considered in enumerate(separation.tolist()):
         try:
-            one = p.with_values({name: float(column[place]) for name, column in varied.items()})
-            growth[place], stable[place] = judge_growth(System(one, considered))
+            parameters = p.with_values(
+                {name: float(column[index]) for name, column in varied.items()}
+            )
+            growth[index], stable[index] = judge_growth(System(parameters, considered))
         except (ComputationError, InputError) as error:
-            reasons[place] = str(error)
+            reasons[index] = str(error)
     return growth, stable, reasons

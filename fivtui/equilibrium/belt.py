@@ -187,11 +187,11 @@ def _near_zero(margins: FloatArray, conditions_hold: BoolArray) -> Any:
     far_before, before, after, far_after = (
         np.clip(index + offset, 0, margins.size - 1) for offset in (-2, -1, 1, 2)
     )
-    same = (stable[before] == stable) & (stable == stable[after])
-    able = conditions_hold[before] | conditions_hold | conditions_hold[after]
-    least = (size <= size[before]) & (size <= size[after])
+    same_sign = (stable[before] == stable) & (stable == stable[after])
+    may_be_stable = conditions_hold[before] | conditions_hold | conditions_hold[after]
+    smallest = (size <= size[before]) & (size <= size[after])
     nearer = _RISE * size < np.maximum(size[far_before], size[far_after])
-    return np.flatnonzero(same & able & least & nearer).tolist()
+    return np.flatnonzero(same_sign & may_be_stable & smallest & nearer).tolist()
 
 
 def _merged(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:

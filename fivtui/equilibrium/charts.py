@@ -90,14 +90,14 @@ def _guides(p: Parameters, result: Stability) -> tuple[Guide, ...]:
     symbol, several = math_symbol("μ_c"), len(result.critical_mu) > 1
     critical = [
         Guide(
-            each.mu,
+            change.mu,
             Label(
-                f"μ_c {each.mu:.4g}",
-                f"{symbol} = {each.mu:.4g}" + f", above it {each.becomes}" * several,
+                f"μ_c {change.mu:.4g}",
+                f"{symbol} = {change.mu:.4g}" + f", above it {change.becomes}" * several,
             ),
             role="critical",
         )
-        for each in result.critical_mu
+        for change in result.critical_mu
     ]
     present = Guide(p.mu, Label(f"μ {p.mu:.4g}", f"$μ$ = {p.mu:.4g}"), role="present")
     return (*critical, present)

@@ -50,8 +50,8 @@ class CriticalMu:
 def linear_critical_mu(p: Parameters) -> float | None:
     """μ_c of the linear system (k_nl = 0); None without coupling, k3 k2 = 0 to double precision."""
     coupling = coupling_stiffness(p) * p.k2
-    found = flutter_boundary(p, p.k2) / coupling if coupling > 0.0 else math.inf
-    return found if math.isfinite(found) else None
+    mu_c = flutter_boundary(p, p.k2) / coupling if coupling > 0.0 else math.inf
+    return mu_c if math.isfinite(mu_c) else None
 
 
 def critical_mu(system: System) -> tuple[CriticalMu, ...]:
@@ -101,16 +101,16 @@ def _least_nonnegative(function: Callable[[float], float], low: float, high: flo
     below, above = function(low), function(high)
     if below >= 0.0 or above < 0.0:
         return None
-    last, guess = low, high
+    previous, guess = low, high
     for _ in range(_SECANTS):
-        last, guess = guess, low - below * (high - low) / (above - below)
-        if not low < guess < high or abs(guess - last) <= _NEAR * guess:
+        previous, guess = guess, low - below * (high - low) / (above - below)
+        if not low < guess < high or abs(guess - previous) <= _NEAR * guess:
             break
         value = function(guess)
         if value < 0.0:
-            low, below, above = guess, value, above * (0.5 if last < guess else 1.0)
+            low, below, above = guess, value, above * (0.5 if previous < guess else 1.0)
         else:
-            high, above, below = guess, value, below * (0.5 if last > guess else 1.0)
+            high, above, below = guess, value, below * (0.5 if previous > guess else 1.0)
     width = max(_NEAR * guess, math.ulp(0.0))
     while width < 0.25 * (high - low):
         for end in (guess - width, guess + width):

@@ -108,7 +108,7 @@ class Stability(SystemResult, Drawn):
 
     def _summary(self) -> list[tuple[str, str]]:
         verdict = "stable" if self.stable else "unstable"
-        critical = ", ".join(f"{each.mu:.6g}" for each in self.critical_mu) or "none"
+        critical = ", ".join(f"{change.mu:.6g}" for change in self.critical_mu) or "none"
         linear = "none" if self.linear_critical_mu is None else f"{self.linear_critical_mu:.6g}"
         return [
             ("scene", scene_text(self.system)),
@@ -210,7 +210,7 @@ def _distance(mu: float, critical: Sequence[CriticalMu]) -> float | None:
     # From the nearest critical one, negative on its unstable side.
     if not critical:
         return None
-    nearest = min(critical, key=lambda each: abs(each.mu - mu))
+    nearest = min(critical, key=lambda change: abs(change.mu - mu))
     return nearest.mu - mu if nearest.becomes == "unstable" else mu - nearest.mu
 
 

@@ -17,7 +17,7 @@ Quartic = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray], Fl
 
 _POLISHES: Final = 3
 _DESCENT: Final = 8
-_AMISS: Final = 4e-8
+_START_MARGIN: Final = 4e-8
 # If the slope at a root is less than this part of its terms, another root is close.
 _COALESCING: Final = 1e-3
 # Steps of Newton's method, which square what is amiss, from at most 2.2 times too far, and for two
@@ -61,20 +61,21 @@ def rightmost_real_part(
     terms = (0.25 * gap, square * (0.5 * p + 0.25 * square))
     total = terms[0] + terms[1]
     cancelled = total < 0.25 * (np.abs(terms[0]) + np.abs(terms[1]))
-    apart = np.copysign(np.sqrt(np.maximum(total, 0.0)), q)
-    apart = np.divide(0.5 * q, u, out=apart, where=cancelled & (u > 0.0))
+    half_difference = np.copysign(np.sqrt(np.maximum(total, 0.0)), q)
+    half_difference = np.divide(0.5 * q, u, out=half_difference, where=cancelled & (u > 0.0))
     near, far = (
-        _of_factor(-0.5 * sign * u, 0.25 * square - (mean - sign * apart)) for sign in (1.0, -1.0)
+        _of_factor(-0.5 * sign * u, 0.25 * square - (mean - sign * half_difference))
+        for sign in (1.0, -1.0)
     )
     root = _where(near[0] >= far[0], near, far)
     quartic = (c1, a), (c2, b), d
     root = _polished((root[0] - g, root[1]), quartic)
-    found = root[0]
+    real_part = root[0]
     close = np.flatnonzero(_coalescing(root, quartic))
     if close.size > 0:
-        some = (c1[close], a[close]), (c2[close], b[close]), d[close]
-        found[close] = _rightmost_of_two((root[0][close], root[1][close]), some)
-    return found
+        coefficients = (c1[close], a[close]), (c2[close], b[close]), d[close]
+        real_part[close] = _rightmost_of_two((root[0][close], root[1][close]), coefficients)
+    return real_part
 
 
 def cube_root_bound(value: FloatArray) -> FloatArray:
@@ -120,18 +121,18 @@ def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
         centre = _difference(centre, _ratio(_scaled(0.5, slope), bend))
     value, slope = _value_and_slope(centre, quartic)
     bend, third = _bend_and_third(centre, quartic)
-    both = []
+    roots = []
     for sign in (1.0, -1.0):
-        apart = _scaled(0.0, centre)
+        offset = _scaled(0.0, centre)
         for _ in range(_SEPARATIONS):
-            head = _sum(bend, _product(_sum(third, apart), apart))
+            head = _sum(bend, _product(_sum(third, offset), offset))
             half = _scaled(0.5, _ratio(slope, head))
             inner = _difference(_product(half, half), _ratio(value, head))
-            apart = _difference(_scaled(sign, _square_root(inner)), half)
-        both.append(_sum(centre, apart))
-    amiss = np.maximum(*(_size(_value_and_slope(each, quartic)[0]) for each in both))
-    allowed = _size(_value_and_slope(root, quartic)[0]) + _ROUNDING * _terms(root, quartic)
-    return np.where(amiss <= allowed, np.maximum(both[0][0], both[1][0]), root[0])
+            offset = _difference(_scaled(sign, _square_root(inner)), half)
+        roots.append(_sum(centre, offset))
+    residual = np.maximum(*(_size(_value_and_slope(candidate, quartic)[0]) for candidate in roots))
+    tolerance = _size(_value_and_slope(root, quartic)[0]) + _ROUNDING * _terms(root, quartic)
+    return np.where(residual <= tolerance, np.maximum(roots[0][0], roots[1][0]), root[0])
 
 
 def _terms(s: Complex, quartic: Quartic) -> FloatArray:
@@ -142,25 +143,25 @@ def _terms(s: Complex, quartic: Quartic) -> FloatArray:
 
 
 def _value_and_slope(s: Complex, quartic: Quartic) -> tuple[Complex, Complex]:
-    one, other, one_slope, other_slope = _factors(s, quartic)
-    real, imaginary = _product(one, other)
-    slope = _sum(_product(one_slope, other), _product(one, other_slope))
+    first, second, first_slope, second_slope = _factors(s, quartic)
+    real, imaginary = _product(first, second)
+    slope = _sum(_product(first_slope, second), _product(first, second_slope))
     return (real - quartic[2], imaginary), slope
 
 
 def _bend_and_third(s: Complex, quartic: Quartic) -> tuple[Complex, Complex]:
     # Half the second derivative, and a sixth of the third.
-    one, other, one_slope, other_slope = _factors(s, quartic)
-    bend = _sum(_sum(one, other), _product(one_slope, other_slope))
-    return bend, _sum(one_slope, other_slope)
+    first, second, first_slope, second_slope = _factors(s, quartic)
+    bend = _sum(_sum(first, second), _product(first_slope, second_slope))
+    return bend, _sum(first_slope, second_slope)
 
 
 def _factors(s: Complex, quartic: Quartic) -> tuple[Complex, Complex, Complex, Complex]:
     # Both quadratic factors, and their slopes.
     (c1, a), (c2, b), _ = quartic
-    one, other = (_product((s[0] + damping, s[1]), s) for damping in (c1, c2))
+    first, second = (_product((s[0] + damping, s[1]), s) for damping in (c1, c2))
     slopes = [(2.0 * s[0] + damping, 2.0 * s[1]) for damping in (c1, c2)]
-    return (one[0] + a, one[1]), (other[0] + b, other[1]), slopes[0], slopes[1]
+    return (first[0] + a, first[1]), (second[0] + b, second[1]), slopes[0], slopes[1]
 
 
 def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
@@ -176,13 +177,13 @@ def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
     greatest = np.where(value >= 0.0, outer, np.where(single, -outer, inner))
     # That is wrong by the root of rounding where roots meet. From a start that lies right of the
     # greatest one, Newton's method converges to it from above.
-    found = np.maximum(third + greatest, 0.0) + _AMISS * (np.abs(third) + outer)
+    root = np.maximum(third + greatest, 0.0) + _START_MARGIN * (np.abs(third) + outer)
     for _ in range(_DESCENT):
-        residual = ((found + 2.0 * p) * found + gap) * found - q * q
-        steepness = (3.0 * found + 4.0 * p) * found + gap
-        step = np.divide(residual, steepness, out=np.zeros_like(found), where=steepness > 0.0)
-        found = np.maximum(found - step, 0.0)
-    return found
+        residual = ((root + 2.0 * p) * root + gap) * root - q * q
+        steepness = (3.0 * root + 4.0 * p) * root + gap
+        step = np.divide(residual, steepness, out=np.zeros_like(root), where=steepness > 0.0)
+        root = np.maximum(root - step, 0.0)
+    return root
 
 
 def _outer_root(slope: FloatArray, value: FloatArray) -> FloatArray:

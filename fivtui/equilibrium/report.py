@@ -47,8 +47,8 @@ def margin_text(s: Stability) -> str:
     if not s.critical_mu:
         return ""
     mu = s.parameters.mu
-    part = mu / min((c.mu for c in s.critical_mu), key=lambda each: abs(each - mu)) - 1.0
-    return f"μ {100.0 * abs(part):.3g} % {'above' if part > 0.0 else 'below'}"
+    excess = mu / min((c.mu for c in s.critical_mu), key=lambda value: abs(value - mu)) - 1.0
+    return f"μ {100.0 * abs(excess):.3g} % {'above' if excess > 0.0 else 'below'}"
 
 
 def stability_rows(s: Stability) -> list[Row]:

@@ -54,16 +54,16 @@ class ModeScan(Result, Tabular):
         return table
 
 
-def scan_top(found: Stability) -> float:
+def scan_top(result: Stability) -> float:
     """Upper end of a scan: a round number beyond μ and every critical μ.
 
     Being round, it stays the same while a value is edited.
     """
-    p = found.parameters
+    p = result.parameters
     highest = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
-    wanted = _BEYOND * max(_LEAST_TOP / _BEYOND, p.mu, *(c.mu for c in found.critical_mu), 0.0)
-    decade = 10.0 ** np.floor(np.log10(wanted))
-    top = next(f * decade for f in (1.0, 1.5, 2.0, 3.0, 5.0, 10.0) if f * decade >= wanted)
+    lowest_top = _BEYOND * max(_LEAST_TOP / _BEYOND, p.mu, *(c.mu for c in result.critical_mu), 0.0)
+    decade = 10.0 ** np.floor(np.log10(lowest_top))
+    top = next(f * decade for f in (1.0, 1.5, 2.0, 3.0, 5.0, 10.0) if f * decade >= lowest_top)
     return float(min(top, highest))
 
 
@@ -80,12 +80,12 @@ def mode_scan(
     """
     mu = np.linspace(0.0, top, _POINTS)
     matrices = np.empty((_POINTS, 4, 4))
-    for place, value in enumerate(mu.tolist()):
-        if place % _BLOCK == 0 and not go_on():
+    for index, value in enumerate(mu.tolist()):
+        if index % _BLOCK == 0 and not go_on():
             raise Cancelled
         changed = system.with_values({"mu": value})
         point = equilibrium(changed)
-        matrices[place] = jacobian(changed.parameters, point.y, point.mode)
+        matrices[index] = jacobian(changed.parameters, point.y, point.mode)
     values = np.linalg.eigvals(matrices).astype(np.complex128)
     # Merged frequencies are equal but for rounding.
     size = _MERGED * np.abs(values).max()

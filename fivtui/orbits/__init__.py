@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from .decay import Attraction
     from .explorer import Explorer
     from .options import BranchOptions
+    from .phrases import SEARCHING, coexistence_words, reached_words
     from .rest import length_scale, slowest_period
-    from .words import SEARCHING, coexistence_words, reached_words
 else:
     from fivtui.lazy import lazily
 

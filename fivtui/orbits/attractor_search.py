@@ -48,12 +48,12 @@ class Coexistence(SystemResult):
     def others(self) -> tuple[Attractor, ...]:
         """The limit cycles and the unbounded growth that were reached."""
         rest = (*AT_REST, Kind.UNSETTLED)
-        return tuple(each for each in self.attractors if each.kind not in rest)
+        return tuple(attractor for attractor in self.attractors if attractor.kind not in rest)
 
     @property
     def coexists(self) -> bool:
         """Whether the equilibrium is stable and vibration or unbounded growth was reached, too."""
-        attracts = any(each.kind in AT_REST for each in self.attractors)
+        attracts = any(attractor.kind in AT_REST for attractor in self.attractors)
         return (attracts or self.stable) and bool(self.others)
 
     @property
@@ -66,12 +66,12 @@ class Coexistence(SystemResult):
         """Warning if another attractor coexists with rest, or a motion did not settle."""
         if not self.coexists:
             return None if self.settled else "some motions did not settle in the time allowed"
-        others = [
+        descriptions = [
             _GROWTH.get(attractor.kind, f"a {attractor.description}")
             for attractor in self.attractors
             if attractor.kind not in AT_REST
         ]
-        beside = f"it coexists with {' and '.join(others)}"
+        beside = f"it coexists with {' and '.join(descriptions)}"
         if self.escape is None:
             return f"the equilibrium is reached only from some starts: {beside}"
         offsets = [
@@ -87,14 +87,14 @@ class Coexistence(SystemResult):
             ("scene", scene_text(self.system)),
             ("equilibrium", self._equilibrium()),
             *(
-                (f"attractor {place}", f"{each.description}: {self.reached.count(place)} starts")
-                for place, each in enumerate(self.attractors)
+                (f"attractor {n}", f"{attractor.description}: {self.reached.count(n)} starts")
+                for n, attractor in enumerate(self.attractors)
             ),
         ]
         return rows if self.warning is None else [*rows, ("warning", self.warning)]
 
     def _equilibrium(self) -> str:
-        if any(each.kind is Kind.STICK for each in self.attractors):
+        if any(attractor.kind is Kind.STICK for attractor in self.attractors):
             return "the slider sticks to the belt at rest"
         return "stable" if self.stable else "unstable"
 
@@ -157,18 +157,19 @@ def coexistence(
     *,
     kernel: Kernel | None = None,
     progress: OnProgress | None = None,
-    found: Callable[[Coexistence], None] = lambda _: None,
+    on_found: Callable[[Coexistence], None] = lambda _: None,
 ) -> Coexistence:
-    """As `attractors`, by a chosen kernel; `found` is called with the attractors as soon as known.
+    """As `attractors`, by a chosen kernel.
 
-    The search for the offsets that leave the equilibrium follows, and takes longer.
+    `on_found` is called with the attractors before the longer search for offsets that leave the
+    equilibrium.
     """
     work = Progress(progress)
     result = search(system, kernel=kernel, progress=work.part(0.0, _SEARCH).callback)
     if not result.coexists:
         work.report(1.0)
         return result
-    found(result)
+    on_found(result)
     escape = escape_offset(system, kernel=kernel, progress=work.part(_SEARCH, 1.0).callback)
     return replace(result, escape=escape)
 

@@ -97,7 +97,9 @@ class Basin(GridResult, Drawn):
         return {**self.grid.table(), attractor: self.reached.ravel()}
 
     def _header(self) -> dict[str, Any]:
-        return self._start_data() | {"attractors": [each.description for each in self.attractors]}
+        return self._start_data() | {
+            "attractors": [attractor.description for attractor in self.attractors]
+        }
 
     def _start_data(self) -> dict[str, Any]:
         return self._system_data() | {"start": list(self.start)}

@@ -126,10 +126,10 @@ class Continuation(TableResult, Drawn):
         return {
             ALL_PARAMETERS[self.name].column: np.array([point.value for point in points]),
             **{
-                Column(way, "1", f"1 if found going {way}"): np.array(
-                    [int(way in point.directions) for point in points]
+                Column(direction, "1", f"1 if found going {direction}"): np.array(
+                    [int(direction in point.directions) for point in points]
                 )
-                for way in DIRECTIONS
+                for direction in DIRECTIONS
             },
             Column("kind", "1", "index in kinds"): kinds,
             **{c: np.array([_value(p.attractor, c.name) for p in points]) for c in _NUMBERS},
@@ -236,12 +236,12 @@ def continuation(
         raise InputError(f"continuation: {name}: must be two or more different values")
     for extreme in grid[[0, -1]].tolist():
         system.with_values({name: extreme})
-    found: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
-    met: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
+    found_at: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
+    directions_of: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
     work = Progress(progress)
     for turn, direction in enumerate(DIRECTIONS):
         starts: list[State] | None = None
-        for step, value in enumerate(found if direction == "up" else reversed(found)):
+        for step, value in enumerate(found_at if direction == "up" else reversed(found_at)):
             work.report((turn + step / grid.size) / 2.0)
             at = system.with_values({name: value})
             explorer = Explorer(at, kernel=kernel, work=work)
@@ -251,16 +251,16 @@ def continuation(
             for start in starts:
                 add_new(reached, explorer.reach(start))
             for attractor in reached:
-                index = add_new(found[value], attractor)
-                if index == len(met[value]):
-                    met[value].append([])
-                met[value][index].append(direction)
+                index = add_new(found_at[value], attractor)
+                if index == len(directions_of[value]):
+                    directions_of[value].append([])
+                directions_of[value][index].append(direction)
             starts = [_carried(explorer, attractor) for attractor in reached]
     work.advance(1.0)
     points = (
         BranchPoint(value, tuple(directions), attractor)
-        for value in found
-        for attractor, directions in zip(found[value], met[value], strict=True)
+        for value in found_at
+        for attractor, directions in zip(found_at[value], directions_of[value], strict=True)
     )
     return Continuation(system, name, grid, tuple(points))
 

@@ -115,9 +115,9 @@ def basin_sheet(result: Basin) -> Sheet:
     reached = result.reached.astype(float)
     backdrop = Backdrop(x, y, result.reached, shades, reached, "attractor")
     chart = Chart(x_label, y_label, (), backdrop=backdrop)
-    others = ", ".join(
+    fixed = ", ".join(
         f"{math_symbol(spec.symbol)} = {value:.4g} {math_unit(spec.unit)}"
         for spec, value in zip(START_SPECS.values(), result.start, strict=True)
         if spec.name not in result.names
     )
-    return Sheet([[chart]], _SIZE, f"{parameter_line(result.parameters)}\n{others}")
+    return Sheet([[chart]], _SIZE, f"{parameter_line(result.parameters)}\n{fixed}")

@@ -94,8 +94,8 @@ class Attraction:
     def hold(self, states: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Of each of the states, shape (n, 4), whether the motion from it is proven to decay."""
         q = (states - self.rest) @ self._modal.T
-        held: NDArray[np.bool_] = np.linalg.norm(q, axis=1) < self.radius
-        return held
+        decays: NDArray[np.bool_] = np.linalg.norm(q, axis=1) < self.radius
+        return decays
 
     def holds(self, state: State) -> bool:
         """Whether the motion from a state is proven to decay."""

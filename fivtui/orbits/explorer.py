@@ -127,13 +127,13 @@ class Attractor:
         plain: dict[str, Any] = to_data(data)
         return plain
 
-    def same_as(self, other: "Attractor") -> bool:
+    def same_as(self, attractor: "Attractor") -> bool:
         """Whether both are the same attractor."""
-        if self.kind is not other.kind:
+        if self.kind is not attractor.kind:
             return False
-        if self.orbit is None or other.orbit is None:
+        if self.orbit is None or attractor.orbit is None:
             return True
-        return bool(np.allclose(_features(self.orbit), _features(other.orbit), _SAME, 0.0))
+        return bool(np.allclose(_features(self.orbit), _features(attractor.orbit), _SAME, 0.0))
 
 
 def _features(orbit: PeriodicOrbit) -> tuple[float, ...]:
@@ -277,11 +277,13 @@ def _ended_in(orbit: PeriodicOrbit) -> Attractor:
 def _returns(run: Transient) -> _Returns:
     # Middles of sticks, else separations, else lowest points.
     solution, t_end = run.solution, run.t_end
-    half = 0.5 * t_end
-    whole = np.array([one for one in run.stick_intervals if one[0] > half and one[1] < t_end])
-    if whole.size:
-        lengths = whole[:, 1] - whole[:, 0]
-        times = whole[lengths > _SHORT_STICK * lengths.max()].mean(axis=1)
+    middle = 0.5 * t_end
+    sticks = np.array(
+        [stick for stick in run.stick_intervals if stick[0] > middle and stick[1] < t_end]
+    )
+    if sticks.size:
+        lengths = sticks[:, 1] - sticks[:, 0]
+        times = sticks[lengths > _SHORT_STICK * lengths.max()].mean(axis=1)
         return _Returns(Section.STICK, times, _states(run, times))
     first = 0 if run.first_mode in IN_CONTACT else 1
     times = run.switch_times[first::2]

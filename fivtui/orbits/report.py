@@ -10,7 +10,7 @@ from .attractor_search import Coexistence
 from .basins import Basin
 from .branches import Continuation
 from .explorer import Attractor
-from .words import coexistence_words
+from .phrases import coexistence_words
 
 _HEADER = (
     "attractor",

@@ -70,5 +70,5 @@ def stays_stuck(p: Parameters, state: State) -> bool:
     reach = math.sqrt(energy / (p.k2 + h))
     low, high = rest - reach, rest + reach
     grip = p.mu_static * spring_force(p, high)
-    held = max(abs(holding_force(p, x, low)), abs(holding_force(p, x, high)))
-    return high < 0.0 and held < grip
+    needed = max(abs(holding_force(p, x, low)), abs(holding_force(p, x, high)))
+    return high < 0.0 and needed < grip

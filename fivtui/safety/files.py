@@ -3,9 +3,9 @@
 import math
 from typing import Any
 
+from .phrases import basis_rows, safety_words
 from .search import SearchRound
 from .verdict import OtherAttractor, SafeFriction
-from .words import basis_rows, safety_words
 
 
 def safe_friction_to_dict(verdict: SafeFriction) -> dict[str, Any]:

@@ -5,8 +5,8 @@ from typing import Final
 from fivtui.lazy import later
 from fivtui.results import StudyKind, listed
 
-(words,) = later(__name__, "words")
+(phrases,) = later(__name__, "phrases")
 
 SAFE_FRICTION: Final = StudyKind(
-    data="verdict", show=listed("Disturbances of any size", words.verdict_rows)
+    data="verdict", show=listed("Disturbances of any size", phrases.verdict_rows)
 )

@@ -149,8 +149,8 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     weights = np.array([1.0, least.period, 1.0, least.period])
     state = (flow.derivatives[:, :4] - np.eye(4)) * weights[:, None] / weights
     rate = flow.rate * weights
-    left = np.linalg.svd(np.column_stack([state, rate / np.abs(rate).max()]))[0]
-    null = left[:, -1] * weights
+    left_vectors = np.linalg.svd(np.column_stack([state, rate / np.abs(rate).max()]))[0]
+    null = left_vectors[:, -1] * weights
     by_mu, *by = (null @ flow.derivatives[:, 4:]).tolist()
     if by_mu == 0.0:
         raise ComputationError("the fold has no direction", "change a parameter a little")

@@ -165,7 +165,7 @@ class Round:
         self._durations = _durations(-self._growth.min(), self._period)
         fastest, decay = max(region.fastest for region in self._regions), -self._growth.min()
         stiff = fastest * self._period > _STIFF * math.tau
-        self._most = _MOST_STEPS // (_PART_IF_STIFF if stiff else 1)
+        self._step_limit = _MOST_STEPS // (_PART_IF_STIFF if stiff else 1)
         too_slow = sum(self._durations[:2]) > _MOST_PERIODS * self._period
         count = 0 if too_slow or decay <= _NEUTRAL * fastest else starts
         begin = [disturbed(at, count) for at in sets]
@@ -212,7 +212,7 @@ class Round:
         self._fate[followed[ends.grown]] = _Fate.UNBOUNDED
         self._fate[followed[ends.given_up]] = _Fate.GIVEN_UP
 
-    def persisting(self, most: int) -> list[Survivor]:
+    def persisting(self, per_level: int) -> list[Survivor]:
         """Motions whose amplitude does not fall as it would if they died out, by ascending μ.
 
         At most `most` at each μ, those of steadiest amplitude first.
@@ -221,7 +221,7 @@ class Round:
         for level in range(LEVELS):
             motions = np.flatnonzero(self._persists() & (self._level == level))
             order = np.argsort(np.abs(self._change[motions]), kind="stable")
-            chosen += self._survivors(motions[order[:most]], self._states)
+            chosen += self._survivors(motions[order[:per_level]], self._states)
         return chosen
 
     def unbounded(self) -> list[Survivor]:
@@ -246,7 +246,7 @@ class Round:
             unbounded=tuple(self.unbounded()),
             undecided_at=tuple(np.bincount(self._level[undecided], minlength=LEVELS).tolist()),
             steps=self._steps,
-            most_steps=self._most,
+            most_steps=self._step_limit,
             horizon=float(self._durations[-1]),
         )
 
@@ -260,19 +260,19 @@ class Round:
         if not self._steps:
             return moving
         cost = self._mean_rate * duration
-        most = max(int((self._most - self._steps) / (cost * LEVELS)), _FEWEST)
+        per_level = max(int((self._step_limit - self._steps) / (cost * LEVELS)), _FEWEST)
         return np.concatenate(
-            [moving[self._level[moving] == level][:most] for level in range(LEVELS)]
+            [moving[self._level[moving] == level][:per_level] for level in range(LEVELS)]
         )
 
     def _run(self, followed: Indices, duration: float) -> _Ends:
-        limit = max(_LEAST_LIMIT, 2 * (self._most - self._steps) // followed.size)
+        limit = max(_LEAST_LIMIT, 2 * (self._step_limit - self._steps) // followed.size)
         ends = self._integrate(followed, duration, limit)
         # What the others have left over goes to the motions of many steps.
         again = np.flatnonzero(ends.given_up)
-        more = (self._most - self._steps) // max(again.size, 1)
-        if again.size and more > 2 * limit:
-            later = self._integrate(followed[again], duration, more)
+        longer_limit = (self._step_limit - self._steps) // max(again.size, 1)
+        if again.size and longer_limit > 2 * limit:
+            later = self._integrate(followed[again], duration, longer_limit)
             for values, longer in zip(ends, later, strict=True):
                 values[again] = longer
         return ends
@@ -383,8 +383,8 @@ def _least(
             max_steps=_MOST_STEPS // _BETWEEN,
         )
         failing = np.flatnonzero(~holds(run))
-        last = int(failing[-1]) if failing.size else 0
-        low, high = float(mu[last]), float(mu[last + 1]) if failing.size else low
+        index = int(failing[-1]) if failing.size else 0
+        low, high = float(mu[index]), float(mu[index + 1]) if failing.size else low
     return high
 
 

@@ -244,8 +244,8 @@ def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> 
         room = _FILLED * np.count_nonzero(fits)
         # Where there is no draw near, a polynomial may be anything.
         least, greatest = float(np.nanmin(values[fits])), float(np.nanmax(values[fits]))
-        more = _BEYOND * (greatest - least)
-        box = (*corners, least - more, greatest + more)
+        margin = _BEYOND * (greatest - least)
+        box = (*corners, least - margin, greatest + margin)
         cells = [
             _fitted(unit[:count], values, fits, degree, box)
             for degree in _DEGREES

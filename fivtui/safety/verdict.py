@@ -198,7 +198,7 @@ class SafeFriction(SystemResult):
         return self.safe_mu
 
     def _summary(self) -> list[tuple[str, str]]:
-        from .words import basis_rows, safety_words
+        from .phrases import basis_rows, safety_words
 
         scene = scene_text(self.system, without=("mu",))
         return [("scene", scene), ("verdict", safety_words(self)), *basis_rows(self)]
@@ -261,11 +261,11 @@ def safe_friction(
     begin = time.process_time()
     search = _Search(system, Progress(progress))
     search.run()
-    others, unknown_above, critical = search.others(), search.unknown_above, search.critical
+    attractors, unknown_above, critical = search.others(), search.unknown_above, search.critical
     safe_mu: float | None = None
     found_by: FoundBy | None = None
-    if unknown_above is None and others:
-        safe_mu, found_by = others[0].mu, others[0].found_by
+    if unknown_above is None and attractors:
+        safe_mu, found_by = attractors[0].mu, attractors[0].found_by
     elif unknown_above is None and critical is not None:
         safe_mu, found_by = critical, "eigenvalues"
     region = Attraction(system, equilibrium(system))
@@ -275,7 +275,7 @@ def safe_friction(
         safe_mu=safe_mu,
         unknown_above=unknown_above,
         found_by=found_by,
-        others=others,
+        others=attractors,
         coexisting=search.coexisting(),
         searched_to=search.top,
         basis=SafeFrictionBasis(
@@ -333,8 +333,8 @@ class _Search:
         """Whether motions or branches were not followed to their end."""
         if not self.rounds:
             return False
-        last = self.rounds[-1]
-        return self._ended_early or bool(last.undecided) or not last.starts
+        final_round = self.rounds[-1]
+        return self._ended_early or bool(final_round.undecided) or not final_round.starts
 
     @property
     def unknown_above(self) -> float | None:
@@ -343,14 +343,16 @@ class _Search:
             return 0.0
         if not self.rounds:
             return None
-        last = self.rounds[-1]
-        if not last.starts:
+        final_round = self.rounds[-1]
+        if not final_round.starts:
             return 0.0
-        if last.undecided < _MOST_UNDECIDED * last.starts:
+        if final_round.undecided < _MOST_UNDECIDED * final_round.starts:
             return None
-        most = _MOST_UNDECIDED * last.starts / len(last.levels)
-        first = next(index for index, count in enumerate(last.undecided_at) if count >= most)
-        return last.levels[first - 1] if first else 0.0
+        tolerated = _MOST_UNDECIDED * final_round.starts / len(final_round.levels)
+        first = next(
+            index for index, count in enumerate(final_round.undecided_at) if count >= tolerated
+        )
+        return final_round.levels[first - 1] if first else 0.0
 
     def others(self) -> tuple[OtherAttractor, ...]:
         # A branch that begins at the critical μ and rises has its least μ there, to rounding.

@@ -73,12 +73,12 @@ class Zones:
 
 def _merged(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Zones:
     # Neighbours of the same kind as one zone.
-    kept, different = [bounds[0]], [zones[0]]
+    merged_bounds, merged_zones = [bounds[0]], [zones[0]]
     for bound, zone in zip(bounds[1:-1], zones[1:], strict=True):
-        if zone is not different[-1]:
-            kept.append(bound)
-            different.append(zone)
-    return Zones(name, (*kept, bounds[-1]), tuple(different))
+        if zone is not merged_zones[-1]:
+            merged_bounds.append(bound)
+            merged_zones.append(zone)
+    return Zones(name, (*merged_bounds, bounds[-1]), tuple(merged_zones))
 
 
 def linear_zones(system: System, name: str, low: float, high: float) -> Zones:
@@ -109,13 +109,13 @@ def safety_zones(
     return judge.zones() if math.isnan(least) else _over_mu(judge, least, least)
 
 
-def searched_zones(found: "SafeFriction", low: float, high: float) -> Zones:
+def searched_zones(verdict: "SafeFriction", low: float, high: float) -> Zones:
     """Zones over μ as `safe_friction` found them; nothing is computed."""
-    judge = _Judge(found.system, "mu", low, high)
+    judge = _Judge(verdict.system, "mu", low, high)
     if not judge.searched:
         return judge.zones()
-    squeals = found.others[0].mu if found.others else found.critical_mu
-    return _over_mu(judge, found.safe_to, math.inf if squeals is None else squeals)
+    squeals = verdict.others[0].mu if verdict.others else verdict.critical_mu
+    return _over_mu(judge, verdict.safe_to, math.inf if squeals is None else squeals)
 
 
 class _Judge:
@@ -155,17 +155,17 @@ class _Judge:
         # Where what eigenvalues say changes.
         if self.name == "mu" and not self.on_belt:
             critical = critical_mu(System(self.p, self.separation))
-            return [one.mu for one in critical if self.low < one.mu < self.high]
+            return [change.mu for change in critical if self.low < change.mu < self.high]
         count = _JUDGED_ON_BELT if self.on_belt else _JUDGED
         values = np.linspace(self.low, self.high, count)
         zones, growth = self._judged(values)
-        known = dict(zip(values.tolist(), zones, strict=True))
-        for place in _approaches(growth, zones):
-            known |= self._between(float(values[place - 1]), float(values[place + 1]))
+        zone_of = dict(zip(values.tolist(), zones, strict=True))
+        for index in _approaches(growth, zones):
+            zone_of |= self._between(float(values[index - 1]), float(values[index + 1]))
         return [
             self._narrowed(low, high)
-            for low, high in pairwise(sorted(known))
-            if known[low] is not known[high]
+            for low, high in pairwise(sorted(zone_of))
+            if zone_of[low] is not zone_of[high]
         ]
 
     def _between(self, low: float, high: float) -> dict[float, Zone]:
@@ -173,19 +173,21 @@ class _Judge:
         for _ in range(_APPROACHES):
             values = np.linspace(low, high, 9)
             zones, growth = self._judged(values)
-            others = [place for place in range(9) if zones[place] is not zones[0]]
-            if others:
-                return {float(values[place]): zones[place] for place in others}
-            place = min(max(int(np.argmin(np.abs(growth))), 1), 7)
-            low, high = float(values[place - 1]), float(values[place + 1])
+            differing = [index for index in range(9) if zones[index] is not zones[0]]
+            if differing:
+                return {float(values[index]): zones[index] for index in differing}
+            index = min(max(int(np.argmin(np.abs(growth))), 1), 7)
+            low, high = float(values[index - 1]), float(values[index + 1])
         return {}
 
     def _narrowed(self, low: float, high: float) -> float:
         for _ in range(_EIGHTHS):
             values = np.linspace(low, high, 9)
             zones = self.judged(values)
-            place = next((n for n in range(8) if zones[n] is not zones[n + 1]), 0)
-            low, high = float(values[place]), float(values[place + 1])
+            index = next(
+                (position for position in range(8) if zones[position] is not zones[position + 1]), 0
+            )
+            low, high = float(values[index]), float(values[index + 1])
         return 0.5 * (low + high)
 
     def zones(
@@ -214,16 +216,16 @@ def _over_mu(judge: _Judge, safe: float, squeals: float) -> Zones:
     return judge.zones([safe, squeals], large)
 
 
-def _approaches(distances: Floats, sorts: Sequence[object]) -> list[int]:
+def _approaches(distances: Floats, zones: Sequence[object]) -> list[int]:
     # Places between neighbours of the same sort at which a distance from zero is least, and may be
     # zero beside them: it is no more than what it falls by.
-    apart = np.abs(distances)
+    sizes = np.abs(distances)
     return [
-        place
-        for place in range(1, apart.size - 1)
-        if sorts[place - 1] is sorts[place] is sorts[place + 1]
-        and apart[place - 1] > apart[place] <= apart[place + 1]
-        and 2.0 * apart[place] <= max(apart[place - 1], apart[place + 1])
+        index
+        for index in range(1, sizes.size - 1)
+        if zones[index - 1] is zones[index] is zones[index + 1]
+        and sizes[index - 1] > sizes[index] <= sizes[index + 1]
+        and 2.0 * sizes[index] <= max(sizes[index - 1], sizes[index + 1])
     ]
 
 
@@ -259,14 +261,18 @@ def _continued(judge: _Judge, progress: OnProgress | None) -> Zones:
                 break
             middle = 0.5 * (low + high)
             low, high = (middle, high) if zone(middle) is zone(low) else (low, middle)
-    known = np.array(sorted(least_mus))
+    values_known = np.array(sorted(least_mus))
     between = [
-        0.5 * (low + high) for low, high in pairwise(known.tolist()) if zone(low) is not zone(high)
+        0.5 * (low + high)
+        for low, high in pairwise(values_known.tolist())
+        if zone(low) is not zone(high)
     ]
     # Where stability is lost without a knock before it, both bounds are the same.
     edges, near = judge.edges(), _SAME * (judge.high - judge.low)
     between = [value for value in between if all(abs(value - edge) > near for edge in edges)]
-    return judge.zones(between, lambda value: zone(float(known[np.argmin(np.abs(known - value))])))
+    return judge.zones(
+        between, lambda value: zone(float(values_known[np.argmin(np.abs(values_known - value))]))
+    )
 
 
 def _approach(
@@ -277,10 +283,10 @@ def _approach(
     high: float,
 ) -> None:
     # Looks by golden sections for a value of another zone where the least μ comes nearest to μ.
-    begin = zone(low)
+    zone_at_low = zone(low)
     for _ in range(_LOOKS):
-        first, last = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        if zone(first) is not begin or zone(last) is not begin:
+        first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        if zone(first) is not zone_at_low or zone(second) is not zone_at_low:
             return
-        nearer = abs(least(first) - mu) < abs(least(last) - mu)
-        low, high = (low, last) if nearer else (first, high)
+        nearer = abs(least(first) - mu) < abs(least(second) - mu)
+        low, high = (low, second) if nearer else (first, high)

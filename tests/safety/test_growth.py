@@ -4,7 +4,7 @@ import pytest
 
 from fivtui import ComputationError, Parameters, safe_friction, simulate
 from fivtui.safety.growth import least_mu_of_growth
-from fivtui.safety.words import basis_rows, safety_words
+from fivtui.safety.phrases import basis_rows, safety_words
 
 # A linear contact spring, whose motions once were said to follow limit cycles.
 SCATTERED = Parameters(

@@ -10,8 +10,8 @@ import pytest
 from fivtui import Cancelled, Parameters, safe_friction, simulate
 from fivtui.model import System, equilibrium
 from fivtui.safety import search
+from fivtui.safety.phrases import coexistence_here, safety_words
 from fivtui.safety.verdict import SafeFriction
-from fivtui.safety.words import coexistence_here, safety_words
 
 
 @pytest.fixture

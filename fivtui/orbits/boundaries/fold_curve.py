@@ -36,7 +36,7 @@ class FoldOnCurve(OrbitOnCurve):
     """A limit cycle with a multiplier 1."""
 
     null: FloatArray
-    left: FloatArray
+    left_null: FloatArray
     bend: float
 
 
@@ -44,13 +44,13 @@ class _Borders(NamedTuple):
     # The direction across the orbit, and both null vectors, at a fold nearby.
     across: FloatArray
     null: FloatArray
-    left: FloatArray
+    left_null: FloatArray
 
 
 class _Fold(NamedTuple):
     motion: Return
     null: FloatArray
-    left: FloatArray
+    left_null: FloatArray
 
 
 class FoldCurve(CycleCurve[FoldOnCurve]):
@@ -86,7 +86,7 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         tangent: FloatArray | None = None,
     ) -> FoldOnCurve | None:
         """The fold near a guess in the plane with the normal `along`: see `Curve`."""
-        borders = _Borders(near.across, near.null, near.left)
+        borders = _Borders(near.across, near.null, near.left_null)
         return self._solve(guess, along, along if tangent is None else tangent, borders)
 
     def begin(self, unknowns: FloatArray, index: int) -> FoldOnCurve | None:
@@ -111,7 +111,7 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
             solved = None if motion is None else self._bordered(unknowns, motion, borders)
             if motion is None or solved is None:
                 return None
-            system, determinant, null, left = solved
+            system, determinant, null, left_null = solved
             system[4, :4], system[6] = borders.across, along
             away = unknowns - guess
             missed = self._orbits.missed(unknowns, motion)
@@ -119,19 +119,19 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
             return (
                 np.append(missed, [across, determinant, ahead]),
                 system,
-                _Fold(motion, null, left),
+                _Fold(motion, null, left_null),
             )
 
         root = find_root(equations, guess, 4, _LIMITS)
         if root is None:
             return None
-        motion, null, left = root.belonging
+        motion, null, left_null = root.belonging
         orbit = self._orbits.completed(root, motion, tangent)
         if orbit is None:
             return None
         bend = float(root.derivatives[5, :_NULL] @ null)
         values = {field.name: getattr(orbit, field.name) for field in fields(orbit)}
-        return FoldOnCurve(**values, null=null, left=left, bend=bend)
+        return FoldOnCurve(**values, null=null, left_null=left_null, bend=bend)
 
     def _bordered(
         self, unknowns: FloatArray, motion: Return, borders: _Borders
@@ -143,28 +143,30 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         bordered = np.zeros((_NULL + 1, _NULL + 1))
         bordered[:4, :_NULL] = system[:4, :_NULL]
         bordered[4, :4] = borders.across
-        bordered[:_NULL, _NULL], bordered[_NULL, :_NULL] = borders.left, borders.null
+        bordered[:_NULL, _NULL], bordered[_NULL, :_NULL] = borders.left_null, borders.null
         corner = np.eye(_NULL + 1)[-1]
         try:
-            null, left = np.linalg.solve(bordered, corner), np.linalg.solve(bordered.T, corner)
+            null, left_null = np.linalg.solve(bordered, corner), np.linalg.solve(bordered.T, corner)
         except np.linalg.LinAlgError:
             return None
         determinant, scale = float(null[-1]), float(np.linalg.norm(null[:_NULL]))
-        right, left = null[:_NULL] / scale, left[:_NULL]
+        right, left_null = null[:_NULL] / scale, left_null[:_NULL]
         second = self._second(unknowns, right, motion)
         if second is None:
             return None
-        system[5] = -scale * (left[:4] @ second)
-        return system, determinant, right, left / np.linalg.norm(left)
+        system[5] = -scale * (left_null[:4] @ second)
+        return system, determinant, right, left_null / np.linalg.norm(left_null)
 
-    def _second(self, unknowns: FloatArray, way: FloatArray, motion: Return) -> FloatArray | None:
+    def _second(
+        self, unknowns: FloatArray, direction: FloatArray, motion: Return
+    ) -> FloatArray | None:
         # Derivative of the shooting equations' derivatives along a direction in state and period.
         step = _DIFFERENCE * float(np.abs(unknowns[:4]).max())
         if self._separation:
             off = abs(float(motion.extremes[3])) / float(self.scales[0])
             step = min(step, _PART_OFF * off) or step
         change = np.zeros(_COUNT)
-        change[:_NULL] = step * way
+        change[:_NULL] = step * direction
         ahead, behind = (self._orbits.motion(unknowns + sign * change) for sign in (1.0, -1.0))
         if ahead is None or behind is None:
             return None

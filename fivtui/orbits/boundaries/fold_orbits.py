@@ -99,29 +99,29 @@ def fold_near(
     def orbit_at(distance: float) -> OrbitOnCurve | None:
         return curve.solve(base + distance * guess.tangent, planes)
 
-    bend, at, size = guess.bend, 0.0, guess.amplitude
+    bend, distance, size = guess.bend, 0.0, guess.amplitude
     # Distances along the first tangent, and slopes there: the last, and the nearest on both sides.
-    last: tuple[float, float] | None = None
+    previous: tuple[float, float] | None = None
     sides: dict[bool, float] = {}
     for _ in range(_MOST_STEPS):
-        orbit = orbit_at(at)
+        orbit = orbit_at(distance)
         if orbit is None or float(orbit.across @ guess.across) < _TRANSVERSE:
             return None
         slope = float(orbit.tangent[VALUE])
-        if last is not None and abs(at - last[0]) > _APART * size:
-            bend = (slope - last[1]) / (at - last[0])
-        last, sides[slope > 0.0] = (at, slope), at
+        if previous is not None and abs(distance - previous[0]) > _APART * size:
+            bend = (slope - previous[1]) / (distance - previous[0])
+        previous, sides[slope > 0.0] = (distance, slope), distance
         step = -slope / bend if bend != 0.0 else _PROBE * size
         if bend != 0.0 and abs(step) < _SHORT * size:
             if bend * size * size > _SHARP:
-                bend = _bend_beside(orbit_at, at, _BESIDE * size)
+                bend = _bend_beside(orbit_at, distance, _BESIDE * size)
             return _fold(orbit, bend, float(units[0]))
-        at += max(min(step, _LONGEST * size), -_LONGEST * size)
+        distance += max(min(step, _LONGEST * size), -_LONGEST * size)
         if len(sides) == 2:
             low, high = sorted(sides.values())
             margin = _INSIDE * (high - low)
-            if not low + margin < at < high - margin:
-                at = 0.5 * (low + high)
+            if not low + margin < distance < high - margin:
+                distance = 0.5 * (low + high)
             if high - low < _CLOSE * size:
                 return None
     return None
@@ -132,8 +132,8 @@ def _bend_beside(
 ) -> float:
     # The bend by the slopes on either side; not a number if the parameter is not least in between.
     orbits = (orbit_at(at - distance), orbit_at(at + distance))
-    first, last = (0.0 if orbit is None else float(orbit.tangent[VALUE]) for orbit in orbits)
-    return (last - first) / (2.0 * distance) if first < 0.0 < last else math.nan
+    before, after = (0.0 if orbit is None else float(orbit.tangent[VALUE]) for orbit in orbits)
+    return (after - before) / (2.0 * distance) if before < 0.0 < after else math.nan
 
 
 def _fold(orbit: OrbitOnCurve, bend: float, length: float) -> FoldOrbit | None:
@@ -141,9 +141,9 @@ def _fold(orbit: OrbitOnCurve, bend: float, length: float) -> FoldOrbit | None:
     size = 0.5 * (high - low) / length
     multipliers = orbit.multipliers
     unity = int(np.abs(multipliers - 1.0).argmin())
-    others = np.delete(multipliers, unity)
+    remaining = np.delete(multipliers, unity)
     # A real multiplier above 1, but close to it, is next to a torus, from which on cycles attract.
-    saddle = bool(np.any((others.imag == 0.0) & (others.real > _SADDLE)))
+    saddle = bool(np.any((remaining.imag == 0.0) & (remaining.real > _SADDLE)))
     if not bend >= 0.0 or size < _SMALLEST or saddle or abs(multipliers[unity] - 1.0) > _UNITY:
         return None
     return FoldOrbit(

@@ -46,15 +46,15 @@ class HopfCurve(Curve[HopfOnCurve]):
     ) -> HopfOnCurve | None:
         """The Hopf point near a guess on the line with the normal `along`: see `Curve`."""
         self._work.check()
-        way, unknowns = np.array([-along[1], along[0]]), guess.copy()
+        line, unknowns = np.array([-along[1], along[0]]), guess.copy()
         iterations, change = 0, np.inf
         while abs(change) > _EXACT * float(np.abs(unknowns).max()):
             excess = self._excess(unknowns)
-            if excess is None or not excess[1] @ way or iterations == _MOST_ITERATIONS:
+            if excess is None or not excess[1] @ line or iterations == _MOST_ITERATIONS:
                 return None
             beyond, slope = excess
-            change = beyond / float(slope @ way)
-            unknowns = unknowns - change * way
+            change = beyond / float(slope @ line)
+            unknowns = unknowns - change * line
             iterations += 1
         direction = np.array([-slope[1], slope[0]]) / np.linalg.norm(slope)
         if direction @ (along if tangent is None else tangent) < 0.0:

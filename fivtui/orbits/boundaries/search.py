@@ -105,18 +105,18 @@ def boundary(
     work = Progress(progress)
     curves: list[BoundaryCurve] = []
     trace = {"hopf": _hopf_curves, "fold": _fold_curves, "touch": _touch_curves}[kind]
-    # What is found already is looked at while more is looked for.
+    # The generators skip events on the curves in this list.
     curves.extend(trace(plane, work, curves))
     work.advance(1.0)
     if not curves:
         names = " and ".join(plane.names)
         raise ComputationError(
-            f"no {_SAID[kind]} was found over {names}", "widen the ranges, or change the others"
+            f"no {_LABELS[kind]} was found over {names}", "widen the ranges, or change the others"
         )
     return Boundary(plane.system, kind, plane.names, plane.ranges, tuple(curves))
 
 
-_SAID: Final = {"hopf": "Hopf point", "fold": "fold", "touch": "touch of y = 0"}
+_LABELS: Final = {"hopf": "Hopf point", "fold": "fold", "touch": "touch of y = 0"}
 
 
 def _plane(
@@ -146,9 +146,9 @@ def _lines(plane: ParameterPlane, work: Progress) -> Iterator[tuple[System, str,
     along = 0 if plane.names[0] == "mu" else 1
     low, high = plane.ranges[1 - along]
     name = plane.names[1 - along]
-    own = getattr(plane.system.parameters, name)
-    values = [low + (high - low) * (place + 0.5) / _LINES for place in range(_LINES)]
-    for count, value in enumerate([*([own] if low <= own <= high else []), *values]):
+    set_value = getattr(plane.system.parameters, name)
+    values = [low + (high - low) * (index + 0.5) / _LINES for index in range(_LINES)]
+    for count, value in enumerate([*([set_value] if low <= set_value <= high else []), *values]):
         work.report(count / (_LINES + 1))
         yield plane.system.with_values({name: value}), plane.names[along], along
 
@@ -166,7 +166,7 @@ def _events(
             continue
         for point in cycles.points:
             if event_at(cycles, point) is kind:
-                values = [getattr(p, each) for each in plane.names]
+                values = [getattr(p, parameter) for parameter in plane.names]
                 values[along] = point.value
                 yield system.with_values({name: point.value}), point, np.array(values)
 
@@ -203,7 +203,7 @@ def _hopf_curves(
     follower, convert = Follower(curve), partial(_hopf_point, plane)
     for system, name, along in _lines(plane, work):
         for value in hopf_values(system, name, *plane.ranges[along]):
-            values = [getattr(system.parameters, each) for each in plane.names]
+            values = [getattr(system.parameters, parameter) for parameter in plane.names]
             values[along] = value
             start = curve.begin((values[0], values[1]), 1 - along)
             if start is None:
@@ -220,20 +220,22 @@ P = TypeVar("P", bound=PointOnCurve)
 def _both_ways(
     follow: Callable[[P], Followed[P]], start: P, convert: Callable[[P], BoundaryPoint]
 ) -> BoundaryCurve:
-    whole = follow_both_ways(follow, start)
-    points = tuple(map(convert, whole.points))
-    events = tuple(_event(kind, points[index]) for index, kind in whole.events.items())
-    return BoundaryCurve(points, events, whole.ends)
+    curve = follow_both_ways(follow, start)
+    points = tuple(map(convert, curve.points))
+    events = tuple(_event(kind, points[index]) for index, kind in curve.events.items())
+    return BoundaryCurve(points, events, curve.ends)
 
 
 def _with_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) -> BoundaryCurve:
     # Folds that shrink into the equilibrium end at a Hopf point whose Lyapunov coefficient is zero.
     shrinks = [end is End.EQUILIBRIUM for end in curve.ends]
-    first = _bautin(plane, curve.points[0], work) if shrinks[0] else []
-    last = _bautin(plane, curve.points[-1], work) if shrinks[1] else []
-    before, after = ([_event(EventKind.BAUTIN, point) for point in ends] for ends in (first, last))
+    at_start = _bautin(plane, curve.points[0], work) if shrinks[0] else []
+    at_end = _bautin(plane, curve.points[-1], work) if shrinks[1] else []
+    before, after = (
+        [_event(EventKind.BAUTIN, point) for point in located] for located in (at_start, at_end)
+    )
     return BoundaryCurve(
-        (*first, *curve.points, *last), (*before, *curve.events, *after), curve.ends
+        (*at_start, *curve.points, *at_end), (*before, *curve.events, *after), curve.ends
     )
 
 
@@ -243,7 +245,7 @@ def _bautin(plane: ParameterPlane, near: BoundaryPoint, work: Progress) -> list[
     start = curve.begin(near.values, 1 - along)
     if start is None:
         return []
-    follower = Follower(curve, most=_MOST_TO_BAUTIN)
+    follower = Follower(curve, max_points=_MOST_TO_BAUTIN)
     points = follower.events_both_ways(start, EventKind.BAUTIN, _FIRST_STEP)
     points.sort(key=lambda point: float(np.linalg.norm(point.unknowns - start.unknowns)))
     return [_hopf_point(plane, point) for point in points[:1]]
@@ -282,14 +284,16 @@ def _is_on(
     # Whether a point is on a curve that is known, by its parameters, period and extremes.
     period, y_min, y_max = measures
     units = np.array([*plane.units, period, abs(y_min), abs(y_min)])
-    here = np.array([*values, period, y_min, y_max]) / units
+    target = np.array([*values, period, y_min, y_max]) / units
     for curve in curves:
-        passed = np.array([[*one.values, one.period, one.y_min, one.y_max] for one in curve.points])
-        passed /= units
-        ways = np.diff(passed, axis=0)
-        lengths = np.maximum(np.linalg.norm(ways, axis=1), _LEAST)
-        shares = np.clip(((here - passed[:-1]) * ways).sum(axis=1) / lengths**2, 0.0, 1.0)
-        away = np.linalg.norm(passed[:-1] + shares[:, None] * ways - here, axis=1)
-        if (away < _NEAR * lengths + _SAME).any():
+        polyline = np.array(
+            [[*point.values, point.period, point.y_min, point.y_max] for point in curve.points]
+        )
+        polyline /= units
+        segments = np.diff(polyline, axis=0)
+        lengths = np.maximum(np.linalg.norm(segments, axis=1), _LEAST)
+        shares = np.clip(((target - polyline[:-1]) * segments).sum(axis=1) / lengths**2, 0.0, 1.0)
+        distances = np.linalg.norm(polyline[:-1] + shares[:, None] * segments - target, axis=1)
+        if (distances < _NEAR * lengths + _SAME).any():
             return True
     return False

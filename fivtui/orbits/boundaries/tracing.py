@@ -112,10 +112,10 @@ class FoldTracer:
 
     def _beyond(self, corner: FoldOnCurve, distance: float) -> FoldOnCurve | None:
         # The fold off the belt at a distance from a corner, along the curve on the belt.
-        way = corner.tangent[FIRST:] / np.linalg.norm(corner.tangent[FIRST:])
-        fixed = FIRST + int(np.argmax(np.abs(way)))
+        direction = corner.tangent[FIRST:] / np.linalg.norm(corner.tangent[FIRST:])
+        fixed = FIRST + int(np.argmax(np.abs(direction)))
         free = FIRST + SECOND - fixed
-        touch = self._touching(corner, corner.unknowns[FIRST:] + distance * way, fixed)
+        touch = self._touching(corner, corner.unknowns[FIRST:] + distance * direction, fixed)
         if touch is None:
             return None
         values = touch.unknowns * self.scales
@@ -129,14 +129,14 @@ class FoldTracer:
         if start is None:
             return None
         start = start if start.tangent[2] > 0.0 else start.reversed()
-        part = Follower(curve, most=_MOST_TO_FOLD).follow(
+        part = Follower(curve, max_points=_MOST_TO_FOLD).follow(
             start, step=_FIRST_STEP * abs(distance), until=(EventKind.FOLD,)
         )
         if part.end is not End.EVENT:
             return None
-        last = part.points[-1].unknowns * curve.scales
-        unknowns = np.append(last[:FIRST] / self.scales[:FIRST], touch.unknowns[FIRST:])
-        unknowns[free] = last[VALUE] / self.scales[free]
+        fold_on_line = part.points[-1].unknowns * curve.scales
+        unknowns = np.append(fold_on_line[:FIRST] / self.scales[:FIRST], touch.unknowns[FIRST:])
+        unknowns[free] = fold_on_line[VALUE] / self.scales[free]
         fold = self._off.begin(unknowns, fixed)
         if fold is None or fold.extremes[3] > _PART_OF_SIZE * abs(fold.extremes[2]):
             return None
@@ -146,16 +146,16 @@ class FoldTracer:
     def _meet_belt(self, trace: _Trace, start: FoldOnCurve) -> FoldOnCurve | None:
         # From where folds off the belt cannot be followed: to those on it, if they are there.
         points = trace.points
-        last = points[-1] if points else start
-        if not float(last.extremes[3]) < _AT_CORNER * self._length:
+        nearest = points[-1] if points else start
+        if not float(nearest.extremes[3]) < _AT_CORNER * self._length:
             return None
-        corner = self._corner_near(last)
+        corner = self._corner_near(nearest)
         if corner is None:
             return None
         # What is smaller than the last distance at which a corner is left is not looked at.
-        ways = [(corner.unknowns - fold.unknowns)[FIRST:] for fold in (*points[::-1], start)]
-        long = (way for way in ways if np.linalg.norm(way) > _BEYOND[-1])
-        turns = bool(corner.tangent[FIRST:] @ next(long, last.tangent[FIRST:]) < 0.0)
+        steps = [(corner.unknowns - fold.unknowns)[FIRST:] for fold in (*points[::-1], start)]
+        long = (step for step in steps if np.linalg.norm(step) > _BEYOND[-1])
+        turns = bool(corner.tangent[FIRST:] @ next(long, nearest.tangent[FIRST:]) < 0.0)
         while points and float(points[-1].extremes[3]) < _SETTLED * self._length:
             points.pop()
         count = len(points)
@@ -173,7 +173,7 @@ class FoldTracer:
         if touch is None:
             return None
         ahead = touch if touch.tangent[FIRST:] @ arrival > 0.0 else touch.reversed()
-        follower = Follower(self._touches, most=_MOST_TO_FOLD)
+        follower = Follower(self._touches, max_points=_MOST_TO_FOLD)
         for start in (ahead, ahead.reversed()):
             part = follower.follow(start, step=_FIRST_STEP, until=(EventKind.FOLD,))
             if part.end is End.EVENT:

@@ -128,11 +128,13 @@ def find_root(
     return best if least < accepted else None
 
 
-def directions_across(way: FloatArray) -> FloatArray:
+def directions_across(direction: FloatArray) -> FloatArray:
     """Unit vectors across a direction: columns of a reflection of the first axis to it."""
-    turn = way.copy()
-    turn[0] += -1.0 if way[0] < 0.0 else 1.0
-    basis: FloatArray = (np.eye(len(way)) - np.outer(turn, 2.0 / (turn @ turn) * turn))[:, 1:]
+    normal = direction.copy()
+    normal[0] += -1.0 if direction[0] < 0.0 else 1.0
+    basis: FloatArray = (
+        np.eye(len(direction)) - np.outer(normal, 2.0 / (normal @ normal) * normal)
+    )[:, 1:]
     return basis
 
 
@@ -163,9 +165,9 @@ class OrbitCurve:
         self._work.check()
         if not np.isfinite(guess).all():
             return None
-        way = planes[-1] if along is None else along
+        direction = planes[-1] if along is None else along
         if self._search is not None:
-            orbit = self._search.solve(guess, planes, way, turning=turning)
+            orbit = self._search.solve(guess, planes, direction, turning=turning)
             return None if orbit is None else OrbitOnCurve(**orbit._asdict())
         states = self._states
 
@@ -177,7 +179,9 @@ class OrbitCurve:
             return np.concatenate(missed), np.vstack([self.shooting(motion), planes]), motion
 
         root = find_root(equations, guess, states, _LIMITS)
-        return None if root is None else self.completed(root, root.belonging, way, turning=turning)
+        if root is None:
+            return None
+        return self.completed(root, root.belonging, direction, turning=turning)
 
     def returns_after(self, orbit: OrbitOnCurve, share: float) -> float:
         """How far an orbit is from its start after a share of its period, relative to its size."""

@@ -167,8 +167,8 @@ class BeltBranchCurve(BranchCurve):
         moved = self.orbits.later(point, parts.middle)
         if moved is None:
             return point
-        same = makeup(moved).start_in_stick > 0.0 and self.course(moved) == self.course(point)
-        return moved if same else point
+        same_order = makeup(moved).start_in_stick > 0.0 and self.course(moved) == self.course(point)
+        return moved if same_order else point
 
 
 @dataclass(frozen=True, slots=True)

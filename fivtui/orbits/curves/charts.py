@@ -58,10 +58,10 @@ def event_name(kind: EventKind) -> str:
     return _EVENT_NAMES.get(kind, str(kind).replace("-", " "))
 
 
-def branch_chart(result: CycleBranch, now: float | None) -> Chart:
+def branch_chart(result: CycleBranch, edited: float | None) -> Chart:
     """Half peak-to-peak over the parameter: stable cycles full, unstable ones dashed, events.
 
-    `now` is the edited value of the parameter.
+    `edited` is the edited value of the parameter.
     """
     chart = _branch(result)
     stable, unstable, *events = chart.traces
@@ -69,7 +69,7 @@ def branch_chart(result: CycleBranch, now: float | None) -> Chart:
     return replace(
         chart,
         traces=(stable, replace(unstable, x=x, y=y), *events),
-        guides=() if now is None else (Guide(now, "now"),),
+        guides=() if edited is None else (Guide(edited, "now"),),
     )
 
 
@@ -207,16 +207,16 @@ def _top(result: CycleBranch) -> float:
 def _chosen(result: CycleBranch) -> dict[CyclePoint, str]:
     # Cycles whose orbits are drawn, with their colours: at events, and the stable one next to the
     # parameter set's own value. Much larger ones would flatten it.
-    own = getattr(result.parameters, result.name)
-    seen = [point for point in result.points if point.half_range <= _top(result)]
+    set_value = getattr(result.parameters, result.name)
+    visible = [point for point in result.points if point.half_range <= _top(result)]
     stable = sorted(
-        (point for point in seen if point.stable and event_at(result, point) is None),
-        key=lambda point: abs(point.value - own),
+        (point for point in visible if point.stable and event_at(result, point) is None),
+        key=lambda point: abs(point.value - set_value),
     )[:1]
     limit = _TOWERING * max((point.half_range for point in stable), default=np.inf)
-    at_events = [point for point in seen if event_at(result, point) is not None]
+    at_events = [point for point in visible if event_at(result, point) is not None]
     points = [point for point in at_events if point.half_range <= limit][: len(_COLOURS) - 1]
-    return dict(zip([*points, *stable] or seen[-1:], _COLOURS, strict=False))
+    return dict(zip([*points, *stable] or visible[-1:], _COLOURS, strict=False))
 
 
 def _pieces(
@@ -245,7 +245,7 @@ def _dashed(
     steps = np.hypot(np.diff(x) / sizes[0], np.diff(y) / sizes[1])
     along = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(steps), steps, 0.0))])
     fine = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _DASH * _EACH), 2))
-    there = (np.interp(fine, along, values) for values in (x, y))
+    coordinates = (np.interp(fine, along, values) for values in (x, y))
     shown = (fine / _DASH).astype(int) % 2 == 0
-    across, up = (np.where(shown, values, np.nan) for values in there)
+    across, up = (np.where(shown, values, np.nan) for values in coordinates)
     return across, up

@@ -116,10 +116,10 @@ def branch(
         beginning = from_hopf(line)
     else:
         beginning = from_cycle(line)
-    begun_at: Origin = "file" if isinstance(origin, Path) else origin
-    found = (_doubled if doubled else _followed)(line, beginning, begun_at)
+    begins_at: Origin = "file" if isinstance(origin, Path) else origin
+    cycles = (_doubled if doubled else _followed)(line, beginning, begins_at)
     line.work.advance(1.0)
-    return found
+    return cycles
 
 
 def branch_through(
@@ -139,18 +139,18 @@ def _followed(line: ParameterLine, beginning: Beginning, origin: Origin) -> Cycl
     # Both ways, or away from a Hopf point.
     curve, hopf = beginning.curve, beginning.hopf
     begins = None if hopf is None else End.EQUILIBRIUM
-    whole = follow_both_ways(_follower(curve, line.work).follow, beginning.start, begins)
-    points, events = _results(curve, whole.points, whole.events)
-    first, last = whole.ends
+    both = follow_both_ways(_follower(curve, line.work).follow, beginning.start, begins)
+    points, events = _results(curve, both.points, both.events)
+    begin, end = both.ends
     if hopf is not None:
         events.insert(0, hopf)
-    elif first is End.EQUILIBRIUM:
+    elif begin is End.EQUILIBRIUM:
         events[:0] = nearest_hopf(line, points[0].value)
-    if last is End.EQUILIBRIUM:
+    if end is End.EQUILIBRIUM:
         events += nearest_hopf(line, points[-1].value)
     low, high = line.bounds
     return CycleBranch(
-        line.system, line.name, low, high, origin, tuple(points), tuple(events), whole.ends
+        line.system, line.name, low, high, origin, tuple(points), tuple(events), both.ends
     )
 
 
@@ -160,18 +160,18 @@ def _doubled(line: ParameterLine, beginning: Beginning, origin: Origin) -> Cycle
     follower = _follower(curve, line.work)
     doubling = EventKind.PERIOD_DOUBLING
     if beginning.hopf is None:
-        met = follower.events_both_ways(start, doubling)
+        doublings = follower.events_both_ways(start, doubling)
     else:
         ahead = follower.follow(start, until=(doubling,))
-        met = [ahead.points[-1]] if ahead.end is End.EVENT else []
-    if not met:
+        doublings = [ahead.points[-1]] if ahead.end is End.EVENT else []
+    if not doublings:
         raise ComputationError(
             f"no period doubling was found along {line.name}",
             "widen the range, or begin elsewhere",
         )
-    begin = min(met, key=lambda orbit: abs(orbit.unknowns[VALUE] - start.unknowns[VALUE]))
-    (first,) = points_of(curve, [begin])
-    cycle = doubled_cycle(curve, begin)
+    nearest = min(doublings, key=lambda orbit: abs(orbit.unknowns[VALUE] - start.unknowns[VALUE]))
+    (first,) = points_of(curve, [nearest])
+    cycle = doubled_cycle(curve, nearest)
     if cycle is None:
         raise ComputationError(
             f"no cycle of twice the period was found next to {line.name} = {first.value:.9g}",
@@ -182,9 +182,9 @@ def _doubled(line: ParameterLine, beginning: Beginning, origin: Origin) -> Cycle
     points, events = _results(curve, (cycle, *part.points), shifted)
     events.insert(0, _event(doubling, first))
     if part.end is End.DOUBLING:
-        last = doubling_near(curve, part.points[-1])
-        if last is not None:
-            events.append(_event(doubling, *points_of(curve, [last])))
+        end = doubling_near(curve, part.points[-1])
+        if end is not None:
+            events.append(_event(doubling, *points_of(curve, [end])))
     low, high = line.bounds
     return CycleBranch(
         line.system,

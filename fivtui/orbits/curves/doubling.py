@@ -26,15 +26,15 @@ def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     states = len(orbit.across)
     values, vectors = np.linalg.eig(orbit.monodromy)
     vector = vectors[:, np.abs(values + 1.0).argmin()].real
-    way = np.zeros(len(orbit.unknowns))
-    way[:states] = directions_across(orbit.across) @ vector
-    way /= np.linalg.norm(way)
+    direction = np.zeros(len(orbit.unknowns))
+    direction[:states] = directions_across(orbit.across) @ vector
+    direction /= np.linalg.norm(direction)
     size = float(np.abs(orbit.unknowns[:states]).max())
     for distance in _AWAY:
-        guess = orbit.unknowns + distance * size * way
+        guess = orbit.unknowns + distance * size * direction
         guess[PERIOD] *= 2.0
         planes = np.zeros((2, len(guess)))
-        planes[0, :states], planes[1] = orbit.across, way
+        planes[0, :states], planes[1] = orbit.across, direction
         cycle = curve.orbits.solve(guess, planes)
         if cycle is not None and not halves(curve, cycle):
             return cycle
@@ -58,7 +58,7 @@ def doubling_near(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     start = curve.orbits.solve(guess, planes)
     if start is None:
         return None
-    follower = Follower(curve, most=_MOST_STEPS)
+    follower = Follower(curve, max_points=_MOST_STEPS)
     doublings = follower.events_both_ways(start, EventKind.PERIOD_DOUBLING, _FIRST_STEP)
     return min(
         doublings, key=lambda point: abs(float(point.unknowns[VALUE] - guess[VALUE])), default=None

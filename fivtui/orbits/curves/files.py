@@ -17,8 +17,8 @@ _OWN: Final = "own_value"
 
 def store_branch(result: CycleBranch, path: Path) -> None:
     """Write all of a branch as JSON; replaces a file."""
-    own = result.parameters.as_dict()[result.name]
-    save_json({**result.to_dict(), _OWN: own}, path, force=True)
+    value = result.parameters.as_dict()[result.name]
+    save_json({**result.to_dict(), _OWN: value}, path, force=True)
 
 
 def restore_branch(path: Path) -> CycleBranch:
@@ -33,8 +33,8 @@ def restore_branch(path: Path) -> CycleBranch:
 def _branch(data: Mapping[str, Any]) -> CycleBranch:
     name = str(data["parameter"])
     points = from_data(data["points"], tuple[CyclePoint, ...])
-    own = data.get(_OWN, points[0].value)
-    p = Parameters().with_values({**data["parameters"], name: own})
+    value = data.get(_OWN, points[0].value)
+    p = Parameters().with_values({**data["parameters"], name: value})
     low, high = from_data(data["range"], tuple[float, float])
     return CycleBranch(
         System(p, bool(data["separation"])),

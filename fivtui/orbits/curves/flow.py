@@ -117,8 +117,10 @@ class SliderBeltFlow:
             speed = system.parameters.v_belt
             if speed is not None and abs(start[1] - speed) <= _ON_BELT * (speed + abs(start[3])):
                 start[1] = speed
-            most = MOST_STEPS if speed is None else _MOST_BELT_STEPS
-            request = Request(system, t_end=float(time), tol=FLOW_TOL, start=start, max_steps=most)
+            max_steps = MOST_STEPS if speed is None else _MOST_BELT_STEPS
+            request = Request(
+                system, t_end=float(time), tol=FLOW_TOL, start=start, max_steps=max_steps
+            )
             motion = vary(request, self._seeds)
         except (InputError, ComputationError):
             return None

@@ -176,9 +176,10 @@ class Follower(Generic[P]):
         nearest: float = 0.0,
         report: Callable[[int], None] = lambda _count: None,
         *,
-        most: int = MOST_POINTS,
+        max_points: int = MOST_POINTS,
     ) -> None:
-        self._curve, self._nearest, self._report, self._most = curve, nearest, report, most
+        self._curve, self._nearest = curve, nearest
+        self._report, self._max_points = report, max_points
         # The first parameter's index among the unknowns.
         self._first = curve.bounds[0].unknown
 
@@ -328,19 +329,21 @@ class Follower(Generic[P]):
         length = float(point.tangent @ (far.unknowns - point.unknowns))
         while (gap := float(point.tangent @ (far.unknowns - near.unknowns))) > _RESOLVED * length:
             # Half of the way ahead as the first course goes, so that Newton's method keeps to it.
-            way = near.tangent / float(point.tangent @ near.tangent)
-            middle = self._curve.correct(near.unknowns + 0.5 * gap * way, point, point.tangent)
+            direction = near.tangent / float(point.tangent @ near.tangent)
+            middle = self._curve.correct(
+                near.unknowns + 0.5 * gap * direction, point, point.tangent
+            )
             if middle is None:
                 raise _NotFoundError
             if course(middle) == course(point):
                 near = middle
             else:
                 far = middle
-        last, event = self._up_to_event(node, self._node(near), until)
+        node_before, event = self._up_to_event(node, self._node(near), until)
         if event is not None:
-            return last, event, None
+            return node_before, event, None
         if float(np.linalg.norm(far.unknowns - near.unknowns)) > _APART * node.size:
-            return last, None, End.JUMPS
+            return node_before, None, End.JUMPS
         return self._node(far), self._curve.change_of_course(point, far), None
 
     def _turned(self, corner: _Node[P]) -> P | None:
@@ -367,7 +370,7 @@ class Follower(Generic[P]):
             return End.EQUILIBRIUM
         if successor.size > _LARGEST:
             return End.UNBOUNDED
-        return End.LONG if count + 1 >= self._most else None
+        return End.LONG if count + 1 >= self._max_points else None
 
     def _at_bound(self, point: P, target: FloatArray) -> P | None:
         # The point at the first bound between a point and the unknowns of one beyond it.
@@ -446,12 +449,12 @@ class Follower(Generic[P]):
     def _closes(self, start: _Node[P], node: _Node[P], successor: _Node[P]) -> bool:
         # Whether the curve passes the point that it began with, in the same direction.
         first, begin = start.features, node.features
-        way = successor.features - begin
-        length = float(np.linalg.norm(way))
-        share = float((first - begin) @ way) / (length * length) if length > 0.0 else -1.0
+        chord = successor.features - begin
+        length = float(np.linalg.norm(chord))
+        share = float((first - begin) @ chord) / (length * length) if length > 0.0 else -1.0
         if not 0.0 < share <= 1.0:
             return False
-        if float(np.linalg.norm(first - begin - share * way)) > _NEAR * length:
+        if float(np.linalg.norm(first - begin - share * chord)) > _NEAR * length:
             return False
         point = node.point
         guess = point.unknowns + share * (successor.point.unknowns - point.unknowns)

@@ -63,7 +63,7 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
         friction = (critical.mu for critical in critical_mu_on_belt(system))
         return [value for value in friction if low <= value <= high]
     if name == "v_belt":
-        speeds = (one.v_belt for one in critical_speeds(system))
+        speeds = (change.v_belt for change in critical_speeds(system))
         return [value for value in speeds if low <= value <= high]
     from scipy.optimize import brentq
 
@@ -92,9 +92,9 @@ def hopf_point(system: System, name: str) -> HopfPoint:
     p, point = system.parameters, equilibrium(system)
     matrix = np.array(jacobian(p, point.y, point.mode))
     values, vectors = np.linalg.eig(matrix)
-    place = int(np.where(values.imag > 0.0, values.real, -np.inf).argmax())
-    vector = vectors[:, place] / vectors[2 if abs(vectors[2, place]) > _ROUNDING else 0, place]
-    omega = float(values[place].imag)
+    index = int(np.where(values.imag > 0.0, values.real, -np.inf).argmax())
+    vector = vectors[:, index] / vectors[2 if abs(vectors[2, index]) > _ROUNDING else 0, index]
+    omega = float(values[index].imag)
     return HopfPoint(getattr(p, name), omega, vector, _lyapunov(p, point, matrix, omega, vector))
 
 
@@ -121,10 +121,12 @@ class _Bends:
         along = 0j
         # Each vector gives ẋ to the friction coefficient, or y to the force.
         for chosen in product((1, 2), repeat=count):
-            share = complex(np.prod([one[at] for one, at in zip(vectors, chosen, strict=True)]))
+            share = complex(
+                np.prod([vector[at] for vector, at in zip(vectors, chosen, strict=True)])
+            )
             by_speed = chosen.count(1)
             along += self._mu[by_speed] * self._force[count - by_speed] * share
-        across = self._force[count] * complex(np.prod([one[2] for one in vectors]))
+        across = self._force[count] * complex(np.prod([vector[2] for vector in vectors]))
         return np.array([0.0, along, 0.0, across], dtype=np.complex128) / self._m
 
 

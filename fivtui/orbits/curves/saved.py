@@ -28,27 +28,31 @@ class _Saved(NamedTuple):
 
 def saved_cycle(path: Path, system: System) -> tuple[State, float]:
     """A state near the limit cycle of a system in a file, and its period."""
-    suffix, known = path.suffix.lower(), (*FORMATS, _JSON)
-    if suffix not in known:
-        raise InputError(f"{path}: the suffix must be one of {', '.join(known)}")
+    suffix, suffixes = path.suffix.lower(), (*FORMATS, _JSON)
+    if suffix not in suffixes:
+        raise InputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
     saved = _from_json(path) if suffix == _JSON else _from_table(path)
-    own = system.parameters.as_dict()
+    values = system.parameters.as_dict()
     # Attractors say nothing of parameters.
-    names = [name for name in {**own, **saved.fixed} if name != saved.name] if saved.fixed else []
+    names = (
+        [name for name in {**values, **saved.fixed} if name != saved.name] if saved.fixed else []
+    )
     for name in names:
-        if saved.fixed.get(name) != own.get(name):
-            here, there = (_told(one.get(name)) for one in (own, saved.fixed))
-            raise InputError(f"{name} = {here}: must be {there}, as in {path}")
+        if saved.fixed.get(name) != values.get(name):
+            value_of_set, value_in_file = (
+                _value_text(parameters.get(name)) for parameters in (values, saved.fixed)
+            )
+            raise InputError(f"{name} = {value_of_set}: must be {value_in_file}, as in {path}")
     if saved.separation is not None and saved.separation != system.separation:
-        said = "considered" if saved.separation else "ignored"
-        raise InputError(f"separation: must be {said}, as in {path}")
+        required = "considered" if saved.separation else "ignored"
+        raise InputError(f"separation: must be {required}, as in {path}")
     if saved.name is None:
         return saved.cycles[0][1:]
     value = getattr(system.parameters, saved.name)
     for begin, end in pairwise(saved.cycles):
         if (begin[0] - value) * (end[0] - value) <= 0.0:
             return interpolated(begin, end, value)
-    low, high = (fold(cycle[0] for cycle in saved.cycles) for fold in (min, max))
+    low, high = (extreme(cycle[0] for cycle in saved.cycles) for extreme in (min, max))
     raise InputError(
         f"{saved.name} = {value:g}: must be from {low:g} to {high:g}, where {path} has cycles"
     )
@@ -59,12 +63,12 @@ def interpolated(
 ) -> tuple[State, float]:
     """A state and the period at a value of the parameter, between those at two values."""
     share = (value - begin[0]) / (end[0] - begin[0]) if end[0] != begin[0] else 0.0
-    first, last = (np.array([*state, period]) for _, state, period in (begin, end))
-    x, vx, y, vy, period = (first + share * (last - first)).tolist()
+    first, second = (np.array([*state, period]) for _, state, period in (begin, end))
+    x, vx, y, vy, period = (first + share * (second - first)).tolist()
     return (x, vx, y, vy), period
 
 
-def _told(value: float | None) -> str:
+def _value_text(value: float | None) -> str:
     return "none" if value is None else f"{value:g}"
 
 
@@ -75,7 +79,7 @@ def _from_table(path: Path) -> _Saved:
     fixed = header["parameters"]
     columns = read_columns(path, BRANCH)
     name = next(name for name in columns if name in ALL_PARAMETERS)
-    states = np.stack([columns[each] for each in START_SPECS], axis=1).tolist()
+    states = np.stack([columns[component] for component in START_SPECS], axis=1).tolist()
     cycles = [
         (value, (x, vx, y, vy), period)
         for value, (x, vx, y, vy), period in zip(
@@ -88,17 +92,17 @@ def _from_table(path: Path) -> _Saved:
 def _from_json(path: Path) -> _Saved:
     try:
         data = json.loads(read_bytes(path))
-        return _of(data)
+        return _from_object(data)
     except (ValueError, RecursionError, TypeError, KeyError, IndexError, AttributeError):
         raise InputError(f"{path}: must have limit cycles, as branch or attractor") from None
 
 
-def _of(data: Any) -> _Saved:
+def _from_object(data: Any) -> _Saved:
     if "parameter" in data:
-        cycles = [(float(one["value"]), *_cycle(one)) for one in data["points"]]
+        cycles = [(float(cycle["value"]), *_cycle(cycle)) for cycle in data["points"]]
         return _Saved(data["parameters"], data["parameter"], data["separation"], cycles)
-    found = data.get("attractors", [data])
-    cycles = [(0.0, *_cycle(one)) for one in found if "period" in one]
+    attractors = data.get("attractors", [data])
+    cycles = [(0.0, *_cycle(cycle)) for cycle in attractors if "period" in cycle]
     return _Saved({}, None, None, [cycles[0]])
 
 

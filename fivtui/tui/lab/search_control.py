@@ -78,7 +78,7 @@ class SearchController:
 
             if stable:
                 outcome = outcome_of(
-                    lambda: coexistence(system, progress=job.report, found=partial_result)
+                    lambda: coexistence(system, progress=job.report, on_found=partial_result)
                 )
                 if outcome.error:
                     show(self._take_error, outcome.error)

@@ -57,7 +57,7 @@ def cycle(curve: BranchCurve, guess: list[float], way: list[float]) -> OrbitOnCu
 def follow(
     curve: BranchCurve, start: OrbitOnCurve, most: int, *until: EventKind
 ) -> Followed[OrbitOnCurve]:
-    return Follower(curve, 1e-3, most=most).follow(start, until=until)
+    return Follower(curve, 1e-3, max_points=most).follow(start, until=until)
 
 
 def van_der_pol() -> SmoothFlow:

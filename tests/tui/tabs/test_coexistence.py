@@ -15,9 +15,9 @@ from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import Coexistence
 from fivtui.orbits.basins import EscapeOffset
 from fivtui.orbits.explorer import Attractor, Kind
+from fivtui.orbits.phrases import SEARCHING, coexistence_words
 from fivtui.orbits.report import print_coexistence
 from fivtui.orbits.shooting import PeriodicOrbit, Section
-from fivtui.orbits.words import SEARCHING, coexistence_words
 from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.session.report import Coexisting
@@ -116,7 +116,7 @@ class Searches:
         answer = self.answers[p.F]
         if isinstance(answer, Exception):
             raise answer
-        said["found"](replace(answer, escape=None))
+        said["on_found"](replace(answer, escape=None))
         return answer
 
 

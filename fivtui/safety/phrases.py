@@ -96,14 +96,14 @@ def _search(result: "SafeFriction") -> str:
     text = f"{all_of}{final_round.starts} starts at {levels} die out"
     if final_round.undecided:
         text += f"; the limit of work left {final_round.undecided} undecided"
-    searched = [one for one in result.others if one.found_by == "global search"]
-    cycles = [one.mu for one in searched if one.kind == "limit cycle"]
+    searched = [attractor for attractor in result.others if attractor.found_by == "global search"]
+    cycles = [attractor.mu for attractor in searched if attractor.kind == "limit cycle"]
     if cycles:
         text += f"; limit cycles from {_mu(min(cycles))} were found so, and followed"
-    motions = [one.mu for one in searched if one.kind == "other motion"]
+    motions = [attractor.mu for attractor in searched if attractor.kind == "other motion"]
     if motions:
         text += f"; from {_mu(min(motions))} on motions stay that are no cycle"
-    growth = [one.mu for one in searched if one.kind == "unbounded growth"]
+    growth = [attractor.mu for attractor in searched if attractor.kind == "unbounded growth"]
     if growth:
         text += f"; from {_mu(min(growth))} on motions grow without bounds"
     if basis.growth_at_any_size is not None:
