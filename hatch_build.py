@@ -54,7 +54,7 @@ def compile_kernel(folder: Path, target: Path) -> str:
     CompilerError
         If no compiler can.
     """
-    return _compiled([lambda *given: _kernel_plan(folder, target, *given)])
+    return _compiled([lambda *context: _kernel_plan(folder, target, *context)])
 
 
 def compile_all(root: Path, kernel: Path, fmus: Path) -> tuple[str, str | None]:
@@ -75,7 +75,7 @@ def compile_all(root: Path, kernel: Path, fmus: Path) -> tuple[str, str | None]:
     if headers is None:
         return _compiled([for_kernel]), "fmpy, which has the headers of FMI, is not installed"
     try:
-        plans = [for_kernel, lambda *given: _fmu_plan(root, fmus, headers, *given)]
+        plans = [for_kernel, lambda *context: _fmu_plan(root, fmus, headers, *context)]
         return _compiled(plans), None
     except CompilerError as error:
         return _compiled([for_kernel]), str(error)
@@ -103,7 +103,7 @@ def _compiled(plans: Sequence[Callable[[str, Path], _Plan]]) -> str:
 
 def _compilers() -> list[tuple[str, list[str]]]:
     # The same compiler on every machine, else what this one has.
-    found = []
+    compilers = []
     if find_spec("ziglang") is not None:
         zig = [sys.executable, "-m", "ziglang", "cc"]
         if sys.platform == "linux" and platform.libc_ver()[0] == "glibc":
@@ -111,24 +111,24 @@ def _compilers() -> list[tuple[str, list[str]]]:
         elif sys.platform == "darwin":
             processor = platform.machine().replace("arm64", "aarch64")
             zig += ["-target", f"{processor}-macos.{_MACOS}"]
-        found.append(("ziglang", zig))
+        compilers.append(("ziglang", zig))
     cc = shlex.split(os.environ.get("CC", "cc"))
     if shutil.which(cc[0]) is not None:
-        found.append((cc[0], cc))
-    return found
+        compilers.append((cc[0], cc))
+    return compilers
 
 
 def _variants(compiler: str) -> dict[str, list[str]]:
     # Arguments that choose an instruction set, by its name.
     x86 = platform.machine().lower() in ("x86_64", "amd64")
-    found = {}
+    variants = {}
     for variant, processor in (_X86 if x86 else {"baseline": ""}).items():
         # zig spells processors in its own way.
         spelled = processor.replace("-", "_") if compiler == "ziglang" else processor
         options = [f"-march={spelled}"] if processor else []
         options += ["-mprefer-vector-width=512"] if variant == "avx512" else []
-        found[variant] = [*options, f"-DVARIANT={variant}"]
-    return found
+        variants[variant] = [*options, f"-DVARIANT={variant}"]
+    return variants
 
 
 def _kernel_plan(folder: Path, target: Path, compiler: str, scratch: Path) -> _Plan:
@@ -137,11 +137,11 @@ def _kernel_plan(folder: Path, target: Path, compiler: str, scratch: Path) -> _P
         (scratch / name).write_text(header, encoding="utf-8")
     about = [f'-DSOURCES="{text.sources_digest(folder)}"', f'-DCOMPILER="{compiler}"']
     objects = {"loading": [*text.FLAGS, *about, str(folder / "loading.c")]}
-    given = [*text.FLAGS, f"-I{scratch}", f"-I{folder}"]
+    common = [*text.FLAGS, f"-I{scratch}", f"-I{folder}"]
     for variant, options in _variants(compiler).items():
         # Registers wider than those of AVX2 slow one run down.
         for unit in _OF_LANES if variant == "avx512" else (*_OF_ONE_RUN, *_OF_LANES):
-            objects[f"{unit}_{variant}"] = [*given, *options, str(folder / f"{unit}.c")]
+            objects[f"{unit}_{variant}"] = [*common, *options, str(folder / f"{unit}.c")]
     return _Plan(objects, {target: list(objects)})
 
 
@@ -159,19 +159,19 @@ def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Pat
     native = root / FMU_FOLDER
     folders = native, root / FOLDER, scratch, headers
     flags = _module("fivtui.kernel.field_text", root).FLAGS
-    given = [*flags, *(f"-I{folder}" for folder in folders)]
+    common = [*flags, *(f"-I{folder}" for folder in folders)]
     objects, libraries = {}, {}
     shared = list(text.SHARED_UNITS)
     for unit in text.SHARED_UNITS:
-        objects[unit] = [*given, "-O2", str(native / f"{unit}.c")]
+        objects[unit] = [*common, "-O2", str(native / f"{unit}.c")]
     stepping: list[str] = []
     for variant, options in [*_variants(compiler).items()][:2]:
         stepping.append(f"{text.STEPPING_UNIT}_{variant}")
-        objects[stepping[-1]] = [*given, *options, str(native / f"{text.STEPPING_UNIT}.c")]
+        objects[stepping[-1]] = [*common, *options, str(native / f"{text.STEPPING_UNIT}.c")]
     chosen = ["-DWITH_AVX2"] if "stepping_avx2" in stepping else []
     for model, units in text.UNITS.items():
         for unit in units:
-            objects[unit] = [*given, "-O2", *chosen, str(native / f"{unit}.c")]
+            objects[unit] = [*common, "-O2", *chosen, str(native / f"{unit}.c")]
         needed = [*shared, *units, *(stepping if "processor" in units else ())]
         libraries[home / f"{model}{LIBRARY_SUFFIX}"] = needed
     return _Plan(objects, libraries)
@@ -207,8 +207,8 @@ def _compile(
                 timeout=_TIMEOUT_S,
             )
 
-        made = [plan(name, scratch) for plan in plans]
-        objects = {part: given for plan in made for part, given in plan.objects.items()}
+        planned = [plan(name, scratch) for plan in plans]
+        objects = {part: arguments for plan in planned for part, arguments in plan.objects.items()}
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(
                 pool.map(
@@ -216,7 +216,7 @@ def _compile(
                     objects,
                 )
             )
-        for target, parts in (pair for plan in made for pair in plan.libraries.items()):
+        for target, parts in (pair for plan in planned for pair in plan.libraries.items()):
             library = scratch / target.name
             linked = [f"{folder}/{part}.o" for part in parts]
             libraries = [] if sys.platform == "win32" else ["-lm"]
@@ -247,14 +247,16 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
             return
         root = Path(self.root)
         editable = version == "editable"
-        self._made = None if editable else tempfile.TemporaryDirectory()
+        self._temporary = None if editable else tempfile.TemporaryDirectory()
         homes = {
-            folder: root / folder if self._made is None else Path(self._made.name) / folder
+            folder: root / folder
+            if self._temporary is None
+            else Path(self._temporary.name) / folder
             for folder in (FOLDER, FMU_FOLDER)
         }
         for folder, home in homes.items():
             home.mkdir(parents=True, exist_ok=True)
-            _remove_made(root / folder if editable else home)
+            _remove_products(root / folder if editable else home)
         try:
             compiler, why = compile_all(root, *homes.values())
         except CompilerError as error:
@@ -269,21 +271,21 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         if why is not None:
             (homes[FMU_FOLDER] / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")
             self.app.display_warning(f"There will be no native FMU: {why}")
-        if self._made is not None:
+        if self._temporary is not None:
             for folder, home in homes.items():
                 for file in home.iterdir():
                     build_data["force_include"][str(file)] = str(folder / file.name)
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002
         """Remove what was compiled outside the sources."""
-        made = getattr(self, "_made", None)
-        if made is not None:
-            made.cleanup()
+        temporary = getattr(self, "_temporary", None)
+        if temporary is not None:
+            temporary.cleanup()
 
 
-def _remove_made(folder: Path) -> None:
-    made = (LIBRARY, REASON, FMU_REASON, *(f"{model}{LIBRARY_SUFFIX}" for model in FMU_MODELS))
-    for name in made:
+def _remove_products(folder: Path) -> None:
+    products = (LIBRARY, REASON, FMU_REASON, *(f"{model}{LIBRARY_SUFFIX}" for model in FMU_MODELS))
+    for name in products:
         (folder / name).unlink(missing_ok=True)
 
 
@@ -291,7 +293,7 @@ def main() -> None:
     """Compile in place, for those who work on the kernel."""
     root = Path(__file__).parent
     for folder in (FOLDER, FMU_FOLDER):
-        _remove_made(root / folder)
+        _remove_products(root / folder)
     compiler, why = compile_all(root, root / FOLDER, root / FMU_FOLDER)
     if why is not None:
         (root / FMU_FOLDER / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")

@@ -193,8 +193,8 @@ class _Picture:
             for name in ("foot", "block")
         }
         _add_keys(scene, run, self._lines)
-        self._now = _draw_curve(curve, motion, run, timing)
-        self._moving = [*self._lines.values(), *self._areas.values(), self._title, self._now]
+        self._marker = _draw_curve(curve, motion, run, timing)
+        self._moving = [*self._lines.values(), *self._areas.values(), self._title, self._marker]
         self._canvas.draw()
         for artist in self._moving:
             artist.set_animated(True)
@@ -225,7 +225,7 @@ class _Picture:
             area.set_facecolor(_FACES[mode] if name == "foot" else _BLOCK)
         force = f"P = {float(moment.P[0]):.3g} N"
         self._title.set_text(f"t = {t:.{self._digits}f} s    {MODE_NAMES[mode]}    {force}")
-        self._now.set_xdata([t, t])
+        self._marker.set_xdata([t, t])
 
 
 def _canvas_of(figure: Figure) -> Any:

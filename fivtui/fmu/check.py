@@ -70,7 +70,7 @@ def _problems_of_a_run(path: Path) -> list[str]:
     search = os.pathsep.join(filter(None, (project, os.environ.get("PYTHONPATH"))))
     with tempfile.TemporaryDirectory(prefix="fivtui-check-") as folder:
         try:
-            done = subprocess.run(  # noqa: S603
+            process = subprocess.run(  # noqa: S603
                 [sys.executable, "-m", "fivtui.fmu.probe", str(path.resolve())],
                 cwd=folder,
                 # A killed process leaves files, which are removed with the folder.
@@ -81,11 +81,11 @@ def _problems_of_a_run(path: Path) -> list[str]:
             )
         except subprocess.TimeoutExpired:
             return [f"a short run is not finished after {_TIMEOUT_S:g} s"]
-    if done.returncode < 0:
-        name = signal.Signals(-done.returncode).name
+    if process.returncode < 0:
+        name = signal.Signals(-process.returncode).name
         return [f"the FMU crashes the process that runs it ({name})"]
-    if done.returncode > 0:
-        last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
-        return [f"the FMU cannot be run: {' '.join(last)}"]
-    problems: list[str] = json.loads(done.stdout.splitlines()[-1])
+    if process.returncode > 0:
+        last_line = process.stderr.decode(errors="replace").strip().splitlines()[-1:]
+        return [f"the FMU cannot be run: {' '.join(last_line)}"]
+    problems: list[str] = json.loads(process.stdout.splitlines()[-1])
     return problems

@@ -42,13 +42,13 @@ def folder_for(fmu: Path) -> Iterator[Folder]:
     cannot be read or the folder not be created, and `ComputationError` if the path of the folder
     for temporary files is not plain.
     """
-    place = _place()
+    parent = _parent_folder()
     with fmu.open("rb") as file:
-        key = (os.getpid(), place, hashlib.file_digest(file, "sha256").digest())
+        key = (os.getpid(), parent, hashlib.file_digest(file, "sha256").digest())
     with _lock:
         free = _free.setdefault(key, [])
-        known = free.pop() if free else None
-    folder = Folder(_made(known, place))
+        path = free.pop() if free else None
+    folder = Folder(_create_folder(path, parent))
     try:
         yield folder
     finally:
@@ -58,21 +58,21 @@ def folder_for(fmu: Path) -> Iterator[Folder]:
                 free.append(folder.path)
 
 
-def _made(known: str | None, place: str) -> str:
+def _create_folder(path: str | None, parent: str) -> str:
     # Another process may have created a folder of this name in the meantime.
-    if known is not None:
+    if path is not None:
         try:
-            Path(known).mkdir(0o700)
+            Path(path).mkdir(0o700)
         except FileExistsError:
-            known = None
-    return known or tempfile.mkdtemp(prefix=_PREFIX, dir=place)
+            path = None
+    return path or tempfile.mkdtemp(prefix=_PREFIX, dir=parent)
 
 
-def _place() -> str:
+def _parent_folder() -> str:
     usual = str(Path(tempfile.gettempdir()).absolute())
-    for place in (usual, *_FALLBACKS):
-        if is_plain(place) and os.access(place, os.W_OK | os.X_OK):
-            return place
+    for parent in (usual, *_FALLBACKS):
+        if is_plain(parent) and os.access(parent, os.W_OK | os.X_OK):
+            return parent
     raise ComputationError(
         f"the folder for temporary files, {usual}, has characters that FMUs cannot handle",
         "set TMPDIR to a folder of ASCII letters and digits",

@@ -21,7 +21,7 @@ _HAS_SPEED: Final = "finite_belt"
 _TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
-def start_values_of(fmu: FmuFile, given: Mapping[str, object]) -> dict[str, Any]:
+def start_values_of(fmu: FmuFile, start_values: Mapping[str, object]) -> dict[str, Any]:
     """Check start values against the model description; return them in the types of the variables.
 
     Raises `InputError` if a name is unknown or a value out of range.
@@ -33,7 +33,7 @@ def start_values_of(fmu: FmuFile, given: Mapping[str, object]) -> dict[str, Any]
         or (v.initial in ("exact", "approx") and v.variability != "constant")
     }
     values = {}
-    for name, value in given.items():
+    for name, value in start_values.items():
         if name not in settable:
             raise unknown_name("variable to be set", name, settable)
         values[name] = _start_value(settable[name], value)
@@ -68,8 +68,8 @@ def with_finite_belt(
     `columns` are the inputs given over time. FMUs without such a flag have their start values.
     """
     names = {v.name for v in fmu.description.modelVariables}
-    given = _SPEED in start or _SPEED in columns
-    flag = {_HAS_SPEED: True} if given and _HAS_SPEED in names else {}
+    has_speed = _SPEED in start or _SPEED in columns
+    flag = {_HAS_SPEED: True} if has_speed and _HAS_SPEED in names else {}
     return {**flag, **start}
 
 
@@ -95,7 +95,7 @@ def signals_from(
         raise InputError(f"{path}: there is no column {TIME}")
     if np.any(np.diff(table[TIME]) < 0.0):
         raise InputError(f"{path}: the times must ascend")
-    given = set(table)
+    names = set(table)
     kinds: list[tuple[str, type]] = [(TIME, float)]
     for name, variable in inputs.items():
         if name not in table:
@@ -108,7 +108,7 @@ def signals_from(
     signals = np.empty(table[TIME].size, dtype=kinds)
     for name, _ in kinds:
         signals[name] = table[name]
-    return signals, given
+    return signals, names
 
 
 def _read_table(path: Path) -> dict[str, NDArray[Any]]:

@@ -25,7 +25,7 @@ from .folders import Folder, folder_for
 # FMI statuses: what is well but for something, and from which on a call failed.
 _WARNING: Final = 1
 _FATAL: Final = 4
-_KEPT_MESSAGES: Final = 20
+_MAX_MESSAGES: Final = 20
 _DESCRIPTION: Final = "modelDescription.xml"
 
 _identifiers = itertools.count(1)
@@ -38,19 +38,19 @@ class Messages:
     """Log of the warnings and failed calls of one FMU instance, newest last."""
 
     def __init__(self) -> None:
-        self._kept: deque[str] = deque(maxlen=_KEPT_MESSAGES)
-        self._warnings: deque[str] = deque(maxlen=_KEPT_MESSAGES)
+        self._failures: deque[str] = deque(maxlen=_MAX_MESSAGES)
+        self._warnings: deque[str] = deque(maxlen=_MAX_MESSAGES)
 
     def log(self, status: int, message: bytes) -> None:
         """Store a message unless its FMI status is success."""
         if status >= _WARNING:
-            kept = self._warnings if status == _WARNING else self._kept
-            kept.append(" ".join(message.decode("utf-8", "replace").split()))
+            messages = self._warnings if status == _WARNING else self._failures
+            messages.append(" ".join(message.decode("utf-8", "replace").split()))
 
     @property
     def last(self) -> str:
         """The newest message on one line, or an empty string."""
-        return self._kept[-1] if self._kept else ""
+        return self._failures[-1] if self._failures else ""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -125,7 +125,7 @@ def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
     _LOGGER.addFilter(unprinted)
     try:
         with IMPORT_LOCK, _process_restored():
-            instance = _made(fmu, lambda: make(identifier, messages), messages)
+            instance = _instance_of(fmu, lambda: make(identifier, messages), messages)
         yield instance, messages
     except Exception as error:
         causes = (error, error.__context__)
@@ -161,7 +161,7 @@ def _process_restored() -> Iterator[None]:
         os.chdir(directory)
 
 
-def _made(fmu: FmuFile, make: Callable[[], Any], messages: Messages) -> Any:
+def _instance_of(fmu: FmuFile, make: Callable[[], Any], messages: Messages) -> Any:
     try:
         return make()
     except Exception as error:  # noqa: BLE001
@@ -177,16 +177,16 @@ def has_binary(fmu: FmuFile) -> bool:
 
     is_3 = fmu.description.fmiVersion.startswith("3.")
     binaries = Path(fmu.folder, "binaries")
-    here = binaries / (fmpy.platform_tuple if is_3 else fmpy.platform)
+    folder = binaries / (fmpy.platform_tuple if is_3 else fmpy.platform)
     # In the folder for x86 there may be the binary for ARM.
     arm = binaries / f"aarch64-{fmpy.system}"
     foreign = fmpy.architecture != "aarch64"
 
     def is_for_arm(file: Path) -> bool:
-        same = arm / file.name
-        return same.is_file() and filecmp.cmp(file, same, shallow=False)
+        twin = arm / file.name
+        return twin.is_file() and filecmp.cmp(file, twin, shallow=False)
 
-    files = here.glob(f"*{fmpy.sharedLibraryExtension}")
+    files = folder.glob(f"*{fmpy.sharedLibraryExtension}")
     return any(not (foreign and is_for_arm(file)) for file in files)
 
 
@@ -273,14 +273,14 @@ def interrupts_deferred() -> Iterator[Callable[[], None]]:
     if not main or previous is not signal.default_int_handler:
         yield lambda: None
         return
-    seen: list[int] = []
+    interrupts: list[int] = []
 
     def check() -> None:
-        if seen:
-            seen.clear()
+        if interrupts:
+            interrupts.clear()
             raise KeyboardInterrupt
 
-    signal.signal(signal.SIGINT, lambda number, _frame: seen.append(number))
+    signal.signal(signal.SIGINT, lambda number, _frame: interrupts.append(number))
     try:
         yield check
     finally:

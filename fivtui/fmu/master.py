@@ -124,8 +124,8 @@ class Slave:
         values = self._fmu.getReal(self._read)
         if not math.isfinite(sum(values)):
             raise self._failure(t)
-        x, vx, y, vy, force, mode, last, *counts = values
-        return Point(t, (x, vx, y, vy), force, Mode(int(mode)), int(sum(counts)), last)
+        x, vx, y, vy, force, mode, last_event, *counts = values
+        return Point(t, (x, vx, y, vy), force, Mode(int(mode)), int(sum(counts)), last_event)
 
     def _failure(self, t: float) -> ComputationError:
         # The FMU logs a failed computation as its cause and its advice.
@@ -172,33 +172,33 @@ class Master:
 
     def _cover(self, go_back: Callable[[], None], first: Point, target: float) -> Point:
         slave = self._slave
-        last = slave.step(first.t, target)
-        switches = last.switches - first.switches
-        if switches == 1 and last.last_event <= first.t:
+        final = slave.step(first.t, target)
+        switches = final.switches - first.switches
+        if switches == 1 and final.last_event <= first.t:
             # Inputs that jump, or bend, change the mode at once.
             if first.t > 0.0:
-                self._include(first, first, then=last.mode)
-            self._include(first._replace(mode=last.mode), last, then=last.mode)
-            return last
-        if switches > 1 or last.t - first.t > self._resolution(first, last):
-            self._look_inside(go_back, first, last)
-            return last
-        if switches == 0 or last.last_event >= last.t:
-            self._include(first, last, then=last.mode)
-            return last
+                self._include(first, first, next_mode=final.mode)
+            self._include(first._replace(mode=final.mode), final, next_mode=final.mode)
+            return final
+        if switches > 1 or final.t - first.t > self._resolution(first, final):
+            self._look_inside(go_back, first, final)
+            return final
+        if switches == 0 or final.last_event >= final.t:
+            self._include(first, final, next_mode=final.mode)
+            return final
         with slave.saved() as go_on:
             go_back()
-            switch = slave.step(first.t, last.last_event)
+            switch = slave.step(first.t, final.last_event)
             go_on()
-        self._include(first, switch, then=last.mode)
-        self._include(switch._replace(mode=last.mode), last, then=last.mode)
-        return last
+        self._include(first, switch, next_mode=final.mode)
+        self._include(switch._replace(mode=final.mode), final, next_mode=final.mode)
+        return final
 
-    def _look_inside(self, go_back: Callable[[], None], first: Point, last: Point) -> None:
+    def _look_inside(self, go_back: Callable[[], None], first: Point, final: Point) -> None:
         # The result does not depend on the communication step, so both halves meet in `last`.
         slave = self._slave
-        middle = 0.5 * (first.t + last.t)
-        if not first.t < middle < last.t:
+        middle = 0.5 * (first.t + final.t)
+        if not first.t < middle < final.t:
             raise ComputationError(
                 f"at t = {first.t:.17g} s motion changes faster than floating-point time resolves",
                 "use a less stiff contact or the taylor method",
@@ -207,26 +207,26 @@ class Master:
             go_back()
             half = self._cover(go_back, first, middle)
             with slave.saved() as go_to_middle:
-                self._cover(go_to_middle, half, last.t)
+                self._cover(go_to_middle, half, final.t)
             go_on()
 
-    def _resolution(self, first: Point, last: Point) -> float:
+    def _resolution(self, first: Point, final: Point) -> float:
         # The longest interval over which interpolation is accurate enough for the peaks, s.
         p = self._request.parameters
-        contact = first.mode in IN_CONTACT or last.mode in IN_CONTACT
-        y = max(abs(first.state[2]), abs(last.state[2])) if contact else 0.0
+        contact = first.mode in IN_CONTACT or final.mode in IN_CONTACT
+        y = max(abs(first.state[2]), abs(final.state[2])) if contact else 0.0
         return _RESOLUTION * time_scale(p, y)
 
-    def _include(self, first: Point, last: Point, *, then: Mode) -> None:
+    def _include(self, first: Point, final: Point, *, next_mode: Mode) -> None:
         p, rates, course = self._request.parameters, CONSTANT, self._request.course
         if course is not None:
             p, rates = course.after(first.t)
         segment = segment_between(
             p,
             first.mode,
-            (first.t, last.t),
-            (first.state, last.state),
-            then=then,
+            (first.t, final.t),
+            (first.state, final.state),
+            next_mode=next_mode,
             rates=rates,
         )
         self._recorder.include(segment)

@@ -60,12 +60,12 @@ class FmuRun(Result):
     def events(self) -> list[tuple[float, str, Any]]:
         """Changes of discrete variables: time of the first row that has it, s; name; new value."""
         times = self.columns[TIME]
-        found = [
+        events = [
             (float(times[row + 1]), name, self.columns[name][row + 1].item())
             for name in self.discrete
             for row in np.flatnonzero(np.diff(self.columns[name].astype(float)))
         ]
-        return sorted(found, key=lambda event: event[0])
+        return sorted(events, key=lambda event: event[0])
 
     def _summary(self) -> list[tuple[str, str]]:
         times = self.columns[TIME]
@@ -89,7 +89,7 @@ class FmuRun(Result):
                 columns[name] = values
             else:
                 flat = values.reshape(values.shape[0], -1)
-                columns |= {f"{name}[{place}]": flat[:, place] for place in range(flat.shape[1])}
+                columns |= {f"{name}[{index}]": flat[:, index] for index in range(flat.shape[1])}
         return columns
 
 
@@ -195,9 +195,9 @@ def _experiment(
 def _tolerance(fmu: FmuFile, tol: float | None) -> float | None:
     if tol is None:
         return None
-    own = str(fmu.description.generationTool).startswith("fivtui")
-    lower, upper = TOL_RANGE if own else (0.0, 1.0)
-    return Interval(lower, upper, lower_open=not own).check("tolerance", tol)
+    is_fivtui = str(fmu.description.generationTool).startswith("fivtui")
+    lower, upper = TOL_RANGE if is_fivtui else (0.0, 1.0)
+    return Interval(lower, upper, lower_open=not is_fivtui).check("tolerance", tol)
 
 
 def _recorded(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | None:

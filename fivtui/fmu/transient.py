@@ -41,7 +41,7 @@ _FILE: Final = "slider_belt.fmu"
 
 
 @cache
-def _built(flavour: str) -> bytes:
+def _fmu_content(flavour: str) -> bytes:
     """An FMU of a flavour, built once in a process: that takes as long as a short run."""
     from fmu_src.build import build_fmu
 
@@ -71,7 +71,7 @@ def integrate_fmu(
         check_interrupt = stack.enter_context(interrupts_deferred())
         if fmu is None:
             fmu = stack.enter_context(temporary_folder()) / _FILE
-            content = _built(FMU_FLAVOURS[request.method])
+            content = _fmu_content(FMU_FLAVOURS[request.method])
 
             def write(file: BinaryIO) -> None:
                 file.write(content)
@@ -92,15 +92,15 @@ def integrate_fmu(
 
         slave = Slave(instance, messages, file.description, before_step, course)
         master = Master(slave, request, recorder)
-        kept = [master.point] if times and times[0] == 0.0 else []
-        wanted = frozenset(times)
+        points = [master.point] if times and times[0] == 0.0 else []
+        sample_times = frozenset(times)
         breaks = [] if course is None else course.breaks(request.t_end)
         for t in _communication_points(request.t_end, step, [*heapq.merge(times, breaks)]):
             master.move_to(t)
-            if t in wanted:
-                kept.append(master.point)
-                if on_samples is not None and len(kept) % _PART == 0:
-                    part = kept[-_PART:]
+            if t in sample_times:
+                points.append(master.point)
+                if on_samples is not None and len(points) % _PART == 0:
+                    part = points[-_PART:]
                     on_samples(_trajectory(part, [point.t for point in part]))
         slave.end()
     work.advance(1.0)
@@ -108,20 +108,20 @@ def integrate_fmu(
     return dataclasses.replace(
         result,
         stats=dataclasses.replace(result.stats, steps=slave.steps),
-        trajectory=_trajectory(kept, times) if times else None,
+        trajectory=_trajectory(points, times) if times else None,
     )
 
 
-def _communication_points(t_end: float, step: float, others: Sequence[float]) -> Iterator[float]:
+def _communication_points(t_end: float, step: float, times: Sequence[float]) -> Iterator[float]:
     # Multiples of the step and other times, each once, up to the end.
     grid = itertools.takewhile(
         lambda t: t < t_end - 1e-9 * step, (count * step for count in itertools.count(1))
     )
-    last = 0.0
-    for t in heapq.merge(grid, others, [t_end]):
-        if t > last:
+    previous = 0.0
+    for t in heapq.merge(grid, times, [t_end]):
+        if t > previous:
             yield t
-            last = t
+            previous = t
 
 
 def _trajectory(points: Sequence[Point], times: Sequence[float]) -> Trajectory:

@@ -20,13 +20,13 @@ def legs_of(course: Course, t_end: float) -> Legs:
     """The legs of a course up to a horizon, s."""
     p, t, rows = course.fixed, 0.0, []
     while t <= t_end:
-        found = {name: table.after(t) for name, table in course.tables.items()}
-        mu = found.get("mu", (p.mu, 0.0))
+        rows_after = {name: table.after(t) for name, table in course.tables.items()}
+        mu = rows_after.get("mu", (p.mu, 0.0))
         grip = mu if p.mu_s is None else (p.mu_s, 0.0)
-        speed = found.get("v_belt", (p.v_belt or 0.0, 0.0))
+        speed = rows_after.get("v_belt", (p.v_belt or 0.0, 0.0))
         after = course.next_break(t)
-        last = course.speed_before(after)
-        rows.append((t, *found.get("F", (p.F, 0.0)), *mu, *grip, *speed, last))
+        speed_before = course.speed_before(after)
+        rows.append((t, *rows_after.get("F", (p.F, 0.0)), *mu, *grip, *speed, speed_before))
         t = after
     greatest = p.with_values({"F": course.greatest_load})
     return Legs(np.array(rows), abs(load(greatest)))

@@ -38,20 +38,20 @@ class Dual(Reflected):
     def __neg__(self) -> "Dual":
         return Dual(-self.value, -self.slope)
 
-    def __add__(self, other: object) -> "Dual":
-        b = _dual(other)
+    def __add__(self, operand: object) -> "Dual":
+        b = _dual(operand)
         return Dual(self.value + b.value, self.slope + b.slope)
 
-    def __sub__(self, other: object) -> "Dual":
-        b = _dual(other)
+    def __sub__(self, operand: object) -> "Dual":
+        b = _dual(operand)
         return Dual(self.value - b.value, self.slope - b.slope)
 
-    def __mul__(self, other: object) -> "Dual":
-        b = _dual(other)
+    def __mul__(self, operand: object) -> "Dual":
+        b = _dual(operand)
         return Dual(self.value * b.value, self.slope * b.value + self.value * b.slope)
 
-    def __truediv__(self, other: object) -> "Dual":
-        b = _dual(other)
+    def __truediv__(self, operand: object) -> "Dual":
+        b = _dual(operand)
         quotient = self.value / b.value
         return Dual(quotient, (self.slope - quotient * b.slope) / b.value)
 
@@ -143,7 +143,7 @@ def _function(name: str, of: Function, value: str) -> str:
 
 
 def _change_function(name: str, of: Function, change: str) -> str:
-    arguments = "".join(f", double {each}, double d{each}" for each in of.arguments)
+    arguments = "".join(f", double {argument}, double d{argument}" for argument in of.arguments)
     return (
         f"INLINE double {name}_change(const double *p, const double *q{arguments})\n"
         f"{{\n    return {change};\n}}\n"
@@ -181,14 +181,14 @@ def _coefficients() -> list[str]:
         )
         changes = _NEXT.join(_dual(value).slope.text for value in equations.field(moved, mode))
         cases.append((mode.name, f"{name}(p)", f"(Coefficients){{\n        {changes}}}"))
-    for signature, place in (
+    for signature, index in (
         ("coefficients_in(int mode, const double *p)", 1),
         ("changes_in(int mode, const double *p, const double *q)", 2),
     ):
         lines = [
-            f"    if (mode == {case[0]})\n        return {case[place]};" for case in cases[:-1]
+            f"    if (mode == {case[0]})\n        return {case[index]};" for case in cases[:-1]
         ]
-        body = "\n".join([*lines, f"    return {cases[-1][place]};"])
+        body = "\n".join([*lines, f"    return {cases[-1][index]};"])
         texts.append(f"{head} {signature}\n{{\n{body}\n}}\n")
     return texts
 

@@ -40,16 +40,16 @@ class Work:
             functions[f"{'batch' if belts is None else 'belts'}_{name}"]
             for name in ("size", "advance", "ended")
         )
-        given = parameters if belts is None else np.hstack([parameters, belts])
-        self._parameters = np.ascontiguousarray(given)
+        columns = parameters if belts is None else np.hstack([parameters, belts])
+        self._parameters = np.ascontiguousarray(columns)
         self._starts = np.ascontiguousarray(starts)
         self._separation = np.ascontiguousarray(separation, dtype=np.uint8)
         self._count = count = len(parameters)
         self.results = np.empty((count, COLUMNS))
         self._memory = np.zeros((size() + _LINE) // 8)
-        self._place = -(-self._memory.ctypes.data // _LINE) * _LINE
+        self._aligned_address = -(-self._memory.ctypes.data // _LINE) * _LINE
         cubic = bool(count) and bool(self._parameters[0, _K_NL] > 0.0)
-        self._asked = (t_end, tol, float(max_steps), order, cubic, *observed)
+        self._options = (t_end, tol, float(max_steps), order, cubic, *observed)
 
     def advance(self, budget: int) -> float:
         """Go on until all are ended or the budget, steps of all lanes, is spent.
@@ -58,13 +58,13 @@ class Work:
         """
         return float(
             self._go_on(
-                self._place,
+                self._aligned_address,
                 self._parameters.ctypes.data,
                 self._separation.ctypes.data,
                 self._starts.ctypes.data,
                 self.results.ctypes.data,
                 self._count,
-                *self._asked,
+                *self._options,
                 budget,
             )
         )
@@ -72,4 +72,4 @@ class Work:
     @property
     def done(self) -> bool:
         """Whether all are ended."""
-        return bool(self._ended(self._place) == self._count)
+        return bool(self._ended(self._aligned_address) == self._count)

@@ -132,12 +132,12 @@ class Kernel:
         """
         state = _packed_state(*start)
         if belt is None and legs is None:
-            memory, given = self._run_memory(), _packed_parameters(*parameters)
-            self._functions["run_begin"](memory, given, separation, state, t_end, tol, order)
+            memory, packed = self._run_memory(), _packed_parameters(*parameters)
+            self._functions["run_begin"](memory, packed, separation, state, t_end, tol, order)
             return KernelRun(self._functions["run_advance"], memory, order, times, segments)
         memory = self._belt_memory()
-        given = _packed_with_belt(*parameters, *(belt or (0.0, 0.0, 0.0)))
-        problem = memory, given, separation, state, t_end, tol, order
+        packed = _packed_with_belt(*parameters, *(belt or (0.0, 0.0, 0.0)))
+        problem = memory, packed, separation, state, t_end, tol, order
         if legs is None:
             self._functions["belt_begin"](*problem)
         else:
@@ -166,32 +166,32 @@ class Kernel:
         """
         if not 0 < len(seeds) <= MOST_SEEDS:
             raise ValueError(f"{len(seeds)} seeds: must be 1 to {MOST_SEEDS}")
-        memory, given = np.empty(self._varied_size), np.ascontiguousarray(seeds)
+        memory, seed_rows = np.empty(self._varied_size), np.ascontiguousarray(seeds)
         self._functions["vary_begin"](
             memory.ctypes.data,
             parameters.ctypes.data,
             separation,
             start.ctypes.data,
-            given.ctypes.data,
-            len(given),
+            seed_rows.ctypes.data,
+            len(seed_rows),
             t_end,
             tol,
             order,
         )
-        return VariedRun(self._functions["vary_advance"], memory, len(given))
+        return VariedRun(self._functions["vary_advance"], memory, len(seed_rows))
 
-    def orbits(self, **asked: Any) -> OrbitSearch:
+    def orbits(self, **arguments: Any) -> OrbitSearch:
         """Begin a search of periodic orbits: see `OrbitSearch`."""
-        return OrbitSearch(self._functions["orbit_solve"], self._varied_size, **asked)
+        return OrbitSearch(self._functions["orbit_solve"], self._varied_size, **arguments)
 
     def work(
-        self, *, observed: tuple[bool, bool, bool], belts: Floats | None = None, **asked: Any
+        self, *, observed: tuple[bool, bool, bool], belts: Floats | None = None, **arguments: Any
     ) -> Work | RunsInTurn:
         """Begin a chunk of a batch, in lanes or in turn, with the same bits: see `Work`."""
         if belts is not None and (self._is_slow_in_lanes or not law_is_tuned()):
             # Single runs know all extremes.
-            return RunsInTurn(self.begin, belts=belts, **asked)
-        return Work(self._functions, observed=observed, belts=belts, **asked)
+            return RunsInTurn(self.begin, belts=belts, **arguments)
+        return Work(self._functions, observed=observed, belts=belts, **arguments)
 
     @property
     def _is_slow_in_lanes(self) -> bool:
@@ -234,16 +234,16 @@ def _loaded() -> Kernel | ComputationError:
 
 def load_kernel() -> Kernel:
     """The kernel for this processor, loaded on first use."""
-    found = _loaded()
-    if isinstance(found, ComputationError):
-        raise ComputationError(found.why, found.advice)
-    return found
+    kernel = _loaded()
+    if isinstance(kernel, ComputationError):
+        raise ComputationError(kernel.why, kernel.advice)
+    return kernel
 
 
 def why_interpreted() -> str | None:
     """Why there is no compiled kernel; None where there is one."""
-    found = _loaded()
-    return found.why if isinstance(found, ComputationError) else None
+    kernel = _loaded()
+    return kernel.why if isinstance(kernel, ComputationError) else None
 
 
 def stepping_kernel() -> Literal["compiled", "interpreted"]:

@@ -53,9 +53,9 @@ class FoundOrbit(NamedTuple):
 
 
 class Varied(NamedTuple):
-    """A parameter that varies: its place among all, and its bounds."""
+    """A parameter that varies: its column among all parameters, and its bounds."""
 
-    place: int
+    column: int
     low: float
     high: float
 
@@ -83,14 +83,14 @@ class OrbitSearch:
     ) -> None:
         self._function, self._memory = function, np.empty(size)
         count = len(varied)
-        self._asked = _Asked(
+        self._request = _Asked(
             tuple(parameters),
             tuple(scales),
-            tuple(each.low for each in varied),
-            tuple(each.high for each in varied),
+            tuple(parameter.low for parameter in varied),
+            tuple(parameter.high for parameter in varied),
             tol,
             longest,
-            tuple(each.place for each in varied),
+            tuple(parameter.column for parameter in varied),
             count,
             separation,
             order,
@@ -107,22 +107,22 @@ class OrbitSearch:
         n). The new tangent has the direction of `along` on the curve of orbits; it is in the plane
         across the orbit if `turning`, else in the first.
         """
-        found = np.empty(_FOUND)
-        given = np.concatenate([guess, along, planes.ravel()])
-        start, item = given.ctypes.data, given.itemsize
+        orbit = np.empty(_FOUND)
+        arguments = np.concatenate([guess, along, planes.ravel()])
+        start, item = arguments.ctypes.data, arguments.itemsize
         if not self._function(
             self._memory.ctypes.data,
-            ctypes.addressof(self._asked),
+            ctypes.addressof(self._request),
             start,
             start + 2 * item * self._count,
             start + item * self._count,
             turning,
-            found.ctypes.data,
+            orbit.ctypes.data,
         ):
             return None
-        determinant, iterations = found[_PARTS[-1] :].tolist()
+        determinant, iterations = orbit[_PARTS[-1] :].tolist()
         unknowns, tangent, across, monodromy, extremes = (
-            found[begin:end] for begin, end in zip([0, *_PARTS], _PARTS, strict=False)
+            orbit[begin:end] for begin, end in zip([0, *_PARTS], _PARTS, strict=False)
         )
         count = self._count
         return FoundOrbit(

@@ -88,7 +88,7 @@ class KernelRun:
     ) -> None:
         self._function, self._memory = function, memory
         self._result: Any = self._outcome()
-        self._found: Any = self._room()
+        self._switch_buffer: Any = self._room()
         self._columns = SEGMENT_HEAD + 2 * (order + 2) if segments else 0
         self._sampling: tuple[Any, ...] = (None, 0, None, None)
         self.sampled = 0
@@ -108,7 +108,7 @@ class KernelRun:
             room = stored.ctypes.data
         status: int = self._function(
             self._memory,
-            self._found,
+            self._switch_buffer,
             _SWITCHES,
             *self._sampling,
             room,
@@ -121,7 +121,7 @@ class KernelRun:
         switched, filled, sampled = columns[COLUMNS:]
         self.sampled = int(sampled)
         self.switches = (
-            np.frombuffer(self._found, count=int(switched) * self._width).copy()
+            np.frombuffer(self._switch_buffer, count=int(switched) * self._width).copy()
             if switched
             else _NO_TIMES
         )
@@ -183,8 +183,8 @@ class VariedRun:
             self.extremes.ctypes.data,
         )
         columns = self._result.tolist()
-        self.outcome = here = RunColumns(*columns[:COLUMNS])
+        self.outcome = outcome = RunColumns(*columns[:COLUMNS])
         count, ax, ay = columns[COLUMNS:]
-        self.rate: State = (here.vx, ax, here.vy, ay)
+        self.rate: State = (outcome.vx, ax, outcome.vy, ay)
         self.crossings = self._crossings[: int(count)]
         return Status(status)

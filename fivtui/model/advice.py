@@ -30,8 +30,8 @@ CUBIC_CONTACT: Final = Remedy(
 
 def use_one_of(alternatives: Iterable[str]) -> str:
     """Advice to use one of some alternatives: "use a, b or c"."""
-    *others, final = alternatives
-    return f"use {', '.join(others)} or {final}" if others else f"use {final}"
+    *first, final = alternatives
+    return f"use {', '.join(first)} or {final}" if first else f"use {final}"
 
 
 def advise(system: System, remedies: Iterable[Remedy | str]) -> str:

@@ -18,7 +18,7 @@ def one_line(text: str) -> str:
     """
     if not text.isprintable():
         text = "".join(_printable(character) for character in text)
-    text = _LONG_WORD.sub(lambda word: _cut(word[0], _HEAD_OF_WORD, _TAIL_OF_WORD), text)
+    text = _LONG_WORD.sub(lambda match: _cut(match[0], _HEAD_OF_WORD, _TAIL_OF_WORD), text)
     return text if len(text) <= _LONGEST_TEXT else _cut(text, _HEAD_OF_TEXT, _TAIL_OF_TEXT)
 
 

@@ -175,8 +175,8 @@ def guard_value(p: Any, state: Any, guard: Guard, rates: Rates = CONSTANT) -> An
     if guard is Guard.AHEAD or guard is Guard.BEHIND:
         ahead = (p.v_belt or 0.0) - vx
         return ahead if guard is Guard.AHEAD else -ahead
-    grip, held = p.mu_static * spring_force(p, y), holding_force(p, x, y, rates)
-    return grip - held if guard is Guard.HELD_FORWARD else grip + held
+    grip, holding = p.mu_static * spring_force(p, y), holding_force(p, x, y, rates)
+    return grip - holding if guard is Guard.HELD_FORWARD else grip + holding
 
 
 def field(p: Any, mode: Mode) -> Field:

@@ -120,6 +120,6 @@ IN_CONTACT: Final = frozenset(mode for mode, row in MODES.items() if row.in_cont
 ALWAYS_SLIDING: Final = tuple(mode for mode, row in MODES.items() if not row.finite_belt)
 
 
-def transition_name(first: Mode, then: Mode) -> str:
+def transition_name(first: Mode, second: Mode) -> str:
     """Name of a transition in results, such as ``"stick-forward"``."""
-    return f"{first.name}-{then.name}".lower()
+    return f"{first.name}-{second.name}".lower()

@@ -37,20 +37,20 @@ class TimeTable:
 
     def after(self, t: float) -> tuple[float, float]:
         """Value and slope from a time on, s."""
-        place = bisect_right(self.times, t)
-        if place == 0 or place == len(self.times):
-            return self.values[place and -1], 0.0
-        (begin, end), (first, last) = self._row(place)
-        slope = (last - first) / (end - begin)
-        value = first + slope * (t - begin)
+        index = bisect_right(self.times, t)
+        if index == 0 or index == len(self.times):
+            return self.values[index and -1], 0.0
+        (begin, end), (start_value, end_value) = self._row(index)
+        slope = (end_value - start_value) / (end - begin)
+        value = start_value + slope * (t - begin)
         # Rounding must not leave the values between which it lies.
-        return min(max(value, min(first, last)), max(first, last)), slope
+        return min(max(value, min(start_value, end_value)), max(start_value, end_value)), slope
 
     def before(self, t: float) -> float:
         """The value up to a time, s: another one than `after` gives where there is a jump."""
-        place = bisect_left(self.times, t)
-        if place < len(self.times) and self.times[place] == t:
-            return self.values[place]
+        index = bisect_left(self.times, t)
+        if index < len(self.times) and self.times[index] == t:
+            return self.values[index]
         return self.after(t)[0]
 
     def rows(self) -> list[tuple[float, float]]:
@@ -65,10 +65,10 @@ class TimeTable:
         ends = f"{self.times[0]:g} to {self.times[-1]:g} s"
         return f"{min(self.values):g} to {max(self.values):g}, {count} rows over {ends}"
 
-    def _row(self, place: int) -> tuple[tuple[float, float], tuple[float, float]]:
-        here = slice(place - 1, place + 1)
-        (begin, end), (first, last) = self.times[here], self.values[here]
-        return (begin, end), (first, last)
+    def _row(self, index: int) -> tuple[tuple[float, float], tuple[float, float]]:
+        pair = slice(index - 1, index + 1)
+        (begin, end), (start_value, end_value) = self.times[pair], self.values[pair]
+        return (begin, end), (start_value, end_value)
 
 
 # A table, or pairs of time, s, and value.
@@ -145,9 +145,9 @@ class Course:
     def next_break(self, t: float) -> float:
         """The next time, s, at which a table has a row; infinite after the last one."""
         later = (
-            table.times[place]
+            table.times[index]
             for table in self.tables.values()
-            if (place := bisect_right(table.times, t)) < len(table.times)
+            if (index := bisect_right(table.times, t)) < len(table.times)
         )
         return min(later, default=math.inf)
 

@@ -89,9 +89,9 @@ NONE: Final = "none"
 _NEAR: Final = 0.6
 
 
-def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
+def unknown_name(kind: str, name: str, allowed: Iterable[str]) -> InputError:
     """The error for an unknown name; it suggests the nearest known one."""
-    names = list(known)
+    names = list(allowed)
     # A single letter is like every short name that has it.
     folded = {
         candidate.casefold(): candidate
@@ -264,11 +264,11 @@ def unused_parameters(p: Parameters, varied: Collection[str] = ()) -> dict[str, 
 
     `varied` are names of parameters that take other values than those of `p`, too.
     """
-    given = [name for name in ("mu_s", "v_s") if getattr(p, name) is not None or name in varied]
+    names = [name for name in ("mu_s", "v_s") if getattr(p, name) is not None or name in varied]
     if p.v_belt is None and "v_belt" not in varied:
-        return dict.fromkeys(given, "v_belt")
+        return dict.fromkeys(names, "v_belt")
     falls = p.mu_static > p.mu or bool({"mu", "mu_s"} & {*varied})
-    return {"v_s": "mu_s greater than mu"} if "v_s" in given and not falls else {}
+    return {"v_s": "mu_s greater than mu"} if "v_s" in names and not falls else {}
 
 
 def without_effect(p: Parameters, varied: Collection[str] = ()) -> str:

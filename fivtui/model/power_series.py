@@ -49,8 +49,8 @@ class PowerSeries:
     def __mul__(self, factor: Self | float) -> Self:
         if not isinstance(factor, PowerSeries):
             return type(self)([value * factor for value in self.coefficients])
-        left, right = self.coefficients, factor.coefficients
-        pairs = [zip(left, reversed(right[: n + 1]), strict=False) for n in range(len(left))]
+        first, second = self.coefficients, factor.coefficients
+        pairs = [zip(first, reversed(second[: n + 1]), strict=False) for n in range(len(first))]
         return type(self)([sum(value * by for value, by in terms) for terms in pairs])
 
     __rmul__ = __mul__

@@ -96,7 +96,7 @@ def _mode_on_belt(p: Parameters, state: State, speed: float, rates: Rates) -> Mo
     kt = tangent_stiffness(p, y)
     ay = equations.vertical_acceleration(p, x, y, vy, force - equations.load(p))
     bend = equations.tangent_slope(p, y) * vy * vy
-    held = (
+    holding = (
         equations.holding_force(p, x, y, rates),
         equations.holding_force_rate(p, rates.v_belt, speed, vy),
         equations.holding_force_rate(p, 0.0, rates.v_belt, ay),
@@ -109,19 +109,19 @@ def _mode_on_belt(p: Parameters, state: State, speed: float, rates: Rates) -> Mo
         kt * (abs(ay) + preload / p.m) + abs(bend),
     )
     a, h = equations.horizontal_stiffness(p), equations.coupling_stiffness(p)
-    of_held = (
+    of_holding = (
         equations.holding_force_size(p, x, y, rates),
         abs(p.c1 * rates.v_belt) + a * speed + abs(h * vy),
         abs(a * rates.v_belt) + abs(h * ay),
     )
     grips = _times_line(grip, rates.mu_static, forces)
     of_grips = _times_line(grip, abs(rates.mu_static), of_forces)
-    sizes = [one + other for one, other in zip(of_held, of_grips, strict=True)]
+    sizes = [of_hold + of_grip for of_hold, of_grip in zip(of_holding, of_grips, strict=True)]
     if _falls(forces, of_forces):
-        return Mode.BACKWARD if _falls(held, sizes) else Mode.FORWARD
-    if _falls([g - f for g, f in zip(grips, held, strict=True)], sizes):
+        return Mode.BACKWARD if _falls(holding, sizes) else Mode.FORWARD
+    if _falls([g - f for g, f in zip(grips, holding, strict=True)], sizes):
         return Mode.FORWARD
-    if _falls([g + f for g, f in zip(grips, held, strict=True)], sizes):
+    if _falls([g + f for g, f in zip(grips, holding, strict=True)], sizes):
         return Mode.BACKWARD
     return Mode.STICK
 
@@ -142,10 +142,10 @@ def _falls(derivatives: Sequence[float], sizes: Sequence[float]) -> bool:
 
 def lift(p: Parameters, x: float) -> float:
     """Force (k3/2) x − F in N that lifts a slider at rest at y = 0; 0 if within rounding."""
-    held, load = equations.coupling_stiffness(p) * x, equations.load(p)
-    difference = held - load
-    known = abs(difference) > max(BALANCED * (abs(held) + abs(load)), LEAST)
-    return difference if known else 0.0
+    spring, load = equations.coupling_stiffness(p) * x, equations.load(p)
+    difference = spring - load
+    significant = abs(difference) > max(BALANCED * (abs(spring) + abs(load)), LEAST)
+    return difference if significant else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,8 +189,8 @@ def resting_height(system: System, mu: float) -> float:
     p = system.parameters
     alpha, beta, load = equations.rest_coefficients(p, mu)
     if system.separation and load < 0.0:
-        held = equations.suspension_stiffness(p)
-        return -load / held if held > 0.0 else math.inf
+        stiffness = equations.suspension_stiffness(p)
+        return -load / stiffness if stiffness > 0.0 else math.inf
     y = -load / beta
     if alpha > 0.0:
         bound = max(1.0, abs(load) / alpha)

@@ -83,7 +83,7 @@ class BeltStepper(TaylorStepper):
             return replace(segment, end=self._row_time)
         p, rates = self._course.after(self._row_time)
         self._mode = mode_of(p, self._state, separation=self._separation, rates=rates)
-        return replace(segment, end=self._row_time, then=self._mode)
+        return replace(segment, end=self._row_time, next_mode=self._mode)
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
         # Over which the expansions hold.
@@ -181,8 +181,8 @@ class BeltStepper(TaylorStepper):
                 if c[0] <= 0.0:
                     # At the start of a mode its guard is zero, and rises but for rounding.
                     c[0], c[1] = 0.0, max(c[1], 0.0)
-                last = (final[0], final[1] / powers[1], final[2], final[3] / powers[1])
-                value = self._guard_after(last, guard, powers[1])
+                end_state = (final[0], final[1] / powers[1], final[2], final[3] / powers[1])
+                value = self._guard_after(end_state, guard, powers[1])
                 root = _first_fall(list(map(mul, c, powers)), value)
             if root is None:
                 continue

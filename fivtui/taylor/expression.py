@@ -49,20 +49,20 @@ class Expression(Reflected):
             return Expression(text[1:], 2)
         return self if self.is_zero else Expression(f"-{text}", 2)
 
-    def __add__(self, other: object) -> "Expression":
-        b = expression(other)
+    def __add__(self, operand: object) -> "Expression":
+        b = expression(operand)
         if self.is_zero or b.is_zero:
             return b if self.is_zero else self
         return Expression(f"{self.text} + {b._within(2)}", 1)
 
-    def __sub__(self, other: object) -> "Expression":
-        b = expression(other)
+    def __sub__(self, operand: object) -> "Expression":
+        b = expression(operand)
         if self.is_zero or b.is_zero:
             return -b if self.is_zero else self
         return Expression(f"{self.text} - {b._within(2)}", 1)
 
-    def __mul__(self, other: object) -> "Expression":
-        b = expression(other)
+    def __mul__(self, operand: object) -> "Expression":
+        b = expression(operand)
         if self.is_zero or b.is_zero:
             return Expression(_ZERO)
         for factor, rest in ((self, b), (b, self)):
@@ -70,8 +70,8 @@ class Expression(Reflected):
                 return rest if factor.text == _ONE else -rest
         return Expression(f"{self._within(2)} * {b._within(3)}", 2)
 
-    def __truediv__(self, other: object) -> "Expression":
-        b = expression(other)
+    def __truediv__(self, operand: object) -> "Expression":
+        b = expression(operand)
         if self.is_zero or b.text == _ONE:
             return self
         return Expression(f"{self._within(2)} / {b._within(3)}", 2)

@@ -54,8 +54,8 @@ def roots(c: Sequence[float]) -> Iterator[float]:
         return
     negative = reduced[0] < 0.0
     b = bernstein(reduced)
-    for left, right in _brackets(b):
-        yield _refine(reduced, left, right, negative=negative)
+    for low, high in _brackets(b):
+        yield _refine(reduced, low, high, negative=negative)
         negative = not negative
     if b[-1] == 0.0:
         yield 1.0
@@ -68,15 +68,15 @@ def minimum_maximum(c: Sequence[float]) -> tuple[float, float]:
     return min(values), max(values)
 
 
-def restricted(c: Sequence[float], left: float, right: float) -> list[float]:
-    """Coefficients on [left, right] in (t − left)/(right − left)."""
-    if left == 0.0:
-        return scaled(c, right)
+def restricted(c: Sequence[float], low: float, high: float) -> list[float]:
+    """Coefficients on [low, high] in (t − low)/(high − low)."""
+    if low == 0.0:
+        return scaled(c, high)
     shifted = list(c)
     for start in range(len(shifted) - 1):
         for n in range(len(shifted) - 2, start - 1, -1):
-            shifted[n] += left * shifted[n + 1]
-    return scaled(shifted, right - left)
+            shifted[n] += low * shifted[n + 1]
+    return scaled(shifted, high - low)
 
 
 def bernstein(c: Sequence[float]) -> list[float]:
@@ -101,15 +101,15 @@ def _brackets(b: list[float]) -> Iterator[tuple[float, float]]:
     # Subintervals, in ascending order, over which the sign changes.
     stack = [(0.0, 1.0, b, 0)]
     while stack:
-        left, right, b, depth = stack.pop()
+        low, high, b, depth = stack.pop()
         variations = _variations(b)
         if variations > 1 and depth < MAX_DEPTH:
             part, lower, upper = _split(b)
-            middle = left + part * (right - left)
-            stack.append((middle, right, upper, depth + 1))
-            stack.append((left, middle, lower, depth + 1))
+            middle = low + part * (high - low)
+            stack.append((middle, high, upper, depth + 1))
+            stack.append((low, middle, lower, depth + 1))
         elif variations % 2 == 1:
-            yield left, right
+            yield low, high
 
 
 def _split(b: list[float]) -> tuple[float, list[float], list[float]]:
@@ -117,7 +117,7 @@ def _split(b: list[float]) -> tuple[float, list[float], list[float]]:
     for part in (0.5, 0.4375, 0.5625):
         lower, upper, level = [b[0]], [b[-1]], b
         while len(level) > 1:
-            level = [(1.0 - part) * left + part * right for left, right in pairwise(level)]
+            level = [(1.0 - part) * first + part * second for first, second in pairwise(level)]
             lower.append(level[0])
             upper.append(level[-1])
         if lower[-1] != 0.0:
@@ -126,25 +126,25 @@ def _split(b: list[float]) -> tuple[float, list[float], list[float]]:
     return part, lower, upper
 
 
-def _refine(c: Sequence[float], left: float, right: float, *, negative: bool) -> float:
+def _refine(c: Sequence[float], low: float, high: float, *, negative: bool) -> float:
     # Newton's method, kept inside a bracket over which the sign changes once.
     slope = derivative(c)
-    t = 0.5 * (left + right)
+    t = 0.5 * (low + high)
     for _ in range(_NEWTON_STEPS):
         value = evaluate(c, t)
         if value == 0.0:
             break
         if (value < 0.0) == negative:
-            left = t
+            low = t
         else:
-            right = t
+            high = t
         tangent = evaluate(slope, t)
-        new = t - value / tangent if tangent != 0.0 else left
+        new = t - value / tangent if tangent != 0.0 else low
         if abs(new - t) <= 2.0**-52 * t:
             return new
-        if not left < new < right:
-            new = 0.5 * (left + right)
-            if new in (left, right):
+        if not low < new < high:
+            new = 0.5 * (low + high)
+            if new in (low, high):
                 break
         t = new
     return t

@@ -91,44 +91,46 @@ class Series(Reflected):
     def __neg__(self) -> "Series":
         return Series(self.recurrence, -self.value, self.array and "")
 
-    def __add__(self, other: object) -> "Series":
-        return self._sum(self._operand(other), Expression.__add__)
+    def __add__(self, operand: object) -> "Series":
+        return self._sum(self._operand(operand), Expression.__add__)
 
-    def __sub__(self, other: object) -> "Series":
-        return self._sum(self._operand(other), Expression.__sub__)
+    def __sub__(self, operand: object) -> "Series":
+        return self._sum(self._operand(operand), Expression.__sub__)
 
-    def __mul__(self, other: object) -> "Series":
-        a, b = self, self._operand(other)
+    def __mul__(self, operand: object) -> "Series":
+        a, b = self, self._operand(operand)
         if a.array is None or b.array is None:
             return self._linear(a, b, Expression.__mul__)
         product = f"product({a._stored()}, {b._stored()}, n)"
         return self.recurrence.stored(Expression(product))
 
-    def __truediv__(self, other: object) -> "Series":
-        a, b = self, self._operand(other)
+    def __truediv__(self, operand: object) -> "Series":
+        a, b = self, self._operand(operand)
         if b.array is None:
             return self._linear(a, b, Expression.__truediv__)
         numerator, denominator = a.varying()._stored(), b._stored()
-        own = f"s{len(self.recurrence.statements)}"
-        return self.recurrence.stored(Expression(f"quotient({numerator}, {denominator}, {own}, n)"))
+        result = f"s{len(self.recurrence.statements)}"
+        return self.recurrence.stored(
+            Expression(f"quotient({numerator}, {denominator}, {result}, n)")
+        )
 
     def exp(self) -> "Series":
         """The exponential function of it."""
         if self.array is None:
             return Series(self.recurrence, self.value.exp(), None)
         exponent = self._stored()
-        own = f"s{len(self.recurrence.statements)}"
-        return self.recurrence.stored(Expression(f"exponential_term({exponent}, {own}, n)"))
+        result = f"s{len(self.recurrence.statements)}"
+        return self.recurrence.stored(Expression(f"exponential_term({exponent}, {result}, n)"))
 
     def _operand(self, value: object) -> "Series":
         return value if isinstance(value, Series) else _constant(self.recurrence, value)
 
     def _sum(
-        self, other: "Series", add: Callable[[Expression, Expression], Expression]
+        self, operand: "Series", add: Callable[[Expression, Expression], Expression]
     ) -> "Series":
-        if self.array is None and other.array is None:
-            return Series(self.recurrence, add(self.value, other.value), None)
-        a, b = (side if side.value.is_zero else side.varying() for side in (self, other))
+        if self.array is None and operand.array is None:
+            return Series(self.recurrence, add(self.value, operand.value), None)
+        a, b = (side if side.value.is_zero else side.varying() for side in (self, operand))
         return Series(self.recurrence, add(a.value, b.value), "")
 
     def _linear(
@@ -189,16 +191,16 @@ def _series(recurrence: Recurrence, value: Any) -> Series:
 def _parameters(recurrence: Recurrence, terms: Terms, name: Naming) -> tuple[Any, Any]:
     # Parameters and rates as series.
     names = sorted({*ALL_PARAMETERS, *Rates._fields})
-    values = {each: Expression(name("p", each)) for each in names}
+    values = {key: Expression(name("p", key)) for key in names}
     rates = dict.fromkeys(Rates._fields, _constant(recurrence, 0.0))
     p: dict[str, Series | None] = {
-        each: _constant(recurrence, value) for each, value in values.items()
+        key: _constant(recurrence, value) for key, value in values.items()
     }
     if terms.over_time:
-        for each in rates:
-            slope = Expression(name("rates", each))
-            rates[each] = _constant(recurrence, slope)
-            p[each] = recurrence.line(values[each], slope)
+        for key in rates:
+            slope = Expression(name("rates", key))
+            rates[key] = _constant(recurrence, slope)
+            p[key] = recurrence.line(values[key], slope)
     p["v_s"] = p["v_s"] if terms.by_law else None
     p["v_belt"] = p["v_belt"] if terms.finite_belt else None
     return SimpleNamespace(**p), SimpleNamespace(**rates)
@@ -222,7 +224,7 @@ def _python(recurrence: Recurrence, count: str, results: Sequence[str]) -> list[
 def _function(head: str, lines: Sequence[str], returned: str) -> Callable[..., Any]:
     source = "\n".join([f"def computed({head}):", *lines, f"    return {returned}", ""])
     functions = (exponential, exponential_term, product, quotient, repeat)
-    return compiled(source, "computed", **{each.__name__: each for each in functions})
+    return compiled(source, "computed", **{function.__name__: function for function in functions})
 
 
 @lru_cache(maxsize=64)
@@ -262,8 +264,8 @@ def product(a: Sequence[Any], b: Sequence[Any], n: int) -> Any:
 
 def quotient(a: Sequence[Any], b: Sequence[Any], ratio: Sequence[Any], n: int) -> Any:
     """The n-th coefficient of the ratio a/b, of which those before are known."""
-    known = sum(map(mul, b[1 : n + 1], ratio[n - 1 :: -1])) if n else 0.0
-    return (a[n] - known) / b[0]
+    lower_terms = sum(map(mul, b[1 : n + 1], ratio[n - 1 :: -1])) if n else 0.0
+    return (a[n] - lower_terms) / b[0]
 
 
 def exponential_term(exponent: Sequence[Any], power: Sequence[Any], n: int) -> Any:

@@ -27,17 +27,17 @@ class Segment:
     # (x, ẋ, y, ẏ) at the end.
     final: State
     # The mode after the end.
-    then: Mode
+    next_mode: Mode
 
     @property
     def switches(self) -> bool:
         """Whether the mode changes at the end."""
-        return self.then is not self.mode
+        return self.next_mode is not self.mode
 
     @property
     def lifts_or_lands(self) -> bool:
         """Whether the slider leaves the belt or comes back to it at the end."""
-        return (self.mode in IN_CONTACT) is not (self.then in IN_CONTACT)
+        return (self.mode in IN_CONTACT) is not (self.next_mode in IN_CONTACT)
 
     def state(self, t: float) -> State:
         """The state (x, ẋ, y, ẏ) in m and m/s at a time t in [start, end], s."""

@@ -82,8 +82,8 @@ def order_for(tol: float, *, by_law: bool = False) -> int:
     has one of them last, so that the step size is safe. With `by_law` friction falls with the
     sliding speed.
     """
-    asked = ORDER_STEP * math.ceil(-0.655 / ORDER_STEP * math.log(tol))
-    return min(max(asked, MIN_ORDER), MAX_LAW_ORDER if by_law else MAX_ORDER)
+    order = ORDER_STEP * math.ceil(-0.655 / ORDER_STEP * math.log(tol))
+    return min(max(order, MIN_ORDER), MAX_LAW_ORDER if by_law else MAX_ORDER)
 
 
 def follows_law(p: Parameters) -> bool:
@@ -134,8 +134,8 @@ def rough_log2(number: float) -> float:
 def rough_exp2(exponent: float) -> float:
     """Power of two, linear between whole exponents: within 3 %, for exponents of −1000 to 1000."""
     centred = exponent - EXP2_BIAS
-    whole = math.floor(centred)
-    return math.ldexp(1.0 + (centred - whole), whole)
+    integer = math.floor(centred)
+    return math.ldexp(1.0 + (centred - integer), integer)
 
 
 class TaylorStepper:
@@ -236,27 +236,27 @@ class TaylorStepper:
         x, vx, _, vy = self._state
         if lift(self._p, x) != 0.0:
             return y
-        given = self._constants[self._mode]
-        half = 0.5 * given.yvy * vy
-        sixth = (given.yx * vx + given.yy * vy + 2.0 * given.yvy * half) / 6.0
+        coefficients = self._constants[self._mode]
+        half = 0.5 * coefficients.yvy * vy
+        sixth = (coefficients.yx * vx + coefficients.yy * vy + 2.0 * coefficients.yvy * half) / 6.0
         return (*y[:2], half, sixth, *y[4:])
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
         # The last two terms of either velocity stay below the tolerance relative to its scale, be
         # the other coordinate ever so large; but a coordinate that is next to zero at the moment
         # has a share of the scale of both, with the static deflection.
-        own = [max(abs(z[1]), abs(z[0]) / self._time_scale) for z in (x, y)]
-        least = LEAST_SHARE * max(*own, self._deflection / self._time_scale)
+        scales = [max(abs(z[1]), abs(z[0]) / self._time_scale) for z in (x, y)]
+        least = LEAST_SHARE * max(*scales, self._deflection / self._time_scale)
         longest = LONGEST_STEP * self._time_scale
         exponent = math.inf
-        for z, size in zip((x, y), own, strict=True):
+        for z, size in zip((x, y), scales, strict=True):
             allowed = self._tol * max(size, least)
             for n in (self._degree, self._degree - 1):
-                last = n * abs(z[n])
-                if not math.isfinite(last):
+                term = n * abs(z[n])
+                if not math.isfinite(term):
                     raise self._overflow(self._state)
-                if last > 0.0 and allowed > 0.0:
-                    exponent = min(exponent, (rough_log2(allowed) - rough_log2(last)) / (n - 1))
+                if term > 0.0 and allowed > 0.0:
+                    exponent = min(exponent, (rough_log2(allowed) - rough_log2(term)) / (n - 1))
         return longest if exponent == math.inf else min(longest, rough_exp2(exponent))
 
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:

@@ -79,40 +79,40 @@ class Deviations:
 
     def __init__(self, p: Parameters, seeds: Sequence[Seed]) -> None:
         self._p = p
-        self._moved = [p.perturbed(seed.parameters) for seed in seeds]
+        self._perturbed = [p.perturbed(seed.parameters) for seed in seeds]
         # The belt's speed, which a slider that sticks has.
         self._speeds = [seed.parameters.get("v_belt", 0.0) for seed in seeds]
         self._smooth = p.mu_static == p.mu or p.speed_law is not None
-        self.now: list[State] = [seed.start for seed in seeds]
+        self.current: list[State] = [seed.start for seed in seeds]
 
     def advance(
-        self, segment: Segment, end: float = 1.0, places: Sequence[float] = ()
+        self, segment: Segment, end: float = 1.0, fractions: Sequence[float] = ()
     ) -> list[list[State]]:
         """Carry the deviations over the next segment of the motion."""
         mode, span = segment.mode, end * segment.duration
         if mode is Mode.STICK:
-            self.now = self._held(self.now)
-        moments = [place * segment.duration for place in places]
-        at_moments: list[list[State]] = [[] for _ in places]
+            self.current = self._held(self.current)
+        moments = [fraction * segment.duration for fraction in fractions]
+        at_moments: list[list[State]] = [[] for _ in fractions]
         waiting = sorted(range(len(moments)), key=moments.__getitem__, reverse=True)
-        done = 0.0
-        while done < span:
-            series = self._series(mode, segment, done)
-            left = span - done
-            length = _length(series, left)
+        covered = 0.0
+        while covered < span:
+            series = self._series(mode, segment, covered)
+            remaining = span - covered
+            length = _length(series, remaining)
             if length == 0.0:
-                raise self._lost(segment, done)
-            while waiting and (length == left or moments[waiting[-1]] <= done + length):
+                raise self._lost(segment, covered)
+            while waiting and (length == remaining or moments[waiting[-1]] <= covered + length):
                 index = waiting.pop()
-                at_moments[index] = [_at(z, moments[index] - done) for z in series]
-            self.now = [_at(z, length) for z in series]
-            done = span if length == left else done + length
+                at_moments[index] = [_at(z, moments[index] - covered) for z in series]
+            self.current = [_at(z, length) for z in series]
+            covered = span if length == remaining else covered + length
         if segment.switches and end == 1.0:
             self._switch(segment)
         if segment.switches and self._guard(segment) in SPEED_GUARDS:
             # At the switch itself the slider has the speed of the belt.
-            for place, deviations in zip(places, at_moments, strict=True):
-                if place == 1.0:
+            for fraction, deviations in zip(fractions, at_moments, strict=True):
+                if fraction == 1.0:
                     deviations[:] = self._held(deviations)
         return at_moments
 
@@ -129,7 +129,7 @@ class Deviations:
         start = (x, vx / duration, y, vy / duration)
         return [
             _imaginary_parts(expanded(p, mode, _towards(start, deviation)))
-            for p, deviation in zip(self._moved, self.now, strict=True)
+            for p, deviation in zip(self._perturbed, self.current, strict=True)
         ]
 
     def _lost(self, segment: Segment, since: float) -> ComputationError:
@@ -144,18 +144,18 @@ class Deviations:
 
     def _guard(self, segment: Segment) -> Guard:
         # That ended the segment.
-        return next(end.guard for end in MODES[segment.mode].ends if segment.then in end.to)
+        return next(end.guard for end in MODES[segment.mode].ends if segment.next_mode in end.to)
 
     def _switch(self, segment: Segment) -> None:
         # Carry the deviations over the switch at the end of a segment.
-        guard, then = self._guard(segment), segment.then
-        if then is Mode.STICK and guard in SPEED_GUARDS:
-            self.now = self._held(self.now)
+        guard, next_mode = self._guard(segment), segment.next_mode
+        if next_mode is Mode.STICK and guard in SPEED_GUARDS:
+            self.current = self._held(self.current)
             return
         if guard in HOLD_GUARDS and self._smooth:
             return
         p, state, mode = self._p, segment.final, segment.mode
-        before, after = accelerations(p, state, mode), accelerations(p, state, then)
+        before, after = accelerations(p, state, mode), accelerations(p, state, next_mode)
         jump = (0.0, after[0] - before[0], 0.0, after[1] - before[1])
         rates = (state[1], before[0], state[3], before[1])
         rate = derivative(guard_value(p, _towards(state, rates), guard))
@@ -165,14 +165,14 @@ class Deviations:
                 "it: it has no derivatives there",
                 "change the start or a parameter a little",
             )
-        self.now = [
+        self.current = [
             past_switch(
                 deviation,
                 jump,
-                derivative(guard_value(moved, _towards(state, deviation), guard)),
+                derivative(guard_value(perturbed, _towards(state, deviation), guard)),
                 rate,
             )
-            for moved, deviation in zip(self._moved, self.now, strict=True)
+            for perturbed, deviation in zip(self._perturbed, self.current, strict=True)
         ]
 
 
@@ -197,16 +197,16 @@ def _imaginary_parts(motion: Any) -> Series:
     return x, y
 
 
-def _length(series: Sequence[Series], left: float) -> float:
+def _length(series: Sequence[Series], remaining: float) -> float:
     # Of the next piece: all that is left, or one of equal parts of it; zero where the deviations
     # are out of the range of numbers or take too many pieces.
     if not all(math.isfinite(x[-1] + y[-1]) for x, y in series):
         return 0.0
     sizes = [list(map(max, map(abs, x), map(abs, y))) for x, y in series]
-    length = left
+    length = remaining
     for _ in range(_MOST_SHORTENINGS):
         if all(_is_short(size, length) for size in sizes):
-            return left / math.ceil(left / length)
+            return remaining / math.ceil(remaining / length)
         length *= _SHORTENED
     return 0.0
 

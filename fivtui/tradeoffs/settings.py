@@ -67,20 +67,20 @@ class MeasuredSetting:
 
 @dataclass(frozen=True, slots=True)
 class Ladder:
-    """The settings of a method: from `first`, the coarsest, to `last` in ratios of `factor`."""
+    """The settings of a method: from `coarsest` to `finest` in ratios of `factor`."""
 
     method: str
     kernel: str
     knob: str
-    first: float
-    last: float
+    coarsest: float
+    finest: float
     factor: float
 
     def settings(self) -> Iterator[Setting]:
         """The settings, coarsest first."""
-        count = 1 + round(math.log(self.last / self.first) / math.log(self.factor))
+        count = 1 + round(math.log(self.finest / self.coarsest) / math.log(self.factor))
         for number in range(count):
-            value = float(f"{self.first * self.factor**number:.6g}")
+            value = float(f"{self.coarsest * self.factor**number:.6g}")
             yield Setting(self.method, self.kernel, self.knob, value)
 
 

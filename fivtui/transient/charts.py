@@ -203,9 +203,9 @@ def difference_chart(
     t = run.trajectory.t[run.trajectory.t <= baseline_t[-1]]
     values = getattr(run.trajectory, quantity)[: t.size]
     subtracted = getattr(baseline.trajectory, quantity)
-    same = np.array_equal(t, baseline_t[: t.size])
-    values = values - (subtracted[: t.size] if same else np.interp(t, baseline_t, subtracted))
-    note = f"{run.name} − {baseline.name}" + ("" if same else ", interpolated")
+    same_times = np.array_equal(t, baseline_t[: t.size])
+    values = values - (subtracted[: t.size] if same_times else np.interp(t, baseline_t, subtracted))
+    note = f"{run.name} − {baseline.name}" + ("" if same_times else ", interpolated")
     return Chart(
         TIME_LABEL,
         f"Δ{column_label(quantity)}",

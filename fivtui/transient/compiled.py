@@ -106,7 +106,9 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
     return assemble(
         request,
         final=outcome[:4],
-        whole=Extremes(outcome.x_min, outcome.y_min, outcome.x_max, outcome.y_max, outcome.vx_max),
+        extremes=Extremes(
+            outcome.x_min, outcome.y_min, outcome.x_max, outcome.y_max, outcome.vx_max
+        ),
         second_half=Extremes(y_min=outcome.y_low, y_max=outcome.y_high),
         switches=switch_times,
         separations=int(outcome.separations),

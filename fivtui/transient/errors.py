@@ -46,19 +46,19 @@ class Deviation:
         """The error of one of `QUANTITIES`."""
         return float(getattr(self, quantity))
 
-    def at_least(self, other: Self) -> Self:
+    def at_least(self, lower_bound: Self) -> Self:
         """The same, no error less than another's."""
         return replace(
             self,
-            final=max(self.final, other.final),
-            peak=max(self.peak, other.peak),
-            half_range=max(self.half_range, other.half_range),
-            events=max(self.events, other.events),
+            final=max(self.final, lower_bound.final),
+            peak=max(self.peak, lower_bound.peak),
+            half_range=max(self.half_range, lower_bound.half_range),
+            events=max(self.events, lower_bound.events),
         )
 
-    def within(self, other: Self) -> bool:
+    def within(self, limit: Self) -> bool:
         """Whether no error is greater than another's."""
-        return all(self.of(name) <= other.of(name) for name in QUANTITIES)
+        return all(self.of(name) <= limit.of(name) for name in QUANTITIES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,11 +87,11 @@ def observation(run: Transient) -> Observation:
 
 def deviation(run: Observation, truth: Observation) -> Deviation:
     """Errors of a run against a reference run of the same request."""
-    apart = max(abs(a - b) for a, b in zip(run.final, truth.final, strict=True))
+    difference = max(abs(a - b) for a, b in zip(run.final, truth.final, strict=True))
     missing = run.switch_times.size != truth.switch_times.size
     late = np.empty(0) if missing else np.abs(run.switch_times - truth.switch_times)
     return Deviation(
-        final=_relative(apart, max(map(abs, truth.final))),
+        final=_relative(difference, max(map(abs, truth.final))),
         peak=_relative(abs(run.peak - truth.peak), truth.peak),
         half_range=_relative(abs(run.half_range - truth.half_range), truth.peak),
         events=math.inf if missing else float(late.max(initial=0.0)),
@@ -131,29 +131,29 @@ def divergence(
     run: Observation, truth: Observation, *, t_end: float, time_scale: float
 ) -> Divergence | None:
     """The time at which two runs of the same request part; None if they do not."""
-    times, others = run.switch_times.tolist(), truth.switch_times.tolist()
-    at = _first_difference(times, others, PARTED * time_scale)
+    times, truth_times = run.switch_times.tolist(), truth.switch_times.tolist()
+    at = _first_difference(times, truth_times, PARTED * time_scale)
     if at is not None:
-        counts = f"{len(times)} and {len(others)} in all"
+        counts = f"{len(times)} and {len(truth_times)} in all"
         return Divergence(at, f"their switches differ from there on ({counts})")
     weights = (1.0, time_scale, 1.0, time_scale)
     pairs = zip(run.final, truth.final, weights, strict=True)
-    apart = max(abs(a - b) * weight for a, b, weight in pairs)
+    difference = max(abs(a - b) * weight for a, b, weight in pairs)
     sizes = (abs(a) * weight for a, weight in zip(truth.final, weights, strict=True))
     size = max(truth.peak, *sizes)
-    if apart <= PARTED * size:
+    if difference <= PARTED * size:
         return None
-    return Divergence(t_end, f"their states differ by {apart / size:.1%} of the amplitude")
+    return Divergence(t_end, f"their states differ by {difference / size:.1%} of the amplitude")
 
 
 def _first_difference(
-    times: Sequence[float], others: Sequence[float], allowed: float
+    times: Sequence[float], truth_times: Sequence[float], allowed: float
 ) -> float | None:
-    for one, other in zip(times, others, strict=False):
-        if abs(one - other) > allowed:
-            return min(one, other)
-    common = min(len(times), len(others))
-    return next(iter((*times[common:], *others[common:])), None)
+    for time, truth_time in zip(times, truth_times, strict=False):
+        if abs(time - truth_time) > allowed:
+            return min(time, truth_time)
+    common = min(len(times), len(truth_times))
+    return next(iter((*times[common:], *truth_times[common:])), None)
 
 
 # The first tolerance is below the least error asked for by this: errors of a run are up to twenty
@@ -163,9 +163,9 @@ _FINER: Final = 100.0
 _APART: Final = 10.0
 
 
-def first_tol(asked: Mapping[str, float]) -> float:
+def first_tol(errors: Mapping[str, float]) -> float:
     """Tolerance of the first run: a hundredth of the least error, but never the finest one."""
-    least = min(asked.values(), default=TOL_RANGE[1])
+    least = min(errors.values(), default=TOL_RANGE[1])
     return min(max(least / _MARGIN, TOL_RANGE[0] * _FINER), TOL_RANGE[1])
 
 

@@ -29,10 +29,10 @@ class Extremes:
 
     def include_part(self, segment: Segment, start: float, end: float) -> None:
         """Take in the part of a segment between two times, s."""
-        left, right = max(segment.fraction(start), 0.0), min(segment.fraction(end), 1.0)
-        if left < right:
-            x, y = restricted(segment.x, left, right), restricted(segment.y, left, right)
-            duration = segment.duration * (right - left)
+        low, high = max(segment.fraction(start), 0.0), min(segment.fraction(end), 1.0)
+        if low < high:
+            x, y = restricted(segment.x, low, high), restricted(segment.y, low, high)
+            duration = segment.duration * (high - low)
             final = (sum(x), sum(derivative(x)) / duration, sum(y), 0.0)
             self._include(x, y, final, duration)
 

@@ -158,9 +158,9 @@ def _trajectory(columns: Columns) -> Trajectory:
 
 def load_transient(path: Path) -> Transient:
     """Read a transient from a trajectory file that fivtui wrote."""
-    motion, known = load_trajectory(path), read_header(path, _KIND)
+    motion, header = load_trajectory(path), read_header(path, _KIND)
     try:
-        return _from_samples(known, motion)
+        return _from_samples(header, motion)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except (KeyError, ValueError, TypeError, AttributeError):
@@ -181,7 +181,7 @@ def _from_samples(header: Mapping[str, Any], motion: Trajectory) -> Transient:
     run = assemble(
         request,
         final=_state(motion),
-        whole=_extremes(motion, 0.0),
+        extremes=_extremes(motion, 0.0),
         second_half=_extremes(motion, 0.5),
         switches=switches,
         separations=int(np.count_nonzero(off[1:][edges])),
@@ -214,10 +214,10 @@ def _mode_changes(
     # Changes of the mode between samples: at `switches` where the slider leaves the belt or comes
     # back, else in the middle.
     indices = np.flatnonzero(np.diff(motion.mode))
-    first, then = motion.mode[indices], motion.mode[indices + 1]
+    first, second = motion.mode[indices], motion.mode[indices + 1]
     times = 0.5 * (motion.t[indices] + motion.t[indices + 1])
-    times[touching(first) != touching(then)] = switches
-    return np.stack((times, first, then), axis=1)
+    times[touching(first) != touching(second)] = switches
+    return np.stack((times, first, second), axis=1)
 
 
 def _crossings(

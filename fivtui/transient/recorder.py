@@ -34,7 +34,7 @@ class Recorder:
         self._final: State = request.initial
         self._steps = 0
         self._times = request.times
-        self._kept: list[Segment] = []
+        self._segments: list[Segment] = []
         self._parts: list[Trajectory] = []
         self._on_samples = on_samples
         self.t = 0.0
@@ -66,8 +66,8 @@ class Recorder:
             self._extremes.include(segment)
             self._final = segment.final
             duration = segment.duration
-            if segment.then is not segment.mode:
-                self._take_switch(segment)
+            if segment.next_mode is not segment.mode:
+                self._record_switch(segment)
         else:
             self._extremes.include_part(segment, segment.start, t_end)
             self._final = segment.state(t_end)
@@ -80,26 +80,26 @@ class Recorder:
         if segment.mode not in IN_CONTACT:
             self._separated.append(duration)
         if self._times is not None:
-            self._kept.append(segment)
-            if len(self._kept) >= _CHUNK:
+            self._segments.append(segment)
+            if len(self._segments) >= _CHUNK:
                 self._sample(self._times)
         elif self._request.dense:
-            self._kept.append(segment)
+            self._segments.append(segment)
 
-    def _take_switch(self, segment: Segment) -> None:
+    def _record_switch(self, segment: Segment) -> None:
         if self._on_belt:
-            self._changes.append((segment.end, segment.mode, segment.then))
+            self._changes.append((segment.end, segment.mode, segment.next_mode))
         if segment.lifts_or_lands:
             self._switches.append(segment.end)
             self._separations += segment.mode in IN_CONTACT
 
     def _sample(self, times: NDArray[np.float64]) -> None:
         # Evaluates the waiting segments at their sample times and lets them go.
-        solution = DenseSolution(self._request.parameters, self._kept)
+        solution = DenseSolution(self._request.parameters, self._segments)
         count = int(np.searchsorted(times, solution.t_end, side="right"))
         self._parts.append(solution(times[:count]))
         self._times = times[count:]
-        self._kept = []
+        self._segments = []
         if self._on_samples is not None and count > 0:
             self._on_samples(self._parts[-1])
 
@@ -108,13 +108,13 @@ class Recorder:
 
         Raises `ComputationError` if the contact force is beyond the floating-point range.
         """
-        if self._times is not None and self._kept:
+        if self._times is not None and self._segments:
             self._sample(self._times)
         dense = self._request.dense
         return assemble(
             self._request,
             final=self._final,
-            whole=self._extremes,
+            extremes=self._extremes,
             second_half=self._second_half,
             switches=np.array(self._switches),
             separations=self._separations,
@@ -123,5 +123,5 @@ class Recorder:
             first_mode=self._first_mode,
             changes=np.array(self._changes) if self._changes else NO_CHANGES,
             trajectory=Trajectory.joined(self._parts) if self._parts else None,
-            solution=DenseSolution(self._request.parameters, self._kept) if dense else None,
+            solution=DenseSolution(self._request.parameters, self._segments) if dense else None,
         )

@@ -65,7 +65,7 @@ def transient_rows(
     ]
     p = result.parameters
     if p.v_belt is not None:
-        held = f"{events.stick_time / result.t_end:.1%} of the run"
+        stick_share = f"{events.stick_time / result.t_end:.1%} of the run"
         kinds = ", ".join(f"{count} {name}" for name, count in events.transitions.items())
         rows += [
             Row(
@@ -73,7 +73,7 @@ def transient_rows(
                 str(events.sticks),
                 f"to a belt of {number(p.v_belt)} m/s" if "v_belt" not in result.over_time else "",
             ),
-            Row("time of stick", f"{number(events.stick_time)} s", held),
+            Row("time of stick", f"{number(events.stick_time)} s", stick_share),
             Row("transitions", kinds or "none"),
         ]
     rows += _stop_rows(result)
@@ -120,16 +120,18 @@ def _stop_rows(result: Transient) -> list[Row]:
 
 def _final_rows(result: Transient, digits: FinalDigits | None, note: str) -> list[Row]:
     # The state at the end by the digits that hold, if these are known.
-    held, final = digits or (MOST_DIGITS,) * 4, result.final
+    counts, final = digits or (MOST_DIGITS,) * 4, result.final
     names, units = ("x", "ẋ", "y", "ẏ"), ("m", "m/s", "m", "m/s")
     notes = (note, "", "", "")
     return [
         Row(
             f"final {name}",
             f"{value:.{max(count, 1)}g} {unit}",
-            said if count else "no digit holds",
+            text if count else "no digit holds",
         )
-        for name, value, count, unit, said in zip(names, final[1:], held, units, notes, strict=True)
+        for name, value, count, unit, text in zip(
+            names, final[1:], counts, units, notes, strict=True
+        )
     ]
 
 

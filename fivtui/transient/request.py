@@ -125,12 +125,12 @@ def check_sensitivities(names: Sequence[str], p: Parameters) -> tuple[str, ...]:
     Raises `InputError` if one is unknown, given twice, or has no effect as it is none.
     """
     names = check_names("sensitivities", names)
-    for place, name in enumerate(names):
+    for index, name in enumerate(names):
         optional = parameter_spec(name).optional
         if optional and None in (getattr(p, name), p.v_belt):
             missing = name if getattr(p, name) is None else "v_belt"
             raise InputError(f"{missing} = none: must have a value for sensitivities to {name}")
-        if name in names[:place]:
+        if name in names[:index]:
             raise InputError(f"sensitivities: {name} is given twice; every name must be given once")
     return names
 

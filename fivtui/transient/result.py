@@ -43,12 +43,12 @@ _OF_SLIDING: Final = (
 
 # All pairs of modes, by first · number of modes + second: names, and whether the slider leaves
 # the belt or comes back to it, and begins to stick or ceases to.
-_PAIRS: Final = [(first, then) for first in Mode for then in Mode]
-_KINDS: Final = [transition_name(first, then) for first, then in _PAIRS]
+_PAIRS: Final = [(first, second) for first in Mode for second in Mode]
+_KINDS: Final = [transition_name(first, second) for first, second in _PAIRS]
 _PLACES: Final = np.array([len(Mode), 1.0])
 _LIFTS: Final = np.array([(a in IN_CONTACT) != (b in IN_CONTACT) for a, b in _PAIRS])
 _STICKS: Final = np.array([(a is Mode.STICK) != (b is Mode.STICK) for a, b in _PAIRS])
-_TO_STICK: Final = [kind for kind, (_, then) in enumerate(_PAIRS) if then is Mode.STICK]
+_TO_STICK: Final = [kind for kind, (_, second) in enumerate(_PAIRS) if second is Mode.STICK]
 NO_CHANGES: Final[NDArray[np.float64]] = np.empty((0, 3))
 Tally = tuple[float, list[float]]
 
@@ -246,15 +246,15 @@ class Transient(SystemResult, Drawn):
     def mode_changes(self) -> list[ModeChange]:
         """All switches on a belt of finite speed."""
         return [
-            ModeChange(t, Mode(int(first)), Mode(int(then)))
-            for t, first, then in self.changes.tolist()
+            ModeChange(t, Mode(int(first)), Mode(int(second)))
+            for t, first, second in self.changes.tolist()
         ]
 
     @property
     def final_stick(self) -> float | None:
         """Time from which on the slider sticks until the end, s; None if it does not."""
-        held = self.stick_intervals
-        return held[-1][0] if held and held[-1][1] == self.t_end else None
+        sticks = self.stick_intervals
+        return sticks[-1][0] if sticks and sticks[-1][1] == self.t_end else None
 
     @property
     def stop(self) -> Stop | None:
@@ -268,18 +268,18 @@ class Transient(SystemResult, Drawn):
     def _groan(self) -> tuple[float, float] | tuple[None, None]:
         p = self.parameters
         longest = _PERIODS * 2.0 * math.pi * math.sqrt(p.m / horizontal_stiffness(p))
-        found: list[list[tuple[float, float]]] = []
+        groups: list[list[tuple[float, float]]] = []
         for stick in self.stick_intervals:
-            if not found or stick[0] - found[-1][-1][1] > longest:
-                found.append([])
-            found[-1].append(stick)
-        several = [sticks for sticks in found if len(sticks) > 1]
+            if not groups or stick[0] - groups[-1][-1][1] > longest:
+                groups.append([])
+            groups[-1].append(stick)
+        several = [sticks for sticks in groups if len(sticks) > 1]
         if not several:
             return None, None
-        (begin, _), *_, (last, released) = several[-1]
+        (begin, _), *_, (last_begin, released) = several[-1]
         if released == self.t_end:
-            return begin, last
-        goes_on = several[-1] is found[-1] and self.t_end - released <= longest
+            return begin, last_begin
+        goes_on = several[-1] is groups[-1] and self.t_end - released <= longest
         return begin, self.t_end if goes_on else released
 
     def _summary(self) -> list[tuple[str, str]]:
@@ -311,14 +311,16 @@ class Transient(SystemResult, Drawn):
         return rows
 
     def _over_time_rows(self) -> list[tuple[str, str]]:
-        words = [f"{name} {table.in_words()}" for name, table in self.over_time.items()]
-        return [("over time", "; ".join(words))] if words else []
+        phrases = [f"{name} {table.in_words()}" for name, table in self.over_time.items()]
+        return [("over time", "; ".join(phrases))] if phrases else []
 
     def _stick_rows(self) -> list[tuple[str, str]]:
         if self.parameters.v_belt is None:
             return []
-        held, stop = self.events.stick_time, self.stop
-        rows = [("sticks", f"{self.events.sticks}, {held:.4g} s ({held / self.t_end:.1%})")]
+        stick_time, stop = self.events.stick_time, self.stop
+        rows = [
+            ("sticks", f"{self.events.sticks}, {stick_time:.4g} s ({stick_time / self.t_end:.1%})")
+        ]
         if stop is not None and stop.final_stick is not None:
             rows.append(("final stick", f"from {stop.final_stick:.6g} s"))
         return rows
@@ -345,7 +347,7 @@ def assemble(
     request: Request,
     *,
     final: State,
-    whole: Extremes,
+    extremes: Extremes,
     second_half: Extremes,
     switches: NDArray[np.float64],
     separations: int,
@@ -359,21 +361,23 @@ def assemble(
 ) -> Transient:
     """The result of a run.
 
-    `whole` and `second_half` are the extremes over the run and its second half, `separated_time`
+    `extremes` and `second_half` are the extremes over the run and its second half, `separated_time`
     the time off the belt in s, `first_mode` the mode before the first switch, `changes` all
     switches on a belt of finite speed, `tally` as of `all_events`. Raises `ComputationError` if the
     contact force is beyond the floating-point range.
     """
     system, t_end = request.system, request.t_end
     p, considered = system.parameters, system.separation
-    y_min, y_max = whole.y_min, whole.y_max
+    y_min, y_max = extremes.y_min, extremes.y_max
     # P decreases with y, so its extremes are those of y, except that it ends at zero.
     highest, lowest = (min(y_max, 0.0), min(y_min, 0.0)) if considered else (y_max, y_min)
     weakest = contact_force(p, highest, Mode.CONTACT) + 0.0
     strongest = contact_force(p, lowest, Mode.CONTACT) + 0.0
     if not math.isfinite(strongest - weakest):
         raise overflow_error(t_end, final, system)
-    first, last = (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
+    first_switch, last_switch = (
+        (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
+    )
     return Transient(
         system,
         request.initial,
@@ -382,11 +386,15 @@ def assemble(
         request.tol,
         request.step,
         FinalState(t_end, *final),
-        Peak(max(y_max, -y_min), y_max, y_min, max(whole.x_max, -whole.x_min), whole.vx_max),
+        Peak(
+            max(y_max, -y_min), y_max, y_min, max(extremes.x_max, -extremes.x_min), extremes.vx_max
+        ),
         Steady(0.5 * (second_half.y_max - second_half.y_min)),
         ContactForce(weakest, strongest),
         all_events(
-            Events(separations, switches.size - separations, separated_time, first, last),
+            Events(
+                separations, switches.size - separations, separated_time, first_switch, last_switch
+            ),
             p,
             first_mode,
             changes,
@@ -417,8 +425,8 @@ def all_events(
     """
     if p.v_belt is None:
         leaves, lands = _OF_SLIDING
-        found = {leaves: events.separations, lands: events.reattachments}
-        return Events(*events[:-1], found)
+        counts = {leaves: events.separations, lands: events.reattachments}
+        return Events(*events[:-1], counts)
     stick_time, kinds = tally or _tally(first_mode, changes, t_end)
     begins = sum(kinds[kind] for kind in _TO_STICK)
     return events._replace(

@@ -48,7 +48,7 @@ def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
         y = min(equilibrium(system).y, 0.0)
     except ComputationError:
         y = 0.0
-    found = None
+    stiffness = None
     for mode in modes:
         matrix = np.array(jacobian(system.parameters, y, mode))
         if not np.all(np.isfinite(matrix)):
@@ -60,9 +60,13 @@ def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
         decay = float(-values.real[decaying].min())
         motion = float(np.abs(values).min())
         steps = decay * t_end / _REACH
-        if decay > _RATIO * motion and steps > _BURDEN and (not found or decay > found.decay):
-            found = Stiffness(decay, motion, steps)
-    return found
+        if (
+            decay > _RATIO * motion
+            and steps > _BURDEN
+            and (not stiffness or decay > stiffness.decay)
+        ):
+            stiffness = Stiffness(decay, motion, steps)
+    return stiffness
 
 
 def stiffness_of(request: Request) -> Stiffness | None:

@@ -141,8 +141,8 @@ class DenseSolution:
 
 def touching(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Whether the slider touches the belt in each of some modes, in their shape."""
-    found: NDArray[np.bool_] = _TOUCHING[mode]
-    return found
+    flags: NDArray[np.bool_] = _TOUCHING[mode]
+    return flags
 
 
 def trajectory_of(
@@ -175,35 +175,35 @@ def segment_between(
     times: tuple[float, float],
     states: tuple[State, State],
     *,
-    then: Mode,
+    next_mode: Mode,
     rates: Rates = CONSTANT,
 ) -> Segment:
     """The motion between two states in one mode: quintic Hermite interpolation of order six."""
     start, end = times
     duration = end - start
-    first, last = states
-    ax0, ay0 = accelerations(p, first, mode, rates)
-    ax1, ay1 = accelerations(parameters_after(p, rates, duration), last, mode, rates)
+    start_state, final = states
+    ax0, ay0 = accelerations(p, start_state, mode, rates)
+    ax1, ay1 = accelerations(parameters_after(p, rates, duration), final, mode, rates)
     return Segment(
         mode=mode,
         start=start,
         start_remainder=0.0,
         duration=duration,
         end=end,
-        x=_quintic(duration, (first[0], first[1], ax0), (last[0], last[1], ax1)),
-        y=_quintic(duration, (first[2], first[3], ay0), (last[2], last[3], ay1)),
-        final=last,
-        then=then,
+        x=_quintic(duration, (start_state[0], start_state[1], ax0), (final[0], final[1], ax1)),
+        y=_quintic(duration, (start_state[2], start_state[3], ay0), (final[2], final[3], ay1)),
+        final=final,
+        next_mode=next_mode,
     )
 
 
 def _quintic(
-    h: float, first: tuple[float, float, float], last: tuple[float, float, float]
+    h: float, first: tuple[float, float, float], final: tuple[float, float, float]
 ) -> tuple[float, ...]:
     c0, c1, c2 = first[0], first[1] * h, 0.5 * first[2] * h * h
-    position = last[0] - (c0 + c1 + c2)
-    velocity = last[1] * h - (c1 + 2.0 * c2)
-    acceleration = last[2] * h * h - 2.0 * c2
+    position = final[0] - (c0 + c1 + c2)
+    velocity = final[1] * h - (c1 + 2.0 * c2)
+    acceleration = final[2] * h * h - 2.0 * c2
     return (
         c0,
         c1,

@@ -67,18 +67,18 @@ def compiled_for(model: str, platform: str) -> bytes:
         texts = _text_folder(model, folder)
         headers = Path(str(fmpy_file)).parent / "c-code"
         flags = [flag for flag in FLAGS if (flag, target.suffix) != ("-fPIC", ".dll")]
-        given = ["-target", target.triple, *flags, "-I.", f"-I{headers}"]
+        options = ["-target", target.triple, *flags, "-I.", f"-I{headers}"]
         units = [path.name for path in texts.glob("*.c") if path.stem != STEPPING_UNIT]
         if (texts / f"{STEPPING_UNIT}.c").is_file():
             steppings = _X86 if target.triple.startswith("x86_64") else _ARM
-            for variant, options in steppings.items():
+            for variant, variant_options in steppings.items():
                 units.append(str(folder / f"{variant}.o"))
-                chosen = [*options, f"-DVARIANT={variant}", "-c", "-o", units[-1]]
-                _run(texts, *given, *chosen, f"{STEPPING_UNIT}.c")
-            given += ["-DWITH_AVX2"] if "avx2" in steppings else []
+                chosen = [*variant_options, f"-DVARIANT={variant}", "-c", "-o", units[-1]]
+                _run(texts, *options, *chosen, f"{STEPPING_UNIT}.c")
+            options += ["-DWITH_AVX2"] if "avx2" in steppings else []
         library = folder / f"{model}{target.suffix}"
-        given += ["-O2", "-shared", "-s", *name_options(library.name)]
-        _run(texts, *given, *sorted(units), "-o", str(library))
+        options += ["-O2", "-shared", "-s", *name_options(library.name)]
+        _run(texts, *options, *sorted(units), "-o", str(library))
         return library.read_bytes()
 
 

@@ -77,10 +77,10 @@ def as_text(root: ET.Element) -> bytes:
 
 
 def _child(element: ET.Element, name: str) -> ET.Element:
-    found = element.find(name)
-    if found is None:
+    child = element.find(name)
+    if child is None:
         raise LookupError(f"pythonfmu wrote no {name} element")
-    return found
+    return child
 
 
 def unit_definitions(table: VariableTable) -> ET.Element:
@@ -191,14 +191,14 @@ def _index(table: VariableTable, name: str) -> str:
 
 
 def model_structure(
-    table: VariableTable, known_of_output: Callable[[Variable], Sequence[str]]
+    table: VariableTable, dependencies_of: Callable[[Variable], Sequence[str]]
 ) -> ET.Element:
-    """``ModelStructure`` of FMI 2.0; `known_of_output` says what an output depends on."""
+    """``ModelStructure`` of FMI 2.0; `dependencies_of` says what an output depends on."""
     structure = ET.Element("ModelStructure")
     outputs = [v for v in table.variables if v.role is Role.OUTPUT]
     derivatives = [v for v in table.variables if v.derivative_of]
     unknowns = [v for v in table.variables if v.role is Role.OUTPUT or v.derivative_of]
-    _add_unknowns(structure, "Outputs", [(v, known_of_output(v)) for v in outputs], table)
+    _add_unknowns(structure, "Outputs", [(v, dependencies_of(v)) for v in outputs], table)
     _add_unknowns(structure, "Derivatives", [(v, v.varies_with) for v in derivatives], table)
     _add_unknowns(structure, "InitialUnknowns", [(v, v.starts_from) for v in unknowns], table)
     return structure
@@ -211,15 +211,15 @@ def _add_unknowns(
     table: VariableTable,
 ) -> None:
     group = ET.SubElement(structure, tag)
-    for variable, known in unknowns:
+    for variable, names in unknowns:
         ET.SubElement(
             group,
             "Unknown",
             index=_index(table, variable.name),
             dependencies=" ".join(
-                str(i + 1) for i in sorted(table.references[name] for name in known)
+                str(i + 1) for i in sorted(table.references[name] for name in names)
             ),
-            dependenciesKind=" ".join("dependent" for _ in known),
+            dependenciesKind=" ".join("dependent" for _ in names),
         )
 
 

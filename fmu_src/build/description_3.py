@@ -33,7 +33,7 @@ class Indicator(NamedTuple):
     name: str
     unit: str
     meaning: str
-    known: tuple[str, ...]
+    depends_on: tuple[str, ...]
 
 
 _HOLD: Final = ("x", "y", "mu", "v_belt", "k1", "k2", "k3", "c1", "k_nl", "mu_s")
@@ -126,35 +126,35 @@ def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> E
     structure = ET.Element("ModelStructure")
     states = {v.derivative_of for v in table.variables if v.derivative_of}
 
-    def add(tag: str, reference: int, known: Sequence[str]) -> None:
+    def add(tag: str, reference: int, names: Sequence[str]) -> None:
         ET.SubElement(
             structure,
             tag,
             valueReference=str(reference),
-            dependencies=" ".join(str(table.references[name]) for name in known),
-            dependenciesKind=" ".join("dependent" for _ in known),
+            dependencies=" ".join(str(table.references[name]) for name in names),
+            dependenciesKind=" ".join("dependent" for _ in names),
         )
 
     for reference, variable in enumerate(table.variables):
         if variable.role is Role.OUTPUT:
-            known = (*known_in_exchange(variable, states), *_parameters_of(variable))
-            add("Output", reference, known)
+            names = (*exchange_dependencies(variable, states), *_parameters_of(variable))
+            add("Output", reference, names)
     for reference, variable in enumerate(table.variables):
         if variable.derivative_of:
-            known = (*variable.varies_with, *_parameters_of(variable))
-            add("ContinuousStateDerivative", reference, known)
+            names = (*variable.varies_with, *_parameters_of(variable))
+            add("ContinuousStateDerivative", reference, names)
     for reference, variable in enumerate(table.variables):
         if variable.role is Role.OUTPUT or variable.derivative_of:
             add("InitialUnknown", reference, variable.starts_from)
     for reference, indicator in enumerate(indicators, start=len(table.variables) + 1):
-        add("EventIndicator", reference, indicator.known)
+        add("EventIndicator", reference, indicator.depends_on)
     return structure
 
 
-def known_in_exchange(output: Variable, states: Collection[str]) -> tuple[str, ...]:
+def exchange_dependencies(output: Variable, states: Collection[str]) -> tuple[str, ...]:
     """States and inputs that an output depends on where the importer knows the states, too."""
-    own = (output.name,) if output.name in states else _FROM_STATES.get(output.name, ())
-    return (*own, *output.depends_on)
+    from_states = (output.name,) if output.name in states else _FROM_STATES.get(output.name, ())
+    return (*from_states, *output.depends_on)
 
 
 def _parameters_of(variable: Variable) -> tuple[str, ...]:

@@ -22,7 +22,12 @@ from .description import (
     start_description,
     type_definitions,
 )
-from .description_3 import INDICATORS, build_description, known_in_exchange, native_description_3
+from .description_3 import (
+    INDICATORS,
+    build_description,
+    exchange_dependencies,
+    native_description_3,
+)
 from .native_text import MODELS, NATIVE, build_name, guid_of, sources
 
 _DESCRIPTION: Final = "modelDescription.xml"
@@ -157,5 +162,5 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
         element = ET.SubElement(variables, "ScalarVariable", identity_of(variable, reference))
         ET.SubElement(element, (Type.INTEGER if variable.items else variable.type).value)
         complete_variable(element, variable, table)
-    root.append(model_structure(table, lambda v: known_in_exchange(v, states)))
+    root.append(model_structure(table, lambda v: exchange_dependencies(v, states)))
     return as_text(root)

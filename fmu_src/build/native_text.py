@@ -42,8 +42,8 @@ _KINDS: Final = {
 
 def sources(model: str) -> dict[str, str]:
     """All text in C that the binary of a model is made of, by file name."""
-    others = {unit for other in UNITS for unit in UNITS[other]} - {*UNITS[model]}
-    left_out = {f"{unit}{end}" for unit in others for end in (".c", "_table.h")}
+    other_units = {unit for model_name in UNITS for unit in UNITS[model_name]} - {*UNITS[model]}
+    left_out = {f"{unit}{end}" for unit in other_units for end in (".c", "_table.h")}
     texts = {**_sources(), **generated()}
     return {name: text for name, text in sorted(texts.items()) if name not in left_out}
 
@@ -63,9 +63,9 @@ def generated() -> dict[str, str]:
     names |= {f"{units[0].upper()}_GUID": guid_of(model) for model, units in UNITS.items()}
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
     head = "/* Names of the text that the binaries are compiled from. */\n\n"
-    made = {name: text for name, text in _sources().items() if name.endswith("_table.h")}
-    made |= headers()
-    return {**made, "build.h": head + "".join(lines)}
+    texts = {name: text for name, text in _sources().items() if name.endswith("_table.h")}
+    texts |= headers()
+    return {**texts, "build.h": head + "".join(lines)}
 
 
 def name_options(library: str) -> list[str]:

@@ -58,7 +58,7 @@ class Experiment(NamedTuple):
         Raises `InputError` if the host is at another time beyond rounding, the step is not
         positive, or it passes the stop time.
         """
-        if not _same(current_time, t):
+        if not _is_same_time(current_time, t):
             raise InputError(f"current time = {current_time!r} s: the FMU is at {t!r} s")
         end = current_time + step_size
         if not (0.0 < step_size < math.inf and end > t):
@@ -66,12 +66,12 @@ class Experiment(NamedTuple):
                 f"step size = {step_size!r}: must be a positive number of seconds "
                 "that changes the time"
             )
-        if end > self.stop_time and not _same(end, self.stop_time):
+        if end > self.stop_time and not _is_same_time(end, self.stop_time):
             raise InputError(
                 f"the step ends at {end!r} s, after the stop time {self.stop_time!r} s"
             )
         return end
 
 
-def _same(one: float, other: float) -> bool:
-    return math.isclose(one, other, rel_tol=_ROUNDING, abs_tol=SAME_TIME)
+def _is_same_time(time: float, reference: float) -> bool:
+    return math.isclose(time, reference, rel_tol=_ROUNDING, abs_tol=SAME_TIME)

@@ -271,8 +271,8 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             raise InputError("not initialized: " + "; ".join(self._refused.values()))
         self._begin()
         self._phase = Phase.STEPPING
-        if said := self._remark():
-            self._tell(Fmi2Status.warning, logging.WARNING, said)
+        if remark := self._remark():
+            self._tell(Fmi2Status.warning, logging.WARNING, remark)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on by one communication step, s. Returns False if the step is refused."""

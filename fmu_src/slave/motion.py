@@ -174,8 +174,8 @@ class SliderBeltMotion:
         elif mode is Mode.BACKWARD:
             vx = max(vx, speed)
         if self._separation:
-            then = mode_of(p, (x, vx, y, vy), separation=True)
-            if (then in IN_CONTACT) is not (mode in IN_CONTACT):
+            next_mode = mode_of(p, (x, vx, y, vy), separation=True)
+            if (next_mode in IN_CONTACT) is not (mode in IN_CONTACT):
                 y = 0.0
         return (x, vx, y, vy)
 
@@ -241,13 +241,13 @@ def fixed_values(values: Values) -> list[float]:
 
 def parameters_from(values: Values) -> Parameters:
     """The parameter set, inputs included; `InputError` if static friction is below `mu`."""
-    given = {name: float(values[REFERENCES[name]]) for name in PARAMETERS}
+    values_by_name = {name: float(values[REFERENCES[name]]) for name in PARAMETERS}
     if not values[REFERENCES["finite_belt"]]:
-        return Parameters(**given)
+        return Parameters(**values_by_name)
     check_friction(values)
     v_s = float(values[REFERENCES["v_s"]])
     return Parameters(
-        **given,
+        **values_by_name,
         v_belt=float(values[REFERENCES["v_belt"]]),
         mu_s=float(values[REFERENCES["mu_s"]]) or None,
         v_s=v_s if v_s >= BELT_PARAMETERS["v_s"].lower else None,

@@ -128,6 +128,6 @@ def _made_of(values: Values, experiment: Experiment) -> tuple[float, ...]:
 
 
 def _segment(content: list[Any]) -> Segment:
-    mode, start, remainder, duration, end, x, y, final, then = content
+    mode, start, remainder, duration, end, x, y, final, next_mode = content
     times = start, remainder, duration, end
-    return Segment(Mode(mode), *times, tuple(x), tuple(y), tuple(final), Mode(then))
+    return Segment(Mode(mode), *times, tuple(x), tuple(y), tuple(final), Mode(next_mode))

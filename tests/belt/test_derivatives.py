@@ -222,7 +222,7 @@ def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:
         (0.5, 2e-10, 0.0, 0.0),
         (-1.0, 0.0, 0.0, 0.0),
         at,
-        then=Mode.BACKWARD,
+        next_mode=Mode.BACKWARD,
     )
     with pytest.raises(ComputationError, match="touches v_r = 0 without crossing it"):
         Deviations(MASS, START_SEEDS).advance(segment)

@@ -128,8 +128,8 @@ def test_ladders_go_from_coarse_to_fine_within_bounds() -> None:
     for ladder in ladders(0.15, 0.05):
         values = [setting.value for setting in ladder.settings()]
         assert values == sorted(values, reverse=True)
-        assert values[0] == ladder.first
-        assert values[-1] == pytest.approx(ladder.last, rel=1e-5)
+        assert values[0] == ladder.coarsest
+        assert values[-1] == pytest.approx(ladder.finest, rel=1e-5)
         assert ladder.knob == "tol" or max(values) <= 0.05
 
 

@@ -127,8 +127,8 @@ def _critical_at(key: str, holds: Callable[..., bool]) -> Test:
 
 def _no_coalescence(paper: PaperResults) -> Finding:
     gaps = [line["omega_2"] - line["omega_1"] for _, line in paper.table("5").lines()]
-    apart = all(gap.min() > 1e-3 and gap.min() < gap[0] for gap in gaps)
-    return apart, [gap.min() for gap in gaps]
+    separate = all(gap.min() > 1e-3 and gap.min() < gap[0] for gap in gaps)
+    return separate, [gap.min() for gap in gaps]
 
 
 def _one_real_part_passes_zero(paper: PaperResults) -> Finding:
@@ -175,13 +175,13 @@ def _same_trend_with_other_damping(_: PaperResults) -> Finding:
     base = _BASE.with_values({"c1": 0.8})
     loads = np.linspace(0.0, 100.0, 101)
     linear = critical_mu(base.with_values({"k_nl": 0.0}))
-    same, values = True, [linear]
+    holds, values = True, [linear]
     for k_nl in (50.0, 200.0, 500.0):
         sets = (base.with_values({"k_nl": k_nl, "F": F}) for F in loads.tolist())
         line = np.array([critical_mu(p) for p in sets])
-        same &= falls_then_rises(line) and bool((line[-1] > linear) == (k_nl == 500.0))
+        holds &= falls_then_rises(line) and bool((line[-1] > linear) == (k_nl == 500.0))
         values += [loads[np.argmin(line)], line[-1]]
-    return same, values
+    return holds, values
 
 
 def _small_preload_stays_below_linear(paper: PaperResults) -> Finding:

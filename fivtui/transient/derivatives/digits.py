@@ -69,8 +69,8 @@ def final_digits(run: Transient) -> FinalDigits | None:
         flows = _flows(System(p, run.separation), (x, vx, y, vy), span, run.tol)
     except ComputationError:
         return None
-    made = _ROUNDING * math.sqrt(run.stats.steps) + _OF_TOL * run.tol
-    errors = made * _magnified(flows, scales, share)
+    relative_errors = _ROUNDING * math.sqrt(run.stats.steps) + _OF_TOL * run.tol
+    errors = relative_errors * _magnified(flows, scales, share)
     return FinalDigits(*map(_digits, state, errors.tolist()))
 
 
@@ -107,7 +107,7 @@ def _flows(system: System, start: State, span: float, tol: float) -> tuple[Float
     flows = []
     for _ in range(_PARTS):
         request = Request(system, t_end=span, tol=tol, start=start)
-        found = vary(request, START_SEEDS)
-        flows.append(found.derivatives)
-        start = found.final
+        variation = vary(request, START_SEEDS)
+        flows.append(variation.derivatives)
+        start = variation.final
     return tuple(flows)

@@ -87,24 +87,24 @@ class Sensitivities(Mapping[str, Sensitivity]):
         """All as data for JSON: ``growth``, and ``by`` parameter the derivatives by name."""
         parts = ("final", "peak", "steady", "contact_force")
         by = {
-            name: {part: getattr(one, part)._asdict() for part in parts}
-            for name, one in self.by.items()
+            name: {part: getattr(sensitivity, part)._asdict() for part in parts}
+            for name, sensitivity in self.by.items()
         }
         return {"growth": self.growth, "by": by}
 
     @classmethod
-    def from_dict(cls, said: Mapping[str, Any]) -> Self:
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
         """What `to_dict` returned."""
         by = {
             name: Sensitivity(
-                FinalChange(**one["final"]),
-                Peak(**one["peak"]),
-                Steady(**one["steady"]),
-                ContactForce(**one["contact_force"]),
+                FinalChange(**row["final"]),
+                Peak(**row["peak"]),
+                Steady(**row["steady"]),
+                ContactForce(**row["contact_force"]),
             )
-            for name, one in said["by"].items()
+            for name, row in data["by"].items()
         }
-        return cls(by, float(said["growth"]))
+        return cls(by, float(data["growth"]))
 
     def digits(self, tol: float) -> int:
         """How many digits of the derivatives of the final state to believe at a tolerance."""
@@ -122,24 +122,24 @@ def sensitivities_of(request: Request, transient: Transient, work: Progress) -> 
         )
         for name in names
     ]
-    found = vary(request, [*START_SEEDS, *seeds], work)
+    variation = vary(request, [*START_SEEDS, *seeds], work)
     count = len(START_SEEDS)
     weights = np.array([1.0, time_scale(p), 1.0, time_scale(p)])
-    flow = found.derivatives[:, :count] * weights[:, None] / weights
+    flow = variation.derivatives[:, :count] * weights[:, None] / weights
     by = {
-        name: _sensitivity(transient, name, found, place)
-        for place, name in enumerate(names, start=count)
+        name: _sensitivity(transient, name, variation, column)
+        for column, name in enumerate(names, start=count)
     }
     return Sensitivities(by, float(np.linalg.norm(flow, 2)))
 
 
-def _sensitivity(transient: Transient, name: str, found: Variation, place: int) -> Sensitivity:
+def _sensitivity(transient: Transient, name: str, variation: Variation, column: int) -> Sensitivity:
     p, considered = transient.parameters, transient.separation
-    value: dict[str, float] = dict(zip(EXTREMES, found.extremes.tolist(), strict=True))
+    value: dict[str, float] = dict(zip(EXTREMES, variation.extremes.tolist(), strict=True))
     change: dict[str, float] = dict(
-        zip(EXTREMES, found.extreme_derivatives[:, place].tolist(), strict=True)
+        zip(EXTREMES, variation.extreme_derivatives[:, column].tolist(), strict=True)
     )
-    x, vx, y, vy = found.derivatives[:, place].tolist()
+    x, vx, y, vy = variation.derivatives[:, column].tolist()
     moved = p.perturbed({name: 1.0})
 
     def size(low: str, high: str) -> float:

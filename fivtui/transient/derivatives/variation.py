@@ -44,7 +44,7 @@ START_SEEDS: Final = (
     Seed((0.0, 0.0, 1.0, 0.0)),
     Seed((0.0, 0.0, 0.0, 1.0)),
 )
-_PLACES: Final = {name: place for place, name in enumerate(PARAMETERS)}
+_COLUMNS: Final = {name: column for column, name in enumerate(PARAMETERS)}
 # Steps between two looks at the progress.
 _REPORT: Final = 8
 
@@ -82,15 +82,15 @@ def vary(request: Request, seeds: Sequence[Seed], work: Progress | None = None) 
 
 def _compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
     tol = local_tolerance(request.tol)
-    given = np.zeros((len(seeds), 4 + len(PARAMETERS)))
-    for row, seed in zip(given, seeds, strict=True):
+    seed_rows = np.zeros((len(seeds), 4 + len(PARAMETERS)))
+    for row, seed in zip(seed_rows, seeds, strict=True):
         row[:4] = seed.start
         for name, change in seed.parameters.items():
-            row[4 + _PLACES[name]] = change
+            row[4 + _COLUMNS[name]] = change
     run = load_kernel().vary(
         np.array(request.parameters.values()),
         np.array(request.initial),
-        given,
+        seed_rows,
         separation=request.separation,
         t_end=request.t_end,
         tol=tol,
@@ -120,26 +120,26 @@ def _interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Var
         if count % _REPORT == 0:
             work.report(t / t_end)
         segment = stepper.advance()
-        last = segment.end >= t_end
+        is_last = segment.end >= t_end
         end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0
         extremes.follow(segment, end, deviations)
         t, state = segment.end, segment.final if end == 1.0 else segment.state(t_end)
         if segment.switches and end == 1.0 and p.v_belt is not None:
-            changes.append((t, segment.mode, segment.then))
+            changes.append((t, segment.mode, segment.next_mode))
         if segment.lifts_or_lands and end == 1.0:
             switches.append(t)
-        if last:
+        if is_last:
             break
     else:
         raise step_limit_error(request, t)
-    mode = segment.then if end == 1.0 else segment.mode
+    mode = segment.next_mode if end == 1.0 else segment.mode
     if mode is Mode.STICK:
         state = (state[0], p.v_belt or 0.0, state[2], state[3])
     ax, ay = accelerations(p, state, mode)
     return Variation(
         state,
         np.array([state[1], ax, state[3], ay]),
-        np.array(deviations.now).T,
+        np.array(deviations.current).T,
         extremes.moments,
         extremes.values,
         extremes.by,
@@ -160,32 +160,36 @@ class _Extremes:
 
     def follow(self, segment: Segment, end: float, deviations: Deviations) -> None:
         """Carry deviations along a segment as far as θ = end, and note them at new extremes."""
-        place, component = {}, {}
-        for index, (sign, polynomial, quantity, begin) in enumerate(self._sought(segment)):
+        thetas, component = {}, {}
+        for index, (sign, polynomial, quantity, begin) in enumerate(
+            self._extreme_polynomials(segment)
+        ):
             if begin > 0.0 and begin >= end:
                 continue
             turns = roots(derivative(polynomial))
-            places = [begin, *(turn for turn in turns if begin < turn < end), end]
+            candidates = [begin, *(turn for turn in turns if begin < turn < end), end]
             if quantity == 1 and self._comes_to_stick(segment):
                 # The speed that the slider comes to is that of stick: it begins there, and stays.
-                places.pop()
-            values = [sign * evaluate(polynomial, one) for one in places]
+                candidates.pop()
+            values = [sign * evaluate(polynomial, theta) for theta in candidates]
             greatest = max(values)
             if greatest - self._best[index] > _ROUNDING * abs(greatest):
                 self._best[index], self.values[index] = greatest, sign * greatest
-                place[index], component[index] = places[values.index(greatest)], quantity
-        found = deviations.advance(segment, end, list(place.values()))
-        for index, there in zip(place, found, strict=True):
+                thetas[index], component[index] = candidates[values.index(greatest)], quantity
+        deviations_at = deviations.advance(segment, end, list(thetas.values()))
+        for index, seed_deviations in zip(thetas, deviations_at, strict=True):
             self.moments[index] = segment.start + (
-                segment.start_remainder + place[index] * segment.duration
+                segment.start_remainder + thetas[index] * segment.duration
             )
-            self.by[index] = [deviation[component[index]] for deviation in there]
+            self.by[index] = [deviation[component[index]] for deviation in seed_deviations]
 
     def _comes_to_stick(self, segment: Segment) -> bool:
         ends = segment.end < 2.0 * self._half and segment.mode is not Mode.STICK
-        return ends and segment.then is Mode.STICK
+        return ends and segment.next_mode is Mode.STICK
 
-    def _sought(self, segment: Segment) -> list[tuple[float, Sequence[float], int, float]]:
+    def _extreme_polynomials(
+        self, segment: Segment
+    ) -> list[tuple[float, Sequence[float], int, float]]:
         # Sign, polynomial, component of the state, and θ from which on, in the order of EXTREMES.
         speed = [coefficient / segment.duration for coefficient in derivative(segment.x)]
         late = max(segment.fraction(self._half), 0.0)

@@ -97,13 +97,13 @@ class LinearMotion:
 
     def at(self, z: FloatArray, times: FloatArray) -> FloatArray:
         """States, shape (n, 4), at times in s after the state `z`, not beyond an overflow."""
-        states, left = np.tile(z, (times.size, 1)), times.copy()
+        states, remaining = np.tile(z, (times.size, 1)), times.copy()
         for level in range(self.spans.size - 1, self.base - 1, -1):
             span = self.spans[level]
-            while np.any(far := left >= span):
+            while np.any(far := remaining >= span):
                 states[far] = self.after(states[far], level)
-                left[far] -= span
-        share, total = (left / self.spans[self.base])[:, None], np.zeros_like(states)
+                remaining[far] -= span
+        share, total = (remaining / self.spans[self.base])[:, None], np.zeros_like(states)
         for term in self.series(states)[::-1]:
             total = total * share + term
         return total
@@ -132,26 +132,28 @@ class Walk:
 
         Raises `ComputationError`, with the time, if the motion overflows on the way.
         """
-        motion, left = self._motion, t_end - self.t
-        taken, blocked = [], False
+        motion, remaining = self._motion, t_end - self.t
+        walked, blocked = [], False
         for level in range(motion.spans.size - 1, -1, -1):
             span = float(motion.spans[level])
-            while left >= span:
+            while remaining >= span:
                 with np.errstate(over="ignore", invalid="ignore"):
                     later = motion.after(self.z, level)
                     finite = self._finite(later)
                 if not finite:
                     blocked = True
                     break
-                taken.append((level, self.z))
-                left, self.z = left - span, later
+                walked.append((level, self.z))
+                remaining, self.z = remaining - span, later
         if blocked:
             x, vx, y, vy = motion.states(self.z)[0].tolist()
-            raise overflow_error(t_end - left, (x, vx, y, vy), System(self._p, separation=False))
+            raise overflow_error(
+                t_end - remaining, (x, vx, y, vy), System(self._p, separation=False)
+            )
         # The rest is so short that the chord suffices.
-        self.z = self.z + left * motion.velocity(self.z)
+        self.z = self.z + remaining * motion.velocity(self.z)
         self.t = t_end
-        return taken
+        return walked
 
     def _finite(self, z: FloatArray) -> bool:
         force = self._p.k2 * z[0, 2]

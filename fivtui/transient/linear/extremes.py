@@ -77,19 +77,19 @@ class Search:
         `Cancelled`.
         """
         starts = [z for _, z in spans]
-        self._see(np.concatenate([*starts, end]) @ _SOUGHT.T)
+        self._update_best(np.concatenate([*starts, end]) @ _SOUGHT.T)
         waiting = spans.copy()
         while waiting:
             level, z = waiting.pop()
             if len(z) > _CHUNK:
                 waiting += [(level, part) for part in np.array_split(z, len(z) // _CHUNK + 1)]
                 continue
-            kept = self._promising(level, z)
-            if len(kept) and level > 0:
-                middle = self._motion.after(kept, level - 1)
-                self._see(middle @ _SOUGHT.T)
-                waiting.append((level - 1, np.concatenate([kept, middle])))
-                rest = len(z) - len(kept)
+            promising = self._promising(level, z)
+            if len(promising) and level > 0:
+                middle = self._motion.after(promising, level - 1)
+                self._update_best(middle @ _SOUGHT.T)
+                waiting.append((level - 1, np.concatenate([promising, middle])))
+                rest = len(z) - len(promising)
             else:
                 rest = len(z)
             self._account(len(z), rest * float(self._motion.spans[level]))
@@ -97,7 +97,7 @@ class Search:
         vx_max = float(self._motion.states(np.array([0.0, fastest, 0.0, 0.0]))[1])
         return Extremes(0.0 - x_low, 0.0 - y_low, x_max, y_max, vx_max)
 
-    def _see(self, values: FloatArray) -> None:
+    def _update_best(self, values: FloatArray) -> None:
         self._best = np.maximum(self._best, values.max(axis=0))
 
     def _promising(self, level: int, z: FloatArray) -> FloatArray:
@@ -114,8 +114,8 @@ class Search:
                 bent = np.abs(motion.velocity(z)) @ self._bend[level].T
                 bound = np.minimum(bound, ends + bent)
         # A bound that is no number excludes nothing.
-        kept: FloatArray = z[~np.all(bound <= best + doubt, axis=1)]
-        return kept
+        promising: FloatArray = z[~np.all(bound <= best + doubt, axis=1)]
+        return promising
 
     def _account(self, steps: int, seconds: float) -> None:
         self._steps += steps

@@ -43,12 +43,12 @@ def run(request: Request, work: Progress) -> Transient:
     second = walk.to(t_end)
     search = Search(motion, t_end, request.max_steps, work)
     second_half = search.over(second, walk.z)
-    whole = search.over(first, middle)
+    extremes = search.over(first, middle)
     x, vx, y, vy = motion.states(walk.z)[0].tolist()
     transient = assemble(
         request,
         final=(x, vx, y, vy),
-        whole=whole,
+        extremes=extremes,
         second_half=second_half,
         switches=np.empty(0),
         separations=0,

@@ -44,7 +44,7 @@ class StepPart:
     begin: FloatArray
     duration: FloatArray
     first: FloatArray
-    last: FloatArray
+    final: FloatArray
     switches: BoolArray
 
 
@@ -90,33 +90,33 @@ class RungeKutta4:
         """
         self._check_step()
         parts: list[StepPart] = []
-        done = np.zeros(self.state.shape[1])
-        left = np.full_like(done, self.step)
-        while (left > 0.0).any():
+        elapsed = np.zeros(self.state.shape[1])
+        remaining = np.full_like(elapsed, self.step)
+        while (remaining > 0.0).any():
             if len(parts) > _MAX_SWITCHES_PER_STEP:
                 raise ComputationError(
                     f"over {_MAX_SWITCHES_PER_STEP} switches in the step at t = {self.t:.6g} s",
                     "use a smaller step, or the taylor method",
                 )
             first = self.state
-            last = self._rk4(first, self.contact, left)
-            if not np.isfinite(last).all():
-                raise self._overflow(last)
-            crossed = self._crossed(last, self.contact)
-            duration = left
+            final = self._rk4(first, self.contact, remaining)
+            if not np.isfinite(final).all():
+                raise self._overflow(final)
+            crossed = self._crossed(final, self.contact)
+            duration = remaining
             if self.locate and crossed.any():
-                duration = np.where(crossed, self._bisect(first, left, crossed), left)
-                last = self._rk4(first, self.contact, duration)
-            parts.append(StepPart(self.contact, done, duration, first, last, crossed))
-            self.state, self.contact = self._after(last, crossed)
-            done = done + duration
-            left = left - duration
+                duration = np.where(crossed, self._bisect(first, remaining, crossed), remaining)
+                final = self._rk4(first, self.contact, duration)
+            parts.append(StepPart(self.contact, elapsed, duration, first, final, crossed))
+            self.state, self.contact = self._after(final, crossed)
+            elapsed = elapsed + duration
+            remaining = remaining - duration
         self.steps += 1
         return parts
 
-    def _after(self, last: FloatArray, crossed: BoolArray) -> tuple[FloatArray, BoolArray]:
+    def _after(self, state: FloatArray, crossed: BoolArray) -> tuple[FloatArray, BoolArray]:
         # State and mode behind a switch.
-        return last, self.contact ^ crossed
+        return state, self.contact ^ crossed
 
     def _derivatives(self, state: FloatArray, contact: BoolArray) -> FloatArray:
         # Eqs. 2 and 5, solved for the accelerations.
@@ -144,9 +144,9 @@ class RungeKutta4:
             return np.zeros_like(contact)
         return np.asarray(np.where(contact, state[2] > 0.0, state[2] < 0.0), dtype=bool)
 
-    def _bisect(self, first: FloatArray, left: FloatArray, crossed: BoolArray) -> FloatArray:
+    def _bisect(self, first: FloatArray, remaining: FloatArray, crossed: BoolArray) -> FloatArray:
         # The shortest step known to cross, so that the new mode starts on its own side of y = 0.
-        before, after = np.zeros_like(left), left
+        before, after = np.zeros_like(remaining), remaining
         for _ in range(_BISECTIONS):
             middle = 0.5 * (before + after)
             if np.all((middle <= before) | (middle >= after) | ~crossed):
@@ -198,7 +198,7 @@ class ReferenceStepper:
         while not self._waiting:
             begin = self._integrator.t
             parts = self._integrator.advance()
-            then = self._mode(self._integrator.contact)
+            next_mode = self._mode(self._integrator.contact)
             for part in reversed(parts):
                 start = begin + float(part.begin[0])
                 # The last part ends on the grid, so that no rounding accumulates.
@@ -206,10 +206,12 @@ class ReferenceStepper:
                 end = self._integrator.t if complete else start + float(part.duration[0])
                 if end > start:
                     mode = self._mode(part.contact)
-                    first, last = (state[:, 0].tolist() for state in (part.first, part.last))
-                    segment = segment_between(self._p, mode, (start, end), (first, last), then=then)
+                    first, final = (state[:, 0].tolist() for state in (part.first, part.final))
+                    segment = segment_between(
+                        self._p, mode, (start, end), (first, final), next_mode=next_mode
+                    )
                     self._waiting.append(segment)
-                    then = mode
+                    next_mode = mode
         return self._waiting.pop()
 
     def _mode(self, contact: NDArray[Any]) -> Mode:

@@ -54,8 +54,8 @@ class BeltRungeKutta4(RungeKutta4):
     def _forces(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         # Of the contact spring as if in contact, and of a belt that holds.
         p, (x, _, y, _) = self._table, state
-        held = p["c1"] * p["v"] + (p["k1"] + 0.5 * p["k3"]) * x - 0.5 * p["k3"] * y
-        return -p["k2"] * y - p["k_nl"] * y**3, held
+        holding_force = p["c1"] * p["v"] + (p["k1"] + 0.5 * p["k3"]) * x - 0.5 * p["k3"] * y
+        return -p["k2"] * y - p["k_nl"] * y**3, holding_force
 
     def _derivatives(self, state: FloatArray, contact: BoolArray) -> FloatArray:
         p, (x, vx, y, vy) = self._table, state
@@ -74,28 +74,28 @@ class BeltRungeKutta4(RungeKutta4):
     def _crossed(self, state: FloatArray, contact: BoolArray) -> BoolArray:
         if not self.locate:
             return np.asarray(self._side(state) != contact, dtype=bool)
-        force, held = self._forces(state)
+        force, holding_force = self._forces(state)
         ahead = self._table["v"] - state[1]
-        slips = self._table["mu_s"] * force < np.abs(held)
+        slips = self._table["mu_s"] * force < np.abs(holding_force)
         crossed = (_SIGNS[contact] * ahead < 0.0) | ((contact == Mode.STICK) & slips)
         if self.separation:
             crossed |= np.where(contact == Mode.SEPARATED, state[2] < 0.0, state[2] > 0.0)
         return np.asarray(crossed, dtype=bool)
 
-    def _after(self, last: FloatArray, crossed: BoolArray) -> tuple[FloatArray, BoolArray]:
+    def _after(self, final: FloatArray, crossed: BoolArray) -> tuple[FloatArray, BoolArray]:
         if not self.locate:
-            return last, self._side(last)
+            return final, self._side(final)
         mode = self.contact
-        lifts = crossed & (mode != Mode.SEPARATED) & (last[2] > 0.0) & self.separation
+        lifts = crossed & (mode != Mode.SEPARATED) & (final[2] > 0.0) & self.separation
         sliding = (mode == Mode.FORWARD) | (mode == Mode.BACKWARD)
-        state = last.copy()
-        state[1] = np.where(crossed & sliding & ~lifts, self._table["v"], last[1])
-        force, held = self._forces(state)
+        state = final.copy()
+        state[1] = np.where(crossed & sliding & ~lifts, self._table["v"], final[1])
+        force, holding_force = self._forces(state)
         ahead = self._table["v"] - state[1]
-        holds = (self._table["mu_s"] * force >= np.abs(held)) & (mode != Mode.STICK)
-        then = np.select(
-            [lifts, ahead > 0.0, ahead < 0.0, holds, held < 0.0],
+        holds = (self._table["mu_s"] * force >= np.abs(holding_force)) & (mode != Mode.STICK)
+        next_mode = np.select(
+            [lifts, ahead > 0.0, ahead < 0.0, holds, holding_force < 0.0],
             [Mode.SEPARATED, Mode.FORWARD, Mode.BACKWARD, Mode.STICK, Mode.BACKWARD],
             Mode.FORWARD,
         )
-        return state, np.where(crossed, then, mode)
+        return state, np.where(crossed, next_mode, mode)
