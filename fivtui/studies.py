@@ -58,22 +58,22 @@ def studies() -> Iterator[tuple[str, StudyKind]]:
     return ((name, study(name)) for name in STUDIES)
 
 
-def check_study_path(name: str, path: Path, *, force: bool) -> None:
+def check_study_path(name: str, path: Path) -> None:
     """Check that a result can be written to a file, before it is computed."""
     kind = study(name)
     if path.suffix.lower() in FORMATS and path.suffix.lower() in kind.suffixes:
         table_format(path, kind.data)
     check_suffix(path, kind.data, kind.suffixes)
-    check_output(path, force=force)
+    check_output(path)
 
 
-def save_study(name: str, result: Any, path: Path, *, force: bool = False) -> None:
+def save_study(name: str, result: Any, path: Path) -> None:
     """Write a result to a file."""
     kind = study(name)
     if path.suffix.lower() == _JSON and _JSON not in kind.suffixes:
-        save_json(kind.to_dict(result), path, force=force)
+        save_json(kind.to_dict(result), path)
     else:
-        kind.save(result, path, force=force)
+        kind.save(result, path)
 
 
 def check_readable(path: Path) -> None:

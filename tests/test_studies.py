@@ -12,6 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from fivtui.cli.deliver import Outputs
+from fivtui.io import output_path
 from fivtui.io.tables import read_columns, read_header, write_table
 from fivtui.model.columns import Column
 from fivtui.model.errors import InputError
@@ -66,12 +67,10 @@ class Bounce(Result):
         return figure
 
 
-def save(result: Bounce, path: Path, *, force: bool = False) -> None:
+def save(result: Bounce, path: Path) -> None:
     header = {"bounce_of": result.parameters.as_dict(), "separation": result.separation}
     heights = {"height": np.array(result.heights)}
-    write_table(
-        path, "bounce", [Column("height", "m", "of a bounce")], heights, header, force=force
-    )
+    write_table(path, "bounce", [Column("height", "m", "of a bounce")], heights, header)
 
 
 def load(path: Path) -> Bounce:
@@ -141,10 +140,10 @@ def test_an_entry_more_is_exported_kept_and_said_by_the_laboratory(tmp_path: Pat
     assert (data.proposal, data.of) == ("mine-bounce.csv", "the bounce")
     assert data.suffixes == (".csv", ".npz", ".parquet", ".json")
     for suffix in data.suffixes:
-        assert write_export(data, tmp_path / f"b{suffix}", force=False) == ""
+        assert write_export(data, tmp_path / f"b{suffix}") == ""
     assert json.loads((tmp_path / "b.json").read_text()) == RESULT.to_dict()
     figure = scene_study_export(FIGURE, "bounce", RESULT, "mine")
-    assert write_export(figure, tmp_path / "b.png", force=False) == ""
+    assert write_export(figure, tmp_path / "b.png") == ""
     store = ResultStore(tmp_path / "kept")
     files, notes = store.put({"bounce": DisplayedStudy(RESULT, "mine", "here")})
     assert notes == {}
@@ -196,12 +195,12 @@ def test_a_result_is_written_with_the_same_bytes_and_its_columns(
     kind, result = RESULTS[name][0], made(name)
     path = tmp_path / f"result{suffix}"
     if suffix in study(kind).suffixes:
-        check_study_path(kind, path, force=False)
+        check_study_path(kind, path)
     save_study(kind, result, path)
     content = path.read_bytes()
     with pytest.raises(InputError, match="exists already"):
         save_study(kind, result, path)
-    save_study(kind, result, path, force=True)
+    save_study(kind, result, output_path(path, force=True))
     assert path.read_bytes() == content
     if suffix == ".json":
         assert json.loads(content) == json.loads(json.dumps(study(kind).to_dict(result)))

@@ -280,7 +280,7 @@ def _cursors(axes: Axes, chart: Chart, view: View) -> None:
         )
 
 
-def save_charts(charts: VisibleCharts, path: Path, *, force: bool = False) -> None:
+def save_charts(charts: VisibleCharts, path: Path) -> None:
     """Save the visible points of the displayed charts as CSV, NPZ or Parquet."""
     parts: list[tuple[float, float, np.ndarray[Any, np.dtype[np.float64]], Any]] = []
     panels = []
@@ -304,7 +304,7 @@ def save_charts(charts: VisibleCharts, path: Path, *, force: bool = False) -> No
         Column("x", "see panels", "along the x axis of the chart"),
         Column("y", "see panels", "along the y axis of the chart"),
     ]
-    write_table(path, "chart's data", described, columns, {"panels": panels}, force=force)
+    write_table(path, "chart's data", described, columns, {"panels": panels})
 
 
 def _joined(parts: Sequence[Any]) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -68,13 +68,13 @@ def shade_times(
         )
 
 
-def check_figure_path(path: Path, *, force: bool) -> None:
+def check_figure_path(path: Path) -> None:
     """Raise `InputError` if a figure cannot be written to this path; checks before computing."""
     check_suffix(path, "figure", _METADATA)
-    check_output(path, force=force)
+    check_output(path)
 
 
-def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
+def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure to a file; the same figure always gives the same bytes."""
     suffix = check_suffix(path, "figure", _METADATA)
 
@@ -87,4 +87,4 @@ def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
             )
         file.write(content.getbuffer())
 
-    write_atomically(path, write, force=force)
+    write_atomically(path, write)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Options = TypeVar("Options")
 Decorator = Callable[[Callable[..., Any]], Any]
 # Names of the fields of `Outputs`, and of the settings that error targets determine.
-_OUTPUTS: Final = ("out", "plot", "force", "as_json")
+_OUTPUTS: Final = ("out", "plot", "as_json")
 _OF_ACCURACY: Final = ("tol", "step")
 
 scene_argument: Final = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")

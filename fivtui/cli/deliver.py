@@ -17,7 +17,6 @@ class Outputs:
 
     out: Path | None = None
     plot: Path | None = None
-    force: bool = False
     as_json: bool = False
 
     @property
@@ -30,23 +29,23 @@ class Outputs:
         if self.out is not None:
             from fivtui.studies import check_study_path
 
-            check_study_path(kind, self.out, force=self.force)
+            check_study_path(kind, self.out)
         if self.plot is not None:
             from fivtui.charts import check_figure_path
 
-            check_figure_path(self.plot, force=self.force)
+            check_figure_path(self.plot)
 
     def write(self, kind: str, result: Any) -> None:
         """Write a result and its figure to the files, and say so."""
         from fivtui.studies import save_study, study
 
         if self.out is not None:
-            save_study(kind, result, self.out, force=self.force)
+            save_study(kind, result, self.out)
             say_written(self.out)
         if self.plot is not None:
             from fivtui.charts import save_figure
 
-            save_figure(study(kind).figure(result), self.plot, force=self.force)
+            save_figure(study(kind).figure(result), self.plot)
             say_written(self.plot)
 
     def show(self, kind: str, result: Any) -> None:

@@ -60,7 +60,7 @@ def fmu() -> None:
 )
 @option("--sources", is_flag=True, help="Add the C files of the native flavour.")
 @force_option
-def fmu_build(out: Path, force: bool, platform: str | None, **given: Any) -> None:
+def fmu_build(out: Path, platform: str | None, **given: Any) -> None:
     """Export the slider-belt or the brake actuator as an FMU.
 
     The native flavour needs no Python where it runs, and offers model exchange, too; it runs on a
@@ -70,7 +70,7 @@ def fmu_build(out: Path, force: bool, platform: str | None, **given: Any) -> Non
     from fmu_src.build import build_fmu
 
     platforms = [] if platform is None else platform.split(",")
-    build_fmu(out, platforms=platforms, force=force, **given)
+    build_fmu(out, platforms=platforms, **given)
     say_written(out)
 
 
@@ -78,11 +78,11 @@ def fmu_build(out: Path, force: bool, platform: str | None, **given: Any) -> Non
 @output_option("--out", "FILE.ssp", "The archive to write.", required=True)
 @flavour_option
 @force_option
-def fmu_system(out: Path, flavour: str, force: bool) -> None:
+def fmu_system(out: Path, flavour: str) -> None:
     """Export slider-belt and brake actuator, coupled, as SSP."""
     from fmu_src.build import build_ssp
 
-    build_ssp(out, flavour=flavour, force=force)
+    build_ssp(out, flavour=flavour)
     say_written(out)
 
 
@@ -136,7 +136,7 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
 @output_option("--events", "FILE.csv", "Write the times at which discrete variables changed.")
 @force_option
 @json_option
-def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
+def fmu_run(fmu_file: Path, out: Path | None, as_json: bool, **given: Any) -> None:
     """Run a co-simulation FMU through fmpy.
 
     Prints the last values, or writes all of them with --out.
@@ -148,7 +148,7 @@ def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **give
     events = given["events"]
     for path in (out, events):
         if path is not None:
-            check_table_path(path, "FMU result", (".csv",), force=force)
+            check_table_path(path, "FMU result", (".csv",))
     with progress_bar("FMU") as progress:
         run = run_fmu(
             fmu_file,
@@ -163,10 +163,10 @@ def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **give
     for warning in run.warnings:
         say(f"warning: {warning}")
     if out is not None:
-        save_fmu_run(run, out, force=force)
+        save_fmu_run(run, out)
         say_written(out)
     if events is not None:
-        save_fmu_events(run, events, force=force)
+        save_fmu_events(run, events)
         say_written(events)
     if as_json:
         print_json(run.to_dict())

@@ -7,15 +7,17 @@ import click
 
 from fivtui.model import InputError, unknown_name
 
-from .paths import check_paths
+from .paths import check_paths, replaceable_outputs
 
 
 class CheckedCommand(click.Command):
     """A command that refuses to write two outputs, or an input and an output, to one file."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Check the files, then run the command."""
+        """Check the files, then run the command; with --force its outputs may be replaced."""
         check_paths(self.params, ctx.params)
+        if ctx.params.pop("force", False):
+            ctx.params |= replaceable_outputs(self.params, ctx.params)
         return super().invoke(ctx)
 
 

@@ -75,6 +75,20 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
         )
 
 
+def replaceable_outputs(
+    params: Sequence[click.Parameter], values: Mapping[str, Any]
+) -> dict[str, Path]:
+    """The files and folders that a command writes, as paths at which files may be replaced."""
+    from fivtui.io import output_path
+
+    paths = {
+        str(param.name): values[str(param.name)]
+        for param in params
+        if isinstance(param.type, OutputFile | OutputFolder)
+    }
+    return {name: output_path(path, force=True) for name, path in paths.items() if path is not None}
+
+
 def check_in_folder(paths: Sequence[Path], scene: str) -> None:
     """Raise `InputError` if files to be written are the same, or one is the scene's file."""
     from fivtui.io import check_apart

@@ -74,12 +74,12 @@ def animate(call: Call[AnimateOptions]) -> None:
     """
     from fivtui.film import animate as film, check_film_path
 
-    out, force = call.outputs.path, call.outputs.force
+    out = call.outputs.path
     window, speed = window_of(call.options.window), number_of("--speed", call.options.speed)
-    check_film_path(out, force=force)
+    check_film_path(out)
     run = run_of(call)
     with progress_bar("film") as progress:
-        result = film(run, out, window=window, speed=speed, force=force, progress=progress)
+        result = film(run, out, window=window, speed=speed, progress=progress)
     call.outputs.show("film", result)
 
 
@@ -109,11 +109,11 @@ def sound(call: Call[SoundOptions]) -> None:
     """Write a run as a sound, its time compressed."""
     from fivtui.signals import check_sound_path, sound as write_sound
 
-    out, force = call.outputs.path, call.outputs.force
+    out = call.outputs.path
     window, factor = window_of(call.options.window), number_of("--factor", call.options.factor)
-    check_sound_path(out, force=force)
+    check_sound_path(out)
     result = write_sound(
-        run_of(call), out, signal=call.options.signal, factor=factor, window=window, force=force
+        run_of(call), out, signal=call.options.signal, factor=factor, window=window
     )
     call.outputs.show("sound", result)
 

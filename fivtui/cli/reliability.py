@@ -64,7 +64,7 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
             study,
             engine,
             until=until,
-            place=None if out is None else Place(out, options.piece, outputs.force),
+            place=None if out is None else Place(out, options.piece),
             progress=progress,
             tell=progress.tell,
         )

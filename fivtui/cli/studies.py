@@ -81,9 +81,7 @@ def sweep(call: Call[SweepOptions]) -> None:
         if out is None:
             result = sweep_in_memory(study, engine, progress=progress)
         else:
-            written = sweep_to_file(
-                study, out, engine, size=options.piece, force=outputs.force, progress=progress
-            )
+            written = sweep_to_file(study, out, engine, size=options.piece, progress=progress)
     if out is not None:
         say_written(out, note=str(written))
         if read:
@@ -160,7 +158,7 @@ def extremes(as_json: bool) -> None:
     help="pdf, svg or png; may be repeated.  [default: pdf and png]",
 )
 @force_option
-def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force: bool) -> None:
+def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...]) -> None:
     """Draw the paper's figures 2 to 16.
 
     N is a number or a range such as 3-9; all are drawn without it. The data of each picture go to
@@ -173,7 +171,6 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force
             figure_numbers(numbers),
             out,
             formats=formats or DEFAULT_FORMATS,
-            force=force,
             progress=progress,
         )
     for files in written:

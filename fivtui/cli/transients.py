@@ -119,10 +119,10 @@ def compare(call: Call[NoOptions]) -> None:
     """
     from fivtui.scene import compare as run, comparison_files, print_comparison
 
-    folder, force = call.outputs.path, call.outputs.force
+    folder = call.outputs.path
     check_in_folder(comparison_files(folder), call.scene_name)
     with progress_bar("native and FMU") as progress:
-        result = run(call.scene(), folder, force=force, progress=progress)
+        result = run(call.scene(), folder, progress=progress)
     print_comparison(result)
     say_written(result.fmu, result.figure)
 

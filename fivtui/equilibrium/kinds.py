@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 _DATA: Final = "table of modes"
 
 
-def _save_modes(result: "Stability", path: Path, *, force: bool) -> None:
+def _save_modes(result: "Stability", path: Path) -> None:
     header = {
         "parameters": result.parameters.as_dict(),
         "separation": result.separation,
         "critical_mu": [critical.mu for critical in result.critical_mu],
     }
-    save_table(path, _DATA, result.modes_over_mu()._table(), header, force=force)
+    save_table(path, _DATA, result.modes_over_mu()._table(), header)
 
 
 STABILITY: Final = StudyKind(

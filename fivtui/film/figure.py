@@ -19,7 +19,14 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from fivtui.charts import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
-from fivtui.io import check_output, check_suffix, files_text, save_bytes, temporary_folder
+from fivtui.io import (
+    check_output,
+    check_suffix,
+    files_text,
+    output_path,
+    save_bytes,
+    temporary_folder,
+)
 from fivtui.model import ALWAYS_SLIDING, InputError, Mode, OnProgress, Progress
 from fivtui.results import Result
 from fivtui.signals import motion_at
@@ -89,11 +96,11 @@ class Film(Result):
         ]
 
 
-def check_film_path(path: Path, *, force: bool) -> None:
+def check_film_path(path: Path) -> None:
     """Raise `InputError` if a film cannot be written to this path; checks before computing."""
     if check_suffix(path, "film", (_GIF, _MP4)) == _MP4 and not FFMpegWriter.isAvailable():
         raise InputError(f"{path}: MP4 needs ffmpeg, which is not installed; .gif needs nothing")
-    check_output(path, force=force)
+    check_output(path)
 
 
 def animate(
@@ -148,8 +155,8 @@ def animate(
     >>> film.frames
     6
     """
-    path = Path(path)
-    check_film_path(path, force=force)
+    path = output_path(path, force=force)
+    check_film_path(path)
     timing = film_timing(run, window, speed)
     times = timing.times
     with mpl.rc_context(STYLE), temporary_folder() as folder:
@@ -167,8 +174,8 @@ def animate(
                 image.set_data(picture.frame(t))
                 writer.grab_frame()
                 work.report(count / times.size)
-        save_bytes(file.read_bytes(), path, force=force)
-    return Film(path, (timing.start, timing.end), timing.speed, times.size)
+        save_bytes(file.read_bytes(), path)
+    return Film(Path(path), (timing.start, timing.end), timing.speed, times.size)
 
 
 class _Picture:

@@ -282,7 +282,7 @@ def _checked_run(fmu: FmuFile, table: NDArray[Any], warnings: tuple[str, ...]) -
     )
 
 
-def save_fmu_events(run: FmuRun, path: Path, *, force: bool = False) -> None:
+def save_fmu_events(run: FmuRun, path: Path) -> None:
     """Write changes at events as ``.csv``: time, name, value; `InputError` if that fails."""
     events = run.events()
     columns: dict[str, list[Any]] = {
@@ -290,10 +290,10 @@ def save_fmu_events(run: FmuRun, path: Path, *, force: bool = False) -> None:
         "name": [name for _, name, _ in events],
         "value": [value for _, _, value in events],
     }
-    save_csv(path, "FMU events", columns, {}, force=force)
+    save_csv(path, "FMU events", columns, {})
 
 
-def save_fmu_run(run: FmuRun, path: Path, *, force: bool = False) -> None:
+def save_fmu_run(run: FmuRun, path: Path) -> None:
     """Write the outputs of an FMU as ``.csv`` without loss; `InputError` if that fails."""
     header = {"model": run.model, "fmi_version": run.fmi_version, "units": run.units}
-    save_csv(path, "FMU result", run.columns, header, force=force)
+    save_csv(path, "FMU result", run.columns, header)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
         check_output,
         check_suffix,
         files_text,
+        is_replaceable,
+        output_path,
         parts_folder,
         resolved,
     )

@@ -41,12 +41,10 @@ def save_csv(
     kind: str,
     values: Mapping[str, NDArray[Any] | Sequence[object]],
     header: Mapping[str, Any],
-    *,
-    force: bool,
 ) -> None:
     """Write columns of numbers or texts of a file that is CSV alone; `kind` names it."""
     check_suffix(path, kind, (".csv",))
-    write_atomically(path, lambda file: _write(file, values, header), force=force)
+    write_atomically(path, lambda file: _write(file, values, header))
 
 
 def _write(

@@ -1,14 +1,38 @@
 """Output files: never overwritten unasked, never an input."""
 
 import os
+import sys
 import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from fivtui.model import InputError
 
+if sys.platform == "win32":
+    from pathlib import WindowsPath as _SystemPath
+else:
+    from pathlib import PosixPath as _SystemPath
+
 # A file, after what it is called in messages, such as ``--out``.
 Named = tuple[str, Path]
+
+
+class ReplaceablePath(_SystemPath):
+    """A path at which an existing file may be replaced."""
+
+    __slots__ = ()
+
+
+def output_path(path: str | Path, *, force: bool = False) -> Path:
+    """A path for a file to be written; with `force` it may replace an existing file."""
+    if force:
+        return ReplaceablePath(path)
+    return path if isinstance(path, Path) else Path(path)
+
+
+def is_replaceable(path: Path) -> bool:
+    """Whether a file at a path may be replaced."""
+    return isinstance(path, ReplaceablePath)
 
 
 def check_suffix(path: Path, kind: str, allowed: Iterable[str]) -> str:
@@ -20,25 +44,25 @@ def check_suffix(path: Path, kind: str, allowed: Iterable[str]) -> str:
     return suffix
 
 
-def check_output(path: Path, *, force: bool) -> None:
+def check_output(path: Path) -> None:
     """Raise `InputError` if a file cannot be written, before anything is computed.
 
-    That is if it exists (unless `force`), is not a regular file, has no folder, or writing is not
-    permitted.
+    That is if it exists (unless the path is replaceable), is not a regular file, has no folder, or
+    writing is not permitted.
     """
     try:
-        _check_target(path, resolved(path), force=force)
+        _check_target(path, resolved(path))
     except OSError as error:
         raise cannot_write(path, error) from None
 
 
-def _check_target(path: Path, target: Path, *, force: bool) -> None:
+def _check_target(path: Path, target: Path) -> None:
     if target.is_dir():
         raise InputError(f"{path}: is a folder, not a file")
     if target.exists():
         if not target.is_file():
             raise InputError(f"{path}: is not a regular file")
-        if not force:
+        if not is_replaceable(path):
             raise InputError(f"{path}: exists already; choose another name or force overwriting")
         if not os.access(target, os.W_OK):
             raise InputError(f"{path}: cannot be written: the file is read-only")

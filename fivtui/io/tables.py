@@ -72,12 +72,10 @@ def table_format(path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS
     return form
 
 
-def check_table_path(
-    path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS), *, force: bool
-) -> None:
+def check_table_path(path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS)) -> None:
     """Raise `InputError` if a table could not be written, before it is computed."""
     table_format(path, kind, allowed)
-    check_output(path, force=force)
+    check_output(path)
 
 
 def write_table(
@@ -86,8 +84,6 @@ def write_table(
     columns: Sequence[Column],
     values: Columns,
     header: Header,
-    *,
-    force: bool = False,
 ) -> None:
     """Write a table of numbers; equal tables give equal bytes."""
     form = table_format(path, kind)
@@ -95,7 +91,7 @@ def write_table(
     def write(file: BinaryIO) -> None:
         form.write(file, columns, values, {"fivtui": __version__, **header})
 
-    write_atomically(path, write, force=force)
+    write_atomically(path, write)
 
 
 def read_columns(

@@ -24,14 +24,14 @@ _PREFIX: Final = ".fivtui-"
 TEMPORARY_FILES: Final = f"{_PREFIX}*.tmp"
 
 
-def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bool = False) -> None:
-    """Write a file whole or not at all."""
+def write_atomically(path: Path, write: Callable[[BinaryIO], None]) -> None:
+    """Write a file whole or not at all; only a replaceable path may have a file already."""
     drafts = _DRAFTS.get()
     if drafts is not None:
-        drafts.add(path, write, force=force)
+        drafts.add(path, write)
         return
     with written_together():
-        write_atomically(path, write, force=force)
+        write_atomically(path, write)
 
 
 @contextmanager
@@ -46,19 +46,19 @@ def written_together() -> Iterator[None]:
         drafts.publish()
 
 
-def save_json(data: Any, path: Path, *, force: bool = False) -> None:
+def save_json(data: Any, path: Path) -> None:
     """Write data as JSON, as `write_atomically`."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n"
-    save_bytes(text.encode(), path, force=force)
+    save_bytes(text.encode(), path)
 
 
-def save_bytes(content: bytes, path: Path, *, force: bool = False) -> None:
+def save_bytes(content: bytes, path: Path) -> None:
     """Write bytes, as `write_atomically`."""
 
     def write(file: BinaryIO) -> None:
         file.write(content)
 
-    write_atomically(path, write, force=force)
+    write_atomically(path, write)
 
 
 class _Draft(NamedTuple):
@@ -66,7 +66,6 @@ class _Draft(NamedTuple):
     target: Path
     temporary: Path
     file: BinaryIO
-    force: bool
 
 
 class _Drafts(ExitStack):
@@ -76,9 +75,9 @@ class _Drafts(ExitStack):
         super().__init__()
         self._drafts: list[_Draft] = []
 
-    def add(self, path: Path, write: Callable[[BinaryIO], None], *, force: bool) -> None:
+    def add(self, path: Path, write: Callable[[BinaryIO], None]) -> None:
         """Write a file under a temporary name."""
-        check_output(path, force=force)
+        check_output(path)
         target = resolved(path)
         try:
             _remove_abandoned(target)
@@ -93,13 +92,13 @@ class _Drafts(ExitStack):
             os.fsync(file.fileno())
         except OSError as error:
             raise cannot_write(path, error) from None
-        self._drafts.append(_Draft(path, target, temporary, file, force))
+        self._drafts.append(_Draft(path, target, temporary, file))
 
     def publish(self) -> None:
         """Give the files their names."""
         # Other files may have appeared under these names meanwhile.
         for draft in self._drafts:
-            check_output(draft.path, force=draft.force)
+            check_output(draft.path)
         for draft in self._drafts:
             try:
                 if draft.target.exists():

@@ -77,7 +77,7 @@ class FigureData:
             yield value, self.line(value)
 
 
-def save_data(data: FigureData, path: Path, *, force: bool = False) -> None:
+def save_data(data: FigureData, path: Path) -> None:
     """Write the data of a figure as ``.csv``, ``.npz`` or ``.parquet``, with units and provenance.
 
     Raises `InputError` if the format is unknown or its package missing, or the file cannot be
@@ -90,4 +90,4 @@ def save_data(data: FigureData, path: Path, *, force: bool = False) -> None:
         **data.provenance,
         "meanings": {column.name: column.meaning for column in described},
     }
-    write_table(path, "figure's data", described, dict(data.columns), header, force=force)
+    write_table(path, "figure's data", described, dict(data.columns), header)

@@ -7,7 +7,12 @@ from pathlib import Path
 from typing import Final
 
 from fivtui.charts import FORMATS, save_figure
-from fivtui.io import check_apart, check_output, written_together
+from fivtui.io import (
+    check_apart,
+    check_output,
+    output_path,
+    written_together,
+)
 from fivtui.model import InputError, OnProgress, Progress, check_names, unknown_name
 
 from .charts import draw
@@ -112,7 +117,9 @@ def figures(
     ['fig-02.png']
     """
     chosen = figure_numbers([str(number) for number in numbers])
-    return save_figures(chosen, Path(folder), formats=formats, force=force, progress=progress)
+    return save_figures(
+        chosen, output_path(folder, force=force), formats=formats, progress=progress
+    )
 
 
 def save_figures(
@@ -120,7 +127,6 @@ def save_figures(
     folder: Path,
     *,
     formats: Sequence[str] = DEFAULT_FORMATS,
-    force: bool = False,
     results: PaperResults | None = None,
     progress: OnProgress | None = None,
 ) -> list[FigureFiles]:
@@ -138,7 +144,7 @@ def save_figures(
     paths = [path for files in plan for path in (*files.pictures, *files.data)]
     check_apart([("the file", path) for path in paths])
     for path in paths:
-        check_output(path, force=force)
+        check_output(path)
     work = Progress(progress)
     source = PaperResults() if results is None else results
     panels = [panel for number in chosen for panel in panels_of(number)]
@@ -155,8 +161,8 @@ def save_figures(
         figure = draw(files.number, source)
         with written_together():
             for path in files.pictures:
-                save_figure(figure, path, force=force)
+                save_figure(figure, path)
             for panel, path in zip(panels_of(files.number), files.data, strict=True):
-                save_data(source.table(panel.key), path, force=force)
+                save_data(source.table(panel.key), path)
         work.report(share + (1.0 - share) * count / len(plan))
     return plan

@@ -48,20 +48,18 @@ FIGURE: Final = StudyKind(
     },
     figure=lambda panel: charts.draw(panel.number, panel.results),
     suffixes=TABLES,
-    save=lambda panel, path, *, force: data.save_data(
-        panel.results.table(panel.key), path, force=force
-    ),
+    save=lambda panel, path: data.save_data(panel.results.table(panel.key), path),
     stem=lambda panel: f"fig-{panel.number:02d}{panel.letter}",
     header=frozenset({"figure"}),
     command=lambda panel: Command("figures", words=[str(panel.number), "--out", "figures"]),
 )
 
 
-def _save_claims(checked: "Sequence[CheckedClaim]", path: Path, *, force: bool) -> None:
+def _save_claims(checked: "Sequence[CheckedClaim]", path: Path) -> None:
     if path.suffix.lower() == ".csv":
-        report.save_claims(checked, path, force=force)
+        report.save_claims(checked, path)
     else:
-        save_bytes(f"{report.claims_markdown(checked)}\n".encode(), path, force=force)
+        save_bytes(f"{report.claims_markdown(checked)}\n".encode(), path)
 
 
 CLAIMS: Final = StudyKind(

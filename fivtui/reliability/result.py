@@ -189,9 +189,9 @@ class Uncertainty(Result, Tabular, Drawn):
         return uncertainty_sheet(self)
 
 
-def save_uncertainty(result: Uncertainty, path: Path, *, force: bool = False) -> None:
+def save_uncertainty(result: Uncertainty, path: Path) -> None:
     """Write the members of a study; `InputError` if the file cannot be written."""
-    save_sweep(result.sweep, path, force=force)
+    save_sweep(result.sweep, path)
 
 
 def read_uncertainty(path: Path) -> Uncertainty:

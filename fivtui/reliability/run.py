@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
+from fivtui.io import is_replaceable, output_path
 from fivtui.model import ComputationError, InputError, OnProgress, Parameters, check_names
 from fivtui.scene import Scene
 from fivtui.sweeps import (
@@ -46,11 +47,10 @@ Tell = Callable[[int, str], object]
 
 
 class Place(NamedTuple):
-    """A file for the members, those of a piece of it, and whether it may be replaced."""
+    """A file for the members, and the members of a piece of it."""
 
     out: Path
     piece: int | None
-    force: bool
 
 
 def uncertainty(
@@ -176,7 +176,7 @@ def measured(
             return found
         # A stage's file is there until that of the next one is complete.
         known, study = found.sweep.table, _doubled(found, wanted)
-        place = None if place is None else place._replace(force=True)
+        place = None if place is None else place._replace(out=output_path(place.out, force=True))
 
 
 def _doubled(found: Uncertainty, wanted: float) -> Study:
@@ -200,7 +200,7 @@ def _with_count(study: Study, count: int) -> Study:
 def _begun(study: Study, place: Place | None) -> tuple[Study, Rows | None, Place | None]:
     # The number of samples that an earlier run had come to, the rows of the number before, and
     # whether a file of that is to be replaced.
-    if place is None or place.force:
+    if place is None or is_replaceable(place.out):
         return study, None, place
     stored, under_way = (
         found if found is not None and found == _like(study, found) else None
@@ -210,7 +210,8 @@ def _begun(study: Study, place: Place | None) -> tuple[Study, Rows | None, Place
     if latest is None:
         return study, None, place
     known = None if stored is None else load_sweep(stored, place.out).table
-    return latest, known, place._replace(force=stored is not None and stored != latest)
+    replaced = stored is not None and stored != latest
+    return latest, known, place._replace(out=output_path(place.out, force=replaced))
 
 
 def _like(study: Study, other: Study) -> Study | None:
@@ -225,7 +226,7 @@ def _swept(study: Study, engine: Engine, place: Place | None, progress: OnProgre
     check_in_memory(study)
     if place is None:
         return sweep_in_memory(study, engine, progress=progress)
-    sweep_to_file(study, place.out, engine, size=place.piece, force=place.force, progress=progress)
+    sweep_to_file(study, place.out, engine, size=place.piece, progress=progress)
     return load_sweep(study, place.out)
 
 

@@ -102,20 +102,18 @@ def _attributes(column: Column) -> dict[str, str]:
     return {"units": column.unit, "long_name": column.meaning}
 
 
-def save_result(result: TableResult, path: Path, *, force: bool = False) -> None:
+def save_result(result: TableResult, path: Path) -> None:
     """Write a result as ``.csv``, ``.npz`` or ``.parquet``.
 
     Raises `InputError` if the format is unknown or its package missing, or the file cannot be
     written.
     """
-    save_table(path, result.data_name, result._table(), result._header(), force=force)
+    save_table(path, result.data_name, result._table(), result._header())
 
 
-def save_table(
-    path: Path, data_name: str, table: Table, header: Header, *, force: bool = False
-) -> None:
+def save_table(path: Path, data_name: str, table: Table, header: Header) -> None:
     """Write columns under a header; `data_name` says in messages what the file holds."""
-    write_table(path, data_name, list(table), by_name(table), header, force=force)
+    write_table(path, data_name, list(table), by_name(table), header)
 
 
 def by_name(table: Table) -> dict[str, NDArray[Any]]:

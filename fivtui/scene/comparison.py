@@ -63,7 +63,6 @@ def compare(
     scene: Scene,
     folder: Path,
     *,
-    force: bool = False,
     progress: Callable[[float], bool] | None = None,
 ) -> Comparison:
     """Build the FMU, run a scene through it and natively in both cases, draw Figs. 10 to 12."""
@@ -73,17 +72,17 @@ def compare(
         raise InputError(f"{folder}: cannot create the folder: {error.strerror}") from None
     fmu, figure = comparison_files(folder)
     check_apart([("the FMU", fmu), ("the picture", figure)])
-    check_output(fmu, force=force)
-    check_figure_path(figure, force=force)
+    check_output(fmu)
+    check_figure_path(figure)
     work = Progress(progress)
     begin = time.perf_counter()
-    build_fmu(fmu, force=force)
+    build_fmu(fmu)
     build_s = time.perf_counter() - begin
     case_1, case_2 = (dataclasses.replace(scene, separation=flag) for flag in (True, False))
     considered = _case_runs(case_1, fmu, work.part(0.0, 0.5))
     ignored = _case_runs(case_2, fmu, work.part(0.5, 1.0))
     sheet = transient_sheet([ignored.native, considered.native])
-    save_figure(sheet_figure(sheet), figure, force=force)
+    save_figure(sheet_figure(sheet), figure)
     return Comparison(considered, ignored, build_s, fmu, figure)
 
 

@@ -13,7 +13,13 @@ from typing import Any, BinaryIO, Final
 import tomlkit
 from tomlkit.items import Item
 
-from fivtui.io import MAX_TEXT, is_there, read_bytes, write_atomically
+from fivtui.io import (
+    MAX_TEXT,
+    is_there,
+    output_path,
+    read_bytes,
+    write_atomically,
+)
 from fivtui.model import InputError, Parameters, parameter_spec, unknown_name
 from fivtui.transient import SETTINGS, number_in_file, text_in_file
 
@@ -242,7 +248,7 @@ def save_scene(scene: Scene, path: str | Path, *, force: bool = False) -> None:
     def write(file: BinaryIO) -> None:
         file.write(content)
 
-    write_atomically(Path(path), write, force=force)
+    write_atomically(output_path(path, force=force), write)
 
 
 def _document(scene: Scene) -> tomlkit.TOMLDocument:

@@ -9,7 +9,13 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import check_output, check_suffix, files_text, write_atomically
+from fivtui.io import (
+    check_output,
+    check_suffix,
+    files_text,
+    output_path,
+    write_atomically,
+)
 from fivtui.model import InputError, unknown_name
 from fivtui.results import Result
 from fivtui.transient import Trajectory, Transient
@@ -74,10 +80,10 @@ class SoundFile(Result):
         ]
 
 
-def check_sound_path(path: Path, *, force: bool) -> None:
+def check_sound_path(path: Path) -> None:
     """Raise `InputError` if a sound cannot be written to this path; checks before computing."""
     check_suffix(path, "sound", SUFFIXES)
-    check_output(path, force=force)
+    check_output(path)
 
 
 def sound(
@@ -125,8 +131,8 @@ def sound(
     >>> f"{heard.duration:.2f} s at {heard.pitch:.0f} Hz"
     '0.50 s at 151 Hz'
     """
-    path = Path(path)
-    check_sound_path(path, force=force)
+    path = output_path(path, force=force)
+    check_sound_path(path)
     if signal not in SIGNALS:
         raise unknown_name("signal", signal, SIGNALS)
     start, end = (0.0, run.t_end) if window is None else check_window(run, window)
@@ -151,7 +157,7 @@ def sound(
             out.setframerate(_RATE)
             out.writeframes(np.round(_LEVEL * _FULL * heard).astype("<i2").tobytes())
 
-    write_atomically(path, write, force=force)
+    write_atomically(path, write)
     pitch = factor / period if period else None
     return SoundFile(path, signal, factor, (start, end), duration, full_scale, pitch)
 

@@ -15,7 +15,7 @@ from .run import Sweep, check_in_memory
 from .study import Study
 
 
-def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
+def save_sweep(result: Sweep, path: Path) -> None:
     """Write a complete sweep; the file has the same bytes as that of `sweep_to_file`.
 
     Its provenance is that of the file it was read from, or of this machine. Raises `InputError` if
@@ -37,7 +37,7 @@ def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
                 form.write_piece(rows, study, result.table)
             form.merge(file, study, [piece], provenance)
 
-    write_atomically(path, write, force=force)
+    write_atomically(path, write)
 
 
 def read_sweep(path: Path) -> Sweep:

@@ -288,7 +288,6 @@ def sweep_to_file(
     engine: Engine,
     *,
     size: int | None = None,
-    force: bool = False,
     progress: OnProgress | None = None,
 ) -> WriteSummary:
     """Compute a sweep into a file, or continue one that was stopped.
@@ -296,7 +295,7 @@ def sweep_to_file(
     Rows are kept in pieces beside the file, whatever stops the sweep. The same call continues it,
     and the file ends in the same bytes as without the stop. A complete file is left as it is.
     """
-    with open_store(out, study, size=size, force=force) as store:
+    with open_store(out, study, size=size) as store:
         if store.complete:
             return WriteSummary(study.members, None, study.members)
         kept, work = store.kept, Progress(progress)

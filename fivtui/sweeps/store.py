@@ -14,7 +14,9 @@ from typing import Any, BinaryIO, Final
 
 from fivtui.io import (
     check_output,
+    is_replaceable,
     locked,
+    output_path,
     parts_folder,
     resolved,
     save_bytes,
@@ -66,9 +68,9 @@ class SweepStore:
     `complete` says whether the file is there.
     """
 
-    def __init__(self, out: Path, study: Study, *, size: int | None, force: bool) -> None:
+    def __init__(self, out: Path, study: Study, *, size: int | None) -> None:
         self._form: SweepFormat = sweep_format(out)
-        self._out, self._study, self._force = out, study, force
+        self._out, self._study = out, study
         self._target = resolved(out)
         self.folder = parts_folder(out)
         self._shown = out.with_name(self.folder.name)
@@ -82,12 +84,12 @@ class SweepStore:
         with _readable(out):
             self.complete = self._is_complete()
         if not self.complete:
-            check_output(out, force=force)
+            check_output(out)
             self._provenance = provenance_of(study, self._form)
 
     def _is_complete(self) -> bool:
         # The file appeared whole under its name, but may have been damaged since.
-        if self._force or not self._target.is_file():
+        if is_replaceable(self._out) or not self._target.is_file():
             return False
         provenance = self._form.provenance(self._target)
         if provenance is None:
@@ -117,7 +119,7 @@ class SweepStore:
         manifest = self.folder / MANIFEST
         reason = self._reason_against()
         if reason:
-            if not self._force:
+            if not is_replaceable(self._out):
                 raise InputError(f"{self._shown}: {reason}, or force to discard what is there")
             self._clear()
         content = self._manifest()
@@ -194,7 +196,7 @@ class SweepStore:
         path = self.folder / name
         try:
             with self._explained():
-                save_bytes(content, path, force=True)
+                save_bytes(content, output_path(path, force=True))
         finally:
             # Ctrl+C may come when the piece is there already: then it is kept, and counts.
             if path.exists():
@@ -213,13 +215,13 @@ class SweepStore:
             self._form.merge(file, self._study, paths, self._provenance)
 
         with self._explained():
-            write_atomically(merged, merge, force=True)
+            write_atomically(output_path(merged, force=True), merge)
         rows = self._form.count(merged, self._study)
         if rows != self._study.members:
             raise ComputationError(
                 f"{merged}: {rows} of {self._study.members} rows were merged", self.advice
             )
-        check_output(self._out, force=self._force)
+        check_output(self._out)
         merged.replace(self._target)
         _sync(self._target.parent)
         self.complete = True
@@ -255,15 +257,13 @@ class SweepStore:
 
 
 @contextmanager
-def open_store(
-    out: Path, study: Study, *, size: int | None = None, force: bool = False
-) -> Iterator[SweepStore]:
+def open_store(out: Path, study: Study, *, size: int | None = None) -> Iterator[SweepStore]:
     """Open the storage of a sweep, to begin or to continue it; damaged pieces are removed.
 
-    `size` is by default that of the pieces there, or `default_piece_size`; `force` overwrites an
-    existing file and discards pieces of another sweep.
+    `size` is by default that of the pieces there, or `default_piece_size`. A replaceable path has
+    an existing file replaced and pieces of another sweep discarded.
     """
-    store = SweepStore(out, study, size=size, force=force)
+    store = SweepStore(out, study, size=size)
     folder = store.folder
     if store.complete and not folder.exists():
         yield store

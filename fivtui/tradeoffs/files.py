@@ -92,14 +92,14 @@ def _rows(result: Tradeoff) -> list[dict[str, Any]]:
     ]
 
 
-def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
+def save_tradeoff(result: Tradeoff, path: Path) -> None:
     """Write a trade-off as CSV, a row for each setting; errors as `write_atomically`."""
     data = tradeoff_to_dict(result)
     keys = ("parameters", "separation", "start", "t_end", "floor", "features")
     header = {"fivtui": __version__, **{key: data[key] for key in keys}}
     rows = [{**row, "pareto": " ".join(row["pareto"])} for row in data["rows"]]
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    save_csv(path, _KIND, columns, header, force=force)
+    save_csv(path, _KIND, columns, header)
 
 
 def load_tradeoff(path: Path) -> Tradeoff:

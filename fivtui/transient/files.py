@@ -14,6 +14,7 @@ from fivtui.io import (
     not_finite_error,
     npz_arrays,
     opened,
+    output_path,
     read_columns,
     read_header,
     write_atomically,
@@ -112,7 +113,7 @@ def trajectory_of(transient: Transient) -> Trajectory:
     return trajectory
 
 
-def save_trajectory(transient: Transient, path: Path, *, force: bool = False) -> None:
+def save_trajectory(transient: Transient, path: Path) -> None:
     """Write a trajectory with units and provenance.
 
     The same transient always gives the same bytes. CSV has them in comment lines (``# key: JSON``)
@@ -122,7 +123,7 @@ def save_trajectory(transient: Transient, path: Path, *, force: bool = False) ->
     trajectory = trajectory_of(transient)
     request = {key: value for key, value in _request(transient).items() if value is not None}
     values = {column.name: getattr(trajectory, column.name) for column in COLUMNS}
-    write_table(path, _KIND, COLUMNS, values, request, force=force)
+    write_table(path, _KIND, COLUMNS, values, request)
 
 
 def load_trajectory(path: Path) -> Trajectory:
@@ -243,7 +244,7 @@ def store_transient(transient: Transient, path: Path) -> None:
     def write(file: BinaryIO) -> None:
         np.savez(file, **arrays)
 
-    write_atomically(path, write, force=True)
+    write_atomically(output_path(path, force=True), write)
 
 
 def restore_transient(path: Path) -> Transient:

@@ -8,7 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from fivtui.io import check_output, check_suffix, temporary_folder, write_atomically
+from fivtui.io import (
+    check_output,
+    check_suffix,
+    output_path,
+    temporary_folder,
+    write_atomically,
+)
 from fivtui.model import InputError, unknown_name
 
 from .bundle import IMPORT_LOCK, Bundle
@@ -93,9 +99,9 @@ def build_fmu(
     if flavour != NATIVE and platforms:
         raise InputError(f"platforms: the {flavour} flavour is for Linux and Windows alike")
     made_of = _component(component, fmi, flavour)
-    target = Path(path)
+    target = output_path(path, force=force)
     check_suffix(target, "FMU", (SUFFIX,))
-    check_output(target, force=force)
+    check_output(target)
     if flavour == NATIVE:
         content = native_content(made_of, fmi, platforms, with_sources=sources)
     else:
@@ -105,8 +111,8 @@ def build_fmu(
     content |= reference_files(made_of.model, made_of.reference())
     if flavour != NATIVE:
         content[_DESCRIPTION] = completed(content.pop(_DESCRIPTION), content, made_of.table)
-    write_atomically(target, lambda file: _write_archive(file, content), force=force)
-    return target
+    write_atomically(target, lambda file: _write_archive(file, content))
+    return Path(path)
 
 
 def _component(name: str, fmi: str, flavour: str) -> Component:

@@ -9,7 +9,11 @@ from operator import methodcaller
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from fivtui.io import temporary_folder, write_atomically
+from fivtui.io import (
+    output_path,
+    temporary_folder,
+    write_atomically,
+)
 from fivtui.kernel import FLAGS
 from fivtui.model import ComputationError, InputError
 
@@ -92,7 +96,7 @@ def _text_folder(model: str, scratch: Path) -> Path:
     for name, text in sources(model).items():
         file, content = folder / name, text.encode()
         if not file.is_file() or file.read_bytes() != content:
-            write_atomically(file, methodcaller("write", content), force=True)
+            write_atomically(output_path(file, force=True), methodcaller("write", content))
     return folder
 
 

@@ -5,7 +5,13 @@ from pathlib import Path
 from typing import BinaryIO, Final
 from xml.etree import ElementTree as ET
 
-from fivtui.io import check_output, check_suffix, temporary_folder, write_atomically
+from fivtui.io import (
+    check_output,
+    check_suffix,
+    output_path,
+    temporary_folder,
+    write_atomically,
+)
 
 from .builder import PYTHON, ZIP_DATE, build_fmu
 from .components import COMPONENTS
@@ -57,9 +63,9 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
     >>> build_ssp("pressed.ssp").name
     'pressed.ssp'
     """
-    target = Path(path)
+    target = output_path(path, force=force)
     check_suffix(target, "system", (SUFFIX,))
-    check_output(target, force=force)
+    check_output(target)
     content = {"SystemStructure.ssd": _structure()}
     with temporary_folder() as folder:
         for component in COMPONENTS:
@@ -72,8 +78,8 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
             for name, data in content.items():
                 archive.writestr(zipfile.ZipInfo(name, ZIP_DATE), data)
 
-    write_atomically(target, write, force=force)
-    return target
+    write_atomically(target, write)
+    return Path(path)
 
 
 def _name_of(component: str) -> str:

@@ -10,6 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from fivtui.io import output_path
 from fivtui.model.parameters import Parameters
 from fivtui.sweeps.cluster import cluster_engine
 from fivtui.sweeps.design import Design, Range
@@ -23,7 +24,7 @@ WORKERS = 2
 
 def seconds(study: Study, out: Path, engine: Engine, size: int) -> float:
     begin = time.perf_counter()
-    sweep_to_file(study, out, engine, size=size, force=True)
+    sweep_to_file(study, output_path(out, force=True), engine, size=size)
     return time.perf_counter() - begin
 
 

@@ -10,7 +10,10 @@ import pytest
 from fivtui.cli import commands, run
 from fivtui.cli.group import CheckedCommand
 from fivtui.cli.paths import InputFile, OutputFile, OutputFolder, SceneName
-from fivtui.io import files
+from fivtui.io import (
+    files,
+    output_path,
+)
 from fivtui.io.files import check_apart, parts_folder
 from fivtui.io.writing import write_atomically
 from fivtui.model.errors import InputError
@@ -232,7 +235,7 @@ def test_pictures_and_data_of_the_paper_are_different_files(tmp_path: Path) -> N
     files_of = figure_files(2, tmp_path, ["svg", "png"])
     files_of.pictures[0].symlink_to(files_of.data[0])
     with pytest.raises(InputError, match="is the same file as"):
-        save_figures([2], tmp_path, formats=["svg", "png"], force=True)
+        save_figures([2], output_path(tmp_path, force=True), formats=["svg", "png"])
     assert [path.name for path in tmp_path.iterdir()] == [files_of.pictures[0].name]
 
 
@@ -240,7 +243,7 @@ def test_the_files_of_a_comparison_are_different_ones(tmp_path: Path) -> None:
     fmu, figure = comparison_files(tmp_path)
     figure.symlink_to(fmu)
     with pytest.raises(InputError, match="is the same file as"):
-        compare(PRESETS["base"], tmp_path, force=True)
+        compare(PRESETS["base"], output_path(tmp_path, force=True))
     assert names_in(tmp_path) == [figure.name]
 
 
@@ -277,6 +280,6 @@ def test_capital_letters_make_another_file_where_the_folder_tells_them_apart(
 def test_a_link_to_itself_is_refused_and_stays(tmp_path: Path) -> None:
     link("loop.csv", "loop.csv", "soft")
     with pytest.raises(InputError, match=r"loop\.csv: is a symbolic link that leads back to"):
-        write_atomically(Path("loop.csv"), lambda file: None, force=True)
+        write_atomically(output_path("loop.csv", force=True), lambda file: None)
     assert names_in(tmp_path) == ["loop.csv"]
     assert Path("loop.csv").is_symlink()

@@ -161,9 +161,9 @@ def test_mp4_is_refused_in_one_line_without_ffmpeg(
     assert said.count("\n") == 1
     assert "MP4 needs ffmpeg" in said
     monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: True)
-    check_film_path(tmp_path / "a.mp4", force=False)
+    check_film_path(tmp_path / "a.mp4")
     with pytest.raises(InputError, match="suffix of a film file"):
-        check_film_path(tmp_path / "a.avi", force=False)
+        check_film_path(tmp_path / "a.avi")
 
 
 @pytest.mark.host

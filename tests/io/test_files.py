@@ -11,6 +11,7 @@ from typing import BinaryIO
 
 import pytest
 
+from fivtui.io import output_path
 from fivtui.io.files import check_output, check_suffix
 from fivtui.io.writing import write_atomically
 from fivtui.model.errors import InputError
@@ -51,18 +52,18 @@ def test_an_existing_file_is_replaced_only_by_force(tmp_path: Path) -> None:
     path.write_bytes(b"old")
     path.chmod(0o640)
     with pytest.raises(InputError, match=r"out\.csv: exists already"):
-        check_output(path, force=False)
+        check_output(path)
     with pytest.raises(InputError, match="exists already"):
         write_atomically(path, write_new)
     assert path.read_bytes() == b"old"
-    write_atomically(path, write_new, force=True)
+    write_atomically(output_path(path, force=True), write_new)
     assert path.read_bytes() == b"new"
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
 
 
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"out\.csv: there is no folder .*nowhere$"):
-        check_output(tmp_path / "nowhere" / "out.csv", force=False)
+        check_output(tmp_path / "nowhere" / "out.csv")
 
 
 @pytest.mark.parametrize("force", [False, True])
@@ -70,15 +71,15 @@ def test_what_is_no_regular_file_is_never_replaced(tmp_path: Path, force: bool) 
     os.mkfifo(tmp_path / "pipe")
     for path, reason in ((tmp_path, "is a folder"), (tmp_path / "pipe", "not a regular file")):
         with pytest.raises(InputError, match=reason):
-            check_output(path, force=force)
+            check_output(output_path(path, force=force))
         with pytest.raises(InputError, match=reason):
-            write_atomically(path, write_new, force=force)
+            write_atomically(output_path(path, force=force), write_new)
 
 
 @pytest.mark.parametrize("name", ["a\0b", "x" * 300 + ".csv"])
 def test_an_impossible_name_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError):
-        check_output(tmp_path / name, force=False)
+        check_output(tmp_path / name)
 
 
 def test_the_longest_name_can_be_written(tmp_path: Path) -> None:
@@ -96,9 +97,9 @@ def test_a_lack_of_permission_is_told(tmp_path: Path) -> None:
         if os.access(path, os.W_OK):
             pytest.skip("this user may write everywhere")
         with pytest.raises(InputError, match="the file is read-only"):
-            check_output(path, force=True)
+            check_output(output_path(path, force=True))
         with pytest.raises(InputError, match="no permission to write in"):
-            check_output(tmp_path / "new.csv", force=False)
+            check_output(tmp_path / "new.csv")
     finally:
         tmp_path.chmod(0o700)
 
@@ -114,7 +115,7 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> Non
         file_size_limit(10_000),
         pytest.raises(InputError, match=r"out\.csv: cannot be written: \w+") as caught,
     ):
-        write_atomically(path, write, force=True)
+        write_atomically(output_path(path, force=True), write)
     assert "\n" not in str(caught.value)
     assert path.read_bytes() == b"old"
     assert names(tmp_path) == ["out.csv"]

@@ -12,7 +12,14 @@ from typing import BinaryIO
 import pytest
 
 from fivtui.cli import run
-from fivtui.io import limit_error, save_bytes, temporary_folder, write_atomically, written_together
+from fivtui.io import (
+    limit_error,
+    output_path,
+    save_bytes,
+    temporary_folder,
+    write_atomically,
+    written_together,
+)
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.session import crash_words
 
@@ -50,7 +57,7 @@ def start_writing(path: Path) -> subprocess.Popen[str]:
 def save_together(contents: dict[str, bytes], folder: Path, *, force: bool) -> None:
     with written_together():
         for name, content in contents.items():
-            save_bytes(content, folder / name, force=force)
+            save_bytes(content, output_path(folder / name, force=force))
 
 
 def end(process: subprocess.Popen[str], *, kill: bool) -> None:
@@ -88,7 +95,7 @@ def test_many_that_write_the_same_output_at_once_all_finish(tmp_path: Path) -> N
     def write(number: int) -> None:
         together.wait()
         for _ in range(20):
-            save_bytes(bytes([number]) * 10_000, path, force=True)
+            save_bytes(bytes([number]) * 10_000, output_path(path, force=True))
 
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(write, range(8)))

@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from fivtui.io import output_path
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.charts import draw as paper_figure
@@ -207,7 +208,7 @@ def test_one_file_that_exists_stops_all_before_the_work(
 
 def test_force_replaces(results: PaperResults, tmp_path: Path) -> None:
     (tmp_path / "fig-06.csv").write_text("mine")
-    save_figures([6], tmp_path, formats=["png"], results=results, force=True)
+    save_figures([6], output_path(tmp_path, force=True), formats=["png"], results=results)
     assert "mine" not in (tmp_path / "fig-06.csv").read_text()
 
 

@@ -269,11 +269,11 @@ def counting(engine: Engine, seen: list[int], stop_after: int = 10**9) -> Engine
 def test_a_stopped_study_continues_to_the_same_bytes(suffix: str, tmp_path: Path) -> None:
     whole, stopped = tmp_path / f"whole{suffix}", tmp_path / f"stopped{suffix}"
     study, engine = study_of(), local_engine(1)
-    expected = measured(study, engine, place=Place(whole, 100, False))
+    expected = measured(study, engine, place=Place(whole, 100))
     with pytest.raises(Cancelled):
-        measured(study, counting(engine, [], 4), place=Place(stopped, 100, False))
+        measured(study, counting(engine, [], 4), place=Place(stopped, 100))
     seen: list[int] = []
-    found = measured(study, counting(engine, seen), place=Place(stopped, 100, False))
+    found = measured(study, counting(engine, seen), place=Place(stopped, 100))
     assert sum(seen) == study.members - 400
     assert stopped.read_bytes() == whole.read_bytes()
     assert found.to_dict() == expected.to_dict() == measured(study, engine).to_dict()
@@ -282,7 +282,7 @@ def test_a_stopped_study_continues_to_the_same_bytes(suffix: str, tmp_path: Path
 
 
 def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
-    place, engine = Place(tmp_path / "rows.csv", 1000, False), local_engine(1)
+    place, engine = Place(tmp_path / "rows.csv", 1000), local_engine(1)
     seen: list[int] = []
     told: list[str] = []
     study = study_of(64)

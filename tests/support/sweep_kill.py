@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from fivtui.io import output_path
 from fivtui.model.parameters import Parameters
 from fivtui.sweeps.design import Design, Range
 from fivtui.sweeps.run import local_engine, sweep_to_file
@@ -24,7 +25,7 @@ OPERATIONS = ("open", "os.")
 
 
 def run(out: Path, force: bool) -> None:
-    sweep_to_file(STUDY, out, local_engine(1), size=2, force=force)
+    sweep_to_file(STUDY, output_path(out, force=force), local_engine(1), size=2)
 
 
 def kill_at(operation: int, folder: Path) -> None:

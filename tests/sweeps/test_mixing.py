@@ -15,6 +15,7 @@ import pytest
 import fivtui.sweeps.arithmetic as arithmetic_module
 import fivtui.sweeps.provenance as provenance_module
 from fivtui.cli import run as command
+from fivtui.io import output_path
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.sweeps.arithmetic import arithmetic_difference, arithmetic_of
@@ -121,7 +122,7 @@ def test_pieces_under_the_manifest_of_another_sweep_are_refused(
     manifest = begun(tmp_path / "other" / out.name, HEAVIER) / "manifest.json"
     shutil.copy(manifest, parts)
     refused(out, "has pieces of another sweep than its manifest.json says", HEAVIER)
-    assert run(out, HEAVIER, force=True).kept == 0
+    assert run(output_path(out, force=True), HEAVIER).kept == 0
     assert out.read_bytes() == right[suffix, "heavier"]
 
 
@@ -181,7 +182,7 @@ def test_a_damaged_file_is_never_called_complete(
     out.write_bytes(damage(whole))
     assert out.read_bytes() != whole
     refused(out, r"exists already, and is .*damaged.*forc")
-    assert run(out, force=True) == WriteSummary(MEMBERS, 0, 0)
+    assert run(output_path(out, force=True)) == WriteSummary(MEMBERS, 0, 0)
     assert out.read_bytes() == whole
     assert run(out) == WriteSummary(MEMBERS, None, MEMBERS)
 
@@ -251,7 +252,7 @@ def test_a_file_of_an_older_version_is_complete_and_its_pieces_are_refused(
         read_sweep(parts)
     (parts / "manifest.json").unlink()
     refused(out, r"has pieces but no manifest\.json")
-    assert run(out, force=True).kept == 0
+    assert run(output_path(out, force=True)).kept == 0
     assert out.read_bytes() == right[".csv", "lighter"]
 
 
@@ -260,12 +261,12 @@ def test_a_complete_file_leaves_the_pieces_of_another_sweep(
 ) -> None:
     out = tmp_path / "out.csv"
     run(out)
-    parts = begun(out, HEAVIER, force=True)
+    parts = begun(output_path(out, force=True), HEAVIER)
     before = contents(parts)
     before.pop("lock")
     assert run(out).failed is None
     assert contents(parts) == before
-    assert run(out, HEAVIER, force=True).kept >= 9
+    assert run(output_path(out, force=True), HEAVIER).kept >= 9
     assert out.read_bytes() == right[".csv", "heavier"]
 
 

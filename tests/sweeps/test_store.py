@@ -20,7 +20,10 @@ import pytest
 import fivtui.sweeps.provenance as provenance_module
 import fivtui.sweeps.store as store_module
 from fivtui import Parameters
-from fivtui.io import save_bytes
+from fivtui.io import (
+    output_path,
+    save_bytes,
+)
 from fivtui.io.locks import locked
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.sweeps.design import Design, Range
@@ -249,12 +252,12 @@ def test_force_starts_another_sweep_but_goes_on_with_the_same(
 ) -> None:
     out = tmp_path / "out.csv"
     interrupted(out, OTHERS["t_end"][0])
-    assert run(out, force=True).kept == 0
+    assert run(output_path(out, force=True)).kept == 0
     assert out.read_bytes() == right[".csv"]
     with pytest.raises(Cancelled):
-        run(out, force=True, progress=stop_after(3))
+        run(output_path(out, force=True), progress=stop_after(3))
     assert out.read_bytes() == right[".csv"]
-    assert run(out, force=True).kept > 0
+    assert run(output_path(out, force=True)).kept > 0
     with pytest.raises(InputError, match="exists already"):
         run(out, OTHERS["t_end"][0])
     assert out.read_bytes() == right[".csv"]

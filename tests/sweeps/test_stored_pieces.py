@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import fivtui.sweeps.provenance as provenance_module
+from fivtui.io import output_path
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.sweeps.arithmetic import arithmetic_of
@@ -70,7 +71,7 @@ def test_pieces_of_a_kernel_compiled_by_numba_are_refused_and_can_be_read(
     monkeypatch.setattr(provenance_module, "versions", lambda _: manifest["versions"])
     refused(out, r"last bits from those there \(transients are of a kernel compiled by numba there")
     monkeypatch.undo()
-    assert go_on(out, force=True).kept == 0
+    assert go_on(output_path(out, force=True)).kept == 0
     assert out.read_bytes() == right
 
 

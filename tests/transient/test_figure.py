@@ -258,10 +258,10 @@ def test_another_suffix_is_refused_with_those_allowed(
 ) -> None:
     path, message = tmp_path / "run.jpg", r"run\.jpg: .* \.png, \.svg, \.pdf$"
     with pytest.raises(InputError, match=message):
-        check_figure_path(path, force=False)
+        check_figure_path(path)
     with pytest.raises(InputError, match=message):
         save_figure(transient_figure([considered]), path)
-    check_figure_path(tmp_path / "run.svg", force=False)
+    check_figure_path(tmp_path / "run.svg")
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

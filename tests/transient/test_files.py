@@ -130,7 +130,7 @@ def test_an_unknown_format_is_refused_with_those_known(
     path = tmp_path / "run.xlsx"
     for action in (
         lambda: save_trajectory(transient, path),
-        lambda: check_table_path(path, "trajectory", force=False),
+        lambda: check_table_path(path, "trajectory"),
         lambda: load_trajectory(path),
     ):
         with pytest.raises(InputError, match=r"run\.xlsx: .* \.csv, \.npz, \.parquet$"):

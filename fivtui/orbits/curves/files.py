@@ -4,7 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from fivtui.io import save_json
+from fivtui.io import (
+    output_path,
+    save_json,
+)
 from fivtui.model import Parameters, System
 from fivtui.results import from_data, read_result
 
@@ -18,7 +21,7 @@ _OWN: Final = "own_value"
 def store_branch(result: CycleBranch, path: Path) -> None:
     """Write all of a branch as JSON; replaces a file."""
     value = result.parameters.as_dict()[result.name]
-    save_json({**result.to_dict(), _OWN: value}, path, force=True)
+    save_json({**result.to_dict(), _OWN: value}, output_path(path, force=True))
 
 
 def restore_branch(path: Path) -> CycleBranch:

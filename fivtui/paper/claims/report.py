@@ -73,11 +73,11 @@ def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
     return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in table)
 
 
-def save_claims(checked: Sequence["CheckedClaim"], path: Path, *, force: bool = False) -> None:
+def save_claims(checked: Sequence["CheckedClaim"], path: Path) -> None:
     """Write the paper's claims as CSV, one row each; errors as `write_atomically`."""
     rows = [entry.row for entry in checked]
     columns = {name: [row[name] for row in rows] for name in _CLAIM_HEADER}
-    save_csv(path, "claims", columns, {}, force=force)
+    save_csv(path, "claims", columns, {})
 
 
 def _markdown_cell(text: str) -> str:

@@ -2,7 +2,6 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
@@ -13,25 +12,18 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
+from fivtui.io import output_path
 from fivtui.model import InputError
 from fivtui.results import Row
 from fivtui.tui.chart import TextInput
 from fivtui.tui.tabs import grid
 
 
-@dataclass(frozen=True, slots=True)
-class ChosenFile:
-    """A path to write, and whether an existing file may be overwritten."""
+class PathDialog(ModalScreen[Path | None]):
+    """Asks for a path; one at which a file may be replaced takes a second confirmation.
 
-    path: Path
-    force: bool
-
-
-class PathDialog(ModalScreen[ChosenFile | None]):
-    """Asks for a path; overwriting an existing file takes a second confirmation.
-
-    `check` takes path and overwrite flag and raises `InputError` if the path is refused. It runs
-    in a thread, as it may import a library.
+    `check` takes a path and raises `InputError` if it is refused. It runs in a thread, as it may
+    import a library.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss_dialog", "Cancel")]
@@ -41,7 +33,7 @@ class PathDialog(ModalScreen[ChosenFile | None]):
         title: str,
         proposal: str,
         hint: str,
-        check: Callable[[Path, bool], object],
+        check: Callable[[Path], object],
         verb: str = "Save",
     ) -> None:
         super().__init__()
@@ -71,23 +63,27 @@ class PathDialog(ModalScreen[ChosenFile | None]):
     @on(Button.Pressed, "#save")
     async def _accept(self) -> None:
         text = self.query_one("#path", Input).value.strip()
-        path = Path(text).expanduser()
-        force = bool(text) and self._confirmed == text
-        error = await asyncio.to_thread(self._error, path, force) if text else "type a path"
+        confirmed = bool(text) and self._confirmed == text
+        path = output_path(Path(text).expanduser(), force=confirmed)
+        error = await asyncio.to_thread(self._error, path) if text else "type a path"
         if not self.is_current:
             return
         if not error:
-            self.dismiss(ChosenFile(path, force))
-        elif text and not force and not await asyncio.to_thread(self._error, path, True):
+            self.dismiss(path)
+        elif (
+            text
+            and not confirmed
+            and not await asyncio.to_thread(self._error, output_path(path, force=True))
+        ):
             # The only objection is that the file exists.
             self._confirmed = text
             self._say(f"{path} exists. Overwrite it?", "Overwrite", wrong=True)
         else:
             self._say(error, self._verb, wrong=True)
 
-    def _error(self, path: Path, force: bool) -> str:
+    def _error(self, path: Path) -> str:
         try:
-            self._check(path, force)
+            self._check(path)
         except InputError as error:
             return str(error)
         return ""

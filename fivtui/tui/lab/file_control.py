@@ -9,7 +9,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.io import check_apart, files_text
+from fivtui.io import (
+    check_apart,
+    files_text,
+    output_path,
+)
 from fivtui.model import InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of, load_study
@@ -26,7 +30,7 @@ from fivtui.tui.tabs import (
     write_export,
 )
 
-from .dialogs import ChosenFile, PathDialog
+from .dialogs import PathDialog
 
 if TYPE_CHECKING:
     from .screen import LabScreen
@@ -47,9 +51,9 @@ class FileController:
         self._lab = lab
         self._session = lab.session
 
-    def _ask(self, dialog: PathDialog, use: Callable[[ChosenFile], None]) -> None:
+    def _ask(self, dialog: PathDialog, use: Callable[[Path], None]) -> None:
         # Call `use` with the answer, unless the dialog is cancelled.
-        def answered(target: ChosenFile | None) -> None:
+        def answered(target: Path | None) -> None:
             if target is not None:
                 use(target)
 
@@ -63,17 +67,17 @@ class FileController:
         opened = scene_file(self._session.source)
         title = f"Export the {export.what} of {export.of}"
 
-        def check(path: Path, force: bool) -> None:
+        def check(path: Path) -> None:
             # Check before asking whether to overwrite.
             read = [] if opened is None else [("the scene opened", opened)]
             check_apart([("the file", path)], read)
-            export.check(path, force)
+            export.check(path)
 
-        def check_download(path: Path, _force: bool) -> None:
+        def check_download(path: Path) -> None:
             name = download_name(path)
             with TemporaryDirectory() as folder:
                 try:
-                    export.check(Path(folder) / name, False)
+                    export.check(Path(folder) / name)
                 except InputError as error:
                     raise InputError(_without_folder(str(error), folder)) from None
 
@@ -81,7 +85,7 @@ class FileController:
             # The browser chooses the folder: ask for a name only, and overwrite no file.
             hint = f"{export.hint} The browser downloads the file."
             dialog = PathDialog(title, export.proposal, hint, check_download, verb="Download")
-            self._ask(dialog, lambda target: self._download(export, download_name(target.path)))
+            self._ask(dialog, lambda target: self._download(export, download_name(target)))
         else:
             dialog = PathDialog(title, export.proposal, export.hint, check)
             self._ask(dialog, lambda target: self._write(export, target))
@@ -90,17 +94,17 @@ class FileController:
         def work() -> None:
             with TemporaryDirectory() as folder:
                 path = Path(folder) / name
-                error = _without_folder(write_export(export, path, force=False), folder)
+                error = _without_folder(write_export(export, path), folder)
                 data = None if error else path.read_bytes()
             self._lab.call_later(self._exported, export.what, Path(name), error, data)
 
         self._in_thread(export.what, work)
 
-    def _write(self, export: Export, target: ChosenFile) -> None:
+    def _write(self, export: Export, target: Path) -> None:
         def work() -> None:
-            with WRITING.of(str(target.path)):
-                error = write_export(export, target.path, force=target.force)
-            self._lab.call_later(self._exported, export.what, target.path, error)
+            with WRITING.of(str(target)):
+                error = write_export(export, target)
+            self._lab.call_later(self._exported, export.what, target, error)
 
         self._in_thread(export.what, work)
 
@@ -145,13 +149,13 @@ class FileController:
     def open_scene(self) -> None:
         """Ask for a scene or result file and open it."""
 
-        def load(target: ChosenFile) -> None:
-            if _is_scene(target.path):
-                self.open_path(target.path)
+        def load(target: Path) -> None:
+            if _is_scene(target):
+                self.open_path(target)
             else:
                 self._read(target)
 
-        def check(path: Path, _force: bool) -> None:
+        def check(path: Path) -> None:
             if _is_scene(path):
                 load_scene(path)
             else:
@@ -179,7 +183,7 @@ class FileController:
             path = Path(self._session.source)
             scene_path = path if _is_scene(path) else None
             if scene_path is not None and not ask and self._unchanged(scene_path):
-                self._save(scene, ChosenFile(scene_path, force=True))
+                self._save(scene, output_path(scene_path, force=True))
                 return
             proposal = f"{scene.name}.toml" if scene_path is None else str(scene_path)
             hint = "A scene file (.toml)."
@@ -192,30 +196,30 @@ class FileController:
         except InputError:
             return False
 
-    def _save(self, scene: Scene, target: ChosenFile) -> None:
+    def _save(self, scene: Scene, target: Path) -> None:
         with self._lab.errors_reported():
-            named = save_scene_as(scene, target.path, force=target.force)
-            self._lab.scene_saved(named, target.path)
+            named = save_scene_as(scene, target)
+            self._lab.scene_saved(named, target)
 
     def read_tables(self) -> None:
         """Ask for a file with parameters over time, and add them to the scene."""
-        check = _check_by(read_over_time)
+        check = read_over_time
         dialog = PathDialog("Parameters over time", "", _TABLES, check, verb="Read")
         self._ask(dialog, self._read_tables)
 
-    def _read_tables(self, target: ChosenFile) -> None:
+    def _read_tables(self, target: Path) -> None:
         with self._lab.errors_reported():
             # A scene refuses tables that do not fit its parameters.
-            scene = replace(self._session.scene(), over_time=read_over_time(target.path))
-            self._lab.set_tables(scene.over_time, f"tables over time from {target.path}")
+            scene = replace(self._session.scene(), over_time=read_over_time(target))
+            self._lab.set_tables(scene.over_time, f"tables over time from {target}")
 
     def read_result(self) -> None:
         """Ask for a result file and read it."""
-        check = _check_by(check_readable)
+        check = check_readable
         self._ask(PathDialog("Read a result", "", _READABLE, check, verb="Read"), self._read)
 
-    def _read(self, target: ChosenFile) -> None:
-        path = target.path
+    def _read(self, target: Path) -> None:
+        path = target
 
         def work() -> None:
             with self._lab.errors_reported():
@@ -227,10 +231,6 @@ class FileController:
                     self._lab.call_later(self._lab.show_study, kind, study)
 
         self._in_thread("reading", work)
-
-
-def _check_by(read: Callable[[Path], object]) -> Callable[[Path, bool], object]:
-    return lambda path, _force: read(path)
 
 
 def load_displayed(kind: str, path: Path) -> Any:

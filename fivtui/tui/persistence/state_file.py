@@ -10,7 +10,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from fivtui.charts import Axis, View
-from fivtui.io import save_json
+from fivtui.io import (
+    output_path,
+    save_json,
+)
 from fivtui.model import InputError
 from fivtui.results import from_data, to_data
 from fivtui.scene import over_time_from, over_time_to_dict, scene_from_dict, scene_to_dict
@@ -123,7 +126,7 @@ def save_state(state: State, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path.parent}: cannot be made a folder: {error.strerror}") from None
-    save_json(data, path, force=True)
+    save_json(data, output_path(path, force=True))
 
 
 def _view_to_dict(view: View) -> dict[str, Any]:

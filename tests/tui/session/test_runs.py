@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fivtui.equilibrium import stability, stability_rows, verdict
+from fivtui.io import output_path
 from fivtui.model.parameters import Parameters
 from fivtui.scene.files import load_scene
 from fivtui.scene.presets import PRESETS
@@ -210,11 +211,11 @@ def test_the_accuracy_of_a_fixed_step_is_not_claimed() -> None:
 def test_an_export_refused_says_why_and_leaves_the_file(tmp_path: Path) -> None:
     run, path = finished(), tmp_path / "a.csv"
     path.write_text("mine")
-    assert "exists already" in write_export(run_export(DATA, run), path, force=False)
+    assert "exists already" in write_export(run_export(DATA, run), path)
     assert path.read_text() == "mine"
-    assert write_export(run_export(DATA, run), path, force=True) == ""
+    assert write_export(run_export(DATA, run), output_path(path, force=True)) == ""
     assert path.read_text() != "mine"
-    assert "suffix" in write_export(run_export(FIGURE, run), tmp_path / "a.doc", force=False)
+    assert "suffix" in write_export(run_export(FIGURE, run), tmp_path / "a.doc")
 
 
 def test_proposed_names_are_names_of_files() -> None:
@@ -224,10 +225,10 @@ def test_proposed_names_are_names_of_files() -> None:
 
 def test_a_scene_is_saved_under_the_name_of_its_file(tmp_path: Path) -> None:
     path = tmp_path / "stiff.toml"
-    named = save_scene_as(SHORT, path, force=False)
+    named = save_scene_as(SHORT, path)
     assert named.name == "stiff"
     assert load_scene(path) == named
     with pytest.raises(Exception, match="exists already"):
-        check_scene_path(path, False)
+        check_scene_path(path)
     with pytest.raises(Exception, match=r"must be \.toml"):
-        check_scene_path(tmp_path / "stiff.txt", False)
+        check_scene_path(tmp_path / "stiff.txt")

@@ -12,7 +12,11 @@ from fivtui.charts.chart import Cursors, View, VisibleCharts
 from fivtui.charts.figure import charts_figure
 from fivtui.charts.reading import nearest
 from fivtui.cli import run as command
-from fivtui.io import read_columns, save_json
+from fivtui.io import (
+    output_path,
+    read_columns,
+    save_json,
+)
 from fivtui.model import InputError
 from fivtui.orbits import branch, branch_chart
 from fivtui.simulation import simulate
@@ -112,7 +116,7 @@ def test_a_branch_is_stored_whole_and_a_damaged_file_refused(tmp_path: Path) -> 
     store_study("branch", BRANCH, path)
     assert restore_study("branch", path) == BRANCH
     # What the command line prints lacks the set's own value of the parameter that varies.
-    save_json(BRANCH.to_dict(), path, force=True)
+    save_json(BRANCH.to_dict(), output_path(path, force=True))
     assert kind_of(path) == "branch"
     read = load_study("branch", path)
     assert read.points == BRANCH.points
@@ -156,7 +160,7 @@ async def test_a_branch_is_followed_opened_written_and_copied(
     assert list(app_of(pilot).session.studies) == ["branch"]
     files, notes = ResultStore(tmp_path / "kept").put(app_of(pilot).session.studies)
     assert (list(files), notes) == (["branch"], {})
-    pane.export(DATA).write(tmp_path / "b.csv", False)
+    pane.export(DATA).write(tmp_path / "b.csv")
     assert read_columns(tmp_path / "b.csv", "branch")["mu"].size == len(BRANCH.points)
     line = pane.command_line().split()
     assert line[:2] == ["fivtui", "branch"]

@@ -342,7 +342,7 @@ def drawn(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure:
     )
     pane = lab_of(pilot).pane
     assert pane is not None
-    pane.export(FIGURE).write(Path("a.svg"), False)
+    pane.export(FIGURE).write(Path("a.svg"))
     return figures[0]
 
 
@@ -402,7 +402,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
         pane.show_view(view)
         await pilot.pause()
         path = Path(f"{view}.csv")
-        pane.export(DATA).write(path, False)
+        pane.export(DATA).write(path)
         columns[view] = read_columns(path, "data")
     assert columns["time"].keys() == columns["phase"].keys() >= {"t", "x", "vx", "y", "vy", "P"}
     shown = pane.query_one("#difference-P", ChartView).chart

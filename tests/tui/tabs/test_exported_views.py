@@ -128,7 +128,7 @@ async def check(pilot: Pilot[None], name: str) -> set[str]:
     path = Path(f"{name}.svg")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fivtui.charts.charts_figure", keep)
-        pane.export(FIGURE).write(path, False)
+        pane.export(FIGURE).write(path)
     said = words_of(path)
     lines = [
         " ".join(part)

@@ -102,7 +102,7 @@ async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
     await until_shown(pilot, "256 samples, indices above 1: sampling error")
     assert "████" in text_of(pilot)
     whole = pane.export("data")
-    whole.write(tmp_path / "rows.csv", False)
+    whole.write(tmp_path / "rows.csv")
     assert pane.command_line() == ("fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256")
     read = DisplayedStudy(result_of(tmp_path / "rows.csv"), "a", "rows.csv")
     app_of(pilot).session.studies["uncertainty"] = read

@@ -25,7 +25,7 @@ def copy_picture(export: Export) -> None:
     with temporary_folder() as folder:
         path = folder / "picture.png"
         command = clipboard_command(path, sys.platform, os.environ)
-        export.write(path, True)
+        export.write(path)
         try:
             # These go on in the background and hold the picture: their output is not waited for.
             done = subprocess.run(  # noqa: S603, a program of the desktop

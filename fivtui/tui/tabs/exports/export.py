@@ -24,7 +24,7 @@ DATA: Final = "data"
 KINDS: Final[Mapping[str, str]] = {FIGURE: "F6", DATA: "F7"}
 _NO_RUN: Final = "no run to export yet: press F5"
 
-Save = Callable[[Path, bool], None]
+Save = Callable[[Path], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +47,15 @@ class Export:
 def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
     """A figure as PNG, SVG or PDF; `draw` makes it, `stem` is the suggested file name."""
 
-    def check(path: Path, force: bool) -> None:
+    def check(path: Path) -> None:
         from fivtui.charts import check_figure_path
 
-        check_figure_path(path, force=force)
+        check_figure_path(path)
 
-    def write(path: Path, force: bool) -> None:
+    def write(path: Path) -> None:
         from fivtui.charts import save_figure
 
-        save_figure(draw(), path, force=force)
+        save_figure(draw(), path)
 
     return Export(FIGURE, of, f"{_safe(stem)}.svg", (".png", ".svg", ".pdf"), check, write)
 
@@ -93,25 +93,25 @@ def belt_export(
     stem, of = Path(plain.proposal).stem, f"run {run.number}, belt"
     if what != FIGURE:
 
-        def write_sound(path: Path, force: bool) -> None:
-            sound(result, path, window=window, force=force)
+        def write_sound(path: Path) -> None:
+            sound(result, path, window=window)
 
         writers = {".wav": write_sound, **dict.fromkeys(plain.suffixes, plain.write)}
         return data_export(of, stem, "sound or trajectory", writers)
     heading = Heading([result.parameters], ignored=not result.separation)
     still = charts_export(of, stem, charts, heading) if charts is not None else plain
 
-    def check(path: Path, force: bool) -> None:
+    def check(path: Path) -> None:
         if path.suffix.lower() in still.suffixes:
-            still.check(path, force)
+            still.check(path)
         else:
-            check_film_path(path, force=force)
+            check_film_path(path)
 
-    def write(path: Path, force: bool) -> None:
+    def write(path: Path) -> None:
         if path.suffix.lower() in still.suffixes:
-            still.write(path, force)
+            still.write(path)
         else:
-            animate(result, path, window=window, speed=speed, force=force)
+            animate(result, path, window=window, speed=speed)
 
     return Export(FIGURE, of, f"{stem}.gif", (".gif", ".mp4", *still.suffixes), check, write)
 
@@ -128,10 +128,10 @@ def as_displayed(
 def points_export(of: str, stem: str, charts: "VisibleCharts") -> Export:
     """The points of the displayed charts as data."""
 
-    def save(path: Path, force: bool) -> None:
+    def save(path: Path) -> None:
         from fivtui.charts import save_charts
 
-        save_charts(charts, path, force=force)
+        save_charts(charts, path)
 
     return data_export(of, stem, "chart's data", dict.fromkeys(FORMATS, save))
 
@@ -139,14 +139,14 @@ def points_export(of: str, stem: str, charts: "VisibleCharts") -> Export:
 def data_export(of: str, stem: str, kind: str, writers: Mapping[str, Save]) -> Export:
     """Data in the formats of `writers`, by suffix; `kind` names the data in messages."""
 
-    def check(path: Path, force: bool) -> None:
+    def check(path: Path) -> None:
         suffix = check_suffix(path, kind, writers)
         if suffix in FORMATS:
             table_format(path, kind)
-        check_output(path, force=force)
+        check_output(path)
 
-    def write(path: Path, force: bool) -> None:
-        writers[check_suffix(path, kind, writers)](path, force)
+    def write(path: Path) -> None:
+        writers[check_suffix(path, kind, writers)](path)
 
     suffixes = tuple(writers)
     return Export(DATA, of, f"{_safe(stem)}{suffixes[0]}", suffixes, check, write)
@@ -170,8 +170,8 @@ def study_export(what: str, kind: str, result: Any, stem: str, of: str = "") -> 
     if what == FIGURE:
         return figure_export(of, stem, lambda: entry.figure(result))
 
-    def write(path: Path, force: bool) -> None:
-        save_study(kind, result, path, force=force)
+    def write(path: Path) -> None:
+        save_study(kind, result, path)
 
     suffixes = (*entry.suffixes, *([".json"] if entry.as_json else []))
     return data_export(of, stem, entry.data, dict.fromkeys(suffixes, write))
@@ -182,24 +182,24 @@ def scene_study_export(what: str, kind: str, result: Any, name: str) -> Export:
     return study_export(what, kind, result, f"{name}-{study(kind).stem(result)}")
 
 
-def write_export(export: Export, path: Path, *, force: bool) -> str:
+def write_export(export: Export, path: Path) -> str:
     """Write a file. Returns an error message, empty on success."""
     try:
-        export.write(path, force)
+        export.write(path)
     except (InputError, ComputationError) as error:
         return str(error)
     return ""
 
 
-def check_scene_path(path: Path, force: bool) -> None:
+def check_scene_path(path: Path) -> None:
     """Raise `InputError` if a scene cannot be written to a path."""
     if path.suffix.lower() != ".toml":
         raise InputError(f"{path}: the suffix of a scene file must be .toml")
-    check_output(path, force=force)
+    check_output(path)
 
 
-def save_scene_as(scene: Scene, path: Path, *, force: bool) -> Scene:
+def save_scene_as(scene: Scene, path: Path) -> Scene:
     """Save a scene under the name of its file. Returns the renamed scene."""
     named = dataclasses.replace(scene, name=path.stem)
-    save_scene(named, path, force=force)
+    save_scene(named, path)
     return named
