@@ -7,12 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from fivtui.charts import FORMATS, save_figure
-from fivtui.io import (
-    check_apart,
-    check_output,
-    output_path,
-    written_together,
-)
+from fivtui.io import check_apart, check_output, output_path, written_together
 from fivtui.model import InputError, OnProgress, Progress, check_names, unknown_name
 
 from .charts import draw

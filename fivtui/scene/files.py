@@ -13,13 +13,7 @@ from typing import Any, BinaryIO, Final
 import tomlkit
 from tomlkit.items import Item
 
-from fivtui.io import (
-    MAX_TEXT,
-    is_there,
-    output_path,
-    read_bytes,
-    write_atomically,
-)
+from fivtui.io import MAX_TEXT, is_there, output_path, read_bytes, write_atomically
 from fivtui.model import InputError, Parameters, parameter_spec, unknown_name
 from fivtui.transient import SETTINGS, number_in_file, text_in_file
 

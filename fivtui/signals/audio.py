@@ -9,13 +9,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import (
-    check_output,
-    check_suffix,
-    files_text,
-    output_path,
-    write_atomically,
-)
+from fivtui.io import check_output, check_suffix, files_text, output_path, write_atomically
 from fivtui.model import InputError, unknown_name
 from fivtui.results import Result
 from fivtui.transient import Trajectory, Transient

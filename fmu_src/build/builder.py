@@ -8,13 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from fivtui.io import (
-    check_output,
-    check_suffix,
-    output_path,
-    temporary_folder,
-    write_atomically,
-)
+from fivtui.io import check_output, check_suffix, output_path, temporary_folder, write_atomically
 from fivtui.model import InputError, unknown_name
 
 from .bundle import IMPORT_LOCK, Bundle

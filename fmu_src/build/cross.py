@@ -9,11 +9,7 @@ from operator import methodcaller
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from fivtui.io import (
-    output_path,
-    temporary_folder,
-    write_atomically,
-)
+from fivtui.io import output_path, temporary_folder, write_atomically
 from fivtui.kernel import FLAGS
 from fivtui.model import ComputationError, InputError
 

@@ -5,13 +5,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 from xml.etree import ElementTree as ET
 
-from fivtui.io import (
-    check_output,
-    check_suffix,
-    output_path,
-    temporary_folder,
-    write_atomically,
-)
+from fivtui.io import check_output, check_suffix, output_path, temporary_folder, write_atomically
 
 from .builder import PYTHON, ZIP_DATE, build_fmu
 from .components import COMPONENTS

@@ -10,10 +10,7 @@ import pytest
 from fivtui.cli import commands, run
 from fivtui.cli.group import CheckedCommand
 from fivtui.cli.paths import InputFile, OutputFile, OutputFolder, SceneName
-from fivtui.io import (
-    files,
-    output_path,
-)
+from fivtui.io import files, output_path
 from fivtui.io.files import check_apart, parts_folder
 from fivtui.io.writing import write_atomically
 from fivtui.model.errors import InputError

@@ -20,10 +20,7 @@ import pytest
 import fivtui.sweeps.provenance as provenance_module
 import fivtui.sweeps.store as store_module
 from fivtui import Parameters
-from fivtui.io import (
-    output_path,
-    save_bytes,
-)
+from fivtui.io import output_path, save_bytes
 from fivtui.io.locks import locked
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.sweeps.design import Design, Range

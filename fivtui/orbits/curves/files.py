@@ -4,10 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from fivtui.io import (
-    output_path,
-    save_json,
-)
+from fivtui.io import output_path, save_json
 from fivtui.model import Parameters, System
 from fivtui.results import from_data, read_result
 

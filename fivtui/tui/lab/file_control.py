@@ -9,11 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.io import (
-    check_apart,
-    files_text,
-    output_path,
-)
+from fivtui.io import check_apart, files_text, output_path
 from fivtui.model import InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of, load_study

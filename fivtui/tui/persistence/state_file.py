@@ -10,10 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fivtui.charts import Axis, View
-from fivtui.io import (
-    output_path,
-    save_json,
-)
+from fivtui.io import output_path, save_json
 from fivtui.model import InputError
 from fivtui.results import from_data, to_data
 from fivtui.scene import over_time_from, over_time_to_dict, scene_from_dict, scene_to_dict

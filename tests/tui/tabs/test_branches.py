@@ -12,11 +12,7 @@ from fivtui.charts.chart import Cursors, View, VisibleCharts
 from fivtui.charts.figure import charts_figure
 from fivtui.charts.reading import nearest
 from fivtui.cli import run as command
-from fivtui.io import (
-    output_path,
-    read_columns,
-    save_json,
-)
+from fivtui.io import output_path, read_columns, save_json
 from fivtui.model import InputError
 from fivtui.orbits import branch, branch_chart
 from fivtui.simulation import simulate
