@@ -80,7 +80,7 @@ class StabilityPoints:
         Meaningless where `no_equilibrium`.
         """
         b = self.kt + self.h
-        # In units of this frequency every coefficient is of order one.
+        # With this frequency as unit every coefficient is of order one.
         stiffness = self.a + b
         scale = np.sqrt(self.m * stiffness)
         push = self.h - self.mu * self.kt
@@ -93,7 +93,7 @@ class StabilityPoints:
         ) * np.sqrt(stiffness / self.m)
 
     def _fastest(self) -> FloatArray:
-        # A bound of all eigenvalues, of their order, 1/s.
+        # Upper bound of the moduli of the eigenvalues, of their order, 1/s.
         stiffness = self.a + self.kt + self.h
         return np.sqrt(stiffness) / np.sqrt(self.m) + (self.c1 + self.c2) / self.m
 
@@ -120,8 +120,8 @@ class StabilityPoints:
 
     def critical_mu(self) -> FloatArray:
         """The μ above which the equilibrium is unstable, shape (n,); NaN if none is in range."""
-        # Newton's method on the excess, which grows along μ; if it leaves the bracket, that is
-        # halved, on a logarithmic scale.
+        # Newton's method on the excess, which grows along μ. A step that leaves the bracket is
+        # replaced by bisection on a logarithmic scale.
         low, high = np.zeros_like(self.m), np.full_like(self.m, PARAMETERS["mu"].upper)
         without = self.lifted | (self.k3 == 0.0)
         without |= (self._excess(low)[0] >= 0.0) | (self._excess(high)[0] < 0.0)
@@ -137,7 +137,7 @@ class StabilityPoints:
             middle = np.where(low > 0.0, np.sqrt(low * high), 0.5 * (low + high))
             new = np.where(outside, middle, new)
             moved = np.abs(new - mu) > _CONVERGED * mu
-            # Each by itself: what is found does not depend on the others.
+            # Converged sets stay unchanged, so that no result depends on the rest of the batch.
             mu = np.where(moving, new, mu)
             moving &= moved & (high - low > _CONVERGED * high)
             if not moving.any():
@@ -145,7 +145,7 @@ class StabilityPoints:
         return np.where(without, np.nan, mu)
 
     def _excess(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
-        # μ − boundary/(h k_t) and its derivative by μ; k_t follows μ by the equilibrium.
+        # μ − boundary/(h k_t) and its derivative by μ; the equilibrium gives k_t for each μ.
         y = resting_heights(self, mu)
         alpha, beta, _ = rest_coefficients(self, mu)
         kt = tangent_stiffness(self, y)
@@ -162,7 +162,7 @@ def critical_mus(
 ) -> FloatArray:
     """Critical friction coefficients of n parameter sets, shape (n,); NaN where there is none.
 
-    That above which the equilibrium becomes unstable, on a belt of finite speed the least of these.
+    The equilibrium becomes unstable above it; on a belt of finite speed the least such μ counts.
     """
     if is_on_belt(p, varied):
         return _critical_one_by_one(p, varied, separation)
@@ -178,7 +178,7 @@ def is_on_belt(p: Parameters, varied: Collection[str]) -> bool:
 def _critical_one_by_one(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> FloatArray:
-    # μ is not used, and may be anything up to the static friction.
+    # μ has no effect here; 0 is valid for every static friction.
     lowest = np.full(separation.size, np.nan)
     for index, considered in enumerate(separation.tolist()):
         values = {name: float(column[index]) for name, column in varied.items()}
@@ -212,7 +212,7 @@ def judge_growths(
 def _judged_one_by_one(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> tuple[FloatArray, BoolArray, dict[int, str]]:
-    # On a belt of finite speed: from the eigenvalues of each.
+    # On a belt of finite speed: from the eigenvalues of every set.
     size = separation.size
     growth, stable = np.full(size, np.nan), np.zeros(size, dtype=bool)
     reasons: dict[int, str] = {}

@@ -1,10 +1,10 @@
-"""Stability of sliding on a belt of finite speed, where friction depends on it.
+"""Stability of sliding on a belt of finite speed, where friction depends on the speed.
 
-Whether sliding is stable follows from the Jacobian at the equilibrium by the Routh–Hurwitz
-criterion. Its last determinant is a smooth function of the friction coefficient or of the speed of
-the belt: changes of stability are its zeros, isolated on a grid that is refined where the
-determinant comes near zero, and found by Brent's method. The friction law is not used in any
-other form than the functions of `fivtui.model.field`.
+Stability follows from the Jacobian at the equilibrium by the Routh–Hurwitz criterion. Its last
+determinant is a smooth function of the friction coefficient and of the belt speed; stability
+changes at its zeros. A grid, refined where the determinant comes near zero, brackets the zeros, and
+Brent's method locates them. The friction law is used only by the functions of
+`fivtui.model.field`.
 """
 
 from collections.abc import Callable
@@ -36,19 +36,19 @@ BoolArray = NDArray[np.bool_]
 
 # Intervals over the friction coefficient.
 _MU_INTERVALS: Final = 128
-# Parts into which intervals are divided to search them again, and how often: where the determinant
-# nearly touches zero, and where the other conditions of stability begin or cease to hold.
+# Parts of a refined interval, and levels of refinement: near zeros of the determinant, and where
+# the remaining conditions of stability begin or cease to hold.
 _PARTS: Final = 16
 _LEVELS: Final = 8
 _LEVELS_OF_CONDITIONS: Final = 2
-# A determinant nearly touches zero between if the next but one is greater by this factor.
+# A minimum of the determinant may touch zero if a value two points away is greater by this factor.
 _RISE: Final = 2.0
-# A determinant below this part of its terms is zero to rounding.
+# Determinant, relative to its terms, that is zero to rounding.
 _ROUNDING: Final = 2.0**-50
 
 
 class _Values(np.ndarray[Any, Any]):
-    # An array of which the friction law can take the exponential.
+    # An array with the method `exp` that the friction law calls.
 
     def exp(self) -> Any:
         return np.exp(np.asarray(self))
@@ -65,7 +65,7 @@ class CriticalSpeed:
 def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
     """Every μ > 0, at most `mu_s`, at which the stability of sliding changes, ascending.
 
-    Two changes so close together that rounding hides what is between them are not listed.
+    Two changes are omitted if rounding hides the interval between them.
     """
     p = system.parameters
     if p.v_belt is None or not depends_on_speed(p.replaced(mu=0.0)):
@@ -81,7 +81,7 @@ def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
 def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
     """Every belt speed above 0 at which the stability of sliding changes, ascending.
 
-    Two changes so close together that rounding hides what is between them are not listed.
+    Two changes are omitted if rounding hides the interval between them.
     """
     p, off = system.parameters, system.separation and load(system.parameters) < 0.0
     if p.v_belt is None or off or not depends_on_speed(p):
@@ -94,7 +94,7 @@ def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
 
 @cache
 def _relative_speeds() -> FloatArray:
-    # Speeds by the scale of the friction law: evenly spaced, then in the same ratio.
+    # Speeds relative to the scale of the friction law: evenly spaced, then in a constant ratio.
     parts = (
         np.array([0.0, 0.01, 0.03, 0.06, 0.1, 0.15, 0.2]),
         np.arange(0.25, 64.0, 0.25),
@@ -105,7 +105,7 @@ def _relative_speeds() -> FloatArray:
 
 
 def _changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Becomes]]:
-    # Values of a parameter at which stability changes, ascending, and what sliding becomes above.
+    # Values of a parameter at which stability changes, ascending, and the stability above each.
     def margins(values: FloatArray) -> tuple[FloatArray, BoolArray]:
         varied = p.replaced(**{name: values.view(_Values)})
         with np.errstate(all="ignore"):
@@ -130,7 +130,7 @@ def _changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Be
 
 def _hurwitz(p: Parameters, y: Any) -> tuple[Any, Any, Any]:
     # The last Hurwitz determinant of the equilibrium at y, the sum of the sizes of its terms, and
-    # whether all other conditions of stability hold. The characteristic polynomial is
+    # whether the remaining conditions of stability hold. The characteristic polynomial is
     # (λ² + c1 λ + a) (λ² + c2 λ + b) − d. Divided by c1 + c2 the determinant has a simple zero at
     # c1 = 0 if c2 = 0.
     _, (xx, xvx, xy, _), _, (yx, _, yy, yvy) = jacobian(p, y, Mode.FORWARD)
@@ -147,10 +147,10 @@ def _brackets(
     grid: FloatArray,
     level: int = 0,
 ) -> list[tuple[float, float, bool]]:
-    # Ends of intervals in which the margin of stability changes its sign once, ascending, and
-    # whether it is positive above. Ranges are searched again where two changes may be hidden: where
-    # the margin nearly touches zero, where the other conditions begin or cease to hold, and, on the
-    # first grid, around each change.
+    # Brackets of single sign changes of the margin of stability, ascending, and whether it is
+    # positive above. Ranges that may hide two changes are refined: where the margin nearly touches
+    # zero, where the remaining conditions begin or cease to hold, and around changes on the first
+    # grid.
     margins, conditions_hold = function(grid)
     resolved = ~np.isnan(margins)
     if not resolved.any():
@@ -180,9 +180,9 @@ def _brackets(
 
 
 def _near_zero(margins: FloatArray, conditions_hold: BoolArray) -> Any:
-    # Indices of margins that are nearer to zero than their neighbours, of the same sign, and by a
-    # factor nearer than one of the next two: two lines or a parabola that touch zero are. Where the
-    # other conditions of stability fail around it, a margin does not become positive.
+    # Indices of local minima of |margin| between neighbours of the same sign. One margin two points
+    # away exceeds the minimum by a factor, as for two lines or a parabola that touch zero. A margin
+    # stays negative where the remaining conditions fail at all three points.
     size, stable, index = np.abs(margins), margins > 0.0, np.arange(margins.size)
     far_before, before, after, far_after = (
         np.clip(index + offset, 0, margins.size - 1) for offset in (-2, -1, 1, 2)
@@ -195,7 +195,7 @@ def _near_zero(margins: FloatArray, conditions_hold: BoolArray) -> Any:
 
 
 def _merged(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    # Ranges of indices, ascending, those that overlap made one.
+    # Ranges of indices, ascending, with overlapping ranges merged.
     merged: list[tuple[int, int]] = []
     for low, high in sorted(ranges):
         if merged and low < merged[-1][1]:
@@ -206,7 +206,7 @@ def _merged(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def _zero(function: Callable[[float], float], low: float, high: float) -> float:
-    # The end that is nearer to zero if the ends have equal signs, by rounding.
+    # If rounding gives both ends the same sign, the end with the smaller value counts.
     from scipy.optimize import brentq
 
     at_low, at_high = function(low), function(high)

@@ -5,8 +5,8 @@ polynomial of Eq. 8 is
 
     (m λ² + c1 λ + a) (m λ² + c2 λ + b) − h² + h μ k_t
 
-μ is in its last coefficient alone, so that the Routh–Hurwitz criterion gives the boundary in closed
-form.
+Only its last coefficient contains μ, so that the Routh–Hurwitz criterion gives the boundary in
+closed form.
 """
 
 import math
@@ -95,9 +95,9 @@ def flutter_margin(system: System) -> float | None:
 
 
 def _least_nonnegative(function: Callable[[float], float], low: float, high: float) -> float | None:
-    # Where a growing function becomes nonnegative; None if it is so at `low`, or nowhere. Secants
-    # (Illinois) come near the crossing, looks a few bits to either side enclose it, and bisection
-    # finds its last bit.
+    # Where an increasing function becomes nonnegative; None if it is nonnegative at `low` or
+    # negative at `high`. Secants (Illinois) approach the crossing, evaluations a few bits away
+    # bracket it, and bisection finds its last bit.
     below, above = function(low), function(high)
     if below >= 0.0 or above < 0.0:
         return None
@@ -125,7 +125,7 @@ def _least_nonnegative(function: Callable[[float], float], low: float, high: flo
 def coalescence_mu(system: System) -> float | None:
     """The μ at which the undamped frequencies coalesce; None if they do not at any μ in range.
 
-    They do where h μ k_t = (a − b)²/4 + h², which is the boundary without damping.
+    They coalesce where h μ k_t = (a − b)²/4 + h², which is the boundary without damping.
     """
     return lowest_critical_mu(system.with_values({"c1": 0.0, "c2": 0.0, "v_belt": None}))
 
@@ -133,13 +133,13 @@ def coalescence_mu(system: System) -> float | None:
 def critical_mu_derivatives(
     system: System, names: Collection[str] = tuple(PARAMETERS)
 ) -> dict[str, float] | None:
-    """Derivatives of μ_c by parameters but μ, per unit of each; None if there is no μ_c.
+    """Derivatives of μ_c by all `names` except μ, per unit of each; None without μ_c.
 
-    None, too, where friction falls with the sliding speed.
+    None also where friction falls with the sliding speed.
 
-    The equilibrium y and μ_c solve two equations in closed form. Their derivatives, taken by
-    imaginary steps, are exact to rounding, and the implicit function theorem gives those of μ_c.
-    By dampings, where both are zero, there are none: NaN.
+    The equilibrium y and μ_c solve two equations in closed form. Their derivatives by complex
+    steps are exact to rounding, and the implicit function theorem gives those of μ_c.
+    The derivatives by dampings are NaN where both dampings are zero.
     """
     p, critical = system.parameters, critical_mu(system)
     if not critical or (p.v_belt is not None and p.speed_law is not None):
@@ -161,7 +161,7 @@ def critical_mu_derivatives(
 
 
 def _derivatives(p: Parameters, y: complex, mu: complex) -> tuple[float, float]:
-    # Of rest under the load, and of μ h k_t less the boundary: both are zero at the critical μ.
+    # Derivatives of the balance of forces and of μ h k_t less the boundary, both zero at μ_c.
     alpha, beta, load = rest_coefficients(p, mu)
     kt = tangent_stiffness(p, y)
     return (

@@ -38,7 +38,7 @@ class Margin:
     Attributes
     ----------
     mu : float or None
-        Critical less actual friction coefficient; None if there is no critical one.
+        Critical less actual friction coefficient; None without a critical friction coefficient.
     growth_rate : float
         Slowest decay of the modes: the growth rate with its sign changed, 1/s.
     """
@@ -144,7 +144,7 @@ class Stability(SystemResult, Drawn):
         return data
 
     def modes_over_mu(self) -> "ModeScan":
-        """Eigenvalues over μ, from 0 to beyond μ and every critical one."""
+        """Eigenvalues over μ, from 0 to beyond μ and every critical μ."""
         from .scan import mode_scan, scan_top
 
         return mode_scan(self.system, scan_top(self))
@@ -180,8 +180,8 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     Examples
     --------
     >>> from fivtui import Parameters, stability
-    >>> found = stability(Parameters(mu=0.3))
-    >>> found.stable, round(found.critical_mu[0].mu, 4)
+    >>> result = stability(Parameters(mu=0.3))
+    >>> result.stable, round(result.critical_mu[0].mu, 4)
     (True, 0.4394)
     """
     system = system_of(parameters, separation)
@@ -207,7 +207,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
 
 
 def _distance(mu: float, critical: Sequence[CriticalMu]) -> float | None:
-    # From the nearest critical one, negative on its unstable side.
+    # Distance from the nearest critical μ, negative on its unstable side.
     if not critical:
         return None
     nearest = min(critical, key=lambda change: abs(change.mu - mu))

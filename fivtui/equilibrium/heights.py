@@ -9,15 +9,16 @@ from fivtui.model import rest_coefficients
 
 from .quartic import cube_root_bound
 
-# Steps of Newton's method: errors are squared, from a start of the same order.
+# Steps of Newton's method, which converges quadratically from a start of the right order.
 _STEPS: Final = 7
 
 
 def resting_heights(p: Any, mu: NDArray[np.float64]) -> NDArray[np.float64]:
     """Heights y of equilibria in contact under friction coefficients, m, shape (n,).
 
-    As `model.resting_height`: the cubic by Newton's method from beyond the root, at most 2.2 times
-    too far. The parameters `p` are numbers or arrays; call it under ``np.errstate(all="ignore")``.
+    As `model.resting_height`, for arrays: Newton's method on the cubic from a start at most 2.2
+    times the root. The parameters `p` are numbers or arrays. Call it under
+    ``np.errstate(all="ignore")``.
     """
     alpha, beta, downward = rest_coefficients(p, mu)
     force = np.abs(downward)

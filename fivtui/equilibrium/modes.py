@@ -70,7 +70,7 @@ def vibration_modes(
 ) -> tuple[VibrationMode, ...]:
     """The modes of the four eigenvalues at an equilibrium, by falling frequency.
 
-    Conjugate eigenvalues make one mode, every real eigenvalue another.
+    A pair of conjugate eigenvalues is one mode; every real eigenvalue is a mode.
     """
     return tuple(
         VibrationMode(value, _shape(p, point, value))
@@ -80,7 +80,7 @@ def vibration_modes(
 
 
 def _shape(p: Parameters, point: Equilibrium, value: complex) -> tuple[complex, complex]:
-    # The null vector of the dynamic stiffness, from its larger row, as the other may vanish.
+    # The null vector of the dynamic stiffness, from its larger row: the smaller one may vanish.
     a, h = horizontal_stiffness(p), coupling_stiffness(p)
     kt = tangent_stiffness(p, point.y) if point.mode in IN_CONTACT else 0.0
     mu, c1 = sliding(p, point.y, point.mode)
@@ -89,5 +89,5 @@ def _shape(p: Parameters, point: Equilibrium, value: complex) -> tuple[complex, 
     rows = ((h - mu * kt, horizontal), (vertical, complex(h)))
     x, y = max(rows, key=lambda row: abs(row[0]) + abs(row[1]))
     largest = x if abs(x) >= abs(y) else y
-    # Both rows vanish: any direction is a mode.
+    # If both rows vanish, every direction is a mode.
     return (x / largest, y / largest) if largest != 0.0 else (1.0 + 0.0j, 0.0j)

@@ -1,8 +1,8 @@
 """The rightmost root of the characteristic quartic, on arrays.
 
-By arithmetic and square roots alone, which IEEE 754 defines to the last bit: a growth rate does not
-depend on the machine, as it would by a mathematical library or LAPACK. Complex numbers are pairs of
-arrays, real and imaginary part: NumPy fuses products and sums of complex numbers where it can.
+Only arithmetic and square roots are used, which IEEE 754 defines to the last bit. Growth rates are
+then the same on every machine, unlike those of a mathematical library or LAPACK. Complex numbers
+are pairs of real arrays: NumPy fuses products and sums of its complex numbers where it can.
 """
 
 from typing import Final
@@ -18,14 +18,14 @@ Quartic = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray], Fl
 _POLISHES: Final = 3
 _DESCENT: Final = 8
 _START_MARGIN: Final = 4e-8
-# If the slope at a root is less than this part of its terms, another root is close.
+# Slope at a root, relative to its terms, below which another root is close.
 _COALESCING: Final = 1e-3
-# Steps of Newton's method, which square what is amiss, from at most 2.2 times too far, and for two
-# roots that are close.
+# Steps of Newton's method, which converges quadratically: from a start up to 2.2 times too far, and
+# for two close roots.
 _APPROACH: Final = 9
 _SEPARATIONS: Final = 6
 _ROUNDING: Final = 2.0**-50
-# A third of the bits of a number, read as an integer, and this are the bits of its cube root to
+# Added to a third of a number's bits, read as an integer, this gives the bits of its cube root to
 # 3.3 %.
 _CUBE_ROOT_BITS: Final = 0x2A9F7893_00000000
 _CUBE_ROOT_MARGIN: Final = 1.034
@@ -36,12 +36,12 @@ def rightmost_real_part(
 ) -> FloatArray:
     """Greatest real part of the roots of (s² + c1 s + a)(s² + c2 s + b) − d.
 
-    Shifted by the mean decay g = (c1 + c2)/4 the quartic has no cubic term, and is the product of
+    Shifted by the mean decay g = (c1 + c2)/4 the quartic has no cubic term. It is the product of
     z² + u z + v and z² − u z + w, where u² is the greatest root of the resolvent cubic (Descartes'
     solution). Equal dampings give u = 0 or a double root of the cubic, so the coefficients are
-    formed from the two factors, without the cancellation of the expanded quartic. Where another
-    root is close to the one found, the closed form loses accuracy: both are found anew from the
-    point between them at which the slope vanishes.
+    formed from the two factors, without the cancellation of the expanded quartic. The closed form
+    loses accuracy where two roots are close. Both are then solved for again, from the point between
+    them at which the slope vanishes.
 
     Coefficients are arrays of equal shape, scaled to the order of one, with c1, c2 ≥ 0. Accurate to
     rounding of the greatest |s|, and to its root where roots coincide.
@@ -55,8 +55,8 @@ def rightmost_real_part(
     gap = (a0 - b0) ** 2 + 4.0 * d - e * e * (2.0 * (a0 + b0) - e * e)
     square = _resolvent(p, gap, q)
     u = np.sqrt(square)
-    # (w − v)/2 = q/(2u), whose square is also (p + u²)²/4 − r: the one fails at u = 0, the other
-    # if its terms cancel.
+    # (w − v)/2 = q/(2u), whose square is also (p + u²)²/4 − r: the first form fails at u = 0, the
+    # second if its terms cancel.
     mean = 0.5 * (p + square)
     terms = (0.25 * gap, square * (0.5 * p + 0.25 * square))
     total = terms[0] + terms[1]
@@ -99,8 +99,8 @@ def _coalescing(root: Complex, quartic: Quartic) -> NDArray[np.bool_]:
 
 
 def _polished(root: Complex, quartic: Quartic) -> Complex:
-    # Newton's method on the product, where it reduces the residual: with strong damping the
-    # shift has cancelled digits.
+    # Newton's method on the product, where it reduces the residual: with strong damping the shift
+    # cancels digits.
     value, slope = _value_and_slope(root, quartic)
     for _ in range(_POLISHES):
         new = _difference(root, _ratio(value, slope))
@@ -112,8 +112,8 @@ def _polished(root: Complex, quartic: Quartic) -> Complex:
 
 
 def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
-    # The greater real part of a root and the one next to it: c + δ, with c where the slope
-    # vanishes, solves (bend + third δ + δ²) δ² + slope δ + value = 0.
+    # The greater real part of a root and its close neighbour. With c where the slope vanishes,
+    # c + δ solves (bend + third δ + δ²) δ² + slope δ + value = 0.
     centre = root
     for _ in range(_SEPARATIONS):
         _, slope = _value_and_slope(centre, quartic)
@@ -136,7 +136,7 @@ def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
 
 
 def _terms(s: Complex, quartic: Quartic) -> FloatArray:
-    # The size of what the value at s is summed from.
+    # Sum of the sizes of the terms of the value at s.
     (c1, a), (c2, b), d = quartic
     size = _size(s)
     return ((size + c1) * size + a) * ((size + c2) * size + b) + np.abs(d)
@@ -165,18 +165,18 @@ def _factors(s: Complex, quartic: Quartic) -> tuple[Complex, Complex, Complex, C
 
 
 def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
-    # Greatest root U ≥ 0 of U³ + 2 p U² + gap U − q², by Newton's method from near it. With
-    # U = t − 2 p/3 it is that of t³ − 3 slope t − 2 value.
+    # Greatest root U ≥ 0 of U³ + 2 p U² + gap U − q², by Newton's method from a closed form. With
+    # U = t − 2 p/3 the cubic is t³ − 3 slope t − 2 value.
     third = -2.0 * p / 3.0
     slope = third * third - gap / 3.0
     value = third * third * third - 0.5 * third * gap + 0.5 * q * q
     outer = _outer_root(slope, np.abs(value))
     single = value * value > slope * slope * slope
-    # Of three roots the others are those of t² − outer t + outer² − 3 slope, where value < 0.
+    # Where value < 0 and there are three roots, two solve t² − outer t + outer² − 3 slope = 0.
     inner = 0.5 * (outer + np.sqrt(np.maximum(12.0 * slope - 3.0 * outer * outer, 0.0)))
     greatest = np.where(value >= 0.0, outer, np.where(single, -outer, inner))
-    # That is wrong by the root of rounding where roots meet. From a start that lies right of the
-    # greatest one, Newton's method converges to it from above.
+    # Where roots meet, the closed form is wrong by the square root of rounding. From a start above
+    # the greatest root Newton's method converges to it from above.
     root = np.maximum(third + greatest, 0.0) + _START_MARGIN * (np.abs(third) + outer)
     for _ in range(_DESCENT):
         residual = ((root + 2.0 * p) * root + gap) * root - q * q
@@ -238,7 +238,7 @@ def _ratio(x: Complex, y: Complex) -> Complex:
 
 
 def _square_root(x: Complex) -> Complex:
-    # The one whose real part is not negative.
+    # The root with a nonnegative real part.
     size = _size(x)
     real, imaginary = _direction(x, size)
     length = np.sqrt(real * real + imaginary * imaginary)
@@ -250,6 +250,6 @@ def _square_root(x: Complex) -> Complex:
 
 
 def _direction(x: Complex, size: FloatArray) -> Complex:
-    # Scaled by their size, small numbers do not vanish in their squares.
+    # Scaling by the size avoids underflow in the squares of small numbers.
     first, second = (np.divide(part, size, out=np.zeros_like(size), where=size > 0.0) for part in x)
     return first, second

@@ -43,7 +43,7 @@ def critical_mu_text(s: Stability, digits: int = 6) -> str:
 
 
 def margin_text(s: Stability) -> str:
-    """How far μ is from the nearest critical value; empty if there is none."""
+    """Relative distance of μ from the nearest critical μ; empty without one."""
     if not s.critical_mu:
         return ""
     mu = s.parameters.mu
@@ -96,7 +96,7 @@ def stability_rows(s: Stability) -> list[Row]:
 
 
 def _belt_rows(s: Stability) -> list[Row]:
-    # What a belt of finite speed adds.
+    # Rows for a belt of finite speed.
     if s.parameters.v_belt is None:
         return []
     mu, c1 = sliding(s.parameters, s.equilibrium.y, s.equilibrium.mode)

@@ -15,7 +15,7 @@ from .eigenvalues import Stability
 FloatArray = NDArray[np.float64]
 
 _POINTS: Final = 241
-# Points between two calls of `go_on`.
+# Points per call of `go_on`.
 _BLOCK: Final = 24
 _LEAST_TOP: Final = 1.0
 _BEYOND: Final = 1.5
@@ -57,7 +57,7 @@ class ModeScan(Result, Tabular):
 def scan_top(result: Stability) -> float:
     """Upper end of a scan: a round number beyond μ and every critical μ.
 
-    Being round, it stays the same while a value is edited.
+    A round number stays the same while a value is edited.
     """
     p = result.parameters
     highest = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
@@ -87,7 +87,7 @@ def mode_scan(
         point = equilibrium(changed)
         matrices[index] = jacobian(changed.parameters, point.y, point.mode)
     values = np.linalg.eigvals(matrices).astype(np.complex128)
-    # Merged frequencies are equal but for rounding.
+    # Frequencies that differ by rounding have merged; their real parts give the order.
     size = _MERGED * np.abs(values).max()
     order = np.lexsort((-values.real, -np.rint(values.imag / size)), axis=-1)
     return ModeScan(mu, np.take_along_axis(values, order, axis=-1))

@@ -11,9 +11,9 @@ from .verdict import OtherAttractor, SafeFriction
 def safe_friction_to_dict(verdict: SafeFriction) -> dict[str, Any]:
     """A verdict as JSON data, in SI units.
 
-    Keys are ``safe_mu``, the least μ at which another attractor was found, else the critical μ,
-    else None; ``safe_mu_not_known_above``, a μ where too little is known to say ``safe_mu``, else
-    None; and ``safe_mu_basis`` with what was searched.
+    ``safe_mu`` is the least μ at which another attractor was found, else the critical μ, else None.
+    ``safe_mu_not_known_above`` is the μ above which ``safe_mu`` is not known, else None.
+    ``safe_mu_basis`` has the record of the search.
     """
     basis = verdict.basis
     offset = basis.proved_offset

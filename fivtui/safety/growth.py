@@ -21,10 +21,10 @@ from fivtui.transient import Request, integrate
 
 Floats = NDArray[np.float64]
 
-# Values of μ, and directions at each.
+# Values of μ, and directions per value.
 _LEVELS: Final = 32
 _DIRECTIONS: Final = 32
-# Slowest periods in which directions settle, and over which a rate is measured after that.
+# Durations in slowest periods: for directions to settle, and for the measurement of a rate.
 _SETTLING: Final = 100.0
 _MEASURED: Final = 100.0
 _TOL: Final = 1e-8
@@ -36,8 +36,8 @@ _ACCURACY: Final = 1e-7
 def least_mu_of_growth(p: Parameters, top: float) -> float | None:
     """The least μ below `top` at which large motions grow without bounds; None without one.
 
-    For a linear contact spring (k_nl = 0) and separation considered. At 32 values of μ motions
-    in 32 directions are followed; between two of them the rate of growth is solved for zero.
+    For a linear contact spring (k_nl = 0) with separation. Motions in 32 directions are followed at
+    32 values of μ; between two values the zero of the growth rate is solved for.
     """
     homogeneous = p.with_values({"F": p.F - load(p)})
     levels = top * (np.arange(_LEVELS) + 1.0) / _LEVELS
@@ -58,9 +58,9 @@ def least_mu_of_growth(p: Parameters, top: float) -> float | None:
 
 
 def _growing_fastest(p: Parameters, levels: Floats) -> list[State]:
-    # At each μ the state whose motion grows most, or decays least, of those in many directions.
+    # For each μ the final state of the direction with the greatest growth.
     speed = math.tau / slowest_period(p)
-    # The first points of the sequence are its origin and its centre.
+    # Skip the first two points of the sequence, its origin and its centre.
     points = 2.0 * Sobol(4, scramble=False).fast_forward(2).random(_DIRECTIONS) - 1.0
     directions = points / np.linalg.norm(points, axis=1)[:, None] * [1.0, speed, 1.0, speed]
     run = simulate_batch(
@@ -73,7 +73,7 @@ def _growing_fastest(p: Parameters, levels: Floats) -> list[State]:
         max_steps=_MOST_STEPS,
     )
     size = np.linalg.norm(run.final / [1.0, speed, 1.0, speed], axis=1)
-    # A motion that overflowed grows faster than any.
+    # Overflow is the fastest growth.
     size = np.where(np.isfinite(size), size, np.inf).reshape(levels.size, _DIRECTIONS)
     fastest = size.argmax(axis=1)
     ends = run.final.reshape(levels.size, _DIRECTIONS, 4)
@@ -100,7 +100,7 @@ def _rate(p: Parameters, mu: float, start: State) -> float:
             final = run.final
             state = _unit(np.array([final.x, final.vx, final.y, final.vy]))
     except ComputationError:
-        # Only growth makes numbers overflow.
+        # Overflow is growth.
         return math.inf
     assert run.solution is not None  # noqa: S101
     separations = run.switch_times[::2]

@@ -1,6 +1,6 @@
 """Least friction at which a limit cycle of the branch from the Hopf point attracts.
 
-In units of m, k1 and the load the motion depends on six numbers alone: these groups, and μ.
+In units of m, k1 and the load the motion depends only on μ and five dimensionless groups.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,9 +27,9 @@ from fivtui.transient import START_SEEDS, Request, vary
 
 Floats = NDArray[np.float64]
 
-# Stiffnesses by k1, dampings by √(m k1), and k_nl load²/k1³.
+# Stiffnesses over k1, dampings over √(m k1), and k_nl load²/k1³.
 GROUPS: Final = ("k2", "k3", "c1", "c2", "k_nl")
-# How far above the critical μ branches are followed, over it.
+# Upper end of branches, in critical μ.
 _ABOVE: Final = 2.0
 _KEPT: Final = 65_536
 _AT_REST: Final = (0.0, 0.0, 0.0, 0.0)
@@ -37,7 +37,7 @@ _TOL: Final = 1e-13
 
 
 def groups_of(p: Parameters, varied: Mapping[str, Floats], size: int) -> Floats:
-    """The groups of `size` parameter sets, shape (n, 5); NaN where F presses not or k3 = 0."""
+    """The groups of `size` parameter sets, shape (n, 5); NaN without a pressing load or k3."""
     check_always_sliding(
         p, "safe friction of many scenes; their critical friction is known", varied
     )
@@ -59,7 +59,7 @@ def _groups(p: Any) -> list[Any]:
 
 
 def _parameters_by_group() -> dict[str, tuple[str, ...]]:
-    # Where no default of zero hides a product.
+    # Nonzero values, so that every parameter of a product shows.
     base = Parameters().with_values({n: s.default or 1.0 for n, s in PARAMETERS.items()})
     changes = {name: _groups(base.perturbed({name: 1.0})) for name in PARAMETERS}
     return {
@@ -68,13 +68,13 @@ def _parameters_by_group() -> dict[str, tuple[str, ...]]:
     }
 
 
-# The parameters that decide on each group.
+# The parameters on which each group depends.
 MADE_OF: Final[Mapping[str, Sequence[str]]] = _parameters_by_group()
 
 
 @lru_cache(maxsize=_KEPT)
 def least_of(group: tuple[float, ...], *, separation: bool) -> float:
-    """The least μ at which a cycle of the branch attracts, or the critical one if that is less.
+    """The least μ at which a cycle of the branch attracts, or the critical μ if that is lower.
 
     NaN if there is no critical μ, or the branch cannot be followed.
     """
@@ -95,14 +95,14 @@ def least_of(group: tuple[float, ...], *, separation: bool) -> float:
 
 
 def branch_below(system: System, critical: float) -> CycleBranch:
-    """The branch that begins at the critical μ, up to twice that."""
+    """The branch that begins at the critical μ, up to twice the critical μ."""
     top = min(_ABOVE * critical, PARAMETERS["mu"].upper)
     at = system.parameters.with_values({"mu": critical})
     return branch(at, "mu", low=0.0, high=top, separation=system.separation)
 
 
 def least_attracting(cycles: CycleBranch) -> CyclePoint | None:
-    """The cycle of least μ that attracts, or at which stability is lost: a fold is neither."""
+    """The cycle of least μ among attracting cycles and the events next to them."""
     points = cycles.points
     attracting = [
         point
@@ -119,10 +119,10 @@ def least_attracting(cycles: CycleBranch) -> CyclePoint | None:
 def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     """Derivatives of the safe μ by the parameters but μ, per unit of each.
 
-    At a fold the equations of the periodic orbit, by state and period, are singular: their left
-    null vector gives the derivatives from those of one period by μ and the parameters. Where no
-    cycle attracts below the critical μ they are those of that one. None if there is no critical μ,
-    or the branch ends or changes its stability otherwise at its least μ.
+    At a fold the equations of the periodic orbit, by state and period, are singular. Their left
+    null vector gives the derivatives from those of one period by μ and the parameters. If no cycle
+    attracts below the critical μ, the derivatives are those of the critical μ. None without a
+    critical μ, or if the least μ of the branch is not at a fold.
     """
     p, separation = system.parameters, system.separation
     critical = lowest_critical_mu(system)
@@ -145,7 +145,7 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
         start=least.start,
     )
     flow = vary(request, [*START_SEEDS, *seeds])
-    # In units in which displacements and velocities are alike.
+    # Weights give displacements and velocities the same unit.
     weights = np.array([1.0, least.period, 1.0, least.period])
     state = (flow.derivatives[:, :4] - np.eye(4)) * weights[:, None] / weights
     rate = flow.rate * weights

@@ -1,4 +1,4 @@
-"""The verdict and what it rests on, in words."""
+"""Sentences for the verdict and its basis."""
 
 import math
 from typing import TYPE_CHECKING, Final
@@ -15,7 +15,7 @@ def _mu(value: float) -> str:
 
 
 def safety_words(result: "SafeFriction") -> str:
-    """The verdict in one phrase.
+    """The verdict as one phrase.
 
     For example ``stable to small disturbances below μ = 0.4394; to all disturbances found below
     μ = 0.2779``.
@@ -37,7 +37,7 @@ def safety_words(result: "SafeFriction") -> str:
 
 
 def _unknown(result: "SafeFriction") -> str:
-    # What is not known of large disturbances, and from where on they are not safe.
+    # The μ above which safe μ is not known, an upper bound of safe μ, and the reason.
     above = result.unknown_above
     unknown = f"safe μ is not known above {_mu(above)}" if above else "safe μ is not known"
     why = _undecided(result) if result.basis.rounds[-1].starts else _TOO_SLOW
@@ -67,7 +67,7 @@ def coexistence_here(result: "SafeFriction") -> str:
 
 
 def basis_rows(result: "SafeFriction") -> list[tuple[str, str]]:
-    """What each statement of the verdict rests on: its name and what was done."""
+    """The basis of every statement of the verdict: name of the method, and its result."""
     rows = [("continuation", _continuation(result))]
     if result.basis.rounds:
         rows.append(("global search", _search(result)))
@@ -124,7 +124,7 @@ def _proof(result: "SafeFriction") -> str:
 
 
 def verdict_rows(result: "SafeFriction") -> list[tuple[str, str]]:
-    """The verdict, what coexists at the friction of the set, and what each statement rests on."""
+    """The verdict, the cycle that coexists at the μ of the set, and the basis of each statement."""
     cycle = coexistence_here(result)
     coexisting = [(f"at μ = {result.parameters.mu:.4g}", cycle)] if cycle else []
     return [("verdict", safety_words(result)), *coexisting, *basis_rows(result)]

@@ -1,6 +1,6 @@
 """The global search: motions from many starts at many μ, followed until they decay or persist.
 
-Its limit is a number of integration steps, never a time, so that the answer is the same everywhere.
+Integration steps limit the search instead of time, so that every machine gives the same result.
 """
 
 import math
@@ -23,12 +23,12 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-# Sobol points of starts: their dimensions, and sizes of disturbances in characteristic lengths.
+# Sobol points of starts: dimensions, smallest disturbance in characteristic lengths, and decades.
 _DIMENSIONS: Final = 5
 _SMALLEST: Final = 0.1
 _DECADES: Final = 3.0
-# Values of μ in a round, the lowest and the highest over the least μ known, and starts at each; a
-# few of them come first, to lower μ cheaply.
+# Values of μ in a round; lowest and highest relative to the least known μ; starts per value, and
+# starts of the scouts, which lower the least μ cheaply.
 LEVELS: Final = 16
 _LOWEST: Final = 0.06
 _HIGHEST: Final = 0.99
@@ -37,8 +37,8 @@ SCOUTS: Final = 16
 _FEWEST: Final = 4
 # Integration steps of a round.
 _MOST_STEPS: Final = 12_000_000
-# Durations of the stages, in decay times of small disturbances at the level of fastest decay, and
-# in slowest periods at least.
+# Duration of each stage: decay times of small disturbances at the fastest decay, and the minimum in
+# slowest periods.
 _STAGES: Final = (
     (2.5, 50.0),
     (2.5, 50.0),
@@ -48,29 +48,30 @@ _STAGES: Final = (
     (20.0, 50.0),
     (60.0, 100.0),
 )
-# Decay slower than this part of the fastest motion is rounding.
+# Decay rate, relative to the fastest eigenvalue, that is zero to rounding.
 _NEUTRAL: Final = 1e-12
 # Motions that need more periods than this to decay are not followed.
 _MOST_PERIODS: Final = 20_000.0
-# The part of the limit of steps that the motions of a round are expected to take.
+# Expected steps of a round, relative to the limit.
 _EXPECTED_COST: Final = 0.8
-# Motion this many times as fast as the slowest period takes steps that cost more: there are fewer.
+# Ratio of frequencies above which a system is stiff, and divisor of its limit of steps, as its
+# steps cost more.
 _STIFF: Final = 20.0
 _PART_IF_STIFF: Final = 6
-# Steps of a motion, however many there are.
+# Steps that every motion may take, however many motions there are.
 _LEAST_LIMIT: Final = 2_000
 _TOL: Final = 1e-6
-# Motion that has decayed to this part of its first extent is at rest, if decay is not proven.
+# Relative extent below which a motion is at rest, even without proven decay.
 _DIED_OUT: Final = 1e-9
-# Motion beyond this many times its first extent and every length of the system is unbounded.
+# Growth, relative to the first extent and every length of the system, of an unbounded motion.
 _UNBOUNDED: Final = 1e6
-# A motion persists if its amplitude falls at less than this part of the rate of small disturbances.
+# Decay rate, relative to that of small disturbances, below which a motion persists.
 _SLOW_DECAY: Final = 0.5
-# Change of the amplitude in the last stage, relative, below which a motion that persists is steady.
+# Relative change of amplitude in the last stage below which a persisting motion is steady.
 _STEADY: Final = 0.1
-# A motion whose half peak-to-peak is above this part of a cycle's stays.
+# Half peak-to-peak, relative to a cycle's, above which a motion persists at lower μ.
 _STAYS: Final = 0.1
-# Values of μ at which the least one is looked for, and how often between two of them.
+# Values of μ in a search for the least one, and number of refinements.
 _BETWEEN: Final = 32
 _REFINEMENTS: Final = 2
 
@@ -86,7 +87,7 @@ class Survivor:
 
 @dataclass(frozen=True, slots=True)
 class SearchRound:
-    """What became of the motions of one round of the search.
+    """Results of one round of the search.
 
     Attributes
     ----------
@@ -95,16 +96,16 @@ class SearchRound:
     starts : int
         Number of motions.
     died_out : int
-        Those that came to rest, or in the end decay from contact as small disturbances do.
+        Those that came to rest, or that finally decay in contact like small disturbances.
     settled : tuple of Survivor
         Those whose amplitude was steady to the end, by ascending μ.
     unbounded : tuple of Survivor
         Those that grow without bounds, with their start states.
     undecided_at : tuple of int
-        Number of those of which nothing is known, at each level: the limit of steps ended them, or
-        their amplitude still changed.
+        Number of undecided motions at each level: the limit of steps ended them, or their amplitude
+        still changed.
     steps, most_steps : int
-        Integration steps of all, and how many were allowed.
+        Integration steps of all motions, and their limit.
     horizon : float
         Duration of the longest motions, s.
     """
@@ -121,12 +122,12 @@ class SearchRound:
 
     @property
     def undecided(self) -> int:
-        """Number of motions of which nothing is known."""
+        """Number of undecided motions."""
         return sum(self.undecided_at)
 
 
 class _Fate(IntEnum):
-    # What is known of a motion.
+    # Status of a motion.
     MOVES = 0
     DIED_OUT = 1
     UNBOUNDED = 2
@@ -134,8 +135,7 @@ class _Fate(IntEnum):
 
 
 class _Ends(NamedTuple):
-    # Final states, half peak-to-peak of y, whether the limit of steps was met, and whether motion
-    # grew without bounds.
+    # Final states, half peak-to-peak of y, flags of the limit of steps and of unbounded growth.
     states: Floats
     sizes: Floats
     given_up: Flags
@@ -145,7 +145,7 @@ class _Ends(NamedTuple):
 class Round:
     """One round of the search: motions from Sobol starts at evenly spaced μ, stage by stage.
 
-    No motion is followed where damping is so small that none would come to rest.
+    No motion is followed if damping is too small for motions to come to rest.
     """
 
     def __init__(
@@ -178,15 +178,15 @@ class Round:
         self._extent_at_start = self._extent(self._begin, self._level)
         self._states = self._begin.copy()
         self._sizes = np.full(len(self._begin), np.nan)
-        # Logarithm of the amplitude over that of the stage before, and what it would be if the
-        # motion decayed as small disturbances do.
+        # Logarithm of the ratio of amplitudes of two stages, and its value for the decay of small
+        # disturbances.
         self._change = np.full(len(self._begin), np.nan)
         self._expected = np.zeros(LEVELS)
         self._fate = np.zeros(len(self._begin), dtype=np.int64)
         self._stage, self._steps = 0, 0
 
     def advance(self) -> bool:
-        """Follow the motions that are left for another stage; whether there was one."""
+        """Follow the moving motions for one stage; False if no stage or no motion remains."""
         moving = np.flatnonzero(self._fate == _Fate.MOVES)
         if self._stage == len(self._durations) or not moving.size:
             return False
@@ -205,7 +205,7 @@ class Round:
         with np.errstate(divide="ignore", invalid="ignore"):
             self._change[followed] = np.log(ends.sizes / before)
         if self._stage:
-            # The amplitudes are those of the second halves of two stages.
+            # Amplitudes are taken over the second halves of the stages.
             between = 0.25 * self._durations[self._stage - 1] + 0.75 * duration
             self._expected = self._growth * between
         self._fate[followed[self._at_rest(followed)]] = _Fate.DIED_OUT
@@ -213,9 +213,9 @@ class Round:
         self._fate[followed[ends.given_up]] = _Fate.GIVEN_UP
 
     def persisting(self, per_level: int) -> list[Survivor]:
-        """Motions whose amplitude does not fall as it would if they died out, by ascending μ.
+        """Motions whose amplitude decays too slowly to die out, by ascending μ.
 
-        At most `most` at each μ, those of steadiest amplitude first.
+        At most `per_level` at each μ, those of steadiest amplitude first.
         """
         chosen: list[Survivor] = []
         for level in range(LEVELS):
@@ -229,7 +229,7 @@ class Round:
         return self._survivors(np.flatnonzero(self._fate == _Fate.UNBOUNDED), self._begin)
 
     def result(self) -> SearchRound:
-        """What became of the motions so far."""
+        """The results up to the current stage."""
         moving = self._fate == _Fate.MOVES
         steady = self._persists() & (np.abs(self._change) < _STEADY)
         decaying = moving & (self._change <= _SLOW_DECAY * self._expected[self._level])
@@ -256,7 +256,7 @@ class Round:
         return persists
 
     def _affordable(self, moving: Indices, duration: float) -> Indices:
-        # Those of the motions, the same number at every μ, whose steps the limit allows.
+        # The motions that the limit of steps allows, the same number at every μ.
         if not self._steps:
             return moving
         cost = self._mean_rate * duration
@@ -268,7 +268,7 @@ class Round:
     def _run(self, followed: Indices, duration: float) -> _Ends:
         limit = max(_LEAST_LIMIT, 2 * (self._step_limit - self._steps) // followed.size)
         ends = self._integrate(followed, duration, limit)
-        # What the others have left over goes to the motions of many steps.
+        # Unused steps go to the motions that need more.
         again = np.flatnonzero(ends.given_up)
         longer_limit = (self._step_limit - self._steps) // max(again.size, 1)
         if again.size and longer_limit > 2 * limit:
@@ -324,7 +324,7 @@ class Round:
 
 
 def starts_within_limit(scouts: SearchRound) -> int:
-    """Starts at each μ whose motions take no more than the limit of steps, by those of scouts."""
+    """Starts per μ within the limit of steps, estimated from the steps of scouts."""
     if not scouts.steps:
         return STARTS
     steps = scouts.steps / scouts.starts * LEVELS
@@ -346,9 +346,9 @@ def least_growth(system: System, motion: Survivor, ended: SearchRound) -> float:
 
 
 def least_staying(system: System, motion: Survivor, low: float) -> float:
-    """The least μ, between `low` and its own, at which a motion does not die out.
+    """The least μ, between `low` and the motion's, at which a motion does not die out.
 
-    Its own where damping is so small that no motion would.
+    The motion's own μ if damping is too small for motions to die out.
     """
     period = slowest_period(system.parameters)
     horizon = _durations(-_attraction(system.with_values({"mu": low})).growth, period)[-1]
@@ -368,7 +368,7 @@ def _least(
     span: tuple[float, float],
     holds: Callable[[Batch], Flags],
 ) -> float:
-    # The least μ from which on, up to its own, something holds of the motion from a state.
+    # The least μ such that `holds` is true from there up to the μ of the motion.
     (low, horizon), high = span, motion.mu
     for _ in range(_REFINEMENTS):
         mu = np.linspace(low, high, _BETWEEN + 1)
@@ -393,7 +393,7 @@ def _attraction(system: System) -> Attraction:
 
 
 def _durations(decay: float, period: float) -> list[float]:
-    # Durations of the stages, s.
+    # Durations of the stages in s.
     time = 1.0 / decay if decay > 0.0 else 0.0
     return [min(max(decays * time, periods * period), MAX_T_END) for decays, periods in _STAGES]
 

@@ -1,8 +1,8 @@
-"""Safe μ of many parameter sets: continued for each, or by polynomials fitted to folds.
+"""Safe μ of many parameter sets: by continuation of every set, or by polynomials fitted to folds.
 
-Where one group varies, its range is split into cells until the error that is measured at folds that
-no polynomial was fitted to is small enough, or there are too many folds. Where several do, one
-polynomial is fitted to folds at draws of the parameters, so that it is best where these are likely.
+If one group varies, its range is split into cells until the error at test folds is small enough, or
+the limit of folds is reached. If several groups vary, one polynomial is fitted to folds at draws of
+the parameters, so that it is best where draws are likely.
 """
 
 import itertools
@@ -27,27 +27,27 @@ from .least import GROUPS, MADE_OF, groups_of, least_of
 
 Floats = NDArray[np.float64]
 
-# Folds of a table at most.
+# Limit of folds of a table.
 MOST_FOLDS: Final = 512
-# Error of μ at which no more folds are continued.
+# Error of μ below which continuation stops.
 _WANTED: Final = 2e-5
 # Bounds of safe μ along one group.
 _BOUNDS: Final = (0.0, PARAMETERS["mu"].upper)
-# Degree in a cell, folds that it is fitted to, and that it is tried at.
+# Degree in a cell, number of folds for the fit, and number of folds for the test.
 _DEGREE: Final = 8
 _FITTED: Final = 14
 _TRIED: Final = 6
-# Total degrees over several groups; coefficients are at most this part of the folds fitted to.
+# Total degrees over several groups, and largest ratio of coefficients to folds for the fit.
 _DEGREES: Final = range(1, 7)
 _FILLED: Final = 0.5
-# How far draws and their safe μ may be beyond those fitted to, over the range of these.
+# Margin of the box and of safe μ beyond the fitted values, relative to their range.
 _BEYOND: Final = 0.25
-# One fold in so many is not fitted to, but tried. The first tables have this number of folds.
+# One fold in this many is for the test. Folds of the first fit.
 _TRY_EVERY: Final = 3
 _FIRST: Final = 128
-# The part of the errors by which the degree is chosen.
+# Quantile of the errors that selects the degree.
 _MOST: Final = 0.95
-# Groups whose spread is this part of the widest one do not vary on their own.
+# Spread, relative to the widest, below which a direction does not vary.
 _FLAT: Final = 1e-6
 _LEAST_CUBIC: Final = 1e-9
 _BLOCK: Final = 1 << 16
@@ -56,9 +56,9 @@ _BLOCK: Final = 1 << 16
 class SafeCell(msgspec.Struct, frozen=True, array_like=True):
     """A box of a table with its polynomial, a list in files.
 
-    Between `low` and `high`, its corners, safe μ is from `least` to `greatest`, also where the
-    polynomial is not; `degree` is the total one, `coefficients` are those of the products of
-    Chebyshev polynomials.
+    `low` and `high` are its corners. Values of the polynomial are clipped to `least` and
+    `greatest`; `degree` is the total degree, `coefficients` belong to the products of Chebyshev
+    polynomials.
     """
 
     low: tuple[float, ...]
@@ -72,10 +72,9 @@ class SafeCell(msgspec.Struct, frozen=True, array_like=True):
 class SafeTable(msgspec.Struct, frozen=True):
     """Safe μ over the groups that vary.
 
-    `groups` are those of `GROUPS` that vary, stiffnesses by their logarithms; `centre` is the
-    origin of the coordinates of the cells, and `directions` has for each coordinate what of it a
-    group has. `folds` were continued; `errors` of μ are those at folds that no polynomial was
-    fitted to, ascending.
+    `groups` are those of `GROUPS` that vary, stiffnesses by their logarithms. `centre` is the
+    origin of the coordinates of the cells, and `directions` has a row of weights of the groups for
+    each coordinate. `folds` is the number of folds; `errors` of μ at test folds are ascending.
     """
 
     groups: tuple[str, ...]
@@ -93,14 +92,14 @@ class SafeTable(msgspec.Struct, frozen=True):
 
     @property
     def usual_error(self) -> float:
-        """The error that 95 % of the folds tried are within."""
+        """The 95 % quantile of the errors at test folds."""
         return float(np.quantile(self.errors, _MOST))
 
     def at(self, groups: Floats) -> Floats:
-        """Safe μ at groups, shape (n, 5), moved into the boxes; NaN where groups are."""
+        """Safe μ at groups of shape (n, 5), clipped to the boxes; NaN where groups are NaN."""
         x = _coordinates(groups)[:, [GROUPS.index(name) for name in self.groups]]
         x = x - np.array(self.centre)
-        # Sums of a few products, one by one: those of a matrix product depend on how many rows.
+        # Explicit sums: the rounding of a matrix product depends on the number of rows.
         z = np.stack(
             [sum(x[:, k] * part for k, part in enumerate(row)) for row in self.directions], axis=1
         )
@@ -110,7 +109,7 @@ class SafeTable(msgspec.Struct, frozen=True):
         inside = np.clip(z, low, high)
         mu = np.full(len(z), np.nan)
         for cell in self.cells:
-            # What is on a common face belongs to the last cell: both agree within the error.
+            # A common face belongs to the last cell: both agree within the error.
             in_cell = defined & ((inside >= cell.low) & (inside <= cell.high)).all(axis=1)
             if in_cell.any():
                 mu[in_cell] = _evaluated(cell, inside[in_cell])
@@ -145,7 +144,7 @@ def safe_table(
     *,
     progress: OnProgress | None = None,
 ) -> SafeTable | None:
-    """A table of safe μ where parameters vary; None if nothing but μ does."""
+    """A table of safe μ over varying parameters; None if only μ varies."""
     names = tuple(name for name in GROUPS if set(MADE_OF[name]) & ranges.keys())
     if not names:
         return None
@@ -189,11 +188,11 @@ class _Folds:
 
 
 def _over_one(p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _Folds) -> SafeTable:
-    # Cells along the one group that varies; the worst is split next.
+    # Cells along the one group that varies; the cell of the greatest error is split next.
     corners = np.array(list(itertools.product(*ranges.values())))
     varied = dict(zip(ranges, corners.T, strict=True))
     if "F" in varied:
-        # Without preload there is no safe μ.
+        # Safe μ needs a preload.
         least = varied["F"].max(initial=0.0) * np.sqrt(_LEAST_CUBIC)
         varied["F"] = np.maximum(varied["F"], least)
     x = _coordinates(groups_of(p, varied, len(corners)))
@@ -222,7 +221,7 @@ def _over_one(p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _
 
 
 def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> SafeTable:
-    # One polynomial in the directions in which the groups vary on their own.
+    # One polynomial in the independent directions in which the groups vary.
     size = next(iter(draws.values())).size
     x = _coordinates(groups_of(p, draws, size))
     x = x[~np.isnan(x).any(axis=1)][:MOST_FOLDS]
@@ -242,7 +241,7 @@ def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> 
         values = np.append(values, [folds.at(node) for node in x[len(values) : count]])
         fits = np.arange(count) % _TRY_EVERY > 0
         room = _FILLED * np.count_nonzero(fits)
-        # Where there is no draw near, a polynomial may be anything.
+        # Far from all draws a polynomial may take any value: limit it.
         least, greatest = float(np.nanmin(values[fits])), float(np.nanmax(values[fits]))
         margin = _BEYOND * (greatest - least)
         box = (*corners, least - margin, greatest + margin)
@@ -271,7 +270,7 @@ def _fitted(
     degree: int,
     box: tuple[tuple[float, ...], tuple[float, ...], float, float],
 ) -> tuple[SafeCell, Floats]:
-    # A cell, and its errors at the folds that it was not fitted to.
+    # A cell, and its errors at test folds.
     exponents = _exponents(unit.shape[1], degree)
     use, test = ~np.isnan(values) & fits, ~np.isnan(values) & ~fits
     if np.count_nonzero(use) < len(exponents) or not test.any():
@@ -296,7 +295,7 @@ def _coordinates(groups: Floats) -> Floats:
 
 
 def _nodes(fitted: int, tried: int) -> Floats:
-    # From -1 to 1: Chebyshev's nodes, then others.
+    # Chebyshev nodes for the fit, then nodes between them for the test.
     nodes = -np.cos(np.pi * (np.arange(fitted) + 0.5) / fitted)
     between = -np.cos(np.pi * (np.arange(tried) + 1.0) / (tried + 1.0))
     return np.concatenate([nodes, between])
@@ -323,7 +322,7 @@ def _evaluated(cell: SafeCell, z: Floats) -> Floats:
     mu = np.zeros(len(unit))
     for first in range(0, len(unit), _BLOCK):
         block = slice(first, first + _BLOCK)
-        # Term by term, for the same reason as above.
+        # Term by term: the rounding of a matrix product depends on the number of rows.
         terms = _basis(unit[block], exponents).T
         for term, coefficient in zip(terms, cell.coefficients, strict=True):
             mu[block] += coefficient * term

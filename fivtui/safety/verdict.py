@@ -1,4 +1,4 @@
-"""The verdict on a parameter set: the μ below which no other attractor was found, and why."""
+"""The verdict on a parameter set: the μ below which only rest attracts, and its basis."""
 
 import math
 import time
@@ -46,23 +46,23 @@ from .search import (
 FoundBy = Literal["continuation", "global search", "eigenvalues"]
 AttractorKind = Literal["limit cycle", "unbounded growth", "other motion"]
 
-# The range of μ in which branches are followed, and the search without a critical μ goes, over the
-# greatest of critical μ, μ of the scene, and 1.
+# Upper end of μ for branches, and for the search without a critical μ, relative to the greatest of
+# critical μ, μ of the scene, and 1.
 _SPAN: Final = 2.0
 _ROUNDING: Final = 1e-9
-# Rounds of the search of a few starts, and of all, beyond which it ends.
+# Limit of rounds, for scouts and for all starts.
 _MOST_ROUNDS: Final = 8
-# Motions of a stage from which shooting is tried at each μ, and in all, and legs of each.
+# Motions of a stage for shooting: per μ and in total, and legs of each.
 _TRIED_AT_A_LEVEL: Final = 3
 _TRIED: Final = 12
 _MOST_LEGS: Final = 16
-# The part of the motions that may be undecided where a μ is called safe.
+# Share of undecided motions up to which a μ counts as safe.
 _MOST_UNDECIDED: Final = 0.05
-# Motion on a torus is looked for down to this part of the least μ of a branch.
+# Lower end of the search for motion on a torus, relative to the least μ of the branch.
 _BEYOND: Final = 0.95
-# Amplitudes of the same cycle, relative.
+# Relative difference of amplitudes below which two cycles are equal.
 _SAME: Final = 1e-2
-# Relative difference of two safe μ of the same set that agree.
+# Relative tolerance for two values of safe μ of one set.
 _AGREE: Final = 1e-3
 
 
@@ -91,7 +91,7 @@ class OtherAttractor:
 
 @dataclass(frozen=True, slots=True)
 class SafeFrictionBasis:
-    """What was searched, and what each statement of a verdict rests on.
+    """Record of the search, and the basis of every statement of a verdict.
 
     Attributes
     ----------
@@ -101,14 +101,14 @@ class SafeFrictionBasis:
     not_followed : str
         Why there is no branch from a Hopf point; empty if there is one.
     rounds : tuple of SearchRound
-        Global search: each round below the least μ known before it, from few starts, then from
-        all. A round ends where an attractor is found; what then still moved counts as undecided.
+        Global search: every round is below the least μ known before it, from few starts, then from
+        all. A round ends where an attractor is found; motions that still move are undecided.
     budget_ended : bool
-        Whether the limit of work ended the search: motions of the last round were not followed to
-        their end, or there were too many rounds.
+        Whether the limit of work ended the search: motions of the last round are undecided, or
+        there were too many rounds.
     growth_at_any_size : float or None
-        With a linear contact spring (k_nl = 0): the least μ, to 1e-7, at which motions that are
-        large enough grow without bounds, whatever their size; None if there is none.
+        With a linear contact spring (k_nl = 0): the least μ, to 1e-7, at which all sufficiently
+        large motions grow without bounds; None without such a μ.
     proved_offset : float or None
         Proof: vertical displacement from rest, m, below which a Lyapunov function proves that
         motion at the μ of the parameter set decays; None if the equilibrium is not stable there.
@@ -127,7 +127,7 @@ class SafeFrictionBasis:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SafeFriction(SystemResult):
-    """Which friction coefficients are safe, for small disturbances and for all that were searched.
+    """Safe friction coefficients, for small disturbances and for all searched disturbances.
 
     Attributes
     ----------
@@ -135,16 +135,16 @@ class SafeFriction(SystemResult):
         The system, with `parameters` and `separation`; its μ matters for `coexisting` and the proof
         alone.
     critical_mu : float or None
-        Below it the equilibrium is stable to small disturbances; None if it is at every μ.
+        Below it the equilibrium is stable to small disturbances; None if it is stable at every μ.
     safe_mu : float or None
-        The least μ at which another attractor was found, else the critical μ, else None. None, too,
-        where it is not known: see `unknown_above`.
+        The least μ at which another attractor was found, else the critical μ, else None. None also
+        if it is not known: see `unknown_above`.
     unknown_above : float or None
-        The μ up to which at least 19 of 20 motions of the search were decided, where of the whole
-        search fewer were; None if `safe_mu` is known.
+        The μ up to which at least 19 of 20 motions were decided, if the total search decided fewer;
+        None if `safe_mu` is known.
     found_by : str or None
-        What `safe_mu` rests on: ``"continuation"``, ``"global search"``, or ``"eigenvalues"`` where
-        nothing was found below the critical μ; None without a `safe_mu`.
+        Basis of `safe_mu`: ``"continuation"``, ``"global search"``, or ``"eigenvalues"`` if no
+        attractor was found below the critical μ; None without a `safe_mu`.
     others : tuple of OtherAttractor
         The attractors found below the critical μ, by ascending least μ.
     coexisting : tuple of CyclePoint
@@ -168,7 +168,7 @@ class SafeFriction(SystemResult):
 
     @property
     def linear(self) -> bool:
-        """Whether the system is linear: the contact is, and never breaks."""
+        """Whether the system is linear: linear contact and no separation."""
         return not self.separation and self.parameters.k_nl == 0.0
 
     @property
@@ -178,18 +178,18 @@ class SafeFriction(SystemResult):
 
     @property
     def safe_to(self) -> float:
-        """The μ below which no disturbance was found to lead to vibration."""
+        """The μ below which no searched disturbance leads to vibration."""
         if self.unknown_above is not None:
             return self.unknown_above
         return self.searched_to if self.safe_mu is None else self.safe_mu
 
     def limit_of(self, continued: float) -> float:
-        """Up to which μ a safe μ that continuation alone gave is confirmed; the greatest μ if all.
+        """The μ up to which the search confirms a safe μ by continuation; the greatest μ if all.
 
         Parameters
         ----------
         continued : float
-            The least μ of the branch from the Hopf point, or the critical μ; NaN for neither.
+            The least μ of the branch from the Hopf point, or the critical μ; NaN without either.
         """
         if self.unknown_above is not None:
             return self.unknown_above
@@ -218,12 +218,12 @@ def safe_friction(
 ) -> SafeFriction:
     """Find the friction coefficients below which disturbances of any size die out.
 
-    Three things are done, and the result says which statement rests on which. Continuation follows
+    Three methods are used, and the result names the basis of every statement. Continuation follows
     the limit cycles from the Hopf point through folds. A global search follows motions from Sobol
-    starts at 16 values of μ below what is known; those that persist are confirmed by shooting and
-    followed down in μ. A Lyapunov function proves decay near the equilibrium. What is not proved is
-    a search: an attractor that no start reaches is not found, and where a twentieth or more of the
-    motions stay undecided no μ is called safe.
+    starts at 16 values of μ below the least known μ; shooting confirms persisting motions, which
+    are then followed to lower μ. A Lyapunov function proves decay near the equilibrium. Only the
+    last is a proof: an attractor that no start reaches is missed. If a twentieth or more of the
+    motions stay undecided, no μ is called safe.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def safe_friction(
     Returns
     -------
     SafeFriction
-        The verdict. Its work is limited by a number of steps, so that it is the same everywhere.
+        The verdict. Its limit is a number of steps, so that it is the same on every machine.
 
     Raises
     ------
@@ -251,8 +251,8 @@ def safe_friction(
     Examples
     --------
     >>> from fivtui import Parameters, safe_friction
-    >>> found = safe_friction(Parameters(F=120.0))
-    >>> round(found.critical_mu, 4), round(found.safe_mu, 4), found.found_by
+    >>> result = safe_friction(Parameters(F=120.0))
+    >>> round(result.critical_mu, 4), round(result.safe_mu, 4), result.found_by
     (0.7623, 0.2779, 'continuation')
     """
     system = system_of(parameters, separation)
@@ -293,7 +293,7 @@ def safe_friction(
 
 
 class _Search:
-    # The work under way.
+    # State of the search: branches, rounds and attractors up to now.
 
     def __init__(self, system: System, work: Progress) -> None:
         self._system, self._p, self.work = system, system.parameters, work
@@ -322,7 +322,7 @@ class _Search:
                 self._add(self.growth_at_any_size, "unbounded growth")
         self._from_hopf()
         self.work.report(0.2)
-        # A few starts lower μ cheaply where cycles attract many; then all starts are followed.
+        # Scouts lower the least μ cheaply where many motions reach cycles.
         self._lower_from(SCOUTS, 0.2)
         starts = starts_within_limit(self.rounds[-1])
         if starts > SCOUTS and not self._ended_early:
@@ -338,7 +338,7 @@ class _Search:
 
     @property
     def unknown_above(self) -> float | None:
-        """The μ above which too few motions were decided to call a μ safe; None if enough were."""
+        """The μ above which too many motions are undecided; None if enough are decided."""
         if self._nothing_dies_out or self._ended_early:
             return 0.0
         if not self.rounds:
@@ -355,7 +355,7 @@ class _Search:
         return final_round.levels[first - 1] if first else 0.0
 
     def others(self) -> tuple[OtherAttractor, ...]:
-        # A branch that begins at the critical μ and rises has its least μ there, to rounding.
+        # A rising branch has its least μ at the critical μ, to rounding.
         top = math.inf if self.critical is None else (1.0 - _ROUNDING) * self.critical
         below = (attractor for attractor in self._attractors if attractor.mu < top)
         return tuple(sorted(below, key=lambda attractor: attractor.mu))
@@ -393,7 +393,7 @@ class _Search:
             self._add_branch(curve, "continuation")
 
     def _lower_from(self, starts: int, fraction: float) -> None:
-        # Rounds until one finds no attractor; `fraction` of all work is done before, twice after.
+        # Rounds until no attractor is found; progress goes from `fraction` to twice that.
         for turn in range(_MOST_ROUNDS):
             if not self._lower(starts):
                 return
@@ -401,12 +401,11 @@ class _Search:
         self._ended_early = True
 
     def _lower(self, starts: int) -> bool:
-        # A round of the search below the least μ known; whether it found an attractor there.
+        # One round of the search below the least known μ; whether it found an attractor.
         least = self._least()
         search = Round(self._system, least, starts, progress=self._go_on)
         while self._least() >= least and search.advance():
-            # Shooting from motions that persist, until it finds a cycle, whose branch leads to
-            # lower μ.
+            # Shooting from persisting motions, until a cycle is found: its branch leads to lower μ.
             for motion in search.persisting(_TRIED_AT_A_LEVEL)[:_TRIED]:
                 if self._confirm(motion):
                     break
@@ -417,7 +416,7 @@ class _Search:
             self._add(least_growth(self._system, growing, ended), "unbounded growth")
         steady = next(iter(ended.settled), None)
         if steady is not None and steady.mu < self._least():
-            # Shooting found no cycle: the motion is on a torus, or the cycle has a long period.
+            # Without a cycle by shooting the motion is on a torus, or its period is long.
             low = _BEYOND * max((mu for mu in ended.levels if mu < steady.mu), default=0.0)
             self._add(least_staying(self._system, steady, low), "other motion")
         return self._least() < least
@@ -437,15 +436,15 @@ class _Search:
         if cycle is not None:
             self._add(cycle.value, "limit cycle", by, cycle)
             if event_at(curve, cycle) in (EventKind.TORUS, EventKind.PERIOD_DOUBLING):
-                # Where a cycle loses its stability to a torus or a cycle of twice its period,
-                # motion on these goes on, perhaps to lower μ than that of any cycle of the branch.
+                # A torus or a cycle of twice the period takes over the stability; its motion may
+                # persist at lower μ than the cycles of the branch.
                 motion = Survivor(cycle.value, cycle.start, cycle.half_range)
                 low = _BEYOND * min(point.value for point in curve.points)
                 mu = least_staying(self._system, motion, low)
                 if mu < cycle.value:
                     self._add(mu, "other motion")
         for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
-            # Beyond an unstable cycle that grows without bounds, motion does.
+            # Motions larger than an unstable cycle of unbounded size grow without bounds.
             if end is End.UNBOUNDED and not point.stable:
                 self._add(point.value, "unbounded growth", by)
 
@@ -462,7 +461,7 @@ class _Search:
         try:
             curve = branch_through(at, "mu", cycle, bounds, progress=self._go_on)
         except ComputationError:
-            # A cycle that continuation cannot take up still counts where it is.
+            # A cycle that continuation cannot follow counts at its own μ.
             self._add(motion.mu, "limit cycle")
         else:
             self._add_branch(curve, "global search")

@@ -20,25 +20,25 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# Values of the parameter at which eigenvalues, and branches of limit cycles, are computed.
+# Values of the parameter with eigenvalues (two counts), and with branches of limit cycles.
 _JUDGED: Final = 129
 _JUDGED_ON_BELT: Final = 33
 _CONTINUED: Final = 25
-# Each narrows the bounds between zones to an eighth, and to a half.
+# Refinements of a bound between zones: to an eighth, and by bisection.
 _EIGHTHS: Final = 4
 _HALVES: Final = 10
-# Of a zone that lies between two values: looks for it at a nearest approach, in eighths and in all.
+# Searches for a zone between two values: refinements to an eighth, and golden sections.
 _APPROACHES: Final = 3
 _LOOKS: Final = 12
 _GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
-# The least value, above the low end, over the range.
+# Lowest computed value above the low end, relative to the range.
 _FROM_END: Final = 1e-3
-# Bounds that are nearer to each other, over the range, are the same.
+# Distance of two bounds, relative to the range, below which they are equal.
 _SAME: Final = 1e-4
 
 
 class Zone(StrEnum):
-    """What disturbances do at a value of the parameter."""
+    """Response to disturbances at a value of the parameter."""
 
     SAFE = "safe"
     KNOCK = "squeals after a knock"
@@ -63,7 +63,7 @@ class Zones:
         return self.zones[inside]
 
     def without_safe(self) -> "Zones":
-        """The same, ``SMALL`` where it says ``SAFE``."""
+        """The same zones with ``SMALL`` instead of ``SAFE``."""
         return _merged(
             self.name,
             self.bounds,
@@ -72,7 +72,7 @@ class Zones:
 
 
 def _merged(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Zones:
-    # Neighbours of the same kind as one zone.
+    # Zones with equal neighbours merged.
     merged_bounds, merged_zones = [bounds[0]], [zones[0]]
     for bound, zone in zip(bounds[1:-1], zones[1:], strict=True):
         if zone is not merged_zones[-1]:
@@ -96,9 +96,9 @@ def safety_zones(
 ) -> Zones:
     """Zones over a parameter by eigenvalues and continuation.
 
-    Limit cycles are followed from the Hopf point, at 25 values of the parameter, where zones meet,
-    and where the least μ of a cycle comes nearest to μ between these; over μ once. Cycles that are
-    connected with none of these are not found, as `safe_friction` may find them.
+    Limit cycles are followed from the Hopf point at 25 values of the parameter. Values are added
+    where zones meet and where the least μ of a cycle comes nearest to μ. Over μ one branch is
+    enough. Cycles without connection to these branches are missed; `safe_friction` may find them.
     """
     judge = _Judge(system, name, low, high)
     if not judge.searched:
@@ -110,7 +110,7 @@ def safety_zones(
 
 
 def searched_zones(verdict: "SafeFriction", low: float, high: float) -> Zones:
-    """Zones over μ as `safe_friction` found them; nothing is computed."""
+    """Zones over μ from a result of `safe_friction`, without further continuation."""
     judge = _Judge(verdict.system, "mu", low, high)
     if not judge.searched:
         return judge.zones()
@@ -119,7 +119,7 @@ def searched_zones(verdict: "SafeFriction", low: float, high: float) -> Zones:
 
 
 class _Judge:
-    # A parameter over a range: what eigenvalues say of it.
+    # Stability by eigenvalues over a range of a parameter.
 
     def __init__(self, system: System, name: str, low: float, high: float) -> None:
         spec = parameter_spec(name)
@@ -127,7 +127,7 @@ class _Judge:
             raise InputError(f"range of {spec.name}: must have a start below its end")
         self.p, self.separation = p, separation = system.parameters, system.separation
         self.name, self.low, self.high = name, low, high
-        # The end may be no value of the parameter.
+        # The low end itself may be out of the parameter's range.
         self.least = low + _FROM_END * (high - low)
         self.on_belt = p.v_belt is not None or spec.optional
         bent = separation or p.k_nl > 0.0 or name == "k_nl"
@@ -139,7 +139,7 @@ class _Judge:
         return self._judged(values)[0]
 
     def _judged(self, values: Floats) -> tuple[list[Zone], Floats]:
-        # With the growth rates.
+        # Zones by eigenvalues, and the growth rates.
         inside = np.maximum(values, self.least)
         growth, stable, _ = judge_growths(
             self.p, {self.name: inside}, np.full(values.size, self.separation)
@@ -152,7 +152,7 @@ class _Judge:
         return zones, growth
 
     def edges(self) -> list[float]:
-        # Where what eigenvalues say changes.
+        # Values at which the zone by eigenvalues changes.
         if self.name == "mu" and not self.on_belt:
             critical = critical_mu(System(self.p, self.separation))
             return [change.mu for change in critical if self.low < change.mu < self.high]
@@ -169,7 +169,7 @@ class _Judge:
         ]
 
     def _between(self, low: float, high: float) -> dict[float, Zone]:
-        # A value of another zone, where growth comes nearest to zero without changing sign before.
+        # Values of a different zone near the minimum of |growth| between two values of one zone.
         for _ in range(_APPROACHES):
             values = np.linspace(low, high, 9)
             zones, growth = self._judged(values)
@@ -195,9 +195,9 @@ class _Judge:
         between: Sequence[float] = (),
         large: Callable[[float], Zone] = lambda _value: Zone.SMALL,
     ) -> Zones:
-        """Zones by eigenvalues and by what large disturbances do where small ones die out.
+        """Zones by eigenvalues, and by `large` where small disturbances die out.
 
-        That changes at the values `between`.
+        `large` is the zone at a value by large disturbances; it changes at the values `between`.
         """
         inside = (value for value in (*self.edges(), *between) if self.low < value < self.high)
         bounds = [self.low, *sorted(inside), self.high]
@@ -208,8 +208,8 @@ class _Judge:
 
 
 def _over_mu(judge: _Judge, safe: float, squeals: float) -> Zones:
-    # Below the first μ no disturbance was found to lead to vibration, from the second on one does;
-    # nothing is known between them.
+    # Below `safe` no disturbance is known to lead to vibration; from `squeals` on one does. Between
+    # them the effect of large disturbances is not known.
     def large(mu: float) -> Zone:
         return Zone.SAFE if mu < safe else Zone.SMALL if mu < squeals else Zone.KNOCK
 
@@ -217,8 +217,8 @@ def _over_mu(judge: _Judge, safe: float, squeals: float) -> Zones:
 
 
 def _approaches(distances: Floats, zones: Sequence[object]) -> list[int]:
-    # Places between neighbours of the same sort at which a distance from zero is least, and may be
-    # zero beside them: it is no more than what it falls by.
+    # Indices of local minima of |distance| between neighbours of the same zone. The distance may
+    # reach zero between the points: it is at most half of a neighbour's.
     sizes = np.abs(distances)
     return [
         index
@@ -230,7 +230,7 @@ def _approaches(distances: Floats, zones: Sequence[object]) -> list[int]:
 
 
 def _continued(judge: _Judge, progress: OnProgress | None) -> Zones:
-    # By safe μ over the parameter; values are close together where it passes that of the set.
+    # Zones by safe μ over the parameter, refined where safe μ crosses the μ of the set.
     values = np.linspace(judge.low, judge.high, _CONTINUED)
     values[0] = judge.least
     least_mus: dict[float, float] = {}
@@ -243,7 +243,7 @@ def _continued(judge: _Judge, progress: OnProgress | None) -> Zones:
             try:
                 least_mus[value] = float(safe_mus(p, column, np.array([judge.separation]))[0])
             except InputError:
-                # In units of m, k1 and F the others are out of range.
+                # Scaled by m, k1 and F the remaining parameters are out of range.
                 least_mus[value] = math.nan
         return least_mus[value]
 
@@ -267,7 +267,7 @@ def _continued(judge: _Judge, progress: OnProgress | None) -> Zones:
         for low, high in pairwise(values_known.tolist())
         if zone(low) is not zone(high)
     ]
-    # Where stability is lost without a knock before it, both bounds are the same.
+    # Without a zone of knocks the loss of stability gives the same bound twice.
     edges, near = judge.edges(), _SAME * (judge.high - judge.low)
     between = [value for value in between if all(abs(value - edge) > near for edge in edges)]
     return judge.zones(
@@ -282,7 +282,7 @@ def _approach(
     low: float,
     high: float,
 ) -> None:
-    # Looks by golden sections for a value of another zone where the least μ comes nearest to μ.
+    # Golden-section search for a value of a different zone where safe μ comes nearest to μ.
     zone_at_low = zone(low)
     for _ in range(_LOOKS):
         first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
