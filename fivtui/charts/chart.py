@@ -19,9 +19,9 @@ Look = Literal["line", "points", "dots", "marked", "bars", "area"]
 
 # Width of a full figure, inches.
 WIDTH: Final = 7.2
-# Samples of an unordered trace that are joined by lines; earlier ones are dots.
+# Samples at the end of an unordered trace that lines join; earlier samples are dots.
 MOST_JOINED: Final = 16_384
-_WHOLE: Final = 1e-6
+_TOLERANCE: Final = 1e-6
 # Okabe and Ito's colours, distinct also with colour vision deficiencies, on dark and light.
 COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
 # Lines and colours of runs with separation considered (True) and ignored (False).
@@ -32,7 +32,7 @@ CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
 }
 # Colours of lines in the order of a figure's legend, as in the paper but with a darker yellow.
 LINE_COLOURS: Final = ("black", "#1f4fd8", "#c8252c", "#b07d00")
-# Names of the styles of traces in the terminal, before they repeat.
+# Number of styles of traces in the terminal; further traces repeat them.
 _TRACE_STYLES: Final = 8
 
 
@@ -47,8 +47,8 @@ class Trace:
     x, y : ndarray, shape (n,)
         The points; NaN is a gap.
     look : "line", "points", "dots", "marked", "bars" or "area"
-        A line, a character per point, a dot per point, a line with a character per point; in
-        figures alone bars from x = 0, or the area that the points enclose.
+        A line, a character per point, a dot per point, a line with a character per point; only in
+        figures, bars from x = 0 or the area that the points enclose.
     ordered : bool
         Whether x ascends; such a trace is reduced to the plot's columns before it is drawn.
     mark : str
@@ -56,11 +56,11 @@ class Trace:
     colour : str
         Such as ``#E69F00``; if empty, a colour of the theme.
     along : ndarray, shape (n,), optional
-        Ascending values along a curve, such as times; cursors of a chart `along` it are at one.
+        Ascending values along a curve, such as times; cursors of a chart `along` it have one.
     number : int
-        Number of the run that it shows, 0 if none.
+        Number of the displayed run, 0 if none.
     role : str
-        What it is, as the `ROLES` of figures name it.
+        Key of `ROLES` in figures.
     marker : str
         Matplotlib's marker of its points in figures; if empty, that of its role.
     values : ndarray, shape (n,), optional
@@ -68,7 +68,7 @@ class Trace:
     errors : tuple of ndarray, optional
         Lower and upper ends of the intervals of x of bars.
     style : mapping
-        Matplotlib's properties in figures, before those of the role.
+        Matplotlib's properties in figures, which override those of the role.
     """
 
     name: str
@@ -94,13 +94,13 @@ class Guide:
     Attributes
     ----------
     value : float
-        Where it is.
+        Position of the line.
     label : str
         Beside the line in the terminal, in the legend of figures.
     vertical : bool
-        Whether it is at a value of x.
+        Whether the line is at a value of x.
     role : str
-        What it is, as the `ROLES` of figures name it; ``"floor"`` shades what is below.
+        Key of `ROLES` in figures; ``"floor"`` shades the area below.
     """
 
     value: float
@@ -135,11 +135,11 @@ class Contours:
     Attributes
     ----------
     values : ndarray, shape (n, k)
-        The values; NaN where there is none.
+        The values; NaN where undefined.
     levels : sequence of float
         Values at which lines are drawn; if empty, round ones.
     role : str
-        What they are, as the `ROLES` of figures name it.
+        Key of `ROLES` in figures.
     name : str
         In the legend; none if empty.
     label : str
@@ -166,7 +166,7 @@ class Backdrop:
     shades : sequence of Shade
         How the points of every level are drawn.
     values : ndarray, shape (n, k)
-        The values themselves; NaN where there is none.
+        The values themselves; NaN where undefined.
     label : str
         Quantity and unit of the values.
     contours : sequence of Contours
@@ -201,29 +201,29 @@ class Chart:
     strips : tuple of Strip
         Rows of intervals marked below the plot, from the top.
     note : str
-        A few words at the top.
+        Short text at the top.
     title : str
         Above the chart in figures.
     x_axis : bool
         Whether the ticks of the x axis are labelled.
     y_names : sequence of str
-        What y = 0, 1, … stand for in figures; if empty, y is a number.
+        Names of y = 0, 1, … in figures; if empty, y is a number.
     stacked : bool
-        Whether figures fill the areas of traces over the same x, each above those before it.
+        Whether figures stack the areas of traces over the same x.
     tight : bool
         Whether the x axis ends where the data end.
     x_range, y_range : tuple of float, optional
         Limits before any zoom; if None, the axes fit the data.
     to_scale : bool
-        Whether a length along x is as long along y.
+        Whether both axes have the same scale.
     along : str
-        Quantity and unit of what cursors are at a value of, if that is along curves.
+        Quantity and unit along the curves, if cursors move along them.
     log : str
         Axes with a logarithmic scale in figures: ``"x"``, ``"y"``, ``"xy"`` or none.
     linear_within : float
         In figures, the x axis is linear up to this magnitude and logarithmic beyond; 0 if linear.
     legend : "below", "above" or "inside"
-        Where figures have the names: below all charts, above this one or inside.
+        Position of the legend in figures: below all charts, or above or inside this chart.
     figure_x, figure_y : tuple of float or None
         Limits in figures; None fits a limit to the data.
     """
@@ -253,7 +253,7 @@ class Chart:
 
     @property
     def cursor_label(self) -> str:
-        """Quantity and unit of what cursors are at a value of; empty if they are at points."""
+        """Quantity and unit of the position of cursors; empty if they are at points of a plane."""
         return self.along or ("" if self.plane else self.x_label)
 
     @property
@@ -272,34 +272,34 @@ class Cursors:
     Attributes
     ----------
     first, second : tuple of float or None
-        Their places, x and y; of a chart along curves and of one that is no plane x alone counts.
+        Their positions x and y; only x matters along curves and in charts that are no plane.
     second_moves : bool
-        Whether keys move the second one.
-    kept : bool
-        Whether they stay when the pointer moves.
+        Whether keys move the second cursor.
+    pinned : bool
+        Whether the cursors stay when the pointer moves.
     """
 
     first: Place | None = None
     second: Place | None = None
     second_moves: bool = False
-    kept: bool = False
+    pinned: bool = False
 
     @property
     def moving(self) -> Place | None:
-        """The place of the cursor that keys move."""
+        """The position of the cursor that keys move."""
         return self.second if self.second_moves else self.first
 
-    def put(self, place: Place | None) -> None:
-        """Place the cursor that keys move, or remove it."""
+    def put(self, position: Place | None) -> None:
+        """Move or remove the cursor that keys move."""
         if self.second_moves:
-            self.second = place
+            self.second = position
         else:
-            self.first = place
+            self.first = position
 
     def clear(self) -> None:
-        """Remove both."""
+        """Remove both cursors."""
         self.first = self.second = None
-        self.second_moves = self.kept = False
+        self.second_moves = self.pinned = False
 
 
 @dataclass(slots=True)
@@ -330,7 +330,7 @@ class View:
 
     def visible(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
         """The visible traces with their indices."""
-        return (each for each in enumerate(chart.traces) if each[0] not in self.hidden)
+        return (item for item in enumerate(chart.traces) if item[0] not in self.hidden)
 
     def axes(self, chart: Chart) -> tuple[Axis, Axis]:
         """The x and y axes: the chosen limits, or limits that fit the visible data."""
@@ -344,7 +344,7 @@ class View:
         if chart.backdrop is not None:
             parts.append(chart.backdrop.x)
         if not self.log_x and chart.tight and parts and not chart.plane:
-            # Ascending: the ends suffice.
+            # x ascends: the ends suffice.
             parts = [part[[0, -1]] for part in parts if part.size]
         return axis_for(parts, log=self.log_x, tight=chart.tight)
 
@@ -358,7 +358,7 @@ class View:
         return axis_for(parts, log=self.log_y)
 
     def choose(self, chart: Chart, x: Axis | None, y: Axis | None) -> None:
-        """Choose limits for what is displayed; None fits an axis to the data."""
+        """Choose limits for the displayed runs; None fits an axis to the data."""
         self.x, self.y = x, y
         self.since = max((trace.number for trace in chart.traces), default=0)
 
@@ -385,9 +385,9 @@ class View:
         # A function of x does not pan beyond its data.
         if chart.plane:
             return x
-        whole = View(log_x=self.log_x, hidden=self.hidden)._axis_x(chart)
-        low, high = whole.place([x.low, x.high]).tolist()
-        if high - low >= 1.0 - _WHOLE:
+        data_axis = View(log_x=self.log_x, hidden=self.hidden)._axis_x(chart)
+        low, high = data_axis.place([x.low, x.high]).tolist()
+        if high - low >= 1.0 - _TOLERANCE:
             return None
         return x.moved(shift=max(-low, 0.0) / (high - low) - max(high - 1.0, 0.0) / (high - low))
 
@@ -419,9 +419,8 @@ class VisibleCharts:
 
 
 def within(trace: Trace, x: Axis) -> FloatArray:
-    """The values of an ordered trace within limits of x, and the samples around them."""
+    """The values of an ordered trace within limits of x, and one sample beyond each limit."""
     first, stop = np.searchsorted(trace.x, [x.low, x.high])
-    # At least the samples around an interval between two of them.
     return trace.y[max(int(first) - 1, 0) : int(stop) + 1]
 
 
@@ -429,7 +428,9 @@ def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray
     """The points of a trace that `columns` columns can resolve; all if it is unordered."""
     if not trace.ordered:
         return trace.x, trace.y
-    edges = np.array([x.value(place) for place in np.linspace(0.0, 1.0, columns + 1).tolist()])
+    edges = np.array(
+        [x.value(position) for position in np.linspace(0.0, 1.0, columns + 1).tolist()]
+    )
     return envelope(trace.x, trace.y, edges)
 
 
@@ -439,22 +440,22 @@ def trace_style(trace: Trace, index: int) -> str:
 
 
 def trace_mark(trace: Trace, index: int) -> str:
-    """Character of a trace's points, or of a line among others."""
+    """Character of a trace's points, or the number of a line."""
     return trace.mark or str(index + 1)[-1] if trace.look == "line" else trace.mark or "●"
 
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """What a figure says of its charts.
+    """The content of a figure's heading.
 
     Attributes
     ----------
     parameters : sequence of Parameters
-        Of all that is drawn; those are said that all have.
+        Parameter sets of all traces; the heading lists the common values.
     without : sequence of str
-        Parameters not said: those along an axis.
+        Parameters not listed: those along an axis.
     ignored : bool
-        Whether all of it ignores separation.
+        Whether all traces ignore separation.
     """
 
     parameters: Sequence[Parameters]
@@ -464,7 +465,7 @@ class Heading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheet:
-    """Charts as a figure of its own.
+    """Charts that form a figure.
 
     Attributes
     ----------

@@ -36,7 +36,7 @@ from .sheet import sheet_figure
 
 # Heights of a row and of a figure, inches.
 _ROW: Final = 2.0
-_LEAST_HEIGHT: Final = 3.4
+_MIN_HEIGHT: Final = 3.4
 _SQUARE: Final = 3.6
 _MARKERS: Final[Mapping[str, str]] = {
     "●": "o", "○": "o", "■": "s", "□": "s", "▲": "^", "△": "^", "▼": "v", "▽": "v",
@@ -49,11 +49,11 @@ _CURSORS: Final[Sequence[Mapping[str, str]]] = (
     {"linestyle": "-", "markerfacecolor": "0.1"},
     {"linestyle": ":", "markerfacecolor": "white"},
 )
-# Points from which on they are small.
+# Number of points above which their marks are small.
 _MANY: Final = 300
-# Dash patterns tell lines apart without colour.
+# Dash patterns distinguish lines without colour.
 _LINES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
-# Colours of the styles of shades, and how dark the characters are.
+# Colours of the styles of shades, and darkness of the characters.
 _SHADE_COLOURS: Final[Mapping[str, str]] = {
     "stable": "#009E73", "unstable": "#D55E00", "trace-1": "#0072B2", "trace-2": "#E69F00",
     "hidden": "#808080",
@@ -61,13 +61,13 @@ _SHADE_COLOURS: Final[Mapping[str, str]] = {
 _DARKNESS: Final[Mapping[str, float]] = {
     " ": 0.0, "·": 0.15, ":": 0.3, "?": 0.35, "×": 0.6, "░": 0.35, "▒": 0.55, "▓": 0.75, "█": 1.0,
 }  # fmt: skip
-# Height of a figure around its panels, and letters of their labels an inch; letters of a title;
-# height of a line of labels.
+# Height of a figure around its panels, inches; letters of a label per inch; letters of a title;
+# height of a line of labels, pt.
 _AROUND_IN: Final = 1.2
 _LETTERS_IN: Final = 14.0
 _TITLE: Final = 84
 _LINE_PT: Final = 9.5
-# Width of a character of a guide's label, as a share of a panel over the whole width.
+# Width of a character of a guide's label, as a share of a panel of full width.
 _LETTER: Final = 0.0095
 
 
@@ -75,18 +75,18 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
     """A matplotlib figure of the displayed charts."""
     count = len(charts.panels)
     rows, columns = (1, count) if charts.across else (count, 1)
-    height = _SQUARE if charts.across else max(_ROW * rows, _LEAST_HEIGHT)
+    height = _SQUARE if charts.across else max(_ROW * rows, _MIN_HEIGHT)
     letters = int(_LETTERS_IN * (height - _AROUND_IN) / rows)
     shown = []
     for index, (chart, view) in enumerate(charts.panels):
         read = _cursor_text(chart, view, first=index == 0)
-        # The note, unless the scale of shades has it.
+        # Omit a note that repeats the label of the shades.
         note = chart.note if chart.backdrop is None or chart.note != chart.backdrop.label else ""
         title = "\n".join(fill(text, _TITLE // columns) for text in (note, read) if text)
         label = fill(chart.y_label, letters)
         shown.append(replace(_displayed(chart, view), title=title, y_label=label))
     sheet = Sheet([[chart] for chart in shown] if charts.across else [shown], (WIDTH, height))
-    # A curve that is alone needs no name.
+    # A single curve needs no name.
     alone = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
     figure = sheet_figure(sheet, without=alone)
     with mpl.rc_context(STYLE):
@@ -94,19 +94,21 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
             _guides(axes, chart, view.axes(chart), columns)
             _cursors(axes, chart, view)
         if heading is not None:
-            figure.suptitle(_words(heading), fontsize=mpl.rcParams["font.size"])
+            figure.suptitle(_heading_text(heading), fontsize=mpl.rcParams["font.size"])
     return figure
 
 
-def _words(heading: Heading) -> str:
-    first, *others = heading.parameters
-    varied = [n for n in first.as_dict() if any(getattr(p, n) != getattr(first, n) for p in others)]
+def _heading_text(heading: Heading) -> str:
+    first, *further = heading.parameters
+    varied = [
+        n for n in first.as_dict() if any(getattr(p, n) != getattr(first, n) for p in further)
+    ]
     line = parameter_line(first, [*heading.without, *varied])
     return f"{line}, separation ignored" if heading.ignored else line
 
 
 def _displayed(chart: Chart, view: View) -> Chart:
-    """A chart as the terminal shows it: visible traces within limits, and levels as shades."""
+    """A chart as displayed in the terminal: visible traces within limits, levels as shades."""
     x, y = view.axes(chart)
     backdrop, colours = (None, None) if chart.backdrop is None else _banded(chart.backdrop)
     return replace(
@@ -128,12 +130,15 @@ def _displayed(chart: Chart, view: View) -> Chart:
 
 
 def _shown(chart: Chart, index: int) -> Trace:
-    """A trace of a chart with the look that it has among the others."""
+    """A trace of a chart in the style that distinguishes it."""
     trace, several = chart.traces[index], len(chart.traces) > 1
     style = _style(trace, index, several=several)
     if trace.number:
-        # Runs of a smaller range are over those of a greater one, which would hide them.
-        ranges = sorted({_range(each) for each in chart.traces if each.number}, reverse=True)
+        # Draw runs of a smaller range on top: those of a greater range would hide them.
+        ranges = sorted(
+            {_range(item) for item in chart.traces if item.number},
+            reverse=True,
+        )
         style["zorder"] += ranges.index(_range(trace)) / len(ranges)
     if chart.to_scale:
         style |= {"linestyle": "-", "markevery": [trace.x.size - 1]}
@@ -149,7 +154,7 @@ def _range(trace: Trace) -> float:
 
 def _style(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
     mark = trace.mark if several or trace.look != "line" else ""
-    # Letters, and the point of now, lie on lines and shades of all colours.
+    # Black for letters and the present point, which lie on lines and shades of all colours.
     points = trace.look == "points"
     letter, small = mark.isalnum(), points and trace.x.size > _MANY
     marker = f"$\\mathrm{{{mark}}}$" if letter else _MARKERS.get(mark, "")
@@ -176,7 +181,7 @@ def _colour(index: int) -> str:
 
 
 def _guides(axes: Axes, chart: Chart, limits: tuple[Axis, Axis], columns: int) -> None:
-    # Labels of neighbours stand on rows of their own.
+    # Labels of neighbours are on different rows.
     ends: list[float] = []
     for guide in chart.guides:
         start = float(limits[0 if guide.vertical else 1].place([guide.value])[0])
@@ -210,8 +215,8 @@ def _guide(axes: Axes, guide: Guide, row: int) -> None:
 
 
 def _banded(backdrop: Backdrop) -> tuple[Backdrop, Colours]:
-    """The levels in use as values, and their colours, from light to dark as on the screen."""
-    used = [level for level, shade in enumerate(backdrop.shades) if shade.words]
+    """The used levels as values, and their colours, from light to dark as on the screen."""
+    used = [level for level, shade in enumerate(backdrop.shades) if shade.text]
     shades = [backdrop.shades[level] for level in used]
     numbers = np.zeros(len(backdrop.shades))
     numbers[used] = np.arange(len(used))
@@ -222,7 +227,7 @@ def _banded(backdrop: Backdrop) -> tuple[Backdrop, Colours]:
         -0.5,
         len(used) - 0.5,
         tuple(range(len(used))),
-        tuple(shade.words for shade in shades),
+        tuple(shade.text for shade in shades),
     )
     values = numbers[backdrop.levels]
     return replace(backdrop, values=values, shades=plain, contours=()), colours
@@ -235,27 +240,34 @@ def _shade_colour(shade: Shade) -> str:
 
 
 def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:
-    return [nearest(chart, view, place) for place in (view.cursors.first, view.cursors.second)]
+    return [
+        nearest(chart, view, position) for position in (view.cursors.first, view.cursors.second)
+    ]
 
 
 def _cursor_text(chart: Chart, view: View, *, first: bool) -> str:
-    """What the cursors read, and at the first chart how far they are from each other."""
+    """Read-outs of the cursors; for the first chart, also their distance."""
     points = _cursor_points(chart, view)
     if not any(points):
         return ""
     spans, count = heading(chart, view, *points)
-    words = [text.strip() for text, _ in spans[:count]]
-    label, (one, other) = chart.cursor_label, (view.cursors.first, view.cursors.second)
-    if first and label and one is not None and other is not None:
-        words = [*cursor_words(label, one[0], other[0]), *words]
-    return ", ".join(filter(None, words))
+    texts = [text.strip() for text, _ in spans[:count]]
+    label, (a, b) = (
+        chart.cursor_label,
+        (view.cursors.first, view.cursors.second),
+    )
+    if first and label and a is not None and b is not None:
+        texts = [*cursor_words(label, a[0], b[0]), *texts]
+    return ", ".join(filter(None, texts))
 
 
 def _cursors(axes: Axes, chart: Chart, view: View) -> None:
     """Draw the cursors and the points at them."""
-    places = (view.cursors.first, view.cursors.second)
-    for place, points, look in zip(places, _cursor_points(chart, view), _CURSORS, strict=True):
-        if place is None:
+    positions = (view.cursors.first, view.cursors.second)
+    for position, points, look in zip(
+        positions, _cursor_points(chart, view), _CURSORS, strict=True
+    ):
+        if position is None:
             continue
         line: dict[str, Any] = {
             "color": "0.1",
@@ -263,7 +275,7 @@ def _cursors(axes: Axes, chart: Chart, view: View) -> None:
             "linestyle": look["linestyle"],
             "label": "_",
         }
-        across, up = crosshair(chart, place, points)
+        across, up = crosshair(chart, position, points)
         if not chart.along:
             axes.axvline(across, **line)
         if chart.plane and not chart.along:

@@ -1,4 +1,4 @@
-"""Labels of quantities: as the terminal writes them, and in matplotlib's mathtext."""
+"""Labels of quantities: for the terminal, and in matplotlib's mathtext."""
 
 from collections.abc import Sequence
 from typing import Final, Self
@@ -9,13 +9,13 @@ _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
 class Label(str):
-    """A text as the terminal writes it, with the text that figures have in its place."""
+    """A text for the terminal, with the text for figures."""
 
     __slots__ = ("math",)
     math: str
 
     def __new__(cls, text: str, math: str) -> Self:
-        """Make a label of both texts."""
+        """Create a label of both texts."""
         label = super().__new__(cls, text)
         label.math = math
         return label
@@ -41,21 +41,21 @@ def column_label(meaning: str, unit: str, text: str = "") -> Label:
 def value_label(name: str, value: float | None) -> str:
     """A parameter and its value in matplotlib's mathtext, such as ``F = 80 N``."""
     spec = parameter_spec(name)
-    said = NONE if value is None else f"{value:g} {math_unit(spec.unit)}".rstrip()
-    text = f"{math_symbol(spec.symbol)} = {said}"
+    value_text = NONE if value is None else f"{value:g} {math_unit(spec.unit)}".rstrip()
+    text = f"{math_symbol(spec.symbol)} = {value_text}"
     return text.replace(" ", _NO_BREAK)
 
 
 def quantity_label(spec: ParameterSpec) -> str:
     """Axis label of a quantity in matplotlib's mathtext: meaning, symbol and unit."""
     unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
-    # What follows says of what, or what it means to have no value.
+    # Omit details after a comma or semicolon.
     meaning = spec.meaning.partition(",")[0].partition(";")[0]
     return f"{meaning.capitalize()} {math_symbol(spec.symbol)}{unit}"
 
 
 def parameter_line(p: Parameters, without: Sequence[str] = ()) -> str:
-    """All parameters but those named, on two lines of matplotlib's mathtext."""
+    """All parameters except those of `without`, on two lines of matplotlib's mathtext."""
     texts = [value_label(k, value) for k, value in p.as_dict().items() if k not in without]
     half = (len(texts) + 1) // 2
     return "\n".join(", ".join(part) for part in (texts[:half], texts[half:]))

@@ -21,7 +21,7 @@ _METADATA: Final[Mapping[str, Mapping[str, str | None]]] = {
     ".pdf": {"Creator": f"fivtui {__version__}", "CreationDate": None},
 }
 FORMATS: Final = tuple(suffix.removeprefix(".") for suffix in _METADATA)
-# Type 42 keeps the text of a PDF text.
+# Type 42 keeps the text of a PDF searchable.
 _SAVING: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
 _DPI: Final = 200
 
@@ -40,7 +40,7 @@ STYLE: Final[dict[Any, Any]] = {
     "ytick.direction": "in",
     "hatch.linewidth": 0.3,
 }
-# Of times off the belt, and of those at which the slider sticks to it.
+# Colours of times off the belt and of sticking.
 OFF_BELT: Final = "0.9"
 STUCK: Final = "#f6e3c5"
 
@@ -55,7 +55,7 @@ def new_figure(width: float, height: float, *, wspace: float | None = None) -> F
 def shade_times(
     axes: Axes, intervals: Sequence[tuple[float, float]], colour: str, label: str = ""
 ) -> None:
-    """Shade intervals of time over the whole height of a panel, s; none if there are none."""
+    """Shade intervals of time, s, over the height of a panel; `intervals` may be empty."""
     if intervals:
         axes.broken_barh(
             [(start, end - start) for start, end in intervals],
@@ -79,7 +79,7 @@ def save_figure(figure: Figure, path: Path) -> None:
     suffix = check_suffix(path, "figure", _METADATA)
 
     def write(file: BinaryIO) -> None:
-        # Complete in memory: matplotlib hides the cause where a file cannot be written.
+        # Draw into memory: matplotlib hides the cause if a file cannot be written.
         content = BytesIO()
         with mpl.rc_context(_SAVING):
             figure.savefig(

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Levels = NDArray[np.intp]
 
-# Least difference that is drawn, as a share of the greatest value: that of three-digit numbers.
+# Smallest visible difference, relative to the greatest value: that of three-digit numbers.
 LEAST_CONTRAST: Final = 1e-3
-# Digits of the values of a scale, as many as tell neighbours apart.
+# Digits of the values of a scale: the fewest that distinguish neighbours.
 _DIGITS: Final = range(3, 7)
 
 
@@ -22,21 +22,21 @@ class Shade(NamedTuple):
     ----------
     character, style : str
         In the terminal.
-    words : str
-        Values of the level in words; empty where no point has it.
+    text : str
+        Values of the level as text; empty if no point has it.
     fill : str
         Colour in figures; if empty, points have the colours of their values.
     name : str
-        In the legend of figures; those of one name are drawn alike.
+        In the legend of figures; shades of the same name look the same.
     hatch : str
         Matplotlib's hatching in figures.
     missing : str
-        What is read at points of the level, which have no value.
+        Read-out of points of the level, which have no value.
     """
 
     character: str
     style: str
-    words: str = ""
+    text: str = ""
     fill: str = ""
     name: str = ""
     hatch: str = ""
@@ -75,10 +75,10 @@ class Colours(NamedTuple):
 
 def colours_of(label: str, values: FloatArray) -> Colours:
     """A scale from the least to the greatest value, at least `LEAST_CONTRAST` apart."""
-    known = values[np.isfinite(values)]
-    if not known.size:
+    finite = values[np.isfinite(values)]
+    if not finite.size:
         return Colours(label, "viridis", 0.0, 1.0)
-    low, high = float(known.min()), float(known.max())
+    low, high = float(finite.min()), float(finite.max())
     margin = max(0.5 * (LEAST_CONTRAST * max(abs(low), abs(high)) - (high - low)), 0.0)
     return Colours(label, "viridis", low - margin, high + margin)
 
@@ -110,15 +110,15 @@ def graded(values: FloatArray) -> tuple[Levels, Shades]:
 
 
 def in_words(levels: Levels, shades: Shades, values: FloatArray) -> Shades:
-    """The shades, with the value up to which each level goes where they say nothing else."""
-    known = np.isfinite(values)
-    tops = [values[(levels == level) & known].max(initial=-np.inf) for level in range(len(shades))]
+    """The shades with texts: shades without one get the greatest value of their level."""
+    finite = np.isfinite(values)
+    tops = [values[(levels == level) & finite].max(initial=-np.inf) for level in range(len(shades))]
     used = [top for top in tops if top > -np.inf]
     digits = next((n for n in _DIGITS if len({f"{top:.{n}g}" for top in used}) == len(used)), 3)
     counts = np.bincount(levels.ravel(), minlength=len(shades))
     texts = [f"≤{top:.{digits}g}" if top > -np.inf else "" for top in tops]
     return [
-        shade._replace(words=(shade.words or text or shade.missing) if count else "")
+        shade._replace(text=(shade.text or text or shade.missing) if count else "")
         for shade, text, count in zip(shades, texts, counts, strict=True)
     ]
 
@@ -126,7 +126,7 @@ def in_words(levels: Levels, shades: Shades, values: FloatArray) -> Shades:
 def scale_words(shades: Shades) -> str:
     """The shades in use with their values, in one line."""
     return " ".join(
-        f"{shade.character if shade.character.strip() else 'blank'} {shade.words}"
+        f"{shade.character if shade.character.strip() else 'blank'} {shade.text}"
         for shade in shades
-        if shade.words
+        if shade.text
     )

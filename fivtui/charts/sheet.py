@@ -42,7 +42,7 @@ from .shades import LEAST_CONTRAST, Colours
 
 _TITLE_SIZE: Final = 7.5
 _PANEL_GAP: Final = 0.06
-# Markers and dashes distinguish the series of a chart in black and white, too.
+# Markers and dashes distinguish the series of a chart also in black and white.
 _SERIES: Final[tuple[Mapping[str, Any], ...]] = (
     {"color": "#12803c", "marker": "o", "linestyle": "-"},
     {"color": "#00867d", "marker": "s", "linestyle": "--"},
@@ -55,7 +55,7 @@ _SERIES: Final[tuple[Mapping[str, Any], ...]] = (
     {"color": "#c2378f", "marker": "P", "linestyle": ":"},
 )
 _DASHES: Final = ("-", (0.0, (6.0, 2.0)), (0.0, (6.0, 1.5, 1.0, 1.5)), (0.0, (1.2, 1.2)))
-# What traces and guides are, and how figures draw them.
+# Styles of traces and guides in figures, by role.
 ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "front": {"color": "0.8", "linewidth": 4.0, "zorder": 1.0},
     "mode 1": {"color": "#1f4fd8", "linestyle": "-", "linewidth": 1.4},
@@ -176,7 +176,7 @@ _HATCHES: Final[Mapping[str, str]] = {
     "knock region": "...",
     "squeal region": "///",
 }
-# Letters of many panels.
+# Font sizes of sheets with many panels.
 _SMALL: Final[dict[Any, Any]] = {
     "axes.labelsize": 7.5,
     "axes.titlesize": 7.5,
@@ -185,16 +185,16 @@ _SMALL: Final[dict[Any, Any]] = {
 }
 _BAR: Final = 0.36
 _EDGE: Final = "black"
-# Area of a coloured point, pt², and most contour lines of a kind.
+# Area of a coloured point, pt², and maximum number of contour lines of a kind.
 _DOT: Final = 9.0
 _CONTOURS: Final = 7
-# Greatest number of points of a line that have marks.
+# Maximum number of points of a line with a mark at each.
 _MARKED: Final = 60
-# Marks of a line, and columns that a long line is reduced to (several per pixel).
+# Marks of a line, and columns of a reduced long line (several per pixel).
 _MARKS: Final = 12
 _COLUMNS: Final = 4000
-# Characters that fit beside each other in the legend of a figure of full width, those of a sample
-# with its gaps, what is no character in mathtext, and the line spacing, inches.
+# Legend: characters per line of a figure of full width, width of a sample in characters, markup of
+# mathtext that takes no width, and line spacing, inches.
 _LEGEND_WIDTH: Final = 100
 _SAMPLE: Final = 8
 _MARKUP: Final = re.compile(r"\\mathrm|[${}_^]")
@@ -206,8 +206,8 @@ _STRIPS: Final = (OFF_BELT, STUCK)
 def sheet_figure(sheet: Sheet, without: Collection[str] = ()) -> Figure:
     """Draw the charts of a sheet; the figure has an Agg canvas.
 
-    Charts over the same quantity and limits share their x axis, those of the same quantity beside
-    each other their y axis. Names of `without` are not in the legend.
+    Charts over the same quantity and limits share their x axis, charts of the same quantity in a
+    row their y axis. Names of `without` are not in the legend.
     """
     with mpl.rc_context(STYLE | (_SMALL if sheet.small else {})):
         gap = _PANEL_GAP if len(sheet.columns) > 1 else None
@@ -230,10 +230,10 @@ def sheet_figure(sheet: Sheet, without: Collection[str] = ()) -> Figure:
 
 
 def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
-    places = _places(figure, sheet)
+    cells = _places(figure, sheet)
     panels: list[tuple[Axes, Chart]] = []
     first_over: dict[Any, Axes] = {}
-    left: dict[Any, Axes] = {}
+    first_in_row: dict[Any, Axes] = {}
     scales: dict[Colours, tuple[list[Axes], ScalarMappable]] = {}
     for column, charts in enumerate(sheet.columns):
         start = len(panels)
@@ -242,11 +242,11 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
                 continue
             key = chart.x_label, chart.figure_x, "x" in chart.log
             over = first_over.get(key) if chart.x_label else None
-            place = row, chart.y_label, chart.figure_y
-            beside = left.get(place) if chart.y_label else None
-            axes = figure.add_subplot(places[column][row], sharex=over, sharey=beside)
+            row_key = row, chart.y_label, chart.figure_y
+            beside = first_in_row.get(row_key) if chart.y_label else None
+            axes = figure.add_subplot(cells[column][row], sharex=over, sharey=beside)
             first_over.setdefault(key, axes)
-            left[place] = axes
+            first_in_row[row_key] = axes
             coloured = _draw_chart(axes, chart)
             if beside is not None:
                 axes.set_ylabel("")
@@ -254,8 +254,7 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
             if chart.colours is not None and coloured is not None:
                 scales.setdefault(chart.colours, ([], coloured))[0].append(axes)
             panels.append((axes, chart))
-        # Columns of different numbers of rows have grids of their own, which matplotlib takes for
-        # one column.
+        # Align per column: matplotlib treats separate grids of columns as one column.
         figure.align_ylabels([axes for axes, _ in panels[start:]])
     for colours, (parts, coloured) in scales.items():
         edges = not isinstance(colours.colours, str)
@@ -266,7 +265,7 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
 
 
 def _places(figure: FigureBase, sheet: Sheet) -> list[list[SubplotSpec]]:
-    """Where the charts of every column are."""
+    """The grid cells of the charts of every column."""
     count, widths, heights = len(sheet.columns), sheet.widths or None, sheet.heights or None
     rows = [len(charts) for charts in sheet.columns]
     if len(set(rows)) == 1:
@@ -296,7 +295,7 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], without: Collection[str]
         return
     longest = max(len(_MARKUP.sub("", name)) for name in handles) + _SAMPLE
     fitting = max(1, int(_LEGEND_WIDTH * figure.get_figwidth() / WIDTH) // longest)
-    # As many rows as are needed, with as few columns as they leave.
+    # The fewest columns for the needed number of rows.
     columns = math.ceil(len(handles) / math.ceil(len(handles) / fitting))
     wrapped = [
         fill(name, _LEGEND_WIDTH, break_on_hyphens=False, break_long_words=False)
@@ -315,7 +314,7 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], without: Collection[str]
 
 
 def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
-    """Draw a chart. Returns what is coloured by values."""
+    """Draw a chart. Returns the artist that is coloured by values."""
     coloured = None
     _scale(axes, chart)
     if chart.colours is not None or chart.backdrop is not None:
@@ -364,7 +363,7 @@ def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
         if trace.values is not None and chart.colours is not None:
             scale = _scale_of(chart.colours)
             coloured = axes.scatter(trace.x, trace.y, _DOT, trace.values, linewidths=0.0, **scale)
-        # A trace without points has no name in the legend, but for a displayed one.
+        # A trace without points is not in the legend, unless it has a style.
         elif trace.x.size or trace.style:
             look = _look(trace, series)
             if trace.look == "bars":
@@ -382,7 +381,7 @@ def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
 
 
 def _points(trace: Trace, chart: Chart) -> tuple[FloatArray, FloatArray]:
-    """The points of a trace within the limits of a chart, as far as they can be seen."""
+    """The visible points of a trace within the limits of a chart."""
     low, high = chart.figure_x
     if not trace.ordered or trace.look != "line":
         return trace.x, trace.y
@@ -433,7 +432,7 @@ def _scale_of(colours: Colours) -> dict[str, Any]:
 
 
 def _shade(axes: Axes, backdrop: Backdrop, colours: Colours | None) -> ScalarMappable | None:
-    """Colour the plane by values, or levels by their fills. Returns what has the values."""
+    """Colour the plane by values, or levels by their fills. Returns the artist of the values."""
     plane: dict[str, Any] = {"shading": "nearest", "rasterized": True, "zorder": 0.0}
     x, y, levels = backdrop.x, backdrop.y, backdrop.levels.T
     scale = {} if colours is None else _scale_of(colours)
@@ -466,13 +465,13 @@ def _shade(axes: Axes, backdrop: Backdrop, colours: Colours | None) -> ScalarMap
 
 def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
     values = np.ma.masked_invalid(contours.values.T)
-    known = values.compressed()
-    if not known.size:
+    finite = values.compressed()
+    if not finite.size:
         return
-    low, high = float(known.min()), float(known.max())
+    low, high = float(finite.min()), float(finite.max())
     levels: int | list[float] = [level for level in contours.levels if low < level < high]
     if not contours.levels:
-        # Lines no closer than values that differ.
+        # Space lines at least by the smallest visible difference.
         least = LEAST_CONTRAST * max(abs(low), abs(high))
         levels = int(min((high - low) / least, _CONTOURS)) if least > 0.0 else 0
     if not levels:
@@ -494,7 +493,7 @@ def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
 
 
 def _scale(axes: Axes, chart: Chart) -> None:
-    # Before there are data, which may have no place on a logarithmic axis.
+    # Set scales before drawing: data may be invalid on a logarithmic axis.
     if "x" in chart.log:
         axes.set_xscale("log", nonpositive="mask")
     if "y" in chart.log:

@@ -193,7 +193,7 @@ def _levels(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
     levels = np.where(missing, len(shades), levels)
     levels = np.where(result.unknown, len(shades) + 1, levels).astype(np.intp)
     name = "none" if result.value in WITHOUT_MU else "no equilibrium"
-    without = NO_VALUE._replace(words=result.missing, name=name)
+    without = NO_VALUE._replace(text=result.missing, name=name)
     return levels, in_words(levels, (*shades, without, _NOT_KNOWN), values)
 
 
@@ -206,7 +206,7 @@ def region_levels(regions: FloatArray, escape: FloatArray) -> tuple[Levels, Shad
     levels = np.where(regions == 0.0, 0, np.where(regions == 2.0, squeals, knock))
     least = [escape[inside & (levels == level)].min(initial=np.inf) for level in range(1, squeals)]
     texts = [f"≥{low:.2g} m" if np.isfinite(low) else "squeals after a knock" for low in least]
-    graded_knock = [shade._replace(words=text) for shade, text in zip(_KNOCK, texts, strict=True)]
+    graded_knock = [shade._replace(text=text) for shade, text in zip(_KNOCK, texts, strict=True)]
     return levels, (_SAFE, *graded_knock, _SQUEALS)
 
 

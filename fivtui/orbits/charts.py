@@ -110,7 +110,7 @@ def basin_sheet(result: Basin) -> Sheet:
         rests = attractor.kind in AT_REST
         shade = _REST if rests else _CYCLES[cycles % len(_CYCLES)]
         cycles += not rests
-        shades.append(shade._replace(words=attractor.description, name=attractor.description))
+        shades.append(shade._replace(text=attractor.description, name=attractor.description))
     (x, y), (x_label, y_label) = result.axes, map(axis_label, result.grid.specs)
     reached = result.reached.astype(float)
     backdrop = Backdrop(x, y, result.reached, shades, reached, "attractor")

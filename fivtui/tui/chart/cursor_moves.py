@@ -23,12 +23,12 @@ def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
     """Switch a cursor on; if it is on, make it the one that keys move, or switch it off."""
     cursors = view.cursors
     before = cursors.second if second else cursors.first
-    if cursors.kept and before is not None and cursors.second_moves is second:
+    if cursors.pinned and before is not None and cursors.second_moves is second:
         cursors.put(None)
         cursors.second_moves = cursors.second is not None
-        cursors.kept = cursors.moving is not None
+        cursors.pinned = cursors.moving is not None
         return
-    cursors.kept = True
+    cursors.pinned = True
     for number in (0, 1)[: second + 1]:
         cursors.second_moves = bool(number)
         if cursors.moving is None:

@@ -185,7 +185,7 @@ def _tab_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     for kind, key in KINDS.items():
         with suppress(InputError):
             export = pane.export(kind)
-            title = f"Export the {export.what} of {export.of}…"
+            title = f"Export the {export.kind} of {export.of}…"
             text = f"{key}: {', '.join(export.suffixes)}"
             run = partial(lab.action_export, kind)
             meanings = _OF_BELT if {".gif", ".wav"} & set(export.suffixes) else _EXPORTS

@@ -36,7 +36,7 @@ class EditActions(LabActions):
         self.session.load(event.scene, event.source)
         self._remember(event.source)
         self.show_inputs()
-        self.report(event.words)
+        self.report(event.report)
 
     def set_tables(self, over_time: OverTime, report: str) -> None:
         """Replace the tables over time, which may be empty, and log `report`."""

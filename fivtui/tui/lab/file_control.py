@@ -61,7 +61,7 @@ class FileController:
     def export(self, export: Export) -> None:
         """Ask for a path and write an export there."""
         opened = scene_file(self._session.source)
-        title = f"Export the {export.what} of {export.of}"
+        title = f"Export the {export.kind} of {export.of}"
 
         def check(path: Path) -> None:
             # Check before asking whether to overwrite.
@@ -92,17 +92,17 @@ class FileController:
                 path = Path(folder) / name
                 error = _without_folder(write_export(export, path), folder)
                 data = None if error else path.read_bytes()
-            self._lab.call_later(self._exported, export.what, Path(name), error, data)
+            self._lab.call_later(self._exported, export.kind, Path(name), error, data)
 
-        self._in_thread(export.what, work)
+        self._in_thread(export.kind, work)
 
     def _write(self, export: Export, target: Path) -> None:
         def work() -> None:
             with WRITING.of(str(target)):
                 error = write_export(export, target)
-            self._lab.call_later(self._exported, export.what, target, error)
+            self._lab.call_later(self._exported, export.kind, target, error)
 
-        self._in_thread(export.what, work)
+        self._in_thread(export.kind, work)
 
     def _exported(self, label: str, path: Path, error: str, download: bytes | None = None) -> None:
         # In a browser, `download` has the content of the file.

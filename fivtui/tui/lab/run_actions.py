@@ -83,7 +83,7 @@ class RunActions(LabActions):
         for name, text in event.texts.items():
             self.session.set_text(name, text)
         self.show_inputs()
-        self.report(event.words, routine=True)
+        self.report(event.report, routine=True)
         self.action_run()
 
     def _ended(self, run: Run, outcome: Outcome[Transient]) -> None:
@@ -134,12 +134,12 @@ class RunActions(LabActions):
         run = self.session.runs.find(event.number)
         if run is None:
             return
-        if event.what == "load":
+        if event.action == "load":
             self._load(run)
-        elif event.what == "delete":
+        elif event.action == "delete":
             self._delete(run)
         else:
-            self._change_plots(event.what, run)
+            self._change_plots(event.action, run)
         self.post_message(RunsChanged())
 
     def _change_plots(self, action: str, run: Run) -> None:

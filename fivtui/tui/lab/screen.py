@@ -126,9 +126,9 @@ class LabScreen(EditActions, RunActions):
     @on(Reported)
     def _reported(self, event: Reported) -> None:
         if not event.routine:
-            self.query_one(NoticeView).add(event.words, error=event.error)
+            self.query_one(NoticeView).add(event.text, error=event.error)
         mark = "ERROR: " if event.error else ""
-        self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.words}")
+        self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.text}")
         self.book.update_pane(lambda pane: pane.reported())
 
     # Editing

@@ -14,31 +14,33 @@ from fivtui.tui.session import Session
 from .pane import Pane
 from .tabs import TabSpec
 
-# Columns of the border that are not for titles, and of every title around it.
+# Columns at the ends of the border, and columns around every title.
 _CORNERS: Final = 4
 _PADDING: Final = 2
 _MORE: Final = ("‹ ", " ›")
 
 
 def titles_in(titles: Sequence[str], current: int, room: int) -> list[str]:
-    """The titles around the current one that have room; "" for others, which arrows point to."""
+    """The titles that fit around the current one; "" for hidden titles, which arrows indicate."""
 
-    def labels(first: int, last: int) -> list[str]:
-        before = _MORE[0] * (first > 0)
-        after = _MORE[1] * (last < len(titles) - 1)
+    def labels(start_tab: int, end_tab: int) -> list[str]:
+        before = _MORE[0] * (start_tab > 0)
+        after = _MORE[1] * (end_tab < len(titles) - 1)
         shown = [""] * len(titles)
-        for place in range(first, last + 1):
-            start, end = before * (place == first), after * (place == last)
-            shown[place] = f"{start}{titles[place]}{end}"
+        for index in range(start_tab, end_tab + 1):
+            start, end = before * (index == start_tab), after * (index == end_tab)
+            shown[index] = f"{start}{titles[index]}{end}"
         return shown
 
-    first = last = current
+    start_tab = end_tab = current
     while True:
-        wider = [(first, last + 1)] * (last + 1 < len(titles)) + [(first - 1, last)] * (first > 0)
-        fits = next((each for each in wider if _columns(labels(*each)) <= room), None)
+        wider = [(start_tab, end_tab + 1)] * (end_tab + 1 < len(titles)) + [
+            (start_tab - 1, end_tab)
+        ] * (start_tab > 0)
+        fits = next((pair for pair in wider if _columns(labels(*pair)) <= room), None)
         if fits is None:
-            return labels(first, last)
-        first, last = fits
+            return labels(start_tab, end_tab)
+        start_tab, end_tab = fits
 
 
 def _columns(labels: Sequence[str]) -> int:
@@ -49,16 +51,16 @@ class TabBook(TabbedContent):
     """The tabs of the laboratory, from left to right."""
 
     def __init__(self, tabs: Sequence[TabSpec], session: Session) -> None:
-        known = any(spec.id == session.tab for spec in tabs)
-        super().__init__(initial=session.tab if known else "", id="tabs")
+        exists = any(spec.id == session.tab for spec in tabs)
+        super().__init__(initial=session.tab if exists else "", id="tabs")
         self.specs = tuple(tabs)
         self._session = session
-        self._made: dict[str, Pane] = {}
+        self._created: dict[str, Pane] = {}
         self._refocus = False
         self._waiting: list[Callable[[Pane], None]] = []
 
     def on_resize(self) -> None:
-        """Show as many titles as have room."""
+        """Show as many titles as fit."""
         self._fit_titles()
 
     def _fit_titles(self) -> None:
@@ -82,25 +84,25 @@ class TabBook(TabbedContent):
     @property
     def pane(self) -> Pane | None:
         """The current pane, None before it is created."""
-        return self._made.get(self.active)
+        return self._created.get(self.active)
 
-    def update_pane(self, what: Callable[[Pane], None]) -> None:
-        """Call a function with the current pane if it exists; others catch up when shown."""
+    def update_pane(self, function: Callable[[Pane], None]) -> None:
+        """Call a function with the current pane if it exists; hidden panes update when shown."""
         pane = self.pane
         if pane is not None and pane.is_mounted:
-            what(pane)
+            function(pane)
 
-    def when_ready(self, what: Callable[[Pane], None]) -> None:
+    def when_ready(self, function: Callable[[Pane], None]) -> None:
         """Call a function with the current pane as soon as it exists."""
-        self._waiting.append(what)
+        self._waiting.append(function)
         self._call_waiting()
 
     def _call_waiting(self) -> None:
         pane = self.pane
         if pane is not None and pane.is_mounted:
             waiting, self._waiting = self._waiting, []
-            for what in waiting:
-                what(pane)
+            for function in waiting:
+                function(pane)
 
     def take_focus(self) -> None:
         """Focus the titles."""
@@ -115,7 +117,7 @@ class TabBook(TabbedContent):
         """Show a tab by its identifier; focus inside the current tab moves to it."""
         focused = self.screen.focused
         if name != self.active and focused is not None and self in focused.ancestors:
-            # Focus left behind would switch back to its tab.
+            # A focus in the hidden tab would switch back to it.
             self.screen.set_focus(None)
             self._refocus = True
         self.active = name
@@ -125,15 +127,15 @@ class TabBook(TabbedContent):
         name = self._session.tab = self.active
         self._fit_titles()
         spec = next(spec for spec in self.specs if spec.id == name)
-        if name not in self._made:
-            self._made[name] = pane = spec.pane(self._session)
+        if name not in self._created:
+            self._created[name] = pane = spec.pane(self._session)
             await self.get_pane(name).mount(pane)
-        self.query_one(ContentSwitcher).border_subtitle = "  ".join(self._made[name].key_words())
+        self.query_one(ContentSwitcher).border_subtitle = "  ".join(self._created[name].key_words())
         self.catch_up()
         self._call_waiting()
         if self._refocus and name == self.active:
             self._refocus = False
-            self._made[name].take_focus()
+            self._created[name].take_focus()
 
     def catch_up(self) -> None:
         """Bring the current pane up to date."""

@@ -22,43 +22,43 @@ _PERIOD: Final = 0.1
 
 
 class JobWords(Static):
-    """Words in one line; those without room are in the tooltip. Errors take all their lines."""
+    """A status in one line, with the full text as tooltip; error messages are wrapped."""
 
-    def __init__(self, words: str) -> None:
-        super().__init__(words, classes="job-words", markup=False)
-        self._words = words
-        self._wrong = False
+    def __init__(self, text: str) -> None:
+        super().__init__(text, classes="job-words", markup=False)
+        self._full_text = text
+        self._is_error = False
 
-    def show(self, words: str, *, wrong: bool) -> None:
-        """Display words, or the error message of an input."""
-        resized = wrong or self._wrong
-        self._words, self._wrong = words, wrong
+    def show(self, text: str, *, is_error: bool) -> None:
+        """Display a status, or the error message of an input."""
+        resized = is_error or self._is_error
+        self._full_text, self._is_error = text, is_error
         self._fit()
         if resized:
             self.refresh(layout=True)
 
     @on(Resize)
     def _fit(self) -> None:
-        fit = self._words if self._wrong else fitted(self._words, self.size.width)
+        fit = self._full_text if self._is_error else fitted(self._full_text, self.size.width)
         self.update(fit, layout=False)
-        self.tooltip = self._words if fit != self._words else None
+        self.tooltip = self._full_text if fit != self._full_text else None
 
 
 class JobBar(Horizontal):
-    """One line: start/stop button, progress bar, words; at first `hint`."""
+    """One line: start/stop button, progress bar, status; at first `hint`."""
 
     def __init__(self, verb: str, hint: str = "") -> None:
         super().__init__(classes="job-bar")
         self._verb, self._hint = verb, hint
 
     def compose(self) -> ComposeResult:
-        """Button, progress bar, words."""
+        """Button, progress bar, status."""
         yield Button(self._verb, classes="job-button", compact=True, variant="primary")
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
         yield JobWords(self._hint)
 
-    def show(self, job: Job | None, words: str, *, wrong: bool = False) -> None:
-        """Display a running job's progress, or else some words or what is wrong in the input."""
+    def show(self, job: Job | None, text: str, *, wrong: bool = False) -> None:
+        """Display the progress of a running job, else a status or the error of an input."""
         running = job is not None
         if running is not self.has_class("-running"):
             button = self.query_one(Button)
@@ -67,9 +67,9 @@ class JobBar(Horizontal):
             self.set_class(running, "-running")
         if job is not None:
             self.query_one(ProgressBar).update(progress=job.fraction)
-            words, wrong = job.words, False
+            text, wrong = job.words, False
         self.set_class(wrong, "-wrong")
-        self.query_one(JobWords).show(words, wrong=wrong)
+        self.query_one(JobWords).show(text, is_error=wrong)
 
 
 class JobPane(ViewsPane):
@@ -89,7 +89,7 @@ class JobPane(ViewsPane):
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         self.job: Job | None = None
-        self.words = self.HINT
+        self.status = self.HINT
 
     def compose(self) -> ComposeResult:
         """The bar above the views."""
@@ -107,7 +107,7 @@ class JobPane(ViewsPane):
         self._ticker.stop()
 
     def key_words(self) -> list[str]:
-        """Besides, the key that starts and stops the job."""
+        """Adds the key that starts and stops the job."""
         return [f"F10 {self.VERB.lower()}", *super().key_words()]
 
     def begin(self) -> None:
@@ -136,7 +136,7 @@ class JobPane(ViewsPane):
     def stop(self) -> None:
         """Stop the job; its result is dropped."""
         if self.job is not None:
-            self.words = self.job.stop_words
+            self.status = self.job.stop_words
             self.job.stop()
             self.job = None
 
@@ -149,7 +149,7 @@ class JobPane(ViewsPane):
             try:
                 self.begin()
             except InputError as error:
-                self.say(str(error))
+                self.show_status(str(error))
                 self.post_message(Reported(str(error), error=True))
         self.show_bar()
         return True
@@ -165,16 +165,16 @@ class JobPane(ViewsPane):
         self.job = None
         self._ticker.pause()
         if outcome.error:
-            self.words = outcome.error
+            self.status = outcome.error
             self.post_message(Reported(outcome.error, error=True))
         elif outcome.result is not None:
-            self.words = ""
+            self.status = ""
             self.take(outcome.result)
         self.show_bar()
 
-    def say(self, words: str) -> None:
-        """Display words in the bar while no job is running."""
-        self.words = words
+    def show_status(self, status: str) -> None:
+        """Display a status in the bar while no job is running."""
+        self.status = status
         self.show_bar()
 
     def _tick(self) -> None:
@@ -185,5 +185,5 @@ class JobPane(ViewsPane):
             self.progressed()
 
     def show_bar(self) -> None:
-        """Display the job's progress, or else the words."""
-        self.query_one(JobBar).show(self.job, self.words)
+        """Display the job's progress, or else the status."""
+        self.query_one(JobBar).show(self.job, self.status)

@@ -12,8 +12,8 @@ class LogPane(Pane):
 
     def compose(self) -> ComposeResult:
         """The lines."""
-        # Not RichLog: it shows nothing until Textual tells it its size, which it may fail to do
-        # where something was scrolled just before.
+        # Not RichLog: it stays empty until Textual sends its size, which may not happen after
+        # scrolling.
         with VerticalScroll(id="log-lines"):
             yield Static(markup=False)
 

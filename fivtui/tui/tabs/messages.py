@@ -39,15 +39,15 @@ class RunRequested(Message):
 
 @dataclass
 class LiveRequested(Message):
-    """A tab that shows the live curve is in sight, and the scene may have changed."""
+    """A tab with the live curve is visible, and the scene may have changed."""
 
 
 @dataclass
 class RunActionRequested(Message):
-    """The user wants an action on a run: `what` is a name in `RunActions`."""
+    """The user wants an action on a run: `action` is a name in `RunActions`."""
 
     number: int
-    what: str
+    action: str
 
 
 @dataclass
@@ -57,28 +57,28 @@ class RunsChanged(Message):
 
 @dataclass
 class Reported(Message):
-    """Something to log; unless it is `routine`, the user is notified at once."""
+    """A message for the log; unless it is `routine`, the user is notified."""
 
-    words: str
+    text: str
     error: bool = False
     routine: bool = False
 
 
 @dataclass
 class PointOpened(Message):
-    """The user wants to run a point of a chart: its field texts, and where it is from."""
+    """The user wants to run a point of a chart: its field texts, and a log message."""
 
     texts: dict[str, str]
-    words: str
+    report: str
 
 
 @dataclass
 class SceneLoaded(Message):
-    """A scene is to be edited; `source` is its preset or file, `words` go to the log."""
+    """A scene was loaded to be edited; `source` is its preset or file, `report` is logged."""
 
     scene: Scene
     source: str
-    words: str
+    report: str
 
 
 @dataclass

@@ -39,7 +39,7 @@ class Pane(Vertical):
         self._waiting: Timer | None = None
 
     def after_pause(self, seconds: float, call: Callable[[], None]) -> None:
-        """Call a function unless this method is called again before, as every edit does."""
+        """Call a function after a delay; each call of this method restarts the delay."""
         if self._waiting is not None:
             self._waiting.stop()
         self._waiting = self.set_timer(seconds, call)
@@ -53,11 +53,11 @@ class Pane(Vertical):
         self.session.settings.setdefault(self.NAME, {})[key] = value
 
     def take_focus(self, *, bar: bool = False) -> None:
-        """Focus the plot or list, or the first input, else button, of the `bar` above it."""
+        """Focus the plot or list; if `bar`, the first input or else button of the bar above it."""
         self.focus_within(self, bar=bar)
 
     def focus_within(self, part: Widget, *, bar: bool = False) -> None:
-        """As `take_focus`, of a part of the tab; text inputs, which take letters, come last."""
+        """As `take_focus`, in a part of the tab; text inputs come last: they take letters."""
 
         def rank(widget: Widget) -> int:
             return 2 if isinstance(widget, Input) else int(isinstance(widget, Button))
@@ -67,14 +67,14 @@ class Pane(Vertical):
         self.screen.set_focus(next(iter(candidates), None))
 
     def key_words(self) -> list[str]:
-        """Keys that work here and what they do, for the border."""
+        """Keys of the tab and their effects, for the border."""
         return ["F6 figure", "F7 data"]
 
     def scene_changed(self) -> None:
-        """Called when a field was edited or a scene loaded; on every key, so be quick."""
+        """Called when a field was edited or a scene loaded: on every key, so be quick."""
 
     def run_changed(self, run: Run | None) -> None:
-        """Called when another run is displayed or overlaid.
+        """Called when the set of displayed and overlaid runs has changed.
 
         `session.runs.drawn` has all runs to plot, the displayed one last.
         """
@@ -86,7 +86,7 @@ class Pane(Vertical):
         """Start or stop the tab's computation. Returns False if it has none."""
         return False
 
-    def export(self, what: str) -> "Export":
+    def export(self, kind: str) -> "Export":
         """Figure or data of the current contents; by default of the displayed run.
 
         Raises
@@ -96,7 +96,7 @@ class Pane(Vertical):
         """
         from .exports.export import run_export
 
-        return run_export(what, self.session.runs.displayed)
+        return run_export(kind, self.session.runs.displayed)
 
     def command_line(self) -> str:
         """The shell command that computes the current contents.
@@ -116,4 +116,4 @@ class Pane(Vertical):
         """Called when `session.reports` has grown."""
 
     def theme_changed(self) -> None:
-        """Redraw what style sheets do not colour."""
+        """Redraw the parts that style sheets do not colour."""

@@ -39,7 +39,7 @@ class _Figures(_Table):
 
 
 class _Claims(_Table):
-    # What is stated stands below the list, too.
+    # The stated value is displayed below the list, too.
     wrapped, dropped = "statement", ("stated", "section")
 
 
@@ -117,9 +117,11 @@ class PaperPane(JobPane):
 
     @property
     def _checked(self) -> "dict[str, CheckedClaim]":
-        # Checked here, or restored.
+        # Computed in this session, or restored.
         displayed = self.session.studies.get(_CLAIMS)
-        return {} if displayed is None else {each.claim.id: each for each in displayed.value}
+        return (
+            {} if displayed is None else {checked.claim.id: checked for checked in displayed.value}
+        )
 
     def scene_changed(self) -> None:
         """List verdicts that were restored."""
@@ -132,8 +134,8 @@ class PaperPane(JobPane):
 
     def _count(self) -> None:
         counts = Counter(str(entry.verdict) for entry in self._checked.values())
-        words = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
-        self.say(f"{counts.total()} claims: {words}")
+        text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+        self.show_status(f"{counts.total()} claims: {text}")
 
     def _list_claims(self) -> None:
         from fivtui.paper import CLAIMS
@@ -196,7 +198,7 @@ class PaperPane(JobPane):
         if isinstance(result, tuple):
             key, data = result
             self._computed[key] = data
-            self.say(f"figure {key} computed")
+            self.show_status(f"figure {key} computed")
             if self.view == "figure":
                 self.draw()
             else:
@@ -214,12 +216,12 @@ class PaperPane(JobPane):
         if self._shown not in self._computed:
             return
         charts = figure_charts(PANELS[self._shown], self._computed[self._shown])
-        another, self._drawn = self._drawn != self._shown, self._shown
+        changed, self._drawn = self._drawn != self._shown, self._shown
         second = self.query_one("#figure-2", ChartView)
         second.display = len(charts) > 1
         first = self.query_one("#figure-1", ChartView)
         for view, chart in zip((first, second), charts, strict=False):
-            if another:
+            if changed:
                 view.view.reset()
                 view.view.hidden.clear()
             view.show(chart)
@@ -231,24 +233,24 @@ class PaperPane(JobPane):
             return list(PANELS)[self.query_one("#figures", _Table).cursor_row]
         return self._shown
 
-    def export(self, what: str) -> Export:
+    def export(self, kind: str) -> Export:
         """The displayed chart or the paper's figure, its data, or the claims."""
         if self.view == "claims":
-            if what == FIGURE:
+            if kind == FIGURE:
                 raise InputError(f"claims have no figure: {KINDS[DATA]} exports them")
             if not self._checked:
                 raise InputError("no claims to export yet: press F10")
-            return study_export(what, "claims", list(self._checked.values()), "claims")
+            return study_export(kind, "claims", list(self._checked.values()), "claims")
         key = self._chosen
         if key not in self._computed:
             which = f"Fig. {key} is not computed yet" if key else "no figure is selected yet"
             raise InputError(f"{which}: Enter in the list of figures computes it")
         panel = self._panel(key)
-        if what == FIGURE:
+        if kind == FIGURE:
             number = panel.number
-            whole = study_export(what, "figure", panel, f"fig-{number:02d}", f"Fig. {number}")
-            return as_displayed(whole, self.visible_charts())
-        return study_export(what, "figure", panel, study("figure").stem(panel), f"Fig. {key}")
+            figure = study_export(kind, "figure", panel, f"fig-{number:02d}", f"Fig. {number}")
+            return as_displayed(figure, self.visible_charts())
+        return study_export(kind, "figure", panel, study("figure").stem(panel), f"Fig. {key}")
 
     def command_line(self) -> str:
         """The command for the selected figure, or the claims."""
@@ -271,6 +273,6 @@ class PaperPane(JobPane):
         from .requests.paper import point_scene
 
         panel = PANELS[self._shown]
-        words = f"figure {panel.key}, {panel.along} = {event.point.x:g}"
-        self.post_message(SceneLoaded(point_scene(panel, event.point), "", words))
+        report = f"figure {panel.key}, {panel.along} = {event.point.x:g}"
+        self.post_message(SceneLoaded(point_scene(panel, event.point), "", report))
         self.post_message(RunRequested())

@@ -50,7 +50,7 @@ class StabilityPane(ViewsPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._now: tuple[Parameters, Stability] | None = None
+        self._analysis: tuple[Parameters, Stability] | None = None
         self._why = ""
         self._key: object = None
         self._scan: ModeScan | None = None
@@ -67,13 +67,13 @@ class StabilityPane(ViewsPane):
     def scene_changed(self) -> None:
         """Display the stability of the edited parameters; the scan over μ follows."""
         try:
-            p, found = self.session.parameters(), self.session.stability()
+            p, result = self.session.parameters(), self.session.stability()
         except (InputError, ComputationError) as error:
-            self._now, self._why, self._key = None, str(error), None
+            self._analysis, self._why, self._key = None, str(error), None
             self.draw()
             return
-        self._now = (p, found)
-        top = scan_top(found)
+        self._analysis = (p, result)
+        top = scan_top(result)
         key = (p.with_values({"mu": 0.0}), self.session.separation, top)
         if key != self._key:
             self._key = key
@@ -81,18 +81,18 @@ class StabilityPane(ViewsPane):
         self.draw()
 
     def _begin(self) -> None:
-        if self._now is None:
+        if self._analysis is None:
             return
-        key, (_, found) = self._key, self._now
+        key, (_, result) = self._key, self._analysis
 
         def compute() -> None:
             worker = get_current_worker()
             try:
                 scan = mode_scan(
-                    found.system, scan_top(found), go_on=lambda: not worker.is_cancelled
+                    result.system, scan_top(result), go_on=lambda: not worker.is_cancelled
                 )
             except (Cancelled, ComputationError):
-                # No equilibrium somewhere along μ: nothing to draw.
+                # Without an equilibrium at some μ there is no chart.
                 return
             self.call_later(self._scanned, key, scan)
 
@@ -107,19 +107,19 @@ class StabilityPane(ViewsPane):
     def draw(self) -> None:
         """Draw the current view."""
         if self.view == "facts":
-            rows = [] if self._now is None else stability_rows(self._now[1])
+            rows = [] if self._analysis is None else stability_rows(self._analysis[1])
             beside = self.session.coexisting
             if rows and beside is not None:
                 rows[1:1] = coexisting_rows(beside)
             self.query_one("#facts", RowsView).show(rows, self._why)
         elif self.view == "plane":
-            chart = None if self._now is None else plane_chart(self._now[1], self._scan)
+            chart = None if self._analysis is None else plane_chart(self._analysis[1], self._scan)
             self.query_one("#eigenvalues", ChartView).show(chart, nothing=self._why)
         else:
             for name, make in (("growth", growth_chart), ("frequency", frequency_chart)):
                 chart = None
-                if self._now is not None and self._scan is not None:
-                    chart = make(self._scan, *self._now)
+                if self._analysis is not None and self._scan is not None:
+                    chart = make(self._scan, *self._analysis)
                 self.query_one(f"#{name}", ChartView).show(chart, nothing=self._why)
 
     @on(ChartView.Opened)
@@ -127,15 +127,15 @@ class StabilityPane(ViewsPane):
         text = number_text(float(f"{event.point.x:.{_DIGITS}g}"))
         self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
 
-    def export(self, what: str) -> "Export":
+    def export(self, kind: str) -> "Export":
         """The displayed charts, or the modes over μ and eigenvalues as data."""
         from .exports.export import as_displayed, scene_study_export
 
-        if self._now is None:
+        if self._analysis is None:
             raise InputError(f"no stability to export: {self._why}")
-        whole = scene_study_export(what, "stability", self._now[1], self.session.name)
-        heading = Heading([self._now[0]], ignored=not self.session.separation)
-        return as_displayed(whole, self.visible_charts(), heading)
+        export = scene_study_export(kind, "stability", self._analysis[1], self.session.name)
+        heading = Heading([self._analysis[0]], ignored=not self.session.separation)
+        return as_displayed(export, self.visible_charts(), heading)
 
     def command_line(self) -> str:
         """The command for the edited parameters' stability."""

@@ -15,19 +15,19 @@ from textual.widgets import DataTable, Static
 from fivtui.results import Row
 
 Cell = TypeVar("Cell", str, str | Text)
-# Columns that a wrapped column keeps.
-_LEAST: Final = 12
+# Minimum width of a wrapped column.
+_MIN_WIDTH: Final = 12
 _PADDING: Final = 1
 _BETWEEN: Final = "  ·  "
-# Those that it needs to be read well: other columns are left out for them.
+# Width at which a wrapped column is readable: columns are omitted to reach it.
 _READABLE: Final = 24
 
 
 class ListTable(DataTable[Cell]):
     """A table with vi keys and measured columns.
 
-    Textual measures columns one frame late and never shrinks them. Where there is too little room
-    the columns `dropped` are left out, one after the other, then the column `wrapped` is wrapped.
+    Textual measures columns one frame late and never shrinks them. In a narrow table the columns
+    `dropped` are omitted, one after the other, then the column `wrapped` is wrapped.
     """
 
     wrapped: str = ""
@@ -42,9 +42,9 @@ class ListTable(DataTable[Cell]):
     ]
 
     def fill(self, columns: Sequence[str], rows: Mapping[str, Sequence[Cell]]) -> None:
-        """Replace columns and rows (by row key); the cursor keeps its place."""
+        """Replace columns and rows (by row key); the cursor keeps its row."""
         self._filled = columns, rows
-        place, across = self.cursor_row, self.scroll_x
+        cursor_row, scroll_x = self.cursor_row, self.scroll_x
         self.clear(columns=True)
         widths = {
             number: max(cell_len(label), *(_width(row[number]) for row in rows.values()), 0)
@@ -56,8 +56,8 @@ class ListTable(DataTable[Cell]):
         lack, wrapped = self._lack(widths), -1
         if lack > 0 and self.wrapped in columns:
             wrapped = columns.index(self.wrapped)
-            widths[wrapped] = max(widths[wrapped] - lack, _LEAST)
-        # The last that gives way is the blank before each column.
+            widths[wrapped] = max(widths[wrapped] - lack, _MIN_WIDTH)
+        # As a last resort, omit the padding of columns.
         tight = self._lack(widths) > 0
         self.cell_padding = 0 if tight else _PADDING
         for number, width in widths.items():
@@ -68,11 +68,11 @@ class ListTable(DataTable[Cell]):
             if lines:
                 shown[wrapped] = "\n".join(lines)
             self.add_row(*shown.values(), key=key, height=max(len(lines), 1))
-        self.move_cursor(row=place)
-        self.scroll_x = across
+        self.move_cursor(row=cursor_row)
+        self.scroll_x = scroll_x
 
     def _crowded(self, columns: Sequence[str], widths: Mapping[int, int]) -> bool:
-        # Whether wrapping alone would make a column too narrow to be read well.
+        # Whether wrapping alone would make the column unreadably narrow.
         lack = self._lack(widths)
         if self.wrapped not in columns:
             return lack > 0
@@ -80,7 +80,7 @@ class ListTable(DataTable[Cell]):
         return lack > 0 and width - lack < min(width, _READABLE)
 
     def _lack(self, widths: Mapping[int, int]) -> int:
-        # Columns that the table is too narrow by; before it has a size none.
+        # Missing width of the table; 0 before it has a size.
         needed = sum(width + 2 * _PADDING for width in widths.values())
         return needed - self.scrollable_content_region.width if self.size.width else 0
 
@@ -90,18 +90,18 @@ class ListTable(DataTable[Cell]):
             self.fill(*self._filled)
 
 
-def fitted(words: str, width: int) -> str:
-    """Words as far as they fit into some columns; what is left out is marked."""
-    if not 0 < width < cell_len(words):
-        return words
-    left = words[: width - 1]
-    if words[width - 1] not in " ,;":
-        left = left.rpartition(" ")[0] or left
-    return f"{left.rstrip(' ,;')}…"
+def fitted(text: str, width: int) -> str:
+    """A text cut to a width between words, with … at the cut."""
+    if not 0 < width < cell_len(text):
+        return text
+    part = text[: width - 1]
+    if text[width - 1] not in " ,;":
+        part = part.rpartition(" ")[0] or part
+    return f"{part.rstrip(' ,;')}…"
 
 
 def flowed(facts: Iterable[str], width: int) -> str:
-    """Facts in as few lines as have room for whole ones."""
+    """Facts in as few lines as possible, none divided."""
     lines: list[str] = []
     for fact in facts:
         if lines and cell_len(lines[-1]) + cell_len(fact) + len(_BETWEEN) <= width:
@@ -123,7 +123,7 @@ class RowsView(VerticalScroll):
         yield Static("", markup=False)
 
     def show(self, rows: Sequence[Row], otherwise: str) -> None:
-        """Display rows, or if there are none the text `otherwise`."""
+        """Display rows; without rows, the text `otherwise`."""
         self.query_one(Static).update(grid(rows) if rows else otherwise)
 
 

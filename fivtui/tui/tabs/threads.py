@@ -1,4 +1,4 @@
-"""Computations in threads, whose outcomes come back to the screen's thread."""
+"""Computations in threads, whose outcomes return to the screen's thread."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -15,9 +15,9 @@ def compute_in_thread(
     compute: Callable[[], Outcome[T]],
     take: Callable[[Outcome[T]], object],
 ) -> None:
-    """Call `compute` in a thread, then `take` with its outcome in that of the owner.
+    """Call `compute` in a thread, then `take` with its outcome in the thread of the owner.
 
-    An unexpected error is an outcome, too.
+    An unexpected error becomes an outcome, too.
     """
 
     def run() -> None:

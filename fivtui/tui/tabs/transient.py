@@ -48,13 +48,13 @@ from .views_pane import ViewsPane
 if TYPE_CHECKING:
     from .exports.export import Export
 
-# Time histories from the top, and by importance where there is little room.
+# Time histories from the top, and in order of importance.
 _QUANTITIES: Final = ("y", "x", "P")
 _FIRST: Final = ("y", "P", "x")
-_LEAST_ROWS: Final = 4
-# Those of the strip and of the axis of time.
+_MIN_ROWS: Final = 4
+# Rows of the strip and of the time axis.
 _OTHER_ROWS: Final = 2
-# Columns from which on three phase portraits stand side by side.
+# Minimum columns for three phase portraits side by side.
 _WIDE: Final = 120
 _LAST_PART: Final = 0.1
 # Mark and colour of the curve before an edit.
@@ -66,7 +66,7 @@ _NOT_KEPT: Final = "the live curve is not kept: press F5 to export its run"
 
 
 class TransientPane(ViewsPane):
-    """Plots and summary of the displayed run and the overlaid ones."""
+    """Plots and summary of the displayed and the overlaid runs."""
 
     NAME: ClassVar[str] = "transient"
     VIEWS: ClassVar[Mapping[str, str]] = {
@@ -123,11 +123,11 @@ class TransientPane(ViewsPane):
     # What is shown
 
     def scene_changed(self) -> None:
-        """Ask for the live curve."""
+        """Request the live curve."""
         self.post_message(LiveRequested())
 
     def run_changed(self, run: Run | None) -> None:
-        """Display a run and the overlaid ones, or the live curve in its place."""
+        """Display a run, or the live curve instead, and the overlaid runs."""
         if self.session.live.shown:
             self._show_live()
             return
@@ -136,17 +136,17 @@ class TransientPane(ViewsPane):
             return
         self._summarise(_summary(run.result))
         plotted = _plotted_runs(reversed(self.session.runs.drawn))
-        self._show([each for each in plotted if each is not None], run)
+        self._show([item for item in plotted if item is not None], run)
 
     def _show_live(self) -> None:
-        # On top, over the overlaid runs, and over what was there before the edit.
+        # The live curve is drawn over the overlaid runs and the ghost.
         live, runs = self.session.live, self.session.runs
         lines: list[str] = [live.error]
         plotted: list[PlottedRun | None] = []
         if live.curve is not None:
             result = live.curve.result
             lines = _summary(result)
-            # As the run will look that is kept of it.
+            # The style that a run of this scene would get.
             number = runs.count + 1
             style = usual_style(number)
             plotted.append(
@@ -157,7 +157,7 @@ class TransientPane(ViewsPane):
         if live.ghost is not None and all(run.result is not live.ghost for run in overlaid):
             plotted.append(plotted_run(live.ghost, "before", *_GHOST_STYLE))
         self._summarise(lines)
-        self._show([each for each in plotted if each is not None], None)
+        self._show([item for item in plotted if item is not None], None)
 
     def _summarise(self, lines: Sequence[str]) -> None:
         view = self.query_one("#summary", Static)
@@ -240,7 +240,7 @@ class TransientPane(ViewsPane):
             self.query_one(f"#difference-{quantity}", ChartView).show(chart)
 
     def _draw_belt(self) -> None:
-        # At the cursor of the time histories, where there is one.
+        # At the first cursor of the time histories, if it is on.
         result = self._result
         if result is not None:
             self.query_one(BeltView).show_run(result, self._chosen_time())
@@ -252,7 +252,7 @@ class TransientPane(ViewsPane):
 
     @property
     def _result(self) -> Transient | None:
-        # What is plotted first.
+        # The live result, or that of the displayed run.
         live, run = self.session.live, self.session.runs.displayed
         if live.curve is not None:
             return live.curve.result
@@ -264,67 +264,67 @@ class TransientPane(ViewsPane):
 
     @property
     def _window(self) -> tuple[float, float]:
-        # The visible time window; of the whole run its second half.
+        # The visible time window; without chosen limits, the second half of the run.
         chosen = self.query_one("#plot-y", ChartView).view.x
         reached = float(self._plotted[0].trajectory.t[-1])
         return second_half(reached) if chosen is None else (chosen.low, chosen.high)
 
-    def export(self, what: str) -> "Export":
+    def export(self, kind: str) -> "Export":
         """The displayed charts; as data the trajectory, or the charts' points."""
         from .exports.export import FIGURE, charts_export, points_export, run_export
 
         live, run, charts = self.session.live, self.session.runs.displayed, self.visible_charts()
-        drawn = [each.result for each in self.session.runs.drawn if each.result is not None]
+        drawn = [item.result for item in self.session.runs.drawn if item.result is not None]
         if live.shown:
-            plain = self._live_export(what)
-            overlaid = [each.result for each in self.session.runs.drawn if each.overlaid]
+            plain = self._live_export(kind)
+            overlaid = [item.result for item in self.session.runs.drawn if item.overlaid]
             first = None if live.curve is None else live.curve.result
-            drawn = [each for each in (first, live.ghost, *overlaid) if each is not None]
+            drawn = [item for item in (first, live.ghost, *overlaid) if item is not None]
         elif run is not None and run.result is not None and self.view in ("belt", "measured"):
-            return self._view_export(what, run)
+            return self._view_export(kind, run)
         else:
-            plain = run_export(what, run)
-        if what != FIGURE and self.view in ("time", "phase"):
+            plain = run_export(kind, run)
+        if kind != FIGURE and self.view in ("time", "phase"):
             return plain
         if charts is None:
             raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
         of, stem = plain.of, Path(plain.proposal).stem
         if self.view != "time":
             of, stem = of if live.shown else f"{of}, {self.view}", f"{stem}-{self.view}"
-        if what != FIGURE:
+        if kind != FIGURE:
             return points_export(of, stem, charts)
-        ignored = not any(each.separation for each in drawn)
+        ignored = not any(item.separation for item in drawn)
         return charts_export(of, stem, charts, Heading([e.parameters for e in drawn], (), ignored))
 
-    def _live_export(self, what: str) -> "Export":
+    def _live_export(self, kind: str) -> "Export":
         from .exports.export import study_export
 
         curve = self.session.live.curve
         if curve is None or self.view == "belt" or self.visible_charts() is None:
             raise InputError(_NOT_KEPT)
-        return study_export(what, "run", curve.result, f"{curve.scene.name}-live", "the live curve")
+        return study_export(kind, "run", curve.result, f"{curve.scene.name}-live", "the live curve")
 
-    def _view_export(self, what: str, run: Run) -> "Export":
+    def _view_export(self, kind: str, run: Run) -> "Export":
         from .exports.export import as_displayed, belt_export, scene_study_export
 
         charts = self.visible_charts()
         if self.view == "belt":
             chosen = self.query_one("#plot-y", ChartView).view.x
             window = None if chosen is None else (chosen.low, chosen.high)
-            return belt_export(what, run, charts, window, self.query_one(BeltView).speed)
-        validation = self.query_one(MeasuredView).found
+            return belt_export(kind, run, charts, window, self.query_one(BeltView).speed)
+        validation = self.query_one(MeasuredView).validation
         name = f"{run.scene.name}-{run.number}"
-        whole = scene_study_export(what, "validation", validation, name)
+        export = scene_study_export(kind, "validation", validation, name)
         heading = Heading([run.scene.parameters], ignored=not run.scene.separation)
-        return as_displayed(whole, charts, heading)
+        return as_displayed(export, charts, heading)
 
     def command_line(self) -> str:
         """The command that computes the displayed run, or compares it with measured data."""
         run = self.session.runs.displayed
         if self.view != "measured" or run is None:
             return super().command_line()
-        asked = run.scene, self.query_one(MeasuredView).options
-        return study_line("validation", asked, self.session.origin)
+        request = run.scene, self.query_one(MeasuredView).options
+        return study_line("validation", request, self.session.origin)
 
     # Room and views
 
@@ -333,7 +333,7 @@ class TransientPane(ViewsPane):
         self._fit_order()
 
     def _fit_order(self) -> None:
-        room = max((self.views.size.height - _OTHER_ROWS) // _LEAST_ROWS, 1)
+        room = max((self.views.size.height - _OTHER_ROWS) // _MIN_ROWS, 1)
         for name in _QUANTITIES:
             self.query_one(f"#plot-{name}").display = name in self._order[:room]
         self.query_one("#phase-path").display = self.views.size.width >= _WIDE
@@ -343,18 +343,18 @@ class TransientPane(ViewsPane):
         self.draw()
 
     def compose_bar(self) -> ComposeResult:
-        """The quantities without room."""
+        """The quantities that do not fit."""
         yield Static("", id="unseen", classes="words", markup=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action applies: the next quantity where some have no room."""
+        """Whether an action is available: the next quantity only if some do not fit."""
         if action == "turn_quantity":
             charts = (self.query_one(f"#plot-{name}") for name in _QUANTITIES)
             return self.view == "time" and not all(chart.display for chart in charts)
         return super().check_action(action, parameters)
 
     def action_turn_quantity(self) -> None:
-        """Plot the quantities over time that had no room."""
+        """Plot the quantities over time that did not fit."""
         self._order = (*self._order[1:], self._order[0])
         self._fit_order()
 
@@ -374,13 +374,13 @@ def _number(run: Run) -> str:
 
 
 def _summary(result: Transient) -> list[str]:
-    first, *others = result_brief(result)
-    return [first, *_remarks(result), *others]
+    first, *details = result_brief(result)
+    return [first, *_remarks(result), *details]
 
 
 def _plotted_runs(runs: Iterable[Run]) -> list[PlottedRun | None]:
     drawn = list(runs)
-    names = names_of({each.number: each.scene for each in drawn})
+    names = names_of({run.number: run.scene for run in drawn})
     return list(map(_plotted_run, drawn, names))
 
 
@@ -393,8 +393,8 @@ def _plotted_run(run: Run, name: str) -> PlottedRun | None:
 
 def _remarks(result: Transient) -> list[str]:
     try:
-        found = stability(result.parameters, separation=result.separation)
+        result_stability = stability(result.parameters, separation=result.separation)
     except (ComputationError, InputError):
         return []
-    words = remark(result, found)
-    return [words] if words else []
+    text = remark(result, result_stability)
+    return [text] if text else []

@@ -19,12 +19,12 @@ from .pane import Pane
 
 _PREFIX = "view-"
 _VIEW = "view"
-# Columns of a button beside its title, and shorter titles for little room.
+# Columns of a button beside its title, and short titles for narrow windows.
 _PADDING = 2
 _BRIEF = {"Difference": "Diff", "Eigenvalues": "Eigenv."}
 _CURSOR_KEYS = ("C: second cursor", "← →: move", "Esc: off")
-# Between the values that two cursors read.
-_APART = "  "
+# Separates the values that two cursors read.
+_SEPARATOR = "  "
 
 
 class ViewsPane(Pane):
@@ -51,8 +51,8 @@ class ViewsPane(Pane):
             for name, title in self.VIEWS.items() if len(self.VIEWS) > 1 else ():
                 yield Button(title, id=f"{_PREFIX}{name}", classes="view-button", compact=True)
             yield from self.compose_bar()
-        kept, first = self.setting(_VIEW, ""), next(iter(self.VIEWS))
-        with ContentSwitcher(initial=kept if kept in self.VIEWS else first, classes="views"):
+        stored, first = self.setting(_VIEW, ""), next(iter(self.VIEWS))
+        with ContentSwitcher(initial=stored if stored in self.VIEWS else first, classes="views"):
             yield from self.compose_views()
         yield Static("", classes="cursor-words", markup=False)
 
@@ -65,12 +65,12 @@ class ViewsPane(Pane):
         raise NotImplementedError
 
     def on_resize(self, event: Resize) -> None:
-        """Shorten titles that have no room, and wrap what cursors read."""
+        """Shorten titles that do not fit, and wrap the values that cursors read."""
         lack = sum(len(title) + _PADDING for title in self.VIEWS.values()) > event.size.width
         for button in self.query(".view-button").results(Button):
             title = self.VIEWS[str(button.id).removeprefix(_PREFIX)]
             button.label = _BRIEF.get(title, title) if lack else title
-            # A button that is on the screen would keep its width.
+            # A displayed button would keep its width.
             button.refresh(layout=True)
         if self.has_class("-cursors"):
             self._show_cursors()
@@ -108,25 +108,28 @@ class ViewsPane(Pane):
         self._show_cursors()
 
     def _show_cursors(self) -> None:
-        # What two cursors of the current view read, in lines that cut nothing; of one, its keys.
-        words: list[str] = []
+        # The values that two cursors of the current view read, wrapped; for one cursor, its keys.
+        phrases: list[str] = []
         for chart in self.shown_views():
             label = "" if chart.chart is None else chart.chart.cursor_label
             cursors = chart.view.cursors
-            if cursors.kept:
-                words = list(_CURSOR_KEYS)
+            if cursors.pinned:
+                phrases = list(_CURSOR_KEYS)
             if label and cursors.first is not None and cursors.second is not None:
-                words = cursor_words(label, cursors.first[0], cursors.second[0])
-            if words:
+                phrases = cursor_words(label, cursors.first[0], cursors.second[0])
+            if phrases:
                 break
         line = self.query_one(".cursor-words", Static)
-        self.set_class(bool(words), "-cursors")
+        self.set_class(bool(phrases), "-cursors")
         lines: list[str] = []
-        for word in words:
-            if lines and len(lines[-1]) + len(_APART) + len(word) <= self.size.width - _PADDING:
-                lines[-1] += _APART + word
+        for phrase in phrases:
+            if (
+                lines
+                and len(lines[-1]) + len(_SEPARATOR) + len(phrase) <= self.size.width - _PADDING
+            ):
+                lines[-1] += _SEPARATOR + phrase
             else:
-                lines.append(word)
+                lines.append(phrase)
         line.update("\n".join(lines))
 
     def theme_changed(self) -> None:
@@ -135,13 +138,13 @@ class ViewsPane(Pane):
             chart.redraw()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Whether an action applies: turning takes more than one view."""
+        """Whether an action is available: turning needs several views."""
         return action != "turn_view" or len(self.VIEWS) > 1
 
     def key_words(self) -> list[str]:
-        """Besides, the key that turns the views."""
-        own = ["Alt+P plot", "v view"] if len(self.VIEWS) > 1 else ["Alt+P plot"]
-        return [*own, *super().key_words()]
+        """Adds the key that turns the views."""
+        keys = ["Alt+P plot", "v view"] if len(self.VIEWS) > 1 else ["Alt+P plot"]
+        return [*keys, *super().key_words()]
 
     def draw(self) -> None:
         """Draw the current view."""
@@ -197,6 +200,6 @@ class ViewsPane(Pane):
 
 
 def _frozen(view: View) -> View:
-    # As it is now, without cursors that follow the pointer.
-    cursors = replace(view.cursors) if view.cursors.kept else Cursors()
+    # A copy, without cursors that follow the pointer.
+    cursors = replace(view.cursors) if view.cursors.pinned else Cursors()
     return replace(view, hidden=set(view.hidden), cursors=cursors)

@@ -217,7 +217,7 @@ def test_a_heading_says_what_all_have(tmp_path: Path) -> None:
 
 
 def test_cursors_are_drawn_with_what_they_read() -> None:
-    view = View(cursors=Cursors((2.5, 0.0), (5.0, 0.0), kept=True))
+    view = View(cursors=Cursors((2.5, 0.0), (5.0, 0.0), pinned=True))
     chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T)), note="of a run")
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, view)])))
     note, *read = axes.get_title().split("\n")
@@ -279,7 +279,7 @@ def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> N
     bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
     assert bar.get_ylabel() == "growth rate (1/s)"
     scale = [label.get_text() for label in bar.get_yticklabels()]
-    assert scale == [chart.backdrop.shades[level].words for level in used]
+    assert scale == [chart.backdrop.shades[level].text for level in used]
     largest = float(scale[-1].removeprefix("≤"))
     assert largest == pytest.approx(result.values.max(), rel=5e-3)
 

@@ -128,11 +128,11 @@ async def test_the_right_button_places_the_second_cursor(pilot: Pilot[None]) -> 
     cursors = chart_of(pilot, "plot-y").view.cursors
     await pilot.hover("#plot-y", offset=(20, 2))
     await until_shown(pilot, "t 32.89")
-    assert not cursors.kept
+    assert not cursors.pinned
     await pilot.click("#plot-y", offset=(20, 2))
     await pilot.click("#plot-y", offset=(30, 2), button=3)
     await until_shown(pilot, "Δt 26.32 s")
-    assert cursors.kept
+    assert cursors.pinned
     # One that follows the pointer is no first one.
     await pilot.press("escape")
     chart_of(pilot, "plot-y").focus()

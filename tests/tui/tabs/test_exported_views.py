@@ -53,7 +53,7 @@ def shown_words(chart: Chart, view: View) -> set[str]:
     if len(chart.traces) > 1:
         words |= {trace.name for _, trace in view.visible(chart)}
     if chart.backdrop is not None:
-        words |= {chart.backdrop.label, *(shade.words for shade in chart.backdrop.shades)}
+        words |= {chart.backdrop.label, *(shade.text for shade in chart.backdrop.shades)}
     return {" ".join(text.split()) for text in words} - {""}
 
 

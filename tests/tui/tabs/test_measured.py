@@ -74,7 +74,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     line = shlex.split(pane.command_line())[1:]
     assert line[-6:] == ["--share", "99%", "--frequency", "1%", "--amplitude", "1%"]
     cli.commands.main([*line, "--json"], standalone_mode=False)
-    theirs, ours = json.loads(capsys.readouterr().out), view.found.to_dict()
+    theirs, ours = json.loads(capsys.readouterr().out), view.validation.to_dict()
     assert [each["name"] for each in theirs["criteria"]] == [
         each["name"] for each in ours["criteria"]
     ]

@@ -124,7 +124,7 @@ class ChartView(DrawnChart, can_focus=True):
         picture = self._drawn()
         if self._chart is None or picture is None:
             return
-        if self.view.cursors.kept:
+        if self.view.cursors.pinned:
             if step_cursor(self._chart, self.view, (right, up), picture.plot[2:]):
                 self._moved()
             self._cursor_moved()
@@ -207,7 +207,7 @@ class ChartView(DrawnChart, can_focus=True):
                 follows = not self._chart.plane and self.view.y is None
                 self.view.pan(self._chart, -right / columns, 0.0 if follows else down / rows)
                 self._moved()
-        elif not self.view.cursors.kept:
+        elif not self.view.cursors.pinned:
             position = picture.place(event.x, event.y)
             if all(0.0 <= part <= 1.0 for part in position):
                 self._put_cursor(position)
@@ -217,7 +217,7 @@ class ChartView(DrawnChart, can_focus=True):
     def on_leave(self, event: Leave) -> None:
         """Hide the read-out."""
         cursors = self.view.cursors
-        if event.node is self and not cursors.kept and cursors.moving is not None:
+        if event.node is self and not cursors.pinned and cursors.moving is not None:
             self.action_cursor_off()
 
     def on_mouse_down(self, event: MouseDown) -> None:
@@ -269,11 +269,11 @@ class ChartView(DrawnChart, can_focus=True):
             return
         cursors = self.view.cursors
         second = event.button == _RIGHT_BUTTON
-        if second and not cursors.kept:
+        if second and not cursors.pinned:
             # The first cursor has followed the pointer to this position.
             cursors.first = None
             self.action_cursor(0)
-        cursors.kept, cursors.second_moves = True, second
+        cursors.pinned, cursors.second_moves = True, second
         self._put_cursor(position)
         if event.chain == 2 and self._openable:
             self.action_open()

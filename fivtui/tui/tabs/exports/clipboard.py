@@ -1,4 +1,4 @@
-"""Pictures on the clipboard of the desktop, by the program that each system has for it."""
+"""Copies pictures to the clipboard of the desktop, by a program of the system."""
 
 import os
 import shutil
@@ -21,14 +21,14 @@ _NONE: Final = (
 
 
 def copy_picture(export: Export) -> None:
-    """Put a figure on the clipboard as PNG; raises `InputError` if nothing here can."""
+    """Copy a figure to the clipboard as PNG; raises `InputError` if no program can."""
     with temporary_folder() as folder:
         path = folder / "picture.png"
         command = clipboard_command(path, sys.platform, os.environ)
         export.write(path)
         try:
-            # These go on in the background and hold the picture: their output is not waited for.
-            done = subprocess.run(  # noqa: S603, a program of the desktop
+            # Do not wait for output: the program holds the picture and runs on in the background.
+            process = subprocess.run(  # noqa: S603, a program of the desktop
                 command,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
@@ -38,7 +38,7 @@ def copy_picture(export: Export) -> None:
             )
         except (OSError, subprocess.TimeoutExpired) as error:
             raise InputError(f"the picture is not copied: {error}") from None
-        if done.returncode != 0:
+        if process.returncode != 0:
             raise InputError(f"the picture is not copied: {command[0]} failed")
 
 

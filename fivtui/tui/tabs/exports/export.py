@@ -31,7 +31,7 @@ Save = Callable[[Path], None]
 class Export:
     """A figure or table that can be exported to a file."""
 
-    what: str
+    kind: str
     of: str
     proposal: str
     suffixes: tuple[str, ...]
@@ -40,12 +40,12 @@ class Export:
 
     @property
     def hint(self) -> str:
-        """The supported formats in words."""
+        """The supported formats as text."""
         return f"The suffix says the format: {', '.join(self.suffixes)}."
 
 
 def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
-    """A figure as PNG, SVG or PDF; `draw` makes it, `stem` is the suggested file name."""
+    """A figure as PNG, SVG or PDF; `draw` creates it, `stem` is the suggested file name."""
 
     def check(path: Path) -> None:
         from fivtui.charts import check_figure_path
@@ -74,24 +74,23 @@ def charts_export(
 
 
 def belt_export(
-    what: str,
+    export_kind: str,
     run: Run,
     charts: "VisibleCharts | None",
     window: tuple[float, float] | None,
     speed: float,
 ) -> Export:
-    """The slider on the belt as a film, or as displayed; as data the sound, or the trajectory.
+    """The slider on the belt as a film or as displayed; as data, the sound or the trajectory.
 
-    `window` are start and end of film and sound, s, as `animate` and `sound` take them, `speed`
-    that of the film.
+    `window`: start and end of film and sound, s. `speed`: that of the film.
     """
     from fivtui.film import animate, check_film_path
     from fivtui.signals import sound
 
-    result, plain = run.result, run_export(what, run)
+    result, plain = run.result, run_export(export_kind, run)
     assert result is not None  # noqa: S101, checked by run_export
     stem, of = Path(plain.proposal).stem, f"run {run.number}, belt"
-    if what != FIGURE:
+    if export_kind != FIGURE:
 
         def write_sound(path: Path) -> None:
             sound(result, path, window=window)
@@ -117,12 +116,12 @@ def belt_export(
 
 
 def as_displayed(
-    whole: Export, charts: "VisibleCharts | None", heading: Heading | None = None
+    export: Export, charts: "VisibleCharts | None", heading: Heading | None = None
 ) -> Export:
     """A study's export, with its figure replaced by the displayed charts if there are any."""
-    if whole.what != FIGURE or charts is None:
-        return whole
-    return charts_export(whole.of, Path(whole.proposal).stem, charts, heading)
+    if export.kind != FIGURE or charts is None:
+        return export
+    return charts_export(export.of, Path(export.proposal).stem, charts, heading)
 
 
 def points_export(of: str, stem: str, charts: "VisibleCharts") -> Export:
@@ -156,18 +155,18 @@ def _safe(stem: str) -> str:
     return "".join(c if c.isalnum() or c in "-_" else "-" for c in stem)
 
 
-def run_export(what: str, run: Run | None) -> Export:
+def run_export(export_kind: str, run: Run | None) -> Export:
     """A run's figure or trajectory. Raises `InputError` if there is no result."""
     if run is None or run.result is None:
         raise InputError(_NO_RUN)
     stem = f"{run.scene.name}-{run.number}"
-    return study_export(what, "run", run.result, stem, of=f"run {run.number}")
+    return study_export(export_kind, "run", run.result, stem, of=f"run {run.number}")
 
 
-def study_export(what: str, kind: str, result: Any, stem: str, of: str = "") -> Export:
+def study_export(export_kind: str, kind: str, result: Any, stem: str, of: str = "") -> Export:
     """The figure or the data of a study's result; `stem` is the suggested file name."""
     entry, of = study(kind), of or f"the {kind}"
-    if what == FIGURE:
+    if export_kind == FIGURE:
         return figure_export(of, stem, lambda: entry.figure(result))
 
     def write(path: Path) -> None:
@@ -177,9 +176,9 @@ def study_export(what: str, kind: str, result: Any, stem: str, of: str = "") -> 
     return data_export(of, stem, entry.data, dict.fromkeys(suffixes, write))
 
 
-def scene_study_export(what: str, kind: str, result: Any, name: str) -> Export:
+def scene_study_export(export_kind: str, kind: str, result: Any, name: str) -> Export:
     """The figure or the data of a study of the scene `name`."""
-    return study_export(what, kind, result, f"{name}-{study(kind).stem(result)}")
+    return study_export(export_kind, kind, result, f"{name}-{study(kind).stem(result)}")
 
 
 def write_export(export: Export, path: Path) -> str:

@@ -14,15 +14,15 @@ from fivtui.tui.chart import ChartView
 
 _FRAMES_PER_SECOND: Final = 20
 _FASTER: Final = 2.0
-# Of a step by key, in seconds of the film.
+# Time step of a key, in seconds of the film.
 _STEP_S: Final = 0.04
-# Width over height of a cell, about.
+# Approximate width over height of a character cell.
 _CELL: Final = 0.5
 _AROUND: Final = (8, 3)
 
 
 class BeltView(Vertical):
-    """The slider on the belt at a time, standing or in motion."""
+    """The slider on the belt at a time, still or in motion."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "play", "Play or stop", key_display="Space"),
@@ -40,7 +40,7 @@ class BeltView(Vertical):
         self._run: Transient | None = None
         self._layout: Layout | None = None
         self._timer: Timer | None = None
-        self._seen = 0.0
+        self._last_tick = 0.0
 
     def compose(self) -> ComposeResult:
         """The picture."""
@@ -53,10 +53,10 @@ class BeltView(Vertical):
     @property
     def playing(self) -> bool:
         """Whether the slider moves."""
-        return self._seen > 0.0
+        return self._last_tick > 0.0
 
     def show_run(self, run: Transient, at: float | None = None) -> None:
-        """Show a run, at a time, s, if one is given."""
+        """Show a run, optionally at a time, s."""
         if run is not self._run and run.trajectory is not None:
             self._run, self._layout = run, layout_of(run.trajectory)
             self.speed = usual_speed(run)
@@ -80,8 +80,8 @@ class BeltView(Vertical):
         self.draw()
 
     def stop(self) -> None:
-        """Stand still."""
-        self._seen = 0.0
+        """Stop the motion."""
+        self._last_tick = 0.0
         if self._timer is not None:
             self._timer.pause()
 
@@ -94,21 +94,21 @@ class BeltView(Vertical):
             return
         if self.t >= self._run.t_end:
             self.t = 0.0
-        self._seen = time.monotonic()
+        self._last_tick = time.monotonic()
         self._timer.resume()
 
     def _tick(self) -> None:
         if self._run is None or not self.playing:
             return
-        now = time.monotonic()
-        self.t = min(self.t + (now - self._seen) * self.speed, self._run.t_end)
-        self._seen = now
+        time_s = time.monotonic()
+        self.t = min(self.t + (time_s - self._last_tick) * self.speed, self._run.t_end)
+        self._last_tick = time_s
         if self.t >= self._run.t_end or not self.is_on_screen:
             self.stop()
         self.draw()
 
     def action_step_time(self, direction: int) -> None:
-        """Go on or back by a little."""
+        """Step forward or back."""
         self.stop()
         self.go_to(self.t + direction * _STEP_S * self.speed)
 

@@ -25,8 +25,8 @@ from fivtui.ranges import decimal_point
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView, TextInput
 
-# Inputs of the view, by the names of options of `fivtui validate` but the first: what they say
-# where they are empty, and what they mean.
+# Placeholder and meaning of the inputs. Apart from `file`, their names are those of options of
+# `fivtui validate`.
 _INPUTS: Final[Mapping[str, tuple[str, str]]] = {
     "file": ("FILE.csv", "file of measured data"),
     "time": ("time t", "column of the times, by name or number; t, time or the first if empty"),
@@ -56,36 +56,36 @@ _TOLERANCES: Final = ("band", "share", "frequency", "amplitude")
 _NUMERIC: Final = (*_NUMBERS, "shift", *_TOLERANCES)
 _PREFIX: Final = "measured-"
 _NOTHING: Final = "no measured data: name a file above, Enter reads it"
-# Rows for both plots below the inputs; with less only that over time is displayed.
+# Rows that both plots need; with fewer rows, only the plot over time is displayed.
 _FOR_BOTH: Final = 14
 
 
 class MeasuredView(Vertical):
     """Measured data beside the displayed run.
 
-    `kept` gives the stored text of an input, `keep` stores it.
+    `stored_text` returns the stored text of an input, `store_text` stores it.
     """
 
     def __init__(
         self,
         id: str,  # noqa: A002
-        kept: Callable[[str], str],
-        keep: Callable[[str, str], None],
+        stored_text: Callable[[str], str],
+        store_text: Callable[[str, str], None],
     ) -> None:
         super().__init__(id=id)
-        self._kept, self._keep = kept, keep
+        self._stored_text, self._store_text = stored_text, store_text
         self._run: Transient | None = None
-        self._found: Validation | None = None
-        self._words = ""
+        self._validation: Validation | None = None
+        self._result_text = ""
 
     def compose(self) -> ComposeResult:
-        """Rows of inputs, the charts, and a line of words."""
+        """Rows of inputs, the charts, and a line of text."""
         for row in _ROWS:
             with Horizontal(classes="bar"):
                 for name in row:
                     options = {"respell": decimal_point} if name in _NUMERIC else {}
                     yield TextInput(
-                        self._kept(name),
+                        self._stored_text(name),
                         **options,
                         id=f"{_PREFIX}{name}",
                         placeholder=_INPUTS[name][0],
@@ -102,20 +102,20 @@ class MeasuredView(Vertical):
         self.draw()
 
     def draw(self) -> None:
-        """Compare and draw; say what is wrong in the words below."""
+        """Compare and draw; display the result or an error below."""
         time, spectrum = self.query(ChartView)
-        self._words, self._found = "", None
+        self._result_text, self._validation = "", None
         if self._run is not None and self.texts["file"]:
             try:
-                self._found = comparison_of(self.options, "")(self._run)
+                self._validation = comparison_of(self.options, "")(self._run)
             except InputError as error:
-                self._words = str(error)
-        found = self._found
-        time.show(None if found is None else overlay_chart(found))
-        spectrum.show(None if found is None else overlay_spectra(found))
-        if found is not None:
-            self._words = _comparison_words(found)
-        self.query_one("#overlay-words", Static).update(self._words)
+                self._result_text = str(error)
+        validation = self._validation
+        time.show(None if validation is None else overlay_chart(validation))
+        spectrum.show(None if validation is None else overlay_spectra(validation))
+        if validation is not None:
+            self._result_text = _comparison_words(validation)
+        self.query_one("#overlay-words", Static).update(self._result_text)
 
     @property
     def texts(self) -> dict[str, str]:
@@ -124,26 +124,26 @@ class MeasuredView(Vertical):
 
     @property
     def options(self) -> ValidateOptions:
-        """The options of `fivtui validate` that say the same; `InputError` without a file."""
+        """The same options of `fivtui validate`; raises `InputError` without a file."""
         if not self.texts["file"]:
             raise InputError(_NOTHING)
         return _options_of(self.texts)
 
     @property
-    def found(self) -> Validation:
+    def validation(self) -> Validation:
         """The comparison; `InputError` if there is none."""
-        if self._found is None:
-            raise InputError(self._words or _NOTHING)
-        return self._found
+        if self._validation is None:
+            raise InputError(self._result_text or _NOTHING)
+        return self._validation
 
     @on(DescendantFocus)
     @on(DescendantBlur)
-    def _say(self) -> None:
-        # What the focused input means, or else what was found.
+    def _show_text(self) -> None:
+        # The meaning of the focused input, or else the result.
         focused = self.screen.focused
         name = "" if focused is None else str(focused.id).removeprefix(_PREFIX)
-        words = _INPUTS[name][1] if name in _INPUTS else self._words
-        self.query_one("#overlay-words", Static).update(self._error(name) or words)
+        text = _INPUTS[name][1] if name in _INPUTS else self._result_text
+        self.query_one("#overlay-words", Static).update(self._error(name) or text)
 
     def _error(self, name: str) -> str:
         try:
@@ -153,16 +153,16 @@ class MeasuredView(Vertical):
         return ""
 
     def on_resize(self) -> None:
-        """Show the spectra where there is room for both plots."""
+        """Show the spectra if both plots fit."""
         self.query_one("#overlay-spectrum").display = self.size.height >= _FOR_BOTH
 
     @on(Input.Changed)
     def _edited(self, event: Input.Changed) -> None:
         event.stop()
         name = str(event.input.id).removeprefix(_PREFIX)
-        self._keep(name, event.value)
+        self._store_text(name, event.value)
         event.input.set_class(bool(self._error(name)), "-invalid")
-        self._say()
+        self._show_text()
 
     @on(Input.Submitted)
     def _submitted(self, event: Input.Submitted) -> None:
@@ -173,7 +173,7 @@ class MeasuredView(Vertical):
 
 
 def _check_input(name: str, text: str) -> None:
-    """Raise `InputError` if the text of an input is wrong whatever the file and the run are."""
+    """Raise `InputError` if the text of an input is invalid for every file and run."""
     if not text:
         return
     if name in _NUMBERS:
@@ -183,12 +183,12 @@ def _check_input(name: str, text: str) -> None:
     elif name == "quantity" and text not in QUANTITIES:
         raise unknown_name(name, text, QUANTITIES)
     elif name in _TOLERANCES:
-        # A share needs a band.
+        # A share is only valid with a band.
         read_tolerances({"band": "1", name: text})
 
 
 def _comparison_words(result: Validation) -> str:
-    """What was compared with what, and the deviation."""
+    """The compared quantities and the deviation."""
     warning = f"WARNING: {result.warning}; " if result.warning else ""
     return (
         f"{warning}{result.measurement.signal!r} as {result.quantity}, {result.t.size} samples, "
@@ -198,7 +198,7 @@ def _comparison_words(result: Validation) -> str:
 
 
 def _options_of(texts: Mapping[str, str]) -> ValidateOptions:
-    """The options of `fivtui validate` that say what the inputs do."""
+    """The options of `fivtui validate` with the values of the inputs."""
     values: dict[str, Any] = {
         name.replace("-", "_"): text for name, text in texts.items() if text and name != "file"
     }

@@ -1,1 +1,1 @@
-"""What the inputs of tabs request, and the rows and points of their results. No Textual."""
+"""Requests from the inputs of tabs, and rows and points of their results. No Textual."""

@@ -28,7 +28,7 @@ VALUES: Final = {
     "safe-mu": "Safe μ",
     "coexistence": "Regions",
 }
-_MOST: Final = 1_000_000
+_MAX_POINTS: Final = 1_000_000
 _DIGITS: Final = 9
 
 
@@ -37,11 +37,11 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
     from fivtui.maps import check_map
     from fivtui.ranges import parse_ranges
 
-    words = plain_names(text).split()
-    if len(words) != 2:
+    phrases = plain_names(text).split()
+    if len(phrases) != 2:
         raise InputError(f"{text!r}: must be two ranges, e.g. {EXAMPLE}")
     try:
-        first, second = parse_ranges("map", words)
+        first, second = parse_ranges("map", phrases)
     except InputError as error:
         raise InputError(str(error).removeprefix("map ")) from None
     names = (first.name, second.name)
@@ -50,33 +50,33 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
             f"{VALUES[value]} does not depend on μ: must be over others, e.g. {EXAMPLE_WITHOUT_MU}"
         )
     check_map(value, names)
-    if first.count * second.count > _MOST:
-        raise InputError(f"{first.count * second.count} points: must be at most {_MOST}")
+    if first.count * second.count > _MAX_POINTS:
+        raise InputError(f"{first.count * second.count} points: must be at most {_MAX_POINTS}")
     return first, second
 
 
-def values_in(given: "NamedRange", axis: Axis | None) -> FloatArray:
-    """The values of a range, or as many between chosen axis limits."""
+def values_in(named_range: "NamedRange", axis: Axis | None) -> FloatArray:
+    """The values of a range, or the same number of values between chosen axis limits."""
     if axis is None:
-        return given.values()
-    spec = ALL_PARAMETERS[given.name]
+        return named_range.values()
+    spec = ALL_PARAMETERS[named_range.name]
     low, high = max(axis.low, spec.lower), min(axis.high, spec.upper)
     if low >= high:
-        return given.values()
+        return named_range.values()
     space = np.geomspace if axis.log and low > 0.0 else np.linspace
-    values: FloatArray = space(low, high, given.count)
+    values: FloatArray = space(low, high, named_range.count)
     return values
 
 
 def point_texts(result: "StabilityMap", point: NearestPoint) -> dict[str, str]:
     """Field texts of a point of a map: all parameters and separation."""
-    places = (float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y))
-    values = result.parameters.as_dict() | dict(zip(result.names, places, strict=True))
+    coordinates = (float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y))
+    values = result.parameters.as_dict() | dict(zip(result.names, coordinates, strict=True))
     texts = {name: number_text(value) for name, value in values.items()}
     return texts | {"separation": CONSIDERED if result.separation else IGNORED}
 
 
 def point_words(result: "StabilityMap", point: NearestPoint) -> str:
-    """The coordinates of a point of a map in words."""
+    """The coordinates of a point of a map as text."""
     texts = point_texts(result, point)
     return ", ".join(f"{symbol_of(name)} = {texts[name]}" for name in result.names)

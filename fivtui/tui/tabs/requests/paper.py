@@ -12,7 +12,7 @@ from fivtui.tui.session import paper_scenes, symbol_of
 
 FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
-# Appended to the key of a computed figure: a column of its own would take too much room.
+# Appended to the key of a computed figure; a separate column would be too wide.
 COMPUTED: Final = " ✓"
 _UNKNOWN: Final = "?"
 
@@ -35,7 +35,7 @@ def _by(panel: Panel) -> str:
 def claim_rows(
     claims: Sequence[Claim], checked: Mapping[str, CheckedClaim]
 ) -> list[tuple[str, ...]]:
-    """The paper's claims as rows of `CLAIM_COLUMNS`, with "?" where not checked yet."""
+    """The paper's claims as rows of `CLAIM_COLUMNS`, with "?" if not checked yet."""
     return [
         (
             str(checked[claim.id].verdict) if claim.id in checked else _UNKNOWN,
@@ -66,6 +66,6 @@ def point_scene(panel: Panel, point: NearestPoint) -> Scene:
 
 def panel_scene(key: str) -> Scene:
     """A panel's scene nearest to the base set, named after the panel."""
-    place = list(PANELS).index(key)
-    scene, caption = list(paper_scenes())[place]
+    index = list(PANELS).index(key)
+    scene, caption = list(paper_scenes())[index]
     return replace(scene, description=f"Fig. {key}: {caption}")

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
 
 EXAMPLE: Final = "F=10:120:56"
-# Larger sweeps are asked for twice; the largest still fit into memory.
+# Larger sweeps need a confirmation; the largest still fit into memory.
 ASKED_FROM: Final = 10_000
-_MOST: Final = 10_000_000
-# Members per part, by which the chart grows, and the most parts.
+_LIMIT: Final = 10_000_000
+# Minimum members per part, by which the chart grows, and maximum number of parts.
 _PIECE: Final = 16
 _PARTS: Final = 500
 _OUTPUTS: Final = ("y_abs", "y_half_range")
@@ -41,13 +41,13 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     for name in design.axes:
         if name not in ALL_PARAMETERS:
             raise InputError(f"{name}: must be a parameter: {', '.join(ALL_PARAMETERS)}")
-    # The greatest ẋ says which belts are always faster.
-    more = ("vx_max",) if "v_belt" in design.axes else ()
-    study = study_of(scene, design, cases=(True, False), outputs=(*_OUTPUTS, *more))
+    # The greatest ẋ shows which belts are always faster than the slider.
+    speed_output = ("vx_max",) if "v_belt" in design.axes else ()
+    study = study_of(scene, design, cases=(True, False), outputs=(*_OUTPUTS, *speed_output))
     check_drawable(study)
-    if study.members > _MOST:
+    if study.members > _LIMIT:
         raise InputError(
-            f"{study.members} runs: must be at most {_MOST} here; fivtui sweep --out writes more"
+            f"{study.members} runs: must be at most {_LIMIT} here; fivtui sweep --out writes more"
         )
     return study
 
@@ -58,13 +58,13 @@ def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["
 
     members = study.members
     piece = max(_PIECE, members // _PARTS)
-    for first in range(0, members, piece):
-        last = min(first + piece, members)
+    for start in range(0, members, piece):
+        stop = min(start + piece, members)
 
-        def within(fraction: float, first: int = first, last: int = last) -> bool:
-            return progress((first + fraction * (last - first)) / members)
+        def within(fraction: float, start: int = start, stop: int = stop) -> bool:
+            return progress((start + fraction * (stop - start)) / members)
 
-        yield compute_rows(study, first, last, within)
+        yield compute_rows(study, start, stop, within)
 
 
 def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
@@ -105,10 +105,10 @@ def point_texts(scene: Scene) -> dict[str, str]:
 def count_words(result: "Sweep") -> str:
     """Number of members, and why some failed."""
     rows = result.table
-    words = f"{len(rows.reasons)} transients"
+    text = f"{len(rows.reasons)} transients"
     if len(rows.reasons) < result.study.members:
-        words = f"{len(rows.reasons)} of {result.study.members} transients"
+        text = f"{len(rows.reasons)} of {result.study.members} transients"
     if rows.failed:
         reason = next(reason for reason in rows.reasons if reason)
-        words += f", {rows.failed} failed: {reason}"
-    return words
+        text += f", {rows.failed} failed: {reason}"
+    return text

@@ -1,4 +1,4 @@
-"""Rows and words of the trade-off tab: error against CPU time. Imports no Textual."""
+"""Rows and texts of the trade-off tab: error against CPU time. Imports no Textual."""
 
 import math
 from collections.abc import Mapping
@@ -65,10 +65,10 @@ def present_row(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
     ]
     if not rows:
         return None
-    wanted = _knob(rows[0].setting, scene)
-    if wanted is None:
+    target = _knob(rows[0].setting, scene)
+    if target is None:
         return None
-    return min(rows, key=lambda row: abs(math.log(row.setting.value / wanted)))
+    return min(rows, key=lambda row: abs(math.log(row.setting.value / target)))
 
 
 def _knob(setting: Setting, scene: Scene) -> float | None:
@@ -78,12 +78,12 @@ def _knob(setting: Setting, scene: Scene) -> float | None:
 def present_words(
     result: "Tradeoff", scene: Scene, quantity: str, present: MeasuredSetting | None
 ) -> str:
-    """What a scene's setting delivers, and which setting is cheaper at the same accuracy."""
+    """Error and time of a scene's setting, and a cheaper setting of the same accuracy."""
     if scene.accuracy:
-        asked = dict(scene.accuracy)
+        targets = dict(scene.accuracy)
         parts = [
             f"{name} to {error:g}: {_words(cheapest(result.rows, name, error), name)}"
-            for name, error in asked.items()
+            for name, error in targets.items()
         ]
         return "; ".join(parts)
     if present is None or present.error is None:
@@ -91,20 +91,20 @@ def present_words(
             return f"{scene.method} with its default step: enter a step to see its error"
         return f"{scene.method} was not measured"
     error = present.error.of(quantity)
-    wanted = _knob(present.setting, scene)
-    same = wanted is not None and abs(math.log10(present.setting.value / wanted)) < _NEAR
-    words = f"{'now' if same else 'nearest to now:'} {_words(present, quantity)}"
+    target = _knob(present.setting, scene)
+    is_same = target is not None and abs(math.log10(present.setting.value / target)) < _NEAR
+    text = f"{'now' if is_same else 'nearest to now:'} {_words(present, quantity)}"
     # Errors below the reference's uncertainty count as equal.
     better = cheapest(result.rows, quantity, max(error, result.floor.of(quantity)))
     if better is None or better.setting == present.setting or better.cpu_s >= present.cpu_s:
-        return f"{words}; no measured setting is as accurate in less time"
+        return f"{text}; no measured setting is as accurate in less time"
     ratio = present.cpu_s / better.cpu_s
-    return f"{words}; as accurate, {ratio:.2g} times faster: {_words(better, quantity)}"
+    return f"{text}; as accurate, {ratio:.2g} times faster: {_words(better, quantity)}"
 
 
 def _words(row: MeasuredSetting | None, quantity: str) -> str:
     if row is None or row.error is None:
         return "no setting measured"
     setting = row.setting
-    found = f"error {row.error.of(quantity):.1e}, {1e3 * row.cpu_s:.3g} ms"
-    return f"{setting.label} {setting.text}, {found}"
+    measurement = f"error {row.error.of(quantity):.1e}, {1e3 * row.cpu_s:.3g} ms"
+    return f"{setting.label} {setting.text}, {measurement}"

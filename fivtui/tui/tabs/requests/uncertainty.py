@@ -38,7 +38,7 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
 
 
 def truncation_words(result: "Uncertainty") -> str:
-    """That distributions of a study are truncated; empty if none is."""
+    """A note that distributions of a study are truncated; empty if none is."""
     from fivtui.reliability import truncations
 
     return ", truncated at bounds" if truncations(result.study) else ""
@@ -61,19 +61,19 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
     for name, indices in result.indices.items():
         local = result.local.get(name, {})
         ranked = sorted(indices.items(), key=lambda item: -item[1].total.value)
-        for place, (key, each) in enumerate(ranked):
+        for rank, (key, index) in enumerate(ranked):
             rows.append((
-                quantity_name(name) if place == 0 else "",
+                quantity_name(name) if rank == 0 else "",
                 symbol_of(key),
-                f"{each.first.value:z.2f} ± {each.first.error:.2f}",
-                f"{each.total.value:z.2f} ± {each.total.error:.2f}",
+                f"{index.first.value:z.2f} ± {index.first.error:.2f}",
+                f"{index.total.value:z.2f} ± {index.total.error:.2f}",
                 "" if key not in local else f"{local[key].share:.2f}",
-                bar(each.first.value, each.total.value),
+                bar(index.first.value, index.total.value),
             ))  # fmt: skip
     return rows
 
 
 def bar(first: float, total: float) -> str:
     """A bar from 0 to 1: full up to the first index, light up to the total one."""
-    full, light = (round(_BAR * min(max(each, 0.0), 1.0)) for each in (first, total))
+    full, light = (round(_BAR * min(max(share, 0.0), 1.0)) for share in (first, total))
     return "█" * full + "░" * max(light - full, 0)

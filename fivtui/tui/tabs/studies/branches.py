@@ -21,7 +21,7 @@ from fivtui.tui.tabs.requests.sweep import point_texts
 from .study_pane import StudyPane
 
 EXAMPLE: Final = "μ=0.2:1"
-# Periods of an orbit that is run.
+# Simulated periods of an orbit.
 _PERIODS: Final = 20
 _FROM: Final = "from"
 Origin = Literal["hopf", "cycle"]
@@ -41,7 +41,7 @@ class BranchesPane(StudyPane):
     VIEWS: ClassVar[Mapping[str, str]] = {"branch": "Branch"}
 
     def compose_bar(self) -> ComposeResult:
-        """The parameter with its range, and where the branch begins."""
+        """The parameter with its range, and the start of the branch."""
         yield Static("along", classes="words")
         yield from self.compose_input()
         yield Button(_ORIGINS[self._origin], id="branch-from", compact=True)
@@ -63,7 +63,7 @@ class BranchesPane(StudyPane):
         event.button.refresh(layout=True)
 
     def parse(self, scene: Scene, text: str) -> _Request:
-        """The scene, where the branch begins, its parameter and range."""
+        """The scene, the start of the branch, its parameter and range."""
         return scene, self._origin, *parse_branch(text)
 
     def compute(self, request: _Request, job: Job) -> CycleBranch:
@@ -98,15 +98,15 @@ class BranchesPane(StudyPane):
         """Field texts of the nearest limit cycle."""
         cycle = nearest_cycle(result, point.x, point.y)
         kind = "stable" if cycle.stable else "unstable"
-        words = f"the {kind} limit cycle at {result.name} = {cycle.value:.6g}, period "
-        return point_texts(orbit_scene(result, cycle)), f"{words}{cycle.period:.5g} s"
+        text = f"the {kind} limit cycle at {result.name} = {cycle.value:.6g}, period "
+        return point_texts(orbit_scene(result, cycle)), f"{text}{cycle.period:.5g} s"
 
     def heading(self, result: CycleBranch) -> Heading:
-        """The parameters but for that along the branch."""
+        """All parameters except the one along the branch."""
         return Heading([result.parameters], (result.name,), ignored=not result.separation)
 
     def command_request(self) -> Any:
-        """The command is that of a result."""
+        """The displayed result: only results have a command."""
         return self.required().value
 
 

@@ -32,20 +32,20 @@ if TYPE_CHECKING:
     from fivtui.maps import StabilityMap
     from fivtui.ranges import NamedRange
 
-# Settings with the ranges of maps, and of those of values that do not depend on μ.
+# Settings that store the ranges of maps, and of maps of values that do not depend on μ.
 _OVER: Final = "over"
 _OVER_OTHERS: Final = "over-others"
 # Delay of the map after the last edit, s.
 _PAUSE: Final = 0.1
-# A map of safe friction takes milliseconds a point.
-_MOST_OF_AXIS: Final = 41
+# Maximum values per axis of a map of safe friction, which takes milliseconds per point.
+_MAX_AXIS_VALUES: Final = 41
 
 
 def thinned(values: FloatArray) -> FloatArray:
-    """At most as many values as a map of safe friction has along an axis of the laboratory."""
-    if values.size <= _MOST_OF_AXIS:
+    """Thin values to at most `_MAX_AXIS_VALUES`."""
+    if values.size <= _MAX_AXIS_VALUES:
         return values
-    chosen = np.linspace(0, values.size - 1, _MOST_OF_AXIS).round().astype(int)
+    chosen = np.linspace(0, values.size - 1, _MAX_AXIS_VALUES).round().astype(int)
     thin: FloatArray = values[chosen]
     return thin
 
@@ -64,7 +64,7 @@ class MapPane(StudyPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        # Not stored with the session: it is computed again at once.
+        # Not stored with the session, because it is recomputed quickly.
         self._computed: DisplayedStudy[StabilityMap] | None = None
         self._key: object = None
 
@@ -75,19 +75,19 @@ class MapPane(StudyPane):
         yield from self.compose_input()
 
     def compose_views(self) -> ComposeResult:
-        """One chart, and what its shades mean."""
+        """One chart, and the scale of its shades."""
         with Vertical(id="map-view"):
             yield ChartView("map-chart", openable=True)
             yield Static("", id="scale", markup=False)
 
     @property
     def input_setting(self) -> str:
-        """Values that do not depend on μ have ranges of their own."""
+        """Values that do not depend on μ have separate ranges."""
         return _OVER_OTHERS if self.chosen in WITHOUT_MU else _OVER
 
     @property
     def initial_text(self) -> str:
-        """The ranges for the mapped value; at first those of the other values, if they fit."""
+        """The stored ranges for the mapped value, or else those of the other values if valid."""
         usual = self.setting(_OVER, EXAMPLE)
         try:
             map_request(usual, self.chosen)
@@ -101,18 +101,18 @@ class MapPane(StudyPane):
 
     @property
     def displayed(self) -> "DisplayedStudy[StabilityMap] | None":
-        """A map read from a file stays until another one is computed."""
+        """A map read from a file, or else the computed map."""
         return super().displayed or self._computed
 
     def scene_changed(self) -> None:
-        """Recompute the map if another parameter has changed."""
+        """Recompute the map if a fixed parameter has changed."""
         super().scene_changed()
         if self.NAME in self.session.studies:
             return
         try:
             key = self._edited_map()[-1]
         except InputError as error:
-            self.say(str(error))
+            self.show_status(str(error))
             return
         if key != self._key:
             self.after_pause(_PAUSE, self._again)
@@ -129,15 +129,18 @@ class MapPane(StudyPane):
         try:
             self.begin()
         except InputError as error:
-            self.say(str(error))
+            self.show_status(str(error))
 
     def _edited_map(self) -> tuple[dict[str, FloatArray], object]:
-        # The mapped values of the visible part, and all that the map depends on.
+        # The mapped values of the visible part, and a key of all inputs of the map.
         ranges = map_request(self.text, self.chosen)
         p, view = self.session.parameters(), self.query_one(ChartView).view
         limits = (view.x, view.y)
-        over = {each.name: values_in(each, axis) for each, axis in zip(ranges, limits, strict=True)}
-        # The mapped parameters' own values do not matter.
+        over = {
+            named_range.name: values_in(named_range, axis)
+            for named_range, axis in zip(ranges, limits, strict=True)
+        }
+        # The edited values of the mapped parameters do not matter.
         fixed = tuple((name, value) for name, value in p.as_dict().items() if name not in over)
         return over, (ranges, limits, fixed, self.chosen, self.session.separation)
 
@@ -162,7 +165,7 @@ class MapPane(StudyPane):
         self.scene_changed()
 
     def result_status(self, displayed: "DisplayedStudy[StabilityMap]") -> str:
-        """Number of points, or where the map is from."""
+        """Number of points, or the file of the map."""
         if displayed.source:
             return f"read from {displayed.source}; F10 maps the edited scene"
         return f"{displayed.value.values.size} points; Enter: run one"
@@ -177,13 +180,13 @@ class MapPane(StudyPane):
             self.query_one("#scale", Static).update(scale_words(chart.backdrop.shades))
 
     def submitted(self) -> None:
-        """Map the ranges typed, in place of those being mapped."""
+        """Stop the current map and map the typed ranges."""
         self.fit_axes()
         self.stop()
         self.work()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """All actions apply: a view of the map is a value."""
+        """Always enabled: the map has one view per value."""
         return True
 
     def action_turn_view(self) -> None:
@@ -192,12 +195,12 @@ class MapPane(StudyPane):
         self.choose(names[(names.index(self.chosen) + 1) % len(names)])
 
     def choose(self, name: str) -> None:
-        """Map another value."""
+        """Change the mapped value."""
         self.keep(self.CHOICE, name)
         self.mark_choice(name)
         over, ranges = self.query_one("#over", Input), self.initial_text
         if over.value != ranges:
-            # The limits are those of other parameters.
+            # The axis limits belong to different parameters.
             over.value = ranges
             self.fit_axes()
         self.stop()
@@ -205,7 +208,7 @@ class MapPane(StudyPane):
         try:
             self._edited_map()
         except InputError as error:
-            # The displayed map is of another value.
+            # The displayed map shows a different value.
             self._computed = None
             self.query_one(ChartView).show(None, nothing=str(error))
             self.query_one("#scale", Static).update("")
@@ -220,5 +223,5 @@ class MapPane(StudyPane):
         return Heading([result.parameters], result.names, ignored=not result.separation)
 
     def command_request(self) -> Any:
-        """The command is that of a result."""
+        """The displayed result: only results have a command."""
         return self.required().value

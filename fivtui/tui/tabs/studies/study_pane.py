@@ -24,18 +24,18 @@ from fivtui.tui.tabs.messages import PointOpened
 class StudyPane(JobPane):
     """A tab of a study, built from its kind in the registry, its input and its choices.
 
-    A result is displayed whether it was computed here, read from a file, or restored.
+    Results may be computed, read from a file, or restored.
 
     Attributes
     ----------
     NAME : str
         Kind of study, also identifier of the tab.
     INPUT, EXAMPLE : str
-        Identifier and initial text of the input; there is none without example.
+        Identifier and initial text of the input; without example there is no input.
     FORM : str
-        What may be typed into it; displayed while it has the focus.
+        Format of the input, displayed while it has the focus.
     CHOICE : str
-        Stored setting of the buttons of which one is active.
+        Setting that stores the active button.
     CHOICES : mapping of str to str
         Identifiers and titles of these buttons.
     """
@@ -81,22 +81,22 @@ class StudyPane(JobPane):
         return self.query_one(".study-input", TextInput).value if self.EXAMPLE else ""
 
     def parse(self, scene: Scene, text: str) -> Any:  # noqa: ARG002
-        """The request that the input says of a scene; raises `InputError` if it is wrong."""
+        """The request of a scene and an input text; raises `InputError` if invalid."""
         return scene
 
     def request(self) -> Any:
-        """The request that the input says of the edited scene; raises `InputError`."""
+        """The request of the edited scene and the input; raises `InputError` if invalid."""
         return self.parse(self.session.scene(), self.text)
 
     @on(Input.Changed, ".study-input")
     def _edited(self, event: Input.Changed) -> None:
         event.stop()
-        # Not of the event: it may be that of an earlier setting.
+        # The current value: that of the event may belong to an earlier setting.
         self.keep(self.input_setting, event.input.value)
         self.check_input()
 
     def check_input(self) -> None:
-        """Display what is wrong in the input."""
+        """Check the input and display its error."""
         try:
             scene = self.session.scene()
         except InputError:
@@ -122,20 +122,20 @@ class StudyPane(JobPane):
     @on(DescendantFocus)
     @on(DescendantBlur)
     def _show_form(self) -> None:
-        # What may be typed, or the usual words again; the two events may come in any order.
+        # Display the format or the status; the two events may come in any order.
         focused = self.screen.focused
         self._typing = isinstance(focused, Input) and self in focused.ancestors
         self.show_bar()
 
-    def say(self, words: str) -> None:
-        """Display words in the bar while no job is running."""
+    def show_status(self, status: str) -> None:
+        """Display a status in the bar while no job is running."""
         self._typing = False
-        super().say(words)
+        super().show_status(status)
 
     def show_bar(self) -> None:
-        """Display progress, or what is wrong in the input, or what may be typed, or the words."""
-        words = self._error or (self.FORM if self._typing else self.words)
-        self.query_one(JobBar).show(self.job, words, wrong=bool(self._error))
+        """Display progress, or else an input error, the format of the input, or the status."""
+        text = self._error or (self.FORM if self._typing else self.status)
+        self.query_one(JobBar).show(self.job, text, wrong=bool(self._error))
 
     # The choices
 
@@ -193,12 +193,12 @@ class StudyPane(JobPane):
         raise NotImplementedError
 
     def fit_axes(self) -> None:
-        """Drop the limits of the axes: they were chosen for another result."""
+        """Drop the limits of the axes, which were chosen for a different result."""
         for chart in self.query(ChartView):
             chart.view.reset()
 
     def reset_charts(self) -> None:
-        """Display all of every chart: a result of another kind was read."""
+        """Drop limits and hidden traces, after a result was read."""
         self.fit_axes()
         for chart in self.query(ChartView):
             chart.view.hidden.clear()
@@ -211,12 +211,12 @@ class StudyPane(JobPane):
     def scene_changed(self) -> None:
         """Display the result beside the edited scene."""
         if self._error:
-            # It may have been wrong for the previous scene alone.
+            # The input may be valid for the new scene.
             self.check_input()
         self.draw()
         displayed = self.displayed
         if displayed is not None and self.job is None:
-            self.say(self.result_status(displayed))
+            self.show_status(self.result_status(displayed))
 
     def draw(self) -> None:
         """Draw the current view."""
@@ -236,7 +236,7 @@ class StudyPane(JobPane):
         raise NotImplementedError
 
     def result_status(self, displayed: DisplayedStudy[Any]) -> str:
-        """What the bar says of a result."""
+        """The status of a result in the bar."""
         raise NotImplementedError
 
     # Points, exports, command line
@@ -245,11 +245,11 @@ class StudyPane(JobPane):
     def _opened(self, event: ChartView.Opened) -> None:
         displayed = self.displayed
         if displayed is not None:
-            texts, words = self.point_of(displayed.value, event.point)
-            self.post_message(PointOpened(texts, f"opened {words}"))
+            texts, description = self.point_of(displayed.value, event.point)
+            self.post_message(PointOpened(texts, f"opened {description}"))
 
     def point_of(self, result: Any, point: NearestPoint) -> tuple[dict[str, str], str]:
-        """Field texts of a point of the chart, and the point in words."""
+        """Field texts of a point of the chart, and a description of the point."""
         raise NotImplementedError
 
     def heading(self, result: Any) -> Heading:
@@ -262,12 +262,12 @@ class StudyPane(JobPane):
             raise InputError(f"no {study(self.NAME).data} to export yet: press F10")
         return self.displayed
 
-    def export(self, what: str) -> Export:
-        """The result; its figure as displayed, from a table the whole figure."""
+    def export(self, kind: str) -> Export:
+        """The result; its figure as displayed, or the full figure if a table is displayed."""
         displayed = self.required()
         name = displayed.name or self.session.name
-        whole = scene_study_export(what, self.NAME, displayed.value, name)
-        return as_displayed(whole, self.visible_charts(), self.heading(displayed.value))
+        export = scene_study_export(kind, self.NAME, displayed.value, name)
+        return as_displayed(export, self.visible_charts(), self.heading(displayed.value))
 
     def command_line(self) -> str:
         """The command for the displayed result, or else for the edited scene."""
@@ -276,9 +276,9 @@ class StudyPane(JobPane):
         return study_line(self.NAME, of, self.session.origin)
 
     def command_request(self) -> Any:
-        """What the registry makes the command from where there is no result."""
+        """The request for the command line if there is no result."""
         return self.request()
 
     def request_of(self, result: Any) -> Any:
-        """What the registry makes the command of a result from."""
+        """The request for the command line of a result."""
         return result

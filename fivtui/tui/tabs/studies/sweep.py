@@ -47,7 +47,7 @@ class SweepPane(StudyPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        # The large sweep that F10 computes when pressed again.
+        # A large sweep that a second F10 starts.
         self._unconfirmed: Study | None = None
 
     def compose_bar(self) -> ComposeResult:
@@ -65,13 +65,13 @@ class SweepPane(StudyPane):
         return sweep_request(scene, text)
 
     def begin(self) -> None:
-        """Sweep the edited scene; a large sweep when asked for twice."""
+        """Sweep the edited scene; a large sweep needs a second request."""
         study: Study = self.request()
         unconfirmed, self._unconfirmed = self._unconfirmed, study
         if study.members > ASKED_FROM and study != unconfirmed:
-            words = f"{study.members} runs: F10 again computes them"
-            self.say(words)
-            self.post_message(Reported(words))
+            text = f"{study.members} runs: F10 again computes them"
+            self.show_status(text)
+            self.post_message(Reported(text))
             return
         self._unconfirmed = None
         self.session.studies.pop(self.NAME, None)
@@ -94,13 +94,13 @@ class SweepPane(StudyPane):
         self.draw()
 
     def result_status(self, displayed: "DisplayedStudy[Sweep]") -> str:
-        """Number of members, and what the shades mean."""
+        """Number of members, and the scale of the shades."""
         source = f", read from {displayed.source}" if displayed.source else ""
-        words = f"{count_words(displayed.value)}{source}"
+        text = f"{count_words(displayed.value)}{source}"
         chart = self.query_one(ChartView).chart
         if chart is None or chart.backdrop is None:
-            return words
-        return f"{words}: {scale_words(chart.backdrop.shades)}"
+            return text
+        return f"{text}: {scale_words(chart.backdrop.shades)}"
 
     def draw_result(self, result: "Sweep") -> None:
         """Draw the computed members, with the edited values of the swept parameters."""
@@ -121,21 +121,21 @@ class SweepPane(StudyPane):
         case = case_of(result.study, point, self.session.separation)
         texts = point_texts(point_scene(result.study, point, case))
         values = zip(result.study.design.axes, (point.x, point.y), strict=False)
-        words = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
-        return texts, f"{words}, separation {texts['separation']}"
+        text = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
+        return texts, f"{text}, separation {texts['separation']}"
 
     def heading(self, result: "Sweep") -> Heading:
         """The parameters that are not swept."""
         return Heading([result.study.parameters], tuple(result.study.design.axes))
 
-    def export(self, what: str) -> Export:
+    def export(self, kind: str) -> Export:
         """The sweep if it is complete; its figure as displayed."""
         displayed = self.displayed
         if displayed is not None:
             result: Sweep = displayed.value
             if len(result.table.reasons) < result.study.members:
                 raise InputError(_PARTIAL)
-        return super().export(what)
+        return super().export(kind)
 
     def request_of(self, result: "Sweep") -> "Study":
         """The study of a sweep."""

@@ -49,7 +49,7 @@ class TradeoffPane(StudyPane):
         yield from self.compose_choices()
 
     def compose_views(self) -> ComposeResult:
-        """Chart with the current setting in words, and table."""
+        """Chart with the current setting as text, and table."""
         with Vertical(id="errors"):
             yield ChartView("errors-chart", nothing="not measured yet: press F10")
             yield Static("", id="present", markup=False)
@@ -65,10 +65,10 @@ class TradeoffPane(StudyPane):
         """Whether the measurement is of the edited scene, and how many rows it has."""
         scene = self._scene()
         outdated = scene is None or _physics(scene) != _physics(displayed.value.scene)
-        words = "the scene has changed since" if outdated else "this scene, this machine"
+        text = "the scene has changed since" if outdated else "this scene, this machine"
         if displayed.source:
-            words = f"{'another' if outdated else 'this'} scene, read from {displayed.source}"
-        return f"{words}, {len(displayed.value.rows)} rows"
+            text = f"{'another' if outdated else 'this'} scene, read from {displayed.source}"
+        return f"{text}, {len(displayed.value.rows)} rows"
 
     def _scene(self) -> Scene | None:
         try:
@@ -77,14 +77,14 @@ class TradeoffPane(StudyPane):
             return None
 
     def draw_result(self, result: "Tradeoff") -> None:
-        """Draw the current view, with what the edited setting delivers."""
+        """Draw the current view, with error and time of the edited setting."""
         scene, quantity = self._scene(), self.chosen
         present = None if scene is None else present_row(result, scene)
         if self.view == "errors":
             chart = tradeoff_chart(result, quantity, present)
             self.query_one("#errors-chart", ChartView).show(chart)
-            words = "" if scene is None else present_words(result, scene, quantity, present)
-            self.query_one("#present", Static).update(words)
+            text = "" if scene is None else present_words(result, scene, quantity, present)
+            self.query_one("#present", Static).update(text)
         else:
             rows = table_rows(result, quantity, present)
             table: ListTable[str] = self.query_one("#settings", ListTable)

@@ -1,4 +1,4 @@
-"""The uncertainty tab: how likely squeal is where parameters scatter, and what drives it."""
+"""The uncertainty tab: probability of squeal with scattered parameters, and its drivers."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
@@ -86,9 +86,9 @@ class UncertaintyPane(StudyPane):
 
         return measured(request, local_engine(), progress=job.report, tell=self._tell)
 
-    def _tell(self, _members: int, words: str) -> None:
-        # Called by the computing thread; shown when the bar is.
-        self._estimate = words
+    def _tell(self, _members: int, estimate: str) -> None:
+        # Called by the computing thread; the screen displays it with the progress.
+        self._estimate = estimate
 
     def progressed(self) -> None:
         """Display the present probabilities and their errors."""
@@ -97,11 +97,11 @@ class UncertaintyPane(StudyPane):
         view.display = bool(self._estimate)
 
     def result_status(self, displayed: "DisplayedStudy[Uncertainty]") -> str:
-        """Number of samples, and what to know of them."""
+        """Number of samples, with remarks."""
         result = displayed.value
         source = f", read from {displayed.source}" if displayed.source else ""
-        words = f"{result.scatter.samples} samples{source}"
-        return f"{words}{truncation_words(result)}{index_remark(result)}"
+        text = f"{result.scatter.samples} samples{source}"
+        return f"{text}{truncation_words(result)}{index_remark(result)}"
 
     def draw_result(self, result: "Uncertainty") -> None:
         """Draw the current view of a study."""
@@ -116,11 +116,11 @@ class UncertaintyPane(StudyPane):
         make = histogram_chart if self.view == "histogram" else samples_chart
         self.query_one(f"#{self.view}-chart", ChartView).show(make(result, self.chosen))
         if self.job is None:
-            # They stand above the chart.
+            # The chart already shows the probabilities.
             self.query_one("#probabilities").display = False
 
     def choose(self, name: str) -> None:
-        """Display the histogram of another quantity."""
+        """Change the quantity of the histogram."""
         self.query_one("#histogram-chart", ChartView).view.reset()
         super().choose(name)
 
