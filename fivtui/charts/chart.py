@@ -120,7 +120,7 @@ class Strip:
     meaning : str
         Name in legends.
     intervals : sequence of (start, end)
-        Ascending, none within another.
+        Ascending and disjoint.
     """
 
     label: str
@@ -137,7 +137,7 @@ class Contours:
     values : ndarray, shape (n, k)
         The values; NaN where undefined.
     levels : sequence of float
-        Values at which lines are drawn; if empty, round ones.
+        Values of the lines; if empty, round values.
     role : str
         Key of `ROLES` in figures.
     name : str
@@ -289,7 +289,7 @@ class Cursors:
         """The position of the cursor that keys move."""
         return self.second if self.second_moves else self.first
 
-    def put(self, position: Place | None) -> None:
+    def move(self, position: Place | None) -> None:
         """Move or remove the cursor that keys move."""
         if self.second_moves:
             self.second = position

@@ -43,7 +43,7 @@ _MARKERS: Final[Mapping[str, str]] = {
     "◆": "D", "◇": "D", "★": "*", "☆": "*", "×": "x", "+": "+", "▫": "s", "▬": "_",
 }  # fmt: skip
 _HOLLOW: Final = "○□△▽◇☆▫"
-_NOW: Final = "◆"
+_PRESENT: Final = "◆"
 # The first cursor and the second.
 _CURSORS: Final[Sequence[Mapping[str, str]]] = (
     {"linestyle": "-", "markerfacecolor": "0.1"},
@@ -114,7 +114,7 @@ def _displayed(chart: Chart, view: View) -> Chart:
     return replace(
         chart,
         x_label=str(chart.x_label),
-        traces=tuple(_shown(chart, index) for index, _ in view.visible(chart)),
+        traces=tuple(_styled_trace(chart, index) for index, _ in view.visible(chart)),
         guides=(),
         backdrop=backdrop,
         colours=colours,
@@ -129,7 +129,7 @@ def _displayed(chart: Chart, view: View) -> Chart:
     )
 
 
-def _shown(chart: Chart, index: int) -> Trace:
+def _styled_trace(chart: Chart, index: int) -> Trace:
     """A trace of a chart in the style that distinguishes it."""
     trace, several = chart.traces[index], len(chart.traces) > 1
     style = _style(trace, index, several=several)
@@ -160,7 +160,7 @@ def _style(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
     marker = f"$\\mathrm{{{mark}}}$" if letter else _MARKERS.get(mark, "")
     look: dict[str, Any] = {
         "color": trace.colour
-        or ("black" if letter or (points and mark == _NOW) else _colour(index)),
+        or ("black" if letter or (points and mark == _PRESENT) else _colour(index)),
         "linestyle": "none" if trace.look in ("points", "dots") else "-",
         "linewidth": 1.0,
         "marker": "." if trace.look == "dots" else marker,

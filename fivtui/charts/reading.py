@@ -178,7 +178,7 @@ def _outside(chart: Chart, view: View) -> list[Span]:
         return []
     axes, spans = view.axes(chart), []
     for _, trace in view.visible(chart):
-        away, cut = _left_out(trace, axes)
+        away, cut = _outside_limits(trace, axes)
         if away or (cut and view.y is not None and trace.number > view.since):
             short = not trace.number or len(trace.name) <= _MAX_NAME
             name = trace.name if short else f"run {trace.number}"
@@ -187,7 +187,7 @@ def _outside(chart: Chart, view: View) -> list[Span]:
     return spans
 
 
-def _left_out(trace: Trace, axes: tuple[Axis, Axis]) -> tuple[bool, bool]:
+def _outside_limits(trace: Trace, axes: tuple[Axis, Axis]) -> tuple[bool, bool]:
     # Whether a trace is entirely outside the limits, and whether it is partly outside.
     x, y = axes
     values = within(trace, x) if trace.ordered else trace.y

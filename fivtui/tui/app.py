@@ -22,7 +22,7 @@ from fivtui.model import InputError, unknown_name
 from fivtui.scene import Scene
 from fivtui.tui.session import StoredResult
 
-from .lab import KEY_IDS, KeyQueue, LabScreen, know_alt_keys, take_for_alt
+from .lab import KEY_IDS, KeyQueue, LabScreen, drop_alt_text, know_alt_keys
 from .persistence import Autosave, Slot, State, load_config, restore_session, state_of
 from .session import PRECEDENCE, ComputingThreads, Session
 from .tabs import Reported, SessionRequested
@@ -148,7 +148,7 @@ class FivtuiApp(App[None]):
         self._first_start = self._autosave.enabled and state is None and not self._autosave.others
         self._reports += [Reported(text, error=True) for text in self._autosave.notices]
         if state is not None:
-            notes = self._take(state, scene_given=scene_given)
+            notes = self._apply_state(state, scene_given=scene_given)
             text = "; ".join(["last session restored", *notes])
             self._reports.append(Reported(text, routine=not notes))
         numbers = ", ".join(str(slot.number) for slot in reversed(self._autosave.others))
@@ -158,7 +158,7 @@ class FivtuiApp(App[None]):
             )
             self._reports.append(Reported(text))
 
-    def _take(self, state: State, *, scene_given: bool = False) -> list[str]:
+    def _apply_state(self, state: State, *, scene_given: bool = False) -> list[str]:
         # Returns why some results were not saved.
         if state.theme in self.available_themes and not self._configured_theme:
             self.theme = state.theme
@@ -190,7 +190,7 @@ class FivtuiApp(App[None]):
             return
         self._autosave.close(self._state())
         self._autosave, self._reported_error = autosave, ""
-        texts = [f"session {event.number} opened", *self._take(state)]
+        texts = [f"session {event.number} opened", *self._apply_state(state)]
         self._reports.append(Reported("; ".join(texts)))
         # Removing its screen ends the previous session and its computations.
         before, self._mode = self._mode, f"session {event.number}"
@@ -286,7 +286,7 @@ class FivtuiApp(App[None]):
                 # A key pressed after quitting.
                 return
             if isinstance(event, Key):
-                take_for_alt(event, option=isinstance(self.screen, LabScreen))
+                drop_alt_text(event, option=isinstance(self.screen, LabScreen))
             if not isinstance(event, MouseMove):
                 PRECEDENCE.claim()
         await super().on_event(event)

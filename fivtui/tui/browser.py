@@ -47,7 +47,7 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
     async def guard(request: "Request", handler: "Handler") -> "StreamResponse":
         if why := door.refusal(request):
             raise web.HTTPForbidden(text=why)
-        if door.shown(request.query):
+        if door.has_token(request.query):
             # Redirect to an address without the token, which would stay in the browser's history.
             answer = web.Response(status=302, headers={"Location": "/"})
             answer.set_cookie(door.cookie, door.token, httponly=True, samesite="Strict")
@@ -102,11 +102,11 @@ class _Door:
             return "fivtui answers requests from its own page only"
         # The style sheets and scripts of the page are no secret.
         free = request.path.startswith("/static/")
-        if free or self.shown(request.query) or self.shown(request.cookies, self.cookie):
+        if free or self.has_token(request.query) or self.has_token(request.cookies, self.cookie):
             return ""
         return "open the address that fivtui serve has printed"
 
-    def shown(self, values: Mapping[str, str], name: str = "token") -> bool:
+    def has_token(self, values: Mapping[str, str], name: str = "token") -> bool:
         """Whether a query or cookies contain the token."""
         return secrets.compare_digest(values.get(name, "").encode(), self.token.encode())
 

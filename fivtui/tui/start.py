@@ -42,7 +42,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         # After a signal, do not wait for threads; the terminal may be closed.
         os._exit(status)
     try:
-        WRITING.wait(_say_what_is_written)
+        WRITING.wait(_report_writing)
     except KeyboardInterrupt:
         os._exit(_INTERRUPTED)
     if app.not_saved:
@@ -54,7 +54,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         os._exit(status)
 
 
-def _say_what_is_written(names: str) -> None:
+def _report_writing(names: str) -> None:
     sys.stderr.write(f"writing {names}; Ctrl+C stops it\n")
     sys.stderr.flush()
 

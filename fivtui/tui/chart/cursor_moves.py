@@ -24,7 +24,7 @@ def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
     cursors = view.cursors
     before = cursors.second if second else cursors.first
     if cursors.pinned and before is not None and cursors.second_moves is second:
-        cursors.put(None)
+        cursors.move(None)
         cursors.second_moves = cursors.second is not None
         cursors.pinned = cursors.moving is not None
         return
@@ -39,9 +39,9 @@ def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
 def _appear(chart: Chart, view: View, part: float) -> None:
     trace = _top_along(chart, view)
     if trace is None:
-        put_cursor(chart, view, (part, 0.5))
+        move_cursor(chart, view, (part, 0.5))
     elif trace.along is not None:
-        view.cursors.put((float(trace.along[int(part * (trace.along.size - 1))]), 0.0))
+        view.cursors.move((float(trace.along[int(part * (trace.along.size - 1))]), 0.0))
 
 
 def _top_along(chart: Chart, view: View) -> Trace | None:
@@ -66,7 +66,7 @@ def cursor_place(chart: Chart, view: View) -> Place | None:
     return float(x.place([where[0]])[0]), float(y.place([where[1]])[0])
 
 
-def put_cursor(chart: Chart, view: View, position: Place, direction: int = 0) -> None:
+def move_cursor(chart: Chart, view: View, position: Place, direction: int = 0) -> None:
     """Move the cursor to the readable point nearest to a position along the axes.
 
     In a direction it moves at least to the next sample.
@@ -82,7 +82,7 @@ def put_cursor(chart: Chart, view: View, position: Place, direction: int = 0) ->
         where = crosshair(chart, where, nearest(chart, view, where))
     else:
         where = (_sampled(chart, view, where[0], direction), where[1])
-    view.cursors.put(where)
+    view.cursors.move(where)
 
 
 def _sampled(chart: Chart, view: View, x: float, direction: int) -> float:
@@ -114,7 +114,7 @@ def step_cursor(chart: Chart, view: View, step: tuple[int, int], cells: tuple[in
     if beyond:
         # The cursor stays visible.
         view.pan(chart, step[0] / cells[0])
-    put_cursor(chart, view, (min(max(across, 0.0), 1.0), min(max(up, 0.0), 1.0)), step[0])
+    move_cursor(chart, view, (min(max(across, 0.0), 1.0), min(max(up, 0.0), 1.0)), step[0])
     return beyond
 
 
@@ -140,4 +140,4 @@ def _step_along(view: View, trace: Trace, right: int) -> None:
         step = right * max(trace.along.size // _STEPS, 1)
         at = nearest_index(trace.along, where[0]) + step
         at = min(max(at, 0), trace.along.size - 1)
-        view.cursors.put((float(trace.along[at]), 0.0))
+        view.cursors.move((float(trace.along[at]), 0.0))

@@ -39,15 +39,15 @@ class Raster:
         which = np.repeat(np.arange(counts.size), counts)
         number = np.arange(which.size) - np.repeat(np.cumsum(counts) - counts, counts)
         part = number / np.maximum(counts - 1, 1)[which]
-        self._put(_between(columns, which, part), _between(rows, which, part))
+        self._set_dots(_between(columns, which, part), _between(rows, which, part))
 
     def dots(self, x: FloatArray, y: FloatArray) -> None:
         """Draw dots at points; coordinates as in `lines`."""
         inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
         height, width = self._shape
-        self._put(x[inside] * (width - 1), (1.0 - y[inside]) * (height - 1))
+        self._set_dots(x[inside] * (width - 1), (1.0 - y[inside]) * (height - 1))
 
-    def _put(self, columns: FloatArray, rows: FloatArray) -> None:
+    def _set_dots(self, columns: FloatArray, rows: FloatArray) -> None:
         marked = np.zeros(self._shape, dtype=bool)
         marked[np.rint(rows).astype(int), np.rint(columns).astype(int)] = True
         height, width = self.cells.shape

@@ -1,4 +1,4 @@
-"""What the keys and the palette do on the main screen with its parts, tabs and files."""
+"""Actions of keys and palette on the main screen with its parts, tabs and files."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

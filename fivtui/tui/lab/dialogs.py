@@ -20,7 +20,7 @@ from fivtui.tui.tabs import grid
 
 
 class PathDialog(ModalScreen[Path | None]):
-    """Asks for a path; one at which a file may be replaced takes a second confirmation.
+    """Asks for a path; overwriting an existing file needs a second confirmation.
 
     `check` takes a path and raises `InputError` if it is refused. It runs in a thread, as it may
     import a library.
@@ -56,7 +56,7 @@ class PathDialog(ModalScreen[Path | None]):
 
     @on(Input.Changed, "#path")
     def _edited(self) -> None:
-        self._say(self._hint, self._verb, wrong=False)
+        self._show_hint(self._hint, self._verb, wrong=False)
         self._confirmed = ""
 
     @on(Input.Submitted, "#path")
@@ -77,9 +77,9 @@ class PathDialog(ModalScreen[Path | None]):
         ):
             # The only objection is that the file exists.
             self._confirmed = text
-            self._say(f"{path} exists. Overwrite it?", "Overwrite", wrong=True)
+            self._show_hint(f"{path} exists. Overwrite it?", "Overwrite", wrong=True)
         else:
-            self._say(error, self._verb, wrong=True)
+            self._show_hint(error, self._verb, wrong=True)
 
     def _error(self, path: Path) -> str:
         try:
@@ -88,8 +88,8 @@ class PathDialog(ModalScreen[Path | None]):
             return str(error)
         return ""
 
-    def _say(self, text: str, label: str, *, wrong: bool) -> None:
-        # The first change of the input may come before the button exists, or after it is gone.
+    def _show_hint(self, text: str, label: str, *, wrong: bool) -> None:
+        # The input may change before the button exists, or after it was removed.
         for hint in self.query("#dialog-hint").results(Static):
             hint.update(text)
             hint.set_class(wrong, "-wrong")

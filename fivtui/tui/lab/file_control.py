@@ -113,7 +113,7 @@ class FileController:
         self._lab.report(text, error=bool(error))
 
     def copy_command(self, pane: Pane) -> None:
-        """Copy the command that computes what a tab shows."""
+        """Copy the command that computes the content of a tab."""
         with self._lab.errors_reported():
             line = pane.command_line()
             self._copy(line, f"copied: {line}")

@@ -13,7 +13,7 @@ from textual.widget import Widget
 
 _ESSENTIAL: Final = ("run", "stop", "help", "next-tab")
 _KEY: Final = "bold $footer-key-foreground"
-_WORDS: Final = "$footer-description-foreground"
+_DESCRIPTION: Final = "$footer-description-foreground"
 _OFF: Final = "dim $footer-description-foreground"
 
 
@@ -32,7 +32,7 @@ class _Item:
     @property
     def parts(self) -> tuple[tuple[str, str], ...]:
         description = f" {self.description} " if self.description else " "
-        return ((self.display, _KEY if self.enabled else _OFF), (description, _WORDS))
+        return ((self.display, _KEY if self.enabled else _OFF), (description, _DESCRIPTION))
 
 
 class KeyBar(Widget):

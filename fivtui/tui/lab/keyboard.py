@@ -45,7 +45,7 @@ def know_alt_keys() -> None:
                 sequences[f"\x1b{sign}"] = (_AltKey(f"alt+{name}"),)
 
 
-def take_for_alt(key: Key, *, option: bool) -> None:
+def drop_alt_text(key: Key, *, option: bool) -> None:
     """Turn a key with Alt into a key without text.
 
     `option` also reads the signs that Option and a digit type on a Mac as Alt and that digit.

@@ -75,7 +75,7 @@ class LiveController:
     def _follow(self, scene: Scene) -> None:
         live = self._session.live
         if self._job is not None and self._job.elapsed > AT_ONCE_S:
-            # The run takes longer than expected: the next ones wait for a pause.
+            # The run takes longer than expected: the next runs wait for a pause.
             live.learn(self._job.scene, self._job.elapsed)
         pace = live.pace(scene)
         if pace is Pace.AT_ONCE:
@@ -120,7 +120,7 @@ class LiveController:
         displayed_result = None if displayed is None else displayed.result
         if outcome.result is not None:
             live.learn(job.scene, job.duration - job.setup)
-            live.put(LiveRun(job.scene, outcome.result, job.duration), displayed_result)
+            live.show_result(LiveRun(job.scene, outcome.result, job.duration), displayed_result)
         elif outcome.error:
             live.fail(outcome.error, displayed_result)
         else:

@@ -62,7 +62,7 @@ class NoticeView(Widget):
         return styled_lines
 
     def render(self) -> Content:
-        """A line for each of those of the messages, with an edge in the colour of its kind."""
+        """The lines of all messages, each with an edge in the colour of its kind."""
         return Content("\n").join(
             Content.assemble((_EDGE, "$error" if notice.error else "$success"), line, " ")
             for line, notice in self._lines()

@@ -265,7 +265,7 @@ class LabScreen(EditActions, RunActions):
         self.report(f"{kind} read from {study.source}")
 
     def restore_results(self, results: Mapping[str, Any], errors: Sequence[str]) -> None:
-        """Display the results of the last session; `errors` says which could not be read."""
+        """Display the results of the last session; `errors` lists those that could not be read."""
         restore_results(self.session, results)
         for error in errors:
             self.report(error, error=True)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # Delay of a search after the last edit, s.
 _PAUSE: Final = 0.5
 # Number of parameter sets whose results are cached.
-_REMEMBERED: Final = 64
+_CACHE_SIZE: Final = 64
 
 Key = tuple[System, bool]
 
@@ -66,11 +66,11 @@ class SearchController:
         (system, stable), self._waiting = self._key, None
         self._job = job = Job()
 
-        def show(take: Callable[..., None], *args: object) -> None:
-            self._screen.call_later(self._take, job, take, *args)
+        def show(store: Callable[..., None], *args: object) -> None:
+            self._screen.call_later(self._store, job, store, *args)
 
         def partial_result(result: "Coexistence") -> None:
-            show(self._take_result, result, False)
+            show(self._store_result, result, False)
 
         def search() -> None:
             from fivtui.orbits import coexistence
@@ -81,45 +81,45 @@ class SearchController:
                     lambda: coexistence(system, progress=job.report, on_found=partial_result)
                 )
                 if outcome.error:
-                    show(self._take_error, outcome.error)
+                    show(self._store_error, outcome.error)
                 elif outcome.result is not None:
-                    show(self._take_result, outcome.result, True)
+                    show(self._store_result, outcome.result, True)
                 else:
                     return
             p = system.parameters
             if p.v_belt is not None:
-                show(self._take_safe, None)
+                show(self._store_safe, None)
                 return
             safe = outcome_of(
                 lambda: safe_friction(p, separation=system.separation, progress=job.report)
             )
             if safe.result is not None or safe.error:
-                show(self._take_safe, safe.result)
+                show(self._store_safe, safe.result)
 
         self._screen.run_worker(
             search, name="search for limit cycles", thread=True, exit_on_error=False
         )
 
-    def _take(self, job: Job, take: Callable[..., None], *args: object) -> None:
+    def _store(self, job: Job, store: Callable[..., None], *args: object) -> None:
         # Ignore results if the parameters were edited since.
         if job is not self._job or self._key is None:
             return
-        take(self._key, *args)
-        while len(self._cache) > _REMEMBERED:
+        store(self._key, *args)
+        while len(self._cache) > _CACHE_SIZE:
             self._cache.popitem(last=False)
         self._screen.search_updated()
 
-    def _take_error(self, key: Key, error: str) -> None:
+    def _store_error(self, key: Key, error: str) -> None:
         self._cache[key] = Coexisting(f"search for limit cycles failed: {error}", complete=True)
 
-    def _take_result(self, key: Key, result: "Coexistence", complete: bool) -> None:
+    def _store_result(self, key: Key, result: "Coexistence", complete: bool) -> None:
         from fivtui.orbits import coexistence_words
 
         self._result = result
         note = (result.warning or "") if complete else ""
         self._cache[key] = Coexisting(coexistence_words(result), note, result.coexists, complete)
 
-    def _take_safe(self, key: Key, safe: "SafeFriction | None") -> None:
+    def _store_safe(self, key: Key, safe: "SafeFriction | None") -> None:
         self._job = None
         before = self._cache.get(key, Coexisting(text=""))
         self._cache[key] = replace(before, safe=safe, searched=True)

@@ -10,7 +10,7 @@ from fivtui.model import InputError
 from fivtui.tui.session import StoredResult
 
 from .slots import Slot, claim, hold, saved_slots, slot_of
-from .state_file import DamagedSession, State, load_state, put_aside, save_state
+from .state_file import DamagedSession, State, load_state, rename_damaged, save_state
 
 if TYPE_CHECKING:
     from .results import ResultStore
@@ -77,7 +77,7 @@ class Autosave:
         for slot in saved_slots(first):
             self._slot, self._signature = slot, slot.signature
             try:
-                return self._take(slot)
+                return self._load(slot)
             except InputError as error:
                 self.notices.append(f"{slot.path}: {error}")
         self._slot, self._signature = slot_of(first, 1), slot_of(first, 1).signature
@@ -99,10 +99,10 @@ class Autosave:
 
     def _read(self, slot: Slot) -> State | None:
         try:
-            return self._take(slot)
+            return self._load(slot)
         except DamagedSession as error:
             raise InputError(
-                f"the last session could not be restored ({error}); {put_aside(slot.path)}, "
+                f"the last session could not be restored ({error}); {rename_damaged(slot.path)}, "
                 f"its results stay in {slot.results}"
             ) from None
         except InputError as error:
@@ -111,7 +111,7 @@ class Autosave:
                 f"its results in {slot.results}"
             ) from None
 
-    def _take(self, slot: Slot) -> State | None:
+    def _load(self, slot: Slot) -> State | None:
         self._saved = load_state(slot.path)
         if self._saved is not None:
             self._store_of(slot).adopt(self._saved.results)

@@ -11,7 +11,7 @@ from fivtui.model import ComputationError, InputError
 from fivtui.studies import STUDIES, restore_study, store_study, study
 from fivtui.tui.session import DisplayedStudy, Run, StoredResult
 
-from .state_file import put_aside
+from .state_file import rename_damaged
 
 # Maximum size of a stored result, bytes, so that the start stays fast.
 _MAX_SIZE: Final = 20_000_000
@@ -108,7 +108,7 @@ class ResultStore:
             why = str(error).removeprefix(f"{path}: ")
             self._ours.discard(stored.file)
             is_own = _is_own(stored.file)
-            where = f"; {put_aside(path)}" if aside and is_own and path.exists() else ""
+            where = f"; {rename_damaged(path)}" if aside and is_own and path.exists() else ""
             raise InputError(
                 f"the {key.replace('-', ' ') if kind == _RUN else key} of the last session could "
                 f"not be restored ({why}){where}"

@@ -86,7 +86,7 @@ def restore_results(session: Session, results: Mapping[str, Any]) -> None:
             if result is not None and session.studies.get(key) is None:
                 session.studies[key] = result
             continue
-        run = session.runs.known(int(key.removeprefix(_RUN)))
+        run = session.runs.find_any(int(key.removeprefix(_RUN)))
         if run is not None:
             run.result = result
             run.state = RunState.DONE if result is not None else RunState.NOT_KEPT

@@ -19,7 +19,7 @@ from fivtui.tui.session import FIELDS, Edited, RunState, StoredResult
 
 STATE_VERSION: Final = 2
 _VERSION_KEY: Final = "fivtui_session"
-_ASIDE: Final = 100
+_MAX_DAMAGED: Final = 100
 
 
 class DamagedSession(InputError):
@@ -62,7 +62,7 @@ class State:
     recent : tuple of str
         As in `Session`.
     tab, theme : str
-        Unknown ones are ignored.
+        Unknown names are ignored.
     settings, views
         As in `Session`; views without cursors.
     runs : SavedRuns
@@ -217,9 +217,9 @@ def _state(data: Any) -> State:
     )
 
 
-def put_aside(path: Path) -> str:
+def rename_damaged(path: Path) -> str:
     """Rename a damaged file. Returns a phrase that names its new path."""
-    for number in range(1, _ASIDE):
+    for number in range(1, _MAX_DAMAGED):
         aside = path.with_name(f"{path.stem}.damaged-{number}{path.suffix}")
         if not aside.exists():
             try:

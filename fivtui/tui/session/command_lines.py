@@ -1,4 +1,4 @@
-"""Shell commands that compute what a tab shows. Imports no Textual."""
+"""Shell commands that compute the content of a tab. Imports no Textual."""
 
 import dataclasses
 import shlex

@@ -54,9 +54,9 @@ class Editing:
         self._past: list[Edited | Action] = []
         self._future: list[Edited | Action] = []
         self._kind = ""
-        self._take(_edited(base_scene() if scene is None else scene, source))
+        self._apply(_edited(base_scene() if scene is None else scene, source))
 
-    def _take(self, state: Edited) -> None:
+    def _apply(self, state: Edited) -> None:
         self.texts, self.over_time = dict(state.texts), state.over_time
         self._loaded, self.source = state.loaded, state.source
 
@@ -68,7 +68,7 @@ class Editing:
     def restore(self, state: Edited) -> None:
         """Restore an edited state as one step that can be undone."""
         self._begin_step()
-        self._take(state)
+        self._apply(state)
 
     def close_step(self) -> None:
         """Make the next edit a separate undo step."""
@@ -107,7 +107,7 @@ class Editing:
         step = source.pop()
         target.append(step if isinstance(step, Action) else self.edited)
         if isinstance(step, Edited):
-            self._take(step)
+            self._apply(step)
         elif source is self._past:
             step.undo()
         else:
@@ -174,7 +174,7 @@ class Editing:
         self.texts[name] = text
 
     def set_tables(self, over_time: OverTime) -> None:
-        """Let parameters follow tables over time; the texts of others stay."""
+        """Let parameters follow tables over time; other texts do not change."""
         self._begin_step()
         self.over_time = over_time
         self.texts |= {name: text_at_start(table) for name, table in over_time}

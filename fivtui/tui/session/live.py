@@ -93,7 +93,7 @@ class Live:
             return Pace.AT_ONCE
         return Pace.IDLE if seconds < LONGEST_S else Pace.OFF
 
-    def put(self, run: LiveRun, displayed: Transient | None) -> None:
+    def show_result(self, run: LiveRun, displayed: Transient | None) -> None:
         """Show a result; the previous curve, or else `displayed`, becomes the ghost."""
         self.ghost = self._next_ghost(displayed)
         self.curve, self.error = run, ""

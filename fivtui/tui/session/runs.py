@@ -82,7 +82,7 @@ class PartialTrajectory:
         self._count = 0
         self._joined: Trajectory | None = None
 
-    def take(self, part: Trajectory) -> None:
+    def append(self, part: Trajectory) -> None:
         """Append a part; a part that overlaps the last one starts a new trajectory."""
         if self._parts and part.t[0] <= self._parts[-1].t[-1]:
             self._parts = []
@@ -186,7 +186,7 @@ def execute(run: Run) -> Outcome[Transient]:
                 scene,
                 samples=sample_times(scene),
                 progress=run.report,
-                on_samples=run.partial.take,
+                on_samples=run.partial.append,
             ).transient
         )
     )
@@ -217,11 +217,11 @@ class Runs:
 
     @property
     def count(self) -> int:
-        """The last number given to a run."""
+        """The number of the newest run, deleted or not."""
         return self._count
 
     def restore(self, runs: Iterable[Run], count: int) -> None:
-        """Put runs of an earlier session first; `count` is the last number given to a run."""
+        """Insert runs of an earlier session first; `count` is as in `Runs.count`."""
         self._runs[:0] = runs
         self._count = max(count, self._count, *(run.number for run in self._runs), 0)
 
@@ -262,13 +262,13 @@ class Runs:
             self.displayed = finished[-1] if finished else None
 
     def set_aside(self, run: Run) -> None:
-        """Delete a run so that `put_back` can restore it."""
+        """Delete a run so that `reinsert` can restore it."""
         self.remove(run)
         self._aside[run.number] = run
         if len(self._aside) > MAX_RUNS:
             del self._aside[next(iter(self._aside))]
 
-    def put_back(self, run: Run) -> None:
+    def reinsert(self, run: Run) -> None:
         """Restore a deleted run in the order of numbers."""
         self._aside.pop(run.number, None)
         self._runs.append(run)
@@ -307,6 +307,6 @@ class Runs:
         """The run with a number, None if deleted."""
         return next((run for run in self._runs if run.number == number), None)
 
-    def known(self, number: int) -> Run | None:
-        """The run with a number, deleted or not."""
+    def find_any(self, number: int) -> Run | None:
+        """The run with a number, including deleted runs."""
         return self.find(number) or self._aside.get(number)

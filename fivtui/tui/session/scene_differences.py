@@ -12,7 +12,7 @@ from fivtui.transient import SETTINGS
 from .equations import symbol_of
 from .fields import FIELDS
 
-# Key of the tables over time, which have no field of their own.
+# Key of the tables over time, for which there is no field.
 _TABLES: Final = "over_time"
 _OVER_TIME: Final = "over time"
 
@@ -58,7 +58,7 @@ def _texts(scene: Scene) -> dict[str, str]:
 
 
 def names_of(scenes: Mapping[int, Scene]) -> list[str]:
-    """Legend entries of numbered runs: what differs in their scenes, or else their numbers."""
+    """Legend entries of numbered runs: the differences of their scenes, or else their numbers."""
     texts = [_texts(scene) for scene in scenes.values()]
     varied = [name for name in FIELDS if len({text[name] for text in texts}) > 1]
     names = [", ".join(_entry(name, text[name]) for name in varied) for text in texts]

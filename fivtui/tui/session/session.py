@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .command_lines import Origin
     from .studies import DisplayedStudy, StoredResult
 
-MOST_RECENT: Final = 10
+MAX_RECENT: Final = 10
 _LIVE: Final = "live"
 _ON: Final = "on"
 _OFF: Final = "off"
@@ -72,7 +72,7 @@ class Session(Editing):
         older = [
             source for source in self.recent if Path(source).absolute() != Path(path).absolute()
         ]
-        self.recent = (path, *older)[:MOST_RECENT]
+        self.recent = (path, *older)[:MAX_RECENT]
 
     def error(self, name: str) -> str:
         """Error message of a field; empty if it is valid."""
@@ -226,14 +226,14 @@ class Session(Editing):
         displayed, baseline = runs.displayed, runs.baseline
 
         def restore() -> None:
-            runs.put_back(run)
+            runs.reinsert(run)
             runs.displayed, runs.baseline = displayed, baseline
 
         runs.set_aside(run)
         self.record(Action(restore, lambda: runs.set_aside(run)))
 
     def outdated(self, run: Run) -> bool:
-        """Whether the fields differ from what a run computed, or are invalid."""
+        """Whether the fields differ from the scene of a run, or are invalid."""
         try:
             return bool(differences(self.scene(), run.edited or run.scene))
         except InputError:

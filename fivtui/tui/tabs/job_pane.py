@@ -114,7 +114,7 @@ class JobPane(ViewsPane):
         """Check the inputs and call `start`; raises `InputError` if they are invalid."""
         raise NotImplementedError
 
-    def take(self, result: Any) -> None:
+    def show_result(self, result: Any) -> None:
         """Display a result; called in the screen's thread."""
         raise NotImplementedError
 
@@ -169,7 +169,7 @@ class JobPane(ViewsPane):
             self.post_message(Reported(outcome.error, error=True))
         elif outcome.result is not None:
             self.status = ""
-            self.take(outcome.result)
+            self.show_result(outcome.result)
         self.show_bar()
 
     def show_status(self, status: str) -> None:

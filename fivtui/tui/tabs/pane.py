@@ -92,7 +92,7 @@ class Pane(Vertical):
         Raises
         ------
         InputError
-            If there is nothing to export yet; the message says what to do.
+            If there is nothing to export yet; the message suggests an action.
         """
         from .exports.export import run_export
 

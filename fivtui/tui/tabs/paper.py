@@ -193,7 +193,7 @@ class PaperPane(JobPane):
 
         self.start(compute)
 
-    def take(self, result: object) -> None:
+    def show_result(self, result: object) -> None:
         """Display a figure, or the verdicts."""
         if isinstance(result, tuple):
             key, data = result

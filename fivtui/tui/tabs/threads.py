@@ -13,7 +13,7 @@ T = TypeVar("T")
 def compute_in_thread(
     owner: Widget,
     compute: Callable[[], Outcome[T]],
-    take: Callable[[Outcome[T]], object],
+    receive: Callable[[Outcome[T]], object],
 ) -> None:
     """Call `compute` in a thread, then `take` with its outcome in the thread of the owner.
 
@@ -25,6 +25,6 @@ def compute_in_thread(
             outcome = compute()
         except Exception as error:  # noqa: BLE001 (it is displayed)
             outcome = Outcome(error=crash_words(error))
-        owner.call_later(take, outcome)
+        owner.call_later(receive, outcome)
 
     owner.run_worker(run, thread=True, exit_on_error=False)

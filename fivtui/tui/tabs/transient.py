@@ -120,7 +120,7 @@ class TransientPane(ViewsPane):
             lambda name, text: self.keep(f"measured-{name}", text),
         )
 
-    # What is shown
+    # Display
 
     def scene_changed(self) -> None:
         """Request the live curve."""

@@ -264,12 +264,12 @@ def test_a_trajectory_grows_by_its_parts_and_begins_anew() -> None:
     partial = PartialTrajectory()
     assert partial.trajectory() is None
     for count, part in enumerate(parts, start=1):
-        partial.take(part)
+        partial.append(part)
         if count % 3 == 0:
             known = partial.trajectory()
             assert known is not None
             assert known.t.size == 100 * count
-    partial.take(parts[0])
+    partial.append(parts[0])
     known = partial.trajectory()
     assert known is not None
     assert known.t.size == 100

@@ -162,7 +162,7 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     assert first.zones.at(80.0) is Zone.SMALL
     (key,) = controller._queue
     continued = Zones("F", (key.low, 60.0, 100.0, key.high), (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS))
-    controller.take(key, continued)
+    controller.store(key, continued)
     (gauge,) = controller.gauges(session.stability(), known, both=False)
     assert isinstance(gauge, Gauge)
     assert [gauge.zones.at(F) for F in (50.0, 80.0, 120.0)] == [Zone.KNOCK, zone, Zone.SQUEALS]

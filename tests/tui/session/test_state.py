@@ -26,7 +26,7 @@ from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, execute, usual_style
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.scenes_of_paper import paper_scenes
-from fivtui.tui.session.session import MOST_RECENT, Session
+from fivtui.tui.session.session import MAX_RECENT, Session
 
 SHORT = dataclasses.replace(base_scene(), t_end=10.0)
 
@@ -376,11 +376,11 @@ def test_an_autosave_writes_only_what_differs_and_says_why_it_could_not(tmp_path
 
 def test_recent_scenes_are_each_once_and_not_too_many() -> None:
     session = Session()
-    for number in range(MOST_RECENT + 5):
+    for number in range(MAX_RECENT + 5):
         session.remember(f"{number}.toml")
     session.remember("10.toml")
     assert session.recent[0] == "10.toml"
-    assert len(session.recent) == MOST_RECENT == len(set(session.recent))
+    assert len(session.recent) == MAX_RECENT == len(set(session.recent))
 
 
 def test_the_session_is_kept_where_the_environment_says() -> None:

@@ -17,7 +17,7 @@ from fivtui.model import InputError
 from fivtui.orbits import branch, branch_chart
 from fivtui.simulation import simulate
 from fivtui.studies import kind_of, load_study, restore_study, save_study, store_study
-from fivtui.tui.chart.cursor_moves import put_cursor, step_cursor
+from fivtui.tui.chart.cursor_moves import move_cursor, step_cursor
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
@@ -63,7 +63,7 @@ def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
         return point.x, point.y
 
     for place in ((0.3, 0.3), (0.8, 0.2), (0.6, 0.9)):
-        put_cursor(chart, view, place)
+        move_cursor(chart, view, place)
         at = read()
         # A place that was kept from another chart is drawn at the point that is read, too.
         x, y = (axis.value(part) for axis, part in zip(view.axes(chart), place, strict=True))
@@ -77,7 +77,7 @@ def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
         for key, coordinate, sign in (
             ((1, 0), 0, 1.0), ((-1, 0), 0, -1.0), ((0, 1), 1, 1.0), ((0, -1), 1, -1.0),
         ):  # fmt: skip
-            put_cursor(chart, view, place)
+            move_cursor(chart, view, place)
             assert not step_cursor(chart, view, key, (columns, rows))
             assert sign * read()[coordinate] > sign * at[coordinate]
     # At the end of the branch there is none; the axes stay.

@@ -224,7 +224,7 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     assert await copied(pilot) == ["claims"]
     few = CLAIMS[:2]
     checked = [check(claim, PaperResults(workers=1)) for claim in few]
-    pane.take(checked)
+    pane.show_result(checked)
     written = {
         suffix: await write(pilot, "f7", f"claims{suffix}", "Export the data of the claims")
         for suffix in (".md", ".json", ".csv")

@@ -23,7 +23,7 @@ from fivtui.charts import (
     View,
     nearest,
 )
-from fivtui.tui.chart.cursor_moves import cursor_place, put_cursor, step_cursor, switch_cursor
+from fivtui.tui.chart.cursor_moves import cursor_place, move_cursor, step_cursor, switch_cursor
 
 from .drawn_chart import DrawnChart
 from .limits_dialog import LimitsDialog
@@ -152,12 +152,12 @@ class ChartView(DrawnChart, can_focus=True):
         if self._chart is None:
             return
 
-        def take(limits: "View | None") -> None:
+        def apply(limits: "View | None") -> None:
             if limits is not None and self._chart is not None:
                 self.view.choose(self._chart, limits.x, limits.y)
                 self._moved()
 
-        self.app.push_screen(LimitsDialog(self._chart, self.view), take)
+        self.app.push_screen(LimitsDialog(self._chart, self.view), apply)
 
     # The cursors
 
@@ -176,9 +176,9 @@ class ChartView(DrawnChart, can_focus=True):
         self.redraw()
         self.post_message(self.CursorMoved(self))
 
-    def _put_cursor(self, position: Place) -> None:
+    def _move_cursor(self, position: Place) -> None:
         if self._chart is not None:
-            put_cursor(self._chart, self.view, position)
+            move_cursor(self._chart, self.view, position)
             self._cursor_moved()
 
     def action_open(self) -> None:
@@ -210,7 +210,7 @@ class ChartView(DrawnChart, can_focus=True):
         elif not self.view.cursors.pinned:
             position = picture.place(event.x, event.y)
             if all(0.0 <= part <= 1.0 for part in position):
-                self._put_cursor(position)
+                self._move_cursor(position)
             elif self.view.cursors.moving is not None:
                 self.action_cursor_off()
 
@@ -274,7 +274,7 @@ class ChartView(DrawnChart, can_focus=True):
             cursors.first = None
             self.action_cursor(0)
         cursors.pinned, cursors.second_moves = True, second
-        self._put_cursor(position)
+        self._move_cursor(position)
         if event.chain == 2 and self._openable:
             self.action_open()
 

@@ -122,7 +122,7 @@ class DrawnChart(Widget):
         return self._picture.lines
 
     def _drawn(self) -> Picture | None:
-        # Keys and mouse may come before the frame; without a chart or room there is no picture.
+        # Draw first: keys may come before the frame. A chart that does not fit has no picture.
         self._lines()
         return self._picture
 

@@ -72,7 +72,7 @@ class LimitsDialog(ModalScreen[View | None]):
 
     @on(Input.Submitted)
     @on(Button.Pressed, "#limits-ok")
-    def _take(self) -> None:
+    def _accept(self) -> None:
         chosen = self._check()
         if chosen is not None:
             self.dismiss(chosen)

@@ -152,7 +152,7 @@ class Form(Vertical):
 
 
 def field_of(widget: Widget | None) -> FormField | None:
-    """The field that a widget belongs to; of the field list, the one at its cursor."""
+    """The field of a widget; for the field list, the field at its cursor."""
     if widget is None:
         return None
     if isinstance(widget, FieldList):

@@ -15,8 +15,8 @@ _MARKER: Final = "●"
 _BOUND: Final = "┼"
 _DIGITS: Final = 3
 _ALL_DIGITS: Final = 17
-_OF_VALUE: Final = 5
-_LONGEST: Final = 8
+_VALUE_DIGITS: Final = 5
+_MAX_TEXT: Final = 8
 # Largest offset of a number below the gauge from the column of its value.
 _LARGEST_OFFSET: Final = 6
 _TEXT: Final = {
@@ -33,7 +33,7 @@ _GLYPHS: Final = {
     Zone.SMALL: "·",
     Zone.NONE: " ",
 }
-_WORDS: Final = {
+_LABELS: Final = {
     Zone.SAFE: ("safe",),
     Zone.KNOCK: (str(Zone.KNOCK), "after a knock", "knock"),
     Zone.SQUEALS: (str(Zone.SQUEALS), "squeals"),
@@ -92,7 +92,7 @@ class Gauge:
         return _joined(cells)
 
     def _write(self, zone: Zone, text: list[str], start: int, end: int) -> None:
-        texts = _SEARCHING if zone is Zone.SMALL and self.searching else _WORDS[zone]
+        texts = _SEARCHING if zone is Zone.SMALL and self.searching else _LABELS[zone]
         label = next(
             (f" {option} " for option in texts if cell_len(option) + 4 <= end - start),
             "",
@@ -116,7 +116,7 @@ class Gauge:
                 written.append((value, first, end))
 
         # Shorten a computed value with many digits.
-        value_text = self.text if len(self.text) <= _LONGEST else f"{self.value:.{_OF_VALUE}g}"
+        value_text = self.text if len(self.text) <= _MAX_TEXT else f"{self.value:.{_VALUE_DIGITS}g}"
         write(self.value, value_text, "bold")
         bounds = self.zones.bounds
         # The ends of the range are written first.

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from fivtui.tui.lab.screen import LabScreen
 
 # Number of ranges whose zones are cached.
-_REMEMBERED: Final = 64
+_CACHE_SIZE: Final = 64
 _MU: Final = "mu"
 _STATIC: Final = "mu_s"
 # The second parameter until one besides μ is edited.
-_FIRST: Final = "F"
+_DEFAULT_SECOND: Final = "F"
 # A range is kept while the needed range is at least this part of it.
 _MIN_PART: Final = 0.4
 
@@ -38,7 +38,7 @@ class GaugeController:
 
     def __init__(self, screen: "LabScreen") -> None:
         self._screen, self._session = screen, screen.session
-        self._focused, self._second_name = _MU, _FIRST
+        self._focused, self._second_name = _MU, _DEFAULT_SECOND
         self._cache: OrderedDict[_GaugeRange, Zones | None] = OrderedDict()
         self._ranges: dict[str, tuple[float, float]] = {}
         self._queue: list[_GaugeRange] = []
@@ -51,22 +51,22 @@ class GaugeController:
             self._second_name = self._focused
 
     def gauges(self, result: Stability, coexisting: Coexisting, *, both: bool) -> list[Gauge | str]:
-        """The gauge of the edited parameter; if `both`, those of μ and of the last edited one."""
+        """The gauge of the edited parameter; if `both`, those of μ and of the second parameter."""
         over_time = [name for name, _ in self._session.over_time]
         if over_time:
             self.stop()
             changing = f"{', '.join(over_time)} {_verb(over_time)} over time"
             return [f"no zones: {changing}; F5 shows what happens"]
         p = result.parameters
-        second = _FIRST if getattr(p, self._second_name) is None else self._second_name
+        second = _DEFAULT_SECOND if getattr(p, self._second_name) is None else self._second_name
         focused = _MU if getattr(p, self._focused) is None else self._focused
         names = [_MU, second] if both else [focused]
         self._queue = []
-        shown = [self._shown(name, result, coexisting) for name in dict.fromkeys(names)]
+        shown = [self._gauge_or_error(name, result, coexisting) for name in dict.fromkeys(names)]
         self._begin()
         return shown
 
-    def _shown(self, name: str, result: Stability, coexisting: Coexisting) -> Gauge | str:
+    def _gauge_or_error(self, name: str, result: Stability, coexisting: Coexisting) -> Gauge | str:
         try:
             return self._gauge(name, result, coexisting)
         except (ComputationError, InputError) as error:
@@ -131,16 +131,16 @@ class GaugeController:
                 lambda: safety_zones(key.system, key.name, key.low, key.high, progress=job.report)
             )
             if outcome.result is not None or outcome.error:
-                self._screen.call_later(self.take, key, outcome.result)
+                self._screen.call_later(self.store, key, outcome.result)
 
         self._screen.run_worker(
             compute, name="zones over a parameter", thread=True, exit_on_error=False
         )
 
-    def take(self, key: _GaugeRange, zones: Zones | None) -> None:
+    def store(self, key: _GaugeRange, zones: Zones | None) -> None:
         """Store zones; the parameters may have been edited since."""
         self._cache[key] = zones
-        while len(self._cache) > _REMEMBERED:
+        while len(self._cache) > _CACHE_SIZE:
             self._cache.popitem(last=False)
         if self._running is not None and self._running[0] == key:
             self._running = None

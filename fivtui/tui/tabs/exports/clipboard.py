@@ -13,8 +13,8 @@ from fivtui.model import InputError
 
 from .export import Export
 
-_LASTS_S: Final = 20.0
-_NONE: Final = (
+_TIMEOUT_S: Final = 20.0
+_NO_PROGRAM: Final = (
     "a picture cannot be copied: needs wl-copy (Wayland) or xclip (X11) and a desktop; "
     "the plot can be copied as text"
 )
@@ -33,7 +33,7 @@ def copy_picture(export: Export) -> None:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
-                timeout=_LASTS_S,
+                timeout=_TIMEOUT_S,
                 check=False,
             )
         except (OSError, subprocess.TimeoutExpired) as error:
@@ -59,4 +59,4 @@ def clipboard_command(path: Path, platform: str, environment: Mapping[str, str])
         return ["sh", "-c", 'exec wl-copy --type image/png < "$0"', str(path)]
     if environment.get("DISPLAY") and shutil.which("xclip"):
         return ["xclip", "-selection", "clipboard", "-target", "image/png", "-in", str(path)]
-    raise InputError(_NONE)
+    raise InputError(_NO_PROGRAM)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 EXAMPLE: Final = "F=10:120:56"
 # Larger sweeps need a confirmation; the largest still fit into memory.
-ASKED_FROM: Final = 10_000
+CONFIRMED_FROM: Final = 10_000
 _LIMIT: Final = 10_000_000
 # Minimum members per part, by which the chart grows, and maximum number of parts.
 _PIECE: Final = 16

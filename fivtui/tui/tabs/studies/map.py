@@ -87,7 +87,7 @@ class MapPane(StudyPane):
 
     @property
     def initial_text(self) -> str:
-        """The stored ranges for the mapped value, or else those of the other values if valid."""
+        """The stored ranges for the mapped value, or else those of other maps if valid."""
         usual = self.setting(_OVER, EXAMPLE)
         try:
             map_request(usual, self.chosen)
@@ -159,7 +159,7 @@ class MapPane(StudyPane):
         self.session.studies.pop(self.NAME, None)
         self.start(compute)
 
-    def take(self, result: "StabilityMap") -> None:
+    def show_result(self, result: "StabilityMap") -> None:
         """Display a computed map."""
         self._computed = DisplayedStudy(result, "")
         self.scene_changed()

@@ -203,7 +203,7 @@ class StudyPane(JobPane):
         for chart in self.query(ChartView):
             chart.view.hidden.clear()
 
-    def take(self, result: Any) -> None:
+    def show_result(self, result: Any) -> None:
         """Display a computed result."""
         self.session.studies[self.NAME] = DisplayedStudy(result, self.session.name)
         self.scene_changed()

@@ -15,7 +15,7 @@ from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
 from fivtui.tui.tabs.exports.export import Export
 from fivtui.tui.tabs.messages import Reported
 from fivtui.tui.tabs.requests.sweep import (
-    ASKED_FROM,
+    CONFIRMED_FROM,
     EXAMPLE,
     case_of,
     count_words,
@@ -68,7 +68,7 @@ class SweepPane(StudyPane):
         """Sweep the edited scene; a large sweep needs a second request."""
         study: Study = self.request()
         unconfirmed, self._unconfirmed = self._unconfirmed, study
-        if study.members > ASKED_FROM and study != unconfirmed:
+        if study.members > CONFIRMED_FROM and study != unconfirmed:
             text = f"{study.members} runs: F10 again computes them"
             self.show_status(text)
             self.post_message(Reported(text))
@@ -82,10 +82,10 @@ class SweepPane(StudyPane):
         parts: list[Rows] = []
         for rows in sweep_parts(request, job.report):
             parts.append(rows)
-            self.call_later(self._take_part, job, sweep_of(request, parts))
+            self.call_later(self._show_part, job, sweep_of(request, parts))
         return sweep_of(request, parts)
 
-    def _take_part(self, job: Job, result: "Sweep") -> None:
+    def _show_part(self, job: Job, result: "Sweep") -> None:
         if job is self.job:
             self.session.studies[self.NAME] = DisplayedStudy(result, self.session.name)
 

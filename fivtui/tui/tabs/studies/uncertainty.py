@@ -84,9 +84,9 @@ class UncertaintyPane(StudyPane):
         from fivtui.reliability import measured
         from fivtui.sweeps import local_engine
 
-        return measured(request, local_engine(), progress=job.report, tell=self._tell)
+        return measured(request, local_engine(), progress=job.report, tell=self._store_estimate)
 
-    def _tell(self, _members: int, estimate: str) -> None:
+    def _store_estimate(self, _members: int, estimate: str) -> None:
         # Called by the computing thread; the screen displays it with the progress.
         self._estimate = estimate
 
