@@ -36,7 +36,7 @@ from fivtui.model import (
 Becomes = Literal["stable", "unstable"]
 Real = TypeVar("Real", float, NDArray[np.float64])
 _SECANTS: Final = 30
-_NEAR: Final = 1e-15
+_SECANT_TOLERANCE: Final = 1e-15
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,14 +104,14 @@ def _least_nonnegative(function: Callable[[float], float], low: float, high: flo
     previous, guess = low, high
     for _ in range(_SECANTS):
         previous, guess = guess, low - below * (high - low) / (above - below)
-        if not low < guess < high or abs(guess - previous) <= _NEAR * guess:
+        if not low < guess < high or abs(guess - previous) <= _SECANT_TOLERANCE * guess:
             break
         value = function(guess)
         if value < 0.0:
             low, below, above = guess, value, above * (0.5 if previous < guess else 1.0)
         else:
             high, above, below = guess, value, below * (0.5 if previous > guess else 1.0)
-    width = max(_NEAR * guess, math.ulp(0.0))
+    width = max(_SECANT_TOLERANCE * guess, math.ulp(0.0))
     while width < 0.25 * (high - low):
         for end in (guess - width, guess + width):
             if low < end < high:

@@ -22,9 +22,9 @@ _ANCHORS: Final = 9
 _REACH: Final = 1.5
 _SHARE_OF_ANCHORS: Final = 0.2
 # Relative tolerance within which two folds of a parameter set are equal.
-_SAME: Final = 1e-3
+_EQUAL_FOLDS: Final = 1e-3
 # A guess within this relative distance of a known fold is skipped.
-_NEAR: Final = 0.01
+_KNOWN_FOLD: Final = 0.01
 _MOST_FOLDS: Final = 8
 # A failed step to a neighbour is repeated in this many parts.
 _PARTS: Final = 4
@@ -127,7 +127,10 @@ class FoldSheets:
             return
         guess = start.guess(direction)
         expected = (float(guess[-1]), float(guess[-2]), start.fold.amplitude)
-        if any(_alike(_features(fold), expected, _NEAR) for fold in self._folds.get(neighbour, ())):
+        if any(
+            _alike(_features(fold), expected, _KNOWN_FOLD)
+            for fold in self._folds.get(neighbour, ())
+        ):
             return
         before, fold = start.fold, fold_near(self._system_at(neighbour), start.fold, guess)
         if fold is None:
@@ -158,7 +161,7 @@ class FoldSheets:
         folds = self._folds.setdefault(point, [])
         features = _features(start.fold)
         if len(folds) < _MOST_FOLDS and not any(
-            _alike(_features(fold), features, _SAME) for fold in folds
+            _alike(_features(fold), features, _EQUAL_FOLDS) for fold in folds
         ):
             folds.append(start.fold)
             self._waiting.append((point, start))

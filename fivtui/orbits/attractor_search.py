@@ -30,9 +30,9 @@ class Coexistence(SystemResult):
     attractors : tuple of Attractor
         Those found, the equilibrium first.
     reached : tuple of int
-        Index in `attractors` of what each start reaches, the static start first.
+        Index in `attractors` of the attractor of each start, the static start first.
     stable : bool
-        Whether the equilibrium is stable by its eigenvalues, reached or not.
+        Whether the equilibrium is stable by its eigenvalues, even if no start reaches it.
     escape : EscapeOffset or None
         The smallest vertical offsets that leave the equilibrium's basin, if another attractor
         coexists with it.
@@ -46,13 +46,13 @@ class Coexistence(SystemResult):
 
     @property
     def others(self) -> tuple[Attractor, ...]:
-        """The limit cycles and the unbounded growth that were reached."""
+        """The attractors reached besides rest: limit cycles and unbounded growth."""
         rest = (*AT_REST, Kind.UNSETTLED)
         return tuple(attractor for attractor in self.attractors if attractor.kind not in rest)
 
     @property
     def coexists(self) -> bool:
-        """Whether the equilibrium is stable and vibration or unbounded growth was reached, too."""
+        """Whether the equilibrium is stable and vibration or unbounded growth was also reached."""
         attracts = any(attractor.kind in AT_REST for attractor in self.attractors)
         return (attracts or self.stable) and bool(self.others)
 
@@ -118,7 +118,7 @@ def attractors(
     separation: bool = True,
     progress: OnProgress | None = None,
 ) -> Coexistence:
-    """Find what motions end in: the equilibrium, limit cycles, or unbounded growth.
+    """Find the attractors of motions: the equilibrium, limit cycles, or unbounded growth.
 
     Parameters
     ----------
@@ -145,8 +145,8 @@ def attractors(
     Examples
     --------
     >>> from fivtui import Parameters, attractors
-    >>> found = attractors(Parameters(mu=0.2))
-    >>> [str(each.kind) for each in found.attractors], found.coexists
+    >>> result = attractors(Parameters(mu=0.2))
+    >>> [str(attractor.kind) for attractor in result.attractors], result.coexists
     (['equilibrium'], False)
     """
     return coexistence(system_of(parameters, separation), progress=progress)

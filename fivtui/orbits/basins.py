@@ -1,4 +1,4 @@
-"""Basins of attraction: which start reaches which attractor, and the offset that escapes."""
+"""Basins of attraction: the attractor of every start, and the offset that escapes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fivtui.charts import Sheet
 
 MAX_STARTS: Final = 1_000_000
-# Offsets that are tried, in characteristic lengths: from, to, and their number.
+# Offsets to try, in characteristic lengths: lowest, highest, count.
 _SMALLEST: Final = 1e-3
 _LARGEST: Final = 100.0
 _OFFSETS: Final = 31
@@ -52,7 +52,7 @@ class Basin(GridResult, Drawn):
     attractors : tuple of Attractor
         Every attractor that was reached.
     reached : ndarray of int, shape (n, k)
-        Index in `attractors` of what each start reaches.
+        Index in `attractors` of the attractor of each start.
     """
 
     data_name: ClassVar[str] = "attractor"
@@ -153,7 +153,7 @@ def basin(
     Returns
     -------
     Basin
-        What each start reaches.
+        The attractor of each start.
 
     Raises
     ------
@@ -167,8 +167,8 @@ def basin(
     Examples
     --------
     >>> from fivtui import Parameters, basin
-    >>> found = basin(Parameters(F=120.0), {"y0": [-0.8, 0.0], "vy0": [0.0]})
-    >>> [str(found.attractors[place].kind) for place in found.reached.ravel()]
+    >>> result = basin(Parameters(F=120.0), {"y0": [-0.8, 0.0], "vy0": [0.0]})
+    >>> [str(result.attractors[index].kind) for index in result.reached.ravel()]
     ['equilibrium', 'separating limit cycle']
     """
     system = system_of(parameters, separation)
@@ -209,7 +209,7 @@ def _start_spec(name: str) -> ParameterSpec:
 class EscapeOffset:
     """The smallest offsets up and down from the equilibrium that leave its basin, m, both positive.
 
-    None if no offset that was tried leaves the basin.
+    None if no tested offset leaves the basin.
     """
 
     up: float | None
@@ -225,7 +225,7 @@ def escape_offset(
     """The smallest vertical offsets that leave the basin of a stable equilibrium.
 
     The slider is released at rest above and below the equilibrium at growing offsets, up to a
-    hundred characteristic lengths; the first that does not return is refined by bisection to 1e-4.
+    hundred characteristic lengths. The first offset without return is refined by bisection to 1e-4.
     None if the equilibrium is not stable. Raises `ComputationError` if a motion cannot be followed,
     and `Cancelled`.
     """

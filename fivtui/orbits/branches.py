@@ -46,14 +46,14 @@ _NUMBERS: Final = (
     Column("vx_max", "m/s", "greatest horizontal velocity"),
     Column("force_max", "N", "greatest contact force"),
 )
-# An equilibrium is followed with this offset, in characteristic lengths, so that motion can leave
-# it where it has become unstable.
+# Offset from an equilibrium, in characteristic lengths, so that motion can leave it where it is
+# unstable.
 _START_OFFSET: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class BranchPoint:
-    """An attractor at a value of the parameter; `directions` are those in which it was found."""
+    """An attractor at a value of the parameter, and the directions in which it was found."""
 
     value: float
     directions: tuple[Direction, ...]
@@ -172,7 +172,7 @@ class Continuation(TableResult, Drawn):
 
 
 def _value(attractor: Attractor, name: str) -> float:
-    # A quantity of an attractor; NaN where it has none.
+    # A quantity of an attractor; NaN if it lacks it.
     record = attractor if name == "half_range" else attractor.orbit
     value = getattr(record, name, None)
     return np.nan if value is None else float(value)
@@ -189,8 +189,8 @@ def continuation(
 ) -> Continuation:
     """Follow attractors along a parameter, up and then down.
 
-    At the first value of each direction attractors are searched for from several starts; each is
-    then the start at the next value, so that coexisting attractors are followed side by side and a
+    At the first value of each direction several starts are followed to attractors. Every attractor
+    is the start at the next value, so that coexisting attractors are followed side by side, and a
     branch ends where it loses its stability.
 
     Parameters
@@ -225,8 +225,8 @@ def continuation(
     Examples
     --------
     >>> from fivtui import continuation
-    >>> found = continuation(None, "mu", [0.2, 0.5])
-    >>> [(point.value, str(point.attractor.kind)) for point in found.points]
+    >>> result = continuation(None, "mu", [0.2, 0.5])
+    >>> [(point.value, str(point.attractor.kind)) for point in result.points]
     [(0.2, 'equilibrium'), (0.5, 'separating limit cycle')]
     """
     system = system_of(parameters, separation)
@@ -278,7 +278,7 @@ def varied_spec(p: Parameters, name: str) -> ParameterSpec:
 
 
 def _carried(explorer: Explorer, attractor: Attractor) -> State:
-    # What has no orbit starts again next to the equilibrium.
+    # Attractors without orbit continue next to the equilibrium.
     if attractor.orbit is not None:
         return attractor.orbit.start
     x, vx, y, vy = explorer.rest

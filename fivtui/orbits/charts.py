@@ -25,7 +25,7 @@ from .branches import DIRECTIONS, Continuation
 from .explorer import AT_REST, Kind
 
 _SIZE: Final = (4.8, 3.9)
-# Characters in the terminal and markers in figures.
+# Characters for the terminal and markers for figures.
 _MARKS: Final = {"up": ("▲", "^"), "down": ("▼", "v")}
 _COLOURS: Final = {
     Kind.EQUILIBRIUM: "black",
@@ -90,7 +90,7 @@ def continuation_sheet(result: Continuation) -> Sheet:
 
 
 def _coexistence(result: Continuation) -> list[tuple[float, float]]:
-    """Intervals around values at which attractors coexist, half way to those beside them."""
+    """Intervals around values of coexistence, up to the midpoints to their neighbours."""
     values, shared = result.values, set(result.coexisting)
     edges = np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1]), values[-1:]]).tolist()
     return [
@@ -101,9 +101,9 @@ def _coexistence(result: Continuation) -> list[tuple[float, float]]:
 
 
 def basin_sheet(result: Basin) -> Sheet:
-    """Which attractor each start reaches; the basin of rest is white.
+    """The attractor of every start; the basin of rest is white.
 
-    The others differ in colour and hatching.
+    The basins of cycles differ in colour and hatching.
     """
     shades, cycles = [], 0
     for attractor in result.attractors:

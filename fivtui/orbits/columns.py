@@ -1,4 +1,4 @@
-"""Columns that tables of limit cycles have in common."""
+"""Columns shared by tables of limit cycles."""
 
 from collections.abc import Iterable, Sequence
 from typing import Final, Protocol
@@ -19,7 +19,7 @@ MEASURES: Final = (
 
 
 class CycleLike(Protocol):
-    """What has a state and Floquet multipliers: a limit cycle, or none in a Hopf point."""
+    """A record with a state and Floquet multipliers; a Hopf point has no multipliers."""
 
     @property
     def start(self) -> State:
@@ -31,7 +31,7 @@ class CycleLike(Protocol):
 
 
 def attribute_table(records: Sequence[object], columns: Iterable[Column]) -> Table:
-    """Columns of the attributes of records that bear their names."""
+    """Columns of the attributes of records with the same names."""
     return {c: np.array([getattr(record, c.name) for record in records]) for c in columns}
 
 
@@ -49,7 +49,7 @@ def multiplier_table(cycles: Sequence[CycleLike]) -> Table:
 
 
 def start_table(cycles: Sequence[CycleLike], of: str) -> Table:
-    """Columns of a state of each cycle; `of` says what it is a state of."""
+    """Columns of a state of each cycle; `of` completes their descriptions."""
     states = np.array([cycle.start for cycle in cycles])
     return {
         Column(spec.name, spec.unit, f"{spec.meaning}: {of}"): values

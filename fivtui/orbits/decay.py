@@ -7,10 +7,9 @@ n = −k_nl (3 y_e η² + η³)/m. Hence with |η| ≤ |w| |q|
     d|q|/dt ≤ −σ |q| + |b| k_nl/m (3 |y_e| |w|² |q|² + |w|³ |q|³)
 
 which is negative for all |q| below a root of a quadratic. On a belt of finite speed the region ends
-where the slider would have the speed of the belt, so that the sliding speed v is between 0 and
-2 v_belt. Friction μ(v) then adds what its tangent at v_belt leaves. The friction law has to be
-convex, with |μ″| decreasing with v: |μ″(0)| bounds |μ″|, and the greater of μ(0) and μ(2 v_belt)
-bounds μ.
+where the slider would have the belt speed, so that the sliding speed v is between 0 and 2 v_belt.
+Friction μ(v) then adds its remainder from the tangent at v_belt. The friction law has to be convex,
+with |μ″| decreasing with v: |μ″(0)| bounds |μ″|, and the greater of μ(0) and μ(2 v_belt) bounds μ.
 """
 
 import math
@@ -36,9 +35,9 @@ from fivtui.model import (
 class Attraction:
     """The region |q| < `radius` of proven decay around an equilibrium.
 
-    With separation it is on one side of y = 0. `radius` is zero if the equilibrium is unstable or
-    nothing is proven; `unstable` says whether an eigenvalue has a positive real part beyond
-    rounding, `growth` is the greatest real part, 1/s, `fastest` the greatest modulus; `rest` is the
+    With separation it is on one side of y = 0. `radius` is zero without a proof, such as for an
+    unstable equilibrium. `unstable` is True if an eigenvalue has a positive real part beyond
+    rounding. `growth` is the greatest real part, 1/s, `fastest` the greatest modulus; `rest` is the
     equilibrium as a state.
     """
 
@@ -78,7 +77,7 @@ class Attraction:
             self.radius = min(self.radius, p.v_belt / fast)
 
     def _push(self, p: Parameters) -> float:
-        # How strongly a force of the contact, over m, drives the modes; at most.
+        # Upper bound of the drive of the modes by a contact force over m.
         if p.v_belt is None or not depends_on_speed(p):
             mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
             return float(np.linalg.norm(self._modal @ np.array([0.0, mu, 0.0, 1.0])))
@@ -92,7 +91,7 @@ class Attraction:
         return self.radius / float(np.linalg.norm(self._modal[:, 2])) if self.radius > 0.0 else 0.0
 
     def hold(self, states: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Of each of the states, shape (n, 4), whether the motion from it is proven to decay."""
+        """Whether the motion from each state, shape (n, 4), is proven to decay."""
         q = (states - self.rest) @ self._modal.T
         decays: NDArray[np.bool_] = np.linalg.norm(q, axis=1) < self.radius
         return decays

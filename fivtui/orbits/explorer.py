@@ -25,36 +25,35 @@ from .decay import Attraction
 from .rest import length_scale, reference_point, slowest_period, stays_stuck
 from .shooting import PeriodicOrbit, Section, shoot
 
-# Periods of the slowest linear mode in one leg of a run; a motion is given up after this many
-# legs or steps.
+# Length of a leg of a run, in periods of the slowest linear mode, and limits of legs and steps.
 _LEG_PERIODS: Final = 16.0
 _MOST_LEGS: Final = 128
 _MOST_STEPS: Final = 200_000
 _TOL: Final = 1e-11
-# Motion that has decayed to this part of its first extent is at rest, if decay is not proven.
+# Relative extent below which a motion is at rest, even without proven decay.
 _DIED_OUT: Final = 1e-9
-# Motion beyond this many times every length of the system is unbounded.
+# Extent, relative to the start and to every length of the system, of an unbounded motion.
 _UNBOUNDED: Final = 1e6
-# If a return to the section is this close to an earlier one, a periodic orbit is searched for; it
-# is the one reached if the last return is this close to it.
+# Relative distance of two returns to the section at which shooting begins, and largest distance of
+# a recent return from the orbit.
 _RECURS: Final = 0.01
-_NEAR: Final = 0.05
-# Returns this close to a known orbit belong to it.
+_ORBIT_DISTANCE: Final = 0.05
+# Relative distance of returns from a known orbit below which they belong to it.
 _RECOGNISED: Final = 1e-2
 _MOST_RETURNS: Final = 8
-# Cycles with a smaller relative difference are the same.
-_SAME: Final = 1e-6
+# Relative difference below which two cycles are equal.
+_EQUAL_CYCLES: Final = 1e-6
 _SAMPLES_A_PERIOD: Final = 64
-# Legs grow to this many times the first one where sticks are long.
+# Longest leg, relative to the first, where sticks are long.
 _LONGEST: Final = 1024.0
-# Sticks shorter than this part of the longest are not counted.
+# Length of a stick, relative to the longest, below which it is ignored.
 _SHORT_STICK: Final = 1e-3
 # Starts at rest above and below the equilibrium, in characteristic lengths.
 _OFFSETS: Final = (1e-3, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, -0.3, -1.0, -3.0)
 
 
 class Kind(StrEnum):
-    """What a motion ends in."""
+    """Kinds of attractors."""
 
     EQUILIBRIUM = "equilibrium"
     CONTACT_CYCLE = "contact limit cycle"
@@ -67,7 +66,7 @@ class Kind(StrEnum):
 
 AT_REST: Final = (Kind.EQUILIBRIUM, Kind.STICK)
 
-# What of an orbit has keys of its own, or none.
+# Fields of an orbit that are not copied to JSON under their own name.
 _NAMED_APART: Final = {"section", "start", "multipliers", "residual"}
 _ORBIT_DATA: Final = [
     field.name for field in fields(PeriodicOrbit) if field.name not in _NAMED_APART
@@ -76,15 +75,15 @@ _ORBIT_DATA: Final = [
 
 @dataclass(frozen=True, slots=True)
 class Attractor:
-    """What a motion ends in, with its orbit if it is periodic.
+    """An attractor, with its orbit if it is periodic.
 
     Attributes
     ----------
     kind : Kind
         `Kind.STICK` if the slider sticks for good to a belt at rest, where a range of positions is
-        at rest. `Kind.STICK_SLIP_CYCLE` if a cycle sticks, whether or not it separates, too.
+        at rest. `Kind.STICK_SLIP_CYCLE` if a cycle sticks, whether or not it also separates.
         `Kind.UNSETTLED` if the motion neither came to rest, nor became periodic, nor diverged in
-        the time allowed: it settles very slowly, or is quasi-periodic or chaotic.
+        the time limit: it settles very slowly, or is quasi-periodic or chaotic.
     orbit : PeriodicOrbit or None
         The limit cycle, confirmed by shooting.
     """
@@ -101,7 +100,7 @@ class Attractor:
 
     @property
     def description(self) -> str:
-        """Kind, period and size in a few words."""
+        """Kind, period and size as a phrase."""
         if self.orbit is None:
             return str(self.kind)
         size = f"half peak-to-peak {self.half_range:.6g} m"
@@ -133,7 +132,9 @@ class Attractor:
             return False
         if self.orbit is None or attractor.orbit is None:
             return True
-        return bool(np.allclose(_features(self.orbit), _features(attractor.orbit), _SAME, 0.0))
+        return bool(
+            np.allclose(_features(self.orbit), _features(attractor.orbit), _EQUAL_CYCLES, 0.0)
+        )
 
 
 def _features(orbit: PeriodicOrbit) -> tuple[float, ...]:
@@ -162,7 +163,7 @@ class Explorer:
         rests = p.v_belt == 0.0 and point.mode in IN_CONTACT
         self._attraction = None if rests else Attraction(system, point)
         self._leg = _LEG_PERIODS * slowest_period(p)
-        # Orbits found, stable or not: an unstable one need not be searched for again.
+        # Known orbits, stable or not, so that none is computed twice.
         self._orbits: list[PeriodicOrbit] = []
         self._linear = p.k_nl == 0.0 and not separation and p.v_belt is None
         self.length = length_scale(system)
@@ -176,9 +177,9 @@ class Explorer:
     def reach(self, start: Start, most_legs: int = _MOST_LEGS) -> Attractor:
         """Follow the motion from a start to its attractor.
 
-        That is the equilibrium once the motion is where a Lyapunov function proves decay, rest by
-        stick once the slider cannot come loose, and a limit cycle once Newton's method finds a
-        stable one close to the motion.
+        It is the equilibrium once the motion is where a Lyapunov function proves decay, and rest by
+        stick once the slider cannot come loose. It is a limit cycle once Newton's method finds a
+        stable cycle close to the motion.
         """
         state = resolve_start(self.system, start)
         extent, steps, leg = self._extent(state), 0, self._leg
@@ -213,7 +214,7 @@ class Explorer:
                 return Attractor(Kind.STICK)
             returns = _returns(run)
             if 0 < returns.times.size < _MOST_RETURNS + 2 and returns.section is Section.STICK:
-                # The slower the belt, the longer a stick.
+                # Sticks on a slow belt are long: too few returns in a leg.
                 leg = min(2.0 * leg, _LONGEST * self._leg)
                 continue
             cycle = self._cycle(returns)
@@ -250,7 +251,7 @@ class Explorer:
                 )
             except ComputationError:
                 return None
-            if _nearest(recent, orbit) > _NEAR * size:
+            if _nearest(recent, orbit) > _ORBIT_DISTANCE * size:
                 return None
             self._orbits.append(orbit)
             if orbit.stable:
@@ -275,7 +276,7 @@ def _ended_in(orbit: PeriodicOrbit) -> Attractor:
 
 
 def _returns(run: Transient) -> _Returns:
-    # Middles of sticks, else separations, else lowest points.
+    # Returns at middles of sticks, else at separations, else at lowest points.
     solution, t_end = run.solution, run.t_end
     middle = 0.5 * t_end
     sticks = np.array(
@@ -311,7 +312,7 @@ def _states(run: Transient, times: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def starts_around(explorer: Explorer) -> list[State]:
-    """Starts of a search: the static one, and at rest above and below the equilibrium.
+    """Starts of a search: the static start, and rest above and below the equilibrium.
 
     Offsets are from 1e-3 to 30 characteristic lengths.
     """
@@ -321,7 +322,7 @@ def starts_around(explorer: Explorer) -> list[State]:
 
 
 def add_new(attractors: list[Attractor], reached: Attractor) -> int:
-    """Add an attractor to others unless it is among them; return its index."""
+    """Add an attractor to a list unless the list has it; return its index."""
     for index, attractor in enumerate(attractors):
         if attractor.same_as(reached):
             return index

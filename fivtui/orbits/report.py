@@ -90,7 +90,7 @@ def print_continuation(result: Continuation) -> None:
 
 
 def print_basin(result: Basin) -> None:
-    """Print how many starts reach which attractor."""
+    """Print the number of starts that reach each attractor."""
     total = result.grid.size
     rows = [
         (attractor.description, f"{count} of {total} starts ({count / total:.1%})")

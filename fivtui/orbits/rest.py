@@ -1,4 +1,4 @@
-"""Where the slider rests, and the scales of motion about it."""
+"""The rest position of the slider, and the scales of motion about it."""
 
 import math
 from typing import Final
@@ -19,12 +19,12 @@ from fivtui.model import (
     tangent_stiffness,
 )
 
-# Steps of Newton's method, which takes a few.
+# Steps of Newton's method, which converges in a few.
 _MOST_STEPS: Final = 60
 
 
 def reference_point(system: System) -> Equilibrium:
-    """The equilibrium; on a belt at rest, where a range of positions is one, without friction."""
+    """The equilibrium; on a belt at rest, with a range of equilibria, that without friction."""
     if system.parameters.v_belt != 0.0:
         return equilibrium(system)
     return equilibrium(system.with_values({"v_belt": None}), mu=0.0)
@@ -33,8 +33,8 @@ def reference_point(system: System) -> Equilibrium:
 def length_scale(system: System) -> float:
     """Characteristic length, m.
 
-    The static deflection, or the y at which the linear and the cubic contact force are equal,
-    whichever is greater; 1 if neither is above 0.
+    The greater of the static deflection and the y at which the linear and the cubic contact force
+    are equal; 1 if both are zero.
     """
     p, y = system.parameters, reference_point(system).y
     return max(abs(y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
@@ -42,7 +42,7 @@ def length_scale(system: System) -> float:
 
 def slowest_period(p: Parameters) -> float:
     """Longest period, s, of the undamped modes without friction, in contact and off the belt."""
-    # Without coupling (k3 = 0) only contact brings the slider back.
+    # Without coupling (k3 = 0) only the contact has vertical stiffness.
     h, a = coupling_stiffness(p), horizontal_stiffness(p)
     slowest = a
     for kt in (p.k2, 0.0):
@@ -56,8 +56,8 @@ def slowest_period(p: Parameters) -> float:
 def stays_stuck(p: Parameters, state: State) -> bool:
     """Whether a slider that sticks to a belt at rest does so for good.
 
-    Its vertical motion keeps within what its energy allows, where the stiffness is k2 + h at least;
-    there the belt can hold it.
+    Its energy bounds the vertical motion, as the stiffness is at least k2 + h. Friction must hold
+    the slider at both bounds.
     """
     x, _, y, vy = state
     h = coupling_stiffness(p)

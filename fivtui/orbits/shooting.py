@@ -1,8 +1,8 @@
 """The periodic orbit near a motion: Newton's method on its return map, with Floquet multipliers.
 
-The equations are those of the branches of cycles (`OrbitCurve`), with the start held on a section
-of the motion. An orbit that sticks to the belt is closed from within a stick: there deviations
-across v_r = 0 are lost, and one multiplier is exactly 0.
+The equations are those of the branches of cycles (`OrbitCurve`), with the start fixed on a section
+of the motion. The period of an orbit that sticks to the belt begins within a stick. A stick cancels
+deviations of v_r from 0, so that one multiplier is exactly 0.
 """
 
 from dataclasses import dataclass
@@ -20,19 +20,21 @@ from .curves.branch_curve import BranchCurve, ParameterLine
 
 # Tolerance of the run that measures the orbit.
 _TOL: Final = 1e-12
-# A period that leaves this range around its estimate belongs to another orbit.
+# Range of the period, relative to its estimate; outside it belongs to a different orbit.
 _PERIOD_RANGE: Final = (0.5, 2.0)
-# An amplitude below this part of the displacements is rest.
+# Amplitude, relative to the displacements, below which an orbit is the equilibrium.
 _AT_REST: Final = 1e-7
-# The estimate may be several periods; the orbit then closes after a part of the time.
+# The estimate may be several periods: largest number of periods in it, and relative distance at
+# which the orbit closes after a part of the time.
 _MOST_PARTS: Final = 8
 _PART_CLOSES: Final = 1e-8
 
 
 class Section(Enum):
-    """Where the return map begins; its value is the index of the state that is held there.
+    """The section of the return map; its value is the index of the state that is fixed there.
 
-    Zero at a separation (y) and at a lowest point (ẏ); within a stick x stays what it is.
+    The fixed state is zero at a separation (y) and at a lowest point (ẏ). Within a stick x keeps
+    its value.
     """
 
     LIFT_OFF = 2
@@ -111,10 +113,10 @@ def shoot(
     *,
     work: Progress = UNWATCHED,
 ) -> PeriodicOrbit:
-    """Find the periodic orbit close to a guess closed to about 1e-12 of its size."""
+    """Find the periodic orbit close to a guess, closed to about 1e-12 of its size."""
     state = np.array(guess)
     if section is Section.STICK:
-        # A slider that sticks has the speed of the belt, to the last bit.
+        # A slider that sticks has exactly the belt speed.
         state[1] = system.parameters.v_belt
     else:
         state[section.value] = 0.0
@@ -166,11 +168,11 @@ def _measured(
         x_abs=run.peak.x_abs,
         vx_max=run.peak.vx_max,
         force_max=run.contact_force.max,
-        # By rounding a separation at the start may recur at the end; reattachments do not.
+        # Rounding may repeat the first separation at the end: count reattachments.
         separations=run.events.reattachments,
         separated_time=run.events.separated_time,
         residual=float(np.abs(missed).max() / np.abs(orbit.unknowns[:4]).max()),
-        # The stick in which the period begins and ends is one.
+        # The period begins and ends in the same stick.
         sticks=run.events.sticks - int(section is Section.STICK),
         stick_time=run.events.stick_time,
     )

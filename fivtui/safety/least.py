@@ -31,7 +31,7 @@ Floats = NDArray[np.float64]
 GROUPS: Final = ("k2", "k3", "c1", "c2", "k_nl")
 # Upper end of branches, in critical μ.
 _ABOVE: Final = 2.0
-_KEPT: Final = 65_536
+_CACHE_SIZE: Final = 65_536
 _AT_REST: Final = (0.0, 0.0, 0.0, 0.0)
 _TOL: Final = 1e-13
 
@@ -72,7 +72,7 @@ def _parameters_by_group() -> dict[str, tuple[str, ...]]:
 MADE_OF: Final[Mapping[str, Sequence[str]]] = _parameters_by_group()
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHE_SIZE)
 def least_of(group: tuple[float, ...], *, separation: bool) -> float:
     """The least μ at which a cycle of the branch attracts, or the critical μ if that is lower.
 

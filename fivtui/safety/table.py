@@ -30,7 +30,7 @@ Floats = NDArray[np.float64]
 # Limit of folds of a table.
 MOST_FOLDS: Final = 512
 # Error of μ below which continuation stops.
-_WANTED: Final = 2e-5
+_TARGET_ERROR: Final = 2e-5
 # Bounds of safe μ along one group.
 _BOUNDS: Final = (0.0, PARAMETERS["mu"].upper)
 # Degree in a cell, number of folds for the fit, and number of folds for the test.
@@ -41,12 +41,12 @@ _TRIED: Final = 6
 _DEGREES: Final = range(1, 7)
 _FILLED: Final = 0.5
 # Margin of the box and of safe μ beyond the fitted values, relative to their range.
-_BEYOND: Final = 0.25
+_BOX_MARGIN: Final = 0.25
 # One fold in this many is for the test. Folds of the first fit.
 _TRY_EVERY: Final = 3
 _FIRST: Final = 128
 # Quantile of the errors that selects the degree.
-_MOST: Final = 0.95
+_QUANTILE: Final = 0.95
 # Spread, relative to the widest, below which a direction does not vary.
 _FLAT: Final = 1e-6
 _LEAST_CUBIC: Final = 1e-9
@@ -93,7 +93,7 @@ class SafeTable(msgspec.Struct, frozen=True):
     @property
     def usual_error(self) -> float:
         """The 95 % quantile of the errors at test folds."""
-        return float(np.quantile(self.errors, _MOST))
+        return float(np.quantile(self.errors, _QUANTILE))
 
     def at(self, groups: Floats) -> Floats:
         """Safe μ at groups of shape (n, 5), clipped to the boxes; NaN where groups are NaN."""
@@ -211,7 +211,7 @@ def _over_one(p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _
     while folds.count + 2 * len(unit) <= MOST_FOLDS:
         worst = max(range(len(cells)), key=lambda n: cells[n][1].max())
         box, errors = cells[worst]
-        if errors.max() <= _WANTED:
+        if errors.max() <= _TARGET_ERROR:
             break
         (low,), (high,) = box.low, box.high
         middle = 0.5 * (low + high)
@@ -231,7 +231,7 @@ def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> 
     _, spreads, rows = np.linalg.svd(varying - centre, full_matrices=False)
     rows = rows[spreads > _FLAT * spreads[0]]
     z = (varying - centre) @ rows.T
-    beyond = _BEYOND * np.ptp(z, axis=0)
+    beyond = _BOX_MARGIN * np.ptp(z, axis=0)
     low, high = z.min(axis=0) - beyond, z.max(axis=0) + beyond
     unit = 2.0 * (z - low) / (high - low) - 1.0
     corners = (tuple(low.tolist()), tuple(high.tolist()))
@@ -243,15 +243,15 @@ def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> 
         room = _FILLED * np.count_nonzero(fits)
         # Far from all draws a polynomial may take any value: limit it.
         least, greatest = float(np.nanmin(values[fits])), float(np.nanmax(values[fits]))
-        margin = _BEYOND * (greatest - least)
+        margin = _BOX_MARGIN * (greatest - least)
         box = (*corners, least - margin, greatest + margin)
         cells = [
             _fitted(unit[:count], values, fits, degree, box)
             for degree in _DEGREES
             if degree == 1 or len(_exponents(len(rows), degree)) <= room
         ]
-        cell, errors = min(cells, key=lambda pair: float(np.quantile(pair[1], _MOST)))
-        if errors.max() <= _WANTED or count == len(x):
+        cell, errors = min(cells, key=lambda pair: float(np.quantile(pair[1], _QUANTILE)))
+        if errors.max() <= _TARGET_ERROR or count == len(x):
             return folds.table(centre, rows, [cell], errors)
         count = min(2 * count, len(x))
 

@@ -59,9 +59,9 @@ _MOST_LEGS: Final = 16
 # Share of undecided motions up to which a μ counts as safe.
 _MOST_UNDECIDED: Final = 0.05
 # Lower end of the search for motion on a torus, relative to the least μ of the branch.
-_BEYOND: Final = 0.95
+_TORUS_RANGE: Final = 0.95
 # Relative difference of amplitudes below which two cycles are equal.
-_SAME: Final = 1e-2
+_EQUAL_CYCLES: Final = 1e-2
 # Relative tolerance for two values of safe μ of one set.
 _AGREE: Final = 1e-3
 
@@ -367,7 +367,7 @@ class _Search:
         distinct: list[CyclePoint] = []
         for cycle in sorted(cycles, key=lambda cycle: cycle.half_range):
             size = cycle.half_range
-            if not distinct or size - distinct[-1].half_range > _SAME * size:
+            if not distinct or size - distinct[-1].half_range > _EQUAL_CYCLES * size:
                 distinct.append(cycle)
         return tuple(distinct)
 
@@ -417,7 +417,7 @@ class _Search:
         steady = next(iter(ended.settled), None)
         if steady is not None and steady.mu < self._least():
             # Without a cycle by shooting the motion is on a torus, or its period is long.
-            low = _BEYOND * max((mu for mu in ended.levels if mu < steady.mu), default=0.0)
+            low = _TORUS_RANGE * max((mu for mu in ended.levels if mu < steady.mu), default=0.0)
             self._add(least_staying(self._system, steady, low), "other motion")
         return self._least() < least
 
@@ -439,7 +439,7 @@ class _Search:
                 # A torus or a cycle of twice the period takes over the stability; its motion may
                 # persist at lower μ than the cycles of the branch.
                 motion = Survivor(cycle.value, cycle.start, cycle.half_range)
-                low = _BEYOND * min(point.value for point in curve.points)
+                low = _TORUS_RANGE * min(point.value for point in curve.points)
                 mu = least_staying(self._system, motion, low)
                 if mu < cycle.value:
                     self._add(mu, "other motion")

@@ -34,7 +34,7 @@ _GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
 # Lowest computed value above the low end, relative to the range.
 _FROM_END: Final = 1e-3
 # Distance of two bounds, relative to the range, below which they are equal.
-_SAME: Final = 1e-4
+_EQUAL_BOUNDS: Final = 1e-4
 
 
 class Zone(StrEnum):
@@ -268,7 +268,7 @@ def _continued(judge: _Judge, progress: OnProgress | None) -> Zones:
         if zone(low) is not zone(high)
     ]
     # Without a zone of knocks the loss of stability gives the same bound twice.
-    edges, near = judge.edges(), _SAME * (judge.high - judge.low)
+    edges, near = judge.edges(), _EQUAL_BOUNDS * (judge.high - judge.low)
     between = [value for value in between if all(abs(value - edge) > near for edge in edges)]
     return judge.zones(
         between, lambda value: zone(float(values_known[np.argmin(np.abs(values_known - value))]))

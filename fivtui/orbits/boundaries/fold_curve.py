@@ -19,21 +19,22 @@ from fivtui.orbits.curves.flow import FloatArray, Return, SliderBeltFlow
 
 from .plane import FIRST, SECOND, ParameterPlane
 
-# Unknowns are the state, the period and two parameters; those of a null vector are the first five.
+# Unknowns are the state, the period and two parameters; a null vector has the first five.
 _COUNT: Final = 7
 _NULL: Final = 5
 _LIMITS: Final = Limits(iterations=12, exact=3e-13, converged=1e-9)
-# Second derivatives are differences over this part of the orbit's size, and of its height above 0.
+# Step of the differences for second derivatives: relative to the orbit's size, and at most this
+# part of its height above y = 0.
 _DIFFERENCE: Final = 1e-5
 _PART_OFF: Final = 0.05
-# Off the belt the curve is followed as far as the highest point is above y = 0 by this part of the
-# length: at y = 0 it has a corner.
+# Height above y = 0, relative to the length, at which a curve off the belt ends: it has a corner at
+# y = 0.
 _NEAR_CORNER: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class FoldOnCurve(OrbitOnCurve):
-    """A limit cycle with a multiplier 1."""
+    """A limit cycle with a multiplier 1, its null vectors, and the bend of the branch."""
 
     null: FloatArray
     left_null: FloatArray
@@ -41,7 +42,7 @@ class FoldOnCurve(OrbitOnCurve):
 
 
 class _Borders(NamedTuple):
-    # The direction across the orbit, and both null vectors, at a fold nearby.
+    # Direction across the orbit, and null vectors, of a fold nearby.
     across: FloatArray
     null: FloatArray
     left_null: FloatArray
@@ -56,7 +57,7 @@ class _Fold(NamedTuple):
 class FoldCurve(CycleCurve[FoldOnCurve]):
     """The equations of folds: shooting, and a bordered determinant that vanishes at folds.
 
-    Second derivatives of the flow are differences of its first ones along the null vector.
+    Second derivatives of the flow are differences of first derivatives along the null vector.
     """
 
     def __init__(
@@ -136,8 +137,8 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
     def _bordered(
         self, unknowns: FloatArray, motion: Return, borders: _Borders
     ) -> tuple[FloatArray, float, FloatArray, FloatArray] | None:
-        # Derivatives of shooting, and of the number in the corner of the inverse bordered matrix;
-        # that number, and the null vectors.
+        # Derivatives of the equations, the corner element of the inverse bordered matrix, and the
+        # null vectors.
         system = np.zeros((_COUNT, _COUNT))
         system[:4] = self._orbits.shooting(motion)
         bordered = np.zeros((_NULL + 1, _NULL + 1))
@@ -160,7 +161,7 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
     def _second(
         self, unknowns: FloatArray, direction: FloatArray, motion: Return
     ) -> FloatArray | None:
-        # Derivative of the shooting equations' derivatives along a direction in state and period.
+        # Directional derivative of the Jacobian of shooting, in state and period.
         step = _DIFFERENCE * float(np.abs(unknowns[:4]).max())
         if self._separation:
             off = abs(float(motion.extremes[3])) / float(self.scales[0])

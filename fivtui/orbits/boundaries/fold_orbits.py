@@ -1,7 +1,6 @@
-"""Folds of limit cycles along μ: taken from a branch, and found again at a parameter set nearby.
+"""Folds of limit cycles along μ: taken from a branch, and continued to parameter sets nearby.
 
-Unknowns are in units of the parameter set's own, so that a fold changes little from one set to the
-next.
+Each parameter set has units of its own, so that scaled folds change little between sets.
 """
 
 import math
@@ -20,32 +19,33 @@ from fivtui.orbits.rest import length_scale, slowest_period
 
 _MU: Final = "mu"
 _MOST_STEPS: Final = 40
-# Steps along the curve are in units of the amplitude. A first one finds out how the curve bends.
+# Longest step along the curve, relative to the amplitude, and the first step, which measures the
+# bend.
 _LONGEST: Final = 0.5
 _PROBE: Final = 0.05
-# Where the motion is no longer across the plane (cosine), the phase turns, and not the branch.
+# Least cosine between the motion and the normal of the plane; below it the phase condition fails.
 _TRANSVERSE: Final = 0.5
-# The fold is found when a step is this short, if a multiplier is this near to 1.
+# Step at which the search has converged, and largest distance of a multiplier from 1 at a fold.
 _SHORT: Final = 3e-6
 _UNITY: Final = 1e-2
-# Where the curve bends more than the first, over the square of the amplitude, the slopes within the
-# second part of the amplitude on either side are looked at: the bend might be rounding.
+# Bend, times the square of the amplitude, above which it may be rounding. It is then measured again
+# from slopes at this distance on both sides, relative to the amplitude.
 _SHARP: Final = 1.0
 _BESIDE: Final = 0.01
-# The bend is taken between places this far apart.
-_APART: Final = 1e-6
-# Next to the first touch of y = 0 the slope changes quickly: the place stays this part of the
-# interval away from its ends, down to an interval of this length along the curve.
+# Least distance between two slopes for a new bend, relative to the amplitude.
+_SLOPE_DISTANCE: Final = 1e-6
+# Next to the first touch of y = 0 the slope changes quickly. Steps keep this margin from the ends
+# of the bracket, down to a bracket of this length.
 _INSIDE: Final = 0.05
 _CLOSE: Final = 1e-12
 _SADDLE: Final = 2.0
-# Cycles of less than this part of the length are the equilibrium.
+# Size, relative to the length, below which a cycle is the equilibrium.
 _SMALLEST: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class FoldOrbit:
-    """A limit cycle at a fold: no cycle next to it has a lower μ."""
+    """A limit cycle at a fold where μ has a minimum along the branch."""
 
     mu: float
     half_range: float
@@ -57,7 +57,7 @@ class FoldOrbit:
 
 
 def folds_of(branch: CycleBranch) -> list[FoldOrbit]:
-    """The folds of a branch along μ from which on cycles attract, see `fold_near`."""
+    """The folds of a branch along μ above which cycles attract, see `fold_near`."""
     folds = []
     units = _units(branch.system)
     for before, point, after in zip(
@@ -89,7 +89,7 @@ def fold_near(
     guess: FoldOrbit,
     unknowns: FloatArray | None = None,
 ) -> FoldOrbit | None:
-    """The fold of a system near that of another."""
+    """The fold of a system near the fold of a similar system."""
     flow, units = SliderBeltFlow(system, (_MU,)), _units(system)
     curve = OrbitCurve(flow, units)
     base = guess.unknowns if unknowns is None else unknowns
@@ -100,7 +100,7 @@ def fold_near(
         return curve.solve(base + distance * guess.tangent, planes)
 
     bend, distance, size = guess.bend, 0.0, guess.amplitude
-    # Distances along the first tangent, and slopes there: the last, and the nearest on both sides.
+    # Distances along the first tangent: the previous one with its slope, and the bracket.
     previous: tuple[float, float] | None = None
     sides: dict[bool, float] = {}
     for _ in range(_MOST_STEPS):
@@ -108,7 +108,7 @@ def fold_near(
         if orbit is None or float(orbit.across @ guess.across) < _TRANSVERSE:
             return None
         slope = float(orbit.tangent[VALUE])
-        if previous is not None and abs(distance - previous[0]) > _APART * size:
+        if previous is not None and abs(distance - previous[0]) > _SLOPE_DISTANCE * size:
             bend = (slope - previous[1]) / (distance - previous[0])
         previous, sides[slope > 0.0] = (distance, slope), distance
         step = -slope / bend if bend != 0.0 else _PROBE * size
@@ -130,7 +130,7 @@ def fold_near(
 def _bend_beside(
     orbit_at: Callable[[float], OrbitOnCurve | None], at: float, distance: float
 ) -> float:
-    # The bend by the slopes on either side; not a number if the parameter is not least in between.
+    # The bend by the slopes on both sides; NaN unless the parameter has a minimum in between.
     orbits = (orbit_at(at - distance), orbit_at(at + distance))
     before, after = (0.0 if orbit is None else float(orbit.tangent[VALUE]) for orbit in orbits)
     return (after - before) / (2.0 * distance) if before < 0.0 < after else math.nan
@@ -142,7 +142,7 @@ def _fold(orbit: OrbitOnCurve, bend: float, length: float) -> FoldOrbit | None:
     multipliers = orbit.multipliers
     unity = int(np.abs(multipliers - 1.0).argmin())
     remaining = np.delete(multipliers, unity)
-    # A real multiplier above 1, but close to it, is next to a torus, from which on cycles attract.
+    # A real multiplier slightly above 1 is next to a torus, beyond which cycles attract.
     saddle = bool(np.any((remaining.imag == 0.0) & (remaining.real > _SADDLE)))
     if not bend >= 0.0 or size < _SMALLEST or saddle or abs(multipliers[unity] - 1.0) > _UNITY:
         return None
@@ -162,8 +162,7 @@ def _unknowns(point: CyclePoint) -> FloatArray:
 
 
 def _units(system: System) -> FloatArray:
-    # The length is that of the contact's own where there is one: motions of the same F² k_nl differ
-    # by it alone.
+    # The length is that of the contact spring, if cubic: motions of equal F² k_nl scale with it.
     p = system.parameters
     length = math.sqrt(p.k2 / p.k_nl) if p.k_nl > 0.0 else length_scale(system)
     return cycle_scales(length, slowest_period(p), 1.0)

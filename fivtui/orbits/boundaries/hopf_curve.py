@@ -26,7 +26,7 @@ class HopfOnCurve(PointOnCurve):
 
 
 class HopfCurve(Curve[HopfOnCurve]):
-    """The points at which the friction coefficient is the critical one."""
+    """The points at which the friction coefficient equals the critical one."""
 
     def __init__(self, plane: ParameterPlane, work: Progress) -> None:
         self._plane, self._work = plane, work
@@ -68,7 +68,7 @@ class HopfCurve(Curve[HopfOnCurve]):
         )
 
     def _excess(self, unknowns: FloatArray) -> tuple[float, FloatArray] | None:
-        # The friction coefficient beyond the critical one, and its slopes; None without one.
+        # Friction coefficient less the critical one, and its slopes; None without a critical one.
         names = self._plane.names
         try:
             system = self._plane.at((unknowns * self.scales).tolist())

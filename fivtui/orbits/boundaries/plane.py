@@ -1,4 +1,4 @@
-"""Two parameters that vary: their ranges and units, and what is common to all curves over them."""
+"""The plane of two parameters that vary, with their ranges and units."""
 
 import math
 from collections.abc import Sequence

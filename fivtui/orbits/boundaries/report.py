@@ -10,7 +10,7 @@ _SHORT: Final = 5
 
 
 def print_boundary(result: Boundary) -> None:
-    """Print the points of every curve, one row each, and what happens along it."""
+    """Print the points of every curve, one row each, and its events."""
     header = (*result.names, "period s", "y from .. to m")
     for count, curve in enumerate(result.curves, start=1):
         of = f" {count} of {len(result.curves)}" if len(result.curves) > 1 else ""

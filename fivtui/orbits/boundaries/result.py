@@ -17,7 +17,7 @@ BoundaryKind = Literal["hopf", "fold", "touch"]
 
 BOUNDARIES: Final[tuple[BoundaryKind, ...]] = ("hopf", "fold", "touch")
 # Events that a result prints.
-_TOLD: Final = 8
+_PRINTED_EVENTS: Final = 8
 _LYAPUNOV: Final = Column("lyapunov", "1/(m^2 s)", "first Lyapunov coefficient of a Hopf point")
 
 
@@ -63,9 +63,9 @@ class BoundaryEvent:
     Attributes
     ----------
     kind : EventKind
-        What: two curves of folds meet and end (cusp), a fold begins to touch y = 0 (touch) or a
-        touching cycle is a fold (fold), Hopf points turn from supercritical to subcritical and a
-        curve of folds begins (bautin).
+        Two curves of folds meet and end (cusp), a fold begins to touch y = 0 (touch), a touching
+        cycle is a fold (fold), or Hopf points turn from supercritical to subcritical and a curve
+        of folds begins (bautin).
     values : tuple of float
         The two parameters there.
     period : float
@@ -101,14 +101,14 @@ class Boundary(TableResult, Drawn):
     system : System
         The system, with `parameters` that do not vary and `separation`.
     kind : str
-        What is on the curves: ``"hopf"``, ``"fold"`` or ``"touch"``.
+        Kind of the points: ``"hopf"``, ``"fold"`` or ``"touch"``.
     names : tuple of str
         The two parameters.
     ranges : tuple of tuple of float
         Their ranges.
     curves : tuple of BoundaryCurve
-        The curves found. One that is not connected to a branch that begins at a Hopf point in the
-        ranges is not found.
+        The curves found. A curve without connection to a branch from a Hopf point in the ranges is
+        missed.
     """
 
     data_name: ClassVar[str] = "boundary"
@@ -140,10 +140,10 @@ class Boundary(TableResult, Drawn):
                     for name, value in zip(self.names, event.values, strict=True)
                 ),
             )
-            for event in self.events[:_TOLD]
+            for event in self.events[:_PRINTED_EVENTS]
         ]
-        if len(self.events) > _TOLD:
-            rows.append(("and", f"{len(self.events) - _TOLD} more events"))
+        if len(self.events) > _PRINTED_EVENTS:
+            rows.append(("and", f"{len(self.events) - _PRINTED_EVENTS} more events"))
         return [
             ("scene", scene),
             ("over", ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in ranges)),
@@ -153,7 +153,7 @@ class Boundary(TableResult, Drawn):
 
     @property
     def warning(self) -> str | None:
-        """Warning if a curve was not followed to an end of its own."""
+        """Warning if a curve was lost or is too long."""
         cuts = []
         for curve in self.curves:
             for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):

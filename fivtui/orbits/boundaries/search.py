@@ -1,4 +1,4 @@
-"""Boundaries over two parameters: where their curves begin, and the curves."""
+"""Boundaries over two parameters: search for points to begin at, and their curves."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -41,13 +41,13 @@ from .result import (
 from .touch_curve import TouchCurve
 from .tracing import FoldTracer
 
-# Values of one parameter, beside its own, at which branches along the other are looked at.
+# Values of one parameter, besides that of the set, at which branches along the other are followed.
 _LINES: Final = 8
-# A point is on a curve that is nearer than this part of the distance between two of its points.
-_NEAR: Final = 0.1
-_SAME: Final = 1e-6
+# Distance from a curve, relative to the spacing of its points, below which a point is on it.
+_RELATIVE_DISTANCE: Final = 0.1
+_ROUNDING: Final = 1e-6
 _LEAST: Final = 1e-100
-# Steps along Hopf points within which a curve of folds that shrinks must begin, and the first one.
+# Limit of points along a Hopf curve to the Bautin point of a shrinking fold curve, and first step.
 _MOST_TO_BAUTIN: Final = 40
 _FIRST_STEP: Final = 1e-4
 
@@ -62,17 +62,17 @@ def boundary(
 ) -> Boundary:
     """Follow the curves of Hopf points, folds or touches of limit cycles over two parameters.
 
-    The curves begin at the events of branches that begin at Hopf points, at nine values of one of
-    the parameters: others are not found. Cusps, where two curves of folds meet and end, and Hopf
-    points at which folds begin (Bautin) are located on the way.
+    Branches from Hopf points at nine values of one parameter give events; the curves begin there.
+    Curves without such an event are missed. Cusps, where two curves of folds meet and end, and Hopf
+    points at which folds begin (Bautin) are located along the curves.
 
     Parameters
     ----------
     parameters : Parameters or None
         The parameter set; the base set if None.
     kind : "hopf", "fold" or "touch"
-        What is on the curves: Hopf points of the equilibrium, limit cycles that turn back, or
-        limit cycles whose highest point is at y = 0.
+        The points of the curves: Hopf points of the equilibrium, folds of limit cycles, or limit
+        cycles whose highest point is at y = 0.
     over : mapping of str to tuple of float
         Lowest and highest value of two parameters; None for a tenth and ten times its value.
     separation : bool
@@ -97,8 +97,8 @@ def boundary(
     Examples
     --------
     >>> from fivtui import Parameters, boundary
-    >>> found = boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.6)})
-    >>> [(str(event.kind), round(event.values[0], 6)) for event in found.events]
+    >>> result = boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.6)})
+    >>> [(str(event.kind), round(event.values[0], 6)) for event in result.events]
     [('cusp', 36.510164)]
     """
     plane = _plane(system_of(parameters, separation), kind, over)
@@ -141,8 +141,8 @@ def _plane(
 
 
 def _lines(plane: ParameterPlane, work: Progress) -> Iterator[tuple[System, str, int]]:
-    # Systems with values of one of the two, the name of the other, and its place: friction
-    # if it is one of them, along which there is one Hopf point at most.
+    # Systems at values of one parameter, and name and index of the second one, along which branches
+    # are followed: preferably μ, as it has one Hopf point at most.
     along = 0 if plane.names[0] == "mu" else 1
     low, high = plane.ranges[1 - along]
     name = plane.names[1 - along]
@@ -156,7 +156,7 @@ def _lines(plane: ParameterPlane, work: Progress) -> Iterator[tuple[System, str,
 def _events(
     plane: ParameterPlane, kind: EventKind, work: Progress
 ) -> Iterator[tuple[System, CyclePoint, FloatArray]]:
-    # Cycles at events of branches, the systems, and the values of both parameters.
+    # The system, the cycle and the values of both parameters at every event of the branches.
     for system, name, along in _lines(plane, work):
         p = system.parameters
         low, high = plane.ranges[along]
@@ -227,7 +227,8 @@ def _both_ways(
 
 
 def _with_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) -> BoundaryCurve:
-    # Folds that shrink into the equilibrium end at a Hopf point whose Lyapunov coefficient is zero.
+    # A fold curve that shrinks into the equilibrium ends at a Hopf point of zero Lyapunov
+    # coefficient.
     shrinks = [end is End.EQUILIBRIUM for end in curve.ends]
     at_start = _bautin(plane, curve.points[0], work) if shrinks[0] else []
     at_end = _bautin(plane, curve.points[-1], work) if shrinks[1] else []
@@ -281,7 +282,7 @@ def _is_on(
     values: FloatArray,
     measures: tuple[float, float, float],
 ) -> bool:
-    # Whether a point is on a curve that is known, by its parameters, period and extremes.
+    # Whether a point is on one of the curves, by its parameters, period and extremes.
     period, y_min, y_max = measures
     units = np.array([*plane.units, period, abs(y_min), abs(y_min)])
     target = np.array([*values, period, y_min, y_max]) / units
@@ -294,6 +295,6 @@ def _is_on(
         lengths = np.maximum(np.linalg.norm(segments, axis=1), _LEAST)
         shares = np.clip(((target - polyline[:-1]) * segments).sum(axis=1) / lengths**2, 0.0, 1.0)
         distances = np.linalg.norm(polyline[:-1] + shares[:, None] * segments - target, axis=1)
-        if (distances < _NEAR * lengths + _SAME).any():
+        if (distances < _RELATIVE_DISTANCE * lengths + _ROUNDING).any():
             return True
     return False

@@ -14,14 +14,14 @@ from fivtui.transient import START_SEEDS, Request, vary
 from .plane import FIRST, SECOND, ParameterPlane
 
 _UNKNOWNS: Final = 7
-# A cycle that is above y = 0 elsewhere by more than this part of its size does not touch first.
+# Greatest height above y = 0, relative to its depth, of a touching cycle.
 _ABOVE: Final = 1e-9
 
 
 class TouchCurve(CycleCurve[OrbitOnCurve]):
-    """The equations of cycles whose highest point is at y = 0, where they start.
+    """The equations of cycles that start at their highest point, y = 0.
 
-    They stay on the belt: separation plays no part.
+    They stay on the belt: separation has no effect.
     """
 
     def __init__(self, plane: ParameterPlane, length: float, period: float, work: Progress) -> None:
@@ -37,9 +37,9 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
     def begin(
         self, cycle: FloatArray, index: int = FIRST, values: FloatArray | None = None
     ) -> OrbitOnCurve | None:
-        """The touching cycle near one on the belt, with the value of one unknown.
+        """The touching cycle near a cycle on the belt, with the value of one unknown fixed.
 
-        `cycle` are its unknowns; `values` the parameters to look at, scaled, if not its own.
+        `cycle` are its unknowns; `values` are scaled parameters to use instead of its own.
         """
         x, vx = self._highest_point(cycle)
         guess = np.array([x, vx, 0.0, 0.0, *cycle[4:]]) / self.scales

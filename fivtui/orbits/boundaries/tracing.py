@@ -1,8 +1,9 @@
-"""Tracing a curve of folds both ways, on and off the belt, through the corners in between.
+"""Tracing a curve of folds on and off the belt, through the corners in between.
 
-Where a fold begins to touch y = 0 the curve of folds has a corner: on the belt it is smooth and
-goes on beyond, off the belt the highest point rises from y = 0 with the square of the distance.
-There it turns back (a cusp, where two folds and the touch of a branch meet) or passes.
+The curve of folds has a corner where a fold begins to touch y = 0. The curve of folds on the belt
+is smooth and extends beyond the corner. Off the belt the highest point rises from y = 0 with the
+square of the distance. At the corner the curve turns back or passes. Where it turns back there is a
+cusp: two folds and the touch of a branch meet.
 """
 
 from dataclasses import dataclass, replace
@@ -21,16 +22,16 @@ from .fold_curve import FoldCurve, FoldOnCurve
 from .plane import FIRST, SECOND, ParameterPlane
 from .touch_curve import TouchCurve
 
-# Amplitude, in units of the length, at which folds have shrunk into a Hopf point.
+# Amplitude, relative to the length, below which folds have shrunk into a Hopf point.
 _NEAREST: Final = 4e-3
-# Cycles whose highest point is above y = 0 by less, in units of the length, are near a corner, and
-# as good as there.
+# Height above y = 0, relative to the length, below which a cycle is near a corner, and below which
+# it is at the corner.
 _AT_CORNER: Final = 1e-3
 _SETTLED: Final = 1e-9
 _MOST_CORNERS: Final = 8
-# Distance from a corner, in units of the parameters, at which the curve is taken up again.
-_BEYOND: Final = (0.02, 0.005, 0.001)
-# A fold that is higher above y = 0, relative to its depth, is not the one next to a corner.
+# Distances from a corner, in units of the parameters, at which the curve is continued.
+_CORNER_DISTANCES: Final = (0.02, 0.005, 0.001)
+# Greatest height above y = 0, relative to its depth, of a fold next to a corner.
 _PART_OF_SIZE: Final = 0.05
 _MOST_TO_FOLD: Final = 60
 _FIRST_STEP: Final = 1e-3
@@ -39,7 +40,7 @@ _STATE: Final = slice(4)
 
 @dataclass(slots=True)
 class _Trace:
-    # Folds in the order in which they are met, the events at some of them, and the end.
+    # Folds along the curve, events by index, and the end.
     points: list[FoldOnCurve]
     events: dict[int, EventKind]
     end: End
@@ -62,7 +63,7 @@ class FoldTracer:
         return self._curve(y_max).begin(cycle / self.scales, FIRST)
 
     def follow(self, start: FoldOnCurve) -> Followed[FoldOnCurve]:
-        """Follow a curve of folds from one, in the direction of its tangent."""
+        """Follow a curve of folds from a fold, in the direction of its tangent."""
         trace = _Trace([], {}, End.LOST)
         fold: FoldOnCurve | None = start
         for _ in range(_MOST_CORNERS):
@@ -78,7 +79,7 @@ class FoldTracer:
     def _to_corner(
         self, trace: _Trace, start: FoldOnCurve, at: EventKind | None
     ) -> FoldOnCurve | None:
-        # Follow it to its end or a corner; returns where to go on behind that.
+        # Follow the curve to its end or to a corner; return the fold to continue from, if any.
         curve, points = self._curve(float(start.extremes[3])), trace.points
         part = Follower(curve, _NEAREST).follow(start, until=(EventKind.TOUCH,), at=at)
         trace.events |= {len(points) + index: kind for index, kind in part.events.items()}
@@ -98,10 +99,10 @@ class FoldTracer:
         return points[-1] if corner is None else corner
 
     def _leave_belt(self, trace: _Trace) -> FoldOnCurve | None:
-        # From a corner at the end of folds on the belt.
+        # From a corner at the end of folds on the belt to a fold off the belt.
         corner = trace.points[-1]
         trace.end = End.LOST
-        for distance in _BEYOND:
+        for distance in _CORNER_DISTANCES:
             for kind, signed in ((EventKind.CUSP, -distance), (EventKind.TOUCH, distance)):
                 beyond = self._beyond(corner, signed)
                 if beyond is not None:
@@ -111,7 +112,7 @@ class FoldTracer:
         return None
 
     def _beyond(self, corner: FoldOnCurve, distance: float) -> FoldOnCurve | None:
-        # The fold off the belt at a distance from a corner, along the curve on the belt.
+        # The fold off the belt at a distance from a corner, measured along the curve on the belt.
         direction = corner.tangent[FIRST:] / np.linalg.norm(corner.tangent[FIRST:])
         fixed = FIRST + int(np.argmax(np.abs(direction)))
         free = FIRST + SECOND - fixed
@@ -144,7 +145,7 @@ class FoldTracer:
         return fold if away > 0.0 else fold.reversed()
 
     def _meet_belt(self, trace: _Trace, start: FoldOnCurve) -> FoldOnCurve | None:
-        # From where folds off the belt cannot be followed: to those on it, if they are there.
+        # From the last fold off the belt to a corner nearby, if there is one.
         points = trace.points
         nearest = points[-1] if points else start
         if not float(nearest.extremes[3]) < _AT_CORNER * self._length:
@@ -152,9 +153,9 @@ class FoldTracer:
         corner = self._corner_near(nearest)
         if corner is None:
             return None
-        # What is smaller than the last distance at which a corner is left is not looked at.
+        # Displacements below the smallest distance from a corner have no reliable direction.
         steps = [(corner.unknowns - fold.unknowns)[FIRST:] for fold in (*points[::-1], start)]
-        long = (step for step in steps if np.linalg.norm(step) > _BEYOND[-1])
+        long = (step for step in steps if np.linalg.norm(step) > _CORNER_DISTANCES[-1])
         turns = bool(corner.tangent[FIRST:] @ next(long, nearest.tangent[FIRST:]) < 0.0)
         while points and float(points[-1].extremes[3]) < _SETTLED * self._length:
             points.pop()
@@ -165,8 +166,8 @@ class FoldTracer:
         return corner
 
     def _corner_near(self, fold: FoldOnCurve) -> FoldOnCurve | None:
-        # The touching fold near one that is hardly off the belt, with the tangent towards those on
-        # it. Touching cycles are as near as the fold itself, and their curve has no corner.
+        # The touching fold near a fold close to the belt, with the tangent towards folds on the
+        # belt. It is found along the curve of touching cycles, which has no corner.
         arrival = fold.tangent[FIRST:]
         fixed = FIRST + int(np.argmax(np.abs(arrival)))
         touch = self._touching(fold, fold.unknowns[FIRST:], fixed)
@@ -178,11 +179,11 @@ class FoldTracer:
             part = follower.follow(start, step=_FIRST_STEP, until=(EventKind.FOLD,))
             if part.end is End.EVENT:
                 corner = self._on.begin(part.points[-1].unknowns, fixed)
-                # It starts at its highest point, whose height the third unknown is.
+                # The orbit starts at its highest point: the third unknown is its height.
                 descends = corner is None or corner.tangent[2] < 0.0
                 return corner if corner is None or descends else corner.reversed()
         return None
 
     def _touching(self, fold: FoldOnCurve, values: FloatArray, fixed: int) -> OrbitOnCurve | None:
-        # The touching cycle near a fold, at a scaled value of one of the parameters.
+        # The touching cycle near a fold, with the scaled value of one parameter fixed.
         return self._touches.begin(fold.unknowns * self.scales, fixed, values)

@@ -1,8 +1,8 @@
 """Curves of periodic orbits along a parameter, by pseudo-arclength continuation over shooting.
 
 Unknowns are a state on the orbit, the period and the parameters that vary, each in a unit of its
-own. The phase is fixed by a plane across the orbit before, so that no section of the motion is
-needed and lift-off changes nothing.
+own. A plane across the previous orbit fixes the phase, so that no section of the motion is needed
+and lift-off has no effect.
 """
 
 import math
@@ -21,7 +21,7 @@ from fivtui.transient import MAX_T_END
 from .flow import FLOW_TOL, MOST_STEPS, FloatArray, Flow, Return, SliderBeltFlow
 from .following import Bound, Curve, PointOnCurve
 
-# Places of the unknowns, from the last: of one parameter that varies.
+# Indices of the last unknowns, for one parameter that varies.
 VALUE: Final = -1
 PERIOD: Final = -2
 UNWATCHED: Final = Progress(None)
@@ -39,7 +39,7 @@ class OrbitOnCurve(PointOnCurve):
     determinant: float
 
     def reversed(self) -> Self:
-        """The same orbit with the tangent the other way."""
+        """The same orbit with the tangent reversed."""
         return replace(self, tangent=-self.tangent, determinant=-self.determinant)
 
     @property
@@ -53,7 +53,7 @@ Orbit = TypeVar("Orbit", bound=OrbitOnCurve)
 
 
 def cycle_scales(length: float, period: float, *units: float) -> FloatArray:
-    """Units of the unknowns: of a state by a length and a period, of the period, of parameters."""
+    """Units of the unknowns: state (from `length` and `period`), period, and parameters."""
     speed = 2.0 * math.pi * length / period
     return np.array([length, speed, length, speed, period, *units])
 
@@ -70,7 +70,7 @@ class CycleCurve(Curve[Orbit]):
         return 0.5 * math.hypot(x_max - x_min, y_max - y_min)
 
     def features(self, point: Orbit) -> FloatArray:
-        """What does not depend on the phase: period, parameters and extremes."""
+        """Quantities that do not depend on the phase: period, parameters and extremes."""
         states = len(point.across)
         return np.concatenate([point.unknowns[states:], point.extremes[:4] / self.scales[0]])
 
@@ -78,7 +78,7 @@ class CycleCurve(Curve[Orbit]):
 class Limits(NamedTuple):
     """Limits of Newton's method: iterations, and residuals relative to the state.
 
-    A residual below `exact` is not improved; one above `converged` is none.
+    Iteration stops at a residual below `exact`; above `converged` there is no root.
     """
 
     iterations: int
@@ -87,7 +87,7 @@ class Limits(NamedTuple):
 
 
 class Root(NamedTuple, Generic[T]):
-    """A root of equations: their derivatives there, what belongs to it, and iterations."""
+    """A root of equations, derivatives and data of the equations there, and iterations."""
 
     unknowns: FloatArray
     derivatives: FloatArray
@@ -103,9 +103,9 @@ def find_root(
 ) -> Root[T] | None:
     """The root of equations near a guess by Newton's method; None if it finds none.
 
-    Equations give residuals, derivatives and what belongs to them; None where they have no value.
+    `equations` returns residuals, derivatives and data to keep; None where they have no value.
     """
-    # As `orbit_solve` in the compiled kernel does it.
+    # The compiled kernel has the same algorithm in `orbit_solve`.
     unknowns, least, best, accepted = guess, np.inf, None, 0.0
     for iteration in range(limits.iterations):
         values = equations(unknowns)
@@ -157,9 +157,9 @@ class OrbitCurve:
         *,
         turning: bool = True,
     ) -> OrbitOnCurve | None:
-        """The periodic orbit near a guess in planes through it; None if there is none.
+        """The periodic orbit near a guess in planes through the guess; None without one.
 
-        The tangent has the direction `along`, that of the last plane if not given, and is in the
+        The tangent points along `along`, by default the normal of the last plane. It is in the
         plane across the orbit if `turning`, else in the first plane.
         """
         self._work.check()
@@ -184,7 +184,7 @@ class OrbitCurve:
         return self.completed(root, root.belonging, direction, turning=turning)
 
     def returns_after(self, orbit: OrbitOnCurve, share: float) -> float:
-        """How far an orbit is from its start after a share of its period, relative to its size."""
+        """Distance of an orbit from its start after a share of its period, relative to its size."""
         motion = self.motion(orbit.unknowns, share)
         if motion is None:
             return np.inf
@@ -199,7 +199,7 @@ class OrbitCurve:
             return None
         guess, along = orbit.unknowns.copy(), orbit.tangent.copy()
         guess[:states] = motion.final / self.scales[:states]
-        # The way along the curve is that of period and parameters.
+        # The direction along the curve is given by period and parameters.
         along[:states] = 0.0
         planes = np.eye(self._count)[states:]
         planes[0] = 0.0
@@ -221,7 +221,7 @@ class OrbitCurve:
         return distance - unknowns[: self._states]
 
     def shooting(self, motion: Return) -> FloatArray:
-        """Derivatives of that distance by the unknowns."""
+        """Derivatives of `missed` by the unknowns."""
         n, scales = self._states, self.scales
         units = scales[:n, None]
         rows = np.empty((n, self._count))

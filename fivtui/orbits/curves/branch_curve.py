@@ -1,4 +1,4 @@
-"""The curve of limit cycles along one parameter, as it is followed, and what happens on it."""
+"""The curve of limit cycles along one parameter, with the tests for its events."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -19,12 +19,12 @@ from .following import Bound
 # Derivatives of the parameter along the curve below this are rounding.
 _LEVEL: Final = 1e-9
 _ON_CIRCLE: Final = 1e-6
-# Where in a stick a period may begin.
+# Part of a stick in which a period may begin.
 _INSIDE: Final = (0.25, 0.75)
-# Sticks and gaps to the speed of the belt, relative to period and speed, below which a cycle that
-# cannot be followed ends there.
+# A stick (relative to the period) or gap to the belt speed (relative to it) below this explains a
+# lost branch.
 _NO_LONGER: Final = 1e-3
-# A unit of the parameter is at least its range over this; a power of two scales without rounding.
+# The unit of the parameter, a power of two against rounding, is at least its range over this.
 _LEAST_UNIT: Final = 64.0
 
 
@@ -114,7 +114,7 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
         return np.take_along_axis(values.astype(np.complex128), order, axis=1)
 
     def confirmed(self, kind: EventKind, point: OrbitOnCurve) -> bool:
-        """Whether an event is what its test looked for: a product of real multipliers is none."""
+        """Whether an event is confirmed: a product 1 of real multipliers is no torus."""
         if kind is not EventKind.TORUS:
             return True
         values = point.multipliers
@@ -123,29 +123,29 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
 
 
 def makeup(orbit: OrbitOnCurve) -> Makeup:
-    """What a cycle on a belt of finite speed consists of."""
+    """Sticks and order of modes of a cycle on a belt of finite speed."""
     return Makeup(*orbit.extremes[EXTREMES_KEPT:].tolist())
 
 
 class BeltBranchCurve(BranchCurve):
     """Periodic orbits on a belt of finite speed, whose modes change their order at corners."""
 
-    # With sticks the sign of the determinant depends on where a period begins.
+    # With sticks the sign of the determinant depends on the start of the period.
     untested = frozenset({EventKind.BRANCH})
 
     def multipliers(self, orbits: Sequence[OrbitOnCurve]) -> NDArray[np.complex128]:
-        """Those of `BranchCurve`; a stick takes a deviation away, exactly."""
+        """Multipliers as of `BranchCurve`; with sticks the last one is exactly 0."""
         values = super().multipliers(orbits)
         values[[makeup(orbit).sticks > 0.0 for orbit in orbits], -1] = 0.0
         return values
 
     def course(self, point: OrbitOnCurve) -> tuple[float, ...]:
-        """What changes where the order of modes does."""
+        """Number of sticks and reversals, and order of modes."""
         parts = makeup(point)
         return (parts.sticks, parts.reversals, parts.order)
 
     def change_of_course(self, point: OrbitOnCurve, successor: OrbitOnCurve) -> EventKind:
-        """What happens between two cycles of different order of modes."""
+        """The event between two cycles of different order of modes."""
         before, after = makeup(point), makeup(successor)
         if before.sticks != after.sticks:
             return EventKind.STICK
@@ -153,14 +153,14 @@ class BeltBranchCurve(BranchCurve):
         return EventKind.REVERSE_SLIP if reverses else EventKind.ORDER
 
     def why_lost(self, point: OrbitOnCurve) -> End:
-        """Why the last cycle is not followed farther."""
+        """Why the branch cannot be followed beyond the last cycle."""
         parts = makeup(point)
         if parts.least_stick < _NO_LONGER:
             return End.STICK_ENDS
         return End.JUMPS if 0.0 < parts.gap < _NO_LONGER else End.LOST
 
     def centred(self, point: OrbitOnCurve) -> OrbitOnCurve:
-        """The same cycle; one that sticks begins within a stick, away from its ends."""
+        """The same cycle; with sticks it begins inside the longest, away from its ends."""
         parts = makeup(point)
         if parts.sticks == 0.0 or _INSIDE[0] < parts.start_in_stick < _INSIDE[1]:
             return point
@@ -182,7 +182,7 @@ class ParameterLine:
 
     @property
     def value(self) -> float:
-        """Its value in the system itself."""
+        """The value of the parameter in the system."""
         value: float = getattr(self.system.parameters, self.name)
         return value
 
@@ -191,7 +191,7 @@ class ParameterLine:
         return replace(self, system=self.system.with_values({self.name: value}))
 
     def curve(self, length: float, period: float) -> BranchCurve:
-        """The limit cycles along it, in units of a length, a period, and about its value."""
+        """The limit cycles along the line, scaled by a length, a period and about its value."""
         low, high = self.bounds
         value = 2.0 ** math.floor(math.log2(max(abs(self.value), (high - low) / _LEAST_UNIT)))
         flow = SliderBeltFlow(self.system, (self.name,))

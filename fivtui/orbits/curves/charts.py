@@ -28,7 +28,7 @@ from .result import CycleBranch, CyclePoint, event_at
 FloatArray = NDArray[np.float64]
 
 _SIZE: Final = (WIDTH, 4.4)
-# Letters in the terminal and markers in figures.
+# Letters for the terminal and markers for figures.
 _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
     EventKind.HOPF: ("H", "o"),
     EventKind.TOUCH: ("T", "s"),
@@ -43,18 +43,18 @@ _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
 _EVENT_NAMES: Final[Mapping[EventKind, str]] = {EventKind.HOPF: "Hopf"}
 _COLOURS: Final = ("#c0392b", "#d68910", "#6c3483", "#117a65")
 _SAMPLES: Final = 401
-# Multipliers beyond this are drawn on a logarithmic axis.
+# Size of multipliers above which the axes are logarithmic.
 _FAR: Final = 3.0
-# Unstable cycles so many times larger than the stable ones leave the figure.
+# Top of the figure, relative to the largest stable cycle; larger unstable cycles are cut off.
 _TOWERING: Final = 2.0
 _MARGIN: Final = 0.05
-# Dashes along a branch in the terminal, in shares of the size of the chart, and points of each.
+# Length of dashes in the terminal, relative to the size of the chart, and points per dash.
 _DASH: Final = 0.02
-_EACH: Final = 8
+_DASH_POINTS: Final = 8
 
 
 def event_name(kind: EventKind) -> str:
-    """What happens at a point of a branch, as charts call it."""
+    """The name of an event in charts."""
     return _EVENT_NAMES.get(kind, str(kind).replace("-", " "))
 
 
@@ -76,8 +76,8 @@ def branch_chart(result: CycleBranch, edited: float | None) -> Chart:
 def branch_sheet(result: CycleBranch) -> Sheet:
     """A branch, orbits in the plane of y and its velocity, and multipliers in the complex plane.
 
-    Orbits are those at the first events and of the stable cycle next to the parameter set's own
-    value; multipliers are those of all cycles, with the unit circle.
+    Orbits are drawn at the first events and for the stable cycle nearest to the value of the
+    parameter set. Multipliers of all cycles are drawn with the unit circle.
     """
     chosen = _chosen(result)
     branch, top = _branch(result), _top(result)
@@ -198,15 +198,15 @@ def _multipliers(result: CycleBranch) -> Chart:
 
 
 def _top(result: CycleBranch) -> float:
-    # A branch that grows without bounds would flatten all that can be met.
+    # A branch that grows without bounds would flatten the stable cycles.
     top = max(point.half_range for point in result.points)
     met = max((point.half_range for point in result.points if point.stable), default=top)
     return min(top, _TOWERING * met)
 
 
 def _chosen(result: CycleBranch) -> dict[CyclePoint, str]:
-    # Cycles whose orbits are drawn, with their colours: at events, and the stable one next to the
-    # parameter set's own value. Much larger ones would flatten it.
+    # Cycles whose orbits are drawn, with their colours: at events, and the stable cycle nearest to
+    # the value of the parameter set. Cycles that would flatten it are left out.
     set_value = getattr(result.parameters, result.name)
     visible = [point for point in result.points if point.half_range <= _top(result)]
     stable = sorted(
@@ -222,7 +222,7 @@ def _chosen(result: CycleBranch) -> dict[CyclePoint, str]:
 def _pieces(
     x: FloatArray, y: FloatArray, chosen: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
-    # The parts of a curve of which one end at least is chosen, with gaps between them.
+    # The chosen parts of a curve, each up to the next point, with gaps between them.
     parts: list[tuple[FloatArray, FloatArray]] = []
     edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
     for begin, end in edges.reshape(-1, 2).tolist():
@@ -239,12 +239,12 @@ def _pieces(
 def _dashed(
     x: FloatArray, y: FloatArray, sizes: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray]:
-    # The same curve with every second dash left out.
+    # The curve without every second dash.
     if x.size < 2:
         return x, y
     steps = np.hypot(np.diff(x) / sizes[0], np.diff(y) / sizes[1])
     along = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(steps), steps, 0.0))])
-    fine = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _DASH * _EACH), 2))
+    fine = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _DASH * _DASH_POINTS), 2))
     coordinates = (np.interp(fine, along, values) for values in (x, y))
     shown = (fine / _DASH).astype(int) % 2 == 0
     across, up = (np.where(shown, values, np.nan) for values in coordinates)

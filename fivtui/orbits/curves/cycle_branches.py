@@ -30,9 +30,9 @@ from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 from .saved import interpolated, saved_cycle
 
 _ORIGINS: Final = ("hopf", "cycle")
-# Bounds of the parameter, if not given: its value over and times this.
+# Default range of the parameter: its value over and times this.
 _SPAN: Final = 10.0
-# Amplitude relative to the characteristic length at which a branch has returned to the equilibrium.
+# Amplitude, relative to the characteristic length, below which a branch ends in the equilibrium.
 _RETURNED: Final = 4e-3
 
 
@@ -49,27 +49,26 @@ def branch(
 ) -> CycleBranch:
     """Follow a branch of limit cycles along a parameter, through folds, stable or not.
 
-    By pseudo-arclength continuation over shooting: folds, the first touch of y = 0, period
-    doublings and tori are located to 1e-10 of the parameter; on a belt of finite speed also where a
-    cycle begins or ceases to stick or to be faster than the belt. Branches that are not connected
-    to the one followed are not found.
+    The method is pseudo-arclength continuation over shooting. Folds, the first touch of y = 0,
+    period doublings and tori are located to 1e-10 of the parameter. On a belt of finite speed so
+    are points where a cycle begins or ceases to stick or to be faster than the belt. Branches
+    without connection to the first one are missed.
 
     Parameters
     ----------
     parameters : Parameters or None
-        The parameter set; the base set if None. Of several Hopf points in the range the one
-        nearest to its value of the parameter that varies is taken.
+        The parameter set; the base set if None. The branch begins at the Hopf point in the range
+        that is nearest to the set's value of the parameter that varies.
     name : str
         The parameter that varies.
     low, high : float, optional
         Range of the parameter; a tenth and ten times its value if not given.
     origin : "hopf", "cycle" or Path
         Where the branch begins: at a Hopf point of the equilibrium, at the first limit cycle that
-        is reached by transients of the parameter set, or at the first one of the set in a file: a
-        branch, or attractors as JSON. From a cycle it is followed both ways.
+        transients of the parameter set reach, or at the first cycle of the set in a file (a branch,
+        or attractors as JSON). From a cycle the branch is followed both ways.
     doubled : bool
-        Whether to follow the branch of twice the period that begins at its first period doubling
-        instead.
+        Whether to follow instead the branch of twice the period from its first period doubling.
     separation : bool
         Whether separation is considered.
     progress : callable, optional
@@ -93,8 +92,8 @@ def branch(
     Examples
     --------
     >>> from fivtui import branch
-    >>> found = branch(None, "mu", low=0.2, high=1.0)
-    >>> [(str(event.kind), round(event.value, 6)) for event in found.events]
+    >>> result = branch(None, "mu", low=0.2, high=1.0)
+    >>> [(str(event.kind), round(event.value, 6)) for event in result.events]
     [('hopf', 0.439388), ('touch', 0.37073), ('fold', 0.277877)]
     """
     system = system_of(parameters, separation)
@@ -136,7 +135,7 @@ def branch_through(
 
 
 def _followed(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
-    # Both ways, or away from a Hopf point.
+    # The branch followed both ways, or away from a Hopf point.
     curve, hopf = beginning.curve, beginning.hopf
     begins = None if hopf is None else End.EQUILIBRIUM
     both = follow_both_ways(_follower(curve, line.work).follow, beginning.start, begins)
@@ -155,7 +154,7 @@ def _followed(line: ParameterLine, beginning: Beginning, origin: Origin) -> Cycl
 
 
 def _doubled(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
-    # As far as the branch meets that of half the period again, or ends.
+    # The doubled branch up to its end on the branch of the single period, or any other end.
     curve, start = beginning.curve, beginning.start
     follower = _follower(curve, line.work)
     doubling = EventKind.PERIOD_DOUBLING
@@ -210,7 +209,7 @@ def _until_halved(
         if len(points) > 1:
             orbit, before = points[-1], points[-2]
             step = 0.5 * float(np.linalg.norm(orbit.unknowns - before.unknowns))
-        # There the branch turns back on itself.
+        # At the end on the single period the branch turns back on itself.
         part = follower.follow(orbit, step=step, until=(EventKind.BRANCH, EventKind.FOLD), at=at)
         events |= {len(points) + index: kind for index, kind in part.events.items()}
         points += part.points
@@ -264,7 +263,7 @@ def cycles_at(
     ).at(value)
     for begin, end in pairwise(branch.points):
         passed = (begin.value - value) * (end.value - value) <= 0.0
-        # A point at the value itself ends one pair and begins another.
+        # A point exactly at the value is in two pairs: count it once.
         if passed and begin.value not in (end.value, value):
             values = ((point.value, point.start, point.period) for point in (begin, end))
             cycle = interpolated(next(values), next(values), value)
@@ -277,7 +276,7 @@ def cycles_at(
 def parameter_range(
     p: Parameters, name: str, low: float | None, high: float | None
 ) -> tuple[float, float]:
-    """A range of a parameter, checked; a tenth and ten times its value where not given."""
+    """A checked range of a parameter; by default a tenth and ten times its value."""
     spec, value = parameter_spec(name), getattr(p, name)
     if value is None or (spec.optional and p.v_belt is None):
         missing = name if value is None else "v_belt"

@@ -1,4 +1,4 @@
-"""The branch of twice the period that begins where a limit cycle loses stability to it."""
+"""The branch of twice the period that begins at a period doubling."""
 
 from typing import Final
 
@@ -9,19 +9,19 @@ from .branch_curve import BranchCurve
 from .events import EventKind
 from .following import Follower
 
-# Distances from the cycle, relative to its size, at which one of twice the period is looked for.
-_AWAY: Final = (0.01, 0.003, 0.03, 0.1)
-# Steps within which a period doubling must be met, and the length of the first one.
+# Distances from the cycle, relative to its size, of guesses for a cycle of twice the period.
+_DISTANCES: Final = (0.01, 0.003, 0.03, 0.1)
+# Limit of points up to a period doubling, and first step.
 _MOST_STEPS: Final = 20
 _FIRST_STEP: Final = 1e-4
-# A cycle is one of half the period, followed twice, if it returns that near after half of it.
+# Distance after half the period, relative to its size, below which a cycle repeats in it.
 _RETURNS: Final = 3e-4
 
 
 def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | None:
     """A cycle of about twice the period next to a period doubling; None if none is found.
 
-    Its tangent leads away from there.
+    Its tangent points away from the period doubling.
     """
     states = len(orbit.across)
     values, vectors = np.linalg.eig(orbit.monodromy)
@@ -30,7 +30,7 @@ def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     direction[:states] = directions_across(orbit.across) @ vector
     direction /= np.linalg.norm(direction)
     size = float(np.abs(orbit.unknowns[:states]).max())
-    for distance in _AWAY:
+    for distance in _DISTANCES:
         guess = orbit.unknowns + distance * size * direction
         guess[PERIOD] *= 2.0
         planes = np.zeros((2, len(guess)))
@@ -42,14 +42,14 @@ def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
 
 
 def halves(curve: BranchCurve, orbit: OrbitOnCurve) -> bool:
-    """Whether an orbit is one of half the period, followed twice."""
+    """Whether an orbit is a cycle of half the period, followed twice."""
     return curve.orbits.returns_after(orbit, 0.5) < _RETURNS
 
 
 def doubling_near(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | None:
-    """The period doubling of the cycle that an orbit follows nearly twice; None if there is none.
+    """The period doubling next to an orbit of nearly twice the period; None without one.
 
-    There the equations of the doubled cycle are singular, those of the cycle itself are not.
+    It is located on the branch of the single period, where the equations are not singular.
     """
     guess = orbit.unknowns.copy()
     guess[PERIOD] *= 0.5

@@ -1,4 +1,4 @@
-"""What happens along curves of limit cycles and Hopf points, and why they end."""
+"""Events along curves of limit cycles and Hopf points, and ends of the curves."""
 
 from enum import StrEnum
 from typing import Final
@@ -7,7 +7,7 @@ MOST_POINTS: Final = 2000
 
 
 class EventKind(StrEnum):
-    """What happens at a point of a branch."""
+    """Kinds of events on a curve."""
 
     HOPF = "hopf"
     TOUCH = "touch"

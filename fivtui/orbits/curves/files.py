@@ -1,4 +1,4 @@
-"""Read branches of limit cycles, and keep them whole."""
+"""Store branches of limit cycles without loss, and read them."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,21 +11,21 @@ from fivtui.results import from_data, read_result
 from .events import End
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 
-# Key of the set's own value of the parameter that varies, in stored branches.
-_OWN: Final = "own_value"
+# Key of the parameter set's value of the parameter that varies, in stored branches.
+_SET_VALUE_KEY: Final = "own_value"
 
 
 def store_branch(result: CycleBranch, path: Path) -> None:
-    """Write all of a branch as JSON; replaces a file."""
+    """Write a branch without loss as JSON; replaces an existing file."""
     value = result.parameters.as_dict()[result.name]
-    save_json({**result.to_dict(), _OWN: value}, output_path(path, force=True))
+    save_json({**result.to_dict(), _SET_VALUE_KEY: value}, output_path(path, force=True))
 
 
 def restore_branch(path: Path) -> CycleBranch:
-    """Read a branch from JSON, that of ``fivtui branch --json`` too.
+    """Read a branch from JSON, stored or printed by ``fivtui branch --json``.
 
-    What that does not say, the set's own value of the parameter that varies, is then that of the
-    first point. Raises `InputError` for a table, or if the file is damaged.
+    Printed branches lack the parameter set's value of the parameter that varies; the value of the
+    first point replaces it. Raises `InputError` for a table, or if the file is damaged.
     """
     return read_result(path, CycleBranch.data_name, _branch)
 
@@ -33,7 +33,7 @@ def restore_branch(path: Path) -> CycleBranch:
 def _branch(data: Mapping[str, Any]) -> CycleBranch:
     name = str(data["parameter"])
     points = from_data(data["points"], tuple[CyclePoint, ...])
-    value = data.get(_OWN, points[0].value)
+    value = data.get(_SET_VALUE_KEY, points[0].value)
     p = Parameters().with_values({**data["parameters"], name: value})
     low, high = from_data(data["range"], tuple[float, float])
     return CycleBranch(

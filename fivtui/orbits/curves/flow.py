@@ -1,6 +1,6 @@
-"""Flows whose periodic orbits are followed: those of the slider-belt model, or any other.
+"""Flows whose periodic orbits are followed: the slider-belt model, or any other flow.
 
-Of a motion on a belt of finite speed it is kept what it consists of, `Makeup`.
+On a belt of finite speed the result includes the sticks and the order of modes, `Makeup`.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ _MOST_BELT_STEPS: Final = 2_000
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """Where a motion is after a time, with derivatives."""
+    """The end of a motion after a time, with derivatives."""
 
     final: FloatArray
     rate: FloatArray
@@ -46,7 +46,7 @@ class Flow(Protocol):
 
 
 class Makeup(NamedTuple):
-    """What a motion over a period on a belt of finite speed consists of."""
+    """Sticks and order of modes of a motion over a period on a belt of finite speed."""
 
     sticks: float
     reversals: float
@@ -57,19 +57,19 @@ class Makeup(NamedTuple):
     middle: float
 
 
-# Places of the extremes of a motion after which its `Makeup` follows.
+# Number of extremes in front of the `Makeup`.
 EXTREMES_KEPT: Final = 4
 _MODES: Final = len(Mode)
-# Orders are numbers below this, which floats hold exactly.
+# Orders of modes are encoded below this number, up to which floats are exact.
 _MOST_ORDERS: Final = 2**53
-# A slider this near to the speed of the belt, relative to it and to its own speed, may stick.
+# Distance from the belt speed, relative to both speeds, within which a slider may stick.
 _ON_BELT: Final = 1e-9
 
 
 def _makeup_of(motion: Variation, period: float, speed: float) -> Makeup:
-    # The makeup of a motion over a period on a belt of a speed, m/s.
+    # The makeup of a motion over a period; `speed` is that of the belt, m/s.
     times, modes = motion.changes[:, 0], [int(mode) for mode in motion.changes[:, 2]]
-    # From change to change around the period; off the belt nothing is said of it.
+    # The cyclic order of modes in contact.
     touching = [mode for mode in modes if mode != Mode.SEPARATED]
     order = [mode for index, mode in enumerate(touching) if touching[index - 1] != mode]
     turns = [order[index:] + order[:index] for index in range(len(order))] or [[]]
@@ -99,8 +99,8 @@ def _makeup_of(motion: Variation, period: float, speed: float) -> Makeup:
 class SliderBeltFlow:
     """The flow of the slider-belt model.
 
-    On a belt of finite speed a start that has its speed to rounding sticks where the belt can hold
-    it, and the `Makeup` is kept besides the first extremes.
+    On a belt of finite speed a start at the belt speed, to rounding, sticks if the belt can hold
+    it. The `Makeup` follows the first extremes.
     """
 
     states: Final = 4
@@ -110,7 +110,7 @@ class SliderBeltFlow:
         self._seeds = [*START_SEEDS, *(Seed((0.0,) * 4, {name: 1.0}) for name in names)]
 
     def follow(self, state: FloatArray, time: float, values: FloatArray) -> Return | None:
-        """As `Flow` says; None for values out of range and motions that run away."""
+        """See `Flow`; None for values out of range and for unbounded motions."""
         start = state.tolist()
         try:
             system = self.system.with_values(dict(zip(self.names, values.tolist(), strict=True)))

@@ -1,4 +1,4 @@
-"""Following a curve: step control, events on the way, and where it ends."""
+"""Following a curve: step control, location of events, and ends."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -10,35 +10,36 @@ import numpy as np
 from .events import MOST_POINTS, End, EventKind
 from .flow import FloatArray
 
-# Distances along the curve are in units of its scales. A step is at most this part of the distance
-# from the equilibrium, for a large orbit at most the second, and passes at most the fourth of the
-# range of a parameter; it turns the tangent by at most this angle, rad. The last is given up.
+# Limits of a step along the curve, in units of its scales: relative to the distance from the
+# equilibrium, the same for large orbits, and the least value of the latter. Then the part of a
+# parameter's range, the turn of the tangent in rad, and the step below which following ends.
 _PART: Final = 0.4
 _PART_OF_LARGE: Final = 0.1
 _LONGEST: Final = 0.25
 _PART_OF_RANGE: Final = 0.02
 _TURN: Final = 0.25
 _SHORTEST: Final = 1e-9
-# Orbits this far from the equilibrium are as good as unbounded.
+# Distance from the equilibrium beyond which orbits count as unbounded.
 _LARGEST: Final = 1e4
 _GROWTH: Final = 1.5
 _EASY: Final = 4
-# An orbit may not shrink below this part of its distance from the equilibrium in a step.
+# Least ratio of the distances from the equilibrium after and before a step.
 _SHRUNK: Final = 0.3
 # Components of the tangent below this are rounding.
 _LEVEL: Final = 1e-9
-# The bend of the curve is that of the step before unless this was shorter than this part of it.
+# Length of the previous step, relative to the present, above which it gives the bend of the curve.
 _BENT: Final = 0.2
-# Orbits closer to the curve than this part of a step are on it, and the same if that close.
-_NEAR: Final = 0.1
-_SAME: Final = 1e-6
-# Part of a step to which a change of course is located.
+# Distance from the curve, relative to a step, below which it may close, and relative tolerance of
+# equal points.
+_CLOSING_DISTANCE: Final = 0.1
+_EQUAL_POINTS: Final = 1e-6
+# Accuracy of a change of course, relative to a step.
 _RESOLVED: Final = 1e-9
-# Courses farther apart than this part of the size of a cycle are a jump.
-_APART: Final = 1e-3
-# Distances from a corner, over the size of its cycle, at which the curve beyond it is sought.
-_BEYOND: Final = (1e-3, 1e-2, 1e-4, 0.1)
-# Part of a step within which a point that is not found is as good as its neighbour.
+# Distance of two courses, relative to the size of the cycle, above which motion jumps.
+_JUMP: Final = 1e-3
+# Distances from a corner, relative to the size of its cycle, to search for the curve beyond it.
+_CORNER_DISTANCES: Final = (1e-3, 1e-2, 1e-4, 0.1)
+# Distance, relative to a step, within which a neighbour replaces a point of singular equations.
 _SINGULAR: Final = 1e-7
 
 
@@ -69,9 +70,9 @@ class Bound(NamedTuple):
 class Curve(ABC, Generic[P]):
     """A curve that can be followed.
 
-    `tests` are functions that change their sign at events. A motion may change its course along the
-    curve, so that the curve has corners; most have one course alone. If `turns`, the first
-    parameter may turn back twice within a step.
+    `tests` are functions that change their sign at events. A change of course, such as of the order
+    of modes, is a corner of the curve; most curves have one course. If `turns`, the first parameter
+    may turn back twice within a step.
     """
 
     bounds: Sequence[Bound]
@@ -84,42 +85,42 @@ class Curve(ABC, Generic[P]):
     ) -> P | None:
         """The point near a guess in the plane through it with the normal `along`.
 
-        `near` is a point nearby; `tangent` is the direction that the new one is to have, `along` if
-        not given. None if there is none.
+        `near` is a point nearby. `tangent` gives the direction of the new tangent; the default is
+        `along`. None without such a point.
         """
 
     def size(self, point: P) -> float:  # noqa: ARG002
-        """Scaled distance from where the curve begins and ends, such as the equilibrium."""
+        """Scaled distance from the end of the curve, such as the equilibrium."""
         return 1.0
 
     def features(self, point: P) -> FloatArray:
-        """What two points have in common if they are the same."""
+        """Quantities that are equal if and only if two points are the same."""
         return point.unknowns
 
     def confirmed(self, kind: EventKind, point: P) -> bool:  # noqa: ARG002
-        """Whether an event is what its test looked for."""
+        """Whether a zero of a test is an event of its kind."""
         return True
 
     def course(self, point: P) -> object:  # noqa: ARG002
-        """What changes at corners of the curve."""
+        """The course of motion, which changes at corners of the curve."""
         return None
 
     def change_of_course(self, point: P, successor: P) -> EventKind:  # noqa: ARG002
-        """What happens between two points of different courses."""
+        """The event between two points of different courses."""
         return EventKind.ORDER
 
     def why_lost(self, point: P) -> End:  # noqa: ARG002
-        """Why the curve is not followed beyond its last point."""
+        """Why the curve cannot be followed beyond its last point."""
         return End.LOST
 
     def centred(self, point: P) -> P:
-        """The same point by unknowns with which the curve is followed best."""
+        """The same point with unknowns that suit the next steps best."""
         return point
 
 
 @dataclass(frozen=True, slots=True)
 class Followed(Generic[P]):
-    """A part of a curve: its points after the first, the events at some of them, and its end."""
+    """A part of a curve: its points after the first, its events by index, and its end."""
 
     points: tuple[P, ...]
     events: dict[int, EventKind]
@@ -128,7 +129,7 @@ class Followed(Generic[P]):
 
 @dataclass(frozen=True, slots=True)
 class WholeCurve(Generic[P]):
-    """A curve from end to end: its points, the events at some of them in their order, its ends."""
+    """A curve from end to end: its points, its events by index, and its ends."""
 
     points: tuple[P, ...]
     events: dict[int, EventKind]
@@ -138,7 +139,7 @@ class WholeCurve(Generic[P]):
 def follow_both_ways(
     follow: Callable[[P], Followed[P]], start: P, begins: End | None = None
 ) -> WholeCurve[P]:
-    """The curve through a point; `begins` is why it begins there, if it does."""
+    """The curve through a point; `begins` is its end at the point if it begins there."""
     ahead = follow(start)
     if begins is None and ahead.end is End.CLOSED:
         begins = End.CLOSED
@@ -160,7 +161,7 @@ class _Node(Generic[P]):
 
 
 class _NotFoundError(Exception):
-    """No point is where one is looked for: the step is too long."""
+    """No point was found: the step is too long."""
 
 
 def _angle(first: PointOnCurve, second: PointOnCurve) -> float:
@@ -180,7 +181,7 @@ class Follower(Generic[P]):
     ) -> None:
         self._curve, self._nearest = curve, nearest
         self._report, self._max_points = report, max_points
-        # The first parameter's index among the unknowns.
+        # Index of the first parameter among the unknowns.
         self._first = curve.bounds[0].unknown
 
     def follow(
@@ -209,7 +210,7 @@ class Follower(Generic[P]):
                 if turned is None:
                     end = self._curve.why_lost(node.point)
                     continue
-                # The curve turns back where the course of motion changes.
+                # At a change of course the curve turns back.
                 events[len(points) - 1] = self._curve.change_of_course(node.point, turned)
                 step = float(np.linalg.norm(turned.unknowns - node.point.unknowns))
                 points.append(turned)
@@ -242,7 +243,7 @@ class Follower(Generic[P]):
         return Followed(tuple(points), events, end)
 
     def events_both_ways(self, start: P, kind: EventKind, step: float | None = None) -> list[P]:
-        """The first points of a kind of event, ahead of a point and behind it."""
+        """The first points with a kind of event, ahead of a point and behind it."""
         parts = (
             self.follow(point, step=step, until=(kind,)) for point in (start, start.reversed())
         )
@@ -303,8 +304,8 @@ class Follower(Generic[P]):
         return *self._up_to_event(node, successor, until), None
 
     def _hides_folds(self, node: _Node[P], successor: _Node[P]) -> bool:
-        # Whether the parabola through the slopes of the parameter at both ends, and with its mean
-        # over the step, has two zeros in between.
+        # Whether the slope of the parameter has two zeros in the step, by the parabola with the
+        # slopes at both ends and the mean slope.
         begin, end = node.values[EventKind.FOLD], successor.values[EventKind.FOLD]
         if not begin * end > 0.0:
             return False
@@ -322,13 +323,13 @@ class Follower(Generic[P]):
     def _changed(
         self, node: _Node[P], far: P, until: tuple[EventKind, ...]
     ) -> tuple[_Node[P], EventKind | None, End | None]:
-        # The first point of another course, or the first event before it; where motion jumps from
-        # one course to the other, the last point of the first.
+        # The first point of the new course, or the first event before it; if motion jumps between
+        # courses, the last point of the old course.
         point, course = node.point, self._curve.course
         near = point
         length = float(point.tangent @ (far.unknowns - point.unknowns))
         while (gap := float(point.tangent @ (far.unknowns - near.unknowns))) > _RESOLVED * length:
-            # Half of the way ahead as the first course goes, so that Newton's method keeps to it.
+            # Bisect along the first course, so that Newton's method stays on it.
             direction = near.tangent / float(point.tangent @ near.tangent)
             middle = self._curve.correct(
                 near.unknowns + 0.5 * gap * direction, point, point.tangent
@@ -342,16 +343,16 @@ class Follower(Generic[P]):
         node_before, event = self._up_to_event(node, self._node(near), until)
         if event is not None:
             return node_before, event, None
-        if float(np.linalg.norm(far.unknowns - near.unknowns)) > _APART * node.size:
+        if float(np.linalg.norm(far.unknowns - near.unknowns)) > _JUMP * node.size:
             return node_before, None, End.JUMPS
         return self._node(far), self._curve.change_of_course(point, far), None
 
     def _turned(self, corner: _Node[P]) -> P | None:
-        # A point beyond a corner at which a curve turns back with another course: on the other side
-        # of it as the curve comes.
+        # A point of a different course beyond a corner at which the curve turns back in the first
+        # parameter.
         point, course = corner.point, self._curve.course
         normal = np.eye(len(point.unknowns))[self._first]
-        for distance in _BEYOND:
+        for distance in _CORNER_DISTANCES:
             away = distance * corner.size * point.tangent
             away[self._first] = -away[self._first]
             beyond = self._curve.correct(point.unknowns + away, point, normal, away)
@@ -373,7 +374,7 @@ class Follower(Generic[P]):
         return End.LONG if count + 1 >= self._max_points else None
 
     def _at_bound(self, point: P, target: FloatArray) -> P | None:
-        # The point at the first bound between a point and the unknowns of one beyond it.
+        # The point at the first bound between a point and a target beyond the bounds.
         change = target - point.unknowns
         reached = []
         for index, low, high in self._curve.bounds:
@@ -390,7 +391,7 @@ class Follower(Generic[P]):
     def _up_to_event(
         self, node: _Node[P], successor: _Node[P], until: tuple[EventKind, ...]
     ) -> tuple[_Node[P], EventKind | None]:
-        # The next point, or the first event before it. Those at which to end must be located.
+        # The next point, or the first event before it. Events of `until` must be located.
         events: list[tuple[float, EventKind, P]] = []
         for kind, test in self._curve.tests.items():
             if node.values[kind] * successor.values[kind] < 0.0:
@@ -409,7 +410,7 @@ class Follower(Generic[P]):
         events.sort(key=lambda event: event[0])
         _, first, at = events[0]
         for _, kind, point in events[1:]:
-            # Where two are as near as rounding, one that has been passed at the first comes first.
+            # Rounding may swap close events: an event that lies before the first one replaces it.
             if node.values[kind] * self._curve.tests[kind](at) < 0.0:
                 first, at = kind, point
         return self._node(at), first
@@ -436,7 +437,7 @@ class Follower(Generic[P]):
                 if point is None and abs(at - nearest) > _SINGULAR * step:
                     raise _NotFoundError
                 if point is None:
-                    # At a branch point itself the equations are singular.
+                    # The equations are singular at a branch point.
                     points[at] = points[nearest]
                     return 0.0
                 points[at] = point
@@ -447,14 +448,14 @@ class Follower(Generic[P]):
         return zero, points[zero]
 
     def _closes(self, start: _Node[P], node: _Node[P], successor: _Node[P]) -> bool:
-        # Whether the curve passes the point that it began with, in the same direction.
+        # Whether the step passes the first point of the curve in the same direction.
         first, begin = start.features, node.features
         chord = successor.features - begin
         length = float(np.linalg.norm(chord))
         share = float((first - begin) @ chord) / (length * length) if length > 0.0 else -1.0
         if not 0.0 < share <= 1.0:
             return False
-        if float(np.linalg.norm(first - begin - share * chord)) > _NEAR * length:
+        if float(np.linalg.norm(first - begin - share * chord)) > _CLOSING_DISTANCE * length:
             return False
         point = node.point
         guess = point.unknowns + share * (successor.point.unknowns - point.unknowns)
@@ -462,14 +463,14 @@ class Follower(Generic[P]):
         normal = np.eye(len(guess))[self._first]
         passed = self._curve.correct(guess, point, normal, point.tangent)
         return passed is not None and bool(
-            np.abs(self._curve.features(passed) - first).max() < _SAME * np.abs(first).max()
+            np.abs(self._curve.features(passed) - first).max() < _EQUAL_POINTS * np.abs(first).max()
         )
 
 
 def _between(
     first: PointOnCurve, second: PointOnCurve, along: FloatArray, share: float
 ) -> FloatArray:
-    # The cubic through two points with their tangents, at a share of the way along a direction.
+    # The cubic through two points with their tangents, at a share of the distance along `along`.
     change = second.unknowns - first.unknowns
     length = float(along @ change)
     begin, end = (

@@ -1,4 +1,4 @@
-"""Hopf points: where the equilibrium loses its stability, and the limit cycles that begin there."""
+"""Hopf points, where the equilibrium loses its stability, and the first limit cycles there."""
 
 import math
 from dataclasses import dataclass
@@ -25,10 +25,10 @@ from fivtui.model import (
     tangent_stiffness,
 )
 
-# Intervals in which a Hopf point is looked for along a parameter other than μ.
+# Intervals of the search for Hopf points along a parameter other than μ.
 _INTERVALS: Final = 512
 _DECADE: Final = 10.0
-# Lyapunov coefficients below this part of their terms are rounding.
+# Lyapunov coefficient, relative to its terms, that is zero to rounding.
 _ROUNDING: Final = 1e-9
 
 
@@ -55,8 +55,8 @@ class HopfPoint:
 def hopf_values(system: System, name: str, low: float, high: float) -> list[float]:
     """Values of a parameter in a range at which the equilibrium has a Hopf point, ascending.
 
-    For μ, and for the speed of the belt, all of them; for other parameters every change of
-    stability between 512 intervals.
+    All of them for μ and for the belt speed. For every other parameter those that change the
+    stability between neighbours of 513 values.
     """
     p = system.parameters
     if name == "mu":
@@ -88,7 +88,7 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
 
 
 def hopf_point(system: System, name: str) -> HopfPoint:
-    """The Hopf point at which a system is."""
+    """The Hopf point of a system that is at one."""
     p, point = system.parameters, equilibrium(system)
     matrix = np.array(jacobian(p, point.y, point.mode))
     values, vectors = np.linalg.eig(matrix)
@@ -99,7 +99,7 @@ def hopf_point(system: System, name: str) -> HopfPoint:
 
 
 class _Bends:
-    # Second and third derivatives of the motion at an equilibrium. Those of friction are by ẋ, and
+    # Second and third derivatives of the accelerations at an equilibrium. Friction is derived by ẋ;
     # the sliding speed is v_belt − ẋ.
 
     def __init__(self, p: Parameters, point: Equilibrium) -> None:

@@ -30,7 +30,7 @@ FIRST: Final = 5e-3
 
 @dataclass(frozen=True, slots=True)
 class Beginning:
-    """Where a branch is begun: a cycle of its curve, and the Hopf point that it is next to."""
+    """The beginning of a branch: a cycle of its curve, and the Hopf point next to it, if any."""
 
     curve: BranchCurve
     start: OrbitOnCurve
@@ -38,7 +38,7 @@ class Beginning:
 
 
 def from_hopf(line: ParameterLine) -> Beginning:
-    """The branch from the Hopf point nearest to the parameter set, with its events and ends."""
+    """The beginning at the Hopf point nearest to the parameter set."""
     name, bounds = line.name, line.bounds
     if not _is_damped(line):
         raise ComputationError("without damping there is no Hopf point", "set c1 or c2 above 0")
@@ -75,7 +75,7 @@ def from_hopf(line: ParameterLine) -> Beginning:
 
 
 def _is_damped(line: ParameterLine) -> bool:
-    # Somewhere along the branch; without damping there is no Hopf point.
+    # Whether there is damping along the line; without it there is no Hopf point.
     p = line.system.parameters
     return max(p.c1, p.c2) > 0.0 or line.name in ("c1", "c2")
 
@@ -86,7 +86,7 @@ def _beginning_elsewhere(line: ParameterLine) -> str:
 
 
 def from_cycle(line: ParameterLine) -> Beginning:
-    """The branch through the first limit cycle that transients reach, followed both ways."""
+    """The beginning at the first limit cycle that transients reach."""
     low, high = line.bounds
     if not low <= line.value <= high:
         raise InputError(f"{line.name} = {line.value:g}: must be in the range {low:g} to {high:g}")
@@ -102,7 +102,7 @@ def from_cycle(line: ParameterLine) -> Beginning:
 
 
 def through(line: ParameterLine, cycle: tuple[State, float]) -> Beginning:
-    """The branch through a limit cycle, given by a state and its period."""
+    """The beginning at a limit cycle, given by a state and its period."""
     curve, start = cycle_near(line, cycle)
     if start is None:
         raise ComputationError(
@@ -115,7 +115,7 @@ def through(line: ParameterLine, cycle: tuple[State, float]) -> Beginning:
 def cycle_near(
     line: ParameterLine, cycle: tuple[State, float]
 ) -> tuple[BranchCurve, OrbitOnCurve | None]:
-    """The curve of the cycles, and of a system the one near a state and its period."""
+    """The curve of cycles along a line, and the cycle near a state and its period."""
     system, (state, period) = line.system, cycle
     p = system.parameters
     curve = line.curve(length_scale(system), period)
@@ -135,7 +135,7 @@ def hopf_event(system: System, hopf: HopfPoint) -> BranchEvent:
 
 
 def nearest_hopf(line: ParameterLine, value: float) -> list[BranchEvent]:
-    """The Hopf point to which a branch has returned; none if it is beyond the range."""
+    """The Hopf point at which a branch ends; empty if it is beyond the range."""
     values = hopf_values(line.system, line.name, *line.bounds)
     if not values:
         return []

@@ -10,7 +10,7 @@ _SHORT: Final = 5
 
 
 def print_branch(result: CycleBranch) -> None:
-    """Print a branch of limit cycles, one row each, and what happens along it."""
+    """Print a branch of limit cycles, one row each, and its events."""
     name = result.name
     rows = [
         (

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Origin = Literal["hopf", "cycle", "file"]
 
 # Events that a result prints.
-_TOLD: Final = 8
+_PRINTED_EVENTS: Final = 8
 # Names of the events in the column `event`.
 EVENTS: Final = ("none", *EventKind)
 
@@ -64,12 +64,12 @@ class BranchEvent:
     Attributes
     ----------
     kind : EventKind
-        What: the branch begins or ends in the equilibrium (hopf), the cycle begins to touch y = 0
-        (touch), the branch turns back (fold), the cycle loses or gains stability to one of twice
-        its period (period-doubling) or to a torus (torus), another branch crosses (branch). On a
-        belt of finite speed the cycle begins or ceases to stick (stick) or to be faster than the
-        belt in contact (reverse-slip), or passes its modes in another order (order-of-modes): there
-        the branch may have a corner, or turn back.
+        The branch begins or ends in the equilibrium (hopf), the cycle begins to touch y = 0
+        (touch), the branch turns back (fold), or another branch crosses (branch). Stability passes
+        to or from a cycle of twice the period (period-doubling) or a torus (torus). On a belt of
+        finite speed the cycle begins or ceases to stick (stick) or to be faster than the belt in
+        contact (reverse-slip), or the order of its modes changes (order-of-modes). There the branch
+        may have a corner, or turn back.
     value : float
         The parameter there.
     period : float
@@ -90,7 +90,7 @@ class BranchEvent:
 
     @property
     def description(self) -> str:
-        """The event in words, e.g. ``"hopf, subcritical"``."""
+        """Kind and direction, e.g. ``"hopf, subcritical"``."""
         return f"{self.kind}, {self.direction}" if self.direction else str(self.kind)
 
 
@@ -107,7 +107,7 @@ class CycleBranch(TableResult, Drawn):
     low, high : float
         The range in which the branch was followed.
     origin : str
-        Where it was begun: ``"hopf"``, ``"cycle"`` or ``"file"``.
+        Where it begins: ``"hopf"``, ``"cycle"`` or ``"file"``.
     doubled : bool
         Whether it is the branch of twice the period that begins at the first period doubling.
     points : tuple of CyclePoint
@@ -136,10 +136,10 @@ class CycleBranch(TableResult, Drawn):
         stable = sum(point.stable for point in self.points)
         rows = [
             (str(event.kind), f"{self.name} = {event.value:.10g}, period {event.period:.8g} s")
-            for event in self.events[:_TOLD]
+            for event in self.events[:_PRINTED_EVENTS]
         ]
-        if len(self.events) > _TOLD:
-            rows.append(("and", f"{len(self.events) - _TOLD} more events"))
+        if len(self.events) > _PRINTED_EVENTS:
+            rows.append(("and", f"{len(self.events) - _PRINTED_EVENTS} more events"))
         return [
             ("scene", scene),
             (self.name, f"{min(values):g} to {max(values):g}"),
@@ -150,7 +150,7 @@ class CycleBranch(TableResult, Drawn):
 
     @property
     def warning(self) -> str | None:
-        """Warning if the branch was not followed to an end of its own."""
+        """Warning if the branch was lost or is too long."""
         cuts = [
             f"{end} at {self.name} = {point.value:.6g}"
             for end, point in zip(self.ends, (self.points[0], self.points[-1]), strict=True)
@@ -216,6 +216,6 @@ class CycleBranch(TableResult, Drawn):
 
 
 def event_at(branch: CycleBranch, point: CyclePoint) -> EventKind | None:
-    """What happens at one of the points of a branch; None if nothing does."""
+    """The event at one of the points of a branch; None without event."""
     at = (point.value, point.period)
     return next((event.kind for event in branch.events if (event.value, event.period) == at), None)

@@ -12,14 +12,15 @@ from fivtui.io import FORMATS, read_bytes, read_columns, read_header
 from fivtui.model import ALL_PARAMETERS, InputError, State, System
 from fivtui.transient import START_SPECS
 
-# What a file is called in messages.
+# Kind of file, for messages.
 BRANCH: Final = "branch"
 _JSON: Final = ".json"
 
 
 class _Saved(NamedTuple):
-    # The parameters that a file fixes, the one that varies, whether separation was considered if it
-    # says so, and for each cycle the varied parameter, a state and the period.
+    # Contents of a file: fixed parameters, name of the varied one, and whether separation was
+    # considered (None if unknown). A cycle is the value of the varied parameter, a state and the
+    # period.
     fixed: Mapping[str, float]
     name: str | None
     separation: bool | None
@@ -27,13 +28,13 @@ class _Saved(NamedTuple):
 
 
 def saved_cycle(path: Path, system: System) -> tuple[State, float]:
-    """A state near the limit cycle of a system in a file, and its period."""
+    """A state near the limit cycle of a system, read from a file, and its period."""
     suffix, suffixes = path.suffix.lower(), (*FORMATS, _JSON)
     if suffix not in suffixes:
         raise InputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
     saved = _from_json(path) if suffix == _JSON else _from_table(path)
     values = system.parameters.as_dict()
-    # Attractors say nothing of parameters.
+    # Files of attractors have no parameters.
     names = (
         [name for name in {**values, **saved.fixed} if name != saved.name] if saved.fixed else []
     )
@@ -61,7 +62,7 @@ def saved_cycle(path: Path, system: System) -> tuple[State, float]:
 def interpolated(
     begin: tuple[float, State, float], end: tuple[float, State, float], value: float
 ) -> tuple[State, float]:
-    """A state and the period at a value of the parameter, between those at two values."""
+    """State and period at a value of the parameter, by linear interpolation between two cycles."""
     share = (value - begin[0]) / (end[0] - begin[0]) if end[0] != begin[0] else 0.0
     first, second = (np.array([*state, period]) for _, state, period in (begin, end))
     x, vx, y, vy, period = (first + share * (second - first)).tolist()
