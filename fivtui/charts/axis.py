@@ -76,7 +76,7 @@ class Axis:
         return replace(self, low=low, high=high)
 
     def ticks(self, limit: int) -> tuple[list[float], list[str]]:
-        """At most `most` ticks inside the limits, ascending, and their labels."""
+        """At most `limit` ticks inside the limits, ascending, and their labels."""
         if self.log:
             ticks = _log_ticks(self.low, self.high, limit)
             if len(ticks) > 1:

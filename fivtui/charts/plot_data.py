@@ -72,7 +72,7 @@ def axis_limits(low: float, high: float) -> tuple[float, float]:
 
 
 def round_ticks(low: float, high: float, limit: int) -> list[float]:
-    """At most `most` evenly spaced ticks at 1, 2 or 5 times a power of ten."""
+    """At most `limit` evenly spaced ticks at 1, 2 or 5 times a power of ten."""
     decade = 10.0 ** math.floor(math.log10((high - low) / limit))
     for factor in (1.0, 2.0, 5.0, 10.0, 20.0):
         spacing = factor * decade

@@ -46,7 +46,7 @@ STUCK: Final = "#f6e3c5"
 
 
 def new_figure(width: float, height: float, *, wspace: float | None = None) -> Figure:
-    """An empty figure of a size in inches, with an Agg canvas; `wspace` parts its panels."""
+    """An empty figure of a size in inches, with an Agg canvas; `wspace` is the gap of panels."""
     figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=wspace))
     FigureCanvasAgg(figure)
     return figure

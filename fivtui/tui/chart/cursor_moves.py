@@ -20,7 +20,7 @@ _APPEAR: Final = (0.5, 0.75)
 
 
 def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
-    """Switch a cursor on; if it is on, make it the one that keys move, or switch it off."""
+    """Switch a cursor on, or let keys move it; if they already do, switch it off."""
     cursors = view.cursors
     before = cursors.second if second else cursors.first
     if cursors.pinned and before is not None and cursors.second_moves is second:

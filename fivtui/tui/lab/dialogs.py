@@ -22,7 +22,7 @@ from fivtui.tui.tabs import grid
 class PathDialog(ModalScreen[Path | None]):
     """Asks for a path; overwriting an existing file needs a second confirmation.
 
-    `check` takes a path and raises `InputError` if it is refused. It runs in a thread, as it may
+    `check` takes a path and raises `InputError` if it is invalid. It runs in a thread, as it may
     import a library.
     """
 

@@ -153,7 +153,7 @@ def sample_interval(scene: Scene) -> Fraction:
         y = equilibrium(scene.system).y
     except ComputationError:
         y = 0.0
-    # All springs on one mass bound the natural frequencies from above.
+    # Upper bound of the natural frequencies: all springs act on one mass.
     longest = math.tau * time_scale(p, y) / _PER_PERIOD
     interval = _rounded(min(longest, scene.t_end / _MIN_SAMPLES), up=False)
     shortest = scene.t_end / _MAX_SAMPLES

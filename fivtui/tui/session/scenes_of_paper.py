@@ -9,7 +9,7 @@ from fivtui.scene import Scene
 
 
 def paper_scenes() -> Iterator[tuple[Scene, str]]:
-    """For each figure, the scene nearest to the base set and the caption."""
+    """For each figure, the scene nearest to the base set, such as ``fig-13``, and the caption."""
     for key, panel in PANELS.items():
         distances = [_distance(panel.by, line.scene) for line in panel.lines]
         scene = panel.lines[distances.index(min(distances))].scene

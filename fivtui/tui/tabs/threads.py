@@ -15,7 +15,7 @@ def compute_in_thread(
     compute: Callable[[], Outcome[T]],
     receive: Callable[[Outcome[T]], object],
 ) -> None:
-    """Call `compute` in a thread, then `take` with its outcome in the thread of the owner.
+    """Call `compute` in a thread, then `receive` with its outcome in the thread of the owner.
 
     An unexpected error becomes an outcome, too.
     """

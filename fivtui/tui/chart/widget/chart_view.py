@@ -162,7 +162,7 @@ class ChartView(DrawnChart, can_focus=True):
     # The cursors
 
     def action_cursor(self, which: int) -> None:
-        """Switch a cursor on; if it is on, make it the one that keys move, or switch it off."""
+        """Switch a cursor on, or let keys move it; if they already do, switch it off."""
         if self._chart is not None:
             switch_cursor(self._chart, self.view, second=bool(which))
             self._cursor_moved()

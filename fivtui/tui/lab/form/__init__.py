@@ -1,1 +1,1 @@
-"""The input form: editors, their rows, and the list of these."""
+"""The input form: editors, their rows, and the list of rows."""
