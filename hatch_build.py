@@ -23,18 +23,18 @@ from typing import Any, Final, NamedTuple
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 FOLDER: Final = Path("fivtui", "kernel")
-# What is read instead of the library where there is none.
+# File with the reason, in place of a missing library.
 REASON: Final = "libfivtui.txt"
 _SUFFIXES: Final = {"win32": ".dll", "darwin": ".dylib"}
 LIBRARY_SUFFIX: Final = _SUFFIXES.get(sys.platform, ".so")
 LIBRARY: Final = f"libfivtui{LIBRARY_SUFFIX}"
-# The same of the binaries that native FMUs are made with.
+# Folder, reason file and names of the native FMU binaries.
 FMU_FOLDER: Final = Path("fmu_src", "native")
 FMU_REASON: Final = "native.txt"
 FMU_MODELS: Final = ("SliderBelt", "BrakeActuator")
-# Instruction sets by name, and what chooses them; the machine's own where there is no choice.
+# Values of -march by instruction set; other processors have a single one.
 _X86: Final = {"baseline": "x86-64", "avx2": "x86-64-v3", "avx512": "x86-64-v4"}
-# Texts in C that gain nothing by registers wider than those of AVX2.
+# C files of single runs: no gain by registers wider than AVX2's.
 _OF_ONE_RUN: Final = ("single", "belt", "vary", "orbit")
 _OF_LANES: Final = ("lanes", "belt_lanes")
 _GLIBC: Final = "2.17"
@@ -54,7 +54,7 @@ def compile_kernel(folder: Path, target: Path) -> str:
     CompilerError
         If no compiler can.
     """
-    return _compiled([lambda *context: _kernel_plan(folder, target, *context)])
+    return _compile_with_any([lambda *context: _kernel_plan(folder, target, *context)])
 
 
 def compile_all(root: Path, kernel: Path, fmus: Path) -> tuple[str, str | None]:
@@ -73,21 +73,23 @@ def compile_all(root: Path, kernel: Path, fmus: Path) -> tuple[str, str | None]:
 
     headers = _fmi_headers()
     if headers is None:
-        return _compiled([for_kernel]), "fmpy, which has the headers of FMI, is not installed"
+        return _compile_with_any(
+            [for_kernel]
+        ), "fmpy, which has the headers of FMI, is not installed"
     try:
         plans = [for_kernel, lambda *context: _fmu_plan(root, fmus, headers, *context)]
-        return _compiled(plans), None
+        return _compile_with_any(plans), None
     except CompilerError as error:
-        return _compiled([for_kernel]), str(error)
+        return _compile_with_any([for_kernel]), str(error)
 
 
-# What to compile: arguments by object file; and of which objects a library is made.
+# Compiler arguments by object file, and object files by library.
 class _Plan(NamedTuple):
     objects: dict[str, list[str]]
     libraries: dict[Path, list[str]]
 
 
-def _compiled(plans: Sequence[Callable[[str, Path], _Plan]]) -> str:
+def _compile_with_any(plans: Sequence[Callable[[str, Path], _Plan]]) -> str:
     failures = []
     for name, command in _compilers():
         try:
@@ -102,7 +104,7 @@ def _compiled(plans: Sequence[Callable[[str, Path], _Plan]]) -> str:
 
 
 def _compilers() -> list[tuple[str, list[str]]]:
-    # The same compiler on every machine, else what this one has.
+    # Prefer ziglang, which is the same on every machine, to the local compiler.
     compilers = []
     if find_spec("ziglang") is not None:
         zig = [sys.executable, "-m", "ziglang", "cc"]
@@ -119,11 +121,11 @@ def _compilers() -> list[tuple[str, list[str]]]:
 
 
 def _variants(compiler: str) -> dict[str, list[str]]:
-    # Arguments that choose an instruction set, by its name.
+    # Compiler options by instruction set.
     x86 = platform.machine().lower() in ("x86_64", "amd64")
     variants = {}
     for variant, processor in (_X86 if x86 else {"baseline": ""}).items():
-        # zig spells processors in its own way.
+        # zig writes processor names with underscores.
         spelled = processor.replace("-", "_") if compiler == "ziglang" else processor
         options = [f"-march={spelled}"] if processor else []
         options += ["-mprefer-vector-width=512"] if variant == "avx512" else []
@@ -178,7 +180,7 @@ def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Pat
 
 
 def _module(name: str, root: Path) -> Any:
-    # What makes text in C from the tables in Python, which needs the standard library alone.
+    # Import a module that generates C text; it needs only the standard library.
     sys.path.insert(0, str(root))
     try:
         return import_module(name)
@@ -193,7 +195,7 @@ def _compile(
         scratch = Path(folder)
         environment = dict(os.environ)
         if name == "ziglang":
-            # Nothing is left behind, unless a cache is asked for.
+            # Use temporary caches unless the environment sets them.
             for cache in ("GLOBAL", "LOCAL"):
                 environment.setdefault(f"ZIG_{cache}_CACHE_DIR", folder)
 
@@ -221,7 +223,7 @@ def _compile(
             linked = [f"{folder}/{part}.o" for part in parts]
             libraries = [] if sys.platform == "win32" else ["-lm"]
             if target.suffix == ".dylib":
-                # Else its name is that of the temporary folder.
+                # Without this option it records the path of the temporary folder.
                 libraries.append(f"-Wl,-install_name,@rpath/{target.name}")
             run("-shared", "-s", *linked, "-o", str(library), *libraries)
             # A library in use is replaced, not overwritten.

@@ -186,7 +186,7 @@ def accuracy(
 
 
 def _rounding(run: Transient) -> dict[str, float]:
-    # Errors by rounding that the other run shares.
+    # Rounding errors common to both runs.
     relative, peak = rounding_error(run), run.peak.y_abs
     _, *final = run.final
     state = relative.final * max(map(abs, final))

@@ -29,7 +29,7 @@ _STRETCHES: Final = 400
 _BOUNDED: Final = 1e3
 # An error below this at the end has decayed.
 _DECAYED: Final = 1e-2
-# A motion that grows more than this between the last two quarters has not settled.
+# Growth between the last two quarters above which a motion has not settled.
 _GROWTH: Final = 1.3
 
 

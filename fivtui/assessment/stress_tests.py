@@ -26,7 +26,7 @@ from fivtui.transient import KernelChoice, Start, Transient
 
 TRUTH_FILE: Final = "stress_truth.json"
 _TOL: Final = 1e-9
-# Greatest error of a right result: this, or this many tolerances if that is more.
+# Error limit of a correct result: the larger of _ACCURACY and _TOLERANCES times the tolerance.
 _ACCURACY: Final = 1e-4
 _TOLERANCES: Final = 20.0
 # Progress calls of an FMU run, one every 128 communication steps.

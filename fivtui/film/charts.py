@@ -13,7 +13,7 @@ from fivtui.transient import Transient
 from .shapes import MODE_NAMES, Layout, Shape, shapes_at
 from .timing import Timing
 
-# Traces, and the shapes that each has.
+# Names of the shapes by trace.
 _TRACES: Final[Mapping[str, tuple[str, ...]]] = {
     "belt": ("belt", "marks", "walls"),
     "springs": ("springs", "contact spring"),
@@ -61,7 +61,7 @@ def _trace(name: str, shapes: list[Shape], foot: str) -> Trace:
 def _fitted(
     across: tuple[float, float], up: tuple[float, float], aspect: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    # Ranges around those given, of that ratio.
+    # Expand the ranges to the aspect ratio.
     width, height = across[1] - across[0], up[1] - up[0]
     wider, higher = max(aspect * height - width, 0.0), max(width / aspect - height, 0.0)
     start = across[0] - 0.5 * wider

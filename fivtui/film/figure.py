@@ -164,11 +164,11 @@ def animate(
         picture = _Picture(run, timing)
         kind = PillowWriter if file.suffix == _GIF else FFMpegWriter
         writer: AbstractMovieWriter = kind(fps=FRAMES_PER_SECOND)
-        # A writer draws the figure for every frame: this one has a picture alone.
+        # The writer redraws the figure for every frame, so give it one that holds only an image.
         plate = Figure(figsize=_SIZE, dpi=_DPI)
         image = plate.figimage(picture.frame(timing.start))
         with writer.saving(plate, str(file), _DPI):
-            # Asked after a frame: a writer cannot end without one.
+            # Check for cancelling after a frame: a writer needs at least one.
             work = Progress(progress)
             for count, t in enumerate(times.tolist(), 1):
                 image.set_data(picture.frame(t))
@@ -179,7 +179,7 @@ def animate(
 
 
 class _Picture:
-    # A figure of which the still part is drawn once.
+    # A figure whose static part is drawn once.
 
     def __init__(self, run: Transient, timing: Timing) -> None:
         self._run, self._timing = run, timing
@@ -192,7 +192,7 @@ class _Picture:
         scene, curve = figure.subplots(2, 1, height_ratios=(3.4, 1.0))
         self._scene: Axes = scene
         _frame(scene, self._layout)
-        # A first text, for which the layout leaves room.
+        # Initial text that reserves space in the layout.
         self._title: Text = scene.set_title("t", loc="left")
         self._lines = {name: scene.plot([], [], **look)[0] for name, look in _LINES.items()}
         self._areas = {
@@ -250,7 +250,7 @@ def _frame(axes: Axes, layout: Layout) -> None:
 
 
 def _add_keys(axes: Axes, run: Transient, lines: Mapping[str, Line2D]) -> None:
-    # What colours mean: forces, and feet.
+    # Legends of forces and feet.
     feet = [mode for mode in MODE_NAMES if mode in _modes_of(run)]
     keys: list[Artist] = [lines[name] for name in ("preload", "contact force", "friction")]
     keys += [Patch(facecolor=_FACES[mode], edgecolor="0.15") for mode in feet]

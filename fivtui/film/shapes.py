@@ -20,7 +20,7 @@ MODE_NAMES: Final[Mapping[Mode, str]] = {
     Mode.BACKWARD: "sliding backward",
     Mode.STICK: "sticking",
 }
-# Shares of the size of the motion.
+# Sizes relative to that of the motion.
 _BLOCK: Final = 0.32
 _FOOT: Final = 0.04
 _REACH: Final = 0.4
@@ -29,7 +29,7 @@ _PRELOAD: Final = 0.2
 _ARROW: Final = 0.4
 _HEAD: Final = 0.06
 _MARGIN: Final = 0.06
-# Motion smaller than this, m, has no size of its own.
+# Lower limit of the size of a motion, m.
 _LEAST: Final = 1e-30
 _TURNS: Final = 5
 
@@ -122,7 +122,7 @@ def _points(*points: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
 def _joined(
     lines: Sequence[tuple[FloatArray, FloatArray]],
 ) -> tuple[FloatArray, FloatArray]:
-    # Several lines as one, with gaps between them.
+    # Join lines into one, with gaps between them.
     x, y = (
         np.concatenate([part for line in lines for part in (line[axis], [np.nan])])
         for axis in (0, 1)

@@ -13,14 +13,14 @@ from fivtui.signals import check_window, last_cycles, period_of
 from fivtui.transient import Transient
 
 FRAMES_PER_SECOND: Final = 25
-# What a film lasts unless window and speed are given, s.
+# Default duration of a film, s.
 _LASTS: Final = 10.0
-# Part of a frame that may be missing by rounding.
+# Tolerance for rounding, in frames.
 _ROUNDING: Final = 1e-6
 _MOST_FRAMES: Final = 1000
 # Shortest window, relative to the time scale of the model: in less no motion is visible.
 _SHORTEST: Final = 1e-3
-# Periods that can be watched in real time, s, and the one that others are shown with.
+# Shortest and longest period shown in real time, s, and the period shown otherwise.
 _FASTEST: Final = 0.3
 _SLOWEST: Final = 20.0
 _WATCHED: Final = 1.3

@@ -1,8 +1,7 @@
 """Folders to extract FMUs to, reused and with plain paths that every FMU can handle.
 
-A library that a process has loaded may stay in memory after it was closed. Loaded again from a file
-of the same name it takes no more room, so an FMU is extracted to the same folder as before, unless
-another run in this process uses it.
+A closed library may stay in memory. Loading it again from the same path takes no more memory, so an
+FMU is extracted to its former folder, unless a run in this process uses it.
 """
 
 import hashlib

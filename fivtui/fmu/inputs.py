@@ -15,7 +15,7 @@ from .instance import FmuFile
 
 TIME: Final = "time"
 _WORDS: Final = ("String", "Binary")
-# The slider-belt's speed of the belt, and the flag that says that it has one.
+# Names of the belt's speed and of the flag that enables it.
 _SPEED: Final = "v_belt"
 _HAS_SPEED: Final = "finite_belt"
 _TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
@@ -63,7 +63,7 @@ def _start_value(variable: Any, value: object) -> Any:
 def with_finite_belt(
     fmu: FmuFile, start: Mapping[str, Any], columns: Collection[str]
 ) -> dict[str, Any]:
-    """The start values, and that the belt has a finite speed where one is given.
+    """The start values, with the flag of a finite belt speed if a speed is set.
 
     `columns` are the inputs given over time. FMUs without such a flag have their start values.
     """

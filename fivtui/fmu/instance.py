@@ -22,7 +22,7 @@ from fmu_src.build import IMPORT_LOCK
 
 from .folders import Folder, folder_for
 
-# FMI statuses: what is well but for something, and from which on a call failed.
+# FMI statuses.
 _WARNING: Final = 1
 _FATAL: Final = 4
 _MAX_MESSAGES: Final = 20
@@ -30,7 +30,7 @@ _DESCRIPTION: Final = "modelDescription.xml"
 
 _identifiers = itertools.count(1)
 _listeners: dict[int, "Messages"] = {}
-# FMUs of this project log refusals here, too; those that this host receives are not printed again.
+# FMUs of this project also log refusals here. Filter those that the host already receives.
 _LOGGER: Final = logging.getLogger("fivtui.fmu")
 
 
@@ -178,7 +178,7 @@ def has_binary(fmu: FmuFile) -> bool:
     is_3 = fmu.description.fmiVersion.startswith("3.")
     binaries = Path(fmu.folder, "binaries")
     folder = binaries / (fmpy.platform_tuple if is_3 else fmpy.platform)
-    # In the folder for x86 there may be the binary for ARM.
+    # The x86 folder may contain a copy of the ARM binary.
     arm = binaries / f"aarch64-{fmpy.system}"
     foreign = fmpy.architecture != "aarch64"
 

@@ -24,7 +24,7 @@ MAX_STEPS: Final = 20_000_000
 _RESOLUTION: Final = 0.06
 _STATES: Final = ("x", "vx", "y", "vy")
 _READ: Final = (*_STATES, "P", "mode", "last_event")
-# All changes of the mode, where the slider always slides and on a belt of finite speed.
+# Counters of mode changes: without and with a finite belt speed.
 _SLIDING_SWITCHES: Final = ("separations", "reattachments")
 _BELT_SWITCHES: Final = ("switches",)
 
@@ -111,8 +111,8 @@ class Slave:
         return self._point(target)
 
     def _set_inputs(self, course: Course, t: float, target: float) -> None:
-        # Values, and slopes by which the values at the target are met; every step begins with them,
-        # also after going back.
+        # Set values, and slopes that reach the values at the target. Every step sets them, also
+        # after a return to a saved state.
         references = [self._reference(name) for name in course.tables]
         values = [table.after(t)[0] for table in course.tables.values()]
         ends = [table.before(target) for table in course.tables.values()]
@@ -137,7 +137,7 @@ class Slave:
 
     @contextmanager
     def saved(self) -> Iterator[Callable[[], None]]:
-        """Save the FMU's state; yields what returns to it until the context ends."""
+        """Save the FMU's state; yields a function that restores it while the context lasts."""
         state = self._fmu.getFMUstate()
         try:
             yield lambda: self._fmu.setFMUstate(state)
@@ -175,7 +175,7 @@ class Master:
         final = slave.step(first.t, target)
         switches = final.switches - first.switches
         if switches == 1 and final.last_event <= first.t:
-            # Inputs that jump, or bend, change the mode at once.
+            # Inputs with a jump or kink change the mode at once.
             if first.t > 0.0:
                 self._include(first, first, next_mode=final.mode)
             self._include(first._replace(mode=final.mode), final, next_mode=final.mode)
@@ -195,7 +195,7 @@ class Master:
         return final
 
     def _look_inside(self, go_back: Callable[[], None], first: Point, final: Point) -> None:
-        # The result does not depend on the communication step, so both halves meet in `last`.
+        # The result does not depend on the communication step, so both halves end in `final`.
         slave = self._slave
         middle = 0.5 * (first.t + final.t)
         if not first.t < middle < final.t:

@@ -42,7 +42,7 @@ _FILE: Final = "slider_belt.fmu"
 
 @cache
 def _fmu_content(flavour: str) -> bytes:
-    """An FMU of a flavour, built once in a process: that takes as long as a short run."""
+    """Content of an FMU, built once per process: building takes as long as a short run."""
     from fmu_src.build import build_fmu
 
     with temporary_folder() as folder:
@@ -113,7 +113,7 @@ def integrate_fmu(
 
 
 def _communication_points(t_end: float, step: float, times: Sequence[float]) -> Iterator[float]:
-    # Multiples of the step and other times, each once, up to the end.
+    # Multiples of the step merged with given times, without repetition, up to the end.
     grid = itertools.takewhile(
         lambda t: t < t_end - 1e-9 * step, (count * step for count in itertools.count(1))
     )

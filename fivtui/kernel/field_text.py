@@ -17,8 +17,7 @@ from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
 from fivtui.taylor.expression import Expression, Reflected, expression
 from fivtui.taylor.recurrence import Terms, motion
 
-# Options of compilers. The bits of a run are decided by what is written: no product and sum is
-# fused by the compiler.
+# Compiler options. Contraction is off, so that every compiler gives the same bits.
 FLAGS: Final = (
     *("-std=c11", "-O3", "-g0", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wno-psabi"),
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-strict-aliasing"),
@@ -56,7 +55,7 @@ class Dual(Reflected):
         return Dual(quotient, (self.slope - quotient * b.slope) / b.value)
 
     def exp(self) -> "Dual":
-        """The exponential function of it."""
+        """The exponential with its derivative."""
         value = self.value.exp()
         return Dual(value, value * self.slope)
 
@@ -155,7 +154,7 @@ def _functions() -> list[str]:
     texts += [
         _change_function(name, of, _change(of)) for name, of in _FUNCTIONS.items() if of.has_change
     ]
-    # Where v_s is 0 there is no law.
+    # v_s = 0 means constant friction.
     name, of = "friction_coefficient", _FRICTION
     value, change = (
         f"p[P_V_S] > 0.0 ? {text(of, by_law=True)} : {text(of)}" for text in (_value, _change)
@@ -165,8 +164,8 @@ def _functions() -> list[str]:
 
 
 def _coefficients() -> list[str]:
-    # The coefficients of each mode; those of a mode given by its number; and how these change with
-    # parameters p that change by q.
+    # Functions for the coefficients of each mode, of a mode by number, and their change for a
+    # parameter change q.
     values, slopes = _named("p"), _named("q")
     duals = {name: Dual(value, slopes[name]) for name, value in values.items()}
     p, moved = _parameters(values), _parameters(duals)
@@ -228,7 +227,7 @@ def _name_in_c(group: str, name: str) -> str:
 
 
 def _expansion(mode: Mode) -> str:
-    # The function that continues a motion that slips by a friction law.
+    # The C function that expands sliding motion with a friction law.
     terms = Terms(by_law=True, finite_belt=True, over_time=True)
     recurrence, ax, ay = motion(terms, mode, _name_in_c)
     lines = [f"const double {name} = {text};" for name, text in recurrence.constants.items()]
@@ -267,7 +266,7 @@ def headers() -> dict[str, str]:
 
 
 def sources_digest(folder: Path) -> str:
-    """The digest of the kernel's text, by which a library that is older than it is recognised."""
+    """Digest of the kernel's sources, to recognise an outdated library."""
     content = hashlib.sha256()
     texts = {path.name: path.read_bytes() for path in [*folder.glob("*.c"), *folder.glob("*.h")]}
     texts |= {name: text.encode() for name, text in headers().items()}

@@ -47,9 +47,9 @@ class RunsInTurn:
         self.results = np.empty((len(parameters), COLUMNS))
 
     def advance(self, budget: int) -> float:
-        """Go on until all are ended or the budget, in steps, is spent.
+        """Continue until all runs have ended or the budget, in steps, is spent.
 
-        Returns the runs ended, the one under way counted by the part of the horizon behind it.
+        Returns the number of ended runs; the current run counts by the fraction of its horizon.
         """
         while budget > 0 and not self.done:
             run = self._run or self._start(self._member)
@@ -69,5 +69,5 @@ class RunsInTurn:
 
     @property
     def done(self) -> bool:
-        """Whether all are ended."""
+        """Whether all runs have ended."""
         return self._member == len(self.results)

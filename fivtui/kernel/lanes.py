@@ -52,9 +52,9 @@ class Work:
         self._options = (t_end, tol, float(max_steps), order, cubic, *observed)
 
     def advance(self, budget: int) -> float:
-        """Go on until all are ended or the budget, steps of all lanes, is spent.
+        """Continue until all runs have ended or the budget, in steps of all lanes, is spent.
 
-        Returns the runs ended, those under way counted by the part of the horizon behind them.
+        Returns the number of ended runs; unfinished runs count by the fraction of their horizon.
         """
         return float(
             self._go_on(
@@ -71,5 +71,5 @@ class Work:
 
     @property
     def done(self) -> bool:
-        """Whether all are ended."""
+        """Whether all runs have ended."""
         return bool(self._ended(self._aligned_address) == self._count)

@@ -29,12 +29,12 @@ _LIBRARY: Final = _FOLDER / (
     "libfivtui" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 )
 _REASON: Final = _FOLDER / "libfivtui.txt"
-# By what `fivtui_instruction_set` returns.
+# Names by the return value of `fivtui_instruction_set`.
 INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
 # Functions that gain nothing by wider registers than those of AVX2.
 _OF_ONE_RUN: Final = ("run_", "belt_", "driven_", "vary_", "orbit_")
 _X86: Final = ("x86_64", "amd64")
-# What chooses another one than the best there is.
+# Environment variable that overrides the best instruction set.
 _CHOICE: Final = "FIVTUI_INSTRUCTION_SET"
 
 _int, _float, _pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
@@ -54,7 +54,7 @@ _OF_LANES: Final[dict[str, tuple[Any, list[Any]]]] = {
     "advance": (_float, [*([_pointer] * 5), _int, _float, _float, _float, *([_int] * 6)]),
     "ended": (_int, [_pointer]),
 }
-# On belts that are always faster, and on belts of finite speed.
+# Prefixes of batch functions: without and with a finite belt speed.
 _BATCHES: Final = ("batch", "belts")
 _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "run_size": (_int, []),
@@ -80,7 +80,7 @@ _packed_with_belt: Final = struct.Struct(f"{len(ALL_PARAMETERS)}d").pack
 
 
 class Kernel:
-    """The kernel for one instruction set, the best that the processor has if not given.
+    """The kernel for one instruction set, by default the best of the processor.
 
     Results have the same bits with each. Raises `ComputationError` if there is no library, it is of
     another text than that beside it, or the processor lacks the instruction set.
@@ -189,13 +189,13 @@ class Kernel:
     ) -> Work | RunsInTurn:
         """Begin a chunk of a batch, in lanes or in turn, with the same bits: see `Work`."""
         if belts is not None and (self._is_slow_in_lanes or not law_is_tuned()):
-            # Single runs know all extremes.
+            # Single runs always record all extremes.
             return RunsInTurn(self.begin, belts=belts, **arguments)
         return Work(self._functions, observed=observed, belts=belts, **arguments)
 
     @property
     def _is_slow_in_lanes(self) -> bool:
-        # On belts of finite speed, where fused operations are calls.
+        # Without hardware fused multiply-add the finite-belt lanes call a function for it.
         return self.instruction_set == "baseline" and platform.machine().lower() in _X86
 
     def static_starts(self, parameters: Floats, separation: NDArray[np.bool_]) -> Floats:

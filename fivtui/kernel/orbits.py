@@ -19,7 +19,7 @@ _double, _int = ctypes.c_double, ctypes.c_int64
 
 
 class _Asked(ctypes.Structure):
-    # `Asked` in orbit.c.
+    # Layout of the struct `Asked` in orbit.c.
     _fields_ = (
         ("parameters", _double * len(PARAMETERS)),
         ("scales", _double * _UNKNOWNS),
@@ -35,13 +35,13 @@ class _Asked(ctypes.Structure):
     )
 
 
-# `Orbit` in orbit.c: where its parts end.
+# Ends of the parts of the struct `Orbit` in orbit.c.
 _PARTS: Final = np.cumsum([_UNKNOWNS, _UNKNOWNS, _STATE, 9, _EXTREMES]).tolist()
 _FOUND: Final = _PARTS[-1] + 2
 
 
 class FoundOrbit(NamedTuple):
-    """A periodic orbit: scaled unknowns, and what `fivtui.orbits` keeps of it beside them."""
+    """A periodic orbit: scaled unknowns and derived quantities for `fivtui.orbits`."""
 
     unknowns: Floats
     tangent: Floats
@@ -103,8 +103,8 @@ class OrbitSearch:
     ) -> FoundOrbit | None:
         """The orbit near a guess of the n scaled unknowns; None if Newton's method finds none.
 
-        It is looked for in the planes through the guess with the normals `planes`, shape (n − 4,
-        n). The new tangent has the direction of `along` on the curve of orbits; it is in the plane
+        The search runs in the planes through the guess with the normals `planes`, shape (n − 4, n).
+        The new tangent has the direction of `along` on the curve of orbits; it is in the plane
         across the orbit if `turning`, else in the first.
         """
         orbit = np.empty(_FOUND)

@@ -19,8 +19,8 @@ SEGMENT_HEAD: Final = 5
 MOST_SEEDS: Final = 16
 EXTREMES: Final = 7
 CROSSING_HEAD: Final = 6
-# How many crossings, switches and segments a call gives back. So large a room for segments is kept
-# by the allocator from run to run: given back to the system, its pages cost more than the run.
+# Buffer sizes per call, in crossings, switches and segments. The allocator reuses a segment buffer
+# of this size between runs: new pages from the system would cost more than the run.
 _CROSSINGS: Final = 64
 _SWITCHES: Final = 256
 _SEGMENTS: Final = 2048
@@ -56,10 +56,10 @@ class RunColumns(NamedTuple):
 
 COLUMNS: Final = len(RunColumns._fields)
 _STATUSES: Final = tuple(Status)
-# Arrays of ctypes: what a short run costs is the making and passing of its buffers.
+# Use ctypes arrays: in a short run, creating and passing buffers dominates the cost.
 _CHANGE_COLUMNS: Final = 3
 _Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHES
-# Behind what all runs give: time of stick, and numbers of changes from each mode to each.
+# Columns after the common results: stick time, and the number of changes for each pair of modes.
 _TALLY: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)
 _NO_TIMES: Final = np.empty(0)
 
@@ -67,12 +67,12 @@ _NO_TIMES: Final = np.empty(0)
 class KernelRun:
     """A run under way; function and memory are from `Kernel.begin`."""
 
-    # Numbers that are said of a switch, and room for them and for a result.
+    # Numbers per switch, and buffer types for switches and the result.
     _width, _room, _outcome = 1, _Switches, _Result
     # As far as it came.
     outcome: RunColumns
-    # x, ẋ, y and ẏ at the sample times, in rows; then room for the contact force, so that all is
-    # one block, which the allocator keeps from run to run.
+    # Rows x, ẋ, y and ẏ at the sample times, and a row for the contact force. One block lets the
+    # allocator reuse it between runs.
     samples: Floats
     modes: NDArray[np.int8]
     # How many samples are computed.
@@ -100,7 +100,7 @@ class KernelRun:
             self._sampling = (self._times.ctypes.data, times.size, samples, modes)
 
     def advance(self, budget: int) -> Status:
-        """Go on until the run is ended, a buffer is full or the budget, in steps, is spent."""
+        """Continue until the run has ended, a buffer is full or the budget, in steps, is spent."""
         room, rows = None, 0
         if self._columns:
             rows = min(budget, _SEGMENTS)
@@ -137,7 +137,7 @@ class BeltRun(KernelRun):
     and after it.
     """
 
-    # What the kernel reads while the run is under way.
+    # Keeps the arrays alive that the kernel reads during the run.
     legs: Legs | None = None
     _width, _room = _CHANGE_COLUMNS, ctypes.c_double * (_CHANGE_COLUMNS * _SWITCHES)
     _outcome = ctypes.c_double * _TALLY.stop
@@ -157,8 +157,8 @@ class VariedRun:
     rate: State
     # Derivatives of (x, ẋ, y, ẏ) there, shape (k, 4).
     derivatives: Floats
-    # Of the least and greatest x, those of y, the greatest ẋ, the least and greatest y of the
-    # second half: its time, s, and its derivatives, shape (7, 1 + k).
+    # Time, s, and derivatives of each extreme, shape (7, 1 + k): least and greatest x, y, greatest
+    # ẋ, least and greatest y of the second half.
     extremes: Floats
     # A row for each switch of the last call: time, x, ẋ, y, ẏ, mode after it, and the derivatives
     # of (x, ẋ, y, ẏ).
@@ -172,7 +172,7 @@ class VariedRun:
         self.extremes = np.empty((EXTREMES, 1 + count))
 
     def advance(self, budget: int) -> Status:
-        """Go on until the run is ended, the budget, in steps, is spent or many crossings occur."""
+        """Continue until the run has ended, the budget, in steps, is spent or a buffer is full."""
         status = self._function(
             self._memory.ctypes.data,
             self._crossings.ctypes.data,

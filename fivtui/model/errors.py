@@ -5,7 +5,7 @@ from typing import Final
 
 _LONGEST_WORD: Final = 240
 _LONGEST_TEXT: Final = 2000
-# Characters kept at both ends of what is cut.
+# Characters shown at both ends of a shortened text.
 _HEAD_OF_WORD, _TAIL_OF_WORD = 120, 60
 _HEAD_OF_TEXT, _TAIL_OF_TEXT = 1200, 600
 _LONG_WORD: Final = re.compile(rf"\S{{{_LONGEST_WORD + 1},}}")

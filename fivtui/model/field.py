@@ -10,8 +10,8 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 from .modes import MODES, Guard, Mode
 
-# A step s in the imaginary direction: f(x + i s d) = f(x) + i s f′(x) d to rounding, as the square
-# of the step is lost beside 1. A power of two scales without rounding.
+# Complex step s: f(x + i s d) = f(x) + i s f′(x) d to rounding, because s² vanishes beside 1. A
+# power of two scales without rounding.
 DERIVATIVE_STEP: Final = 2.0**-130
 # ln 2 in two parts, the first short enough that its multiples are exact.
 _LN2_HIGH: Final = 6.93147180369123816490e-01
@@ -162,7 +162,7 @@ def sliding_friction(p: Any, vx: Any, force: Any, mode: Mode) -> Any:
     sign = MODES[mode].friction_sign
     speed = sign * (p.v_belt - vx)
     if isinstance(speed, float | complex) and speed.real < 0.0:
-        # By rounding.
+        # Negative by rounding: set to zero.
         speed = 0.0 * speed
     return sign * friction_coefficient(p, speed) * force
 

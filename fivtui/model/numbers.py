@@ -74,7 +74,7 @@ def read_whole(text: str) -> int:
 
 
 def _plain(text: str) -> str:
-    # Python reads 1_0 and the digits of other scripts as numbers, too.
+    # Python also accepts 1_0 and digits of other scripts.
     if not text.isascii() or "_" in text:
         raise ValueError("not a plain number")
     return text

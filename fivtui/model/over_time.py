@@ -13,7 +13,7 @@ from .parameters import Parameters, parameter_spec, unknown_name
 
 # The parameters that may change with time.
 TIMED: Final = ("F", "mu", "v_belt")
-# Rows of a table that are told one by one.
+# Longest table whose rows are all listed in text.
 _FEW: Final = 4
 _PAIRS: Final = "pairs of time (s) and value"
 
@@ -43,11 +43,11 @@ class TimeTable:
         (begin, end), (start_value, end_value) = self._row(index)
         slope = (end_value - start_value) / (end - begin)
         value = start_value + slope * (t - begin)
-        # Rounding must not leave the values between which it lies.
+        # Clip: rounding must not exceed the values of the two rows.
         return min(max(value, min(start_value, end_value)), max(start_value, end_value)), slope
 
     def before(self, t: float) -> float:
-        """The value up to a time, s: another one than `after` gives where there is a jump."""
+        """The value up to a time, s; at a jump it differs from that of `after`."""
         index = bisect_left(self.times, t)
         if index < len(self.times) and self.times[index] == t:
             return self.values[index]

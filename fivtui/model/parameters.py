@@ -71,7 +71,7 @@ class ParameterSpec:
 
         Raises `InputError` if it is not a finite number within the bounds.
         """
-        # Nearly every call, without the cost of an interval.
+        # Fast path for floats within the bounds.
         if isinstance(value, float) and self.lower <= value <= self.upper:
             return float(value)
         return self._number_interval.check(self.name, value)
@@ -83,16 +83,16 @@ class ParameterSpec:
         return self._interval.check(self.name, value) if self.optional else self.check(value)
 
 
-# How it is written that an optional parameter is not set.
+# Text for an optional parameter that is not set.
 NONE: Final = "none"
-# Share of the letters that a name has in common with the one suggested in its place.
+# Least similarity of a suggested name.
 _NEAR: Final = 0.6
 
 
 def unknown_name(kind: str, name: str, allowed: Iterable[str]) -> InputError:
     """The error for an unknown name; it suggests the nearest known one."""
     names = list(allowed)
-    # A single letter is like every short name that has it.
+    # A single letter would match every short name that contains it.
     folded = {
         candidate.casefold(): candidate
         for candidate in names

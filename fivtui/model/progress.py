@@ -28,12 +28,12 @@ class Progress:
         return self.go_on()
 
     def go_on(self) -> bool:
-        """Whether to continue, where no more is done than was reported."""
+        """Whether to continue, at the fraction last reported."""
         return self._callback is None or self._callback(self._fraction)
 
     @property
     def callback(self) -> OnProgress | None:
-        """What a function is given that takes a callback; None if nobody asks for the progress."""
+        """The callback to pass to a function; None without a callback."""
         return None if self._callback is None else self.advance
 
     def part(self, begin: float, end: float) -> "Progress":
@@ -43,6 +43,6 @@ class Progress:
         return Progress(lambda fraction: self.advance(begin + (end - begin) * fraction))
 
     def check(self) -> None:
-        """Raise `Cancelled` if the computation is to stop, where no more is done than reported."""
+        """Raise `Cancelled` if the computation is to stop, at the fraction last reported."""
         if not self.go_on():
             raise Cancelled

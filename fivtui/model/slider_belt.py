@@ -15,8 +15,8 @@ from .modes import IN_CONTACT, Mode
 from .parameters import Parameters
 from .system import System
 
-# Forces whose difference is below this part of them balance: it is their rounding. Below the other
-# number, N or N/s, what they do to a mass may be lost to underflow.
+# Relative rounding below which forces balance. LEAST: forces, N or N/s, whose effect on a mass may
+# underflow.
 BALANCED: Final = 2.0**-49
 LEAST: Final = 1e-280
 State = tuple[float, float, float, float]
@@ -75,7 +75,7 @@ def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CON
 
 
 def _is_off(p: Parameters, state: State, rates: Rates) -> bool:
-    # Whether the slider goes on off the belt.
+    # Whether the motion continues off the belt.
     x, vx, y, vy = state
     if y != 0.0:
         return y > 0.0
@@ -87,8 +87,8 @@ def _is_off(p: Parameters, state: State, rates: Rates) -> bool:
 
 
 def _mode_on_belt(p: Parameters, state: State, speed: float, rates: Rates) -> Mode:
-    # Of a slider in contact. At the speed of the belt the first derivative of a margin that is not
-    # zero to rounding says whether the belt holds; each is given with the size of its terms.
+    # Mode of a slider in contact. At the belt's speed, the first nonzero derivative of a margin
+    # decides whether the belt holds. Each derivative has the size of its terms for rounding.
     x, vx, y, vy = state
     if vx != speed:
         return Mode.FORWARD if vx < speed else Mode.BACKWARD
@@ -102,7 +102,7 @@ def _mode_on_belt(p: Parameters, state: State, speed: float, rates: Rates) -> Mo
         equations.holding_force_rate(p, 0.0, rates.v_belt, ay),
     )
     forces = (force, -kt * vy, -kt * ay - bend)
-    # What the preload gives is known to rounding, too.
+    # Include the rounding of the preload.
     of_forces = (
         abs(force) + preload,
         kt * (abs(vy) + static_deflection(p) / time_scale(p)),
@@ -127,13 +127,13 @@ def _mode_on_belt(p: Parameters, state: State, speed: float, rates: Rates) -> Mo
 
 
 def _times_line(value: float, slope: float, of: tuple[float, float, float]) -> list[float]:
-    # Of a function times a line: both, and their first and second derivative.
+    # Product of a function and a line, with its first two derivatives.
     first, second, third = of
     return [value * first, slope * first + value * second, 2.0 * slope * second + value * third]
 
 
 def _falls(derivatives: Sequence[float], sizes: Sequence[float]) -> bool:
-    # Whether a function is negative now or soon: by the first derivative beyond rounding.
+    # Whether a function is or becomes negative, by its first derivative beyond rounding.
     for value, size in zip(derivatives, sizes, strict=True):
         if abs(value) > max(BALANCED * size, LEAST):
             return value < 0.0
@@ -195,8 +195,8 @@ def resting_height(system: System, mu: float) -> float:
     if alpha > 0.0:
         bound = max(1.0, abs(load) / alpha)
         y = min(max(y, -bound), bound)
-    # Newton's method from beyond the root, until it comes no nearer: by arithmetic alone, which has
-    # the same bits everywhere.
+    # Newton's method from beyond the root until |y| stops falling. Plain arithmetic gives the same
+    # bits everywhere.
     while True:
         new = y - (alpha * y * y * y + beta * y + load) / (3.0 * alpha * y * y + beta)
         if not abs(new) < abs(y):
@@ -241,7 +241,7 @@ def static_start_change(system: System, name: str) -> State:
 
 def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
     """Jacobian (4 × 4, SI units) of the first-order system (Eq. 8) in (x, ẋ, y, ẏ)."""
-    # That of a linear contact spring as stiff as the tangent.
+    # Use a linear contact spring with the tangent stiffness.
     kt = tangent_stiffness(p, y)
     mu, c1 = sliding(p, y, mode)
     c = equations.field(p.linearised(k2=kt, mu=mu, c1=c1), mode)

@@ -46,7 +46,7 @@ _LABELS: Final[Mapping[str, Label]] = {
         "half peak-to-peak, 2nd half (m)", "Half peak-to-peak of $y$,\nsecond half of the run (m)"
     ),
 }
-# Columns that are positive, and those that have both signs in charts over time or friction.
+# Positive columns, and columns of both signs in charts over time or friction.
 _POSITIVE: Final = ("mu_c", "y_peak", "y_half_range")
 _SIGNED: Final = ("sigma_1", "y", "x", "P")
 _HEIGHT: Final = 3.1

@@ -21,12 +21,12 @@ SUFFIXES: Final = (".wav",)
 _RATE: Final = 44_100
 _LONGEST: Final = 600.0
 _SHORTEST: Final = 0.01
-# What a run sounds at unless a factor is asked for, Hz.
+# Default pitch, Hz.
 _PITCH: Final = 110.0
-# Of full scale.
+# Peak level relative to full scale.
 _LEVEL: Final = 0.9
 _FULL: Final = 32_767
-# At both ends, against clicks, s.
+# Fade at both ends against clicks, s.
 _FADE: Final = 0.005
 
 

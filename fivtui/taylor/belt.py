@@ -26,15 +26,12 @@ from .segment import Segment
 from .series import Coefficients
 from .stepper import TaylorStepper, local_tolerance
 
-# Guards that fall to zero this close to each other, relative to the step, do so at once: then the
-# slider separates.
+# Guards with roots this close, relative to the step, count as simultaneous: the slider separates.
 SIMULTANEOUS: Final = 2.0**-40
-# Where a friction law is too steep at the speed of the belt the motion creeps: part of t below
-# which a step does not advance it.
+# Shortest step, relative to t, that advances a motion creeping by a steep friction law.
 UNRESOLVED: Final = 2.0**-50
-# Over a step with a friction law v/v_s changes by so much at most, the more the greater it is. From
-# 37 on its exponential is below rounding, and left out where a step keeps so far that this allows a
-# longer one.
+# Largest change of v/v_s over a step with a friction law; it grows with v/v_s. Above 37 the
+# exponential is below rounding, so a step that stays there may be longer.
 _CHANGE: Final = 12.0
 _WIDENING: Final = 0.09
 _NEGLIGIBLE: Final = 37.0
@@ -63,7 +60,7 @@ class BeltStepper(TaylorStepper):
         self._deflection = static_deflection(p.with_values({"F": self._course.greatest_load}))
         self._row_time = self._course.next_break(t)
         self._mode = mode_of(p, state, separation=system.separation, rates=self._rates)
-        # There is a law, too, where a table begins at μ_s: μ may fall from there.
+        # A table of μ may begin at μ_s and fall: keep the law.
         self._by_law = p.v_s is not None and p.mu_s is not None if tables else bool(p.speed_law)
         self._terms = Terms(self._by_law, p.v_belt is not None, bool(tables))
 
@@ -73,20 +70,20 @@ class BeltStepper(TaylorStepper):
             self._p, self._rates = self._course.after(self._time)
             self._row_time = self._course.next_break(self._time)
         segment = super().advance()
-        return segment if segment.end < self._row_time else self._ended_at_row(segment)
+        return segment if segment.end < self._row_time else self._end_at_row(segment)
 
-    def _ended_at_row(self, segment: Segment) -> Segment:
-        # The mode may change where a table bends.
+    def _end_at_row(self, segment: Segment) -> Segment:
+        # At a row of the table the mode may change without an event.
         self._time, self._remainder = self._row_time, 0.0
         if segment.switches:
-            # A guard has decided at the same time.
+            # A guard at the same time has set the mode.
             return replace(segment, end=self._row_time)
         p, rates = self._course.after(self._row_time)
         self._mode = mode_of(p, self._state, separation=self._separation, rates=rates)
         return replace(segment, end=self._row_time, next_mode=self._mode)
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
-        # Over which the expansions hold.
+        # Limit the step to the range of the expansions and to the next row.
         duration = super()._step_size(x, y)
         if self._by_law and MODES[self._mode].slips:
             duration = self._within_law(duration, x)
@@ -98,7 +95,7 @@ class BeltStepper(TaylorStepper):
         speed = MODES[self._mode].friction_sign * ((self._p.v_belt or 0.0) - x[1])
         exponent = max(speed / v_s, 0.0)
         allowed = max(_CHANGE + _WIDENING * exponent, exponent - _NEGLIGIBLE) * v_s
-        # v_r changes by what the belt's speed does, too.
+        # v_r also changes with the speed of the belt.
         relative = (*x[:2], x[2] - 0.5 * self._rates.v_belt, *x[3:])
         while _greatest_change(relative, duration) > allowed:
             duration *= _SHRINKING
@@ -112,12 +109,12 @@ class BeltStepper(TaylorStepper):
         return (x, speed, 0.0 if guard in _HEIGHT_GUARDS else y, vy / duration)
 
     def _speed_after(self, duration: float) -> float:
-        # Of the belt, m/s.
+        # Speed of the belt after the step, m/s.
         if not self._terms.over_time:
             return self._p.v_belt or 0.0
         if duration >= (self._row_time - self._time) - self._remainder:
             return self._course.speed_before(self._row_time)
-        # From the tables at that time: a slider of the belt's speed has it to the last bit.
+        # Read the table, so that a sticking slider has the belt's speed to the last bit.
         p, _ = self._course.after(self._time + (duration + self._remainder))
         return p.v_belt or 0.0
 
@@ -135,26 +132,26 @@ class BeltStepper(TaylorStepper):
         else:
             x, y = self._expand[mode](*state, *self._constants[mode])
         if state[2] == 0.0 and self._separation:
-            y = self._settled(y)
+            y = self._with_balanced_forces(y)
         if state[1] == self._p.v_belt and MODES[mode].slips:
-            x = self._started(x, forward=mode is Mode.FORWARD)
+            x = self._with_belt_acceleration(x, forward=mode is Mode.FORWARD)
         return x, y
 
-    def _settled(self, y: tuple[float, ...]) -> tuple[float, ...]:
-        settled = super()._settled(y)
+    def _with_balanced_forces(self, y: tuple[float, ...]) -> tuple[float, ...]:
+        settled = super()._with_balanced_forces(y)
         if self._rates is CONSTANT or lift(self._p, self._state[0]) != 0.0:
             return settled
         return (*settled[:3], settled[3] - self._rates.F / (6.0 * self._p.m), *settled[4:])
 
-    def _started(self, x: tuple[float, ...], *, forward: bool) -> tuple[float, ...]:
-        # A slider that begins to slide where friction balances the other forces has the belt's
-        # acceleration: with a random difference it would seem to stick at once.
+    def _with_belt_acceleration(self, x: tuple[float, ...], *, forward: bool) -> tuple[float, ...]:
+        # Where friction balances the other forces, start with the belt's acceleration: a rounding
+        # error would make the slider stick again at once.
         guard = Guard.HELD_FORWARD if forward else Guard.HELD_BACKWARD
         p, (position, _, y, _) = self._p, self._state
         grip = p.mu_static * abs(spring_force(p, y))
         size = holding_force_size(p, position, y, self._rates) + grip
         margin = guard_value(p, self._state, guard, self._rates)
-        # Where friction does not jump at v_r = 0.
+        # Friction is continuous at v_r = 0.
         smooth = p.mu_static == p.mu or p.speed_law is not None
         balanced = smooth and abs(margin) <= BALANCED * size
         with_belt = 0.5 * self._rates.v_belt
@@ -179,7 +176,7 @@ class BeltStepper(TaylorStepper):
             else:
                 c = guard_function(self._terms, guard)(self._p, self._rates, *motion)
                 if c[0] <= 0.0:
-                    # At the start of a mode its guard is zero, and rises but for rounding.
+                    # At the start of a mode its guard is zero and rises, except for rounding.
                     c[0], c[1] = 0.0, max(c[1], 0.0)
                 end_state = (final[0], final[1] / powers[1], final[2], final[3] / powers[1])
                 value = self._guard_after(end_state, guard, powers[1])
@@ -197,7 +194,7 @@ class BeltStepper(TaylorStepper):
 
 
 def _greatest_change(x: Sequence[float], duration: float) -> float:
-    # A bound of how much ẋ changes over a step.
+    # Upper bound of the change of ẋ over a step.
     total = 0.0
     for n in range(len(x) - 1, 1, -1):
         total = (total + n * abs(x[n])) * duration
@@ -205,21 +202,21 @@ def _greatest_change(x: Sequence[float], duration: float) -> float:
 
 
 def _first_fall(c: Sequence[float], final: float) -> float | None:
-    # Where a guard falls to zero. It leaves its chord by max|second derivative|/8 at most; one that
-    # starts from zero is taken over θ.
+    # First root of a guard. It differs from its chord by at most max|second derivative|/8; a guard
+    # that starts at zero is divided by θ.
     first = c[0] if c[0] != 0.0 else c[1]
     bulge = sum(abs(coefficient) * n * (n - 1) for n, coefficient in enumerate(c)) / 8.0
     if min(first, final) > bulge:
         return None
     root = first_root(c)
     if root is None and final <= 0.0:
-        # By rounding the root is not in the step: take the end of the step.
+        # Rounding moved the root out of the step: use the end of the step.
         return 1.0
     return root
 
 
 def taylor_stepper(system: System, state: State, *, t: float = 0.0, tol: float) -> TaylorStepper:
-    """The integrator of a system from a state, whose run keeps what `tol` promises."""
+    """The integrator of a system from a state, with the local tolerance for a run's `tol`."""
     on_belt = system.parameters.v_belt is not None or bool(system.over_time)
     make = BeltStepper if on_belt else TaylorStepper
     return make(system, state, t=t, tol=local_tolerance(tol))

@@ -4,7 +4,7 @@ from typing import Any
 
 
 class Reflected:
-    """The operators whose first operand is a number, by those of what `_operand` makes of it."""
+    """Reflected operators: `_operand` converts a number on the left-hand side."""
 
     __slots__ = ()
 
@@ -25,12 +25,12 @@ class Reflected:
 
 
 class Expression(Reflected):
-    """An arithmetic expression; products with 0 and 1 and sums with 0 are left out."""
+    """An arithmetic expression; products with 0 or 1 and sums with 0 are simplified."""
 
     __slots__ = ("binds", "text")
 
     def __init__(self, text: str, binds: int = 3) -> None:
-        # 1 for a sum, 2 for a product, 3 for what needs no parentheses.
+        # Precedence: 1 for a sum, 2 for a product, 3 for a name or call.
         self.text, self.binds = text, binds
 
     @property
@@ -80,7 +80,7 @@ class Expression(Reflected):
         return expression(value)
 
     def exp(self) -> "Expression":
-        """The exponential function of it, which C and Python call `exponential`."""
+        """The exponential function, named `exponential` in C and Python."""
         return Expression(f"exponential({self.text})")
 
     def _within(self, binds: int) -> str:
@@ -91,10 +91,10 @@ _ZERO, _ONE, _MINUS_ONE = "0.0", "1.0", "-1.0"
 
 
 def expression(value: object) -> Expression:
-    """A number as an expression, or the expression that it is."""
+    """The value as an expression."""
     if isinstance(value, Expression):
         return value
     assert isinstance(value, int | float)  # noqa: S101
-    # Zero has no sign.
+    # Adding 0.0 removes the sign of −0.0.
     number = float(value) + 0.0
     return Expression(repr(number), 3 if number >= 0.0 else 2)

@@ -113,7 +113,7 @@ def _brackets(b: list[float]) -> Iterator[tuple[float, float]]:
 
 
 def _split(b: list[float]) -> tuple[float, list[float], list[float]]:
-    # de Casteljau's rule, away from a root: the signs at every cut must be known.
+    # de Casteljau's rule. A cut must not be a root: its sign is needed.
     for part in (0.5, 0.4375, 0.5625):
         lower, upper, level = [b[0]], [b[-1]], b
         while len(level) > 1:

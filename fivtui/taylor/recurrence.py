@@ -40,8 +40,8 @@ class Terms(NamedTuple):
 class Recurrence:
     """The statements of a recurrence.
 
-    `constants` are the texts of numbers by name, `lines` those of a value and a slope of what is
-    linear in time, `statements` those of n-th coefficients, in the order of computation.
+    `constants` are texts of numbers by name. `lines` are texts of value and slope of linear
+    functions of time. `statements` are texts of n-th coefficients in the order of computation.
     """
 
     def __init__(self) -> None:
@@ -59,7 +59,7 @@ class Recurrence:
         return Expression(name)
 
     def line(self, value: Expression, slope: Expression) -> "Series":
-        """What is linear in time."""
+        """A linear function of time, stored under a name."""
         name = f"line{len(self.lines)}"
         self.lines[name] = (value.text, slope.text)
         return Series(self, Expression(f"{name}[n]"), name)
@@ -115,7 +115,7 @@ class Series(Reflected):
         )
 
     def exp(self) -> "Series":
-        """The exponential function of it."""
+        """The exponential of the series."""
         if self.array is None:
             return Series(self.recurrence, self.value.exp(), None)
         exponent = self._stored()
@@ -136,7 +136,7 @@ class Series(Reflected):
     def _linear(
         self, a: "Series", b: "Series", combine: Callable[[Expression, Expression], Expression]
     ) -> "Series":
-        # A product or quotient of which one is constant.
+        # A product or quotient with a constant operand.
         if a.array is None and b.array is None:
             return Series(self.recurrence, combine(a.value, b.value), None)
         values = [
@@ -147,7 +147,7 @@ class Series(Reflected):
         return Series(self.recurrence, product, None if product.is_zero else "")
 
     def varying(self) -> "Series":
-        """It as what varies with time."""
+        """The series itself, or a constant as a linear function of zero slope."""
         if self.array is not None:
             return self
         return self.recurrence.line(self.recurrence.constant(self.value), expression(0.0))
@@ -184,7 +184,7 @@ def _constant(recurrence: Recurrence, value: object) -> Series:
 
 
 def _series(recurrence: Recurrence, value: Any) -> Series:
-    # What varies, whatever it is.
+    # Convert a value to a series that varies with time.
     return (value if isinstance(value, Series) else _constant(recurrence, value)).varying()
 
 
@@ -207,7 +207,7 @@ def _parameters(recurrence: Recurrence, terms: Terms, name: Naming) -> tuple[Any
 
 
 def python_name(group: str, name: str) -> str:
-    """How Python names a parameter or its rate."""
+    """Name of a parameter or its rate in Python."""
     return f"{group}.{name}"
 
 
@@ -247,9 +247,9 @@ def motion_function(terms: Terms, mode: Mode) -> Callable[[Any, Rates, Any, int]
 
 @lru_cache(maxsize=64)
 def guard_function(terms: Terms, of: Guard) -> Callable[[Any, Rates, Any, Any], list[float]]:
-    """The function of (p, rates, x, y) that gives the coefficients of a guard, as many, per sⁿ.
+    """The function of (p, rates, x, y) that returns a guard's coefficients in 1/sⁿ.
 
-    Along a motion with the coefficients x and y in m/sⁿ.
+    The motion has the coefficients x and y in m/sⁿ; there are as many for the guard.
     """
     recurrence, value = guard(terms, of, python_name)
     lines = ["    x, c = [*x, 0.0], []"]
@@ -263,13 +263,13 @@ def product(a: Sequence[Any], b: Sequence[Any], n: int) -> Any:
 
 
 def quotient(a: Sequence[Any], b: Sequence[Any], ratio: Sequence[Any], n: int) -> Any:
-    """The n-th coefficient of the ratio a/b, of which those before are known."""
+    """The n-th coefficient of the ratio a/b from the lower coefficients."""
     lower_terms = sum(map(mul, b[1 : n + 1], ratio[n - 1 :: -1])) if n else 0.0
     return (a[n] - lower_terms) / b[0]
 
 
 def exponential_term(exponent: Sequence[Any], power: Sequence[Any], n: int) -> Any:
-    """The n-th coefficient of an exponential function, of which those before are known."""
+    """The n-th coefficient of an exponential function from the lower coefficients."""
     if n == 0:
         return exponential(exponent[0])
     slopes = map(mul, count(1), exponent[1 : n + 1])

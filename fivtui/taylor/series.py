@@ -50,7 +50,7 @@ def right_hand_side(p: Parameters, mode: Mode) -> RightHandSide:
 
 
 class _Pair(NamedTuple):
-    # What is of x, and what is of y.
+    # Expressions for x and for y.
     x: Expression
     y: Expression
 
@@ -65,17 +65,17 @@ class _Pair(NamedTuple):
 
 
 class _Lines:
-    # The lines of a function; a value that is used more than once is one.
+    # Lines of a function; each reused value gets its own line.
 
     def __init__(self, head: str) -> None:
         self.lines = [head]
 
-    def keep(self, name: str, value: Expression) -> Expression:
+    def assign(self, name: str, value: Expression) -> Expression:
         self.lines.append(f"    {name} = {value.text}")
         return Expression(name)
 
-    def keep_both(self, name: str, value: _Pair) -> _Pair:
-        return _Pair(self.keep(f"x{name}", value.x), self.keep(f"y{name}", value.y))
+    def assign_both(self, name: str, value: _Pair) -> _Pair:
+        return _Pair(self.assign(f"x{name}", value.x), self.assign(f"y{name}", value.y))
 
 
 def straight_line_source(rhs: RightHandSide, order: int) -> str:
@@ -89,11 +89,11 @@ def straight_line_source(rhs: RightHandSide, order: int) -> str:
     pull = _Pair(pull.x, pull.y - load)
     r = [y0]
     if rhs is RightHandSide.CUBIC:
-        d = code.keep_both("d", _Pair(friction * cubic, cubic))
-        thrice = code.keep("thrice", y0 * 3.0)
-        square = code.keep("square", y0 * y0)
-        pull = pull.less(d.times(code.keep("q", square * y0)))
-        b = code.keep_both("b", b.less(d.times(code.keep("slope", square * 3.0))))
+        d = code.assign_both("d", _Pair(friction * cubic, cubic))
+        thrice = code.assign("thrice", y0 * 3.0)
+        square = code.assign("square", y0 * y0)
+        pull = pull.less(d.times(code.assign("q", square * y0)))
+        b = code.assign_both("b", b.less(d.times(code.assign("slope", square * 3.0))))
     for n in range(order):
         if n > 0:
             pull = a.times(z[n].x).plus(b.times(z[n].y))
@@ -101,15 +101,15 @@ def straight_line_source(rhs: RightHandSide, order: int) -> str:
             newest = thrice * z[n].y
             if n > 1:
                 square_term, cube_term = _products([pair.y for pair in z], r, n)
-                pull = pull.less(d.times(code.keep("q", cube_term)))
+                pull = pull.less(d.times(code.assign("q", cube_term)))
                 newest = square_term + newest
-            r.append(code.keep(f"r{n}", newest))
+            r.append(code.assign(f"r{n}", newest))
         damping = _Pair(
             xvx * (1.0 / (n + 2)) * z[n + 1].x,
             yvy * (1.0 / (n + 2)) * z[n + 1].y,
         )
         new = pull.times(1.0 / ((n + 1) * (n + 2))).plus(damping)
-        z.append(code.keep_both(f"{n + 2}", new))
+        z.append(code.assign_both(f"{n + 2}", new))
     xs, ys = (", ".join(value.text for value in values) for values in zip(*z, strict=True))
     return "\n".join([*code.lines, f"    return ({xs}), ({ys})", ""])
 
@@ -118,7 +118,7 @@ def _products(
     y: Sequence[Expression], r: Sequence[Expression], n: int
 ) -> tuple[Expression, Expression]:
     # The sums of yᵢ yₙ₋ᵢ and of yᵢ rₙ₋ᵢ over 0 < i < n, where n > 1; each mixed product of y is
-    # computed once, and what is known last is added last.
+    # computed once. The newest coefficients are added last.
     mixed = [y[i] * y[n - i] for i in range((n - 1) // 2, 0, -1)]
     squares = [y[n // 2] * y[n // 2]] if n % 2 == 0 else []
     if mixed:

@@ -29,7 +29,7 @@ from .polynomial import first_root
 from .segment import Segment
 from .series import Coefficients, coefficient_function, right_hand_side, state_function
 
-# What `tol` promises is said in `examples/trust.md`; its allowed range.
+# Default and range of `tol`; `examples/trust.md` defines its accuracy.
 DEFAULT_TOL: Final = 1e-12
 TOL_RANGE: Final = (1e-13, 1e-2)
 # Local tolerance over `tol`: local errors add up along the run.
@@ -44,14 +44,14 @@ MAX_LAW_ORDER: Final = 24
 ORDER_STEP: Final = 4
 # Longest step over √(m/stiffness), reached at rest.
 LONGEST_STEP: Final = 1e3
-# Least scale of a coordinate, over that of both.
+# Smallest scale of a coordinate relative to the larger of both.
 LEAST_SHARE: Final = 2.0**-30
 # Centres the error of `rough_exp2`, which is a straight line between powers of two.
 EXP2_BIAS: Final = 0.043
-# A motion below this, in m and m/s, does not grow beyond bounds.
+# States below this, in m and m/s, overflow by their derivatives, not by growth.
 _SMALL: Final = 1e30
-# A step that a switch ends before this many times √(m/stiffness) does not advance the motion, and
-# more of these in a row than this are chatter below the spacing of floats.
+# Steps cut by a switch below this multiple of √(m/stiffness) count as stalled. More than
+# MAX_STALLED in a row are chatter below the spacing of floats.
 SHORTEST_FLIGHT: Final = 2.0**-30
 MAX_STALLED: Final = 64
 
@@ -71,7 +71,7 @@ class StepperSnapshot(NamedTuple):
 
 
 def local_tolerance(tol: float) -> float:
-    """Local tolerance by which a run keeps what `tol` promises."""
+    """Local tolerance for a run with the tolerance `tol`."""
     return tol * _LOCAL_TOLERANCE
 
 
@@ -94,7 +94,7 @@ def follows_law(p: Parameters) -> bool:
 def overflow_error(t: float, state: State, system: System) -> ComputationError:
     """The error for a motion that overflows; its last finite time, s, and state are given.
 
-    What is still small does not grow: its derivatives overflow.
+    A small state does not grow: its derivatives overflow.
     """
     x, _, y, _ = state
     if max(map(abs, state)) < _SMALL:
@@ -213,26 +213,26 @@ class TaylorStepper:
     def _expanded(self, mode: Mode) -> Coefficients:
         # The coefficients of x and y in m/sⁿ.
         x, y = self._expand[mode](*self._state, *self._constants[mode])
-        return x, self._settled(y) if self._state[2] == 0.0 and self._separation else y
+        return x, self._with_balanced_forces(y) if self._state[2] == 0.0 and self._separation else y
 
     def _first_end(
         self, _motion: Coefficients, y: tuple[float, ...], _powers: Sequence[float], final: State
     ) -> tuple[float, Transition] | None:
-        # Where in the step, of length 1, the mode ends first, and how.
+        # Earliest end of the mode as a fraction of the step, with its transition.
         root = self._first_root(y, final[2]) if self._separation else None
         return None if root is None else (root, MODES[self._mode].ends[0])
 
     def _state_after(self, final: State, duration: float, ended: Transition | None) -> State:
-        # From the state in units of the step.
+        # Convert the final state from step units to SI.
         x, vx, y, vy = final
         return (x, vx / duration, y if ended is None else 0.0, vy / duration)
 
     def _successor(self, _ended: Transition, state: State) -> Mode:
         return mode_of(self._p, state, separation=self._separation)
 
-    def _settled(self, y: tuple[float, ...]) -> tuple[float, ...]:
-        # On the switch, where the forces balance to rounding, the acceleration is that of the
-        # damper: with a random sign the motion would seem to cross again and again.
+    def _with_balanced_forces(self, y: tuple[float, ...]) -> tuple[float, ...]:
+        # At a switch with balanced forces use the damper's acceleration: rounding errors of random
+        # sign would cause repeated switches.
         x, vx, _, vy = self._state
         if lift(self._p, x) != 0.0:
             return y
@@ -242,9 +242,9 @@ class TaylorStepper:
         return (*y[:2], half, sixth, *y[4:])
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
-        # The last two terms of either velocity stay below the tolerance relative to its scale, be
-        # the other coordinate ever so large; but a coordinate that is next to zero at the moment
-        # has a share of the scale of both, with the static deflection.
+        # Keep the last two terms of each velocity below the tolerance relative to the scale of that
+        # coordinate. A coordinate near zero has at least a share of the scale of both and of the
+        # static deflection.
         scales = [max(abs(z[1]), abs(z[0]) / self._time_scale) for z in (x, y)]
         least = LEAST_SHARE * max(*scales, self._deflection / self._time_scale)
         longest = LONGEST_STEP * self._time_scale
@@ -260,8 +260,8 @@ class TaylorStepper:
         return longest if exponent == math.inf else min(longest, rough_exp2(exponent))
 
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:
-        # |y − chord| <= max|d²y/dθ²|/8, which rejects most steps at the cost of one sum. After a
-        # switch y starts from zero and the same bound holds for y/θ.
+        # The bound |y − chord| <= max|d²y/dθ²|/8 rejects most steps at the cost of one sum. After a
+        # switch y starts at zero, and the bound holds for y/θ.
         bulge = sum(map(mul, map(abs, y), self._weights))
         contact = self._mode in IN_CONTACT
         first = y[0] if y[0] != 0.0 else y[1]
@@ -270,7 +270,7 @@ class TaylorStepper:
             return None
         root = first_root(y)
         if root is None and (final >= 0.0 if contact else final <= 0.0):
-            # By rounding the root is not in the step: take the end of the step.
+            # Rounding moved the root out of the step: use the end of the step.
             return 1.0
         return root
 

@@ -1,4 +1,4 @@
-"""Deviations from a motion: its derivatives by numbers that its start and parameters depend on.
+"""Deviations from a motion: its derivatives by numbers that change start and parameters.
 
 A deviation is carried as the imaginary part of the motion: the equations of `fivtui.model.field`
 are expanded at a state and parameters with small steps in the imaginary direction, so that no
@@ -6,8 +6,8 @@ derivative is written by hand. At a switch the saltation matrix applies. Where t
 the deviation of ẋ is the change of the belt's speed, whatever it was before: a deviation across
 v_r = 0 is lost.
 
-A deviation oscillates at the system's frequencies however slow the motion is: over a segment of the
-motion it takes pieces of its own, on each of which it is expanded anew.
+A deviation oscillates at the system's frequencies even if the motion is slow. So each segment of
+the motion is divided into pieces, and the deviation is expanded on each.
 """
 
 import math
@@ -30,7 +30,7 @@ from .series import Coefficients, coefficient_function, right_hand_side, state_f
 from .stepper import overflow_error
 
 ORDER: Final = 20
-# The last terms of a piece over the greatest of its first ones, and how many these are.
+# Largest ratio of a piece's last terms to its first ones, and the number of first terms.
 _NEGLIGIBLE: Final = 2.0**-54
 _FIRST_TERMS: Final = 9
 _SHORTENED: Final = 0.8
@@ -74,13 +74,13 @@ def unbounded_error(t: float) -> ComputationError:
 class Deviations:
     """Deviations from one motion, carried along its segments.
 
-    A deviation of a start that sticks does not leave the belt: it has the change of its speed.
+    While the slider sticks, the deviation of ẋ is the change of the belt's speed.
     """
 
     def __init__(self, p: Parameters, seeds: Sequence[Seed]) -> None:
         self._p = p
         self._perturbed = [p.perturbed(seed.parameters) for seed in seeds]
-        # The belt's speed, which a slider that sticks has.
+        # Changes of the belt's speed, used while the slider sticks.
         self._speeds = [seed.parameters.get("v_belt", 0.0) for seed in seeds]
         self._smooth = p.mu_static == p.mu or p.speed_law is not None
         self.current: list[State] = [seed.start for seed in seeds]
@@ -91,7 +91,7 @@ class Deviations:
         """Carry the deviations over the next segment of the motion."""
         mode, span = segment.mode, end * segment.duration
         if mode is Mode.STICK:
-            self.current = self._held(self.current)
+            self.current = self._at_belt_speed(self.current)
         moments = [fraction * segment.duration for fraction in fractions]
         at_moments: list[list[State]] = [[] for _ in fractions]
         waiting = sorted(range(len(moments)), key=moments.__getitem__, reverse=True)
@@ -101,28 +101,28 @@ class Deviations:
             remaining = span - covered
             length = _length(series, remaining)
             if length == 0.0:
-                raise self._lost(segment, covered)
+                raise self._error_at(segment, covered)
             while waiting and (length == remaining or moments[waiting[-1]] <= covered + length):
                 index = waiting.pop()
-                at_moments[index] = [_at(z, moments[index] - covered) for z in series]
-            self.current = [_at(z, length) for z in series]
+                at_moments[index] = [_evaluate_at(z, moments[index] - covered) for z in series]
+            self.current = [_evaluate_at(z, length) for z in series]
             covered = span if length == remaining else covered + length
         if segment.switches and end == 1.0:
             self._switch(segment)
         if segment.switches and self._guard(segment) in SPEED_GUARDS:
-            # At the switch itself the slider has the speed of the belt.
+            # At the switch the slider has the belt's speed.
             for fraction, deviations in zip(fractions, at_moments, strict=True):
                 if fraction == 1.0:
-                    deviations[:] = self._held(deviations)
+                    deviations[:] = self._at_belt_speed(deviations)
         return at_moments
 
-    def _held(self, deviations: Sequence[State]) -> list[State]:
+    def _at_belt_speed(self, deviations: Sequence[State]) -> list[State]:
         return [
             (x, speed, y, vy) for (x, _, y, vy), speed in zip(deviations, self._speeds, strict=True)
         ]
 
     def _series(self, mode: Mode, segment: Segment, since: float) -> list[Series]:
-        # Each deviation, expanded at a time since the segment's start.
+        # Expand every deviation at a time after the segment's start.
         duration = segment.duration
         evaluate = state_function(len(segment.x) - 1)
         x, vx, y, vy = evaluate(segment.x, segment.y, since / duration)
@@ -132,8 +132,8 @@ class Deviations:
             for p, deviation in zip(self._perturbed, self.current, strict=True)
         ]
 
-    def _lost(self, segment: Segment, since: float) -> ComputationError:
-        # Whether the motion itself overflows there.
+    def _error_at(self, segment: Segment, since: float) -> ComputationError:
+        # Distinguish an overflow of the motion from one of the deviations.
         t = segment.start + since
         state = segment.state(t)
         motion = expanded(self._p, segment.mode, state)
@@ -143,14 +143,14 @@ class Deviations:
         return overflow_error(t, state, System(self._p))
 
     def _guard(self, segment: Segment) -> Guard:
-        # That ended the segment.
+        # The guard that ended the segment.
         return next(end.guard for end in MODES[segment.mode].ends if segment.next_mode in end.to)
 
     def _switch(self, segment: Segment) -> None:
         # Carry the deviations over the switch at the end of a segment.
         guard, next_mode = self._guard(segment), segment.next_mode
         if next_mode is Mode.STICK and guard in SPEED_GUARDS:
-            self.current = self._held(self.current)
+            self.current = self._at_belt_speed(self.current)
             return
         if guard in HOLD_GUARDS and self._smooth:
             return
@@ -177,7 +177,7 @@ class Deviations:
 
 
 def expanded(p: Parameters, mode: Mode, state: Any) -> Coefficients:
-    """Taylor coefficients of the motion of `ORDER`, from numbers that may be complex."""
+    """Taylor coefficients of order `ORDER` from real or complex parameters and state."""
     if p.speed_law is None or not MODES[mode].slips:
         return coefficient_function(right_hand_side(p, mode), ORDER)(*state, *field(p, mode))
     terms = Terms(by_law=True, finite_belt=True, over_time=False)
@@ -198,8 +198,8 @@ def _imaginary_parts(motion: Any) -> Series:
 
 
 def _length(series: Sequence[Series], remaining: float) -> float:
-    # Of the next piece: all that is left, or one of equal parts of it; zero where the deviations
-    # are out of the range of numbers or take too many pieces.
+    # Length of the next piece: the remaining span or an equal part of it. Zero if deviations
+    # overflow or need too many pieces.
     if not all(math.isfinite(x[-1] + y[-1]) for x, y in series):
         return 0.0
     sizes = [list(map(max, map(abs, x), map(abs, y))) for x, y in series]
@@ -215,15 +215,15 @@ def _is_short(size: Sequence[float], length: float) -> bool:
     powers = accumulate(repeat(length, ORDER + 1), mul, initial=1.0)
     terms = list(map(mul, size, powers))
     scale = max(terms[:_FIRST_TERMS])
-    # What is next to nothing may lose digits.
+    # Tiny deviations may lose digits.
     return bool(scale <= LEAST or max(terms[-2:]) <= scale * _NEGLIGIBLE)
 
 
-def _at(series: Series, t: float) -> State:
-    # Next to nothing is nothing.
+def _evaluate_at(series: Series, t: float) -> State:
+    # Evaluate and flush tiny deviations to zero: subnormal numbers are slow.
     x, vx, y, vy = state_function(ORDER + 1)(series[0], series[1], t)
-    return (_settled(x), _settled(vx), _settled(y), _settled(vy))
+    return (_flushed(x), _flushed(vx), _flushed(y), _flushed(vy))
 
 
-def _settled(value: float) -> float:
+def _flushed(value: float) -> float:
     return value if abs(value) > LEAST else 0.0

@@ -61,9 +61,9 @@ _SHARES: Final = {
     "fmu": 0.1,
     "fmu-native": 0.05,
 }
-# Cost grows about as the setting to the power of minus this.
+# Cost is about proportional to setting^−exponent.
 _COST_EXPONENT: Final = {"tol": 0.1, "step": 0.7}
-# Runs are repeated up to this CPU time, s, and this number; the least time counts.
+# Limits of repeated runs in CPU time, s, and number; the least time counts.
 _LONG_ENOUGH_S: Final = 0.02
 _MOST_REPEATS: Final = 15
 _POINTS: Final = 5001
@@ -327,7 +327,7 @@ class _Bench:
 
 
 def _through_fmu(scene: Scene, fmu: Path, step: float, work: Progress) -> tuple[Observation, int]:
-    # As with fmpy: peaks are those of the values at communication points.
+    # Peaks at communication points, as with fmpy.
     x, vx, y, vy = resolve_start(scene.system, scene.start)
     run = run_fmu(
         fmu,

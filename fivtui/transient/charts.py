@@ -34,23 +34,23 @@ Intervals = Sequence[tuple[float, float]]
 _SYMBOLS: Final = {"vx": "ẋ", "vy": "ẏ"}
 _COLUMNS: Final = {column.name: column for column in COLUMNS}
 TIME_LABEL: Final = Label("t (s)", "Time $t$ (s)")
-# Of the points at which the slider sticks, in phase portraits.
+# Marker of sticking in phase portraits.
 _STICK_MARK: Final = "■"
-# Of figures.
+# Quantities of the panels of a figure.
 _PANELS: Final = ("P", "x", "y")
 # Several runs of one case differ by their markers.
 _MARKERS: Final = ("", "o", "s", "^", "D", "v")
 # Motion smaller than this, relative to the displacement, is rest.
 _ROUNDING: Final = 1e-9
-# Inches: height of a row of panels, of an only row, and of what stands above and below.
+# Heights in inches: a row of panels, a single row, and the margins together.
 _ROW: Final = 1.85
 _ONLY_ROW: Final = 2.3
 _MARGIN: Final = 0.85
-# Number of last cycles enlarged, about, of a run that has more than twice as many.
+# Approximate number of last cycles to enlarge, if the run has more than twice as many.
 _CYCLES: Final = 8
-# Beyond this many cycles dashes and shading are too fine to be seen.
+# Above this number of cycles dashes and shading are too fine.
 _CROWDED: Final = 120
-# Of thin lines, and of such as are solid, too.
+# Suffixes of line roles: thin, and thin and solid.
 _THIN: Final = ", thin"
 _FINE: Final = ", fine"
 
@@ -147,12 +147,12 @@ def growing_run(
 
 
 def _constant_speed(system: System) -> float | None:
-    # Of the belt, m/s, on which a slider that sticks stays.
+    # Constant speed of the belt, m/s.
     return None if "v_belt" in system.over_time else system.parameters.v_belt
 
 
 def _intervals_in(mode: Mode, trajectory: Trajectory) -> list[tuple[float, float]]:
-    # As far as the samples resolve them.
+    # The samples limit the resolution.
     inside = np.concatenate(([False], trajectory.mode == mode, [False]))
     changes = np.flatnonzero(np.diff(inside))
     times = np.append(trajectory.t, trajectory.t[-1])[changes].tolist()
@@ -184,7 +184,7 @@ def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis
 
 
 def _belt_guides(quantity: str, runs: Sequence[PlottedRun]) -> tuple[Guide, ...]:
-    # The constant speeds of belts, on which a slider that sticks stays.
+    # Guides at constant belt speeds, where sticking sliders lie.
     if quantity != "vx":
         return ()
     speeds = dict.fromkeys(run.v_belt for run in runs if run.v_belt is not None)
@@ -368,7 +368,7 @@ def _distinguished(labels: Sequence[str], additions: Sequence[str]) -> list[str]
 
 
 class _Window(NamedTuple):
-    """Times in a column of a figure, s, and what its lines are beside their case."""
+    """Time window of a figure column, s, and the role of its lines."""
 
     title: str
     start: float

@@ -31,19 +31,19 @@ from .result import NO_CHANGES, Stats, Transient, assemble, lift_times
 from .stiffness import step_limit_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
 
-# Steps between two looks at the progress, and at the keyboard if nobody asks for it.
+# Steps between progress reports, and between checks for interrupts without a callback.
 _REPORT: Final = 256
 _PAUSE: Final = 65536
-# Members of an enumeration are slow to look up, and a short run is one call of the kernel.
+# Enum lookups would slow down short runs, which are one kernel call.
 _DONE: Final = Status.DONE
-# Samples that are handed out together.
+# Samples per call of `on_samples`.
 _PART: Final = 1024
 
 
 def follow(
     run: KernelRun | VariedRun, request: Request, work: Progress, portion: int = _REPORT
 ) -> Iterator[None]:
-    """Go on with a run to its end; yields after every call of the kernel, of `portion` steps."""
+    """Continue a run to its end; yields after every kernel call of `portion` steps."""
     t_end, max_steps = request.t_end, request.max_steps
     reached, steps = 0.0, 0
     while True:
@@ -123,7 +123,7 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
 
 
 def _belt_of(request: Request) -> tuple[float, float, float] | None:
-    # The belt as the kernel reads it. Where μ follows a table it may fall from μ_s.
+    # Belt arguments of the kernel. Keep the law if μ follows a table, which may start at μ_s.
     p = request.system.parameters
     if p.v_belt is None:
         return None

@@ -47,7 +47,7 @@ class Deviation:
         return float(getattr(self, quantity))
 
     def at_least(self, lower_bound: Self) -> Self:
-        """The same, no error less than another's."""
+        """A copy whose errors are at least those of `lower_bound`."""
         return replace(
             self,
             final=max(self.final, lower_bound.final),
@@ -57,7 +57,7 @@ class Deviation:
         )
 
     def within(self, limit: Self) -> bool:
-        """Whether no error is greater than another's."""
+        """Whether no error exceeds that of `limit`."""
         return all(self.of(name) <= limit.of(name) for name in QUANTITIES)
 
 
@@ -106,8 +106,8 @@ def _relative(difference: float, size: float) -> float:
     return difference / size if size > 0.0 else math.inf
 
 
-# States further apart than this part of the amplitude belong to different motions; so do switches
-# further apart than this part of √(m/stiffness).
+# Relative threshold for different motions: of the amplitude for states, of √(m/stiffness) for
+# switch times.
 PARTED: Final = 0.01
 
 
@@ -156,15 +156,15 @@ def _first_difference(
     return next(iter((*times[common:], *truth_times[common:])), None)
 
 
-# The first tolerance is below the least error asked for by this: errors of a run are up to twenty
-# times its tolerance.
+# Ratio of the smallest target error to the first tolerance: errors of a run are up to twenty times
+# its tolerance.
 _MARGIN: Final = 100.0
 _FINER: Final = 100.0
 _APART: Final = 10.0
 
 
 def first_tol(errors: Mapping[str, float]) -> float:
-    """Tolerance of the first run: a hundredth of the least error, but never the finest one."""
+    """Tolerance of the first run: a hundredth of the least error, above the finest tolerance."""
     least = min(errors.values(), default=TOL_RANGE[1])
     return min(max(least / _MARGIN, TOL_RANGE[0] * _FINER), TOL_RANGE[1])
 
@@ -172,8 +172,8 @@ def first_tol(errors: Mapping[str, float]) -> float:
 def finer_tol(tol: float) -> float:
     """Tolerance of the run that verifies a run of this tolerance: a hundredth of it.
 
-    The finest tolerance where a hundredth is next to it or beyond: two runs at nearly the same
-    tolerance tell nothing of each other.
+    It is the finest tolerance if a hundredth is close to it or below: two runs at similar
+    tolerances do not verify each other.
     """
     finer, least = tol / _FINER, TOL_RANGE[0]
     return finer if finer > _APART * least else least

@@ -43,8 +43,8 @@ class Extremes:
         final: State,
         duration: float,
     ) -> None:
-        # A function leaves its chord by max|second derivative|/8 at most: most segments change
-        # nothing and need no root.
+        # A function differs from its chord by at most max|second derivative|/8, so most segments
+        # need no roots.
         x_end, vx_end, y_end, _ = final
         second, third = _weights(len(x))
         x_sizes = list(map(abs, x))

@@ -50,7 +50,7 @@ _FIRST_MODE: Final = "first_mode"
 _DIGITS: Final = "final_digits"
 _SENSITIVITIES: Final = "sensitivities"
 _OVER_TIME: Final = "over_time"
-# Records of numbers in the data of a transient.
+# Types of the nested records in the data of a transient.
 _PARTS: Final = {
     "final": FinalState,
     "peak": Peak,
@@ -202,7 +202,7 @@ def _state(motion: Trajectory) -> State:
 
 
 def _extremes(motion: Trajectory, share: float) -> Extremes:
-    # Of the samples after this share of the time.
+    # Extremes of the samples after a share of the run.
     late = motion.t >= share * motion.t[-1]
     x, y = motion.x[late], motion.y[late]
     ends = (x.min(), y.min(), x.max(), y.max(), motion.vx[late].max())

@@ -8,7 +8,7 @@ from fivtui.results import TABLES, Stored, StudyKind, command_for
 from .settings.options import SimulateOptions
 
 files, report = later(__name__, "files", "report")
-# Seven columns of eight bytes.
+# Bytes per sample: seven columns of eight bytes.
 _BYTES: Final = 56
 
 RUN: Final = StudyKind(

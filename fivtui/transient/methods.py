@@ -94,7 +94,7 @@ METHODS: Final[Mapping[str, Method]] = {
     )
 }
 
-# What they mean, with those that run an FMU.
+# Descriptions of all methods, those by FMU included.
 ALL_METHODS: Final[Mapping[str, str]] = {
     **{name: method.meaning for name, method in METHODS.items()},
     "fmu": "the Python FMU, run by fmpy",

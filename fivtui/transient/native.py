@@ -22,10 +22,10 @@ from .request import OnSamples, Request
 from .result import Transient
 
 _KERNELS: Final = ("auto", "compiled", "interpreted", "exact")
-# Periods that are computed after the end of a run; the amplitude is that of their second half.
+# Periods to compute after the end of a run; their second half gives the amplitude.
 _PERIODS: Final = 20
-# Change of the amplitude, relative, from which on a run has not settled; amplitudes below this part
-# of the peak are at rest.
+# Relative change of the amplitude above which a run has not settled. Amplitudes below _AT_REST
+# times the peak count as rest.
 _LEAST_CHANGE: Final = 0.01
 _AT_REST: Final = 1e-6
 _TOL: Final = 1e-9
@@ -45,7 +45,7 @@ def integrate(
         check_taylor_options(request)
         if METHODS[request.method].fixed_step:
             _check_count(request)
-        return _stepped(request, work, on_samples)
+        return _run_stepper(request, work, on_samples)
     if request.kernel != "auto" or request.course is not None:
         _check_kernel(request)
     if not request.sensitivities:
@@ -76,7 +76,7 @@ def _check_kernel(request: Request) -> None:
         )
 
 
-def _stepped(
+def _run_stepper(
     request: Request,
     work: Progress,
     on_samples: OnSamples | None,
@@ -89,12 +89,12 @@ def _stepped(
 
 
 def _taylor(request: Request, work: Progress, on_samples: OnSamples | None) -> Transient:
-    # The exact solution, compiled code or interpreted code; the same to rounding whatever runs.
+    # Choose the exact solution, compiled or interpreted code; they agree to rounding.
     kernel = request.kernel
     if kernel in ("auto", "exact") and linear.is_linear(request):
         return linear.run(request, work)
     if kernel == "interpreted" or (kernel == "auto" and why_interpreted() is not None):
-        return _stepped(request, work, on_samples, "interpreted")
+        return _run_stepper(request, work, on_samples, "interpreted")
     return compiled.run(request, work, on_samples)
 
 

@@ -58,7 +58,7 @@ class Recorder:
         """Take in the next segment; what lies beyond the horizon does not count."""
         t_end = self._request.t_end
         if self._steps == 0 and self._on_belt:
-            # A method without stick begins in another mode.
+            # A method without stick may begin in a different mode.
             self._first_mode = segment.mode
         self._steps += 1
         self.t = segment.end
@@ -94,7 +94,7 @@ class Recorder:
             self._separations += segment.mode in IN_CONTACT
 
     def _sample(self, times: NDArray[np.float64]) -> None:
-        # Evaluates the waiting segments at their sample times and lets them go.
+        # Sample the stored segments and drop them.
         solution = DenseSolution(self._request.parameters, self._segments)
         count = int(np.searchsorted(times, solution.t_end, side="right"))
         self._parts.append(solution(times[:count]))

@@ -12,7 +12,7 @@ from .errors import Deviation
 from .native import later_amplitude
 from .result import Transient
 
-# What sensitivities are printed of: label, part of a sensitivity, and its name there.
+# Printed sensitivities: label, part of a `Sensitivity`, and field of the part.
 _DERIVED: Final = (
     ("peak |y|, m", "peak", "y_abs"),
     ("greatest y, m", "peak", "y_max"),
@@ -119,7 +119,7 @@ def _stop_rows(result: Transient) -> list[Row]:
 
 
 def _final_rows(result: Transient, digits: FinalDigits | None, note: str) -> list[Row]:
-    # The state at the end by the digits that hold, if these are known.
+    # Rows of the final state, rounded to the reliable digits if known.
     counts, final = digits or (MOST_DIGITS,) * 4, result.final
     names, units = ("x", "ẋ", "y", "ẏ"), ("m", "m/s", "m", "m/s")
     notes = (note, "", "", "")
@@ -151,7 +151,7 @@ def print_transient(
 
 
 def _print_sensitivities(sensitivities: Sensitivities, tol: float) -> None:
-    # Results down, parameters across.
+    # One row per result, one column per parameter.
     units = [parameter_spec(name).unit for name in sensitivities]
     header = [
         f"{name}, {unit}" if unit else name for name, unit in zip(sensitivities, units, strict=True)

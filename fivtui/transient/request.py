@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 Samples = Literal["none", "dense"] | int | Sequence[float] | NDArray[np.float64]
 Kernel = Literal["compiled", "interpreted", "exact"]
 KernelChoice = Literal["auto"] | Kernel
-# Takes the parts of a trajectory, one after the other, while the run goes on.
+# Callback for consecutive parts of a trajectory during the run.
 OnSamples = Callable[["Trajectory"], None]
 
 DEFAULT_TOL: Final = TAYLOR_TOL
@@ -52,7 +52,7 @@ _MOST_SAMPLES: Final = 100_000_000
 class Request:
     """A transient to be computed, checked; `fivtui.simulate` documents the options."""
 
-    # With the parameters at the start where they change over time.
+    # Its parameters are those at the start, if they change over time.
     system: System
     t_end: float = DEFAULT_T_END
     tol: float = DEFAULT_TOL
@@ -68,7 +68,7 @@ class Request:
     course: Course | None = field(init=False)
     # (x, ẋ, y, ẏ) at t = 0, m and m/s.
     initial: State = field(init=False)
-    # Of samples that are kept, s.
+    # Sample times, s.
     times: NDArray[np.float64] | None = field(init=False)
 
     def __post_init__(self) -> None:

@@ -41,8 +41,8 @@ _OF_SLIDING: Final = (
 )
 
 
-# All pairs of modes, by first · number of modes + second: names, and whether the slider leaves
-# the belt or comes back to it, and begins to stick or ceases to.
+# All pairs of modes; the index is first · number of modes + second. Flags mark separation or
+# reattachment, and begin or end of stick.
 _PAIRS: Final = [(first, second) for first in Mode for second in Mode]
 _KINDS: Final = [transition_name(first, second) for first, second in _PAIRS]
 _PLACES: Final = np.array([len(Mode), 1.0])
@@ -86,7 +86,7 @@ class ContactForce(NamedTuple):
     max: float
 
 
-# A slip of so many periods is no part of a groan.
+# A slip of more periods ends a groan.
 _PERIODS: Final = 2.0
 
 
@@ -361,15 +361,16 @@ def assemble(
 ) -> Transient:
     """The result of a run.
 
-    `extremes` and `second_half` are the extremes over the run and its second half, `separated_time`
-    the time off the belt in s, `first_mode` the mode before the first switch, `changes` all
-    switches on a belt of finite speed, `tally` as of `all_events`. Raises `ComputationError` if the
-    contact force is beyond the floating-point range.
+    `extremes` and `second_half` are the extremes over the run and its second half. `separated_time`
+    is the time off the belt in s, `first_mode` the mode before the first switch. `changes` are all
+    switches on a belt of finite speed, `tally` is that of `all_events`. Raises `ComputationError`
+    if the contact force is beyond the floating-point range.
     """
     system, t_end = request.system, request.t_end
     p, considered = system.parameters, system.separation
     y_min, y_max = extremes.y_min, extremes.y_max
-    # P decreases with y, so its extremes are those of y, except that it ends at zero.
+    # P decreases with y, so its extremes follow from those of y; with separation it is at least
+    # zero.
     highest, lowest = (min(y_max, 0.0), min(y_min, 0.0)) if considered else (y_max, y_min)
     weakest = contact_force(p, highest, Mode.CONTACT) + 0.0
     strongest = contact_force(p, lowest, Mode.CONTACT) + 0.0
@@ -444,7 +445,7 @@ def _tally(first_mode: Mode, changes: NDArray[np.float64], t_end: float) -> Tall
 
 
 def lift_times(changes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of all switches on a belt of finite speed, the times of those on to the belt and off it."""
+    """Times of separations and reattachments among all switches on a belt of finite speed."""
     times: NDArray[np.float64] = changes[_LIFTS[_kinds(changes)], 0]
     return times
 
@@ -457,7 +458,7 @@ def _kinds(changes: NDArray[np.float64]) -> NDArray[np.intp]:
 def _sticking(
     first_mode: Mode, edges: NDArray[np.float64], t_end: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    # Starts and ends of all intervals of stick, s, from the times at which it begins or ends.
+    # Starts and ends of all stick intervals, s, from the sorted times of their edges.
     if first_mode is Mode.STICK:
         edges = np.concatenate(([0.0], edges))
     if edges.size % 2:

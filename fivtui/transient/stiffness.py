@@ -17,9 +17,9 @@ from fivtui.model import (
 from .methods import takes_step
 from .request import TOL_RANGE, Request
 
-# An explicit method of high order is unstable beyond about this decay times step.
+# Stability limit of an explicit high-order method, as decay rate times step.
 _REACH: Final = 9.0
-# A scene is stiff above this number of forced steps and this ratio of the rates.
+# A scene is stiff above this number of steps forced by stability, and this ratio of rates.
 _BURDEN: Final = 20_000.0
 _RATIO: Final = 100.0
 # Methods for stiff scenes.

@@ -140,7 +140,7 @@ class DenseSolution:
 
 
 def touching(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
-    """Whether the slider touches the belt in each of some modes, in their shape."""
+    """Whether the slider touches the belt, for an array of modes."""
     flags: NDArray[np.bool_] = _TOUCHING[mode]
     return flags
 

@@ -45,7 +45,7 @@ TARGETS: Final[Mapping[str, Platform]] = {
         "aarch64-windows-gnu", ".dll", ("aarch64-windows", "aarch64-windows"), "win64"
     ),
 }
-# What chooses an instruction set, by its name.
+# Compiler options by instruction set.
 _X86: Final[Mapping[str, Sequence[str]]] = {
     "baseline": ["-march=x86_64"],
     "avx2": ["-march=x86_64_v3"],

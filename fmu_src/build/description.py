@@ -13,7 +13,7 @@ from fmu_src.slave import Role, Type, Variable, VariableTable
 
 # A fixed date, so that equal content gives equal bytes.
 TIMESTAMP: Final = "1980-01-01T00:00:00Z"
-# What wrote a model description of the native flavour, and who; the same in all versions of FMI.
+# Author and tool attributes of native descriptions, for all FMI versions.
 GENERATION: Final = {
     "generationTool": "fivtui",
     "generationDateAndTime": TIMESTAMP,
@@ -120,7 +120,7 @@ def type_of(variable: Variable) -> str:
 
 
 def identity_of(variable: Variable, reference: int) -> dict[str, str]:
-    """Attributes that a variable has in every version of FMI, but for its type's."""
+    """Attributes of a variable in every FMI version, without those of its type."""
     attributes = {
         "name": variable.name,
         "valueReference": str(reference),

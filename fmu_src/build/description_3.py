@@ -122,7 +122,7 @@ def _attributes(variable: Variable, reference: int, table: VariableTable) -> dic
 
 
 def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> ET.Element:
-    # The references of indicators follow on that of the time.
+    # References of indicators follow that of the time.
     structure = ET.Element("ModelStructure")
     states = {v.derivative_of for v in table.variables if v.derivative_of}
 

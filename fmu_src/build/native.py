@@ -85,7 +85,7 @@ def native_content(
     compiled from another text, and `ComputationError` if one cannot be compiled.
     """
     content: dict[str, bytes] = {}
-    model, names = component.model, platforms or [_here()]
+    model, names = component.model, platforms or [_platform_name()]
     for name in names:
         if name not in TARGETS:
             raise unknown_name("platform", name, TARGETS)
@@ -112,7 +112,7 @@ def _machine() -> tuple[str, str]:
     return sys.platform, platform.machine().lower()
 
 
-def _here() -> str:
+def _platform_name() -> str:
     """Name of this platform."""
     if _machine() not in _HERE:
         raise InputError(
@@ -123,7 +123,7 @@ def _here() -> str:
 
 def _binary(model: str) -> bytes:
     advice = "install fivtui anew, or build the Python flavour"
-    file = NATIVE / f"{model}{TARGETS[_here()].suffix}"
+    file = NATIVE / f"{model}{TARGETS[_platform_name()].suffix}"
     if not file.is_file():
         why = _REASON.read_text(encoding="utf-8").strip() if _REASON.is_file() else "not installed"
         raise InputError(f"the native FMU is not compiled: {why}; {advice}")

@@ -18,7 +18,7 @@ MODELS: Final[Mapping[str, VariableTable]] = {
     "SliderBelt": SLIDER_BELT_TABLE,
     "BrakeActuator": ACTUATOR_TABLE,
 }
-# The text of each in C beside what they share.
+# C files of each model besides the shared ones.
 UNITS: Final[Mapping[str, tuple[str, ...]]] = {
     "SliderBelt": ("slider_belt", "processor"),
     "BrakeActuator": ("brake_actuator",),
@@ -58,7 +58,7 @@ def _sources() -> dict[str, str]:
 
 
 def generated() -> dict[str, str]:
-    """The files that are not there: the tables, and the names by which binaries know themselves."""
+    """Generated files: tables, and names that identify the binaries."""
     names = {"BUILD_NAME": build_name()}
     names |= {f"{units[0].upper()}_GUID": guid_of(model) for model, units in UNITS.items()}
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
@@ -74,7 +74,7 @@ def name_options(library: str) -> list[str]:
 
 
 def build_name() -> str:
-    """32 letters that name the text: binaries and saved states of another one are refused."""
+    """A hash of the sources: binaries and saved states of other sources are refused."""
     content = "\0".join(f"{name}\0{text}" for name, text in _sources().items())
     return hashlib.sha256(content.encode()).hexdigest()[:32]
 
@@ -108,7 +108,7 @@ def _table(table: VariableTable) -> str:
 
 
 def _references(table: VariableTable) -> list[str]:
-    # Of the parameters of the kernel, in its order.
+    # Value references of the kernel's parameters, in its order.
     names = {variable.name for variable in table.variables}
     if not names.issuperset(PARAMETERS):
         return []

@@ -48,7 +48,7 @@ class BrakeActuator(Instance):
     def _begin_motion(self, experiment: Experiment) -> None:
         self._at = Preload(experiment.start_time, self._values[_F_START])
 
-    def _go_on(self, end: float, _experiment: Experiment) -> None:
+    def _move_on(self, end: float, _experiment: Experiment) -> None:
         goal = self._goal()
         faded = math.exp((self._at.t - end) / self._values[_TAU])
         force = goal + (self._at.F - goal) * faded

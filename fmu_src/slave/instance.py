@@ -30,16 +30,15 @@ from .instance_state import InstanceState, Phase, from_bytes, to_bytes
 from .variable import Role, Type, VariableTable
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
-# Without a handler of the host's own, Python prints warnings and errors to standard error.
+# Python prints warnings and errors to standard error unless the host adds a handler.
 LOGGER: Final = "fivtui.fmu"
 _PRINTED: Final = 20
 _DIFFERENT: Final = 1000
 _UNPRINTED: Final = "further refusals are not printed here; switch on the FMU's debug logging"
-_UNTOLD: Final = f"refused, for another reason than the first {_DIFFERENT} that were logged"
-# At the end of a process, the wrapper of pythonfmu destroys the counter of its uses of the
-# interpreter, and then decrements it in freed memory, which may abort the host. Calling the release
-# function that the wrapper exports before that is harmless, also more than once. Paths of its
-# libraries; an open one could not be unloaded by its host.
+_UNLOGGED: Final = f"refused, for another reason than the first {_DIFFERENT} that were logged"
+# Paths of the wrapper's libraries: open handles would keep the host from unloading them. At exit
+# the wrapper destroys its counter of interpreter uses, then decrements it in freed memory, which
+# may abort the host. Calling its exported release function before that is safe, even repeatedly.
 _libraries: Final[set[str]] = set()
 # pythonfmu has no enumerations; the model description turns integers into them.
 _MAKERS: Final = {
@@ -99,7 +98,7 @@ class Notices:
         self._printed = 0
         self._logged: set[str] = set()
 
-    def tell(self, level: int, text: str) -> str:
+    def print_text(self, level: int, text: str) -> str:
         """Print a text (a line or a traceback) to standard error, unless there were too many.
 
         `level` is one of Python's ``logging``. Returns the text as the wrapper's logger needs it.
@@ -109,7 +108,7 @@ class Notices:
             self._printed += 1
         if text not in self._logged:
             if len(self._logged) >= _DIFFERENT:
-                text = _UNTOLD
+                text = _UNLOGGED
             self._logged.add(text)
         # Hosts use the message as a format string.
         return sys.intern(text.replace("%", "%%"))
@@ -191,7 +190,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         """Create the motion from the values, at the start time."""
 
     @abstractmethod
-    def _go_on(self, end: float, experiment: Experiment) -> None:
+    def _move_on(self, end: float, experiment: Experiment) -> None:
         """Move on to a later time, s; on an exception, leave the motion where it is."""
 
     @abstractmethod
@@ -199,7 +198,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         """Store the outputs at the time reached in the values."""
 
     def _remark(self) -> str:
-        """What is said of the values once they are fixed; empty if nothing."""
+        """Warning about the values at the end of initialization; empty if none."""
         return ""
 
     @abstractmethod
@@ -231,12 +230,12 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         if call not in _REPORTED_AT_ONCE:
             self._refused[call] = why
             self._free_until = -math.inf
-        self._tell(Fmi2Status.error, logging.ERROR, why)
+        self._log_text(Fmi2Status.error, logging.ERROR, why)
 
-    def _tell(self, status: Fmi2Status, level: int, text: str) -> None:
+    def _log_text(self, status: Fmi2Status, level: int, text: str) -> None:
         # A constant: the wrapper may keep a reference to the category.
         category = "logStatusError" if status is Fmi2Status.error else "logStatusWarning"
-        self.log(self._notices.tell(level, text), status, category)
+        self.log(self._notices.print_text(level, text), status, category)
 
     @guarded(nothing)
     def setup_experiment(
@@ -248,7 +247,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             start_time,
             stop_time,
             tolerance,
-            lambda text: self._tell(Fmi2Status.warning, logging.WARNING, text),
+            lambda text: self._log_text(Fmi2Status.warning, logging.WARNING, text),
         )
         self._stale = True
         self._refused.pop("setup_experiment", None)
@@ -272,7 +271,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         self._begin()
         self._phase = Phase.STEPPING
         if remark := self._remark():
-            self._tell(Fmi2Status.warning, logging.WARNING, remark)
+            self._log_text(Fmi2Status.warning, logging.WARNING, remark)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on by one communication step, s. Returns False if the step is refused."""
@@ -299,15 +298,14 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         self._require("do_step", Phase.STEPPING)
         experiment = self._experiment or Experiment()
         end = experiment.end_of_step(self._t, current_time, step_size)
-        self._go_on(end, experiment)
+        self._move_on(end, experiment)
         self._t = end
         return True
 
     @guarded(nothing)
     def terminate(self) -> None:
         """End the run; values can still be read."""
-        # The wrapper cannot tell a host that its initialization is refused: it may go on, then
-        # terminate.
+        # The wrapper cannot report a refused initialization: a host may continue, then terminate.
         if self._phase is Phase.TERMINATED or "exit_initialization_mode" not in self._refused:
             self._require("terminate", Phase.STEPPING)
         self._free_until = -math.inf

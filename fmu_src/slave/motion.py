@@ -38,9 +38,8 @@ class MotionState(NamedTuple):
 
     `F`, `mu` and `v_belt` (None where the slider always slides) are the inputs up to `t`.
     `switches` counts all changes of the mode, `sticks` those to stick and that at the start;
-    `last_event` is the time of the last change (the start time before the first), `stepper` the
-    integrator at the end of `segment`, and `segment` the one that contains `t`, or None if the
-    inputs have just changed.
+    `last_event` is the time of the last change, or the start time. `segment` contains `t`, or is
+    None just after a change of inputs; `stepper` is the integrator at its end.
     """
 
     t: float
@@ -95,12 +94,12 @@ class SliderBeltMotion:
         """
         p, mode = self._p, self.current.mode
         if p.v_belt is None:
-            # Most of the cost of reading.
+            # Reading outputs spends most time here.
             if F != p.F or mu != p.mu:
                 p = p.with_values({"F": F, "mu": mu})
             return mode, mu * force, accelerations(p, state, mode)
         if (F, mu, v_belt) != self._inputs:
-            p = self._under(F, mu, v_belt)
+            p = self._parameters_with(F, mu, v_belt)
             state = self._on_side(state, p)
             mode = mode_of(p, state, separation=self._separation)
         return mode, friction_force(p, state, mode) + 0.0, accelerations(p, state, mode)
@@ -135,12 +134,12 @@ class SliderBeltMotion:
         """Return to a state of a motion of the same problem; what follows is bit-identical."""
         inputs = (current.F, current.mu, current.v_belt)
         if inputs != self._inputs:
-            self._p, self._inputs = self._under(*inputs), inputs
+            self._p, self._inputs = self._parameters_with(*inputs), inputs
             self._stepper = self._stepper_from(current.state, current.t)
         self._stepper.resume(current.stepper)
         self.current = current
 
-    def _under(self, F: float, mu: float, v_belt: float | None) -> Parameters:
+    def _parameters_with(self, F: float, mu: float, v_belt: float | None) -> Parameters:
         return self._p.with_values({"F": F, "mu": mu, "v_belt": v_belt})
 
     def _stepper_from(self, state: State, t: float) -> TaylorStepper:
@@ -148,25 +147,25 @@ class SliderBeltMotion:
 
     def _change_inputs(self, F: float, mu: float, v_belt: float | None) -> None:
         at = self.current
-        p = self._under(F, mu, v_belt)
+        p = self._parameters_with(F, mu, v_belt)
         state = self._on_side(at.state, p)
         self._p, self._inputs = p, (F, mu, v_belt)
         self._stepper = self._stepper_from(state, at.t)
         snapshot = self._stepper.snapshot
-        self.current = _counted(at, snapshot.mode, at.t)._replace(
+        self.current = _count_switch(at, snapshot.mode, at.t)._replace(
             state=state, F=F, mu=mu, v_belt=v_belt, stepper=snapshot, segment=None
         )
 
     def _on_belt(self, state: State, mode: Mode) -> State:
-        # A slider that sticks has the speed of the belt, where the polynomial has it to rounding.
+        # While sticking, use the exact speed of the belt instead of the polynomial's.
         if mode is not Mode.STICK:
             return state
         x, _, y, vy = state
         return (x, self._p.v_belt or 0.0, y, vy)
 
     def _on_side(self, state: State, p: Parameters) -> State:
-        # The state on the side of the present mode, from where it goes on under other parameters:
-        # where it is not there by rounding alone the slider is at the switch.
+        # Project a state that rounding put on the wrong side of the current mode onto the switch,
+        # before the motion continues with new parameters.
         x, vx, y, vy = state
         mode, speed = self.current.mode, self._p.v_belt or 0.0
         if mode is Mode.FORWARD:
@@ -193,16 +192,16 @@ class SliderBeltMotion:
             following = self._stepper.advance()
             if segment is not None:
                 state = segment.final if segment.end == t else None
-                current = _counted(current, following.mode, segment.end)
+                current = _count_switch(current, following.mode, segment.end)
             segment = following
             current = current._replace(stepper=self._stepper.snapshot, segment=segment)
         if state is None:
             state = self._on_belt(segment.state(t), current.mode)
-        # Built directly for speed: most communication steps do nothing else.
+        # Constructed directly for speed: most communication steps do only this.
         self.current = MotionState(t, state, *current[2:-1], segment)
 
 
-def _counted(current: MotionState, mode: Mode, t: float) -> MotionState:
+def _count_switch(current: MotionState, mode: Mode, t: float) -> MotionState:
     if mode is current.mode:
         return current
     separates, lands = mode not in IN_CONTACT, current.mode not in IN_CONTACT

@@ -50,17 +50,17 @@ class SliderBeltInstance(Instance):
         self.modelName = "SliderBelt"
         self._motion: SliderBeltMotion
         # Tolerance and fixed parameters of the motion.
-        self._made_of: tuple[float, ...] = ()
+        self._fixed_inputs: tuple[float, ...] = ()
 
     def _begin_motion(self, experiment: Experiment) -> None:
         state = start_state(self._values)
         self._motion = motion_from(self._values, state, t=experiment.start_time, tol=experiment.tol)
-        self._made_of = _made_of(self._values, experiment)
+        self._fixed_inputs = _fixed_inputs(self._values, experiment)
 
     def _remark(self) -> str:
         return unused_values(self._values)
 
-    def _go_on(self, end: float, experiment: Experiment) -> None:
+    def _move_on(self, end: float, experiment: Experiment) -> None:
         values = self._values
         self._motion.move_to(end, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT])
         self._free_until = min(self._motion.known_until, experiment.stop_time)
@@ -72,7 +72,7 @@ class SliderBeltInstance(Instance):
         mode, friction, accelerations = motion.forces(
             state, force, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT]
         )
-        # Assigned one by one, as this is most of the cost of reading.
+        # Assigned one by one for speed: reading outputs spends most time here.
         values[_X], values[_VX], values[_Y], values[_VY] = state
         values[_P], values[_ON_SLIDER], values[_ON_BELT] = force, friction, -friction
         values[_SWITCHING] = state[2]
@@ -97,10 +97,10 @@ class SliderBeltInstance(Instance):
     def _resume(
         self, values: dict[int, float | bool], experiment: Experiment, current: MotionState
     ) -> None:
-        made_of = _made_of(values, experiment)
-        if made_of != self._made_of:
+        fixed_inputs = _fixed_inputs(values, experiment)
+        if fixed_inputs != self._fixed_inputs:
             motion = motion_from(values, current.state, t=current.t, tol=experiment.tol)
-            self._motion, self._made_of = motion, made_of
+            self._motion, self._fixed_inputs = motion, fixed_inputs
         self._motion.restore(current)
 
     @staticmethod
@@ -123,7 +123,7 @@ class SliderBeltInstance(Instance):
         )
 
 
-def _made_of(values: Values, experiment: Experiment) -> tuple[float, ...]:
+def _fixed_inputs(values: Values, experiment: Experiment) -> tuple[float, ...]:
     return (experiment.tol, *fixed_values(values))
 
 

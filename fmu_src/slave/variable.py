@@ -95,7 +95,7 @@ class Variable:
 
     def check(self, value: object) -> float | bool:
         """Return a valid value as a float or bool; `InputError` if it is out of range."""
-        # Nearly every call.
+        # Fast path for most calls.
         if isinstance(value, float) and self.lower <= value <= self.upper and math.isfinite(value):
             return value
         if self.type is Type.BOOLEAN:

@@ -28,8 +28,8 @@ _FRICTION: Final = ("c1", "mu", *_BELT)
 _AT_REST: Final = ("start_static", *_EQUILIBRIUM)
 _FORCE_ORIGIN: Final = (*_AT_REST, *_STARTS)
 _MODE_ORIGIN: Final = (*_FORCE_ORIGIN, *_FRICTION, "m", "c2")
-# Of a belt of finite speed. No Real can be none: a flag says whether there is a speed, and 0 stands
-# for none in the others, which it is in the limit of small values, too.
+# Variables of a finite belt speed. A Real cannot be unset: a flag enables the speed, and 0 means
+# unset in the others, which is also the limit of small values.
 _BELT_MEANINGS: Final = {
     "v_belt": "speed of the belt, if finite_belt",
     "mu_s": "static friction coefficient, if finite_belt: at least mu, or 0 for mu",
@@ -60,7 +60,7 @@ def _parameter(spec: ParameterSpec) -> Variable:
 
 
 def _of_belt(name: str, meaning: str) -> Variable:
-    # Zero stands for none, where it is no input.
+    # Zero means unset, except for an input.
     variable = replace(_parameter(BELT_PARAMETERS[name]), meaning=meaning, lower=0.0)
     return variable if variable.role is Role.INPUT else replace(variable, start=0.0)
 
@@ -84,7 +84,7 @@ def _output(
     role: Role = Role.OUTPUT,
     **properties: Any,
 ) -> Variable:
-    # With the meaning and unit of a column of a trajectory, where none is given.
+    # Meaning and unit default to those of the trajectory column.
     if name in _COLUMNS:
         meaning, unit = _COLUMNS[name].meaning, _COLUMNS[name].unit
     nominal = _NOMINAL[unit]
@@ -138,7 +138,7 @@ def _mode(kind: Type, items: Sequence[str] = ()) -> Variable:
     )
 
 
-# What is added stands at the end: value references are places in the table.
+# Add new variables at the end: value references are indices in the table.
 SLIDER_BELT_TABLE: Final = VariableTable(
     [
         *map(_parameter, PARAMETERS.values()),

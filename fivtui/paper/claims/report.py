@@ -42,7 +42,7 @@ def _claims_table(checked: Sequence["CheckedClaim"]) -> Table:
     for entry in checked:
         claim = entry.claim
         statement = Text.assemble(claim.statement, "\n", (claim.id, "dim"))
-        computed = Text("\n".join(_found(entry)))
+        computed = Text("\n".join(_quantity_lines(entry)))
         table.add_row(Text(claim.section), statement, Text(claim.stated), computed, _verdict(entry))
     return table
 
@@ -52,13 +52,13 @@ def _claims_list(checked: Sequence["CheckedClaim"]) -> Group:
     parts: list[Text] = []
     for entry in checked:
         claim = entry.claim
-        lines = (claim.statement, f"stated: {claim.stated}", *_found(entry))
+        lines = (claim.statement, f"stated: {claim.stated}", *_quantity_lines(entry))
         heading = Text.assemble(_verdict(entry), f"  section {claim.section}  ", (claim.id, "dim"))
         parts += [Text(), heading, *(Text(line) for line in lines)]
     return Group(*parts)
 
 
-def _found(entry: "CheckedClaim") -> list[str]:
+def _quantity_lines(entry: "CheckedClaim") -> list[str]:
     return [*map(str, entry.quantities), *([f"({entry.reason})"] if entry.reason else [])]
 
 

@@ -51,7 +51,7 @@ def _contact_means_negative_y(_: PaperResults) -> Finding:
 
 
 def _at_reattachments(paper: PaperResults) -> Trajectory:
-    # The base scene at the end of every separation; the last may last to the end of the run.
+    # States of the base scene at each reattachment; the last interval may end with the run.
     scene = PRESETS["base"]
     run = paper.run(scene)
     ends = [end for _, end in run.separated_intervals if end < run.t_end]
@@ -165,7 +165,7 @@ def _preload_stabilises_later(paper: PaperResults) -> Finding:
 
 
 def _exceeds_linear(paper: PaperResults, key: str, along: str) -> Finding:
-    # Whether the last line ends above the linear one, and where that begins.
+    # Whether the last line ends above the linear one, and the start of that range.
     linear, lines = _mu_c(paper, key)
     begin = crossing(columns(paper, key, along)[0.0], lines[-1] - linear)
     return begin is not None, (linear, *(line[-1] for line in lines), begin)
@@ -217,7 +217,7 @@ TESTS: Final[Mapping[str, Test]] = {
     "equilibrium-sinks-with-preload": lambda paper: trend(
         falls, columns(paper, "2a", "y_e").values(), -1
     ),
-    # y_e is negative with preload, which the first line is without.
+    # y_e is negative with preload; the first line has none.
     "stiffness-resists-displacement": lambda paper: trend(
         rises, list(columns(paper, "2b", "y_e").values())[1:], 0, -1
     ),

@@ -71,7 +71,7 @@ def _stable_seldom_separates(paper: PaperResults) -> Finding:
 
 
 def _has_returned(amplitude: Amplitude) -> bool:
-    # To the equilibrium: the second half of the run is less than a tenth of the peak.
+    # Decay to equilibrium: the second half of the run stays below a tenth of the peak.
     return amplitude.y_half_range < 0.1 * amplitude.y_peak
 
 
@@ -147,7 +147,7 @@ def _separations_are_short(paper: PaperResults) -> Finding:
 
 
 def _crossings(paper: PaperResults, key: str) -> list[float | None]:
-    # Where Case 1 begins to exceed Case 2 for good, by measure, if it does.
+    # Start of the range in which Case 1 finally exceeds Case 2, by measure; None without one.
     ignored, considered = (line for _, line in paper.table(key).lines())
     along = considered[considered.along]
     return [crossing(along, considered[name] - ignored[name]) for name in _MEASURES]

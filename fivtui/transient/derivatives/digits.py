@@ -19,14 +19,15 @@ FloatArray = NDArray[np.float64]
 
 # Digits of a state that are printed, if they hold.
 MOST_DIGITS: Final = 13
-# Deviations are followed through so many parts of a run, over so many steps, and so many times
-# √(m/stiffness) or m/c, as the steps of a slider at rest are long: for some twenty milliseconds.
+# Parts of a run over which deviations are followed; limits in steps and in multiples of
+# √(m/stiffness) or m/c. The second limit serves a slider at rest, whose steps are long. They cost
+# about twenty milliseconds.
 _PARTS: Final = 8
 _MOST_STEPS, _MOST_TIMES = 20_000, 12_000.0
-# Errors made by rounding, for the root of the number of steps, and by the tolerance.
+# Error per square root of the number of steps by rounding, and per tolerance.
 _ROUNDING: Final = 2.0**-51
 _OF_TOL: Final = 1e-1
-# Deviations that grow more than this in half of the time grow exponentially.
+# Growth over half of the time above which deviations grow exponentially.
 _EXPONENTIAL: Final = 8.0
 
 
@@ -70,7 +71,7 @@ def final_digits(run: Transient) -> FinalDigits | None:
     except ComputationError:
         return None
     relative_errors = _ROUNDING * math.sqrt(run.stats.steps) + _OF_TOL * run.tol
-    errors = relative_errors * _magnified(flows, scales, share)
+    errors = relative_errors * _magnify_errors(flows, scales, share)
     return FinalDigits(*map(_digits, state, errors.tolist()))
 
 
@@ -81,14 +82,15 @@ def _digits(value: float, error: float) -> int:
 
 
 def _scales(run: Transient) -> FloatArray:
-    # Sizes that errors of x, ẋ, y, ẏ are relative to.
+    # Scales of relative errors of x, ẋ, y, ẏ.
     frequency, final = 1.0 / time_scale(run.parameters), run.final
     x, y = run.peak.x_abs, run.peak.y_abs
     return np.array([x, max(x * frequency, abs(final.vx)), y, max(y * frequency, abs(final.vy))])
 
 
-def _magnified(flows: tuple[FloatArray, ...], scales: FloatArray, share: float) -> FloatArray:
-    # Errors of these sizes made at the worst time, at the end; `flows` are of a share of the run.
+def _magnify_errors(flows: tuple[FloatArray, ...], scales: FloatArray, share: float) -> FloatArray:
+    # Errors at the end, if errors of size `scales` occur at the worst time. `flows` cover a share
+    # of the run.
     total, grown = np.eye(4), [scales]
     with np.errstate(over="ignore", invalid="ignore"):
         for flow in reversed(flows):
@@ -103,7 +105,7 @@ def _magnified(flows: tuple[FloatArray, ...], scales: FloatArray, share: float) 
 
 @lru_cache(maxsize=64)
 def _flows(system: System, start: State, span: float, tol: float) -> tuple[FloatArray, ...]:
-    # How deviations are carried over each part of a motion.
+    # Derivatives of each part's end by its start.
     flows = []
     for _ in range(_PARTS):
         request = Request(system, t_end=span, tol=tol, start=start)

@@ -94,7 +94,7 @@ class Sensitivities(Mapping[str, Sensitivity]):
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """What `to_dict` returned."""
+        """Read the data that `to_dict` returns."""
         by = {
             name: Sensitivity(
                 FinalChange(**row["final"]),

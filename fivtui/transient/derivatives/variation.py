@@ -1,4 +1,4 @@
-"""A transient with its derivatives by whatever its start and parameters depend on."""
+"""A transient with its derivatives by numbers that change start and parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -33,7 +33,7 @@ from fivtui.transient.stiffness import step_limit_error
 
 FloatArray = NDArray[np.float64]
 
-# An extreme is another one if it is beyond what was found by more than this part of itself.
+# Relative tolerance for a new extremum.
 _ROUNDING: Final = 2.0**-50
 # Extremes over the whole run, and of y over its second half.
 EXTREMES: Final = ("x_min", "x_max", "y_min", "y_max", "vx_max", "y_low", "y_high")
@@ -45,7 +45,7 @@ START_SEEDS: Final = (
     Seed((0.0, 0.0, 0.0, 1.0)),
 )
 _COLUMNS: Final = {name: column for column, name in enumerate(PARAMETERS)}
-# Steps between two looks at the progress.
+# Steps between progress reports.
 _REPORT: Final = 8
 
 
@@ -76,11 +76,11 @@ def vary(request: Request, seeds: Sequence[Seed], work: Progress | None = None) 
         )
     on_belt = request.parameters.v_belt is not None
     if on_belt or request.kernel == "interpreted" or why_interpreted() is not None:
-        return _interpreted(request, seeds, work or Progress(None))
-    return _compiled(request, seeds, work or Progress(None))
+        return _vary_interpreted(request, seeds, work or Progress(None))
+    return _vary_compiled(request, seeds, work or Progress(None))
 
 
-def _compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
+def _vary_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
     tol = local_tolerance(request.tol)
     seed_rows = np.zeros((len(seeds), 4 + len(PARAMETERS)))
     for row, seed in zip(seed_rows, seeds, strict=True):
@@ -108,7 +108,7 @@ def _compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variat
     )
 
 
-def _interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
+def _vary_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
     p, t_end = request.parameters, request.t_end
     stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     deviations = Deviations(p, seeds)
@@ -149,7 +149,7 @@ def _interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Var
 
 
 class _Extremes:
-    # The extremes of a motion as it goes on, where they are, and their derivatives.
+    # Running extremes of a motion with their times and derivatives.
 
     def __init__(self, half: float, count: int) -> None:
         self._half = half
@@ -168,8 +168,8 @@ class _Extremes:
                 continue
             turns = roots(derivative(polynomial))
             candidates = [begin, *(turn for turn in turns if begin < turn < end), end]
-            if quantity == 1 and self._comes_to_stick(segment):
-                # The speed that the slider comes to is that of stick: it begins there, and stays.
+            if quantity == 1 and self._begins_to_stick(segment):
+                # At the begin of stick the speed extremum belongs to the stick segment.
                 candidates.pop()
             values = [sign * evaluate(polynomial, theta) for theta in candidates]
             greatest = max(values)
@@ -183,14 +183,14 @@ class _Extremes:
             )
             self.by[index] = [deviation[component[index]] for deviation in seed_deviations]
 
-    def _comes_to_stick(self, segment: Segment) -> bool:
+    def _begins_to_stick(self, segment: Segment) -> bool:
         ends = segment.end < 2.0 * self._half and segment.mode is not Mode.STICK
         return ends and segment.next_mode is Mode.STICK
 
     def _extreme_polynomials(
         self, segment: Segment
     ) -> list[tuple[float, Sequence[float], int, float]]:
-        # Sign, polynomial, component of the state, and θ from which on, in the order of EXTREMES.
+        # Sign, polynomial, state component and first θ of each extreme, in the order of EXTREMES.
         speed = [coefficient / segment.duration for coefficient in derivative(segment.x)]
         late = max(segment.fraction(self._half), 0.0)
         return [

@@ -31,9 +31,10 @@ FloatArray = NDArray[np.float64]
 # The series of a span of ‖A‖ s <= 2 ends with 2²⁶/26!, far below rounding.
 _REACH: Final = 2.0
 DEGREE: Final = 26
-# A motion that gets here has overflowed: a margin for its derivatives and bounds.
+# Overflow threshold, with a margin for derivatives and bounds.
 _LARGEST: Final = 1e300
-# Halvings of that span: over the shortest a motion differs from its chord by rounding.
+# Number of halvings of the longest span. Over the shortest span a motion equals its chord to
+# rounding.
 DEEPEST: Final = 28
 
 
@@ -49,11 +50,11 @@ class LinearMotion:
         size = float(np.abs(matrix).sum(axis=1).max())
         self.matrix = matrix
         self.rest = np.linalg.solve(matrix, -self.load)
-        # Of ‖A‖ s between 1 and 2.
+        # Longest span with ‖A‖ s between 1 and 2.
         longest = math.ldexp(1.0, math.frexp(_REACH / size)[1] - 1)
-        self._climb(longest, t_end)
+        self._double_spans(longest, t_end)
 
-    def _climb(self, longest: float, t_end: float) -> None:
+    def _double_spans(self, longest: float, t_end: float) -> None:
         short = longest * 2.0 ** np.arange(-DEEPEST, 1)
         identity = np.eye(4)
         scaled = self.matrix * short[:, None, None]
@@ -150,7 +151,7 @@ class Walk:
             raise overflow_error(
                 t_end - remaining, (x, vx, y, vy), System(self._p, separation=False)
             )
-        # The rest is so short that the chord suffices.
+        # The remaining time is so short that the chord suffices.
         self.z = self.z + remaining * motion.velocity(self.z)
         self.t = t_end
         return walked

@@ -1,7 +1,7 @@
 """Exact extremes of a linear motion by branch and bound over time.
 
-A span is searched only where it can hold more than what has been found: growth and decay leave a
-few periods to look at, however long the horizon. The bounds need no eigenvectors.
+A span is searched only if its bounds exceed the extremes so far. With growth or decay that leaves a
+few periods for any horizon. The bounds need no eigenvectors.
 """
 
 from typing import Final
@@ -17,15 +17,15 @@ from .exponential import DEGREE, LinearMotion
 FloatArray = NDArray[np.float64]
 Spans = list[tuple[int, FloatArray]]
 
-# What is sought as a maximum: x, −x, y, −y and ẋ/ω.
+# Quantities to maximise: x, −x, y, −y and ẋ/ω.
 _SOUGHT: Final = np.array(
     [[1.0, 0, 0, 0], [-1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]]
 )
 _CHUNK: Final = 1 << 15
-# Bounds are sampled at the base span over two to this power, this often at a time.
+# Bounds are sampled at intervals of the base span / 2^_REFINEMENT, in chunks of _SAMPLES.
 _REFINEMENT: Final = 6
 _SAMPLES: Final = 1 << 10
-# Relative rounding of a state, and the greatest relative doubt about an extreme.
+# Relative rounding of a state, and the largest relative uncertainty of an extreme.
 _NOISE: Final = 2.0**-46
 _DOUBT: Final = 2.0**-44
 
@@ -39,14 +39,14 @@ class Search:
         self._best = np.full(5, -np.inf)
         self._rest = _SOUGHT @ motion.rest
         spans = motion.spans[: motion.base + _REFINEMENT, None, None]
-        # By how much, per unit of z − rest and of ż, a span departs from rest and from its chord.
+        # Bounds of the distance from rest per unit of z − rest, and from the chord per unit of ż.
         self._reach = self._greatest(_SOUGHT, motion.spans.size)
         bend = self._greatest(_SOUGHT @ motion.matrix, len(spans))
         self._bend = bend * spans[: len(bend)] ** 2 / 8.0
 
     def _greatest(self, rows: FloatArray, levels: int) -> FloatArray:
-        # Bounds, per span, of |rows exp(A s)| over it. From the level `fine` on they are taken at
-        # the samples 0, 1, 2 … of some span, and hold in between by what one such span can add.
+        # Bounds, per span, of |rows exp(A s)| over it. From the level `fine` on they are sampled at
+        # multiples of a span; the growth over one such span covers the times between.
         motion = self._motion
         fine = motion.base - _REFINEMENT
         growth, term = np.eye(4)[None], np.eye(4)
@@ -101,7 +101,7 @@ class Search:
         self._best = np.maximum(self._best, values.max(axis=0))
 
     def _promising(self, level: int, z: FloatArray) -> FloatArray:
-        # The states whose spans may exceed what was found by more than rounding.
+        # States whose spans may exceed the extremes so far by more than rounding.
         motion, best = self._motion, self._best
         size = max(float(np.abs(best).max()), float(np.abs(self._rest).max()))
         with np.errstate(over="ignore", invalid="ignore"):
@@ -113,7 +113,7 @@ class Search:
                 ends = np.maximum(z @ _SOUGHT.T, motion.after(z, level) @ _SOUGHT.T)
                 bent = np.abs(motion.velocity(z)) @ self._bend[level].T
                 bound = np.minimum(bound, ends + bent)
-        # A bound that is no number excludes nothing.
+        # A bound of NaN excludes nothing.
         promising: FloatArray = z[~np.all(bound <= best + doubt, axis=1)]
         return promising
 

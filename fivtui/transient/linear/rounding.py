@@ -30,10 +30,10 @@ def rounding_error(run: Transient) -> Deviation:
     amplitude = max(run.peak.x_abs, run.peak.y_abs) * max(1.0, omega)
     if size == 0.0:
         return Deviation(0.0, 0.0, 0.0, 0.0, 0)
-    # What is left of the vibration at the end, and the longest time at which it is still large.
+    # Vibration left at the end, as a share, and the time for which it stays large.
     share = 1.0 if growth >= 0.0 else min(1.0, math.exp(growth * run.t_end) * amplitude / size)
     lasting = run.t_end if growth >= 0.0 else min(run.t_end, -1.0 / growth)
-    # The first and longest span leaves an error of the rounding of the amplitude.
+    # The longest span contributes the rounding error of the amplitude.
     final_error = _EPSILON * (1.0 + amplitude / size + omega * run.t_end * share)
     peak_error = _EPSILON * (1.0 + omega * lasting)
     return Deviation(final_error, peak_error, peak_error, 0.0, 0)

@@ -14,7 +14,7 @@ from fivtui.transient.trajectory import DenseSolution, Trajectory, trajectory_of
 from .exponential import DEGREE, LinearMotion, Walk
 from .extremes import Search
 
-# Times at which the state is computed between two looks at the progress callback.
+# Sample times per progress report.
 _TIMES: Final = 4096
 
 
@@ -30,8 +30,7 @@ def run(request: Request, work: Progress) -> Transient:
 
     The cost does not grow with the horizon, except where the motion neither grows nor decays: then
     its extremes are searched for in all of it. `max_steps` limits the spans of time looked at or
-    stored. Exact but for rounding: of the size that changes of the parameters in their last digit
-    have.
+    stored. Exact except for rounding errors, as large as the effect of the parameters' last digits.
     """
     p, t_end = request.parameters, request.t_end
     times = request.times

@@ -38,7 +38,7 @@ _MAX_SWITCHES_PER_STEP: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class StepPart:
-    """What n parameter sets did over one part of a step."""
+    """One part of a step of n parameter sets."""
 
     contact: BoolArray
     begin: FloatArray
@@ -115,7 +115,7 @@ class RungeKutta4:
         return parts
 
     def _after(self, state: FloatArray, crossed: BoolArray) -> tuple[FloatArray, BoolArray]:
-        # State and mode behind a switch.
+        # State and mode after a switch.
         return state, self.contact ^ crossed
 
     def _derivatives(self, state: FloatArray, contact: BoolArray) -> FloatArray:
@@ -145,7 +145,7 @@ class RungeKutta4:
         return np.asarray(np.where(contact, state[2] > 0.0, state[2] < 0.0), dtype=bool)
 
     def _bisect(self, first: FloatArray, remaining: FloatArray, crossed: BoolArray) -> FloatArray:
-        # The shortest step known to cross, so that the new mode starts on its own side of y = 0.
+        # The shortest step that crosses, so that the new mode starts on the correct side of y = 0.
         before, after = np.zeros_like(remaining), remaining
         for _ in range(_BISECTIONS):
             middle = 0.5 * (before + after)
@@ -187,7 +187,7 @@ class ReferenceStepper:
 
     def __init__(self, p: Parameters, integrator: RungeKutta4) -> None:
         self._p, self._integrator = p, integrator
-        # The last first.
+        # Segments in reverse order.
         self._waiting: list[Segment] = []
 
     def advance(self) -> Segment:
@@ -215,5 +215,5 @@ class ReferenceStepper:
         return self._waiting.pop()
 
     def _mode(self, contact: NDArray[Any]) -> Mode:
-        # From a flag of contact, or the number of a mode.
+        # `contact` is a flag, or the number of a mode.
         return Mode(int(contact[0]))

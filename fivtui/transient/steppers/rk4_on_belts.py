@@ -10,9 +10,9 @@ from fivtui.model import Mode, Parameters, State, mode_of
 
 from .rk4 import BoolArray, FloatArray, RungeKutta4
 
-# Beyond this exponent the fall of friction is not followed where a step goes past v_r = 0.
+# Largest exponent of the friction law where a step passes v_r = 0.
 _LARGEST_EXPONENT: Final = 5.0
-# Of friction, by mode.
+# Sign of friction by mode.
 _SIGNS: Final = np.array([{Mode.FORWARD: 1.0, Mode.BACKWARD: -1.0}.get(m, 0.0) for m in Mode])
 
 
@@ -52,7 +52,7 @@ class BeltRungeKutta4(RungeKutta4):
         return np.where(off, Mode.SEPARATED, slides).astype(np.int64)
 
     def _forces(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
-        # Of the contact spring as if in contact, and of a belt that holds.
+        # Contact force as if in contact, and holding force of the belt.
         p, (x, _, y, _) = self._table, state
         holding_force = p["c1"] * p["v"] + (p["k1"] + 0.5 * p["k3"]) * x - 0.5 * p["k3"] * y
         return -p["k2"] * y - p["k_nl"] * y**3, holding_force
@@ -63,7 +63,7 @@ class BeltRungeKutta4(RungeKutta4):
         if not self.locate:
             contact, sign = self._side(state), np.sign(p["v"] - vx)
         force = np.where(contact == Mode.SEPARATED, 0.0, self._forces(state)[0])
-        # Past v_r = 0 the law goes on smoothly: such a step is cut there.
+        # Continue the law smoothly past v_r = 0, where the step is cut.
         exponent = np.minimum(-sign * (p["v"] - vx) * p["rate"], _LARGEST_EXPONENT)
         friction = sign * (p["mu"] + p["fall"] * np.exp(exponent)) * force
         coupling = 0.5 * p["k3"] * (x - y)

@@ -23,7 +23,7 @@ from fivtui.model import (
 )
 from fivtui.taylor import Segment, first_root
 
-# Degree to which the dense output of each solver is represented.
+# Classes of the solvers, and the degree that represents their dense output.
 _SOLVERS: Final[dict[str, tuple[Callable[..., OdeSolver], int]]] = {
     "DOP853": (DOP853, 7),
     "Radau": (Radau, 3),
@@ -133,7 +133,7 @@ class ScipyStepper:
     def _end_of_mode(
         self, y: list[float], samples: NDArray[np.float64], final: State
     ) -> tuple[float, Transition] | None:
-        # Where in the step, of length 1, the mode ends first, and how.
+        # Earliest end of the mode as a fraction of the step, with its transition.
         first: tuple[float, Transition] | None = None
         for transition in MODES[self._mode].ends:
             if transition.guard not in _OF_HEIGHT:
@@ -149,7 +149,7 @@ class ScipyStepper:
         c = (self._to_power @ np.array(values)).tolist()
         c[0] = values[0]
         if c[0] <= 0.0:
-            # At the start of a mode its guard is zero, and rises but for rounding.
+            # At the start of a mode its guard is zero and rises, except for rounding.
             c[0], c[1] = 0.0, max(c[1], 0.0)
         root = first_root(c)
         return 1.0 if root is None and guard_value(self._p, final, guard) <= 0.0 else root
