@@ -97,7 +97,7 @@ class StabilityPoints:
         stiffness = self.a + self.kt + self.h
         return np.sqrt(stiffness) / np.sqrt(self.m) + (self.c1 + self.c2) / self.m
 
-    def judged(self) -> tuple[FloatArray, BoolArray]:
+    def growth_and_stability(self) -> tuple[FloatArray, BoolArray]:
         """`growth_rate`, and whether it is negative beyond rounding; shape (n,) each."""
         growth = self.growth_rate()
         return growth, growth < -ROUNDING * self._fastest()
@@ -194,10 +194,10 @@ def judge_growths(
 ) -> tuple[FloatArray, BoolArray, dict[int, str]]:
     """Growth rates and stability of n parameter sets."""
     if is_on_belt(p, varied):
-        return _judged_one_by_one(p, varied, separation)
+        return _judge_one_by_one(p, varied, separation)
     with np.errstate(all="ignore"):
         points = StabilityPoints(p, varied, separation)
-        growth, stable = points.judged()
+        growth, stable = points.growth_and_stability()
     reasons: dict[int, str] = {}
     for index in np.flatnonzero(points.no_equilibrium).tolist():
         values = p.with_values({name: float(column[index]) for name, column in varied.items()})
@@ -209,7 +209,7 @@ def judge_growths(
     return growth, stable, reasons
 
 
-def _judged_one_by_one(
+def _judge_one_by_one(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> tuple[FloatArray, BoolArray, dict[int, str]]:
     # On a belt of finite speed: from the eigenvalues of every set.

@@ -75,7 +75,7 @@ def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
     top = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
     grid = 0.5 * top * (1.0 - np.cos(np.linspace(0.0, np.pi, _MU_INTERVALS + 1)))
     grid[-1] = top
-    return tuple(CriticalMu(mu, becomes) for mu, becomes in _changes(p, "mu", grid))
+    return tuple(CriticalMu(mu, becomes) for mu, becomes in _stability_changes(p, "mu", grid))
 
 
 def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
@@ -89,7 +89,7 @@ def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
     top = parameter_spec("v_belt").upper
     grid = (p.v_s or 1.0) * _relative_speeds()
     grid = np.append(grid[grid < top], top)
-    return tuple(CriticalSpeed(v, becomes) for v, becomes in _changes(p, "v_belt", grid))
+    return tuple(CriticalSpeed(v, becomes) for v, becomes in _stability_changes(p, "v_belt", grid))
 
 
 @cache
@@ -104,7 +104,7 @@ def _relative_speeds() -> FloatArray:
     return np.concatenate(parts)
 
 
-def _changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Becomes]]:
+def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Becomes]]:
     # Values of a parameter at which stability changes, ascending, and the stability above each.
     def margins(values: FloatArray) -> tuple[FloatArray, BoolArray]:
         varied = p.replaced(**{name: values.view(_Values)})
@@ -166,7 +166,7 @@ def _brackets(
         ends = np.flatnonzero(conditions_hold[1:] < conditions_hold[:-1]).tolist()
         ranges += [(n, n + 1) for n in begins if not stable[n + 1 : n + 3].any()]
         ranges += [(n, n + 1) for n in ends if not stable[max(n - 1, 0) : n + 1].any()]
-    ranges = _merged([(max(low, 0), min(high, grid.size - 1)) for low, high in ranges])
+    ranges = _merge_ranges([(max(low, 0), min(high, grid.size - 1)) for low, high in ranges])
     brackets = [
         (float(grid[n]), float(grid[n + 1]), bool(stable[n + 1]))
         for n in changes
@@ -194,7 +194,7 @@ def _near_zero(margins: FloatArray, conditions_hold: BoolArray) -> Any:
     return np.flatnonzero(same_sign & may_be_stable & smallest & nearer).tolist()
 
 
-def _merged(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:
+def _merge_ranges(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:
     # Ranges of indices, ascending, with overlapping ranges merged.
     merged: list[tuple[int, int]] = []
     for low, high in sorted(ranges):

@@ -187,7 +187,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     system = system_of(parameters, separation)
     p, point = system.parameters, equilibrium(system)
     values = _eigenvalues(p, point)
-    growth, stable = _judged(values)
+    growth, stable = _growth_and_stability(values)
     critical = critical_mu_on_belt(system)
     modes = vibration_modes(p, point, values)
     frequencies = [mode.angular_frequency for mode in modes]
@@ -228,10 +228,10 @@ def growth_rate(system: System) -> float:
 
 def judge_growth(system: System) -> tuple[float, bool]:
     """Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`."""
-    return _judged(_eigenvalues(system.parameters, equilibrium(system)))
+    return _growth_and_stability(_eigenvalues(system.parameters, equilibrium(system)))
 
 
-def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
+def _growth_and_stability(values: NDArray[np.complex128]) -> tuple[float, bool]:
     growth = float(values.real.max())
     return growth, growth < -ROUNDING * float(np.abs(values).max())
 

@@ -64,14 +64,14 @@ def rightmost_real_part(
     half_difference = np.copysign(np.sqrt(np.maximum(total, 0.0)), q)
     half_difference = np.divide(0.5 * q, u, out=half_difference, where=cancelled & (u > 0.0))
     near, far = (
-        _of_factor(-0.5 * sign * u, 0.25 * square - (mean - sign * half_difference))
+        _factor_root(-0.5 * sign * u, 0.25 * square - (mean - sign * half_difference))
         for sign in (1.0, -1.0)
     )
     root = _where(near[0] >= far[0], near, far)
     quartic = (c1, a), (c2, b), d
-    root = _polished((root[0] - g, root[1]), quartic)
+    root = _polish_root((root[0] - g, root[1]), quartic)
     real_part = root[0]
-    close = np.flatnonzero(_coalescing(root, quartic))
+    close = np.flatnonzero(_is_coalescing(root, quartic))
     if close.size > 0:
         coefficients = (c1[close], a[close]), (c2[close], b[close]), d[close]
         real_part[close] = _rightmost_of_two((root[0][close], root[1][close]), coefficients)
@@ -84,12 +84,12 @@ def cube_root_bound(value: FloatArray) -> FloatArray:
     return _CUBE_ROOT_MARGIN * bits.view(np.float64)
 
 
-def _of_factor(middle: FloatArray, inner: FloatArray) -> Complex:
+def _factor_root(middle: FloatArray, inner: FloatArray) -> Complex:
     # middle + √inner
     return middle + np.sqrt(np.maximum(inner, 0.0)), np.sqrt(np.maximum(-inner, 0.0))
 
 
-def _coalescing(root: Complex, quartic: Quartic) -> NDArray[np.bool_]:
+def _is_coalescing(root: Complex, quartic: Quartic) -> NDArray[np.bool_]:
     # Where the slope of the quartic is small beside its terms.
     (c1, a), (c2, b), _ = quartic
     slope, s = _size(_value_and_slope(root, quartic)[1]), _size(root)
@@ -98,7 +98,7 @@ def _coalescing(root: Complex, quartic: Quartic) -> NDArray[np.bool_]:
     return close
 
 
-def _polished(root: Complex, quartic: Quartic) -> Complex:
+def _polish_root(root: Complex, quartic: Quartic) -> Complex:
     # Newton's method on the product, where it reduces the residual: with strong damping the shift
     # cancels digits.
     value, slope = _value_and_slope(root, quartic)

@@ -66,7 +66,7 @@ class FoldSheets:
         self._folds: dict[Point, list[FoldOrbit]] = {}
         self._waiting: deque[tuple[Point, _FoldAtPoint]] = deque()
         for point, fold in seeds:
-            self._add(point, _FoldAtPoint(fold))
+            self._add_fold(point, _FoldAtPoint(fold))
 
     def lowest_folds(self) -> tuple[Floats, Floats]:
         """Least μ of the folds at every point (NaN without fold) and its half peak-to-peak, m."""
@@ -108,7 +108,7 @@ class FoldSheets:
             except ComputationError:
                 continue
             for fold in folds_of(cycles):
-                self._add(point, _FoldAtPoint(fold))
+                self._add_fold(point, _FoldAtPoint(fold))
 
     def _system_at(self, at: Sequence[float]) -> System:
         # The system at fractional indices, by linear interpolation of the axes.
@@ -128,7 +128,7 @@ class FoldSheets:
         guess = start.guess(direction)
         expected = (float(guess[-1]), float(guess[-2]), start.fold.amplitude)
         if any(
-            _alike(_features(fold), expected, _KNOWN_FOLD)
+            _are_close(_features(fold), expected, _KNOWN_FOLD)
             for fold in self._folds.get(neighbour, ())
         ):
             return
@@ -136,7 +136,7 @@ class FoldSheets:
         if fold is None:
             before, fold = self._fold_by_parts(point, start.fold, direction)
         if fold is not None:
-            self._add(neighbour, _FoldAtPoint(fold, before, direction))
+            self._add_fold(neighbour, _FoldAtPoint(fold, before, direction))
 
     def _fold_by_parts(
         self, point: Point, fold: FoldOrbit, direction: Point
@@ -157,11 +157,11 @@ class FoldSheets:
         # The next extrapolation needs a full step.
         return fold, reached
 
-    def _add(self, point: Point, start: _FoldAtPoint) -> None:
+    def _add_fold(self, point: Point, start: _FoldAtPoint) -> None:
         folds = self._folds.setdefault(point, [])
         features = _features(start.fold)
         if len(folds) < _MOST_FOLDS and not any(
-            _alike(_features(fold), features, _EQUAL_FOLDS) for fold in folds
+            _are_close(_features(fold), features, _EQUAL_FOLDS) for fold in folds
         ):
             folds.append(start.fold)
             self._waiting.append((point, start))
@@ -171,5 +171,5 @@ def _features(fold: FoldOrbit) -> tuple[float, float, float]:
     return fold.mu, float(fold.unknowns[-2]), fold.amplitude
 
 
-def _alike(first: tuple[float, ...], second: tuple[float, ...], part: float) -> bool:
+def _are_close(first: tuple[float, ...], second: tuple[float, ...], part: float) -> bool:
     return all(abs(a - b) <= part * max(abs(a), abs(b)) for a, b in zip(first, second, strict=True))

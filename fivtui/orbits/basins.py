@@ -250,12 +250,12 @@ def escape_offset(
                 continue
             outside = None if kind is Kind.UNSETTLED else offset
             break
-        offsets.append(None if outside is None else _bisected(end, inside, outside))
+        offsets.append(None if outside is None else _bisect_offset(end, inside, outside))
     work.advance(1.0)
     return EscapeOffset(*offsets)
 
 
-def _bisected(end: Callable[[float], Kind], inside: float, outside: float) -> float:
+def _bisect_offset(end: Callable[[float], Kind], inside: float, outside: float) -> float:
     while outside - inside > _RESOLVED * outside:
         middle = 0.5 * (inside + outside)
         inside, outside = (middle, outside) if end(middle) is Kind.EQUILIBRIUM else (inside, middle)

@@ -255,7 +255,7 @@ def continuation(
                 if index == len(directions_of[value]):
                     directions_of[value].append([])
                 directions_of[value][index].append(direction)
-            starts = [_carried(explorer, attractor) for attractor in reached]
+            starts = [_next_start(explorer, attractor) for attractor in reached]
     work.advance(1.0)
     points = (
         BranchPoint(value, tuple(directions), attractor)
@@ -277,7 +277,7 @@ def varied_spec(p: Parameters, name: str) -> ParameterSpec:
     return spec
 
 
-def _carried(explorer: Explorer, attractor: Attractor) -> State:
+def _next_start(explorer: Explorer, attractor: Attractor) -> State:
     # Attractors without orbit continue next to the equilibrium.
     if attractor.orbit is not None:
         return attractor.orbit.start

@@ -237,7 +237,7 @@ class Explorer:
         recent = states[-_MOST_RETURNS:]
         for orbit in self._orbits:
             if orbit.section is section and _nearest(recent, orbit) < _RECOGNISED * size:
-                return _ended_in(orbit) if orbit.stable else None
+                return _attractor_of(orbit) if orbit.stable else None
         for count in range(1, _MOST_RETURNS + 1):
             if np.abs(latest - states[-1 - count]).max() > _RECURS * size:
                 continue
@@ -255,7 +255,7 @@ class Explorer:
                 return None
             self._orbits.append(orbit)
             if orbit.stable:
-                return _ended_in(orbit)
+                return _attractor_of(orbit)
         return None
 
 
@@ -268,7 +268,7 @@ def _nearest(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
     return float(np.abs(states - orbit.start).max(axis=1).min())
 
 
-def _ended_in(orbit: PeriodicOrbit) -> Attractor:
+def _attractor_of(orbit: PeriodicOrbit) -> Attractor:
     if orbit.sticks > 0:
         return Attractor(Kind.STICK_SLIP_CYCLE, orbit)
     separates = orbit.separations > 0

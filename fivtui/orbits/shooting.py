@@ -123,7 +123,9 @@ def shoot(
     x, vx, y, vy = np.abs(state).tolist()
     length = max(x, y, max(vx, vy) * period / (2.0 * np.pi))
     curve = ParameterLine(system, "mu", (0.0, 1.0), work).curve(length, period)
-    orbit = _closed(curve, np.array([*state, period, system.parameters.mu]) / curve.scales, section)
+    orbit = _orbit_on_section(
+        curve, np.array([*state, period, system.parameters.mu]) / curve.scales, section
+    )
     low, high = _PERIOD_RANGE
     if orbit is None or not low < float(orbit.unknowns[PERIOD]) < high:
         raise ComputationError(
@@ -138,26 +140,26 @@ def shoot(
         if curve.orbits.returns_after(orbit, 1.0 / parts) < _PART_CLOSES:
             shorter = orbit.unknowns.copy()
             shorter[PERIOD] /= parts
-            orbit = _closed(curve, shorter, section) or orbit
+            orbit = _orbit_on_section(curve, shorter, section) or orbit
             break
-    return _measured(system, curve, orbit, section)
+    return _measure_orbit(system, curve, orbit, section)
 
 
-def _closed(
+def _orbit_on_section(
     curve: BranchCurve, guess: NDArray[np.float64], section: Section
 ) -> OrbitOnCurve | None:
     # The orbit near a guess at the value of its parameter, with its start on a section.
     return curve.orbits.solve(guess, np.eye(len(guess))[[section.value, VALUE]])
 
 
-def _measured(
+def _measure_orbit(
     system: System, curve: BranchCurve, orbit: OrbitOnCurve, section: Section
 ) -> PeriodicOrbit:
     x, vx, y, vy, period, _ = (orbit.unknowns * curve.scales).tolist()
     request = Request(system, t_end=period, tol=_TOL, start=(x, vx, y, vy))
     run = integrate(request)
     final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
-    missed = np.array(final) / curve.scales[:4] - orbit.unknowns[:4]
+    deviation = np.array(final) / curve.scales[:4] - orbit.unknowns[:4]
     return PeriodicOrbit(
         section=section,
         start=(x, vx, y, vy),
@@ -171,7 +173,7 @@ def _measured(
         # Rounding may repeat the first separation at the end: count reattachments.
         separations=run.events.reattachments,
         separated_time=run.events.separated_time,
-        residual=float(np.abs(missed).max() / np.abs(orbit.unknowns[:4]).max()),
+        residual=float(np.abs(deviation).max() / np.abs(orbit.unknowns[:4]).max()),
         # The period begins and ends in the same stick.
         sticks=run.events.sticks - int(section is Section.STICK),
         stick_time=run.events.stick_time,

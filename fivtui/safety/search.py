@@ -342,7 +342,7 @@ def least_growth(system: System, motion: Survivor, ended: SearchRound) -> float:
         over |= run.status == Status.OVERFLOW
         return over
 
-    return _least(system, motion, (low, ended.horizon), grows)
+    return _least_holding_mu(system, motion, (low, ended.horizon), grows)
 
 
 def least_staying(system: System, motion: Survivor, low: float) -> float:
@@ -359,10 +359,10 @@ def least_staying(system: System, motion: Survivor, low: float) -> float:
         staying: Flags = run.steady.y_half_range > _STAYS * motion.half_range
         return staying
 
-    return _least(system, motion, (low, horizon), stays)
+    return _least_holding_mu(system, motion, (low, horizon), stays)
 
 
-def _least(
+def _least_holding_mu(
     system: System,
     motion: Survivor,
     span: tuple[float, float],

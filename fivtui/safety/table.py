@@ -112,7 +112,7 @@ class SafeTable(msgspec.Struct, frozen=True):
             # A common face belongs to the last cell: both agree within the error.
             in_cell = defined & ((inside >= cell.low) & (inside <= cell.high)).all(axis=1)
             if in_cell.any():
-                mu[in_cell] = _evaluated(cell, inside[in_cell])
+                mu[in_cell] = _evaluate_cell(cell, inside[in_cell])
         return mu
 
 
@@ -150,8 +150,8 @@ def safe_table(
         return None
     p, folds = system.parameters, _Folds(names, progress, separation=system.separation)
     if len(names) == 1:
-        return _over_one(p, ranges, folds)
-    return _over_several(p, draws, folds)
+        return _table_over_one_group(p, ranges, folds)
+    return _table_over_groups(p, draws, folds)
 
 
 class _Folds:
@@ -187,7 +187,9 @@ class _Folds:
         )
 
 
-def _over_one(p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _Folds) -> SafeTable:
+def _table_over_one_group(
+    p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _Folds
+) -> SafeTable:
     # Cells along the one group that varies; the cell of the greatest error is split next.
     corners = np.array(list(itertools.product(*ranges.values())))
     varied = dict(zip(ranges, corners.T, strict=True))
@@ -205,7 +207,7 @@ def _over_one(p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _
         nodes[:, index] = low + (high - low) * 0.5 * (unit + 1.0)
         values = np.array([folds.at(node) for node in nodes])
         fits = np.arange(len(unit)) < _FITTED
-        return _fitted(unit[:, None], values, fits, _DEGREE, ((low,), (high,), *_BOUNDS))
+        return _fit_cell(unit[:, None], values, fits, _DEGREE, ((low,), (high,), *_BOUNDS))
 
     cells = [cell(float(x[:, index].min()), float(x[:, index].max()))]
     while folds.count + 2 * len(unit) <= MOST_FOLDS:
@@ -220,7 +222,7 @@ def _over_one(p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _
     return folds.table(np.zeros(1), np.ones((1, 1)), [box for box, _ in cells], all_errors)
 
 
-def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> SafeTable:
+def _table_over_groups(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> SafeTable:
     # One polynomial in the independent directions in which the groups vary.
     size = next(iter(draws.values())).size
     x = _coordinates(groups_of(p, draws, size))
@@ -246,7 +248,7 @@ def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> 
         margin = _BOX_MARGIN * (greatest - least)
         box = (*corners, least - margin, greatest + margin)
         cells = [
-            _fitted(unit[:count], values, fits, degree, box)
+            _fit_cell(unit[:count], values, fits, degree, box)
             for degree in _DEGREES
             if degree == 1 or len(_exponents(len(rows), degree)) <= room
         ]
@@ -263,7 +265,7 @@ def _check_any(defined: Any) -> None:
         )
 
 
-def _fitted(
+def _fit_cell(
     unit: Floats,
     values: Floats,
     fits: NDArray[np.bool_],
@@ -315,7 +317,7 @@ def _basis(x: Floats, exponents: NDArray[np.int64]) -> Floats:
     return basis
 
 
-def _evaluated(cell: SafeCell, z: Floats) -> Floats:
+def _evaluate_cell(cell: SafeCell, z: Floats) -> Floats:
     low, high = np.array(cell.low), np.array(cell.high)
     exponents = _exponents(len(low), cell.degree)
     unit = 2.0 * (z - low) / np.where(high > low, high - low, 1.0) - 1.0

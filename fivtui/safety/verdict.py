@@ -261,7 +261,11 @@ def safe_friction(
     begin = time.process_time()
     search = _Search(system, Progress(progress))
     search.run()
-    attractors, unknown_above, critical = search.others(), search.unknown_above, search.critical
+    attractors, unknown_above, critical = (
+        search.attractors_below(),
+        search.unknown_above,
+        search.critical,
+    )
     safe_mu: float | None = None
     found_by: FoundBy | None = None
     if unknown_above is None and attractors:
@@ -320,13 +324,13 @@ class _Search:
             self.growth_at_any_size = least_mu_of_growth(self._p, self.top)
             if self.growth_at_any_size is not None:
                 self._add(self.growth_at_any_size, "unbounded growth")
-        self._from_hopf()
+        self._follow_from_hopf()
         self.work.report(0.2)
         # Scouts lower the least μ cheaply where many motions reach cycles.
-        self._lower_from(SCOUTS, 0.2)
+        self._run_rounds(SCOUTS, 0.2)
         starts = starts_within_limit(self.rounds[-1])
         if starts > SCOUTS and not self._ended_early:
-            self._lower_from(starts, 0.4)
+            self._run_rounds(starts, 0.4)
 
     @property
     def budget_ended(self) -> bool:
@@ -354,7 +358,7 @@ class _Search:
         )
         return final_round.levels[first - 1] if first else 0.0
 
-    def others(self) -> tuple[OtherAttractor, ...]:
+    def attractors_below(self) -> tuple[OtherAttractor, ...]:
         # A rising branch has its least μ at the critical μ, to rounding.
         top = math.inf if self.critical is None else (1.0 - _ROUNDING) * self.critical
         below = (attractor for attractor in self._attractors if attractor.mu < top)
@@ -374,10 +378,10 @@ class _Search:
     def _go_on(self, _part: float) -> bool:
         return self.work.go_on()
 
-    def _least(self) -> float:
+    def _least_mu(self) -> float:
         return min((attractor.mu for attractor in self._attractors), default=self.top)
 
-    def _from_hopf(self) -> None:
+    def _follow_from_hopf(self) -> None:
         if self.critical is None:
             self.not_followed = "there is no Hopf point"
             return
@@ -392,19 +396,19 @@ class _Search:
         else:
             self._add_branch(curve, "continuation")
 
-    def _lower_from(self, starts: int, fraction: float) -> None:
+    def _run_rounds(self, starts: int, fraction: float) -> None:
         # Rounds until no attractor is found; progress goes from `fraction` to twice that.
         for turn in range(_MOST_ROUNDS):
-            if not self._lower(starts):
+            if not self._run_round(starts):
                 return
             self.work.report(fraction * (2.0 - 0.5**turn))
         self._ended_early = True
 
-    def _lower(self, starts: int) -> bool:
+    def _run_round(self, starts: int) -> bool:
         # One round of the search below the least known μ; whether it found an attractor.
-        least = self._least()
+        least = self._least_mu()
         search = Round(self._system, least, starts, progress=self._go_on)
-        while self._least() >= least and search.advance():
+        while self._least_mu() >= least and search.advance():
             # Shooting from persisting motions, until a cycle is found: its branch leads to lower μ.
             for motion in search.persisting(_TRIED_AT_A_LEVEL)[:_TRIED]:
                 if self._confirm(motion):
@@ -412,14 +416,14 @@ class _Search:
         ended = search.result()
         self.rounds.append(ended)
         growing = next(iter(ended.unbounded), None)
-        if growing is not None and growing.mu < self._least():
+        if growing is not None and growing.mu < self._least_mu():
             self._add(least_growth(self._system, growing, ended), "unbounded growth")
         steady = next(iter(ended.settled), None)
-        if steady is not None and steady.mu < self._least():
+        if steady is not None and steady.mu < self._least_mu():
             # Without a cycle by shooting the motion is on a torus, or its period is long.
             low = _TORUS_RANGE * max((mu for mu in ended.levels if mu < steady.mu), default=0.0)
             self._add(least_staying(self._system, steady, low), "other motion")
-        return self._least() < least
+        return self._least_mu() < least
 
     def _add(
         self,

@@ -64,14 +64,14 @@ class Zones:
 
     def without_safe(self) -> "Zones":
         """The same zones with ``SMALL`` instead of ``SAFE``."""
-        return _merged(
+        return _merge_zones(
             self.name,
             self.bounds,
             [Zone.SMALL if zone is Zone.SAFE else zone for zone in self.zones],
         )
 
 
-def _merged(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Zones:
+def _merge_zones(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Zones:
     # Zones with equal neighbours merged.
     merged_bounds, merged_zones = [bounds[0]], [zones[0]]
     for bound, zone in zip(bounds[1:-1], zones[1:], strict=True):
@@ -104,9 +104,9 @@ def safety_zones(
     if not judge.searched:
         return judge.zones()
     if name != "mu":
-        return _continued(judge, progress)
+        return _zones_by_continuation(judge, progress)
     least = float(safe_mus(judge.p, {}, np.array([judge.separation]))[0])
-    return judge.zones() if math.isnan(least) else _over_mu(judge, least, least)
+    return judge.zones() if math.isnan(least) else _zones_over_mu(judge, least, least)
 
 
 def searched_zones(verdict: "SafeFriction", low: float, high: float) -> Zones:
@@ -115,7 +115,7 @@ def searched_zones(verdict: "SafeFriction", low: float, high: float) -> Zones:
     if not judge.searched:
         return judge.zones()
     squeals = verdict.others[0].mu if verdict.others else verdict.critical_mu
-    return _over_mu(judge, verdict.safe_to, math.inf if squeals is None else squeals)
+    return _zones_over_mu(judge, verdict.safe_to, math.inf if squeals is None else squeals)
 
 
 class _Judge:
@@ -135,10 +135,10 @@ class _Judge:
         self.linear = not bent and damped and not self.on_belt
         self.searched = bent and damped and not self.on_belt
 
-    def judged(self, values: Floats) -> list[Zone]:
-        return self._judged(values)[0]
+    def zones_at(self, values: Floats) -> list[Zone]:
+        return self._zones_and_growth(values)[0]
 
-    def _judged(self, values: Floats) -> tuple[list[Zone], Floats]:
+    def _zones_and_growth(self, values: Floats) -> tuple[list[Zone], Floats]:
         # Zones by eigenvalues, and the growth rates.
         inside = np.maximum(values, self.least)
         growth, stable, _ = judge_growths(
@@ -158,21 +158,21 @@ class _Judge:
             return [change.mu for change in critical if self.low < change.mu < self.high]
         count = _JUDGED_ON_BELT if self.on_belt else _JUDGED
         values = np.linspace(self.low, self.high, count)
-        zones, growth = self._judged(values)
+        zones, growth = self._zones_and_growth(values)
         zone_of = dict(zip(values.tolist(), zones, strict=True))
-        for index in _approaches(growth, zones):
-            zone_of |= self._between(float(values[index - 1]), float(values[index + 1]))
+        for index in _local_minima(growth, zones):
+            zone_of |= self._differing_zones(float(values[index - 1]), float(values[index + 1]))
         return [
-            self._narrowed(low, high)
+            self._narrow_bound(low, high)
             for low, high in pairwise(sorted(zone_of))
             if zone_of[low] is not zone_of[high]
         ]
 
-    def _between(self, low: float, high: float) -> dict[float, Zone]:
+    def _differing_zones(self, low: float, high: float) -> dict[float, Zone]:
         # Values of a different zone near the minimum of |growth| between two values of one zone.
         for _ in range(_APPROACHES):
             values = np.linspace(low, high, 9)
-            zones, growth = self._judged(values)
+            zones, growth = self._zones_and_growth(values)
             differing = [index for index in range(9) if zones[index] is not zones[0]]
             if differing:
                 return {float(values[index]): zones[index] for index in differing}
@@ -180,10 +180,10 @@ class _Judge:
             low, high = float(values[index - 1]), float(values[index + 1])
         return {}
 
-    def _narrowed(self, low: float, high: float) -> float:
+    def _narrow_bound(self, low: float, high: float) -> float:
         for _ in range(_EIGHTHS):
             values = np.linspace(low, high, 9)
-            zones = self.judged(values)
+            zones = self.zones_at(values)
             index = next(
                 (position for position in range(8) if zones[position] is not zones[position + 1]), 0
             )
@@ -202,12 +202,12 @@ class _Judge:
         inside = (value for value in (*self.edges(), *between) if self.low < value < self.high)
         bounds = [self.low, *sorted(inside), self.high]
         middles = [0.5 * (begin + end) for begin, end in pairwise(bounds)]
-        judged = zip(self.judged(np.array(middles)), middles, strict=True)
-        zones = [large(middle) if zone is Zone.SMALL else zone for zone, middle in judged]
-        return _merged(self.name, bounds, zones)
+        pairs = zip(self.zones_at(np.array(middles)), middles, strict=True)
+        zones = [large(middle) if zone is Zone.SMALL else zone for zone, middle in pairs]
+        return _merge_zones(self.name, bounds, zones)
 
 
-def _over_mu(judge: _Judge, safe: float, squeals: float) -> Zones:
+def _zones_over_mu(judge: _Judge, safe: float, squeals: float) -> Zones:
     # Below `safe` no disturbance is known to lead to vibration; from `squeals` on one does. Between
     # them the effect of large disturbances is not known.
     def large(mu: float) -> Zone:
@@ -216,7 +216,7 @@ def _over_mu(judge: _Judge, safe: float, squeals: float) -> Zones:
     return judge.zones([safe, squeals], large)
 
 
-def _approaches(distances: Floats, zones: Sequence[object]) -> list[int]:
+def _local_minima(distances: Floats, zones: Sequence[object]) -> list[int]:
     # Indices of local minima of |distance| between neighbours of the same zone. The distance may
     # reach zero between the points: it is at most half of a neighbour's.
     sizes = np.abs(distances)
@@ -229,7 +229,7 @@ def _approaches(distances: Floats, zones: Sequence[object]) -> list[int]:
     ]
 
 
-def _continued(judge: _Judge, progress: OnProgress | None) -> Zones:
+def _zones_by_continuation(judge: _Judge, progress: OnProgress | None) -> Zones:
     # Zones by safe μ over the parameter, refined where safe μ crosses the μ of the set.
     values = np.linspace(judge.low, judge.high, _CONTINUED)
     values[0] = judge.least
@@ -252,8 +252,8 @@ def _continued(judge: _Judge, progress: OnProgress | None) -> Zones:
         return Zone.SMALL if math.isnan(at) else Zone.KNOCK if p.mu >= at else Zone.SAFE
 
     distances = np.array([least(value) - p.mu for value in values.tolist()])
-    for index in _approaches(distances, [zone(value) for value in values.tolist()]):
-        _approach(least, zone, p.mu, float(values[index - 1]), float(values[index + 1]))
+    for index in _local_minima(distances, [zone(value) for value in values.tolist()]):
+        _search_zone(least, zone, p.mu, float(values[index - 1]), float(values[index + 1]))
     for ends in pairwise(sorted(least_mus)):
         low, high = ends
         for _ in range(_HALVES):
@@ -275,7 +275,7 @@ def _continued(judge: _Judge, progress: OnProgress | None) -> Zones:
     )
 
 
-def _approach(
+def _search_zone(
     least: Callable[[float], float],
     zone: Callable[[float], Zone],
     mu: float,

@@ -11,7 +11,7 @@ from fivtui.cli import run
 from fivtui.model import System
 from fivtui.model.slider_belt import accelerations, equilibrium
 from fivtui.orbits import Attraction, Explorer, continuation
-from fivtui.orbits.explorer import Attractor, Kind, _ended_in
+from fivtui.orbits.explorer import Attractor, Kind, _attractor_of
 from fivtui.orbits.report import print_attractors
 from fivtui.orbits.rest import stays_stuck
 from fivtui.orbits.shooting import PeriodicOrbit, Section
@@ -66,7 +66,7 @@ def test_two_stick_slip_cycles_coexist() -> None:
     assert (small.separations, large.separations) == (0, 1)
     assert small.multipliers[2] == large.multipliers[2] == 0.0
     assert small.half_range == pytest.approx(0.0387832, rel=1e-5)
-    assert {_ended_in(one).kind for one in (small, large)} == {Kind.STICK_SLIP_CYCLE}
+    assert {_attractor_of(one).kind for one in (small, large)} == {Kind.STICK_SLIP_CYCLE}
 
 
 def test_on_a_belt_at_rest_the_slider_sticks_for_good() -> None:

@@ -115,10 +115,10 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
             system, determinant, null, left_null = solved
             system[4, :4], system[6] = borders.across, along
             away = unknowns - guess
-            missed = self._orbits.missed(unknowns, motion)
+            error = self._orbits.closure_error(unknowns, motion)
             across, ahead = float(borders.across @ away[:4]), float(along @ away)
             return (
-                np.append(missed, [across, determinant, ahead]),
+                np.append(error, [across, determinant, ahead]),
                 system,
                 _Fold(motion, null, left_null),
             )
@@ -127,7 +127,7 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         if root is None:
             return None
         motion, null, left_null = root.belonging
-        orbit = self._orbits.completed(root, motion, tangent)
+        orbit = self._orbits.with_tangent(root, motion, tangent)
         if orbit is None:
             return None
         bend = float(root.derivatives[5, :_NULL] @ null)
@@ -152,13 +152,13 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
             return None
         determinant, scale = float(null[-1]), float(np.linalg.norm(null[:_NULL]))
         right, left_null = null[:_NULL] / scale, left_null[:_NULL]
-        second = self._second(unknowns, right, motion)
+        second = self._shooting_derivative(unknowns, right, motion)
         if second is None:
             return None
         system[5] = -scale * (left_null[:4] @ second)
         return system, determinant, right, left_null / np.linalg.norm(left_null)
 
-    def _second(
+    def _shooting_derivative(
         self, unknowns: FloatArray, direction: FloatArray, motion: Return
     ) -> FloatArray | None:
         # Directional derivative of the Jacobian of shooting, in state and period.

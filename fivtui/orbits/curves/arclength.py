@@ -147,7 +147,7 @@ class OrbitCurve:
     def __init__(self, flow: Flow, scales: FloatArray, work: Progress = UNWATCHED) -> None:
         self._flow, self.scales, self._work = flow, scales, work
         self._states, self._count = flow.states, len(scales)
-        self._search = _compiled(flow, scales)
+        self._search = _compiled_search(flow, scales)
 
     def solve(
         self,
@@ -175,13 +175,13 @@ class OrbitCurve:
             motion = self.motion(unknowns)
             if motion is None:
                 return None
-            missed = [self.missed(unknowns, motion), planes @ (unknowns - guess)]
-            return np.concatenate(missed), np.vstack([self.shooting(motion), planes]), motion
+            residuals = [self.closure_error(unknowns, motion), planes @ (unknowns - guess)]
+            return np.concatenate(residuals), np.vstack([self.shooting(motion), planes]), motion
 
         root = find_root(equations, guess, states, _LIMITS)
         if root is None:
             return None
-        return self.completed(root, root.belonging, direction, turning=turning)
+        return self.with_tangent(root, root.belonging, direction, turning=turning)
 
     def returns_after(self, orbit: OrbitOnCurve, share: float) -> float:
         """Distance of an orbit from its start after a share of its period, relative to its size."""
@@ -189,7 +189,7 @@ class OrbitCurve:
         if motion is None:
             return np.inf
         state = orbit.unknowns[: self._states]
-        away = np.abs(self.missed(orbit.unknowns, motion)).max()
+        away = np.abs(self.closure_error(orbit.unknowns, motion)).max()
         return float(away / np.abs(state).max())
 
     def later(self, orbit: OrbitOnCurve, share: float) -> OrbitOnCurve | None:
@@ -215,13 +215,13 @@ class OrbitCurve:
             return None
         return self._flow.follow(values[:states], share * period, values[states + 1 :])
 
-    def missed(self, unknowns: FloatArray, motion: Return) -> FloatArray:
+    def closure_error(self, unknowns: FloatArray, motion: Return) -> FloatArray:
         """Scaled distance of the end of a motion from its start."""
         distance: FloatArray = motion.final / self.scales[: self._states]
         return distance - unknowns[: self._states]
 
     def shooting(self, motion: Return) -> FloatArray:
-        """Derivatives of `missed` by the unknowns."""
+        """Derivatives of `closure_error` by the unknowns."""
         n, scales = self._states, self.scales
         units = scales[:n, None]
         rows = np.empty((n, self._count))
@@ -230,7 +230,7 @@ class OrbitCurve:
         rows[:, n + 1 :] = motion.derivatives[:, n:] * scales[n + 1 :] / units
         return rows
 
-    def completed(
+    def with_tangent(
         self, root: Root[T], motion: Return, along: FloatArray, *, turning: bool = True
     ) -> OrbitOnCurve | None:
         """The orbit of a root with its tangent; None where the equations are singular."""
@@ -259,7 +259,7 @@ class OrbitCurve:
         )
 
 
-def _compiled(flow: Flow, scales: FloatArray) -> OrbitSearch | None:
+def _compiled_search(flow: Flow, scales: FloatArray) -> OrbitSearch | None:
     if not isinstance(flow, SliderBeltFlow) or flow.system.parameters.v_belt is not None:
         return None
     if why_interpreted() is not None:

@@ -79,7 +79,7 @@ def branch_sheet(result: CycleBranch) -> Sheet:
     Orbits are drawn at the first events and for the stable cycle nearest to the value of the
     parameter set. Multipliers of all cycles are drawn with the unit circle.
     """
-    chosen = _chosen(result)
+    chosen = _choose_cycles(result)
     branch, top = _branch(result), _top(result)
     points = [
         Trace(
@@ -204,7 +204,7 @@ def _top(result: CycleBranch) -> float:
     return min(top, _TOWERING * met)
 
 
-def _chosen(result: CycleBranch) -> dict[CyclePoint, str]:
+def _choose_cycles(result: CycleBranch) -> dict[CyclePoint, str]:
     # Cycles whose orbits are drawn, with their colours: at events, and the stable cycle nearest to
     # the value of the parameter set. Cycles that would flatten it are left out.
     set_value = getattr(result.parameters, result.name)

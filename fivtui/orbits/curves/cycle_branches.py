@@ -116,7 +116,7 @@ def branch(
     else:
         beginning = from_cycle(line)
     begins_at: Origin = "file" if isinstance(origin, Path) else origin
-    cycles = (_doubled if doubled else _followed)(line, beginning, begins_at)
+    cycles = (_follow_doubled if doubled else _follow_branch)(line, beginning, begins_at)
     line.work.advance(1.0)
     return cycles
 
@@ -131,10 +131,10 @@ def branch_through(
 ) -> CycleBranch:
     """The branch through a limit cycle of a system, followed both ways."""
     line = ParameterLine(system, name, bounds, Progress(progress))
-    return _followed(line, through(line, cycle), "cycle")
+    return _follow_branch(line, through(line, cycle), "cycle")
 
 
-def _followed(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
+def _follow_branch(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
     # The branch followed both ways, or away from a Hopf point.
     curve, hopf = beginning.curve, beginning.hopf
     begins = None if hopf is None else End.EQUILIBRIUM
@@ -153,7 +153,7 @@ def _followed(line: ParameterLine, beginning: Beginning, origin: Origin) -> Cycl
     )
 
 
-def _doubled(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
+def _follow_doubled(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
     # The doubled branch up to its end on the branch of the single period, or any other end.
     curve, start = beginning.curve, beginning.start
     follower = _follower(curve, line.work)

@@ -201,12 +201,12 @@ class Follower(Generic[P]):
         first = node = self._node(start, at)
         previous: _Node[P] | None = None
         step = _PART * node.size if step is None else step
-        end = End.BOUND if self._leaves(start) else None
+        end = End.BOUND if self._starts_at_bound(start) else None
         while end is None:
             self._report(len(points))
-            step = min(step, self._longest(node))
+            step = min(step, self._longest_step(node))
             if step < _SHORTEST:
-                turned = self._turned(node) if points else None
+                turned = self._point_beyond_corner(node) if points else None
                 if turned is None:
                     end = self._curve.why_lost(node.point)
                     continue
@@ -217,7 +217,7 @@ class Follower(Generic[P]):
                 previous, node = None, self._node(turned)
                 continue
             try:
-                successor, event, end = self._next(node, previous, step, until)
+                successor, event, end = self._next_node(node, previous, step, until)
             except _NotFoundError:
                 step *= 0.5
                 continue
@@ -255,13 +255,13 @@ class Follower(Generic[P]):
             values[event] = 0.0
         return _Node(point, values, self._curve.size(point), self._curve.features(point))
 
-    def _leaves(self, start: P) -> bool:
+    def _starts_at_bound(self, start: P) -> bool:
         return any(
             start.unknowns[index] == (high if start.tangent[index] > 0 else low)
             for index, low, high in self._curve.bounds
         )
 
-    def _longest(self, node: _Node[P]) -> float:
+    def _longest_step(self, node: _Node[P]) -> float:
         tangent = node.point.tangent
         return min(
             _PART * node.size,
@@ -272,7 +272,7 @@ class Follower(Generic[P]):
             ),
         )
 
-    def _next(
+    def _next_node(
         self,
         node: _Node[P],
         previous: _Node[P] | None,
@@ -296,7 +296,7 @@ class Follower(Generic[P]):
         if successor.size < _SHRUNK * node.size:
             raise _NotFoundError
         if self._curve.course(point) != self._curve.course(target):
-            return self._changed(node, target, until)
+            return self._find_change_of_course(node, target, until)
         if _angle(point, target) > _TURN or (
             self._curve.turns and self._hides_folds(node, successor)
         ):
@@ -320,7 +320,7 @@ class Follower(Generic[P]):
         turn = -0.5 * slope / bend
         return bool(0.0 < turn < 1.0 and begin - 0.25 * slope * slope / bend < 0.0)
 
-    def _changed(
+    def _find_change_of_course(
         self, node: _Node[P], far: P, until: tuple[EventKind, ...]
     ) -> tuple[_Node[P], EventKind | None, End | None]:
         # The first point of the new course, or the first event before it; if motion jumps between
@@ -347,7 +347,7 @@ class Follower(Generic[P]):
             return node_before, None, End.JUMPS
         return self._node(far), self._curve.change_of_course(point, far), None
 
-    def _turned(self, corner: _Node[P]) -> P | None:
+    def _point_beyond_corner(self, corner: _Node[P]) -> P | None:
         # A point of a different course beyond a corner at which the curve turns back in the first
         # parameter.
         point, course = corner.point, self._curve.course
