@@ -1,8 +1,9 @@
 """Build hook: compiles the kernel in C when the package is installed.
 
 One shared library holds the kernel for every instruction set of the processor's family; the program
-chooses when it loads it (`fivtui.kernel.native`). Where it cannot be compiled the installation goes
-on without it, and the reason is installed in its place: the program says it and runs interpreted.
+chooses when it loads it (`fivtui.kernel.native`). If it cannot be compiled, the installation
+continues with a file of the reason in its place. The program then reports the reason and runs
+interpreted.
 """
 
 import os

@@ -265,7 +265,7 @@ def _modes_of(run: Transient) -> set[Mode]:
 
 
 def _draw_curve(axes: Axes, motion: Trajectory, run: Transient, timing: Timing) -> Line2D:
-    # y over time, shaded off the belt and where the slider sticks, and the line of the present.
+    # Draw y over time, shaded off the belt and in stick, and the line of the current time.
     axes.plot(motion.t, motion.y, color=CASE_COLOURS[run.separation][0], linewidth=1.0)
     shade_times(axes, run.separated_intervals, OFF_BELT)
     shade_times(axes, run.stick_intervals, _FACES[Mode.STICK])

@@ -58,7 +58,7 @@ def folder_for(fmu: Path) -> Iterator[Folder]:
 
 
 def _create_folder(path: str | None, parent: str) -> str:
-    # Another process may have created a folder of this name in the meantime.
+    # A different process may have created this folder meanwhile.
     if path is not None:
         try:
             Path(path).mkdir(0o700)

@@ -82,9 +82,9 @@ def _parameters(values: Mapping[str, Any], *, by_law: bool = False) -> SimpleNam
 
 
 class Function(NamedTuple):
-    """A function of parameters and other numbers in C: what computes it, and names of the numbers.
+    """A C function of parameters and numbers: its Python function, and names of the numbers.
 
-    `has_change` says whether its derivative is needed, too, as `NAME_change`.
+    With `has_change` its derivative is also written, as `NAME_change`.
     """
 
     compute: Callable[..., Any]
@@ -120,7 +120,7 @@ _FUNCTIONS: Final[Mapping[str, Function]] = {
     "rest_linear": Function(lambda p, mu: equations.rest_coefficients(p, mu)[1], ("mu",), True),
 }
 _FRICTION: Final = Function(equations.friction_coefficient, ("speed",), True)
-# The law for which `friction.h` and `driven.h` have recurrences of their own.
+# The law for which `friction.h` and `driven.h` have tuned recurrences.
 _TUNED_LAW: Final = "p[P_MU] + (p[P_MU_S] - p[P_MU]) * exponential(-speed / p[P_V_S])"
 
 

@@ -17,9 +17,9 @@ _LINE: Final = 64
 class Work:
     """A chunk of a batch under way: n runs with a local tolerance and an order of expansion.
 
-    `parameters`, shape (n, 9), have k_nl > 0 in all rows or in none. `observed` says whether
-    extremes of y, all extremes, and those of y after half the horizon are wanted. `belts`, shape
-    (n, 3), has v_belt, μ_s and v_s, which is 0 in all rows, friction being constant, or in none.
+    `parameters`, shape (n, 9), have k_nl > 0 in all rows or in none. `observed` flags select
+    extremes of y, all extremes, and extremes of y in the second half. `belts`, shape (n, 3), has
+    v_belt, μ_s and v_s; v_s is 0 in all rows (constant friction) or in none.
     """
 
     def __init__(

@@ -82,8 +82,8 @@ _packed_with_belt: Final = struct.Struct(f"{len(ALL_PARAMETERS)}d").pack
 class Kernel:
     """The kernel for one instruction set, by default the best of the processor.
 
-    Results have the same bits with each. Raises `ComputationError` if there is no library, it is of
-    another text than that beside it, or the processor lacks the instruction set.
+    Results have the same bits with each. Raises `ComputationError` if there is no library, its
+    sources differ from those beside it, or the processor lacks the instruction set.
     """
 
     def __init__(self, instruction_set: str | None = None) -> None:
@@ -126,9 +126,9 @@ class Kernel:
     ) -> KernelRun:
         """Begin a run with a local tolerance, of the order 8, 12, 16, 20, or with a law 24.
 
-        `times` are ascending sample times, s; `segments` says whether these are wanted. `belt` is
-        v_belt, μ_s and v_s, 0 where friction is constant, of a belt of finite speed, and `legs` are
-        of tables over time: with either the run is a `BeltRun`.
+        `times` are ascending sample times, s; `segments` enables their output. `belt` is v_belt,
+        μ_s and v_s of a belt of finite speed, with v_s = 0 for constant friction. `legs` are tables
+        over time. With either the run is a `BeltRun`.
         """
         state = _packed_state(*start)
         if belt is None and legs is None:
@@ -159,7 +159,7 @@ class Kernel:
         tol: float,
         order: int,
     ) -> VariedRun:
-        """Begin a run with its derivatives: that of `begin` to the last bit.
+        """Begin a run with its derivatives; its motion has the same bits as by `begin`.
 
         `seeds`, shape (k, 13), say how (x, ẋ, y, ẏ) at the start and the parameters change with
         each of the k numbers to derive by, `MOST_SEEDS` at most.

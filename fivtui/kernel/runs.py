@@ -69,7 +69,7 @@ class KernelRun:
 
     # Numbers per switch, and buffer types for switches and the result.
     _width, _room, _outcome = 1, _Switches, _Result
-    # As far as it came.
+    # Result up to the current time.
     outcome: RunColumns
     # Rows x, ẋ, y and ẏ at the sample times, and a row for the contact force. One block lets the
     # allocator reuse it between runs.
@@ -79,8 +79,8 @@ class KernelRun:
     sampled: int
     # Times of the switches of the last call, s.
     switches: Floats
-    # A row for each segment of the last call: start, what it lacks of the exact start, duration,
-    # end, mode, and the coefficients of x and of y.
+    # A row for each segment of the last call: start, exact start minus start, duration, end, mode,
+    # and coefficients of x and y.
     segments: Floats
 
     def __init__(
@@ -152,10 +152,10 @@ class BeltRun(KernelRun):
 class VariedRun:
     """A run with its derivatives by k numbers, under way."""
 
-    # As far as it came, and (ẋ, ẍ, ẏ, ÿ) there, m/s and m/s².
+    # Result up to the current time, and (ẋ, ẍ, ẏ, ÿ) at that time, m/s and m/s².
     outcome: RunColumns
     rate: State
-    # Derivatives of (x, ẋ, y, ẏ) there, shape (k, 4).
+    # Derivatives of (x, ẋ, y, ẏ) at that time, shape (k, 4).
     derivatives: Floats
     # Time, s, and derivatives of each extreme, shape (7, 1 + k): least and greatest x, y, greatest
     # ẋ, least and greatest y of the second half.

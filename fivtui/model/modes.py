@@ -1,8 +1,8 @@
 """The modes of the slider and their transitions: the one table that integrators and help read.
 
-A guard is a function of the state that is positive while its mode lasts, and a polynomial where the
-motion is one. With the force f = c1 v_belt + a x − h y that the belt has to exert on a slider that
-sticks to it, and v_r = v_belt − ẋ, the guards are y, −y, v_r, −v_r, μ_s P − f and μ_s P + f.
+A guard is a function of the state that is positive while its mode lasts. For a polynomial motion it
+is a polynomial. The guards are y, −y, v_r, −v_r, μ_s P − f and μ_s P + f, with v_r = v_belt − ẋ and
+the holding force f = c1 v_belt + a x − h y of the belt.
 """
 
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ class Transition:
 
 @dataclass(frozen=True, slots=True)
 class ModeRow:
-    """A row of the table of modes: what it is, friction force on the slider, and how it ends."""
+    """A row of the table of modes: meaning, friction force on the slider, and ends."""
 
     meaning: str
     friction: str
@@ -51,8 +51,7 @@ class ModeRow:
     friction_sign: float
     # Whether the mode belongs to a belt of finite speed, `Parameters.v_belt`.
     finite_belt: bool
-    # Where the slider touches the belt again, and where it stops sliding, the state decides among
-    # the modes that may follow.
+    # At a reattachment or at the end of sliding, the state selects one of the possible modes.
     ends: tuple[Transition, ...]
 
     @property

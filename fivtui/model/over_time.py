@@ -22,7 +22,7 @@ _PAIRS: Final = "pairs of time (s) and value"
 class TimeTable:
     """Values of a parameter over time, linear between rows, constant before and after them.
 
-    At a time that is given twice the value jumps; the later one holds from there on.
+    The value jumps at a time in two rows; the later row applies from that time.
 
     Attributes
     ----------
@@ -174,5 +174,5 @@ def parameters_after(p: Parameters, rates: Rates, duration: float) -> Parameters
 
 
 def course_of(p: Parameters, over_time: Mapping[str, Rows]) -> Course:
-    """The checked course of parameters of which some follow tables; `InputError` if it is none."""
+    """The checked course of parameters with tables; `InputError` if it is invalid."""
     return Course(p, time_tables(over_time))

@@ -115,7 +115,7 @@ def _spec(
 def _optional(
     symbol: str, unit: str, start: float, bounds: tuple[float, float], meaning: str
 ) -> float | None:
-    # A field that is none unless it is set.
+    # An optional field; None by default.
     required: Any = _spec(symbol, unit, start, bounds, meaning)
     value: float | None = field(default=None, metadata={**required.metadata, "optional": True})
     return value
@@ -173,7 +173,7 @@ class Parameters:
 
     @property
     def mu_static(self) -> float:
-        """Static friction coefficient: `mu_s`, or `mu` where that is none."""
+        """Static friction coefficient: `mu_s`, or `mu` if that is None."""
         return self.mu if self.mu_s is None else self.mu_s
 
     @property
@@ -220,7 +220,7 @@ class Parameters:
         return _values_of(self)
 
     def as_dict(self) -> dict[str, float]:
-        """Values by name, in the order of the table; what is none has no entry."""
+        """Values by name, in the order of the table; None values have no entry."""
         values = {name: getattr(self, name) for name in ALL_PARAMETERS}
         return {name: value for name, value in values.items() if value is not None}
 
@@ -260,9 +260,9 @@ def check_always_sliding(p: Parameters, subject: str, varied: Collection[str] = 
 
 
 def unused_parameters(p: Parameters, varied: Collection[str] = ()) -> dict[str, str]:
-    """Those of `mu_s` and `v_s` that are given and have no effect, each with what it needs.
+    """Those of `mu_s` and `v_s` that are set without effect, each with its requirement.
 
-    `varied` are names of parameters that take other values than those of `p`, too.
+    `varied` are names of parameters that also take values different from `p`.
     """
     names = [name for name in ("mu_s", "v_s") if getattr(p, name) is not None or name in varied]
     if p.v_belt is None and "v_belt" not in varied:
@@ -272,7 +272,7 @@ def unused_parameters(p: Parameters, varied: Collection[str] = ()) -> dict[str, 
 
 
 def without_effect(p: Parameters, varied: Collection[str] = ()) -> str:
-    """What `unused_parameters` finds, in one phrase; empty if nothing."""
+    """The result of `unused_parameters` as a phrase; empty if there are none."""
     unused = unused_parameters(p, varied)
     if not unused:
         return ""

@@ -9,7 +9,7 @@ OnProgress = Callable[[float], bool]
 
 
 class Progress:
-    """The fraction done of a computation, for the callback of who asked for it, if there is one."""
+    """The completed fraction of a computation, reported to an optional callback."""
 
     __slots__ = ("_callback", "_fraction")
 
@@ -37,7 +37,7 @@ class Progress:
         return None if self._callback is None else self.advance
 
     def part(self, begin: float, end: float) -> "Progress":
-        """The progress of a part of the computation, from one fraction of the whole to another."""
+        """The progress of a part of the computation, between two fractions of it."""
         if self._callback is None:
             return self
         return Progress(lambda fraction: self.advance(begin + (end - begin) * fraction))

@@ -54,7 +54,7 @@ def sliding(p: Parameters, y: float, mode: Mode) -> tuple[float, float]:
 
 
 def friction_force(p: Parameters, state: State, mode: Mode, rates: Rates = CONSTANT) -> float:
-    """Friction force on the slider in N; where it sticks, what the belt has to exert."""
+    """Friction force on the slider in N; in stick, the holding force of the belt."""
     x, vx, y, _ = state
     if mode is Mode.STICK:
         return float(equations.holding_force(p, x, y, rates))

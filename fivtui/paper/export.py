@@ -42,7 +42,7 @@ def figure_numbers(texts: Sequence[str]) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True)
 class FigureFiles:
-    """The files of one figure: a picture per format, data per panel that has scenes of its own."""
+    """The files of one figure: a picture per format, and data per panel that defines scenes."""
 
     number: int
     pictures: tuple[Path, ...]

@@ -1,7 +1,7 @@
 """The scenes of the paper's figures: what varies, over which range, in which lines.
 
-Values are those of the captions and the text. Where the paper gives no range, the range here shows
-what its text says of the figure, and `Panel.choice` says what was chosen.
+Values are those of the captions and the text. Where the paper gives no range, the range covers the
+effects described in its text, and `Panel.choice` describes it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -63,7 +63,7 @@ class Panel:
 
     @property
     def fixed(self) -> dict[str, float]:
-        """Parameters that all points share, without μ where it varies or is what is computed."""
+        """Parameters shared by all points, without μ where it varies or is computed."""
         varied = {self.by, self.along}
         if self.kind in {"eigenvalues", "critical mu"}:
             varied.add("mu")
@@ -103,7 +103,7 @@ def _panel(
     choice: str,
     changes: Mapping[str, float] = _NONE,
 ) -> Panel:
-    """A panel over a parameter, with a line per value of another one."""
+    """A panel over a parameter, with a line per value of a second parameter."""
     scene = replace(_BASE, name=f"fig-{key}").with_values(changes)
     (parameter, values), (name, steps) = along, by
     lines = tuple(Line(scene.with_values({name: step}), parameter, tuple(values)) for step in steps)
@@ -190,5 +190,5 @@ PANELS: Final[Mapping[str, Panel]] = {
 
 
 def panels_of(number: int) -> tuple[Panel, ...]:
-    """The panels of a figure, 2 to 16, that have scenes of their own, in order."""
+    """The panels of a figure, 2 to 16, that define scenes, in order."""
     return tuple(panel for key, panel in PANELS.items() if key.rstrip("ab") == str(number))

@@ -157,7 +157,7 @@ def sound(
 
 
 def _normalised(motion: Trajectory, signal: str) -> tuple[NDArray[np.float64], float]:
-    # The signal less its mean, from -1 to 1, faded at both ends, and what it was divided by.
+    # The signal without its mean, scaled to −1 to 1 and faded at both ends, and the scale.
     values: NDArray[np.float64] = getattr(motion, signal)
     values = values - values.mean()
     greatest = float(np.abs(values).max())

@@ -11,7 +11,7 @@ from fivtui.transient import Trajectory, Transient
 
 FloatArray = NDArray[np.float64]
 
-# Cycles in the window that shows how a run goes on.
+# Cycles in the window of the last cycles.
 _CYCLES: Final = 8
 # The late part of a run in which its period is looked for: as many linear periods, samples each.
 _PERIODS: Final = 64
@@ -66,7 +66,7 @@ def _hermite(
 
 
 def is_rest(motion: Trajectory) -> bool:
-    """Whether a motion is none but for rounding."""
+    """Whether a motion is zero to rounding."""
     moves = max(float(np.ptp(motion.x)), float(np.ptp(motion.y)))
     return moves <= _ROUNDING * float(np.abs([motion.x, motion.y]).max())
 

@@ -59,7 +59,7 @@ def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
     if np.abs(np.diff(t) - step).max() > _UNEVEN * step:
         raise InputError("spectrum: the samples are not evenly spaced")
     mean = float(values.mean())
-    # A periodic window, whose own lines fall on frequencies of the transform.
+    # A periodic window: its spectral lines lie on frequencies of the transform.
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(t.size) / t.size)
     lines = np.fft.rfft((values - mean) * window)
     amplitude: FloatArray = np.hypot(lines.real, lines.imag) * (2.0 / window.sum())
@@ -70,7 +70,7 @@ def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
 
 
 def _fundamental(amplitude: FloatArray, values: FloatArray) -> float:
-    # In units of the resolution.
+    # Fundamental frequency in units of the resolution.
     highest = 1 + int(amplitude[1:].argmax())
     size = float(np.abs(values).max())
     if amplitude[highest] <= _NOISE * size:

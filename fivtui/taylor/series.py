@@ -145,7 +145,7 @@ def state_source(degree: int) -> str:
 
 
 def compiled(source: str, name: str, **namespace: Any) -> Callable[..., Any]:
-    """The function of a name that a source defines, which uses what else is given by name."""
+    """The function `name` that a source defines; the source may use the objects passed by name."""
     exec(compile(source, f"<{name}>", "exec"), namespace)
     return cast("Callable[..., Any]", namespace[name])
 

@@ -39,7 +39,7 @@ MIN_TOLERANCE: Final = 1e-16
 MAX_TOLERANCE: Final = 1e-2
 MIN_ORDER: Final = 8
 MAX_ORDER: Final = 20
-# With a friction law, under which steps are shorter.
+# Largest order with a friction law, which shortens steps.
 MAX_LAW_ORDER: Final = 24
 ORDER_STEP: Final = 4
 # Longest step over √(m/stiffness), reached at rest.
@@ -92,7 +92,7 @@ def follows_law(p: Parameters) -> bool:
 
 
 def overflow_error(t: float, state: State, system: System) -> ComputationError:
-    """The error for a motion that overflows; its last finite time, s, and state are given.
+    """The error for a motion that overflows after a finite time, s, and state.
 
     A small state does not grow: its derivatives overflow.
     """

@@ -350,7 +350,7 @@ def _through_fmu(scene: Scene, fmu: Path, step: float, work: Progress) -> tuple[
     late = columns["y"][columns["time"] >= 0.5 * scene.t_end]
     switch_times = columns["last_event"]
     if scene.parameters.v_belt is not None:
-        # Of separation and reattachment alone, where the slider has left or touched the belt.
+        # Keep only the times of separations and reattachments.
         switch_times = switch_times[1:][np.diff(columns["mode"] == Mode.SEPARATED)]
     events = np.unique(switch_times)
     observed = Observation(
@@ -392,7 +392,7 @@ def _features(scene: Scene, work: Progress) -> list[Feature]:
         _feature(name, _cost(*without, work), _cost(*having, work))
         for name, without, having in pairs
     ]
-    # A single run always has its peaks and events; a batch has what is required of it.
+    # A single run always records peaks and events; a batch records only those requested.
     plain = _cost_in_batch(scene, (), work)
     parts: tuple[tuple[str, Requirement], ...] = (
         ("peaks, in a batch", "peak"),

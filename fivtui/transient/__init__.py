@@ -1,4 +1,4 @@
-"""Transients: what is asked, the methods, the event loop, the result, its files and figure."""
+"""Transients: request, methods, event loop, result, its files and figure."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Errors of a transient against a reference transient, and the errors asked for."""
+"""Errors of a transient against a reference transient, and tolerances for target errors."""
 
 import math
 from collections.abc import Mapping, Sequence

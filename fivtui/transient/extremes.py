@@ -24,11 +24,11 @@ class Extremes:
     vx_max: float = -math.inf
 
     def include(self, segment: Segment) -> None:
-        """Take in a whole segment."""
+        """Include a segment."""
         self._include(segment.x, segment.y, segment.final, segment.duration)
 
     def include_part(self, segment: Segment, start: float, end: float) -> None:
-        """Take in the part of a segment between two times, s."""
+        """Include the part of a segment between two times, s."""
         low, high = max(segment.fraction(start), 0.0), min(segment.fraction(end), 1.0)
         if low < high:
             x, y = restricted(segment.x, low, high), restricted(segment.y, low, high)

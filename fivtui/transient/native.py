@@ -1,4 +1,4 @@
-"""Transients by any native method: what everything above the methods calls."""
+"""Transients by any native method: the entry point for all callers."""
 
 import dataclasses
 import math
@@ -82,7 +82,7 @@ def _run_stepper(
     on_samples: OnSamples | None,
     kernel: Literal["interpreted"] | None = None,
 ) -> Transient:
-    # By an integrator in Python.
+    # Run an integrator in Python.
     recorder = Recorder(request, on_samples)
     recorder.follow(METHODS[request.method].stepper(request), work)
     return recorder.result(kernel)
@@ -109,7 +109,7 @@ def _check_count(request: Request) -> None:
 
 
 def check_taylor_options(request: Request) -> None:
-    """Raise `InputError` if another method is asked for what ``taylor`` alone has."""
+    """Raise `InputError` if options of ``taylor`` are set for a different method."""
     if request.course is not None and request.method != "fmu-native":
         names = ", ".join(request.course.tables)
         raise InputError(
@@ -126,7 +126,7 @@ def check_taylor_options(request: Request) -> None:
 
 
 class LaterAmplitude(NamedTuple):
-    """Half peak-to-peak of y, m, around so many seconds after the end of a run."""
+    """Half peak-to-peak of y, m, around a time, s, after the end of a run."""
 
     y_half_range: float
     after: float

@@ -1,4 +1,4 @@
-"""The event loop over any integrator, and what it keeps of a run: extremes, events, samples."""
+"""The event loop over any integrator, which records extremes, events and samples of a run."""
 
 import math
 from typing import Final
@@ -21,7 +21,7 @@ _PROGRESS_EVERY: Final = 32
 
 
 class Recorder:
-    """Takes in the segments of a run and keeps what its result requires, nothing else."""
+    """Collects from the segments of a run only the data that its result requires."""
 
     def __init__(self, request: Request, on_samples: OnSamples | None = None) -> None:
         self._request = request
@@ -43,7 +43,7 @@ class Recorder:
         self._separations = 0
 
     def follow(self, stepper: Stepper, work: Progress) -> None:
-        """Take in the segments of an integrator until the horizon is reached."""
+        """Include the segments of an integrator until the horizon is reached."""
         t_end, max_steps = self._request.t_end, self._request.max_steps
         for count in range(max_steps):
             if count % _PROGRESS_EVERY == 0:
@@ -55,7 +55,7 @@ class Recorder:
         raise step_limit_error(self._request, self.t)
 
     def include(self, segment: Segment) -> None:
-        """Take in the next segment; what lies beyond the horizon does not count."""
+        """Include the next segment up to the horizon."""
         t_end = self._request.t_end
         if self._steps == 0 and self._on_belt:
             # A method without stick may begin in a different mode.

@@ -57,7 +57,7 @@ class Request:
     t_end: float = DEFAULT_T_END
     tol: float = DEFAULT_TOL
     start: Start = "static"
-    # Checked by what computes the transient.
+    # Checked by the code that computes the transient.
     method: str = "taylor"
     step: float | None = None
     samples: Samples = "none"

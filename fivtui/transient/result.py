@@ -420,9 +420,9 @@ def all_events(
     *,
     tally: Tally | None = None,
 ) -> Events:
-    """Events with their transitions by kind, and with what a belt of finite speed adds.
+    """Events with their transitions by kind and, on a belt of finite speed, sticks.
 
-    `tally` is the time of stick, s, and the numbers of changes by kind, if they are known.
+    `tally` is the time of stick, s, and the numbers of changes by kind, if already counted.
     """
     if p.v_belt is None:
         leaves, lands = _OF_SLIDING

@@ -70,12 +70,12 @@ def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
 
 
 def stiffness_of(request: Request) -> Stiffness | None:
-    """Stiffness of what is requested, see `find_stiffness`."""
+    """Stiffness of a requested transient, see `find_stiffness`."""
     return find_stiffness(request.system, t_end=request.t_end)
 
 
 def budget_error(max_steps: int, t: float, t_end: float, *, tol: float | None) -> ComputationError:
-    """An error for a run that reached the time t in all its steps; `tol` is None if it has none."""
+    """The error for a run that used all its steps up to the time t; `tol` may be None."""
     remedies = ["a shorter horizon"]
     if tol is not None and tol < TOL_RANGE[1]:
         remedies.append("a larger tol")
@@ -85,7 +85,7 @@ def budget_error(max_steps: int, t: float, t_end: float, *, tol: float | None) -
 
 
 def step_limit_error(request: Request, t: float) -> ComputationError:
-    """An error for what is requested, where it reached the time t in all the steps allowed."""
+    """The error for a request that used all its steps up to the time t."""
     method = request.method
     tol = None if takes_step(method) else request.tol
     error = budget_error(request.max_steps, t, request.t_end, tol=tol)

@@ -100,8 +100,8 @@ class DenseSolution:
     def from_arrays(cls, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> Self:
         """The same from n segments in arrays.
 
-        `rows`, shape (n, 5), has start, what it lacks, duration and end, s, and mode of each
-        segment; `x` and `y`, shape (degree + 1, n), coefficients in (time since the
+        `rows`, shape (n, 5), has start, exact start minus start, duration and end, s, and mode of
+        each segment; `x` and `y`, shape (degree + 1, n), coefficients in (time since the
         start)/duration, m.
         """
         solution = cls.__new__(cls)

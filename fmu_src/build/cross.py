@@ -83,9 +83,9 @@ def compiled_for(model: str, platform: str) -> bytes:
 
 
 def _text_folder(model: str, scratch: Path) -> Path:
-    """The folder of a model's text in C: beside what ziglang keeps, else in `scratch`.
+    """The folder of a model's C files: in the cache of ziglang, else in `scratch`.
 
-    Only for files of the same path ziglang finds what it compiled before.
+    ziglang reuses compiled files only for sources of the same path.
     """
     folder = (_cache_folder() or scratch) / "fivtui" / build_name() / model
     folder.mkdir(parents=True, exist_ok=True)
@@ -97,7 +97,7 @@ def _text_folder(model: str, scratch: Path) -> Path:
 
 
 def _cache_folder() -> Path | None:
-    """Where ziglang keeps compiled files between builds; None if it cannot write there."""
+    """The cache folder of ziglang; None if it is not writable."""
     local = os.environ.get("LOCALAPPDATA") if os.name == "nt" else None
     usual = os.environ.get("XDG_CACHE_HOME") or local or Path.home() / ".cache"
     folder = Path(os.environ.get("ZIG_GLOBAL_CACHE_DIR") or Path(usual, "zig")).absolute()

@@ -193,7 +193,7 @@ def _index(table: VariableTable, name: str) -> str:
 def model_structure(
     table: VariableTable, dependencies_of: Callable[[Variable], Sequence[str]]
 ) -> ET.Element:
-    """``ModelStructure`` of FMI 2.0; `dependencies_of` says what an output depends on."""
+    """``ModelStructure`` of FMI 2.0; `dependencies_of` returns the dependencies of an output."""
     structure = ET.Element("ModelStructure")
     outputs = [v for v in table.variables if v.role is Role.OUTPUT]
     derivatives = [v for v in table.variables if v.derivative_of]

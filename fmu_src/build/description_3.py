@@ -28,7 +28,7 @@ _TAGS: Final = {
 
 
 class Indicator(NamedTuple):
-    """An event indicator: name, unit, what it is, and what it depends on."""
+    """An event indicator: name, unit, meaning and dependencies."""
 
     name: str
     unit: str
@@ -73,7 +73,7 @@ _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
 def native_description_3(component: Component, categories: Mapping[str, str]) -> bytes:
     """The model description: co-simulation with event mode, and model exchange.
 
-    `categories` are those of messages, with what they are.
+    `categories` are those of messages, with their descriptions.
     """
     table, indicators = component.table, INDICATORS[component.model]
     identity = {
@@ -152,7 +152,7 @@ def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> E
 
 
 def exchange_dependencies(output: Variable, states: Collection[str]) -> tuple[str, ...]:
-    """States and inputs that an output depends on where the importer knows the states, too."""
+    """States and inputs that an output depends on in model exchange."""
     from_states = (output.name,) if output.name in states else _FROM_STATES.get(output.name, ())
     return (*from_states, *output.depends_on)
 

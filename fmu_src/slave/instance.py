@@ -124,7 +124,7 @@ class Notices:
 def release_at_exit(resources: str | None) -> None:
     """Release the wrapper's libraries that are still loaded when the interpreter ends.
 
-    Those are beside the FMU's folder of resources, in the spelling of the host.
+    They lie next to the FMU's folder of resources, whose path the host spells.
     """
     # Without arguments the interpreter is embedded, and the wrapper itself releases it in time.
     if resources is None or sys.platform != "linux" or not sys.orig_argv:

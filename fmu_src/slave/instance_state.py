@@ -36,7 +36,7 @@ class InstanceState(NamedTuple):
 
 def to_bytes(state: InstanceState, to_json: Callable[[Any], Any]) -> bytes:
     """Serialise a state: a checksum and JSON, from which floats read back bit for bit."""
-    # Imported when used: a host's search path may hide what few hosts need.
+    # Imported late: few hosts need it, and a host's search path may hide it.
     import json
     import zlib
 

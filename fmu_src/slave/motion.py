@@ -27,7 +27,7 @@ from .variable import Role
 from .variables import REFERENCES, STATES, VARIABLES
 
 Values = Mapping[int, float | bool]
-# Taylor steps after which a communication step is given up: about a quarter of a minute.
+# Limit of Taylor steps per communication step: about 15 s of CPU time.
 _MOST_STEPS: Final = 500_000
 _BELT: Final = ("v_belt", "mu_s", "v_s")
 _FIXED: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
@@ -58,10 +58,10 @@ class MotionState(NamedTuple):
 
 
 class SliderBeltMotion:
-    """A motion that is moved on step by step, with inputs held over each step.
+    """A motion computed step by step, with constant inputs over each step.
 
-    The inputs of `p`, F, μ and the speed of a belt that has one, are the first ones;
-    `examples/trust.md` says what `tol` promises. `current` is the state of the motion.
+    The initial inputs F, μ and v_belt are those of `p`. `examples/trust.md` defines the accuracy of
+    `tol`. `current` is the state of the motion.
     """
 
     def __init__(
@@ -261,7 +261,7 @@ def check_friction(values: Values) -> None:
 
 
 def unused_values(values: Values) -> str:
-    """Which values of the belt are given and have no effect, in one phrase; empty if none."""
+    """Values of the belt that are set without effect, as a phrase; empty if there are none."""
     if values[REFERENCES["finite_belt"]]:
         falls = values[REFERENCES["mu_s"]] > 0.0 or not values[REFERENCES["v_s"]]
         return "" if falls else "v_s has no effect without mu_s"

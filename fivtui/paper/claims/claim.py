@@ -40,8 +40,8 @@ class Quantity(NamedTuple):
 class Claim:
     """A statement of the paper: a row of `statements.toml`, and its test.
 
-    The model cannot decide a claim that has no test. `scenes` are those whose amplitudes the test
-    needs besides the figures'; of `names` each has its unit in brackets, if it has one.
+    The model cannot decide a claim without a test. `scenes` are those whose amplitudes the test
+    needs besides the figures'. Each of `names` has its unit, if any, in brackets.
     """
 
     id: str

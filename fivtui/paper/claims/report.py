@@ -48,7 +48,7 @@ def _claims_table(checked: Sequence["CheckedClaim"]) -> Table:
 
 
 def _claims_list(checked: Sequence["CheckedClaim"]) -> Group:
-    # Every claim on lines of its own, if columns would be too narrow.
+    # Use separate lines for each claim if columns would be too narrow.
     parts: list[Text] = []
     for entry in checked:
         claim = entry.claim

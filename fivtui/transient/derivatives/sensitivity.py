@@ -112,7 +112,7 @@ class Sensitivities(Mapping[str, Sensitivity]):
 
 
 def sensitivities_of(request: Request, transient: Transient, work: Progress) -> Sensitivities:
-    """The sensitivities that are asked for of a transient; see `simulate`."""
+    """The requested sensitivities of a transient; see `simulate`."""
     p, names = request.parameters, request.sensitivities
     static = isinstance(request.start, str)
     seeds = [

@@ -17,9 +17,9 @@ _EPSILON: Final = float(np.finfo(float).eps)
 
 
 def rounding_error(run: Transient) -> Deviation:
-    """Errors of a run by rounding, relative as in `Deviation`, where two runs do not show them.
+    """Relative rounding errors of a run as a `Deviation`, where two runs do not show them.
 
-    Zero for runs in steps, whose rounding differs from one tolerance to another.
+    Zero for runs in steps, whose rounding differs between tolerances.
     """
     if run.stats.kernel != "exact":
         return Deviation(0.0, 0.0, 0.0, 0.0, 0)

@@ -32,7 +32,7 @@ _SEPARATION: Final = {
     IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
 }
 _STEP_FORM: Final = "above 0 and at most t_end, or empty"
-# The start, in a file.
+# Allowed starts in a scene file.
 _START_IN_FILE: Final = (
     "static (at rest at the equilibrium of μ = 0) or [x, vx, y, vy] in m and m/s"
 )
@@ -130,11 +130,11 @@ def _accuracy_in_file(key: str, value: object) -> Accuracy:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSetting:
-    """A field of a scene beside its parameters."""
+    """A field of a scene that is not a parameter."""
 
     name: str
     meaning: str
-    # From a text in a form or an option, and back; from key and value in a scene file.
+    # Readers of a text in a form or option, and of a key with a value in a scene file.
     read: Callable[[str], Any]
     of_file: Callable[[str, object], Any]
     option: Option
@@ -143,7 +143,7 @@ class RunSetting:
     form: str = ""
     interval: Callable[[], Interval] | None = None
     choices: Callable[[], Mapping[str, str]] | None = None
-    # Its explanation in a scene file, if not by meaning and allowed values.
+    # Comment in a scene file, in place of meaning and allowed values.
     comment: str = ""
     symbol: str = ""
     unit: str = ""
@@ -158,7 +158,7 @@ class RunSetting:
         return self.form or ", ".join(self.choices() if self.choices else ())
 
     def words(self, text: str) -> list[str]:
-        """The option on the command line that says the value with this text."""
+        """The command-line option for the value with this text."""
         if self.option.metavar is None:
             return [] if self.read(text) else [self.option.flag]
         texts = text.split(",") if self.option.multiple else [text]

@@ -30,7 +30,7 @@ from fivtui.transient.trajectory import segment_between
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-# RK4 is stable on an oscillator up to ω·step = 2.83; beyond this its numbers mean nothing.
+# RK4 is stable on an oscillator up to ω·step = 2.83; the limit keeps a margin.
 _STABLE: Final = 2.0
 _BISECTIONS: Final = 60
 _MAX_SWITCHES_PER_STEP: Final = 64

@@ -1,4 +1,4 @@
-"""The yardstick on a belt of finite speed: RK4 with bisection, with rules of its own."""
+"""The reference method on a belt of finite speed: RK4 with bisection and independent rules."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -19,9 +19,9 @@ _SIGNS: Final = np.array([{Mode.FORWARD: 1.0, Mode.BACKWARD: -1.0}.get(m, 0.0) f
 class BeltRungeKutta4(RungeKutta4):
     """`RungeKutta4` on belts of finite speed; its `contact` has the numbers of the modes.
 
-    It has modes and friction by rules of its own. Without `locate` every stage takes the field of
-    its own signs of y and v_r, and no friction at v_r = 0: there is no stick, about which the
-    slider slides forward and backward by turns.
+    Its rules of modes and friction are independent. Without `locate` every stage chooses the field
+    by the signs of y and v_r, without friction at v_r = 0. Then there is no stick: the slider
+    alternates between forward and backward sliding.
     """
 
     def __init__(

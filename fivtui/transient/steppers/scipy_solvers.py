@@ -169,7 +169,7 @@ class ScipyStepper:
 
     def _polynomials(self, samples: NDArray[np.float64]) -> tuple[list[float], list[float]]:
         x, y = self._to_power @ samples[0], self._to_power @ samples[2]
-        # Rounding must not put a root beside the switch from which the step starts.
+        # Rounding must not add a root next to the switch at the start of the step.
         y[0] = self._y
         return x.tolist(), y.tolist()
 
