@@ -16,15 +16,15 @@ Floats = NDArray[np.float64]
 
 _FORM: Final = "NAME~DISTRIBUTION:NUMBER:…"
 _EXAMPLE: Final = "F~normal:80:8"
-# Quantiles from which the moments of a truncated distribution are taken.
+# Number of quantiles from which the moments of a truncated distribution are computed.
 _QUANTILES: Final = 1 << 14
 
 
 @dataclass(frozen=True, slots=True)
-class _Known:
-    # A distribution in engineers' terms: its numbers in words, what they must be, and how it is
-    # made from `scipy.stats`.
-    words: tuple[str, ...]
+class _Form:
+    # A distribution in engineers' terms: names of its numbers, the rule they obey, and the
+    # function that makes it from `scipy.stats`.
+    number_names: tuple[str, ...]
     rule: str
     allows: Callable[..., bool]
     make: Callable[..., Any]
@@ -61,24 +61,24 @@ def _beta(low: float, high: float, a: float, b: float) -> Any:
     return stats.beta(a, b, low, high - low)
 
 
-KNOWN: Final[Mapping[str, _Known]] = {
-    "uniform": _Known(
+FORMS: Final[Mapping[str, _Form]] = {
+    "uniform": _Form(
         ("LOW", "HIGH"), "LOW must be below HIGH", lambda low, high: low < high, _uniform
     ),
-    "normal": _Known(("MEAN", "SD"), "SD must be above 0", lambda _mean, sd: sd > 0.0, _normal),
-    "lognormal": _Known(
+    "normal": _Form(("MEAN", "SD"), "SD must be above 0", lambda _mean, sd: sd > 0.0, _normal),
+    "lognormal": _Form(
         ("MEAN", "SD"),
         "MEAN and SD, both of the quantity itself, must be above 0",
         lambda mean, sd: mean > 0.0 and sd > 0.0,
         _lognormal,
     ),
-    "triangular": _Known(
+    "triangular": _Form(
         ("LOW", "MODE", "HIGH"),
         "LOW, MODE and HIGH must ascend, and LOW be below HIGH",
         lambda low, mode, high: low <= mode <= high and low < high,
         _triangular,
     ),
-    "beta": _Known(
+    "beta": _Form(
         ("LOW", "HIGH", "A", "B"),
         "LOW must be below HIGH, and A and B above 0",
         lambda low, high, a, b: low < high and a > 0.0 and b > 0.0,
@@ -120,15 +120,15 @@ class Distribution:
     high: float = math.inf
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "numbers", tuple(float(each) for each in self.numbers))
-        if not all(math.isfinite(each) for each in self.numbers):
+        object.__setattr__(self, "numbers", tuple(float(number) for number in self.numbers))
+        if not all(math.isfinite(number) for number in self.numbers):
             raise InputError(f"{self}: its numbers must be finite")
-        if self.name in KNOWN:
-            known = KNOWN[self.name]
-            if len(self.numbers) != len(known.words):
-                raise InputError(f"{self}: must be {self.name}:{':'.join(known.words)}")
-            if not known.allows(*self.numbers):
-                raise InputError(f"{self}: {known.rule}")
+        if self.name in FORMS:
+            form = FORMS[self.name]
+            if len(self.numbers) != len(form.number_names):
+                raise InputError(f"{self}: must be {self.name}:{':'.join(form.number_names)}")
+            if not form.allows(*self.numbers):
+                raise InputError(f"{self}: {form.rule}")
         else:
             _check_of_scipy(self)
         begin, end = self._ends()
@@ -139,12 +139,12 @@ class Distribution:
         return ":".join([self.name, *map(number_text, self.numbers)])
 
     def within(self, low: float, high: float) -> Self:
-        """The distribution truncated at these bounds, too."""
+        """The distribution truncated also at these bounds."""
         return replace(self, low=max(low, self.low), high=min(high, self.high))
 
     @property
     def cut(self) -> float:
-        """The share of its values that truncation leaves out, 0 to 1."""
+        """The share of its values beyond the bounds of truncation, 0 to 1."""
         frozen = _frozen(self.name, self.numbers)
         return float(frozen.cdf(self.low) + frozen.sf(self.high))
 
@@ -167,28 +167,33 @@ class Distribution:
 
 @lru_cache(maxsize=64)
 def _frozen(name: str, numbers: tuple[float, ...]) -> Any:
-    if name in KNOWN:
-        return KNOWN[name].make(*numbers)
+    if name in FORMS:
+        return FORMS[name].make(*numbers)
     from scipy import stats
 
     return getattr(stats, name)(*numbers)
 
 
-def _check_of_scipy(given: Distribution) -> None:
+def _check_of_scipy(distribution: Distribution) -> None:
     from scipy import stats
 
-    found = getattr(stats, given.name, None)
-    if not isinstance(found, stats.rv_continuous):
+    family = getattr(stats, distribution.name, None)
+    if not isinstance(family, stats.rv_continuous):
         raise InputError(
-            f"unknown distribution {given.name!r}: must be {', '.join(KNOWN)}, or a continuous one "
-            "of scipy.stats"
+            f"unknown distribution {distribution.name!r}: must be {', '.join(FORMS)}, or a "
+            "continuous one of scipy.stats"
         )
-    shapes = [each.strip() for each in (found.shapes or "").split(",") if each.strip()]
-    words = [each.upper() for each in (*shapes, "loc", "scale")]
-    if not len(shapes) <= len(given.numbers) <= len(words):
-        raise InputError(f"{given}: must be {given.name}:{':'.join(words)}; LOC and SCALE may lack")
-    if not math.isfinite(float(found(*given.numbers).ppf(0.5))):
-        raise InputError(f"{given}: its numbers must be such as scipy.stats.{given.name} allows")
+    shapes = [name.strip() for name in (family.shapes or "").split(",") if name.strip()]
+    number_names = [name.upper() for name in (*shapes, "loc", "scale")]
+    if not len(shapes) <= len(distribution.numbers) <= len(number_names):
+        raise InputError(
+            f"{distribution}: must be {distribution.name}:{':'.join(number_names)}; "
+            "LOC and SCALE may lack"
+        )
+    if not math.isfinite(float(family(*distribution.numbers).ppf(0.5))):
+        raise InputError(
+            f"{distribution}: its numbers must be such as scipy.stats.{distribution.name} allows"
+        )
 
 
 def parse_distribution(text: str) -> Distribution:

@@ -40,7 +40,7 @@ class Option:
         if isinstance(value, bool):
             return [self.flag.split("/")[0 if value else 1]]
         values = value if self.multiple else [value]
-        return [word for single in values for word in (self.flag, str(single))]
+        return [argument for single in values for argument in (self.flag, str(single))]
 
 
 def option_field(declared: Option, default: Any = None) -> Any:
@@ -72,10 +72,10 @@ def options_of(declaration: Any) -> dict[str, tuple[Option, Any]]:
 def words_of(values: Any) -> list[str]:
     """The words on a command line that say which options differ from their defaults."""
     return [
-        word
+        argument
         for name, (declared, default) in options_of(values).items()
         if getattr(values, name) != default
-        for word in declared.words(getattr(values, name))
+        for argument in declared.words(getattr(values, name))
     ]
 
 

@@ -84,7 +84,7 @@ def parse_ranges(
 ) -> tuple[NamedRange, ...]:
     """Parse several ranges as `parse_range`; `InputError` also if a name appears twice."""
     ranges = tuple(parse_range(flag, text, specs) for text in texts)
-    names = [each.name for each in ranges]
+    names = [named_range.name for named_range in ranges]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{flag} {name}=…: given twice; every name must have one range")
@@ -144,13 +144,13 @@ def number_text(value: float) -> str:
 
 def range_text(name: str, values: Floats) -> str:
     """``START:STOP:COUNT`` of these values; `InputError` if they are not evenly spaced."""
-    first, last, count = float(values[0]), float(values[-1]), values.size
-    ends = f"{number_text(first)}:{number_text(last)}:{count}"
-    if np.array_equal(values, _spaced(first, last, count, log=False)):
+    first, final, count = float(values[0]), float(values[-1]), values.size
+    ends = f"{number_text(first)}:{number_text(final)}:{count}"
+    if np.array_equal(values, _spaced(first, final, count, log=False)):
         return ends
     # Files may have values whose powers a mathematical library has rounded.
-    if min(first, last) > 0.0 and np.allclose(
-        values, _spaced(first, last, count, log=True), rtol=_LIBRARY, atol=0.0
+    if min(first, final) > 0.0 and np.allclose(
+        values, _spaced(first, final, count, log=True), rtol=_LIBRARY, atol=0.0
     ):
         return f"{ends}:{_SPACING}"
     raise InputError(f"{name}: its values are not evenly spaced; a command cannot say them")
@@ -164,23 +164,25 @@ def _spaced(start: float, stop: float, count: int, *, log: bool) -> Floats:
     return values
 
 
-def log_spaced(start: float, stop: float, places: Floats, parts: int = 1) -> Floats:
+def log_spaced(start: float, stop: float, indices: Floats, parts: int = 1) -> Floats:
     """Values start (stop/start)^(place/parts), with the same bits on every machine.
 
     Powers by a mathematical library differ in their last bits from one processor to the next; this
     takes sums, products and roundings alone, which IEEE 754 defines.
     """
-    first, last = (_DIGITS.multiply(_log2(end), Decimal(_PARTS)) for end in (start, stop))
-    begin = _pair(first)
-    span = _pair(_DIGITS.divide(_DIGITS.subtract(last, first), Decimal(parts)))
-    product, lacks = _exact_product(span[0], places)
+    start_log, stop_log = (_DIGITS.multiply(_log2(end), Decimal(_PARTS)) for end in (start, stop))
+    begin = _pair(start_log)
+    span = _pair(_DIGITS.divide(_DIGITS.subtract(stop_log, start_log), Decimal(parts)))
+    product, lacks = _exact_product(span[0], indices)
     total = begin[0] + product
     # What the sum lacks (Knuth), then all that is smaller.
-    other = total - begin[0]
-    lacks = (begin[0] - (total - other)) + (product - other) + (lacks + places * span[1] + begin[1])
-    whole = np.rint(total)
-    rest = ((total - whole) + lacks) * (float(_LN2) / _PARTS)
-    power = whole.astype(np.int64)
+    added = total - begin[0]
+    lacks = (
+        (begin[0] - (total - added)) + (product - added) + (lacks + indices * span[1] + begin[1])
+    )
+    integer = np.rint(total)
+    rest = ((total - integer) + lacks) * (float(_LN2) / _PARTS)
+    power = integer.astype(np.int64)
     high, low = _powers()
     part = power % _PARTS
     # e^rest − 1

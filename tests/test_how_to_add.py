@@ -579,7 +579,7 @@ def write(file, columns, values, header):
     file.write("".join(json.dumps(line) + "\\n" for line in (dict(header), names, *rows)).encode())
 
 
-def read(file, wanted=None, texts=(), *, missing=False):
+def read(file, selected=None, texts=(), *, missing=False):
     """Read columns, see `tables.Format`."""
     try:
         _, names, *rows = map(json.loads, file.read().decode().splitlines())
@@ -588,7 +588,7 @@ def read(file, wanted=None, texts=(), *, missing=False):
     columns = dict(zip(names, zip(*rows, strict=True), strict=True))
     return {
         name: np.array(columns[name], dtype=object if name in texts else float)
-        for name in (columns if wanted is None else wanted)
+        for name in (columns if selected is None else selected)
         if name in columns
     }
 

@@ -23,9 +23,9 @@ def _parameters(row: Floats) -> Parameters:
 def interpreted_starts(parameters: Floats, separation: NDArray[np.bool_]) -> Floats:
     """Static starts, shape (n, 4), infinite where there is none."""
     starts = np.full((len(parameters), 4), np.inf)
-    for place, (row, considered) in enumerate(zip(parameters, separation, strict=True)):
+    for index, (row, considered) in enumerate(zip(parameters, separation, strict=True)):
         try:
-            starts[place] = static_start(System(_parameters(row), bool(considered)))
+            starts[index] = static_start(System(_parameters(row), bool(considered)))
         except ComputationError:
             continue
     return starts
@@ -45,17 +45,17 @@ def interpreted_results(
     `go_on` is called after every member and stops the batch if False.
     """
     results = np.full((len(members[0]), len(RunColumns._fields)), np.nan)
-    for place, (row, separation, start) in enumerate(zip(*members, strict=True)):
+    for index, (row, separation, start) in enumerate(zip(*members, strict=True)):
         if np.isfinite(start).all():
-            of_belt = {name: float(column[place]) for name, column in belt.items()}
+            of_belt = {name: float(column[index]) for name, column in belt.items()}
             p = _parameters(row).with_values(of_belt)
             request = Request(
                 System(p, bool(separation)), t_end=t_end, tol=tol, start=start.tolist()
             )
-            results[place] = _result(request, max_steps)
+            results[index] = _result(request, max_steps)
         else:
             # No step: that is how a batch knows that there is no start.
-            results[place, :9] = *start, 0.0, Status.OVERFLOW, 0.0, 0.0, 0.0
+            results[index, :9] = *start, 0.0, Status.OVERFLOW, 0.0, 0.0, 0.0
         if not go_on():
             break
     return results
@@ -75,9 +75,9 @@ def _result(request: Request, max_steps: int) -> RunColumns:
     except ComputationError as error:
         run, status = None, Status.STALLED if isinstance(error, StallError) else Status.OVERFLOW
     if run is None:
-        here = stepper.snapshot
+        snapshot = stepper.snapshot
         missing = [np.nan] * (len(RunColumns._fields) - 9)
-        return RunColumns(*here.state, here.t, status, steps, 0, 0, *missing)
+        return RunColumns(*snapshot.state, snapshot.t, status, steps, 0, 0, *missing)
     peak, events, final = run.peak, run.events, run.final
     return RunColumns(
         x=final.x,

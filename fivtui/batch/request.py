@@ -22,20 +22,20 @@ def columns(
     Raises `InputError` if a name, a shape or a value is wrong.
     """
     if isinstance(parameters, Mapping):
-        given = {name: _numbers(name, value) for name, value in parameters.items()}
-        for name in given:
+        named = {name: _numbers(name, value) for name, value in parameters.items()}
+        for name in named:
             parameter_spec(name)
         try:
-            shape = np.broadcast_shapes((1,), *(column.shape for column in given.values()))
+            shape = np.broadcast_shapes((1,), *(column.shape for column in named.values()))
         except ValueError:
-            shapes = ", ".join(f"{name} {column.shape}" for name, column in given.items())
+            shapes = ", ".join(f"{name} {column.shape}" for name, column in named.items())
             raise InputError(f"parameters: shapes do not fit each other ({shapes})") from None
         if len(shape) != 1:
             raise InputError(f"parameters: shape {shape}; must have one axis")
-        whole = {name: np.asarray(value) for name, value in base.as_dict().items()} | given
-        used = ALL_PARAMETERS if "v_belt" in whole else {**PARAMETERS, **given}
-        names = [name for name in ALL_PARAMETERS if name in whole and name in used]
-        columns = {name: np.broadcast_to(whole[name], shape) for name in names}
+        complete = {name: np.asarray(value) for name, value in base.as_dict().items()} | named
+        used = ALL_PARAMETERS if "v_belt" in complete else {**PARAMETERS, **named}
+        names = [name for name in ALL_PARAMETERS if name in complete and name in used]
+        columns = {name: np.broadcast_to(complete[name], shape) for name in names}
     else:
         table = _numbers("parameters", parameters)
         if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
@@ -71,9 +71,9 @@ def _check_belt(columns: Mapping[str, Floats]) -> None:
         if name in columns and "v_belt" not in columns:
             raise InputError(f"{name} has no effect without v_belt, which must be given")
     if "mu_s" in columns and (columns["mu_s"] < columns["mu"]).any():
-        place = int(np.argmax(columns["mu_s"] < columns["mu"]))
-        least, found = float(columns["mu"][place]), float(columns["mu_s"][place])
-        raise InputError(f"member {place}: mu_s = {found:g}: must be at least mu = {least:g}")
+        member = int(np.argmax(columns["mu_s"] < columns["mu"]))
+        least, value = float(columns["mu"][member]), float(columns["mu_s"][member])
+        raise InputError(f"member {member}: mu_s = {value:g}: must be at least mu = {least:g}")
 
 
 def _numbers(name: str, value: ArrayLike) -> Floats:
@@ -90,11 +90,11 @@ def _check(name: str, column: Floats) -> None:
         spec.check(float(column.min()))
         spec.check(float(column.max()))
     except InputError:
-        for place, value in enumerate(column.tolist()):
+        for member, value in enumerate(column.tolist()):
             try:
                 spec.check(value)
             except InputError as error:
-                raise InputError(f"member {place}: {error}") from None
+                raise InputError(f"member {member}: {error}") from None
 
 
 def flags(separation: ArrayLike, size: int) -> NDArray[np.bool_]:
@@ -112,14 +112,14 @@ def starts(start: ArrayLike, size: int) -> Floats | None:
     """
     if isinstance(start, str) and start == "static":
         return None
-    wanted = f"must be static, or finite numbers x,vx,y,vy, shape (4,) or ({size}, 4)"
+    requirement = f"must be static, or finite numbers x,vx,y,vy, shape (4,) or ({size}, 4)"
     try:
         states = np.asarray(start, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"start = {start!r}: {wanted}") from None
+        raise InputError(f"start = {start!r}: {requirement}") from None
     if states.shape not in ((4,), (size, 4)):
-        raise InputError(f"start: shape {states.shape}; {wanted}")
+        raise InputError(f"start: shape {states.shape}; {requirement}")
     if states.size > 0 and not np.isfinite([states.min(), states.max()]).all():
-        raise InputError(f"start: not all finite; {wanted}")
+        raise InputError(f"start: not all finite; {requirement}")
     states = np.where(np.abs(states) < LEAST_START, 0.0, states)
     return np.broadcast_to(states, (size, 4))

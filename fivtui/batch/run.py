@@ -161,7 +161,7 @@ class _Work:
         self._parts = {name: empty(size) for name, empty in PARTS.items() if name in require}
         self._failures: list[Floats] = []
         self._lock = threading.Lock()
-        self._next, self._done = 0, 0.0
+        self._next, self._progress_units = 0, 0.0
         self._stop = False
 
     def run(self, kernel: Kernel | None, workers: int, progress: Progress) -> None:
@@ -173,7 +173,7 @@ class _Work:
             for future in running:
                 if future.done():
                     future.result()
-            progress.report(min(self._done / self._size, 1.0))
+            progress.report(min(self._progress_units / self._size, 1.0))
 
         if workers > 0:
             look()
@@ -198,11 +198,11 @@ class _Work:
             with self._lock:
                 first = self._next
                 chunk = (self._size - first) // share
-                last = first + min(max(chunk, _LEAST_CHUNK), _GREATEST_CHUNK)
-                self._next = last = min(last, self._size)
-            if first == last:
+                stop = first + min(max(chunk, _LEAST_CHUNK), _GREATEST_CHUNK)
+                self._next = stop = min(stop, self._size)
+            if first == stop:
                 return
-            self._compute(kernel, slice(first, last), look)
+            self._compute(kernel, slice(first, stop), look)
 
     def _compute(self, kernel: Kernel | None, where: slice, look: Callable[[], None]) -> None:
         columns = {name: column[where] for name, column in self._columns.items()}
@@ -226,10 +226,10 @@ class _Work:
             if belt is not None:
                 kinds += 2 * (belt[:, 2] > 0.0)
             for kind in np.unique(kinds):
-                places = np.flatnonzero(kinds == kind)
-                some = parameters[places], separation[places], start[places]
-                on = None if belt is None else belt[places]
-                results[places] = self._advance(kernel, some, on, look)
+                rows = np.flatnonzero(kinds == kind)
+                subset = parameters[rows], separation[rows], start[rows]
+                on = None if belt is None else belt[rows]
+                results[rows] = self._advance(kernel, subset, on, look)
                 if self._stop:
                     return
         if not self._stop:
@@ -254,10 +254,10 @@ class _Work:
         )
         reported = 0.0
         while not work.done and not self._stop:
-            done = work.advance(_BUDGET)
+            advanced = work.advance(_BUDGET)
             with self._lock:
-                self._done += done - reported
-            reported = done
+                self._progress_units += advanced - reported
+            reported = advanced
             look()
         return work.results
 
@@ -266,7 +266,7 @@ class _Work:
     ) -> Floats:
         def go_on() -> bool:
             with self._lock:
-                self._done += 1.0
+                self._progress_units += 1.0
             look()
             return not self._stop
 
@@ -279,21 +279,21 @@ class _Work:
         # NaN for a parameter that is none.
         return self._columns.get(name, np.broadcast_to(np.nan, self._size))
 
-    def _keep(self, seen: Any, where: slice) -> None:
+    def _keep(self, outcome: Any, where: slice) -> None:
         # Take the results of a chunk into those of the batch.
-        status = seen.status.astype(np.int8)
-        state = np.column_stack([seen.x, seen.vx, seen.y, seen.vy])
-        status[(seen.steps == 0.0) & ~np.isfinite(state).all(axis=1)] = Status.NO_START
+        status = outcome.status.astype(np.int8)
+        state = np.column_stack([outcome.x, outcome.vx, outcome.y, outcome.vy])
+        status[(outcome.steps == 0.0) & ~np.isfinite(state).all(axis=1)] = Status.NO_START
         failed = status != Status.DONE
-        self._status[where], self._t[where], self._steps[where] = status, seen.t, seen.steps
+        self._status[where], self._t[where], self._steps[where] = status, outcome.t, outcome.steps
         if failed.any():
-            places = np.flatnonzero(failed)
+            rows = np.flatnonzero(failed)
             row = np.column_stack(
                 [
-                    places + where.start,
-                    state[places],
-                    self._separation[where][places],
-                    *(self._column(name)[where][places] for name in ALL_PARAMETERS),
+                    rows + where.start,
+                    state[rows],
+                    self._separation[where][rows],
+                    *(self._column(name)[where][rows] for name in ALL_PARAMETERS),
                 ]
             )
             with self._lock:
@@ -304,11 +304,11 @@ class _Work:
             target[where][failed] = missing
 
         values = {
-            **seen._asdict(),
-            "y_abs": np.maximum(seen.y_max, -seen.y_min),
-            "x_abs": np.maximum(seen.x_max, -seen.x_min),
-            "y_half_range": 0.5 * (seen.y_high - seen.y_low),
-            "separated_time": seen.separated,
+            **outcome._asdict(),
+            "y_abs": np.maximum(outcome.y_max, -outcome.y_min),
+            "x_abs": np.maximum(outcome.x_max, -outcome.x_min),
+            "y_half_range": 0.5 * (outcome.y_high - outcome.y_low),
+            "separated_time": outcome.separated,
         }
         for name, part in self._parts.items():
             if name == "final":

@@ -32,16 +32,16 @@ class Once(click.Option):
         self, ctx: click.Context, opts: Mapping[str, Any], args: list[str]
     ) -> tuple[Any, list[str]]:
         """Check the values given, and pass a single one on."""
-        given = opts.get(self.name or "")
-        if isinstance(given, list):
+        values = opts.get(self.name or "")
+        if isinstance(values, list):
             # No errors while a shell completes the line.
             typing = ctx.resilient_parsing
-            if not typing and any(value == "" for value in given):
+            if not typing and any(value == "" for value in values):
                 raise click.UsageError(f"{self.opts[0]}: must not be empty")
             if not self.multiple:
-                if not typing and len(given) > 1:
+                if not typing and len(values) > 1:
                     raise click.UsageError(f"{self.opts[0]}: given twice; must be given once")
-                opts = {**opts, str(self.name): given[0]}
+                opts = {**opts, str(self.name): values[0]}
         return super().handle_parse_result(ctx, opts, args)
 
 

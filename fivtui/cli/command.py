@@ -173,9 +173,9 @@ def command(
             outputs = {key: values.pop(key) for key in _OUTPUTS if key in values}
             function(Call(declaration(**values), Outputs(**outputs), scene, assignments))
 
-        made: click.Command = commands.command(name)(
+        decorated: click.Command = commands.command(name)(
             reduce(lambda inner, add: add(inner), reversed(parts), call)
         )
-        return made
+        return decorated
 
     return decorate

@@ -60,7 +60,7 @@ def fmu() -> None:
 )
 @option("--sources", is_flag=True, help="Add the C files of the native flavour.")
 @force_option
-def fmu_build(out: Path, platform: str | None, **given: Any) -> None:
+def fmu_build(out: Path, platform: str | None, **options: Any) -> None:
     """Export the slider-belt or the brake actuator as an FMU.
 
     The native flavour needs no Python where it runs, and offers model exchange, too; it runs on a
@@ -70,7 +70,7 @@ def fmu_build(out: Path, platform: str | None, **given: Any) -> None:
     from fmu_src.build import build_fmu
 
     platforms = [] if platform is None else platform.split(",")
-    build_fmu(out, platforms=platforms, **given)
+    build_fmu(out, platforms=platforms, **options)
     say_written(out)
 
 
@@ -136,7 +136,7 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
 @output_option("--events", "FILE.csv", "Write the times at which discrete variables changed.")
 @force_option
 @json_option
-def fmu_run(fmu_file: Path, out: Path | None, as_json: bool, **given: Any) -> None:
+def fmu_run(fmu_file: Path, out: Path | None, as_json: bool, **options: Any) -> None:
     """Run a co-simulation FMU through fmpy.
 
     Prints the last values, or writes all of them with --out.
@@ -145,19 +145,19 @@ def fmu_run(fmu_file: Path, out: Path | None, as_json: bool, **given: Any) -> No
     from fivtui.fmu import run_fmu, save_fmu_events, save_fmu_run
     from fivtui.io import check_table_path
 
-    events = given["events"]
+    events = options["events"]
     for path in (out, events):
         if path is not None:
             check_table_path(path, "FMU result", (".csv",))
     with progress_bar("FMU") as progress:
         run = run_fmu(
             fmu_file,
-            t_end=given["t_end"],
-            output_interval=given["output_interval"],
-            start_values=assigned("--set", given["assignments"], "F=60"),
-            outputs=given["outputs"] or None,
-            input_csv=given["input"],
-            tol=given["tol"],
+            t_end=options["t_end"],
+            output_interval=options["output_interval"],
+            start_values=assigned("--set", options["assignments"], "F=60"),
+            outputs=options["outputs"] or None,
+            input_csv=options["input"],
+            tol=options["tol"],
             progress=progress,
         )
     for warning in run.warnings:

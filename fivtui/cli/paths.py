@@ -45,32 +45,32 @@ class SceneName(click.types.StringParamType):
         """Complete the names of presets, or else of files."""
         from fivtui.scene import PRESETS
 
-        found = [
+        completions = [
             CompletionItem(name, help=scene.description)
             for name, scene in PRESETS.items()
             if name.startswith(incomplete)
         ]
-        return found or [CompletionItem(incomplete, type="file")]
+        return completions or [CompletionItem(incomplete, type="file")]
 
 
 def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) -> None:
     """Raise `InputError` if an output of a command is the same file as another or as an input."""
     from fivtui.io import check_apart, parts_folder
 
-    given = [
+    named_values = [
         (param, values[param.name or ""])
         for param in params
         if values.get(param.name or "") is not None
     ]
     outputs = [
         (param.opts[0], path, param.type.in_parts)
-        for param, path in given
+        for param, path in named_values
         if isinstance(param.type, OutputFile)
     ]
     if outputs:
         check_apart(
             [(name, path) for name, path, _ in outputs],
-            [named for param, value in given for named in _read(param, value)],
+            [named for param, value in named_values for named in _read(param, value)],
             [(name, parts_folder(path)) for name, path, in_parts in outputs if in_parts],
         )
 

@@ -29,10 +29,10 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
         DEFAULT_OUTPUTS,
         DEFAULT_SAMPLES,
         FIRST_SAMPLES,
-        Place,
+        MembersFile,
         UncertaintyProgress,
         check_until,
-        measured,
+        compute_uncertainty,
         parse_inputs,
         scattered_study,
     )
@@ -60,13 +60,13 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
     with ExitStack() as stack:
         engine = stack.enter_context(engine_of(options.scheduler, options.workers))
         progress = stack.enter_context(UncertaintyProgress(study.members))
-        result = measured(
+        result = compute_uncertainty(
             study,
             engine,
             until=until,
-            place=None if out is None else Place(out, options.piece),
+            file=None if out is None else MembersFile(out, options.piece),
             progress=progress,
-            tell=progress.tell,
+            on_estimates=progress.show_estimates,
         )
     if out is not None:
         say_written(out, note=f"{result.study.members} members")

@@ -29,7 +29,7 @@ class TableColumn:
     @property
     def least(self) -> int:
         """Width with the heading wrapped at spaces, and no cell wrapped."""
-        return max(self._widest, *(cell_len(word) for word in self.name.split()), 0)
+        return max(self._widest, *(cell_len(part) for part in self.name.split()), 0)
 
     @property
     def _widest(self) -> int:
@@ -47,24 +47,24 @@ def blocks_of(columns: Sequence[TableColumn], keys: int, width: int | None) -> l
     wider cells are to be folded. A `width` of None is no limit.
     """
     natural = [(column, column.natural) for column in columns]
-    if width is None or _taken(natural) <= width:
+    if width is None or _block_width(natural) <= width:
         return [natural]
-    heads, others = list(columns[:keys]), list(columns[keys:])
-    if _room(heads, width) < max((min(c.least, READABLE) for c in others), default=0):
+    heads, values = list(columns[:keys]), list(columns[keys:])
+    if _room(heads, width) < max((min(c.least, READABLE) for c in values), default=0):
         count = max((len(column.cells) for column in columns), default=0)
         numbers = tuple(str(number) for number in range(1, count + 1))
-        heads, others = [TableColumn("row", numbers)], list(columns)
-    return list(_filled(heads, others, _room(heads, width)))
+        heads, values = [TableColumn("row", numbers)], list(columns)
+    return list(_filled(heads, values, _room(heads, width)))
 
 
 def _filled(
-    heads: Sequence[TableColumn], others: Sequence[TableColumn], room: int
+    heads: Sequence[TableColumn], values: Sequence[TableColumn], room: int
 ) -> Iterator[Block]:
     first: Block = [(column, column.least) for column in heads]
     block: Block = []
-    for column in others:
+    for column in values:
         entry = (column, min(column.least, max(room, 1)))
-        if block and _taken([*block, entry]) > room:
+        if block and _block_width([*block, entry]) > room:
             yield [*first, *block]
             block = []
         block.append(entry)
@@ -75,5 +75,5 @@ def _room(heads: Sequence[TableColumn], width: int) -> int:
     return width - sum(column.least + GAP for column in heads)
 
 
-def _taken(block: Sequence[tuple[TableColumn, int]]) -> int:
+def _block_width(block: Sequence[tuple[TableColumn, int]]) -> int:
     return sum(width for _, width in block) + GAP * max(len(block) - 1, 0)

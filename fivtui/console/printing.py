@@ -51,8 +51,8 @@ class ProgressBar:
         self.show(fraction, self._label)
         return True
 
-    def show(self, fraction: float, words: str) -> None:
-        """Show the fraction done beside some words."""
+    def show(self, fraction: float, label: str) -> None:
+        """Show the fraction done beside a label."""
         if self._bar is None:
             if time.monotonic() - self._begin < _PATIENCE_S:
                 return
@@ -67,8 +67,8 @@ class ProgressBar:
                 disable=not console.is_terminal,
             )
             self._bar.start()
-            self._bar.add_task(words, total=1.0)
-        self._bar.update(self._bar.task_ids[0], completed=fraction, description=words)
+            self._bar.add_task(label, total=1.0)
+        self._bar.update(self._bar.task_ids[0], completed=fraction, description=label)
 
 
 def print_list(title: str, rows: Sequence[Sequence[str]]) -> None:

@@ -101,7 +101,7 @@ def read_csv(path: Path) -> dict[str, NDArray[Any]]:
 
 def read(
     file: BinaryIO,
-    wanted: Collection[str] | None = None,
+    selected: Collection[str] | None = None,
     texts: Collection[str] = (),
     *,
     missing: bool = False,
@@ -109,7 +109,7 @@ def read(
     """Read columns, see `tables.Format`; comments and empty lines may stand anywhere."""
     try:
         with io.TextIOWrapper(file, encoding="utf-8-sig", newline="") as text:
-            return _columns(text, wanted, texts, _MISSING if missing else {})
+            return _columns(text, selected, texts, _MISSING if missing else {})
     except UnicodeDecodeError:
         raise InputError("not a CSV file: not UTF-8 text") from None
     except csv.Error as error:
@@ -118,7 +118,7 @@ def read(
 
 def _columns(
     text: Iterable[str],
-    wanted: Collection[str] | None,
+    selected: Collection[str] | None,
     texts: Collection[str],
     symbols: Mapping[str, float],
 ) -> dict[str, NDArray[Any]]:
@@ -126,7 +126,9 @@ def _columns(
     _, first = next(rows, (0, []))
     names = [name.strip().strip('"') for name in first]
     indices = {
-        name: names.index(name) for name in (names if wanted is None else wanted) if name in names
+        name: names.index(name)
+        for name in (names if selected is None else selected)
+        if name in names
     }
     parts: dict[str, list[NDArray[Any]]] = {name: [] for name in indices}
     while block := list(islice(rows, _BLOCK)):

@@ -69,14 +69,16 @@ def npz_arrays(file: BinaryIO) -> Iterator["np.lib.npyio.NpzFile"]:
 
 def read(
     file: BinaryIO,
-    wanted: Collection[str] | None = None,
+    selected: Collection[str] | None = None,
     texts: Collection[str] = (),  # noqa: ARG001
     *,
     missing: bool = False,  # noqa: ARG001
 ) -> dict[str, NDArray[Any]]:
     """Read columns, see `tables.Format`."""
     with npz_arrays(file) as arrays:
-        names = _names(arrays) if wanted is None else [name for name in wanted if name in arrays]
+        names = (
+            _names(arrays) if selected is None else [name for name in selected if name in arrays]
+        )
         return {name: arrays[name] for name in names}
 
 

@@ -52,7 +52,7 @@ def parquet_schema(
 
 def read(
     file: BinaryIO,
-    wanted: Collection[str] | None = None,
+    selected: Collection[str] | None = None,
     texts: Collection[str] = (),
     *,
     missing: bool = False,  # noqa: ARG001
@@ -62,7 +62,7 @@ def read(
     import pyarrow.parquet as pq
 
     try:
-        table = pq.read_table(file, columns=None if wanted is None else list(wanted))
+        table = pq.read_table(file, columns=None if selected is None else list(selected))
         return {name: _array(table[name], name in texts) for name in table.column_names}
     except pa.ArrowException:
         raise InputError("not a Parquet file, or damaged") from None

@@ -39,7 +39,7 @@ class Format(Protocol):
     def read(
         self,
         file: BinaryIO,
-        wanted: Collection[str] | None = None,
+        selected: Collection[str] | None = None,
         texts: Collection[str] = (),
         *,
         missing: bool = False,
@@ -97,7 +97,7 @@ def write_table(
 def read_columns(
     path: Path,
     kind: str,
-    wanted: Collection[str] | None = None,
+    selected: Collection[str] | None = None,
     texts: Collection[str] = (),
     *,
     missing: bool = False,
@@ -105,7 +105,7 @@ def read_columns(
     """Columns of a table file by name, see `Format.read`; `InputError` if it cannot be read."""
     form = table_format(path, kind)
     with _read(path, kind) as file:
-        return form.read(file, wanted, texts, missing=missing)
+        return form.read(file, selected, texts, missing=missing)
 
 
 def read_header(path: Path, kind: str) -> dict[str, Any]:

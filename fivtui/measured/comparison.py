@@ -89,7 +89,7 @@ class Validation(TableResult, Drawn):
     @property
     def passed(self) -> bool | None:
         """Whether all that was asked holds; None if nothing was."""
-        return all(each.passed for each in self.criteria) if self.criteria else None
+        return all(criterion.passed for criterion in self.criteria) if self.criteria else None
 
     @property
     def unit(self) -> str:
@@ -121,7 +121,7 @@ class Validation(TableResult, Drawn):
                 "measured": half_range(self.measured),
                 "computed": half_range(self.computed),
             },
-            "criteria": [each._asdict() for each in self.criteria],
+            "criteria": [criterion._asdict() for criterion in self.criteria],
             "passed": self.passed,
         }
 
@@ -161,7 +161,7 @@ class Validation(TableResult, Drawn):
                 f"computed {half_range(self.computed):.5g} {self.unit}",
             ),
         ]
-        rows += [(each.name, criterion_words(each)) for each in self.criteria]
+        rows += [(criterion.name, criterion_words(criterion)) for criterion in self.criteria]
         if self.passed is not None:
             rows.append(("verdict", "PASS" if self.passed else "FAIL"))
         return rows

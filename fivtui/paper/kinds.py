@@ -51,7 +51,7 @@ FIGURE: Final = StudyKind(
     save=lambda panel, path: data.save_data(panel.results.table(panel.key), path),
     stem=lambda panel: f"fig-{panel.number:02d}{panel.letter}",
     header=frozenset({"figure"}),
-    command=lambda panel: Command("figures", words=[str(panel.number), "--out", "figures"]),
+    command=lambda panel: Command("figures", arguments=[str(panel.number), "--out", "figures"]),
 )
 
 

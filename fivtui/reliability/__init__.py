@@ -16,7 +16,7 @@ if TYPE_CHECKING:
         truncations,
     )
     from .result import Uncertainty
-    from .run import Place, measured, uncertainty
+    from .run import MembersFile, compute_uncertainty, uncertainty
     from .statistics import beyond_share
 else:
     from fivtui.lazy import lazily

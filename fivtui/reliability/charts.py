@@ -25,7 +25,7 @@ from fivtui.sweeps import OUTPUTS, VARIABLES
 from .result import Uncertainty
 from .statistics import ranked
 
-# What quantities are called in the terminal.
+# Names of quantities in the terminal.
 _NAMES: Final = {
     "growth_rate": "growth rate",
     "critical_mu": "critical μ",
@@ -39,19 +39,19 @@ _ROLES: Final = ("safe region", "knock region", "squeal region")
 _LEVELS: Final = ("0.05", "0.5", "0.95")
 _DIGITS: Final = 4
 _DOTS: Final = 2000
-# Half the distance of the bars of an input, and how far beyond 0 and 1 indices are drawn.
+# Half the distance of the bars of an input, and the margin of the axis of indices around 0 to 1.
 _SHIFT: Final = 0.2
 _BEYOND: Final = 0.2
-# An index that far beyond them is evident in the figure.
+# Excess of an index beyond 0 to 1 from which the title explains it.
 _EVIDENT: Final = 0.005
-# Of figures: panels side by side, letters of a line of a panel's title, heights of rows, inches.
+# Figures: panels side by side, characters in a line of a title, bins, heights in inches.
 _ACROSS: Final = 3
 _TITLE: Final = 30
 _BINS: Final = 40
 _ROW_HEIGHT: Final = 1.75
 _BAR_HEIGHT: Final = 0.19
 _CELL: Final = 1.35
-# Of the scatter matrix: points and bins of a panel, and the most inputs.
+# Scatter matrix: points and bins of a panel, and the greatest number of inputs.
 _FEW_DOTS: Final = 400
 _FEW_BINS: Final = 20
 _MOST_INPUTS: Final = 6
@@ -61,25 +61,25 @@ def probability_words(result: Uncertainty) -> str:
     """The probabilities of a study, with their errors."""
     names = {"unstable": "unstable", "squeal_possible": "squeal possible"}
     return "   ".join(
-        f"P({names[name]}) = {each.value:.{_DIGITS}g} ± {each.error:.1g}"
-        for name, each in result.probabilities.items()
+        f"P({names[name]}) = {estimate.value:.{_DIGITS}g} ± {estimate.error:.1g}"
+        for name, estimate in result.probabilities.items()
     )
 
 
 def quantity_name(name: str) -> str:
-    """A quantity, or what has a probability, as the terminal names it."""
+    """The name of a quantity or an event in the terminal."""
     return _NAMES.get(name, name.replace("_", " "))
 
 
-def drawn(result: Uncertainty, wanted: str) -> str:
-    """The quantity to be displayed: the one wanted, or else the first that has values."""
+def drawn(result: Uncertainty, name: str) -> str:
+    """The quantity to display: `name` if it has values, or else the first that has."""
     valued = [name for name, quantiles in result.quantiles.items() if quantiles]
-    return wanted if wanted in valued else next(iter(valued), "")
+    return name if name in valued else next(iter(valued), "")
 
 
-def histogram_chart(result: Uncertainty, wanted: str, bins: int = 60) -> Chart | None:
+def histogram_chart(result: Uncertainty, quantity: str, bins: int = 60) -> Chart | None:
     """The shares of samples over a quantity, a step line per region, with quantiles."""
-    name = drawn(result, wanted)
+    name = drawn(result, quantity)
     if not name:
         return None
     column, quantiles = OUTPUTS[name], result.quantiles[name]
@@ -92,9 +92,9 @@ def histogram_chart(result: Uncertainty, wanted: str, bins: int = 60) -> Chart |
     )
 
 
-def samples_chart(result: Uncertainty, wanted: str) -> Chart | None:
+def samples_chart(result: Uncertainty, quantity: str) -> Chart | None:
     """Samples by region over the first two inputs, or over one and a quantity."""
-    names = [*result.inputs, *filter(None, [drawn(result, wanted)])][:2]
+    names = [*result.inputs, *filter(None, [drawn(result, quantity)])][:2]
     if len(names) < 2:
         return None
     return replace(_samples(result, names[0], names[1], _DOTS), note=probability_words(result))
@@ -124,16 +124,18 @@ def uncertainty_sheet(result: Uncertainty) -> Sheet:
 def index_chart(result: Uncertainty, output: str) -> Chart:
     """First and total Sobol indices of an output as bars with intervals, and linear shares."""
     rows = list(reversed(ranked(result.indices[output])))
-    places = np.arange(len(rows), dtype=float)
+    positions = np.arange(len(rows), dtype=float)
     traces = []
     for shift, kind, name in ((_SHIFT, "first", "alone"), (-_SHIFT, "total", "with others")):
         estimates = [getattr(index, kind) for _, index in rows]
-        value, low, high = np.array([(each.value, each.low, each.high) for each in estimates]).T
+        value, low, high = np.array(
+            [(estimate.value, estimate.low, estimate.high) for estimate in estimates]
+        ).T
         traces.append(
-            Trace(name, value, places + shift, look="bars", role=name, errors=(low, high))
+            Trace(name, value, positions + shift, look="bars", role=name, errors=(low, high))
         )
     shares = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
-    linear = [(each.share, y) for each, y in shares if each is not None]
+    linear = [(estimate.share, y) for estimate, y in shares if estimate is not None]
     x, y = np.array(linear, dtype=float).reshape(-1, 2).T
     traces.append(Trace("if linear", x, y, look="points", ordered=False, mark="◆", role="linear"))
     meaning = OUTPUTS[output].meaning if output in OUTPUTS else output.replace("_", " ")
@@ -141,7 +143,7 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
     values = np.concatenate([trace.x for trace in traces[:2]])
     if values.min() < -_EVIDENT or values.max() > 1.0 + _EVIDENT:
         title += "\n(beyond 0 to 1: sampling error)"
-    # Indices of next to no variance may be anything.
+    # Indices of an output with almost no variance may have any value: clip the axis.
     ends = [end for trace in traces[:2] for end in trace.errors or ()]
     low, high = (np.nanmin([0.0, *x, *ends[0], *ends[2]]), np.nanmax([1.0, *x, *ends[1], *ends[3]]))
     return Chart(
@@ -160,15 +162,15 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
 
 def _histogram(result: Uncertainty, name: str, label: str, bins: int) -> Chart:
     values = result.samples(name)
-    known = ~np.isnan(values)
-    low, high = float(values[known].min()), float(values[known].max())
+    valued = ~np.isnan(values)
+    low, high = float(values[valued].min()), float(values[valued].max())
     if low == high:
         low, high = low - 0.5 * abs(low) - 1e-9, high + 0.5 * abs(high) + 1e-9
     edges = np.linspace(low, high, bins + 1)
     traces = []
     for (region, inside), role in zip(result.regions().items(), _roles(result), strict=True):
-        counts = np.histogram(values[known & inside], bins=edges)[0]
-        steps = np.repeat(counts / known.sum(), 2)
+        counts = np.histogram(values[valued & inside], bins=edges)[0]
+        steps = np.repeat(counts / valued.sum(), 2)
         traces.append(Trace(region, np.repeat(edges, 2)[1:-1], steps, role=role))
     y_label = Label("share of samples", "Share of samples")
     return Chart(label, y_label, tuple(traces), stacked=True)
@@ -187,7 +189,7 @@ def _samples(result: Uncertainty, first: str, second: str, count: int) -> Chart:
 
 
 def _roles(result: Uncertainty) -> Sequence[str]:
-    # Of two regions, the first and the last.
+    # For two regions, the first and the last role.
     count = len(result.regions())
     return _ROLES if count == len(_ROLES) else (_ROLES[0], _ROLES[-1])
 

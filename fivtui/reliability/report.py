@@ -19,20 +19,20 @@ class UncertaintyProgress(SweepProgress):
 
     def __init__(self, members: int) -> None:
         super().__init__(members)
-        self._words = ""
+        self._estimates = ""
 
-    def tell(self, members: int, text: str) -> None:
-        """Say these words from now on; other members than before begin a new count."""
+    def show_estimates(self, members: int, text: str) -> None:
+        """Show `text` from now on; another number of members restarts the count."""
         if members != self._members:
             self._members, self._first = members, None
-        self._words = text
+        self._estimates = text
 
-    def _say(self, fraction: float, text: str, now: float) -> None:
-        super()._say(fraction, f"{self._words}; {text}" if self._words else text, now)
+    def _say(self, fraction: float, text: str, time_s: float) -> None:
+        super()._say(fraction, f"{self._estimates}; {text}" if self._estimates else text, time_s)
 
 
 def estimate_words(estimate: SampleEstimate, digits: int = _DIGITS) -> str:
-    """An estimate with those digits that its error leaves, and the error."""
+    """An estimate, rounded to the digits that its error makes certain, and the error."""
     if estimate.error > 0.0 and estimate.value != 0.0:
         first, uncertain = (
             math.floor(math.log10(abs(x))) for x in (estimate.value, estimate.error)
@@ -84,8 +84,8 @@ def print_uncertainty(result: Uncertainty) -> None:
     scatter = result.scatter
     inputs = [(name, str(axis)) for name, axis in result.inputs.items()]
     inputs += [
-        (f"{one}, {other}", f"correlation {number(value)}")
-        for one, other, value in scatter.correlations
+        (f"{first}, {second}", f"correlation {number(value)}")
+        for first, second, value in scatter.correlations
     ]
     inputs += [
         ("samples", f"{scatter.samples} in {scatter.repeats} scramblings ({scatter.kind})"),
@@ -149,7 +149,7 @@ def _print_drivers(name: str, result: Uncertainty) -> None:
 
 
 def warning_of(result: Uncertainty) -> str | None:
-    """What a study warns of, in one sentence; None if nothing."""
+    """The warning of a study in one sentence; None if there is none."""
     parts = truncations(result.study)
     parts += [
         f"{count} members have no {name}: they do not count, and there are no Sobol indices of it"
@@ -162,7 +162,7 @@ def warning_of(result: Uncertainty) -> str | None:
 
 
 def _unresolved_words(name: str, effective: float, result: Uncertainty) -> str:
-    # What a study lacks of an output, or an event, whose variance few samples make up.
+    # Results that a study lacks for an output or event whose variance comes from few samples.
     effects = ["there are no Sobol indices of it"] if result.scatter.indices else []
     effects += ["the interval of its mean may be too narrow"] if name in result.means else []
     if not effects:

@@ -1,4 +1,4 @@
-"""What an uncertainty study is asked for, as the study of a scattered sweep."""
+"""The request for an uncertainty study, as the study of a scattered sweep."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -30,18 +30,18 @@ from fivtui.sweeps import (
 )
 
 DEFAULT_SAMPLES: Final = 1 << 14
-# With an error wanted, samples begin with this number.
+# Number of samples to begin with if an error is required.
 FIRST_SAMPLES: Final = 1 << 10
 DEFAULT_REPEATS: Final = 16
 MOST_SAMPLES: Final = 1 << 24
 SAFE: Final = "safe_mu"
-# So many members are continued one by one.
+# Up to this number of members, the branch of each is continued; above, a table is interpolated.
 _FEW: Final = 64
-# Shares of the values that are outside a table of safe μ.
+# Shares at the ends of the range of a table of safe μ.
 _TAILS: Final = (1e-5, 1.0 - 1e-5)
-# Shares of values that are cut off and not worth a word.
+# Share of truncated values up to which there is no warning.
 _NOTHING: Final = 1e-9
-# Of these, probabilities are told.
+# Outputs from which probabilities are computed.
 JUDGED: Final = ("growth_rate", "stable")
 DEFAULT_OUTPUTS: Final = ("growth_rate", "critical_mu", "safe_mu", "y_half_range", "P_max")
 OUTPUTS: Final = tuple(name for name, column in OF_SWEEPS.items() if column.kind != "truth")
@@ -50,25 +50,25 @@ _UNTIL: Final = Interval(0.0, 1.0, lower_open=True)
 
 def parse_inputs(texts: Sequence[str]) -> dict[str, Distribution]:
     """Distributions by name from the texts of ``--vary``, ``NAME~DISTRIBUTION:NUMBER:…``."""
-    found: dict[str, Distribution] = {}
+    distributions: dict[str, Distribution] = {}
     for text in texts:
         name, distribution = parse_scattered("--vary", text, VARIABLES)
-        if name in found:
+        if name in distributions:
             raise InputError(f"--vary {text}: {name} is given twice")
-        found[name] = distribution
-    return found
+        distributions[name] = distribution
+    return distributions
 
 
-def as_inputs(given: Mapping[str, Distribution | str]) -> dict[str, Distribution]:
+def as_inputs(inputs: Mapping[str, Distribution | str]) -> dict[str, Distribution]:
     """Distributions by name, where some may be texts such as ``normal:80:8``."""
     return {
-        name: parse_distribution(each) if isinstance(each, str) else each
-        for name, each in given.items()
+        name: parse_distribution(distribution) if isinstance(distribution, str) else distribution
+        for name, distribution in inputs.items()
     }
 
 
 def check_until(value: object) -> float:
-    """Return a wanted error of probabilities; `InputError` unless above 0 and at most 1."""
+    """Return a required error of probabilities; `InputError` unless above 0 and at most 1."""
     return _UNTIL.check("until", value)
 
 
@@ -86,7 +86,7 @@ def scattered_study(
 ) -> Study:
     """The scattered sweep of a scene, see `uncertainty`.
 
-    `samples` are rounded up to a power of two in every scrambling; without `indices` said, they
+    `samples` are rounded up to a power of two in every scrambling. If `indices` is None, indices
     are computed unless inputs are correlated.
     """
     if not 1 <= samples <= MOST_SAMPLES:
@@ -118,7 +118,7 @@ def scattered_study(
 
 
 def _of_friction(p: Parameters, inputs: Mapping[str, Distribution]) -> Mapping[str, Distribution]:
-    # μ is bounded by a μ_s that does not scatter, and μ_s by such a μ.
+    # Truncate μ at a μ_s that does not scatter, or μ_s at a μ that does not.
     if "mu" in inputs and "mu_s" not in inputs and p.mu_s is not None:
         return {**inputs, "mu": inputs["mu"].within(-math.inf, p.mu_s)}
     if "mu_s" in inputs and "mu" not in inputs:
@@ -127,7 +127,8 @@ def _of_friction(p: Parameters, inputs: Mapping[str, Distribution]) -> Mapping[s
 
 
 def _on_belt(p: Parameters, outputs: Sequence[str], inputs: Collection[str]) -> tuple[str, ...]:
-    # Of those by default what a belt of finite speed has, at the cost of a transient at most.
+    # Drop default outputs that a belt of finite speed does not have or that cost more than a
+    # transient.
     if tuple(outputs) == DEFAULT_OUTPUTS:
         by_law = p.v_s is not None or "v_s" in inputs
         left_out = {SAFE, "critical_mu"} if by_law else {SAFE}
@@ -140,9 +141,9 @@ def _on_belt(p: Parameters, outputs: Sequence[str], inputs: Collection[str]) -> 
 
 
 def with_table(study: Study, progress: OnProgress | None = None) -> Study:
-    """A study with a table of safe μ if it tells that, and so many members that one is cheaper.
+    """Add a table of safe μ if that is an output and a table is cheaper for the members.
 
-    Over one group of parameters the table is in the range in which all but 1 in 50,000 values are.
+    Over one group of parameters the table covers all but 1 in 50,000 values.
     """
     design = study.design
     if SAFE not in study.outputs or study.safe is not None or study.members <= _FEW:
@@ -166,12 +167,12 @@ def with_table(study: Study, progress: OnProgress | None = None) -> Study:
 
 
 def truncations(study: Study) -> list[str]:
-    """What of the distributions of a scattered sweep is cut off at bounds, in words."""
-    found = []
+    """Warnings of distributions that are truncated at bounds of parameters."""
+    texts = []
     for name, axis in study.design.axes.items():
         if isinstance(axis, Distribution) and axis.cut > _NOTHING:
-            found.append(
+            texts.append(
                 f"{name}~{axis}: truncated to {axis.low:g} to {axis.high:g}, which leaves out "
                 f"{axis.cut:.2g} of its values"
             )
-    return found
+    return texts

@@ -1,4 +1,4 @@
-"""Run uncertainty studies: in memory or into a file, to a number of samples or to an error."""
+"""Run uncertainty studies in memory or into a file, to a number of samples or to an error."""
 
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import replace
@@ -43,11 +43,11 @@ from .result import Uncertainty, events_of, judged, scatter_of
 from .statistics import probability
 
 Floats = NDArray[np.float64]
-Tell = Callable[[int, str], object]
+OnEstimates = Callable[[int, str], object]
 
 
-class Place(NamedTuple):
-    """A file for the members, and the members of a piece of it."""
+class MembersFile(NamedTuple):
+    """A file for the members of a study, and the number of members of a piece."""
 
     out: Path
     piece: int | None
@@ -146,48 +146,48 @@ def uncertainty(
         indices=indices,
         outputs=check_names("outputs", outputs),
     )
-    return measured(study, local_engine(workers), until=until, progress=progress)
+    return compute_uncertainty(study, local_engine(workers), until=until, progress=progress)
 
 
-def measured(
+def compute_uncertainty(
     study: Study,
     engine: Engine,
     *,
     until: float | None = None,
-    place: Place | None = None,
+    file: MembersFile | None = None,
     progress: OnProgress | None = None,
-    tell: Tell | None = None,
+    on_estimates: OnEstimates | None = None,
 ) -> Uncertainty:
-    """The result of a scattered sweep."""
-    if tell is not None and SAFE in study.outputs:
-        tell(study.members, "following branches of limit cycles")
+    """Compute a scattered sweep, to the error `until` if given, and its result."""
+    if on_estimates is not None and SAFE in study.outputs:
+        on_estimates(study.members, "following branches of limit cycles")
     folds = None if progress is None else lambda _fraction: progress(0.0)
     study = with_table(study, folds)
     if until is None:
-        return judged(_swept(study, _watched(engine, tell), place, progress))
-    wanted = check_until(until)
+        return judged(_compute_sweep(study, _with_reports(engine, on_estimates), file, progress))
+    tolerance = check_until(until)
     if scatter_of(study).kind != "sobol":
         raise InputError("until: must be given with the design sobol, whose points can be added to")
-    study, known, place = _begun(study, place)
+    study, stored_rows, file = _stored_stage(study, file)
     while True:
-        watched = _watched(_continued(engine, known), tell)
-        found = judged(_swept(study, watched, place, progress))
-        if found.error <= wanted:
-            return found
-        # A stage's file is there until that of the next one is complete.
-        known, study = found.sweep.table, _doubled(found, wanted)
-        place = None if place is None else place._replace(out=output_path(place.out, force=True))
+        reporting_engine = _with_reports(_with_stored_rows(engine, stored_rows), on_estimates)
+        result = judged(_compute_sweep(study, reporting_engine, file, progress))
+        if result.error <= tolerance:
+            return result
+        # The file of a stage is replaced when the file of the next stage is complete.
+        stored_rows, study = result.sweep.table, _double_samples(result, tolerance)
+        file = None if file is None else file._replace(out=output_path(file.out, force=True))
 
 
-def _doubled(found: Uncertainty, wanted: float) -> Study:
-    study = _with_count(found.study, 2 * found.scatter.count)
+def _double_samples(result: Uncertainty, tolerance: float) -> Study:
+    study = _with_count(result.study, 2 * result.scatter.count)
     try:
         check_in_memory(study)
     except InputError:
-        fewer_runs = ", or leave out Sobol indices" if found.scatter.indices else ""
+        fewer_runs = ", or leave out Sobol indices" if result.scatter.indices else ""
         raise ComputationError(
-            f"the error of the probabilities is {found.error:.2g} with {found.scatter.samples} "
-            f"samples, not {wanted:g}",
+            f"the error of the probabilities is {result.error:.2g} with {result.scatter.samples} "
+            f"samples, not {tolerance:g}",
             f"allow a larger error{fewer_runs}",
         ) from None
     return study
@@ -197,64 +197,70 @@ def _with_count(study: Study, count: int) -> Study:
     return replace(study, design=replace(scatter_of(study), count=count))
 
 
-def _begun(study: Study, place: Place | None) -> tuple[Study, Rows | None, Place | None]:
-    # The number of samples that an earlier run had come to, the rows of the number before, and
-    # whether a file of that is to be replaced.
-    if place is None or is_replaceable(place.out):
-        return study, None, place
+def _stored_stage(
+    study: Study, file: MembersFile | None
+) -> tuple[Study, Rows | None, MembersFile | None]:
+    # The study with as many samples as an earlier run, stored rows to reuse, and the file, which
+    # is replaced if it holds fewer samples.
+    if file is None or is_replaceable(file.out):
+        return study, None, file
     stored, under_way = (
-        found if found is not None and found == _like(study, found) else None
-        for found in begun_studies(place.out)
+        candidate
+        if candidate is not None and candidate == _with_count_of(study, candidate)
+        else None
+        for candidate in begun_studies(file.out)
     )
     latest = under_way or stored
     if latest is None:
-        return study, None, place
-    known = None if stored is None else load_sweep(stored, place.out).table
+        return study, None, file
+    rows = None if stored is None else load_sweep(stored, file.out).table
     replaced = stored is not None and stored != latest
-    return latest, known, place._replace(out=output_path(place.out, force=replaced))
+    return latest, rows, file._replace(out=output_path(file.out, force=replaced))
 
 
-def _like(study: Study, other: Study) -> Study | None:
-    # A study with the number of samples of another one.
+def _with_count_of(study: Study, reference: Study) -> Study | None:
+    # The study with the number of samples of `reference`.
     try:
-        return _with_count(study, scatter_of(other).count)
+        return _with_count(study, scatter_of(reference).count)
     except InputError:
         return None
 
 
-def _swept(study: Study, engine: Engine, place: Place | None, progress: OnProgress | None) -> Sweep:
+def _compute_sweep(
+    study: Study, engine: Engine, file: MembersFile | None, progress: OnProgress | None
+) -> Sweep:
     check_in_memory(study)
-    if place is None:
+    if file is None:
         return sweep_in_memory(study, engine, progress=progress)
-    sweep_to_file(study, place.out, engine, size=place.piece, progress=progress)
-    return load_sweep(study, place.out)
+    sweep_to_file(study, file.out, engine, size=file.piece, progress=progress)
+    return load_sweep(study, file.out)
 
 
-def _continued(engine: Engine, known: Rows | None) -> Engine:
-    # An engine that has the first members already.
-    if known is None:
+def _with_stored_rows(engine: Engine, stored_rows: Rows | None) -> Engine:
+    # An engine that takes the first members from stored rows.
+    if stored_rows is None:
         return engine
 
     def continued(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
-        asked = list(pieces)
-        there = [piece for piece in asked if piece.last <= len(known.reasons)]
-        for piece in there:
-            yield piece, known.part(piece.first, piece.last)
-        yield from engine(study, asked[len(there) :])
+        pending = list(pieces)
+        stored = [piece for piece in pending if piece.stop <= len(stored_rows.reasons)]
+        for piece in stored:
+            yield piece, stored_rows.part(piece.first, piece.stop)
+        yield from engine(study, pending[len(stored) :])
 
     return continued
 
 
-def _watched(engine: Engine, tell: Tell | None) -> Engine:
-    # An engine that tells the probabilities of what it has computed.
-    if tell is None:
+def _with_reports(engine: Engine, on_estimates: OnEstimates | None) -> Engine:
+    # An engine that reports the probabilities from all rows so far.
+    if on_estimates is None:
         return engine
 
     def watched(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         scatter = scatter_of(study)
         sums: dict[str, tuple[Floats, Floats]] = {}
         for piece, rows in engine(study, pieces):
-            members = np.arange(piece.first, piece.last)
+            members = np.arange(piece.first, piece.stop)
             point, block = np.divmod(members, scatter.blocks)
             for name, holds in events_of(study, rows.numbers).items():
                 counted = (block < 2) & ~np.isnan(holds)
@@ -263,18 +269,18 @@ def _watched(engine: Engine, tell: Tell | None) -> Engine:
                     np.bincount(scrambling, weights, scatter.repeats)
                     for weights in (holds[counted], np.ones(scrambling.size))
                 )
-                before = sums.get(name, (np.zeros(1), np.zeros(1)))
-                sums[name] = (before[0] + hits, before[1] + counts)
-            tell(study.members, _words(sums))
+                sums_before = sums.get(name, (np.zeros(1), np.zeros(1)))
+                sums[name] = (sums_before[0] + hits, sums_before[1] + counts)
+            on_estimates(study.members, _probability_text(sums))
             yield piece, rows
 
     return watched
 
 
-def _words(sums: Mapping[str, tuple[Floats, Floats]]) -> str:
+def _probability_text(sums: Mapping[str, tuple[Floats, Floats]]) -> str:
     parts = []
     for name, (hits, counts) in sums.items():
         if counts.all():
-            found = probability(hits, counts)
-            parts.append(f"P({name}) = {found.value:.4g} ± {found.error:.1g}")
+            estimate = probability(hits, counts)
+            parts.append(f"P({name}) = {estimate.value:.4g} ± {estimate.error:.1g}")
     return ", ".join(parts)

@@ -165,9 +165,9 @@ def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     )
     estimates = np.quantile(pooled, levels, method="hazen")
     first = _first_index(is_reached, pooled.size, levels.size)
-    last = _first_index(is_passed, pooled.size, levels.size) - 1
+    end_index = _first_index(is_passed, pooled.size, levels.size) - 1
     low = np.where(lowest >= levels, -np.inf, np.minimum(pooled[first], estimates))
-    high = np.where(highest <= levels, np.inf, np.maximum(pooled[last], estimates))
+    high = np.where(highest <= levels, np.inf, np.maximum(pooled[end_index], estimates))
     return {
         f"{level:g}": SampleEstimate(*ends)
         for level, *ends in zip(

@@ -19,15 +19,15 @@ TABLES: Final = tuple(FORMATS)
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A command of the command line, but for the scene that it begins with."""
+    """A command of the command line without the scene it begins with."""
 
     name: str
-    # Fields of the scene that it computes; all others are those of the base set.
+    # Fields of the scene that it computes; other fields are those of the base set.
     scene: Mapping[str, Any] = field(default_factory=dict)
-    # Parameters and fields of a scene that its options can say, and its other options.
-    said: Sequence[str] = ()
-    words: Sequence[str] = ()
-    # Fields that the scene that it begins with must have so: no option of it changes them.
+    # Parameters and fields of a scene that its options can set, and its remaining arguments.
+    settable: Sequence[str] = ()
+    arguments: Sequence[str] = ()
+    # Fields that the scene it begins with must have, as no option of the command sets them.
     needed: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -40,16 +40,16 @@ def command_for(
     needed: Mapping[str, Any] | None = None,
     **fields: Any,
 ) -> Command:
-    """The command with these options for a scene, or for what has attributes like one.
+    """The command with these options for a scene, or an object with the same attributes.
 
-    Its options say parameters and settings, but for those of `varied`, which they say themselves.
-    `fields` take the place of attributes of `of`; `needed` is as in `Command`.
+    Its options set parameters and settings except those of `varied`, which other options set.
+    `fields` replace attributes of `of`; `needed` is as in `Command`.
     """
     settings = ["separation"] if options is None else settings_of(options)
     scene = {key: getattr(of, key) for key in ("parameters", *settings) if key not in fields}
-    said = [key for key in (*ALL_PARAMETERS, *settings) if key not in varied]
-    words = [] if options is None else words_of(options)
-    return Command(name, scene | fields, said, words, needed or {})
+    settable = [key for key in (*ALL_PARAMETERS, *settings) if key not in varied]
+    arguments = [] if options is None else words_of(options)
+    return Command(name, scene | fields, settable, arguments, needed or {})
 
 
 def _rows_of(result: Any) -> Sequence[Row]:
@@ -59,7 +59,7 @@ def _rows_of(result: Any) -> Sequence[Row]:
 def listed(
     title: str | Callable[[Any], str], rows: Callable[[Any], Sequence[Sequence[str]]] = _rows_of
 ) -> Callable[[Any], None]:
-    """Printing of a result as a list of its rows below a title; those of its repr by default."""
+    """A function that prints a result as a title and rows; by default the rows of its repr."""
 
     def show(result: Any) -> None:
         from fivtui.console import print_list
@@ -71,14 +71,14 @@ def listed(
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """How the laboratory keeps a result in a file of its own; as `StudyKind` where not given."""
+    """How the laboratory stores a result in a file; `StudyKind` has the defaults."""
 
     suffix: str
     save: Callable[[Any, Path], None] | None = None
     load: Callable[[Path], Any] | None = None
     # Approximate size of the file, bytes.
     size: Callable[[Any], int] = lambda _result: 0
-    # Why a result is not to be kept; empty if it is.
+    # Why a result must not be stored; empty if it may be.
     unfinished: Callable[[Any], str] = lambda _result: ""
 
 
@@ -90,16 +90,16 @@ class StudyKind:
     data: str
     # Prints a result on standard output.
     show: Callable[[Any], None]
-    # The figures of a result, as its table has them; those of its repr if not given.
+    # Rows of the table of a result; by default those of its repr.
     rows: Callable[[Any], Sequence[Row]] = _rows_of
-    # A result as data that JSON can hold, as a matplotlib figure, and what it warns of.
+    # A result as data for JSON, as a matplotlib figure, and its warning.
     to_dict: Callable[[Any], Any] = methodcaller("to_dict")
     figure: Callable[[Any], Any] = methodcaller("figure")
     warning: Callable[[Any], str | None] = lambda result: getattr(result, "warning", None) or None
-    # Formats in which `save` writes it; takes a result, a path and, by keyword, `force`.
+    # Formats that `save` writes; `save` takes a result, a path and, by keyword, `force`.
     suffixes: tuple[str, ...] = ()
     save: Callable[..., None] = save_result
-    # Whether the laboratory offers JSON beside them.
+    # Whether the laboratory also offers JSON.
     as_json: bool = False
     # Ending of the file name that is proposed for a result, e.g. "map-F-mu".
     stem: Callable[[Any], str] = str
@@ -111,7 +111,7 @@ class StudyKind:
     json_keys: frozenset[str] = frozenset()
     # Why JSON of this kind cannot be read; empty if it can.
     json_refusal: str = ""
-    # The command that computes what it takes: a result, or what one is of.
+    # The command that computes its argument: a result, or the request for one.
     command: Callable[[Any], Command] | None = None
-    # The file in which the laboratory keeps a result between two starts.
+    # The file in which the laboratory stores a result between two starts.
     stored: Stored | None = None

@@ -101,10 +101,10 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     a value has the wrong type or is out of range.
     """
     _check_version(data)
-    known = (_VERSION_KEY, *_KEYS, _PARAMETERS)
+    keys = (_VERSION_KEY, *_KEYS, _PARAMETERS)
     for key in data:
-        if key not in known:
-            raise unknown_name("key", key, known)
+        if key not in keys:
+            raise unknown_name("key", key, keys)
     values = {key: read(key, data[key]) for key, read in _READ.items() if key in data}
     for unused in _OF_ACCURACY:
         if values.get("accuracy") and unused in values:
@@ -137,15 +137,15 @@ def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
         for name, value in table.items():
             spec = parameter_spec(name)
             values[name] = spec.check(number_in_file(name, value))
-        made = Parameters(**{**starts, **values})
-        begins = made.with_values(starts)
+        parameters = Parameters(**{**starts, **values})
+        begins = parameters.with_values(starts)
         for name in starts:
-            if getattr(made, name) != getattr(begins, name):
+            if getattr(parameters, name) != getattr(begins, name):
                 raise InputError(
                     f"{name} = {values[name]:g}: follows a table over time, which begins with "
                     f"{starts[name]:g}; must be left out"
                 )
-        return made
+        return parameters
     except InputError as error:
         raise InputError(f"[parameters] {error}") from None
 
@@ -320,5 +320,5 @@ def scene_file(name_or_path: str) -> Path | None:
         return None
     path = Path(name_or_path)
     # Names of presets have no dot and no separator.
-    there = path.suffix or len(path.parts) > 1 or (name_or_path and is_there(path))
-    return path if there else None
+    is_file = path.suffix or len(path.parts) > 1 or (name_or_path and is_there(path))
+    return path if is_file else None

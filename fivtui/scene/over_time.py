@@ -58,15 +58,15 @@ def read_over_time(
             raise unknown_name(f"column in {path}:", name, table)
     if table[time].size > _MOST_ROWS:
         raise InputError(f"{path}: {table[time].size} rows: must be at most {_MOST_ROWS}")
-    found = []
+    tables = []
     for name, (column, scale, offset) in columns.items():
         values = scale * np.asarray(table[column], dtype=float) + offset
         rows = zip(table[time].tolist(), values.tolist(), strict=True)
         try:
-            found.append((name, time_table(name, rows)))
+            tables.append((name, time_table(name, rows)))
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
-    return tuple(found)
+    return tuple(tables)
 
 
 def over_time_to_dict(tables: OverTime) -> dict[str, list[list[float]]]:

@@ -29,14 +29,14 @@ def run_scene(
     scene: Scene, *, points: int = DEFAULT_POINTS, progress: OnProgress | None = None
 ) -> SceneResult:
     """Compute what the `outputs` of a scene require, nothing else."""
-    wanted = set(scene.outputs)
+    outputs = set(scene.outputs)
     verdict = None
-    if "stability" in wanted:
+    if "stability" in outputs:
         verdict = stability(scene.parameters, separation=scene.separation)
     run = None
-    if wanted & {"transient", "trajectory"}:
+    if outputs & {"transient", "trajectory"}:
         samples: Samples = "none"
-        if "trajectory" in wanted:
+        if "trajectory" in outputs:
             samples = np.linspace(0.0, scene.t_end, points)
         run = scene_transient(scene, samples=samples, progress=progress)
     return SceneResult(verdict, run)

@@ -39,7 +39,7 @@ Correlation = tuple[tuple[str, str, float], ...]
 _LONGEST_NAME: Final = 255
 _LONGEST_DESCRIPTION: Final = 2000
 
-# The fields that a scene shares with a request.
+# Fields that a scene shares with a request for a transient.
 _OF_REQUEST: Final = ("t_end", "tol", "start", "method", "step")
 
 _CORRELATED: Final = (*PARAMETERS, *START_SPECS)
@@ -132,8 +132,8 @@ class Scene:
             "start": check_start(self.start),
             "accuracy": tuple(check_accuracy(dict(self.accuracy)).items()),
         }
-        for one, other, correlated in self.correlation:
-            _check_correlation(one, other, correlated)
+        for first, second, correlated in self.correlation:
+            _check_correlation(first, second, correlated)
         for name in check_names("outputs", self.outputs):
             if name not in OUTPUTS:
                 raise unknown_name("output", name, OUTPUTS)
@@ -147,11 +147,11 @@ class Scene:
 
     def request(self, **changes: Any) -> Request:
         """The request for the transient of this scene, with changes to its fields."""
-        asked: dict[str, Any] = {key: getattr(self, key) for key in _OF_REQUEST}
-        return Request(self.system, **(asked | changes))
+        fields: dict[str, Any] = {key: getattr(self, key) for key in _OF_REQUEST}
+        return Request(self.system, **(fields | changes))
 
     def check_constant(self, subject: str) -> None:
-        """Raise `InputError` if a parameter changes with time, which `subject` cannot have."""
+        """Raise `InputError` if a parameter changes with time; `subject` names what forbids it."""
         if self.over_time:
             names = ", ".join(name for name, _ in self.over_time)
             raise InputError(
@@ -166,13 +166,14 @@ class Scene:
         return dataclasses.replace(self, parameters=self.parameters.with_values(values))
 
 
-def _check_correlation(one: str, other: str, value: float) -> None:
-    for name in (one, other):
+def _check_correlation(first: str, second: str, value: float) -> None:
+    for name in (first, second):
         if name not in _CORRELATED:
             raise unknown_name("correlated name", name, _CORRELATED)
-    if one == other or not -1.0 < value < 1.0:
+    if first == second or not -1.0 < value < 1.0:
         raise InputError(
-            f"correlation of {one} and {other} = {value:g}: must be of two names, between -1 and 1"
+            f"correlation of {first} and {second} = {value:g}: must be of two names, between "
+            "-1 and 1"
         )
 
 
@@ -183,10 +184,10 @@ def _check_line(key: str, text: str, longest: int) -> None:
         raise InputError(f"{key}: must be of at most {longest} characters, not {len(text)}")
 
 
-def as_scene(given: Scene | Parameters | None, **changes: object) -> Scene:
-    """The scene given, or one of the parameters given, with those changes that are not None."""
-    if not isinstance(given, Scene):
-        p = Parameters() if given is None else check_parameters(given)
-        given = Scene(name="unnamed", description="", parameters=p)
+def as_scene(source: Scene | Parameters | None, **changes: object) -> Scene:
+    """A scene, or parameters as a scene, with those changes that are not None."""
+    if not isinstance(source, Scene):
+        p = Parameters() if source is None else check_parameters(source)
+        source = Scene(name="unnamed", description="", parameters=p)
     changed: dict[str, Any] = {key: value for key, value in changes.items() if value is not None}
-    return dataclasses.replace(given, **changed)
+    return dataclasses.replace(source, **changed)

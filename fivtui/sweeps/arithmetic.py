@@ -63,22 +63,22 @@ def arithmetic_of(study: Study) -> dict[str, Any]:
     if SAFE.name in study.outputs:
         digests["safe"] = _digest_of_branches()
     if isinstance(study.design, Scatter):
-        # Quantiles are by a mathematical library.
+        # Quantiles come from a mathematical library.
         first = study.design.columns(np.arange(min(_SAMPLES, study.design.size)))
         content = hashlib.sha256(b"".join(values.tobytes() for values in first.values()))
         digests["samples"] = content.hexdigest()[:_DIGITS]
     return digests
 
 
-def arithmetic_difference(there: object, here: Mapping[str, Any]) -> str:
-    """Why rows computed `there` differ in last bits from rows computed `here`; empty if not."""
-    if not isinstance(there, Mapping):
+def arithmetic_difference(stored: object, local: Mapping[str, Any]) -> str:
+    """Why rows by `stored` arithmetic differ in last bits from `local` rows; empty if not."""
+    if not isinstance(stored, Mapping):
         return "an older fivtui began it, which did not record the arithmetic"
-    if all(there.get(key) == value for key, value in here.items()):
+    if all(stored.get(key) == value for key, value in local.items()):
         return ""
-    if there.get("kernel") != here.get("kernel"):
-        kernel = there.get("kernel", "of a kernel compiled by numba")
-        return f"transients are {kernel} there, {here.get('kernel')} here"
+    if stored.get("kernel") != local.get("kernel"):
+        kernel = stored.get("kernel", "of a kernel compiled by numba")
+        return f"transients are {kernel} there, {local.get('kernel')} here"
     return "the same members have other last bits there than here"
 
 

@@ -58,8 +58,8 @@ def curves_of(study: Study) -> list[tuple[str, bool]]:
     return [(output, case) for case in sorted(study.cases, reverse=True) for output in outputs]
 
 
-def sweep_chart(result: Sweep, now: float | None = None) -> Chart:
-    """The outputs over the swept variable, a trace per output and case; `now` is marked."""
+def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
+    """The outputs over the swept variable, a trace per output and case; `present` is marked."""
     study, rows = result.study, result.table
     (name,) = study.design.axes
     order = np.argsort(rows.numbers[name], kind="stable")
@@ -67,21 +67,21 @@ def sweep_chart(result: Sweep, now: float | None = None) -> Chart:
     outputs = list(dict.fromkeys(output for output, _ in curves))
     traces = []
     for output, case in curves:
-        own = order[rows.separation[order] == case]
+        chosen = order[rows.separation[order] == case]
         traces.append(
             Trace(
                 Label(
                     f"{_AMPLITUDES.get(output, output)}, {_CASES[case]}",
                     f"{OUTPUTS[output].meaning}, {_CASES[case]}",
                 ),
-                rows.numbers[name][own],
-                rows.numbers[output][own],
+                rows.numbers[name][chosen],
+                rows.numbers[output][chosen],
                 look="marked",
                 mark=_MARKS[outputs.index(output)][case],
                 role=_role(_ROLES.get(output, "output"), case),
             )
         )
-    guides = [] if now is None else [Guide(now, f"{now:g}")]
+    guides = [] if present is None else [Guide(present, f"{present:g}")]
     for case in study.cases:
         row = result.fast_belt(case)
         if row is not None:
@@ -103,33 +103,33 @@ def sweep_chart(result: Sweep, now: float | None = None) -> Chart:
     )
 
 
-def grid_chart(result: Sweep, case: bool, now: tuple[float, float] | None = None) -> Chart:
+def grid_chart(result: Sweep, case: bool, present: tuple[float, float] | None = None) -> Chart:
     """A sweep over two variables as shades, of the peak or else the first output.
 
-    If separation `case` was not computed, the other one is shown. Points that are no grid are
-    drawn in figures alone.
+    If separation `case` was not computed, the other case is shown. Points that form no grid are
+    drawn only in figures.
     """
     study, rows = result.study, result.table
     first, second = study.design.axes
     output = next((name for name in _AMPLITUDES if name in study.outputs), study.outputs[0])
     shown = case if case in study.cases else study.cases[0]
-    own = rows.separation == shown
-    x, column = np.unique(rows.numbers[first][own], return_inverse=True)
-    y, row = np.unique(rows.numbers[second][own], return_inverse=True)
+    chosen = rows.separation == shown
+    x, column = np.unique(rows.numbers[first][chosen], return_inverse=True)
+    y, row = np.unique(rows.numbers[second][chosen], return_inverse=True)
     results = rows.numbers[output]
     label = _output_label(output)
     traces, backdrop = [], None
     if study.design.kind == "product":
         values = np.full((x.size, y.size), np.nan)
-        values[column, row] = results[own]
+        values[column, row] = results[chosen]
         levels, shades = graded(values)
         backdrop = Backdrop(x, y, levels, in_words(levels, shades, values), values, label)
     else:
         traces.append(
-            Trace("", x[column], y[row], look="points", ordered=False, values=results[own])
+            Trace("", x[column], y[row], look="points", ordered=False, values=results[chosen])
         )
-    if now is not None:
-        point = np.array(now[:1]), np.array(now[1:])
+    if present is not None:
+        point = np.array(present[:1]), np.array(present[1:])
         traces.append(Trace("now", *point, look="points", ordered=False, mark="◆"))
     return Chart(
         axis_label(VARIABLES[first]),

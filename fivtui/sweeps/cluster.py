@@ -37,7 +37,7 @@ _AGAIN: Final = "the same command continues"
 def cluster_engine(address: str) -> Iterator[Engine]:
     """An engine that computes on the workers of a Dask scheduler.
 
-    A piece whose worker is lost is computed by another one. The workers need the same versions of
+    If a worker is lost, another worker computes its piece. The workers need the same versions of
     fivtui and its numerical packages.
     """
     if find_spec("distributed") is None:
@@ -59,7 +59,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
 
 
 async def _reach(address: str) -> None:
-    # Wrong addresses fail here, and schemes whose packages are missing or not set up.
+    # Fails for wrong addresses, and for schemes whose packages are missing or not set up.
     from distributed.comm.core import connect
     from distributed.security import Security
 
@@ -92,18 +92,19 @@ def _engine(client: "Client", address: str) -> Engine:
 
         from .provenance import versions
 
-        there, request = versions(), pickle.loads(packed)  # noqa: S301, it comes from `submit` below
-        if request["versions"] != there:
-            return there, None, None
+        # `packed` comes from `submit` below.
+        worker_versions, request = versions(), pickle.loads(packed)  # noqa: S301
+        if request["versions"] != worker_versions:
+            return worker_versions, None, None
 
         from .arithmetic import arithmetic_of
         from .rows import compute_rows
 
         study, piece = pickle.loads(request["piece"])  # noqa: S301
-        return there, arithmetic_of(study), compute_rows(study, piece.first, piece.last)
+        return worker_versions, arithmetic_of(study), compute_rows(study, piece.first, piece.stop)
 
     def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
-        own, arithmetic, waiting = versions(), arithmetic_of(study), iter(pieces)
+        local_versions, arithmetic, waiting = versions(), arithmetic_of(study), iter(pieces)
         handed_out: dict[Any, SweepPiece] = {}
         completed = as_completed(loop=client.loop)
         threads, looked = 0, -math.inf
@@ -112,15 +113,15 @@ def _engine(client: "Client", address: str) -> Engine:
                 threads, looked = _threads(client, address), time.monotonic()
             for piece in islice(waiting, max(_AHEAD * threads - len(handed_out), 0)):
                 # Only the same version can unpickle a piece, so versions are compared first.
-                request = {"versions": own, "piece": pickle.dumps((study, piece))}
+                request = {"versions": local_versions, "piece": pickle.dumps((study, piece))}
                 future = client.submit(compute, pickle.dumps(request), pure=False)
                 handed_out[future.key] = piece
                 completed.add(future)
             if not handed_out:
                 return
             future = next(completed)
-            there, computed_with, rows = _result(future, address)
-            _check_versions(there, own)
+            worker_versions, computed_with, rows = _result(future, address)
+            _check_versions(worker_versions, local_versions)
             _check_arithmetic(computed_with, arithmetic)
             yield handed_out.pop(future.key), rows
 
@@ -160,17 +161,17 @@ def _result(future: Any, address: str) -> tuple[dict[str, str], object, Any]:
     return result
 
 
-def _check_versions(there: dict[str, str], own: dict[str, str]) -> None:
-    for name, number in own.items():
-        if there.get(name) != number:
+def _check_versions(worker_versions: dict[str, str], local_versions: dict[str, str]) -> None:
+    for name, number in local_versions.items():
+        if worker_versions.get(name) != number:
             raise ComputationError(
-                f"a worker has {name} {there.get(name)}, not {number} as here",
+                f"a worker has {name} {worker_versions.get(name)}, not {number} as here",
                 f"install the same versions; {_AGAIN}",
             )
 
 
-def _check_arithmetic(there: object, own: Mapping[str, Any]) -> None:
-    difference = arithmetic_difference(there, own)
+def _check_arithmetic(worker_arithmetic: object, local_arithmetic: Mapping[str, Any]) -> None:
+    difference = arithmetic_difference(worker_arithmetic, local_arithmetic)
     if difference:
         raise ComputationError(
             f"rows of a worker would differ in the last bits from those of this machine "

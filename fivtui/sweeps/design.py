@@ -24,9 +24,9 @@ MAX_MEMBERS: Final = 2**62
 # Bits of a coordinate of a Sobol point, and with them the number of points.
 SOBOL_BITS: Final = 32
 MAX_SOBOL: Final = 2**SOBOL_BITS
-# Sequences whose directions are kept.
-_KEPT: Final = 128
-# Numbers of 64 bits that one step of Philox gives, and the bits of a number that a double keeps.
+# Number of sequences whose directions are cached.
+_CACHED_SEQUENCES: Final = 128
+# Numbers of 64 bits from one step of Philox, and bits in the mantissa of a double.
 _PHILOX_WORDS: Final = 4
 _MANTISSA: Final = 53
 
@@ -77,21 +77,21 @@ class Range:
         count = "" if self.count is None else f":{self.count}"
         return f"{self.start:g}:{self.stop:g}{count}{':log' if self.log else ''}"
 
-    def between(self, places: NDArray[np.float64], parts: int = 1) -> NDArray[np.float64]:
-        """Values at places 0 to `parts` of the way from `start` to `stop`, shape (n,)."""
+    def between(self, steps: NDArray[np.float64], parts: int = 1) -> NDArray[np.float64]:
+        """Values at steps 0 to `parts` from `start` to `stop`, shape (n,)."""
         if self.log:
-            values = log_spaced(self.start, self.stop, places, parts)
+            values = log_spaced(self.start, self.stop, steps, parts)
         else:
-            values = self.start + (self.stop - self.start) * (places / parts)
+            values = self.start + (self.stop - self.start) * (steps / parts)
         low, high = sorted((self.start, self.stop))
         return np.clip(values, low, high)
 
-    def at(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
+    def at(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
         """Values at indices 0 to count - 1, shape (n,); the ends are exact."""
-        last = max((self.count or 1) - 1, 1)
-        values = self.between(places.astype(float), last)
-        values[places == 0] = self.start
-        values[places == last] = self.stop
+        final = max((self.count or 1) - 1, 1)
+        values = self.between(indices.astype(float), final)
+        values[indices == 0] = self.start
+        values[indices == final] = self.stop
         return values
 
 
@@ -171,10 +171,10 @@ class Design:
                 raise InputError(
                     f"{name}: must be two ends without a count for the design {self.kind}"
                 )
-        most = MAX_SOBOL if self.kind == "sobol" else MAX_MEMBERS
-        if self.count is None or not 1 <= self.count <= most:
+        limit = MAX_SOBOL if self.kind == "sobol" else MAX_MEMBERS
+        if self.count is None or not 1 <= self.count <= limit:
             raise InputError(
-                f"count = {self.count}: must be from 1 to {most} for the design {self.kind}"
+                f"count = {self.count}: must be from 1 to {limit} for the design {self.kind}"
             )
         if self.seed is None or not 0 <= self.seed < MAX_MEMBERS:
             raise InputError(f"seed = {self.seed}: must be from 0 to {MAX_MEMBERS - 1}")
@@ -192,22 +192,22 @@ class Design:
         if self.kind == "list":
             return {name: _values(axis, indices) for name, axis in self.axes.items()}
         shape = [_length(name, axis) for name, axis in self.axes.items()]
-        places = np.unravel_index(indices, shape)
+        axis_indices = np.unravel_index(indices, shape)
         return {
-            name: _values(axis, place.astype(np.int64))
-            for (name, axis), place in zip(self.axes.items(), places, strict=True)
+            name: _values(axis, row_indices.astype(np.int64))
+            for (name, axis), row_indices in zip(self.axes.items(), axis_indices, strict=True)
         }
 
     def _ranges(self) -> Iterator[tuple[str, Range]]:
         return ((name, axis) for name, axis in self.axes.items() if isinstance(axis, Range))
 
-    def _unit_points(self, first: int, last: int) -> NDArray[np.float64]:
+    def _unit_points(self, first: int, stop: int) -> NDArray[np.float64]:
         size, seed = len(self.axes), self.seed or 0
         if self.kind == "sobol":
-            # Directions for these points alone: each takes time to find.
+            # Compute only the directions that these points need: each takes time.
             directions = sobol_directions(size, seed, (self.size - 1).bit_length())
-            return sobol_points(directions, first, last)
-        return _random_points(seed, size, first, last)
+            return sobol_points(directions, first, stop)
+        return _random_points(seed, size, first, stop)
 
 
 def _checked(name: str, axis: object) -> Axis:
@@ -230,23 +230,23 @@ def _length(name: str, axis: Axis) -> int:
     return axis.count
 
 
-def _values(axis: Axis, places: NDArray[np.int64]) -> NDArray[np.float64]:
+def _values(axis: Axis, indices: NDArray[np.int64]) -> NDArray[np.float64]:
     if isinstance(axis, Range):
-        return axis.at(places)
-    return np.array([axis[place] for place in places.tolist()])
+        return axis.at(indices)
+    return np.array([axis[index] for index in indices.tolist()])
 
 
-def _random_points(seed: int, size: int, first: int, last: int) -> NDArray[np.float64]:
-    # Philox is a function of key and counter, so any point can be drawn alone.
+def _random_points(seed: int, size: int, first: int, stop: int) -> NDArray[np.float64]:
+    # Philox is a function of key and counter, so the generator can jump to any point.
     generator = np.random.Philox(key=seed)
     blocks, ahead = divmod(first * size, _PHILOX_WORDS)
     generator.advance(blocks)
-    words = generator.random_raw(ahead + (last - first) * size)[ahead:]
-    units = (words >> np.uint64(64 - _MANTISSA)).astype(np.float64) * 2.0**-_MANTISSA
-    return units.reshape(last - first, size)
+    raw = generator.random_raw(ahead + (stop - first) * size)[ahead:]
+    units = (raw >> np.uint64(64 - _MANTISSA)).astype(np.float64) * 2.0**-_MANTISSA
+    return units.reshape(stop - first, size)
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_SEQUENCES)
 def sobol_directions(size: int, seed: int, bits: int) -> NDArray[np.uint64]:
     """Scrambled directions of the first 2^`bits` points of a Sobol sequence, for `sobol_points`."""
     # Point i is point 0 XOR the directions at the set bits of the Gray code of i, so points 0, 1,
@@ -269,11 +269,11 @@ def sobol_directions(size: int, seed: int, bits: int) -> NDArray[np.uint64]:
     return np.array(rows)
 
 
-def sobol_points(directions: NDArray[np.uint64], first: int, last: int) -> NDArray[np.float64]:
-    """Points `first` to `last` - 1 of a Sobol sequence, multiples of 2^-32 from 0, a row each."""
-    index = np.arange(first, last, dtype=np.uint64)
+def sobol_points(directions: NDArray[np.uint64], first: int, stop: int) -> NDArray[np.float64]:
+    """Points `first` to `stop` - 1 of a Sobol sequence, multiples of 2^-32 from 0, a row each."""
+    index = np.arange(first, stop, dtype=np.uint64)
     gray = index ^ (index >> np.uint64(1))
-    points = np.repeat(directions[:1], last - first, axis=0)
+    points = np.repeat(directions[:1], stop - first, axis=0)
     for bit, direction in enumerate(directions[1:]):
         chosen = (gray >> np.uint64(bit) & np.uint64(1)).astype(bool)
         points[chosen] ^= direction
@@ -304,5 +304,7 @@ def _parse_axis(text: str, *, sampled: bool) -> tuple[str, Axis]:
         if name not in VARIABLES:
             raise unknown_name("parameter", name, VARIABLES)
         return name, tuple(VARIABLES[name].check(part.strip()) for part in rest.split(","))
-    given = parse_range("--vary", text, VARIABLES, counted=not sampled)
-    return given.name, Range(given.start, given.stop, None if sampled else given.count, given.log)
+    named_range = parse_range("--vary", text, VARIABLES, counted=not sampled)
+    return named_range.name, Range(
+        named_range.start, named_range.stop, None if sampled else named_range.count, named_range.log
+    )

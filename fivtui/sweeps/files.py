@@ -102,7 +102,7 @@ def _from_folder(folder: Path) -> tuple[Sweep, int]:
     if not pieces:
         raise InputError("no member of this sweep is stored yet")
     parts = [piece_of(number, study.members, manifest.size) for number in pieces]
-    members = sum(part.last - part.first for part in parts)
+    members = sum(part.stop - part.first for part in parts)
     check_in_memory(study, members)
     with temporary_folder() as scratch:
         merged = scratch / folder.stem

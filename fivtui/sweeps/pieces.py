@@ -28,11 +28,11 @@ _LEFT_OVER: Final = (".fivtui-", "merged.")
 
 @dataclass(frozen=True, slots=True)
 class SweepPiece:
-    """Piece `number` of a sweep: members `first` to `last` - 1."""
+    """Piece `number` of a sweep: members `first` to `stop` - 1."""
 
     number: int
     first: int
-    last: int
+    stop: int
 
 
 def piece_count(members: int, size: int) -> int:

@@ -30,21 +30,21 @@ class SweepProgress(ProgressBar):
 
     def __call__(self, fraction: float) -> bool:
         """Show the fraction done, 0 to 1; always returns True."""
-        now = time.monotonic()
+        time_s = time.monotonic()
         if self._first is None:
-            # Members kept from an earlier run do not count for the rate.
-            self._first = (now, fraction)
+            # Members stored by an earlier run do not count for the rate.
+            self._first = (time_s, fraction)
         text = progress_text(
-            self._members, fraction, fraction - self._first[1], now - self._first[0]
+            self._members, fraction, fraction - self._first[1], time_s - self._first[0]
         )
-        self._say(fraction, text, now)
+        self._say(fraction, text, time_s)
         return True
 
-    def _say(self, fraction: float, text: str, now: float) -> None:
+    def _say(self, fraction: float, text: str, time_s: float) -> None:
         if self._console.is_terminal:
             self.show(fraction, text)
-        elif now - self._shown >= _LINE_EVERY_S:
-            self._shown = now
+        elif time_s - self._shown >= _LINE_EVERY_S:
+            self._shown = time_s
             self._console.print(f"fivtui: {text}", soft_wrap=True)
 
 

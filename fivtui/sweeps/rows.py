@@ -89,10 +89,10 @@ class Rows:
         """Number of failed members."""
         return sum(map(bool, self.reasons))
 
-    def part(self, first: int, last: int) -> "Rows":
-        """The rows `first` to `last` - 1."""
-        numbers = {name: values[first:last] for name, values in self.numbers.items()}
-        return Rows(numbers, self.separation[first:last], self.reasons[first:last])
+    def part(self, first: int, stop: int) -> "Rows":
+        """The rows `first` to `stop` - 1."""
+        numbers = {name: values[first:stop] for name, values in self.numbers.items()}
+        return Rows(numbers, self.separation[first:stop], self.reasons[first:stop])
 
     def values(self, column: SweepColumn) -> list[Any]:
         """A column as plain float, int, bool or str; None where a member has no value."""
@@ -132,12 +132,12 @@ def joined(parts: list[Rows]) -> Rows:
     )
 
 
-def compute_rows(study: Study, first: int, last: int, progress: OnProgress | None = None) -> Rows:
-    """Compute members `first` to `last` - 1 of a sweep.
+def compute_rows(study: Study, first: int, stop: int, progress: OnProgress | None = None) -> Rows:
+    """Compute members `first` to `stop` - 1 of a sweep.
 
     A row never depends on what was computed before.
     """
-    members = np.arange(first, last, dtype=np.int64)
+    members = np.arange(first, stop, dtype=np.int64)
     points, case = np.divmod(members, len(study.cases))
     block = _Block(
         study,

@@ -90,8 +90,8 @@ class Sweep(Result, Tabular, Drawn):
     def _summary(self) -> list[tuple[str, str]]:
         study, table = self.study, self.table
         axes = study.design.axes
-        apart = (*axes, *dict(study.over_time))
-        scene = scene_text(System(study.parameters, any(study.cases)), without=apart)
+        listed = (*axes, *dict(study.over_time))
+        scene = scene_text(System(study.parameters, any(study.cases)), without=listed)
         rows = [
             ("scene", scene),
             *((f"{name} over time", table.in_words()) for name, table in study.over_time),
@@ -145,18 +145,18 @@ class Sweep(Result, Tabular, Drawn):
 
 @dataclass(frozen=True, slots=True)
 class WriteSummary:
-    """Members of a written sweep: all, failed (None if complete before), kept from earlier runs."""
+    """Counts of members of a written sweep; `failed` is None if it was complete before."""
 
     members: int
     failed: int | None
-    kept: int
+    stored_before: int
 
     def __str__(self) -> str:
         if self.failed is None:
             return f"{self.members} members, complete before"
         text = f"{self.members} members"
-        if self.kept:
-            text += f", {self.kept} of them computed before"
+        if self.stored_before:
+            text += f", {self.stored_before} of them computed before"
         return f"{text}, {self.failed} failed" if self.failed else text
 
 
@@ -292,24 +292,24 @@ def sweep_to_file(
 ) -> WriteSummary:
     """Compute a sweep into a file, or continue one that was stopped.
 
-    Rows are kept in pieces beside the file, whatever stops the sweep. The same call continues it,
-    and the file ends in the same bytes as without the stop. A complete file is left as it is.
+    Rows are stored in pieces beside the file, whatever stops the sweep. The same call continues it,
+    and the file gets the same bytes as without the stop. A complete file is left unchanged.
     """
     with open_store(out, study, size=size) as store:
         if store.complete:
             return WriteSummary(study.members, None, study.members)
-        kept, work = store.kept, Progress(progress)
+        stored_before, work = store.stored_members, Progress(progress)
         try:
-            work.report(kept / study.members)
+            work.report(stored_before / study.members)
             with closing(engine(study, store.missing())) as results:
                 for piece, rows in results:
                     store.write(piece, rows)
-                    work.report(store.kept / study.members)
+                    work.report(store.stored_members / study.members)
             failed = store.failed
             store.finish()
         except (Cancelled, KeyboardInterrupt):
             raise Cancelled(store.advice) from None
-        return WriteSummary(study.members, failed, kept)
+        return WriteSummary(study.members, failed, stored_before)
 
 
 def local_engine(workers: int | None = None) -> Engine:
@@ -323,7 +323,7 @@ def local_engine(workers: int | None = None) -> Engine:
 
         def compute(piece: SweepPiece) -> tuple[SweepPiece, Rows]:
             return piece, compute_rows(
-                study, piece.first, piece.last, lambda _fraction: not stopped.is_set()
+                study, piece.first, piece.stop, lambda _fraction: not stopped.is_set()
             )
 
         waiting = iter(pieces)
@@ -335,8 +335,8 @@ def local_engine(workers: int | None = None) -> Engine:
                     running |= {pool.submit(compute, piece) for piece in islice(waiting, free)}
                     if not running:
                         return
-                    done, running = wait(running, return_when=FIRST_COMPLETED)
-                    results = [future.result() for future in done]
+                    completed, running = wait(running, return_when=FIRST_COMPLETED)
+                    results = [future.result() for future in completed]
                     yield from sorted(results, key=lambda result: result[0].number)
             finally:
                 stopped.set()

@@ -24,9 +24,9 @@ SCATTERS: Final[Mapping[str, str]] = {
 MOST_POINTS: Final = 2**24
 _LEAST_REPEATS: Final = 2
 _MOST_REPEATS: Final = 256
-# Hypercubes that are kept.
-_KEPT: Final = 128
-# Middle of a cell of a Sobol sequence: a share of 0 has no quantile.
+# Number of hypercubes in the cache.
+_CACHED_HYPERCUBES: Final = 128
+# Offset to the middle of a cell of a Sobol sequence, since a share of 0 has no quantile.
 _HALF: Final = 2.0 ** -(SOBOL_BITS + 1)
 _LEAST_SHARE: Final = 2.0**-54
 
@@ -35,12 +35,12 @@ _LEAST_SHARE: Final = 2.0**-54
 class Scatter:
     """Points that follow distributions.
 
-    Every scrambling has points of its own: estimates of different scramblings are independent, and
-    their spread is the error. For Sobol indices each point is a pair of points A and B, with one
-    more for every name, which is A with that name's value of B (Saltelli 2010).
+    Estimates of different scramblings are independent, and their spread gives the error. For Sobol
+    indices each point is a pair of points A and B, and for every name a mixed point: A with the
+    value of B for that name (Saltelli 2010).
 
-    Members are ordered by point, then scrambling, then A, B and the mixed ones: with Sobol
-    sequences a design of fewer points is the beginning of one of more.
+    Members are ordered by point, then scrambling, then A, B and the mixed points. With Sobol
+    sequences, the members of a design are the first members of every larger design.
 
     Parameters
     ----------
@@ -87,7 +87,9 @@ class Scatter:
         if not self.axes:
             raise InputError("nothing is scattered; at least one name must be")
         object.__setattr__(
-            self, "axes", {name: _bounded(name, each) for name, each in self.axes.items()}
+            self,
+            "axes",
+            {name: _bounded(name, distribution) for name, distribution in self.axes.items()},
         )
         if not 1 <= self.count <= MOST_POINTS or self.count & (self.count - 1):
             raise InputError(f"count = {self.count}: must be a power of two, at most {MOST_POINTS}")
@@ -100,7 +102,7 @@ class Scatter:
         if self.correlations and self.indices:
             raise InputError(
                 "Sobol indices: the inputs must be independent, but "
-                + ", ".join(f"{one} and {other}" for one, other, _ in self.correlations)
+                + ", ".join(f"{first} and {second}" for first, second, _ in self.correlations)
                 + " are correlated; ask for none (--no-indices)"
             )
         _triangle(tuple(self.axes), self.correlations)
@@ -114,7 +116,7 @@ class Scatter:
     @property
     def seeds(self) -> list[int]:
         """The seeds of the scramblings."""
-        return [self.seed + place for place in range(self.repeats)]
+        return [self.seed + offset for offset in range(self.repeats)]
 
     @property
     def samples(self) -> int:
@@ -122,52 +124,52 @@ class Scatter:
         return self.count * self.repeats * min(self.blocks, 2)
 
     def samples_of(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Of values of all members, or of the first ones, those of samples: a row per scrambling.
+        """Values of the samples among values of the first or all members, a row per scrambling.
 
-        What is not whole in every scrambling is left out.
+        Points that are not complete in every scrambling are left out.
         """
         parts = self.parts_of(values)[:, :, : min(self.blocks, 2)]
         return parts.transpose(1, 0, 2).reshape(self.repeats, -1)
 
     def parts_of(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values of members by point, scrambling and A, B, mixed, shape (n, repeats, blocks)."""
-        whole = values.size // (self.repeats * self.blocks)
-        kept = values[: whole * self.repeats * self.blocks]
-        return kept.reshape(whole, self.repeats, self.blocks)
+        """Values by point, scrambling, and A, B or mixed point, shape (n, repeats, blocks)."""
+        points = values.size // (self.repeats * self.blocks)
+        complete = values[: points * self.repeats * self.blocks]
+        return complete.reshape(points, self.repeats, self.blocks)
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, Floats]:
         """Values by name at ascending indices without gaps, shape (n,) each."""
         row = self.repeats * self.blocks
-        first, last = int(indices[0]) // row, int(indices[-1]) // row + 1
-        shares = self._shares(first, last)[indices - first * row]
+        first, stop = int(indices[0]) // row, int(indices[-1]) // row + 1
+        shares = self._shares(first, stop)[indices - first * row]
         triangle = _triangle(tuple(self.axes), self.correlations)
         if triangle is not None:
             from scipy.special import ndtr, ndtri
 
             shares = ndtr(ndtri(shares) @ triangle.T)
-        found = {}
+        values = {}
         for (name, axis), share in zip(self.axes.items(), shares.T, strict=True):
-            found[name] = np.maximum(axis.at(share), VARIABLES[name].lower)
-        return found
+            values[name] = np.maximum(axis.at(share), VARIABLES[name].lower)
+        return values
 
-    def _shares(self, first: int, last: int) -> Floats:
-        # Shares of all members of the points from `first` to `last` - 1, a row each.
+    def _shares(self, first: int, stop: int) -> Floats:
+        # Shares of all members of the points from `first` to `stop` - 1, a row each.
         size = len(self.axes)
-        shares = np.empty((last - first, self.repeats, self.blocks, size))
-        for place, seed in enumerate(self.seeds):
-            points = self._points(seed, first, last)
-            shares[:, place, : min(self.blocks, 2)] = points.reshape(last - first, -1, size)
-        for place in range(self.blocks - 2):
-            shares[:, :, place + 2] = shares[:, :, 0]
-            shares[:, :, place + 2, place] = shares[:, :, 1, place]
+        shares = np.empty((stop - first, self.repeats, self.blocks, size))
+        for index, seed in enumerate(self.seeds):
+            points = self._points(seed, first, stop)
+            shares[:, index, : min(self.blocks, 2)] = points.reshape(stop - first, -1, size)
+        for index in range(self.blocks - 2):
+            shares[:, :, index + 2] = shares[:, :, 0]
+            shares[:, :, index + 2, index] = shares[:, :, 1, index]
         return shares.reshape(-1, size)
 
-    def _points(self, seed: int, first: int, last: int) -> Floats:
+    def _points(self, seed: int, first: int, stop: int) -> Floats:
         size = len(self.axes) * min(self.blocks, 2)
         if self.kind == "sobol":
             directions = sobol_directions(size, seed, (self.count - 1).bit_length())
-            return sobol_points(directions, first, last) + _HALF
-        return _hypercube(size, self.count, seed)[first:last]
+            return sobol_points(directions, first, stop) + _HALF
+        return _hypercube(size, self.count, seed)[first:stop]
 
 
 StudyDesign = Design | Scatter
@@ -185,7 +187,7 @@ def _bounded(name: str, axis: object) -> Distribution:
         raise InputError(f"{name}: {error}") from None
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_HYPERCUBES)
 def _hypercube(size: int, count: int, seed: int) -> Floats:
     from scipy.stats import qmc
 
@@ -197,18 +199,18 @@ def _hypercube(size: int, count: int, seed: int) -> Floats:
 def _triangle(names: tuple[str, ...], correlations: Correlations) -> Floats | None:
     # Cholesky's factor of the correlations of the normal scores; None if there are none.
     matrix = np.eye(len(names))
-    for one, other, value in correlations:
-        for name in (one, other):
+    for first, second, value in correlations:
+        for name in (first, second):
             if name not in names:
                 raise unknown_name("correlated name", name, names)
-        if one == other or not -1.0 < value < 1.0:
+        if first == second or not -1.0 < value < 1.0:
             raise InputError(
-                f"correlation of {one} and {other} = {value:g}: must be of two names, between "
+                f"correlation of {first} and {second} = {value:g}: must be of two names, between "
                 "-1 and 1"
             )
-        i, j = names.index(one), names.index(other)
+        i, j = names.index(first), names.index(second)
         if matrix[i, j] != 0.0:
-            raise InputError(f"correlation of {one} and {other}: given twice")
+            raise InputError(f"correlation of {first} and {second}: given twice")
         matrix[i, j] = matrix[j, i] = value
     if not correlations:
         return None

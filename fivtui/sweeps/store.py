@@ -56,15 +56,16 @@ _PIECE_MEMBERS: Final = (1, 20_000)
 
 def default_piece_size(study: Study) -> int:
     """Members of a piece by default: about a second of work; depends on method and horizon."""
-    least, most = _PIECE_MEMBERS
+    least, greatest = _PIECE_MEMBERS
     seconds = _MEMBER_SECONDS_IN_TURN if study.is_in_turn else _MEMBER_SECONDS
-    return max(least, min(most, int(seconds / study.t_end)))
+    return max(least, min(greatest, int(seconds / study.t_end)))
 
 
 class SweepStore:
     """The pieces and the file of one sweep; opened by `open_store`.
 
-    `size` counts the members of a piece, `kept` those stored, `failed` those that failed;
+    `size` is the number of members of a piece, `stored_members` of those stored, `failed` of those
+    that failed;
     `complete` says whether the file is there.
     """
 
@@ -76,11 +77,11 @@ class SweepStore:
         self._shown = out.with_name(self.folder.name)
         self._described = described(study, self._form)
         self._provenance: dict[str, Any] = {}
-        self._asked_size = size
+        self._requested_size = size
         self.size = size or default_piece_size(study)
         self._sweep = ""
         self._pieces: dict[int, Path] = {}
-        self.kept = self.failed = 0
+        self.stored_members = self.failed = 0
         with _readable(out):
             self.complete = self._is_complete()
         if not self.complete:
@@ -88,7 +89,7 @@ class SweepStore:
             self._provenance = provenance_of(study, self._form)
 
     def _is_complete(self) -> bool:
-        # The file appeared whole under its name, but may have been damaged since.
+        # The file was renamed when complete, but may have been damaged since.
         if is_replaceable(self._out) or not self._target.is_file():
             return False
         provenance = self._form.provenance(self._target)
@@ -136,7 +137,7 @@ class SweepStore:
                 path.unlink()
 
     def _reason_against(self) -> str:
-        # Why the pieces there cannot be continued, with advice; empty if they can.
+        # Why the stored pieces cannot be continued, with advice; empty if they can.
         manifest, files = self.folder / MANIFEST, piece_files(self.folder)
         if not manifest.exists():
             if files or old_piece_files(self.folder):
@@ -149,7 +150,7 @@ class SweepStore:
             _, size, provenance = read_manifest(self.folder)
             difference = _difference(
                 _without_arithmetic(provenance), self._described
-            ) or _difference(size, self._asked_size or size, "members of a piece")
+            ) or _difference(size, self._requested_size or size, "members of a piece")
         except InputError as error:
             difference = str(error)
         if difference:
@@ -171,7 +172,7 @@ class SweepStore:
 
     def _count(self, piece: SweepPiece, path: Path, failed: int) -> None:
         self._pieces[piece.number] = path
-        self.kept += piece.last - piece.first
+        self.stored_members += piece.stop - piece.first
         self.failed += failed
 
     def missing(self) -> Iterator[SweepPiece]:
@@ -183,7 +184,7 @@ class SweepStore:
 
     def write(self, piece: SweepPiece, rows: Rows) -> None:
         """Store a piece, whole or not at all; `ComputationError` if that fails."""
-        members = piece.last - piece.first
+        members = piece.stop - piece.first
         if len(rows.reasons) != members:
             raise ComputationError(
                 f"{len(rows.reasons)} rows were computed for {members} members", self.advice
@@ -198,7 +199,7 @@ class SweepStore:
             with self._explained():
                 save_bytes(content, output_path(path, force=True))
         finally:
-            # Ctrl+C may come when the piece is there already: then it is kept, and counts.
+            # Count the piece if Ctrl+C came after it was stored.
             if path.exists():
                 self._count(piece, path, rows.failed)
 
@@ -228,11 +229,11 @@ class SweepStore:
         self._clear()
 
     def _clear(self) -> None:
-        # The manifest last: after a kill in between, the rest can still be identified.
+        # Delete the manifest last: it identifies the pieces that remain after a kill.
         for path in (*filter(is_own, self.folder.iterdir()), self.folder / MANIFEST):
             path.unlink(missing_ok=True)
         self._pieces.clear()
-        self.kept = self.failed = 0
+        self.stored_members = self.failed = 0
 
     def clear_own(self) -> None:
         """Remove pieces that a kill left after the file was complete."""
@@ -251,7 +252,7 @@ class SweepStore:
     def advice(self) -> str:
         """How to continue after a stop."""
         return (
-            f"{self.kept} of {self._study.members} members are kept in {self._shown}: "
+            f"{self.stored_members} of {self._study.members} members are kept in {self._shown}: "
             "the same command continues"
         )
 
@@ -260,7 +261,7 @@ class SweepStore:
 def open_store(out: Path, study: Study, *, size: int | None = None) -> Iterator[SweepStore]:
     """Open the storage of a sweep, to begin or to continue it; damaged pieces are removed.
 
-    `size` is by default that of the pieces there, or `default_piece_size`. A replaceable path has
+    `size` is by default that of the stored pieces, or `default_piece_size`. A replaceable path has
     an existing file replaced and pieces of another sweep discarded.
     """
     store = SweepStore(out, study, size=size)
@@ -281,7 +282,7 @@ def open_store(out: Path, study: Study, *, size: int | None = None) -> Iterator[
         yield store
     if store.complete:
         (folder / _LOCK).unlink(missing_ok=True)
-        # Files of others stay.
+        # Keep the folder if it holds files of other programs.
         with suppress(OSError):
             folder.rmdir()
 
@@ -308,17 +309,17 @@ def _without_arithmetic(provenance: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in provenance.items() if key != ARITHMETIC}
 
 
-def _difference(there: Any, here: Any, name: str = "") -> str:
-    # The first difference of two manifests, in words; empty if there is none.
-    if isinstance(there, dict) and isinstance(here, dict):
-        for key in {**here, **there}:
-            inner = _difference(there.get(key), here.get(key), f"{name}.{key}".lstrip("."))
+def _difference(stored: Any, expected: Any, name: str = "") -> str:
+    # The first difference of two manifests as text; empty if there is none.
+    if isinstance(stored, dict) and isinstance(expected, dict):
+        for key in {**expected, **stored}:
+            inner = _difference(stored.get(key), expected.get(key), f"{name}.{key}".lstrip("."))
             if inner:
                 return inner
         return ""
-    if there == here:
+    if stored == expected:
         return ""
-    return f"{name}: {_brief(there)} there, {_brief(here)} here"
+    return f"{name}: {_brief(stored)} there, {_brief(expected)} here"
 
 
 def _not_continued(difference: str) -> str:

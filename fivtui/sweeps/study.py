@@ -151,8 +151,8 @@ class Study:
         if self.method not in METHODS:
             raise InputError(f"method = {self.method}: must be {', '.join(METHODS)} for a sweep")
         self._check_tables()
-        asked = self._asked()
-        object.__setattr__(self, "accuracy", tuple(asked.items()))
+        targets = self._error_targets()
+        object.__setattr__(self, "accuracy", tuple(targets.items()))
         p = check_parameters(self.parameters)
         if self.over_time:
             p, _ = course_of(p, dict(self.over_time)).after(0.0)
@@ -160,31 +160,31 @@ class Study:
         check_effect(p, (*dict(self.over_time), *self.design.axes))
         tol = check_tolerance(self.tol)
         object.__setattr__(self, "t_end", check_horizon(self.t_end))
-        object.__setattr__(self, "tol", DEFAULT_TOL if asked else tol)
+        object.__setattr__(self, "tol", DEFAULT_TOL if targets else tol)
         object.__setattr__(self, "start", check_start(self.start))
 
-    def _asked(self) -> dict[str, float]:
+    def _error_targets(self) -> dict[str, float]:
         # The error targets, checked.
-        asked = check_accuracy(dict(self.accuracy))
-        if self.method != BATCHES and (asked or isinstance(self.design, Scatter)):
-            what = "error targets" if asked else "a scattered sweep"
-            raise InputError(f"method = {self.method}: must be {BATCHES} for {what}")
-        if asked and self.over_time:
+        targets = check_accuracy(dict(self.accuracy))
+        if self.method != BATCHES and (targets or isinstance(self.design, Scatter)):
+            feature = "error targets" if targets else "a scattered sweep"
+            raise InputError(f"method = {self.method}: must be {BATCHES} for {feature}")
+        if targets and self.over_time:
             raise InputError(
                 f"{_names(self.over_time)} over time: must be constant for error targets; "
                 "give a tolerance"
             )
-        if asked and self._of_runs:
+        if targets and self._of_runs:
             raise InputError(
                 f"output {self._of_runs[0]}: must be without error targets; give a tolerance"
             )
-        for name in asked:
+        for name in targets:
             if name not in ERRORS:
                 raise InputError(
                     f"accuracy of {name}: a sweep keeps no times of switches; "
                     f"must be of {', '.join(ERRORS)}"
                 )
-        return asked
+        return targets
 
     def _check_tables(self) -> None:
         if not self.over_time:

@@ -30,7 +30,7 @@ from fivtui.reliability.request import (
     with_table,
 )
 from fivtui.reliability.result import Uncertainty, judged
-from fivtui.reliability.run import Place, measured
+from fivtui.reliability.run import MembersFile, compute_uncertainty
 from fivtui.reliability.statistics import with_remark
 from fivtui.safety.table import safe_mus
 from fivtui.scene.files import scene_from_dict
@@ -167,10 +167,10 @@ def test_the_error_of_the_table_widens_the_interval() -> None:
                             samples=1024, outputs=("safe_mu",))  # fmt: skip
     study = with_table(study)
     assert study.safe is not None
-    found = measured(study, local_engine(1)).probabilities["squeal_possible"]
+    found = compute_uncertainty(study, local_engine(1)).probabilities["squeal_possible"]
     # All folds tried were missed by 0.01: a tenth of the samples is as near.
     wide = replace(study, safe=structs.replace(study.safe, errors=(0.01,)))
-    wider = measured(wide, local_engine(1)).probabilities["squeal_possible"]
+    wider = compute_uncertainty(wide, local_engine(1)).probabilities["squeal_possible"]
     assert wider.value == found.value
     assert found.low - wider.low == pytest.approx(0.05, abs=8e-3)
     assert wider.high - found.high == pytest.approx(0.05, abs=8e-3)
@@ -242,7 +242,7 @@ def test_a_table_of_a_scene_correlates(tmp_path: Path) -> None:
     study = scattered_study(scene, parse_inputs(VARY), samples=64)
     assert study.design.size == 64
     said = command_of("uncertainty", study)
-    assert said.words[:4] == ["--vary", VARY[0], "--vary", VARY[1]]
+    assert said.arguments[:4] == ["--vary", VARY[0], "--vary", VARY[1]]
     for wrong in ({"mu": 1.0}, {"mu": {"G": 0.1}}, {"mu": {"mu": 0.1}}, {"mu": {"F": 2.0}}):
         with pytest.raises(InputError, match="correlat"):
             scene_from_dict({"fivtui_scene": 1, "correlation": wrong}, name="scene")
@@ -259,7 +259,7 @@ def counting(engine: Engine, seen: list[int], stop_after: int = 10**9) -> Engine
         for piece, rows in engine(study, pieces):
             if len(seen) == stop_after:
                 raise Cancelled
-            seen.append(piece.last - piece.first)
+            seen.append(piece.stop - piece.first)
             yield piece, rows
 
     return counted
@@ -269,41 +269,48 @@ def counting(engine: Engine, seen: list[int], stop_after: int = 10**9) -> Engine
 def test_a_stopped_study_continues_to_the_same_bytes(suffix: str, tmp_path: Path) -> None:
     whole, stopped = tmp_path / f"whole{suffix}", tmp_path / f"stopped{suffix}"
     study, engine = study_of(), local_engine(1)
-    expected = measured(study, engine, place=Place(whole, 100))
+    expected = compute_uncertainty(study, engine, file=MembersFile(whole, 100))
     with pytest.raises(Cancelled):
-        measured(study, counting(engine, [], 4), place=Place(stopped, 100))
+        compute_uncertainty(study, counting(engine, [], 4), file=MembersFile(stopped, 100))
     seen: list[int] = []
-    found = measured(study, counting(engine, seen), place=Place(stopped, 100))
+    found = compute_uncertainty(study, counting(engine, seen), file=MembersFile(stopped, 100))
     assert sum(seen) == study.members - 400
     assert stopped.read_bytes() == whole.read_bytes()
-    assert found.to_dict() == expected.to_dict() == measured(study, engine).to_dict()
+    assert found.to_dict() == expected.to_dict() == compute_uncertainty(study, engine).to_dict()
     assert kind_of(whole) == "uncertainty"
     assert load_study("uncertainty", whole).to_dict() == expected.to_dict()
 
 
 def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
-    place, engine = Place(tmp_path / "rows.csv", 1000), local_engine(1)
+    file, engine = MembersFile(tmp_path / "rows.csv", 1000), local_engine(1)
     seen: list[int] = []
     told: list[str] = []
     study = study_of(64)
-    found = measured(
-        study, counting(engine, seen), until=0.012, place=place,
-        tell=lambda _members, words: told.append(words),
+    found = compute_uncertainty(
+        study, counting(engine, seen), until=0.012, file=file,
+        on_estimates=lambda _members, words: told.append(words),
     )  # fmt: skip
-    assert found.error <= 0.012 < measured(study_of(found.scatter.samples // 2), engine).error
+    assert (
+        found.error
+        <= 0.012
+        < compute_uncertainty(study_of(found.scatter.samples // 2), engine).error
+    )
     assert told[-1].startswith("P(unstable) = 0.59")
     # Every member is computed once, but for pieces that the number of samples before had not whole.
     assert sum(seen) <= found.study.members + 1000 * 8
-    assert found.to_dict() == measured(found.study, engine).to_dict()
+    assert found.to_dict() == compute_uncertainty(found.study, engine).to_dict()
     # What is there already is not computed again, and a smaller error continues from it.
     again: list[int] = []
-    assert measured(study, counting(engine, again), until=0.012, place=place).error == found.error
+    assert (
+        compute_uncertainty(study, counting(engine, again), until=0.012, file=file).error
+        == found.error
+    )
     assert again == []
-    better = measured(study, counting(engine, again), until=0.006, place=place)
+    better = compute_uncertainty(study, counting(engine, again), until=0.006, file=file)
     assert better.error <= 0.006
     assert 0 < sum(again) < better.study.members
     with pytest.raises(InputError, match="exists already"):
-        measured(replace(study, t_end=7.0), engine, until=0.012, place=place)
+        compute_uncertainty(replace(study, t_end=7.0), engine, until=0.012, file=file)
 
 
 def test_an_error_that_takes_too_many_samples_is_not_met_silently(
@@ -311,13 +318,13 @@ def test_an_error_that_takes_too_many_samples_is_not_met_silently(
 ) -> None:
     monkeypatch.setattr(run_of_sweeps, "_MAX_SCATTERED", 3000)
     with pytest.raises(ComputationError, match="with 1024 samples, not 1e-06; allow a larger"):
-        measured(study_of(256), local_engine(1), until=1e-6)
+        compute_uncertainty(study_of(256), local_engine(1), until=1e-6)
 
 
 def test_progress_says_the_present_estimate(capsys: pytest.CaptureFixture[str]) -> None:
     with UncertaintyProgress(1000) as progress:
         progress._shown = -1e9
-        progress.tell(2000, "P(unstable) = 0.5 ± 0.01")
+        progress.show_estimates(2000, "P(unstable) = 0.5 ± 0.01")
         assert progress(0.25)
     told = capsys.readouterr().err
     assert told == "fivtui: P(unstable) = 0.5 ± 0.01; 500 of 2000 members (25.0%)\n"

@@ -170,7 +170,7 @@ def test_a_lost_scheduler_loses_nothing(tmp_path: Path, capfd: pytest.CaptureFix
         ):
             sweep_to_file(STUDY, out, engine, size=SIZE, progress=progress)
     assert "Traceback" not in capfd.readouterr().err
-    kept = sweep_to_file(STUDY, out, local_engine(1), size=SIZE).kept
+    kept = sweep_to_file(STUDY, out, local_engine(1), size=SIZE).stored_before
     assert kept >= 2 * SIZE
 
 

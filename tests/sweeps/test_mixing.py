@@ -122,7 +122,7 @@ def test_pieces_under_the_manifest_of_another_sweep_are_refused(
     manifest = begun(tmp_path / "other" / out.name, HEAVIER) / "manifest.json"
     shutil.copy(manifest, parts)
     refused(out, "has pieces of another sweep than its manifest.json says", HEAVIER)
-    assert run(output_path(out, force=True), HEAVIER).kept == 0
+    assert run(output_path(out, force=True), HEAVIER).stored_before == 0
     assert out.read_bytes() == right[suffix, "heavier"]
 
 
@@ -134,7 +134,7 @@ def test_a_piece_under_the_name_of_another_one_is_computed_again(
     first, second, *others = sorted(begun(out).glob(f"0*{suffix}"))
     second.rename(second.with_name(second.name[:9] + first.name[9:]))
     first.rename(first.with_name(first.name[:9] + ".1" + first.name[11:]))
-    assert run(out).kept == 3 * len(others)
+    assert run(out).stored_before == 3 * len(others)
     assert out.read_bytes() == right[suffix, "lighter"]
 
 
@@ -209,7 +209,7 @@ def test_rows_of_two_machines_are_not_mixed(
     elsewhere(monkeypatch, OTHER[reason])
     refused(out, rf"would differ in the last bits from those there \(.*{reason}.*finish it where")
     monkeypatch.undo()
-    assert run(out).kept >= 9
+    assert run(out).stored_before >= 9
     assert out.read_bytes() == right[suffix, "lighter"]
 
 
@@ -252,7 +252,7 @@ def test_a_file_of_an_older_version_is_complete_and_its_pieces_are_refused(
         read_sweep(parts)
     (parts / "manifest.json").unlink()
     refused(out, r"has pieces but no manifest\.json")
-    assert run(output_path(out, force=True)).kept == 0
+    assert run(output_path(out, force=True)).stored_before == 0
     assert out.read_bytes() == right[".csv", "lighter"]
 
 
@@ -266,7 +266,7 @@ def test_a_complete_file_leaves_the_pieces_of_another_sweep(
     before.pop("lock")
     assert run(out).failed is None
     assert contents(parts) == before
-    assert run(output_path(out, force=True), HEAVIER).kept >= 9
+    assert run(output_path(out, force=True), HEAVIER).stored_before >= 9
     assert out.read_bytes() == right[".csv", "heavier"]
 
 
@@ -318,13 +318,13 @@ def test_what_cannot_be_read_is_said(
 def test_a_piece_that_lacks_rows_is_not_stored(tmp_path: Path) -> None:
     def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         for piece in pieces:
-            yield piece, compute_rows(study, piece.first, piece.last - piece.number)
+            yield piece, compute_rows(study, piece.first, piece.stop - piece.number)
 
     out = tmp_path / "out.csv"
     with pytest.raises(ComputationError, match=r"2 rows .* for 3 members.* 3 of 20 memb"):
         sweep_to_file(STUDY, out, engine, size=3)
     assert not out.exists()
-    assert run(out).kept == 3
+    assert run(out).stored_before == 3
 
 
 def test_one_last_bit_of_one_trial_member_tells_machines_apart(

@@ -84,7 +84,7 @@ def right(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     found = {}
     for suffix in (".csv", ".parquet"):
         out = tmp_path_factory.mktemp("right") / f"out{suffix}"
-        assert run(out) == WriteSummary(members=20, failed=5, kept=0)
+        assert run(out) == WriteSummary(members=20, failed=5, stored_before=0)
         assert names(out.parent) == [out.name]
         found[suffix] = out.read_bytes()
     return found
@@ -128,10 +128,10 @@ def test_a_stopped_sweep_goes_on_where_it_was(
     interrupted(out, pieces=2)
     # The first progress report comes before any piece, and those under way are finished or lost.
     done = run(out, size=None)
-    assert 3 * SIZE <= done.kept < 20
+    assert 3 * SIZE <= done.stored_before < 20
     assert out.read_bytes() == right[suffix]
     assert names(tmp_path) == [out.name]
-    assert run(out) == WriteSummary(members=20, failed=None, kept=20)
+    assert run(out) == WriteSummary(members=20, failed=None, stored_before=20)
 
 
 @SUFFIXES
@@ -166,7 +166,7 @@ def test_a_damaged_piece_is_computed_again(
     pieces = sorted(parts.glob(f"0*{suffix}"))
     damage(pieces[1])
     done = run(out)
-    assert done.kept == SIZE * (len(pieces) - 1)
+    assert done.stored_before == SIZE * (len(pieces) - 1)
     assert out.read_bytes() == right[suffix]
 
 
@@ -249,12 +249,12 @@ def test_force_starts_another_sweep_but_goes_on_with_the_same(
 ) -> None:
     out = tmp_path / "out.csv"
     interrupted(out, OTHERS["t_end"][0])
-    assert run(output_path(out, force=True)).kept == 0
+    assert run(output_path(out, force=True)).stored_before == 0
     assert out.read_bytes() == right[".csv"]
     with pytest.raises(Cancelled):
         run(output_path(out, force=True), progress=stop_after(3))
     assert out.read_bytes() == right[".csv"]
-    assert run(output_path(out, force=True)).kept > 0
+    assert run(output_path(out, force=True)).stored_before > 0
     with pytest.raises(InputError, match="exists already"):
         run(out, OTHERS["t_end"][0])
     assert out.read_bytes() == right[".csv"]
@@ -280,7 +280,7 @@ def test_a_full_disk_is_a_clear_stop_and_nothing_is_lost(
             run(out)
         assert not [name for name in names(out.with_name(f"{out.name}.parts")) if "tmp" in name]
     monkeypatch.undo()
-    assert run(out).kept == 9
+    assert run(out).stored_before == 9
     assert out.read_bytes() == right[suffix]
 
 
@@ -292,7 +292,7 @@ def test_no_room_for_the_merged_file_keeps_the_pieces(
     with file_size_limit(1800), pytest.raises(ComputationError, match="20 of 20 members are kept"):
         run(out)
     assert not out.exists()
-    assert run(out) == WriteSummary(members=20, failed=5, kept=20)
+    assert run(out) == WriteSummary(members=20, failed=5, stored_before=20)
     assert out.read_bytes() == right[".csv"]
 
 

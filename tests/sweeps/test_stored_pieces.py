@@ -71,7 +71,7 @@ def test_pieces_of_a_kernel_compiled_by_numba_are_refused_and_can_be_read(
     monkeypatch.setattr(provenance_module, "versions", lambda _: manifest["versions"])
     refused(out, r"last bits from those there \(transients are of a kernel compiled by numba there")
     monkeypatch.undo()
-    assert go_on(output_path(out, force=True)).kept == 0
+    assert go_on(output_path(out, force=True)).stored_before == 0
     assert out.read_bytes() == right
 
 

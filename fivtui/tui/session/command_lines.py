@@ -28,7 +28,7 @@ def _arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
     arguments = ["fivtui", command.name, *([origin.source] if origin.source else [])]
     ignored = _SET_BY_ACCURACY if scene.accuracy else ()
     for difference in differences(scene, origin.scene):
-        if difference.name in command.said and difference.name not in ignored:
+        if difference.name in command.settable and difference.name not in ignored:
             arguments += difference.words
     return arguments
 
@@ -38,9 +38,9 @@ def _unset_fields(scene: Scene, begin: Scene, command: Command) -> list[str]:
     # and none switches separation on again or removes error targets.
     needed = {"over_time": (), **command.needed}
     fields = [name for name, value in needed.items() if getattr(begin, name) != value]
-    if "separation" in command.said and scene.separation and not begin.separation:
+    if "separation" in command.settable and scene.separation and not begin.separation:
         fields.append("separation")
-    if "accuracy" in command.said and not scene.accuracy and begin.accuracy:
+    if "accuracy" in command.settable and not scene.accuracy and begin.accuracy:
         fields.append("accuracy")
     return fields
 
@@ -60,4 +60,4 @@ def study_line(kind: str, of: Any, origin: Origin) -> str:
             names = " and ".join(unset)
             raise InputError(f"{kind}: no option sets {names}; save the scene to a file first")
     arguments = _arguments(scene, begin, command) if command.scene else ["fivtui", command.name]
-    return shlex.join([*arguments, *command.words])
+    return shlex.join([*arguments, *command.arguments])

@@ -12,7 +12,7 @@ from fivtui.charts.chart import View
 from fivtui.model.errors import InputError
 from fivtui.reliability.charts import histogram_chart, quantity_name, samples_chart
 from fivtui.reliability.result import Uncertainty
-from fivtui.reliability.run import measured
+from fivtui.reliability.run import compute_uncertainty
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.run import local_engine
 from fivtui.tui.chart.picture import draw
@@ -35,7 +35,7 @@ def result() -> Uncertainty:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(charts, "SAMPLES", 256)
         study = charts.uncertainty_request(PRESETS["base"], TEXT)
-    return measured(study, local_engine(1))
+    return compute_uncertainty(study, local_engine(1))
 
 
 def test_a_histogram_has_a_step_line_for_each_region(result: Uncertainty) -> None:

@@ -81,10 +81,12 @@ class UncertaintyPane(StudyPane):
 
     def compute(self, request: "Study", job: Job) -> "Uncertainty":
         """Compute a study."""
-        from fivtui.reliability import measured
+        from fivtui.reliability import compute_uncertainty
         from fivtui.sweeps import local_engine
 
-        return measured(request, local_engine(), progress=job.report, tell=self._store_estimate)
+        return compute_uncertainty(
+            request, local_engine(), progress=job.report, on_estimates=self._store_estimate
+        )
 
     def _store_estimate(self, _members: int, estimate: str) -> None:
         # Called by the computing thread; the screen displays it with the progress.
