@@ -1,4 +1,4 @@
-"""Distributions of a named quantity as text: ``NAME~normal:80:8``; and their quantiles."""
+"""Distributions of a named quantity as text, ``NAME~normal:80:8``, and their quantiles."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -98,14 +98,14 @@ class Distribution:
         itself), ``triangular`` (low, mode, high) or ``beta`` (low, high, a, b); or the name of
         another continuous distribution in `scipy.stats`.
     numbers : tuple of float
-        Its numbers, in that order; those of `scipy.stats` are its shapes, then loc and scale.
+        Its numbers in that order; for `scipy.stats` the shapes, then loc and scale.
     low, high : float
-        Bounds at which it is truncated: its density between them is scaled to an area of 1.
+        Bounds of truncation: the density between them is scaled to an area of 1.
 
     Raises
     ------
     InputError
-        If the name is unknown, the numbers are not allowed, or nothing is left by truncation.
+        If the name is unknown, the numbers are not allowed, or truncation leaves no values.
 
     Examples
     --------

@@ -41,7 +41,7 @@ class Later:
 
 
 def later(user: str, *names: str) -> tuple[Later, ...]:
-    """Modules beside the module `user`, by their names, for functions that it calls late."""
+    """Siblings of the module `user`, by name, imported when one of their functions is called."""
     package = user.rpartition(".")[0]
     return tuple(Later(f"{package}.{name}") for name in names)
 

@@ -1,4 +1,4 @@
-"""Options of commands, declared as fields of a dataclass, and the words that say their values."""
+"""Options of commands, declared as fields of a dataclass, and the arguments that set them."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -15,9 +15,9 @@ Options = TypeVar("Options")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Option:
-    """How a value is given on the command line."""
+    """An option of the command line."""
 
-    # Such as --value, or --indices/--no-indices for a value that is true or false.
+    # E.g. --value, or --indices/--no-indices for a bool.
     flag: str
     help: str
     # The form of its value; None for a flag without one.
@@ -26,17 +26,17 @@ class Option:
     required: bool = False
     show_default: bool = False
     choices: tuple[str, ...] = ()
-    # Whole numbers that are allowed, where it is one.
-    whole: Interval | None = None
-    # Whether it names a file to be read.
+    # The allowed integers, for an option that takes an integer.
+    integers: Interval | None = None
+    # Whether the value is the name of a file to be read.
     file: bool = False
-    # What a shell proposes.
+    # Values that a shell proposes.
     completions: Callable[[], Iterable[str]] | None = None
     # The field of a scene that it sets.
     setting: str = ""
 
     def words(self, value: Any) -> list[str]:
-        """The option with a value, or with each of several."""
+        """The arguments that set the option to a value, or to several values."""
         if isinstance(value, bool):
             return [self.flag.split("/")[0 if value else 1]]
         values = value if self.multiple else [value]
@@ -55,12 +55,12 @@ def option(flag: str, help: str, default: Any = None, **details: Any) -> Any:  #
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
 def declaration(of: type[Options]) -> type[Options]:
-    """A class whose fields are options; made more quickly than a frozen dataclass."""
+    """A dataclass whose fields are options; cheaper to define than a frozen dataclass."""
     return dataclass(kw_only=True, eq=False, repr=False)(of)
 
 
 def flag(name: str, help: str) -> Any:  # noqa: A002
-    """A field that is true where its flag is given."""
+    """A field that is true if its flag is given."""
     return option(name, help, default=False)
 
 
@@ -70,7 +70,7 @@ def options_of(declaration: Any) -> dict[str, tuple[Option, Any]]:
 
 
 def words_of(values: Any) -> list[str]:
-    """The words on a command line that say which options differ from their defaults."""
+    """The arguments of a command line for the options that differ from their defaults."""
     return [
         argument
         for name, (declared, default) in options_of(values).items()

@@ -1,4 +1,4 @@
-"""Ranges of a named quantity as text: ``NAME=START:STOP:COUNT[:log]``; and their values."""
+"""Ranges of a named quantity as text, ``NAME=START:STOP:COUNT[:log]``, and their values."""
 
 import math
 import re
@@ -23,14 +23,14 @@ _COMMA_IN_NUMBER: Final = re.compile(rf"(\s*[+-]?[0-9]*),{_FRACTION}(\s*%?\s*)")
 _COMMA_IN_PART: Final = re.compile(
     rf"((?:^|[\s=~])[+-]?[0-9]*),{_FRACTION}(?=\s*:)|(:\s*[+-]?[0-9]*),{_FRACTION}(?=[\s:]|$)"
 )
-# Fractions of a power of two in the table: the series then needs few terms.
+# Table entries between two powers of two; with these, the series needs few terms.
 _PARTS: Final = 64
 _TERMS: Final = 7
 _DIGITS: Final = Context(prec=50)
 _LN2: Final = _DIGITS.ln(Decimal(2))
-# What values spaced by a mathematical library may differ by, relative.
+# Relative tolerance for values spaced by a mathematical library.
 _LIBRARY: Final = 1e-13
-# Veltkamp's constant: it splits a number into two halves of its bits.
+# Veltkamp's constant splits a number into halves of its bits.
 _SPLITTER: Final = 2.0**27 + 1.0
 
 Floats = NDArray[np.float64]
@@ -148,7 +148,7 @@ def range_text(name: str, values: Floats) -> str:
     ends = f"{number_text(first)}:{number_text(final)}:{count}"
     if np.array_equal(values, _spaced(first, final, count, log=False)):
         return ends
-    # Files may have values whose powers a mathematical library has rounded.
+    # Values in files may be powers rounded by a mathematical library.
     if min(first, final) > 0.0 and np.allclose(
         values, _spaced(first, final, count, log=True), rtol=_LIBRARY, atol=0.0
     ):
@@ -165,17 +165,17 @@ def _spaced(start: float, stop: float, count: int, *, log: bool) -> Floats:
 
 
 def log_spaced(start: float, stop: float, indices: Floats, parts: int = 1) -> Floats:
-    """Values start (stop/start)^(place/parts), with the same bits on every machine.
+    """Values start (stop/start)^(index/parts), with the same bits on every machine.
 
-    Powers by a mathematical library differ in their last bits from one processor to the next; this
-    takes sums, products and roundings alone, which IEEE 754 defines.
+    Powers by a mathematical library differ in their last bits between processors. This function
+    uses only sums, products and roundings, which IEEE 754 defines.
     """
     start_log, stop_log = (_DIGITS.multiply(_log2(end), Decimal(_PARTS)) for end in (start, stop))
     begin = _pair(start_log)
     span = _pair(_DIGITS.divide(_DIGITS.subtract(stop_log, start_log), Decimal(parts)))
     product, lacks = _exact_product(span[0], indices)
     total = begin[0] + product
-    # What the sum lacks (Knuth), then all that is smaller.
+    # The rounding error of the sum (Knuth), then all smaller terms.
     added = total - begin[0]
     lacks = (
         (begin[0] - (total - added)) + (product - added) + (lacks + indices * span[1] + begin[1])
@@ -199,7 +199,7 @@ def _log2(number: float) -> Decimal:
 
 
 def _pair(number: Decimal) -> tuple[float, float]:
-    # A number of more than 53 bits: one of 53 bits and what it lacks.
+    # A number of more than 53 bits as the nearest double and the remainder.
     high = float(number)
     return high, float(_DIGITS.subtract(number, Decimal(high)))
 
@@ -213,7 +213,7 @@ def _powers() -> tuple[Floats, Floats]:
 
 
 def _exact_product(a: float, b: Floats) -> tuple[Floats, Floats]:
-    # The product and what it lacks (Dekker).
+    # The product and its rounding error (Dekker).
     product = a * b
     a_high, b_high = (_SPLITTER * x - (_SPLITTER * x - x) for x in (a, b))
     a_low, b_low = a - a_high, b - b_high

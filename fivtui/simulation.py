@@ -52,8 +52,8 @@ def simulate(
     t_end : float
         Horizon, s; at most 1e7.
     tol : float
-        Relative tolerance of the variable-step methods, 1e-13 to 1e-2. What it promises of the
-        methods ``taylor``, ``fmu`` and ``fmu-native`` is said in ``examples/trust.md``.
+        Relative tolerance of the variable-step methods, 1e-13 to 1e-2. ``examples/trust.md`` says
+        what errors it ensures for the methods ``taylor``, ``fmu`` and ``fmu-native``.
     separation : bool
         Whether separation is considered (the paper's Case 1) or ignored (Case 2).
     start : "static" or sequence of four floats
@@ -63,21 +63,21 @@ def simulate(
     step : float, optional
         Step of ``rk4``, communication step of ``fmu`` and ``fmu-native``, s.
     samples : "none", "dense", int or sequence of float
-        What is kept of the trajectory: nothing; everything, then ``solution`` of the result is a
-        function of time; its values at so many evenly spaced times from 0 to `t_end`, both
-        included; or at these ascending times, s.
+        How the trajectory is stored: not at all; as a function of time, ``solution`` of the result;
+        at this number of evenly spaced times from 0 to `t_end`, both included; or at these
+        ascending times, s.
     max_steps : int
         Steps after which the run is given up.
     progress : callable, optional
-        Called now and then with the fraction done; the run is cancelled when it returns False.
+        Called at intervals with the fraction done; the run is cancelled when it returns False.
     kernel : "auto", "compiled", "interpreted" or "exact"
-        What runs the method ``taylor``. By default a linear scene (k_nl = 0, separation ignored)
-        is solved exactly, without steps; any other by the compiled kernel, or by the interpreted
-        one where that could not be compiled. ``stats.kernel`` says which it was, and they agree to
-        rounding.
+        Implementation of the method ``taylor``. By default a linear scene (k_nl = 0, separation
+        ignored) is solved exactly, without steps; any other scene by the compiled kernel, or by the
+        interpreted kernel if none is compiled. ``stats.kernel`` names the kernel used; their
+        results agree to rounding.
     on_samples : callable, optional
-        Called now and then with the next part of the trajectory, where sample times are given and
-        steps are taken; in the computing thread.
+        Called at intervals in the computing thread with the next part of the trajectory, if sample
+        times are given and the method takes steps.
     sensitivities : sequence of str
         Names of the parameters to derive the results by, with the method ``taylor``. A static start
         depends on parameters, and so do the derivatives through it; a start in numbers does not.

@@ -1,4 +1,4 @@
-"""The registry of studies: every kind of result that is written, read, drawn, listed or said."""
+"""The registry of studies: all kinds of results, with their files, figures, tables and commands."""
 
 import json
 from collections.abc import Iterator
@@ -20,7 +20,8 @@ from fivtui.io import (
 from fivtui.model import InputError
 from fivtui.results import Command, StudyKind
 
-# Where the entry of every kind is. Files are recognised in this order: that of a map says least.
+# Module and name of the entry of every kind. Files are recognised in this order, the map last, as
+# its header is the least specific.
 STUDIES: Final[dict[str, str]] = {
     "run": "fivtui.transient.kinds:RUN",
     "simulation": "fivtui.scene.kinds:SIMULATION",
@@ -48,7 +49,7 @@ _JSON: Final = ".json"
 
 
 def study(name: str) -> StudyKind:
-    """The entry of a kind of study, such as ``"map"``; what it calls is imported when called."""
+    """The entry of a kind of study, such as ``"map"``; its functions are imported when called."""
     module, _, entry = STUDIES[name].partition(":")
     return cast("StudyKind", getattr(import_module(module), entry))
 
@@ -77,7 +78,7 @@ def save_study(name: str, result: Any, path: Path) -> None:
 
 
 def check_readable(path: Path) -> None:
-    """Raise `InputError` unless there is a file, or a folder, of a name that a result may have."""
+    """Raise `InputError` unless a file or folder of that name exists and may hold a result."""
     folders = (suffix for _, kind in studies() for suffix in kind.folders)
     suffixes = (*FORMATS, *folders, _JSON)
     if path.suffix.lower() not in suffixes:
@@ -97,7 +98,7 @@ def kind_of(path: Path) -> str:
     else:
         header = read_header(path, "result").keys()
         fitting = (name for name, kind in studies() if kind.header and header >= kind.header)
-        # A trajectory that another program wrote has no header.
+        # A trajectory written by another program has no header.
         kind_name = next(fitting, "") if header else "run"
     if not kind_name or study(kind_name).load is None:
         names = [name for name, kind in studies() if kind.load is not None]
@@ -129,7 +130,7 @@ def load_study(name: str, path: Path) -> Any:
 
 
 def store_study(name: str, result: Any, path: Path) -> None:
-    """Write a result whole to a file, which the laboratory keeps."""
+    """Write all of a result to a file for the laboratory."""
     stored = study(name).stored
     if stored is not None and stored.save is not None:
         stored.save(result, path)
@@ -146,7 +147,7 @@ def restore_study(name: str, path: Path) -> Any:
 
 
 def command_of(name: str, of: Any) -> Command:
-    """The command that computes a study; `of` is its result or what it is of."""
+    """The command that computes a study; `of` is its result or its request."""
     command = study(name).command
     if command is None:
         raise InputError(f"{name}: no command says it")

@@ -1,4 +1,4 @@
-"""Members of a batch by the interpreted kernel, where there is no compiled one."""
+"""Members of a batch by the interpreted kernel, if no kernel is compiled."""
 
 from collections.abc import Callable, Mapping
 
@@ -40,7 +40,7 @@ def interpreted_results(
     belt: Mapping[str, Floats],
     go_on: Callable[[], bool],
 ) -> Floats:
-    """Rows of `RunColumns`; `belt` has the columns of a belt of finite speed, if it has one.
+    """Rows of `RunColumns`; `belt` has the columns of a belt of finite speed, or is empty.
 
     `go_on` is called after every member and stops the batch if False.
     """
@@ -54,7 +54,7 @@ def interpreted_results(
             )
             results[index] = _result(request, max_steps)
         else:
-            # No step: that is how a batch knows that there is no start.
+            # Zero steps mark a member without a static start.
             results[index, :9] = *start, 0.0, Status.OVERFLOW, 0.0, 0.0, 0.0
         if not go_on():
             break

@@ -16,7 +16,7 @@ def columns(
 ) -> tuple[dict[str, Floats], int]:
     """The columns of parameters by name, without copies, and the number of members.
 
-    They are nine, and those of a belt of finite speed if it has one.
+    There are nine columns, and more for a belt of finite speed.
 
     `parameters` is as in `simulate_batch`; `base` has the values that a mapping does not name.
     Raises `InputError` if a name, a shape or a value is wrong.
@@ -84,7 +84,7 @@ def _numbers(name: str, value: ArrayLike) -> Floats:
 
 
 def _check(name: str, column: Floats) -> None:
-    # Least and greatest tell of every element, NaN included.
+    # Checking the least and greatest value checks all elements, NaN included.
     spec = parameter_spec(name)
     try:
         spec.check(float(column.min()))

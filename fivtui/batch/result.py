@@ -71,9 +71,9 @@ class BatchEvents(Comparable):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Batch(Result):
-    """Result of a batch of n transients; to ask for what was not required is an `InputError`.
+    """Result of a batch of n transients; `InputError` for an attribute that was not required.
 
-    Values of members that failed are NaN, and only theirs.
+    Values are NaN only for members that failed.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Batch(Result):
     status : ndarray of int8, shape (n,)
         How each ended, a `Status`.
     t : ndarray, shape (n,)
-        Time reached, s: the horizon where all is well.
+        Time reached, s: the horizon unless the member failed.
     steps : ndarray of int64, shape (n,)
         Integration steps.
     """
@@ -94,9 +94,9 @@ class Batch(Result):
     status: NDArray[np.int8]
     t: Floats
     steps: NDArray[np.int64]
-    # What was required, of `PARTS`.
+    # The required results, by names of `PARTS`.
     _parts: Mapping[str, Any] = field(repr=False)
-    # A row for each member that failed: its place, last state and F.
+    # A row for each member that failed: its index, last state, separation and parameters.
     _failures: Floats = field(repr=False)
 
     @property
@@ -135,7 +135,7 @@ class Batch(Result):
         return self._failures[:, 0].astype(np.int64)
 
     def failure(self, member: int) -> ComputationError | None:
-        """Why and when a member, counted from 0, failed and what to try; None if it is done."""
+        """The error of a member, counted from 0, with advice; None if it did not fail."""
         status, t = Status(self.status[member]), float(self.t[member])
         if status is Status.DONE:
             return None
@@ -189,7 +189,7 @@ class Batch(Result):
         return columns
 
 
-# Parts of a result that may be required, and what makes them empty for n members.
+# Parts of a result that may be required, and functions that allocate them for n members.
 PARTS: Final[Mapping[str, Callable[[int], Any]]] = {
     "final": lambda n: np.empty((n, 4)),
     "amplitude": lambda n: BatchAmplitude(*(np.empty(n) for _ in range(3))),

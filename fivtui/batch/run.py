@@ -1,4 +1,4 @@
-"""Many transients at once, on all processor cores, in a memory that the horizon does not change."""
+"""Many transients at once, on all processor cores; memory does not grow with the horizon."""
 
 import os
 import threading
@@ -40,11 +40,11 @@ Requirement = Literal["final", "amplitude", "peak", "steady", "events"]
 
 REQUIREMENTS: Final = ("final", "amplitude", "peak", "steady", "events")
 
-# Members that a worker takes at a time: a part of those left, so that all end together.
+# Bounds of the members a worker takes at a time, a share of the rest so that all end together.
 _LEAST_CHUNK, _GREATEST_CHUNK = 64, 1024
-# Steps of all its lanes between two looks around.
+# Steps of all lanes of a worker between two checks for a stop.
 _BUDGET: Final = 10_000
-# Time between two looks at the progress callback, s.
+# Interval between two calls of the progress callback, s.
 _REPORT_S: Final = 0.02
 
 
@@ -71,39 +71,39 @@ def simulate_batch(
     ----------
     parameters : mapping of str to array_like, or array_like of shape (n, 9)
         The parameter sets, SI units: values by parameter name, broadcast against each other to
-        one axis, the others from `base`; or nine columns in the order of `Parameters`.
+        one axis, other parameters from `base`; or nine columns in the order of `Parameters`.
     base : Parameters, optional
-        Where the values that a mapping does not name come from; the base set if not given.
+        Values of the parameters that a mapping does not name; the base set by default.
     t_end : float
         Horizon of all, s; at most 1e7.
     tol : float
-        Relative tolerance, 1e-13 to 1e-2; what it promises is said in ``examples/trust.md``.
+        Relative tolerance, 1e-13 to 1e-2; ``examples/trust.md`` says what errors it ensures.
     separation : bool or array_like of bool, shape (n,)
         Whether separation is considered (the paper's Case 1) or ignored (Case 2).
     start : "static" or array_like of shape (4,) or (n, 4)
         At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
     require : collection of "final", "amplitude", "peak", "steady", "events"
-        What is wanted; nothing else is computed. ``"amplitude"`` is the part of
-        ``"peak"`` that concerns y, for five sixths of the time.
+        Results to compute. ``"amplitude"`` has the extremes of y in ``"peak"`` alone, in five
+        sixths of the time.
     max_steps : int
         Steps after which a member is given up.
     workers : int, optional
-        Threads, the caller's one of them; as many as there are processors if not given.
+        Number of threads, including the caller's; by default the number of processors.
     progress : callable, optional
-        Called now and then with the fraction done; the batch is cancelled when it returns False.
+        Called at intervals with the fraction done; the batch is cancelled when it returns False.
 
     Returns
     -------
     Batch
-        Each member has the same bits as the single run by the same kernel, whatever its
-        neighbours, its place, the number of workers and what else is required.
+        Each member has the same bits as the single run by the same kernel, for any other members,
+        order, number of workers and required results.
 
     Raises
     ------
     InputError
         If the request is wrong.
     ComputationError
-        Never for a member that cannot be finished: see `Batch.failure`.
+        Not raised for a member that cannot be finished: see `Batch.failure`.
     Cancelled
         If `progress` returned False.
 
@@ -137,7 +137,7 @@ def simulate_batch(
 
 
 class _Work:
-    # A batch under way: its checked request, its results, and what of it is done.
+    # A running batch: its checked request, its results so far, and its progress.
 
     def __init__(
         self,
@@ -220,8 +220,8 @@ class _Work:
             results = self._interpret(members, columns, look)
         else:
             results = np.empty((len(parameters), len(RunColumns._fields)))
-            # What is linear cannot overflow in a square, and expansions by a friction law are
-            # others: such members are run apart.
+            # Group members by code path: linear springs cannot overflow in a square, and a friction
+            # law has its own expansions.
             kinds = (columns["k_nl"] > 0.0).astype(int)
             if belt is not None:
                 kinds += 2 * (belt[:, 2] > 0.0)
@@ -233,7 +233,7 @@ class _Work:
                 if self._stop:
                     return
         if not self._stop:
-            self._keep(RunColumns(*results.T), where)
+            self._store(RunColumns(*results.T), where)
 
     def _advance(
         self, kernel: Kernel, members: Members, belt: Floats | None, look: Callable[[], None]
@@ -276,11 +276,11 @@ class _Work:
         )
 
     def _column(self, name: str) -> Floats:
-        # NaN for a parameter that is none.
+        # NaN for a parameter that the members do not have.
         return self._columns.get(name, np.broadcast_to(np.nan, self._size))
 
-    def _keep(self, outcome: Any, where: slice) -> None:
-        # Take the results of a chunk into those of the batch.
+    def _store(self, outcome: Any, where: slice) -> None:
+        # Copy the results of a chunk into the arrays of the batch.
         status = outcome.status.astype(np.int8)
         state = np.column_stack([outcome.x, outcome.vx, outcome.y, outcome.vy])
         status[(outcome.steps == 0.0) & ~np.isfinite(state).all(axis=1)] = Status.NO_START
@@ -288,7 +288,7 @@ class _Work:
         self._status[where], self._t[where], self._steps[where] = status, outcome.t, outcome.steps
         if failed.any():
             rows = np.flatnonzero(failed)
-            row = np.column_stack(
+            failures = np.column_stack(
                 [
                     rows + where.start,
                     state[rows],
@@ -297,9 +297,9 @@ class _Work:
                 ]
             )
             with self._lock:
-                self._failures.append(row)
+                self._failures.append(failures)
 
-        def put(target: NDArray[Any], value: Floats, missing: float = np.nan) -> None:
+        def store(target: NDArray[Any], value: Floats, missing: float = np.nan) -> None:
             target[where] = value
             target[where][failed] = missing
 
@@ -312,14 +312,14 @@ class _Work:
         }
         for name, part in self._parts.items():
             if name == "final":
-                put(part, state)
+                store(part, state)
                 continue
             for column in fields(part):
                 target = getattr(part, column.name)
-                put(target, values[column.name], -1 if target.dtype == np.int64 else np.nan)
+                store(target, values[column.name], -1 if target.dtype == np.int64 else np.nan)
 
     def result(self) -> Batch:
-        """What the batch has found."""
+        """The result of the batch."""
         failures = np.concatenate([np.empty((0, 6 + len(ALL_PARAMETERS))), *self._failures])
         return Batch(
             t_end=self._t_end,

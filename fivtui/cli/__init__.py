@@ -11,7 +11,7 @@ from fivtui.model import Cancelled, ComputationError, InputError, one_line
 
 from . import analysis, branches, fmu, playing, program, reliability, studies, transients
 from .group import commands
-from .options import say
+from .options import print_note
 from .streams import ReaderGone, guarded_streams
 
 __all__ = [
@@ -48,12 +48,12 @@ def run(args: Sequence[str] | None) -> int:
     """
     with guarded_streams():
         message, code = _outcome(lambda: commands.main(args, "fivtui", standalone_mode=False))
-        # Show also what a command printed before it failed.
+        # Flush the output of a command that failed.
         lost, code_of_loss = _outcome(sys.stdout.flush)
         if not message:
             message, code = lost, code_of_loss or code
         if message:
-            say(one_line(f"fivtui: {' '.join(message.split())}"))
+            print_note(one_line(f"fivtui: {' '.join(message.split())}"))
     return code
 
 

@@ -10,7 +10,7 @@ from fivtui.transient import SETTINGS, START_SPECS, setting
 
 from .arguments import times_words
 from .command import Call, command
-from .options import print_json, progress_bar, say
+from .options import print_json, print_note, progress_bar
 
 if TYPE_CHECKING:
     from fivtui.model import OnProgress
@@ -66,15 +66,15 @@ def stability(call: Call[StabilityOptions]) -> None:
 
 
 def _safe_friction(scene: "Scene", call: Call[Any]) -> dict[str, Any]:
-    # What `stability` adds to its JSON of disturbances of any size.
+    # Entries about disturbances of any size that `stability` adds to its JSON.
     if scene.parameters.v_belt is not None:
         from fivtui.orbits import reached_words
 
-        # On a belt of finite speed: what transients reach at this friction, and no other.
+        # Entries on a belt of finite speed: the motion that transients reach at this friction only.
         coexisting = _coexisting(scene)
         verdict = reached_words(coexisting)
         if not call.outputs.as_json:
-            say(verdict)
+            print_note(verdict)
         return {"safe_mu": None, "safe_mu_basis": {"verdict": verdict, **coexisting.to_dict()}}
     from fivtui.safety import safe_friction
 

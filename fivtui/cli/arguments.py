@@ -12,7 +12,7 @@ from fivtui.model import Interval, read_whole
 
 
 def times_words(count: int) -> str:
-    """How often something was given, in words."""
+    """The number of times an option was given, as text."""
     return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
@@ -20,7 +20,7 @@ class Once(click.Option):
     """An option that must not be empty, nor given twice unless it takes several values."""
 
     def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
-        """Keep every value given; click keeps the last alone."""
+        """Collect all values of the option; click would store only the last."""
         if self.multiple or self.is_flag or self.count:
             super().add_to_parser(parser, ctx)
         else:
@@ -54,7 +54,7 @@ class Whole(click.ParamType[int]):
         self.interval = interval
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """The number; fails if the text is none, or it is not of the interval."""
+        """The number; fails if the text is not a number in the interval."""
         try:
             number = read_whole(value) if isinstance(value, str) else int(value)
         except ValueError:
@@ -71,7 +71,7 @@ class FilePath(click.ParamType[Path]):
     completed_as = "file"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """The path; fails for a name that no file can have."""
+        """The path; fails for an impossible file name."""
         if not str(value) or "\0" in str(value):
             self.fail(f"{value!r} is not the name of a file.", param, ctx)
         return Path(value)

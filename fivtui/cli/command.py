@@ -52,7 +52,7 @@ class NoOptions:
 
 @dataclass(frozen=True)
 class Call(Generic[Options]):
-    """What a command is called with: its options, its outputs, and the scene."""
+    """The arguments of a command: its options, its outputs, and the scene."""
 
     options: Options
     outputs: Outputs
@@ -64,9 +64,9 @@ class Call(Generic[Options]):
     ) -> "Scene":
         """The scene with the parameters of ``--set`` and the settings of the options.
 
-        Says which parameters have no effect. `varied` are texts that begin with the name of a
+        Warns of parameters without effect. `varied` are texts that begin with the name of a
         parameter; with `centred` the computation begins at its value in the scene. `tables` says
-        whether parameters may change over time, by default where the command has --over-time.
+        whether parameters may change over time, by default if the command has --over-time.
         """
         from fivtui.scene import find_scene
 
@@ -128,8 +128,8 @@ def _click_option(name: str, declared: Option, default: Any) -> Decorator:
         details["is_flag"] = True
     elif declared.metavar is not None:
         details["metavar"] = declared.metavar
-    if declared.whole is not None:
-        details["type"] = Whole(declared.whole)
+    if declared.integers is not None:
+        details["type"] = Whole(declared.integers)
     elif declared.choices:
         details["type"] = click.Choice(declared.choices)
     elif declared.file:

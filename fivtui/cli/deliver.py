@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from .options import print_json, progress_bar, say, say_written
+from .options import print_json, print_note, progress_bar, say_written
 
 if TYPE_CHECKING:
     from fivtui.model import OnProgress
@@ -36,7 +36,7 @@ class Outputs:
             check_figure_path(self.plot)
 
     def write(self, kind: str, result: Any) -> None:
-        """Write a result and its figure to the files, and say so."""
+        """Write a result and its figure to the files, and print their names."""
         from fivtui.studies import save_study, study
 
         if self.out is not None:
@@ -58,14 +58,14 @@ class Outputs:
             study(kind).show(result)
 
     def warn(self, kind: str, result: Any) -> None:
-        """Say what a result warns of."""
+        """Print the warning of a result."""
         from fivtui.studies import study
 
         if (warning := study(kind).warning(result)) is not None:
-            say(f"warning: {warning}")
+            print_note(f"warning: {warning}")
 
     def finish(self, kind: str, result: Any) -> None:
-        """Say what a result warns of, write and print it."""
+        """Print the warning of a result, write it and print it."""
         self.warn(kind, result)
         self.write(kind, result)
         self.show(kind, result)

@@ -15,9 +15,9 @@ from .options import (
     json_option,
     output_option,
     print_json,
+    print_note,
+    print_text,
     progress_bar,
-    put,
-    say,
     say_written,
 )
 from .paths import InputFile
@@ -100,9 +100,9 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
     if as_json:
         print_json({"file": str(fmu_file), "problems": problems})
     elif problems:
-        put("\n".join(problems))
+        print_text("\n".join(problems))
     else:
-        put(f"{fmu_file}: no problems")
+        print_text(f"{fmu_file}: no problems")
     if problems:
         raise InputError(f"{fmu_file}: not a valid FMU, problems found: {len(problems)}")
 
@@ -161,7 +161,7 @@ def fmu_run(fmu_file: Path, out: Path | None, as_json: bool, **options: Any) -> 
             progress=progress,
         )
     for warning in run.warnings:
-        say(f"warning: {warning}")
+        print_note(f"warning: {warning}")
     if out is not None:
         save_fmu_run(run, out)
         say_written(out)

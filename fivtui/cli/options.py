@@ -40,19 +40,19 @@ def folder_option(text: str) -> Callable[..., Any]:
 def say_without_effect(
     scene: "Scene", varied: Sequence[str] = (), assignments: Sequence[str] = ()
 ) -> None:
-    """Say which parameters of a scene have a value and no effect.
+    """Print which parameters of a scene have a value but no effect.
 
     `varied` are texts that begin with the name of a parameter; `assignments`, the texts of
     ``--set``, have no effect where their parameter varies.
     """
     names = [text.replace("~", "=").partition("=")[0].strip() for text in varied]
     for replaced in (name for name in assigned("--set", assignments, "F=120") if name in names):
-        say(f"warning: --set {replaced} has no effect: {replaced} varies")
+        print_note(f"warning: --set {replaced} has no effect: {replaced} varies")
     names += dict(scene.over_time)
     unused = unused_parameters(scene.parameters, names)
-    # One that is to vary is refused.
+    # A varied name without effect is an error of the computation itself.
     if unused and not {*unused} & {*names}:
-        say(f"warning: {without_effect(scene.parameters, names)}")
+        print_note(f"warning: {without_effect(scene.parameters, names)}")
 
 
 def error_targets_of(assignments: Sequence[str]) -> dict[str, float]:
@@ -78,28 +78,28 @@ def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, s
 def print_json(data: Any) -> None:
     """Print data as JSON to standard output."""
     plain = "utf" not in (sys.stdout.encoding or "").lower()
-    put(json.dumps(data, ensure_ascii=plain, allow_nan=False, indent=2))
+    print_text(json.dumps(data, ensure_ascii=plain, allow_nan=False, indent=2))
 
 
-def put(text: str) -> None:
+def print_text(text: str) -> None:
     """Print lines of data to standard output."""
     sys.stdout.write(f"{text}\n")
 
 
-def say(message: str) -> None:
+def print_note(message: str) -> None:
     """Print a note to standard error."""
     sys.stderr.write(f"{message}\n")
 
 
 def say_written(*paths: Path, note: str = "") -> None:
-    """Say which files were written, and in which folder; `note` says more of them."""
+    """Print which files were written, and in which folder, with a `note`."""
     from fivtui.io import files_text
 
-    say(f"wrote {files_text(*paths)}{note and f': {note}'}")
+    print_note(f"wrote {files_text(*paths)}{note and f': {note}'}")
 
 
 def progress_bar(label: str) -> "ProgressBar":
-    """A progress bar; says before it, once, why what is computed is not compiled, if it is not."""
+    """A progress bar; prints once why runs are interpreted, if no kernel is compiled."""
     from fivtui.console import ProgressBar
 
     _say_why_interpreted()
@@ -112,4 +112,4 @@ def _say_why_interpreted() -> None:
 
     why = why_interpreted()
     if why is not None:
-        say(f"Runs are interpreted, which takes about a hundred times as long: {why}")
+        print_note(f"Runs are interpreted, which takes about a hundred times as long: {why}")

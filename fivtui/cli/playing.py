@@ -1,4 +1,4 @@
-"""Commands that show and sound a run, and set it beside measured data."""
+"""Commands that animate a run, write it as sound, and compare it with measured data."""
 
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,18 +12,18 @@ from fivtui.transient import RunOptions
 from .command import Call, command
 from .options import progress_bar
 
-# Exit status where a run and measured data differ by more than the tolerances.
+# Exit status if a run and measured data differ by more than the tolerances.
 _EXIT_FAILED: Final = 1
 
 if TYPE_CHECKING:
     from fivtui.transient import Samples, Transient
 
-# Of an FMU, which hands out no function of time.
+# Number of samples of an FMU run, which gives no function of time.
 _POINTS: Final = 20_001
 
 
 def run_of(call: Call[Any]) -> "Transient":
-    """The run that a command asks for, known at any time."""
+    """The run of a command, with its motion as a function of time or densely sampled."""
     from fivtui.scene import scene_transient
     from fivtui.transient import FMU_FLAVOURS
 

@@ -4,7 +4,7 @@ from fivtui.model import Interval
 
 from .arguments import Whole, option
 from .group import commands
-from .options import json_option, print_json, say
+from .options import json_option, print_json, print_note
 
 
 @commands.command()
@@ -50,4 +50,4 @@ def serve(port: int) -> None:
     """
     from fivtui.tui import serve as start
 
-    start(port, say=say)
+    start(port, say=print_note)

@@ -7,7 +7,7 @@ from fivtui.model import InputError
 from fivtui.reliability import UncertaintyOptions
 
 from .command import Call, command
-from .options import say, say_written
+from .options import print_note, say_written
 from .studies import engine_of
 
 
@@ -53,7 +53,7 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
         outputs=options.outputs or DEFAULT_OUTPUTS,
     )
     if scene.correlation and options.indices is None:
-        say("inputs are correlated: no Sobol indices, which are those of independent ones")
+        print_note("inputs are correlated: no Sobol indices, which are those of independent ones")
     # The members are stored while they are computed.
     outputs = replace(call.outputs, out=None)
     outputs.check("uncertainty")

@@ -14,12 +14,12 @@ _ADVICE: Final = "make room there, or write to a file with --out where a command
 
 
 class ReaderGone(Exception):
-    """The reader of standard output has closed it (a broken pipe): end in silence."""
+    """The reader of standard output has closed it (a broken pipe): exit without a message."""
 
 
 class _Raw(io.RawIOBase):
-    # A stream whose first failure is reported in one line, or ignored. What is written afterwards
-    # is dropped, so that nothing fails again when the process ends.
+    # A stream whose first failure is reported in one line, or ignored. Later writes are dropped, so
+    # that the exit of the process does not fail again.
     def __init__(self, below: io.RawIOBase, *, silent: bool) -> None:
         self._below = below
         self._silent = silent
@@ -73,7 +73,7 @@ def guarded_streams() -> Iterator[None]:
 
 def _guarded(stream: TextIO | None, number: int, errors: str, *, silent: bool) -> TextIO:
     if stream is None:
-        # Otherwise the next file opened would get the number of the closed stream.
+        # Otherwise the next opened file would get the descriptor of the closed stream.
         return _nowhere(number)
     # No buffer with PYTHONUNBUFFERED; no raw stream where pytest captures.
     buffer = getattr(stream, "buffer", None)

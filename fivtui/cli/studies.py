@@ -20,8 +20,8 @@ from .options import (
     folder_option,
     force_option,
     json_option,
+    print_text,
     progress_bar,
-    put,
     say_written,
 )
 
@@ -192,6 +192,6 @@ def claims(markdown: bool, as_json: bool) -> None:
     with progress_bar("claims") as progress:
         checked = check_claims(progress=progress)
     if markdown:
-        put(claims_markdown(checked))
+        print_text(claims_markdown(checked))
     else:
         Outputs(as_json=as_json).show("claims", checked)

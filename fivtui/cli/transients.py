@@ -9,7 +9,7 @@ from fivtui.transient import SimulateOptions, setting
 
 from .command import Call, NoOptions, command
 from .deliver import Outputs
-from .options import print_json, progress_bar, say, say_written
+from .options import print_json, print_note, progress_bar, say_written
 from .paths import check_in_folder
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def simulate(call: Call[SimulateOptions]) -> None:
 
 @contextmanager
 def _shown_before_parting(outputs: Outputs) -> "Iterator[None]":
-    # Of two runs that part, what is verified before they do is printed.
+    # If two runs diverge, print the verified transient up to then.
     from fivtui.scene import PartedError
 
     try:
@@ -67,7 +67,7 @@ def _say_if_stiff(result: "Transient") -> None:
     if result.method == "taylor" and result.stats.kernel != "exact":
         stiff = find_stiffness(result.system, t_end=result.t_end)
         if stiff is not None:
-            say(f"{stiff}; this took {result.stats.steps} steps, try --method scipy-lsoda")
+            print_note(f"{stiff}; this took {result.stats.steps} steps, try --method scipy-lsoda")
 
 
 @command(

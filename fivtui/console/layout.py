@@ -8,7 +8,7 @@ from rich.cells import cell_len
 from rich.console import JustifyMethod
 from rich.text import Text
 
-# Space between two columns, and the least width at which running text is readable.
+# Space between two columns, and the least width of readable text.
 GAP: Final = 2
 READABLE: Final = 32
 
@@ -40,11 +40,11 @@ Block = list[tuple[TableColumn, int]]
 
 
 def blocks_of(columns: Sequence[TableColumn], keys: int, width: int | None) -> list[Block]:
-    """Split a table into blocks of at most `width` characters, to be printed one below the other.
+    """Split a table into blocks of at most `width` characters, printed one below the other.
 
-    The first `keys` columns identify a row and are repeated in every block; where they leave no
-    room, row numbers take their place. A block is a list of columns with their widths, to which
-    wider cells are to be folded. A `width` of None is no limit.
+    The first `keys` columns identify a row and are repeated in every block; if they are too wide,
+    row numbers replace them. A block is a list of columns with their widths; wider cells are
+    folded. A `width` of None is no limit.
     """
     natural = [(column, column.natural) for column in columns]
     if width is None or _block_width(natural) <= width:
@@ -54,10 +54,10 @@ def blocks_of(columns: Sequence[TableColumn], keys: int, width: int | None) -> l
         count = max((len(column.cells) for column in columns), default=0)
         numbers = tuple(str(number) for number in range(1, count + 1))
         heads, values = [TableColumn("row", numbers)], list(columns)
-    return list(_filled(heads, values, _room(heads, width)))
+    return list(_split(heads, values, _room(heads, width)))
 
 
-def _filled(
+def _split(
     heads: Sequence[TableColumn], values: Sequence[TableColumn], room: int
 ) -> Iterator[Block]:
     first: Block = [(column, column.least) for column in heads]

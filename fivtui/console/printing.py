@@ -94,7 +94,7 @@ def print_list(title: str, rows: Sequence[Sequence[str]]) -> None:
 def print_titled(title: str, *parts: RenderableType) -> None:
     """Print a title, if it is not empty, and renderables below it to stdout."""
     width = terminal_width()
-    # Without a terminal a program reads it: nothing is wrapped.
+    # Do not wrap output that goes to a program instead of a terminal.
     console = Console(file=sys.stdout, width=width or _NO_LIMIT, highlight=False)
     with console.capture() as captured:
         if title:

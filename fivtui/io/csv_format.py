@@ -42,7 +42,7 @@ def save_csv(
     values: Mapping[str, NDArray[Any] | Sequence[object]],
     header: Mapping[str, Any],
 ) -> None:
-    """Write columns of numbers or texts of a file that is CSV alone; `kind` names it."""
+    """Write columns of numbers or texts to a CSV file; `kind` names the file in messages."""
     check_suffix(path, kind, (".csv",))
     write_atomically(path, lambda file: _write(file, values, header))
 
@@ -59,7 +59,7 @@ def _write(
 
 
 def _texts(values: NDArray[Any] | Sequence[object]) -> Iterable[str]:
-    # The representation of a Python float is the shortest that reads back as the same number.
+    # The repr of a float is the shortest text that reads back as the same number.
     if isinstance(values, np.ndarray):
         return map(repr, values.tolist())
     return map(csv_cell, values)
@@ -72,7 +72,7 @@ def write_csv_head(file: BinaryIO, names: Iterable[str], header: Mapping[str, An
 
 
 def write_csv_rows(file: BinaryIO, columns: Iterable[Iterable[str]]) -> None:
-    """Write rows, given by column as texts that are quoted where they need it."""
+    """Write rows from columns of texts, quoted where necessary."""
     rows = zip(*columns, strict=True)
     file.write("".join(",".join(row) + "\n" for row in rows).encode())
 

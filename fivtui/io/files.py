@@ -143,7 +143,7 @@ def resolved(path: Path) -> Path:
     if "\0" in str(path):
         raise InputError(f"{str(path)!r}: not the name of a file")
     target = Path(os.path.realpath(path))
-    # Only a loop is still a link.
+    # A path that is still a link is a loop.
     if os.path.islink(target):  # noqa: PTH114, a name too long is no link
         raise InputError(
             f"{path}: is a symbolic link that leads back to itself; it must be a file, or a link "
@@ -153,5 +153,5 @@ def resolved(path: Path) -> Path:
 
 
 def cannot_write(path: Path, error: OSError) -> InputError:
-    """The error for a file that the system does not let be written."""
+    """The error for a file that the system does not allow to be written."""
     return InputError(f"{path}: cannot be written: {error.strerror or error}")

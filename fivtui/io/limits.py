@@ -11,7 +11,7 @@ from fivtui.model import ComputationError
 
 _FREE_SPACE: Final = "free space on the disk"
 _FEWER_FILES: Final = "close files, or raise the limit on open files (ulimit -n)"
-# What to do by the number of an error.
+# Advice by error number.
 _ADVICE: Final[Mapping[int, str]] = {
     errno.ENOSPC: _FREE_SPACE,
     errno.EDQUOT: _FREE_SPACE,
@@ -24,9 +24,9 @@ _ADVICE: Final[Mapping[int, str]] = {
 
 
 def limit_error(error: OSError, subject: str = "") -> ComputationError | None:
-    """The error for a limit of the system that was met, None if it was none.
+    """The error for a limit of the system; None if the error has another cause.
 
-    `subject` is what meets it in messages, by default the file of the error.
+    `subject` begins the message; by default it is the file of the error.
     """
     advice = _ADVICE.get(error.errno or 0)
     if advice is None:
@@ -37,7 +37,7 @@ def limit_error(error: OSError, subject: str = "") -> ComputationError | None:
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """A folder that exists within the context; a limit met there is a `ComputationError`."""
+    """A temporary folder; a limit of the system within the context is a `ComputationError`."""
     try:
         with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
             yield Path(folder)

@@ -40,12 +40,12 @@ def write(
 
 
 def _array(value: Any) -> NDArray[Any]:
-    # A mapping becomes a record, so that no array holds Python objects.
+    # Store a mapping as a record, so that no array holds Python objects.
     if not isinstance(value, Mapping):
         array = np.array(value)
-        # A list of mappings becomes text, for the same reason.
+        # Store a list of mappings as text, for the same reason.
         return np.array(json.dumps(value)) if array.dtype == object else array
-    # What is none has no entry.
+    # Omit entries that are None.
     entries = {key: _array(entry) for key, entry in value.items() if entry is not None}
     record = np.empty((), dtype=[(key, e.dtype, e.shape) for key, e in entries.items()])
     for key, entry in entries.items():

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fivtui.model import Column, InputError
 
 package, extra = "pyarrow", "parquet"
-# pyarrow's own.
+# Metadata keys of pyarrow itself.
 _ARROW: Final = b"ARROW:schema"
 
 

@@ -9,7 +9,7 @@ from typing import BinaryIO, Final
 
 from fivtui.model import InputError
 
-# Greatest sizes of tables, and of files written by hand, that are read whole into memory.
+# Greatest sizes of tables, and of files written by hand, that are read into memory.
 MAX_TABLE: Final = 4 << 30
 MAX_TEXT: Final = 1 << 20
 _UNITS: Final = ((1 << 30, "GiB"), (1 << 20, "MiB"), (1, "bytes"))
@@ -69,14 +69,14 @@ def is_folder(path: Path) -> bool:
 
 
 def is_there(path: Path) -> bool:
-    """Whether there is anything of that name."""
+    """Whether a file, folder or device of that name exists."""
     return os.path.exists(path)  # noqa: PTH110, which raises for a name too long
 
 
 def read_bytes(path: Path, *, limit: int = MAX_TABLE) -> bytes:
     """The content of a regular file of at most `limit` bytes; errors as `opened`."""
     with opened(path, limit=limit) as file:
-        # Some files, such as those of /proc, have more content than their size says.
+        # Some files, such as those of /proc, are longer than their reported size.
         content = file.read(limit + 1)
     if len(content) > limit:
         raise _too_large(path, limit)

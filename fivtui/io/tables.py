@@ -25,7 +25,7 @@ class Format(Protocol):
 
     @property
     def package(self) -> str:
-        """Package that it needs beside fivtui's own dependencies; empty if none."""
+        """Package that the format needs besides the dependencies of fivtui; empty if none."""
 
     @property
     def extra(self) -> str:
@@ -44,7 +44,7 @@ class Format(Protocol):
         *,
         missing: bool = False,
     ) -> Columns:
-        """Read all columns, or those `wanted` that are there; `InputError` if damaged.
+        """Read all columns, or those of `selected` that exist; `InputError` if damaged.
 
         Columns in `texts` become arrays of str, all others numbers; with `missing`, NaN for no
         value, and 1 and 0 for true and false.
@@ -64,7 +64,7 @@ FORMATS: Final[Mapping[str, Format]] = {
 def table_format(path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS)) -> Format:
     """The format of a file by its suffix, one of `allowed`; `kind` names the file in messages.
 
-    Raises `InputError` if the suffix is another one, or the format's package is missing.
+    Raises `InputError` if the suffix is not allowed, or the format's package is missing.
     """
     form = FORMATS[check_suffix(path, kind, allowed)]
     if form.package and find_spec(form.package) is None:

@@ -1,7 +1,7 @@
-"""Files written whole or not at all, alone or together with others.
+"""Atomic writing of a file, or of a set of files.
 
-A file is written under a temporary name beside its target, locked, and then renamed. A run that is
-killed leaves a temporary file without a lock: the next run that writes the same target removes it.
+A file is written under a temporary name beside its target, locked, and then renamed. A killed run
+leaves a temporary file without a lock; the next run that writes the same target removes it.
 """
 
 import hashlib
@@ -20,12 +20,12 @@ from .files import cannot_write, check_output, resolved
 from .locks import lock_file
 
 _PREFIX: Final = ".fivtui-"
-# Of all temporary files, of whatever target.
+# Prefix of all temporary files.
 TEMPORARY_FILES: Final = f"{_PREFIX}*.tmp"
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], None]) -> None:
-    """Write a file whole or not at all; only a replaceable path may have a file already."""
+    """Write a file completely or not at all; only a replaceable path may have a file already."""
     drafts = _DRAFTS.get()
     if drafts is not None:
         drafts.add(path, write)
@@ -36,7 +36,7 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], None]) -> None:
 
 @contextmanager
 def written_together() -> Iterator[None]:
-    """Have the files that are written within appear at the end, or none of them where it fails."""
+    """Publish all files written in the context at its end, or none if it fails."""
     with _Drafts() as drafts:
         token = _DRAFTS.set(drafts)
         try:
@@ -82,7 +82,7 @@ class _Drafts(ExitStack):
         try:
             _remove_abandoned(target)
             temporary, file = self._opened(target)
-            # What is written within is no part of this set.
+            # Files that `write` itself writes do not belong to this set.
             token = _DRAFTS.set(None)
             try:
                 write(file)
@@ -96,7 +96,7 @@ class _Drafts(ExitStack):
 
     def publish(self) -> None:
         """Give the files their names."""
-        # Other files may have appeared under these names meanwhile.
+        # Files may have appeared under these names meanwhile.
         for draft in self._drafts:
             check_output(draft.path)
         for draft in self._drafts:
@@ -132,20 +132,20 @@ _DRAFTS: ContextVar[_Drafts | None] = ContextVar("files that appear together", d
 
 
 def _close(file: BinaryIO) -> None:
-    # Where writing failed, closing fails for the same reason.
+    # If writing failed, closing fails for the same reason.
     with suppress(OSError):
         file.close()
 
 
 def _stem(target: Path) -> str:
-    # How the temporary names of a target begin.
+    # Prefix of the temporary names of a target.
     return f"{_PREFIX}{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:12]}-"
 
 
 def _remove_abandoned(target: Path) -> None:
-    # Temporary files of the target whose process has ended: their lock is free.
+    # Unlocked temporary files of the target, whose process has ended.
     stem, names = _stem(target), []
-    # A folder that can be written may be unreadable.
+    # A writable folder may be unreadable.
     with suppress(OSError), os.scandir(target.parent) as entries:
         names = [entry.name for entry in entries if entry.name.startswith(stem)]
     for name in names:

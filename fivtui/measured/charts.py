@@ -13,7 +13,7 @@ from .comparison import Criterion, FloatArray, Validation
 
 _SIZE: Final = (WIDTH, 5.6)
 _HEIGHTS: Final = (1.6, 1.0, 1.2)
-# Amplitudes in figures, relative to the greatest.
+# Range of amplitudes in figures of spectra, relative to the greatest.
 _AMPLITUDES: Final = (1e-4, 2.0)
 
 

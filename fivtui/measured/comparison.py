@@ -30,7 +30,7 @@ _GRID: Final = 1 << 16
 
 
 class Criterion(NamedTuple):
-    """What was asked: in words, what was found, the limit, and whether it holds."""
+    """A criterion: its name, the value found, the limit, and whether it is met."""
 
     name: str
     found: float
@@ -49,7 +49,7 @@ class Validation(TableResult, Drawn):
     measurement : Measurement
         The measured signal, as in its file.
     quantity : str
-        What it is compared with: a column of the trajectory.
+        The column of the trajectory that it is compared with.
     shift : float
         Added to the measured times, s.
     t, measured, computed : ndarray, shape (n,)
@@ -63,7 +63,7 @@ class Validation(TableResult, Drawn):
     spectra : tuple of Spectrum
         Of the measured and the computed signal.
     criteria : tuple of Criterion
-        What was asked, and whether it holds.
+        The tolerances, and whether they are met.
     separated, stuck : sequence of (start, end)
         When the slider is off the belt, and when it sticks to one of finite speed, s.
     """
@@ -88,7 +88,7 @@ class Validation(TableResult, Drawn):
 
     @property
     def passed(self) -> bool | None:
-        """Whether all that was asked holds; None if nothing was."""
+        """Whether all criteria are met; None if there are none."""
         return all(criterion.passed for criterion in self.criteria) if self.criteria else None
 
     @property
@@ -98,7 +98,7 @@ class Validation(TableResult, Drawn):
 
     @property
     def warning(self) -> str:
-        """That the measured column bears the name of another quantity; empty if it does not."""
+        """Warning if the measured column has the name of another quantity; else empty."""
         signal, names = self.measurement.signal, {*QUANTITIES, "t", "time"} - {self.quantity}
         if not bears_name(signal, tuple(names)):
             return ""
@@ -190,7 +190,7 @@ def validate(
     measurement : Measurement
         From `read_measurement`.
     quantity : str
-        What was measured: ``x``, ``vx``, ``y``, ``vy`` or ``P``, in SI units.
+        The measured quantity: ``x``, ``vx``, ``y``, ``vy`` or ``P``, in SI units.
     shift : float or "auto"
         Added to the measured times, s; ``"auto"`` finds the shift of highest correlation that has
         the whole measurement within the run.
@@ -205,7 +205,7 @@ def validate(
     Raises
     ------
     InputError
-        If an input is wrong, or both have fewer than 16 samples in common.
+        If an input is wrong, or fewer than 16 samples are within the run.
 
     Examples
     --------
@@ -221,10 +221,10 @@ def validate(
     if quantity not in QUANTITIES:
         raise unknown_name("quantity", quantity, QUANTITIES)
     limits = Tolerances() if tolerances is None else tolerances
-    moved = best_shift(run, measurement, quantity) if shift == "auto" else float(shift)
-    if not math.isfinite(moved):
-        raise InputError(f"shift = {moved:g}: must be a time in s, or auto")
-    times = measurement.t + moved
+    shift_s = best_shift(run, measurement, quantity) if shift == "auto" else float(shift)
+    if not math.isfinite(shift_s):
+        raise InputError(f"shift = {shift_s:g}: must be a time in s, or auto")
+    times = measurement.t + shift_s
     inside = (times >= 0.0) & (times <= run.t_end)
     t, measured = times[inside], measurement.values[inside]
     if t.size < _FEWEST:
@@ -242,7 +242,7 @@ def validate(
         run.system,
         measurement,
         quantity,
-        moved,
+        shift_s,
         t,
         measured,
         computed,
@@ -281,8 +281,8 @@ def _criteria(
     ):
         if limit is not None:
             size = abs(measured_value) or abs(computed_value)
-            away = abs(computed_value - measured_value) / size if size else 0.0
-            criteria.append(Criterion(name, away, limit, away <= limit))
+            difference = abs(computed_value - measured_value) / size if size else 0.0
+            criteria.append(Criterion(name, difference, limit, difference <= limit))
     return criteria
 
 
@@ -298,7 +298,7 @@ def _correlation(first: FloatArray, second: FloatArray) -> float:
 
 
 def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float:
-    """The shift of measured times, s, at which both correlate best, all of it within the run."""
+    """The shift of measured times, s, of highest correlation with all samples within the run."""
     start, end = float(measurement.t[0]), float(measurement.t[-1])
     if end - start > run.t_end:
         raise InputError(
@@ -318,7 +318,7 @@ def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float
     size = 1 << (computed.size + part.size - 1).bit_length()
     lines = np.fft.rfft(about, size) * np.conj(np.fft.rfft(part, size))
     products = np.fft.irfft(lines, size)[: computed.size - part.size + 1]
-    # Each divided by how much the run varies in that window.
+    # Divide each product by the standard deviation of the run in that window.
     sums, squares = (
         np.concatenate([[0.0], np.cumsum((computed - computed.mean()) ** power)])
         for power in (1, 2)
@@ -332,7 +332,7 @@ def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float
 def comparison_of(
     options: ValidateOptions, prefix: str = "--"
 ) -> Callable[[Transient], Validation]:
-    """What compares a run with the file that options name; `prefix` begins names in errors."""
+    """A function that compares a run with the file in options; `prefix` begins names in errors."""
     if options.measured is None:
         raise InputError(f"{prefix}measured FILE.csv: must be given")
     shift = read_shift(options.shift, prefix)

@@ -1,4 +1,4 @@
-"""Comparisons of a run with a measurement among the studies."""
+"""Kind of study: comparison of a run with a measurement."""
 
 from typing import Any, Final
 
@@ -8,7 +8,7 @@ from .options import ValidateOptions
 
 
 def _command(compared: tuple[Any, ValidateOptions]) -> Command:
-    # Of a scene and the options that say what it is compared with.
+    # The argument of `command`: a scene, and the options of the comparison.
     scene, options = compared
     needed = {"accuracy": scene.accuracy, "over_time": scene.over_time}
     return command_for("validate", scene, options, needed=needed)

@@ -39,7 +39,7 @@ class Measurement(Result, Tabular):
     t : ndarray, shape (n,)
         Ascending times, s.
     values : ndarray, shape (n,)
-        The signal, in the unit of what it is compared with.
+        The signal, in the unit of the quantity it is compared with.
     """
 
     source: str
@@ -75,20 +75,20 @@ def read_measurement(
 ) -> Measurement:
     r"""Read a measured signal from a text file with columns.
 
-    Commas, semicolons or tabs may part the columns; where it is not the comma, numbers may have a
-    decimal comma. Lines above the first row of numbers are skipped, the last of them names the
-    columns if it has as many cells; lines that begin with ``#`` are comments.
+    Commas, semicolons or tabs separate the columns; with semicolons or tabs, numbers may have a
+    decimal comma. Lines above the first row of numbers are skipped; the last of these lines names
+    the columns if it has as many cells. Lines that begin with ``#`` are comments.
 
     Parameters
     ----------
     path : Path or str
         The file.
     time, signal : str
-        The columns, by name or by number from 1. If not given, they are found by name: ``t`` or
-        ``time``, and `quantity`, each also with a unit as in ``y (mm)`` or ``y_mm``; without such
-        names the first column has the times, and the first of the others the signal.
+        The columns, by name or by number from 1. The defaults are the columns named ``t`` or
+        ``time``, and `quantity`, also with a unit as in ``y (mm)`` or ``y_mm``. Without such names
+        the times are in the first column, and the signal in the first of the rest.
     quantity : str
-        What the signal is to be compared with, e.g. ``y``.
+        The quantity that the signal is compared with, e.g. ``y``.
     scale, offset : float
         The signal is `scale` times the number in the file, plus `offset`.
     time_scale : float
@@ -137,7 +137,7 @@ def read_measurement(
 
 
 def bears_name(column: str, names: Sequence[str]) -> bool:
-    """Whether a column bears one of some names, perhaps with a unit, in small or large letters."""
+    """Whether a column has one of some names, perhaps with a unit; case does not matter."""
     symbol = _SYMBOL.match(column)
     return symbol is not None and symbol[0].lower() in {name.lower() for name in names if name}
 
@@ -150,12 +150,12 @@ def _text(path: Path) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # As written by instruments in Western Europe: every byte is a character.
+        # Latin-1, as instruments in Western Europe write it: every byte is a character.
         return content.decode("latin-1")
 
 
 def _table(text: str) -> tuple[list[str], list[_Row]]:
-    # Names of the columns, and the rows of cells under them with their lines.
+    # Names of the columns, and the rows of cells with their line numbers.
     lines = [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)
@@ -198,7 +198,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _column(chosen: str, names: list[str], kind: str, usual: Sequence[str], first: int) -> int:
-    # Index of the chosen column; else of the one of a usual name, else of the first.
+    # Index of the chosen column, or else of a column with a usual name, or else of the first.
     if not chosen:
         matches = (index for index, name in enumerate(names) if bears_name(name, usual))
         return next(matches, first)

@@ -1,4 +1,4 @@
-"""What a run and a measurement may differ by."""
+"""Tolerances of the comparison of a run and a measurement."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -48,10 +48,10 @@ def read_tolerance(name: str, text: str) -> Tolerance:
 
 
 def read_tolerances(texts: Mapping[str, str | None], prefix: str = "") -> Tolerances:
-    """What is asked, from texts by the names of `Tolerances`; `prefix` begins names in errors.
+    """Tolerances from texts by the names of `Tolerances`; `prefix` begins names in errors.
 
-    Raises `InputError` for a text that is none of its kind, and for a share above 100 % or without
-    a band.
+    Raises `InputError` for a text that is not a tolerance, and for a share above 100 % or without a
+    band.
     """
     percentages = {}
     for name in ("share", "frequency", "amplitude"):

@@ -1,9 +1,9 @@
-"""How likely squeal is where parameters scatter, and what drives it."""
+"""Uncertainty studies: the probability of squeal if parameters scatter, and what drives it."""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .charts import drawn, histogram_chart, quantity_name, samples_chart
+    from .charts import displayed_quantity, histogram_chart, quantity_name, samples_chart
     from .options import UncertaintyOptions
     from .report import UncertaintyProgress
     from .request import (

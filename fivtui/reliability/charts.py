@@ -71,7 +71,7 @@ def quantity_name(name: str) -> str:
     return _NAMES.get(name, name.replace("_", " "))
 
 
-def drawn(result: Uncertainty, name: str) -> str:
+def displayed_quantity(result: Uncertainty, name: str) -> str:
     """The quantity to display: `name` if it has values, or else the first that has."""
     valued = [name for name, quantiles in result.quantiles.items() if quantiles]
     return name if name in valued else next(iter(valued), "")
@@ -79,7 +79,7 @@ def drawn(result: Uncertainty, name: str) -> str:
 
 def histogram_chart(result: Uncertainty, quantity: str, bins: int = 60) -> Chart | None:
     """The shares of samples over a quantity, a step line per region, with quantiles."""
-    name = drawn(result, quantity)
+    name = displayed_quantity(result, quantity)
     if not name:
         return None
     column, quantiles = OUTPUTS[name], result.quantiles[name]
@@ -94,7 +94,7 @@ def histogram_chart(result: Uncertainty, quantity: str, bins: int = 60) -> Chart
 
 def samples_chart(result: Uncertainty, quantity: str) -> Chart | None:
     """Samples by region over the first two inputs, or over one and a quantity."""
-    names = [*result.inputs, *filter(None, [drawn(result, quantity)])][:2]
+    names = [*result.inputs, *filter(None, [displayed_quantity(result, quantity)])][:2]
     if len(names) < 2:
         return None
     return replace(_samples(result, names[0], names[1], _DOTS), note=probability_words(result))

@@ -1,4 +1,4 @@
-"""The uncertainty study among the studies."""
+"""Kind of study: the uncertainty study."""
 
 from typing import Any, Final
 

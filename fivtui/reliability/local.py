@@ -1,4 +1,4 @@
-"""Local sensitivities: derivatives of outputs where all inputs have their mean values."""
+"""Local sensitivities: derivatives of outputs at the means of all inputs."""
 
 import math
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from .means import moments_of, parameters_at_means
 from .request import SAFE
 
 _CRITICAL: Final = "critical_mu"
-# Derivatives are those of these parts of a transient; counts have none.
+# Parts of a transient that have derivatives; counts have none.
 _VARIED: Final = ("peak", "steady", "contact_force", "final")
 
 
@@ -31,8 +31,8 @@ class LocalSensitivity:
     per_sd : float
         Change of the output by one standard deviation of the input.
     share : float
-        What that is, squared, of the sum over the inputs: the Sobol index if the output were
-        linear.
+        Square of `per_sd` over the sum of squares of all inputs: the Sobol index of a linear
+        output.
     """
 
     derivative: float
@@ -43,9 +43,9 @@ class LocalSensitivity:
 def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
     """Local sensitivities of a scattered study, by output and input, from derivatives.
 
-    Those of the critical μ are in closed form, of the safe μ from the fold, of transients by the
-    variational equations. Inputs that are no parameters are left out, and outputs without
-    derivatives there.
+    Derivatives of the critical μ are in closed form, of the safe μ from the fold, of transients by
+    the variational equations. Inputs that are not parameters and outputs without derivatives are
+    left out.
     """
     moments = moments_of(study)
     if not moments:

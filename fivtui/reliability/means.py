@@ -1,4 +1,4 @@
-"""The scene at the means of the inputs, and a global search there for what continuation misses."""
+"""The scene at the means of the inputs, and a global search there that checks continuation."""
 
 from functools import lru_cache
 
@@ -30,7 +30,7 @@ def parameters_at_means(study: Study) -> Parameters:
 def safe_mu_unknown_above(study: Study) -> float | None:
     """The μ above which safe μ is not known, by a global search at the means of the inputs.
 
-    None where that search confirms safe μ as continuation gives it, or safe μ is not an output.
+    None if the search confirms safe μ from continuation, or safe μ is not an output.
     """
     if SAFE not in study.outputs:
         return None
@@ -45,7 +45,7 @@ def _unknown_above(system: System) -> float | None:
     try:
         verdict = safe_friction(p, separation=separation)
     except ComputationError:
-        # Without an equilibrium at the means nothing is known of it.
+        # Without an equilibrium at the means, safe μ is not known there.
         return 0.0
     limit = verdict.limit_of(continued)
     least_unsafe = verdict.searched_to if np.isnan(continued) else continued

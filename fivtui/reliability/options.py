@@ -30,7 +30,7 @@ class UncertaintyOptions:
         "--samples",
         "Number of samples, rounded up to a power of two in every scrambling.  [default: 16384]",
         metavar="N",
-        whole=Interval(1),
+        integers=Interval(1),
     )
     until: str | None = option(
         "--until",
@@ -50,10 +50,12 @@ class UncertaintyOptions:
         "Independent scramblings, from which intervals come.",
         16,
         metavar="N",
-        whole=Interval(1),
+        integers=Interval(1),
         show_default=True,
     )
-    seed: int = option("--seed", "First seed.", 0, metavar="S", whole=ANY_WHOLE, show_default=True)
+    seed: int = option(
+        "--seed", "First seed.", 0, metavar="S", integers=ANY_WHOLE, show_default=True
+    )
     indices: bool | None = option(
         "--indices/--no-indices",
         "Sobol indices.  [default: unless inputs are correlated by the scene's table]",

@@ -20,13 +20,13 @@ from .statistics import (
     LEAST_EFFECTIVE,
     SampleEstimate,
     SobolIndex,
-    dicts,
     effective_samples,
     mean_of,
     probability_of,
     quantiles_of,
     ranked,
     sobol_of,
+    to_dicts,
     with_remark,
 )
 
@@ -48,31 +48,31 @@ class Uncertainty(Result, Tabular, Drawn):
     """Probabilities and distributions of a scattered scene, and what drives them.
 
     Safe μ of the members is that of the limit cycles that continuation follows from the Hopf point.
-    Where a global search at the means of the inputs finds that it is lower, or does not decide,
-    nothing is stated that rests on it.
+    If a global search at the means of the inputs finds a lower safe μ, or does not decide, results
+    that depend on safe μ are left out.
 
     Attributes
     ----------
     sweep : Sweep
         The members computed, see `Scatter` for their order.
     probabilities : mapping of str to SampleEstimate
-        Of ``unstable``: the equilibrium is unstable; and of ``squeal_possible``: μ is above the
-        safe one, where that is known.
+        Probabilities of ``unstable``: the equilibrium is unstable; and of ``squeal_possible``: μ
+        is above the safe μ, if that is known.
     means : mapping of str to SampleEstimate
         Mean values of outputs.
     quantiles : mapping of str to mapping of str to SampleEstimate
         Quantiles of outputs, by level.
     indices : mapping of str to mapping of str to SobolIndex
-        Sobol indices of outputs and of what has a probability, by input.
+        Sobol indices of outputs and events, by input.
     local : mapping of str to mapping of str to LocalSensitivity
         Derivatives of outputs by inputs at the means of these.
     missing : mapping of str to int
-        Members without a value of an output, where there are such.
+        Numbers of members without a value, for outputs with such members.
     unresolved : mapping of str to float
-        Effective samples of outputs, and of what has a probability, whose variance so few samples
-        make up that they have no Sobol indices and means have too narrow intervals.
+        Effective samples of outputs and events whose variance comes from too few samples: they have
+        no Sobol indices, and intervals of their means are too narrow.
     safe_mu_unknown_above : float or None
-        The μ above which safe μ is not known; None where the search confirms the continuation.
+        The μ above which safe μ is not known; None if the search confirms the continuation.
     """
 
     sweep: Sweep
@@ -87,7 +87,7 @@ class Uncertainty(Result, Tabular, Drawn):
 
     @property
     def study(self) -> Study:
-        """What was computed."""
+        """The computed study."""
         return self.sweep.study
 
     @property
@@ -171,10 +171,10 @@ class Uncertainty(Result, Tabular, Drawn):
                 "usual_error": study.safe.usual_error,
             },
             "safe_mu_not_known_above": self.safe_mu_unknown_above,
-            "probabilities": dicts(self.probabilities),
-            "means": dicts(self.means),
-            "quantiles": {name: dicts(levels) for name, levels in self.quantiles.items()},
-            "indices": {name: dicts(indices) for name, indices in self.indices.items()},
+            "probabilities": to_dicts(self.probabilities),
+            "means": to_dicts(self.means),
+            "quantiles": {name: to_dicts(levels) for name, levels in self.quantiles.items()},
+            "indices": {name: to_dicts(indices) for name, indices in self.indices.items()},
             "local": to_data(self.local),
             "missing": dict(self.missing),
             "unresolved": dict(self.unresolved),
@@ -196,24 +196,24 @@ def save_uncertainty(result: Uncertainty, path: Path) -> None:
 
 def read_uncertainty(path: Path) -> Uncertainty:
     """Read a study from the file of its members; `InputError` if it is another file, or damaged."""
-    return judged(read_sweep(path))
+    return evaluate(read_sweep(path))
 
 
 def scatter_of(study: Study) -> Scatter:
-    """The design of a scattered sweep; `InputError` if it is another one."""
+    """The design of a scattered sweep; `InputError` if the design is not scattered."""
     if not isinstance(study.design, Scatter):
         raise InputError("a sweep that is not scattered: fivtui sweep --vary NAME=… computed it")
     return study.design
 
 
 def margin_of(study: Study, numbers: Mapping[str, Floats]) -> Floats:
-    """By how much μ is above the safe one."""
+    """The difference of μ and safe μ."""
     safe = numbers[SAFE]
     return numbers.get("mu", np.full(safe.size, study.parameters.mu)) - safe
 
 
 def events_of(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
-    """What has a probability, by name: 1 where it holds, 0 where not, NaN where unknown."""
+    """Events by name: 1 if the event occurs in a member, 0 if not, NaN if unknown."""
     events = {}
     if "stable" in study.outputs:
         events[UNSTABLE] = 1.0 - numbers["stable"]
@@ -223,21 +223,21 @@ def events_of(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
     return events
 
 
-def _widened(possible: Floats, margin: Floats, errors: Floats) -> SampleEstimate | None:
-    # The probability that squeal is possible, with an interval for the errors of safe μ, too: a
-    # sample is judged wrongly as often as a fold was missed by more than its margin.
+def _squeal_probability(possible: Floats, margin: Floats, errors: Floats) -> SampleEstimate | None:
+    # The probability of possible squeal; its interval includes errors of safe μ. A sample is
+    # misjudged with the probability of an error of the table above its margin.
     estimate = probability_of(possible)
     if estimate is None:
         return None
-    wrong = 1.0 - np.searchsorted(errors, np.abs(margin), side="left") / errors.size
-    down = float(np.mean(np.where(possible == 1.0, wrong, 0.0)))
-    up = float(np.mean(np.where(possible == 0.0, wrong, 0.0)))
+    misjudged = 1.0 - np.searchsorted(errors, np.abs(margin), side="left") / errors.size
+    lowering = float(np.mean(np.where(possible == 1.0, misjudged, 0.0)))
+    raising = float(np.mean(np.where(possible == 0.0, misjudged, 0.0)))
     return SampleEstimate(
-        estimate.value, max(estimate.low - down, 0.0), min(estimate.high + up, 1.0)
+        estimate.value, max(estimate.low - lowering, 0.0), min(estimate.high + raising, 1.0)
     )
 
 
-def judged(sweep: Sweep) -> Uncertainty:
+def evaluate(sweep: Sweep) -> Uncertainty:
     """Probabilities, quantiles and indices of a scattered sweep."""
     study, scatter = sweep.study, scatter_of(sweep.study)
     events = events_of(study, sweep.table.numbers)
@@ -257,7 +257,7 @@ def judged(sweep: Sweep) -> Uncertainty:
     if study.safe is not None and POSSIBLE in events:
         margin = scatter.samples_of(margin_of(study, sweep.table.numbers))
         errors = np.array(study.safe.errors)
-        probabilities[POSSIBLE] = _widened(samples[POSSIBLE], margin, errors)
+        probabilities[POSSIBLE] = _squeal_probability(samples[POSSIBLE], margin, errors)
     means = {name: mean_of(samples[name]) for name in outputs}
     missing = {name: int(np.isnan(values).sum()) for name, values in outputs.items()}
     effective = {name: effective_samples(values) for name, values in samples.items()}

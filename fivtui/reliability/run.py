@@ -20,10 +20,10 @@ from fivtui.sweeps import (
     Study,
     Sweep,
     SweepPiece,
-    begun_studies,
     check_in_memory,
     load_sweep,
     local_engine,
+    stored_studies,
     sweep_in_memory,
     sweep_to_file,
 )
@@ -39,7 +39,7 @@ from .request import (
     scattered_study,
     with_table,
 )
-from .result import Uncertainty, events_of, judged, scatter_of
+from .result import Uncertainty, evaluate, events_of, scatter_of
 from .statistics import probability
 
 Floats = NDArray[np.float64]
@@ -72,7 +72,7 @@ def uncertainty(
     progress: OnProgress | None = None,
     workers: int | None = None,
 ) -> Uncertainty:
-    """How likely squeal is where parameters scatter, and what drives it.
+    """Estimate how likely squeal is if parameters scatter, and what drives it.
 
     Parameters
     ----------
@@ -164,14 +164,14 @@ def compute_uncertainty(
     folds = None if progress is None else lambda _fraction: progress(0.0)
     study = with_table(study, folds)
     if until is None:
-        return judged(_compute_sweep(study, _with_reports(engine, on_estimates), file, progress))
+        return evaluate(_compute_sweep(study, _with_reports(engine, on_estimates), file, progress))
     tolerance = check_until(until)
     if scatter_of(study).kind != "sobol":
         raise InputError("until: must be given with the design sobol, whose points can be added to")
     study, stored_rows, file = _stored_stage(study, file)
     while True:
         reporting_engine = _with_reports(_with_stored_rows(engine, stored_rows), on_estimates)
-        result = judged(_compute_sweep(study, reporting_engine, file, progress))
+        result = evaluate(_compute_sweep(study, reporting_engine, file, progress))
         if result.error <= tolerance:
             return result
         # The file of a stage is replaced when the file of the next stage is complete.
@@ -208,7 +208,7 @@ def _stored_stage(
         candidate
         if candidate is not None and candidate == _with_count_of(study, candidate)
         else None
-        for candidate in begun_studies(file.out)
+        for candidate in stored_studies(file.out)
     )
     latest = under_way or stored
     if latest is None:

@@ -14,11 +14,11 @@ Floats = NDArray[np.float64]
 
 LEVEL: Final = 0.95
 QUANTILES: Final = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
-# Sobol indices of a variance that fewer samples make up are not estimated.
+# Least number of effective samples for Sobol indices.
 LEAST_EFFECTIVE: Final = 30.0
-# Rounding of a mean, relative to it.
+# Relative rounding error of a mean.
 _ROUNDING: Final = 4.0 * float(np.finfo(float).eps)
-# A skewness that makes no difference.
+# Skewness below which an interval is not corrected.
 _SYMMETRIC: Final = 1e-6
 
 
@@ -48,9 +48,9 @@ class SobolIndex:
     Attributes
     ----------
     first : SampleEstimate
-        What the input explains alone.
+        The share of the input alone.
     total : SampleEstimate
-        What it explains alone and together with others.
+        The share of the input alone and in interaction with other inputs.
     """
 
     first: SampleEstimate
@@ -76,8 +76,8 @@ def estimate(values: Floats) -> SampleEstimate:
 def _interval(values: Floats) -> tuple[Floats, Floats, Floats]:
     """Means over the first axis with the ends of their intervals.
 
-    Student's interval, extended on the side to which the values are skewed (Hall 1992): few
-    estimates seldom contain the rare large ones. Rounding is the least width.
+    Student's interval, extended on the side to which the values are skewed (Hall 1992), since few
+    estimates seldom include the rare large values. The rounding error is the least width.
     """
     from scipy.special import stdtrit
 
@@ -111,8 +111,8 @@ def probability(hits: Floats, counts: Floats) -> SampleEstimate:
 def _shares(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
     """Shares with the ends of their intervals; scramblings are the first axis of both.
 
-    Where all scramblings have the same share, the interval is as wide as what they do not resolve:
-    that of none hit among as many independent members, or of one more hit in a part of them.
+    If all scramblings have the same share, the interval has the width of their resolution: that of
+    no hit among as many independent members, or of one more hit in a part of them.
     """
     shares = hits / counts
     mean, low, high = _interval(shares)
@@ -127,7 +127,7 @@ def _shares(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def probability_of(truths: Floats) -> SampleEstimate | None:
-    """The probability that what is 0 or 1 is 1, a row per scrambling; NaN does not count."""
+    """The probability of 1 among values 0 and 1, a row per scrambling; NaN does not count."""
     valid = ~np.isnan(truths)
     counts = valid.sum(axis=1).astype(float)
     if not counts.all():
@@ -138,9 +138,9 @@ def probability_of(truths: Floats) -> SampleEstimate | None:
 def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     """Quantiles of values, a row per scrambling, by their level as text; NaN does not count.
 
-    An interval has all values at which the share of smaller ones may be the level, by the interval
-    of that share: shares of stratified points are without bias, their quantiles are not. An end
-    beyond all samples is infinite.
+    An interval has the values at which the interval of the share of smaller values contains the
+    level: unlike quantiles, shares of stratified points are unbiased. An end beyond all samples is
+    infinite.
     """
     valid = ~np.isnan(values)
     if not valid.any(axis=1).all():
@@ -179,7 +179,7 @@ def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
 def _first_index(
     holds: Callable[[NDArray[np.int64]], NDArray[np.bool_]], count: int, levels: int
 ) -> NDArray[np.int64]:
-    # For each level the first index at which it holds, by bisection; the count if at none.
+    # For each level the first index at which `holds` is true, by bisection; else the count.
     low = np.zeros(levels, dtype=np.int64)
     high = np.full(levels, count, dtype=np.int64)
     while (low < high).any():
@@ -199,7 +199,7 @@ def mean_of(values: Floats) -> SampleEstimate | None:
 def sobol_of(scatter: Scatter, values: Floats) -> dict[str, SobolIndex]:
     """Sobol indices by input of the values of all members (Saltelli 2010, Jansen 1999).
 
-    None where a member has no value, or the variance rests on too few samples.
+    None if a member has no value, or the variance comes from too few samples.
     """
     if np.isnan(values).any() or effective_samples(scatter.samples_of(values)) < LEAST_EFFECTIVE:
         return {}
@@ -217,7 +217,7 @@ def sobol_of(scatter: Scatter, values: Floats) -> dict[str, SobolIndex]:
 
 
 def effective_samples(values: Floats) -> float:
-    """The number of equal deviations from the mean that make up the variance of values.
+    """The number of samples with equal deviations from the mean that give the same variance.
 
     0 if all values are equal; NaN does not count.
     """
@@ -248,12 +248,12 @@ def beyond_share(printed: str) -> str:
 
 
 def with_remark(printed: str) -> str:
-    """The printed value of a Sobol index, with why it is above 1 or below 0 if it is."""
+    """The printed value of a Sobol index, with the reason if it is above 1 or below 0."""
     remark = beyond_share(printed)
     return f"{printed} ({remark}: sampling error)" if remark else printed
 
 
-def dicts(records: Mapping[str, Any]) -> dict[str, Any]:
+def to_dicts(records: Mapping[str, Any]) -> dict[str, Any]:
     """Estimates or indices by name as data for JSON."""
     return {name: record.to_dict() for name, record in records.items()}
 

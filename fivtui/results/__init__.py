@@ -1,4 +1,4 @@
-"""What results have in common: how they are listed, stored, read, drawn and computed anew."""
+"""Shared code of results: lists, files, figures, and commands that compute them again."""
 
 from typing import TYPE_CHECKING
 

@@ -25,7 +25,7 @@ class Row(NamedTuple):
 
 
 class Comparable:
-    """Base of dataclasses that are compared by value; arrays are, too, and NaN equals NaN.
+    """Base of dataclasses compared by value, including arrays; NaN equals NaN.
 
     The dataclass must have ``eq=False``; a field with ``compare=False`` is left out.
     """
@@ -36,7 +36,7 @@ class Comparable:
         return equal_values(self, other) if type(other) is type(self) else NotImplemented
 
     def __hash__(self) -> int:
-        # Of what is equal for certain: arrays have no hash.
+        # Hash only fields with a hash: arrays have none.
         hashed = (getattr(self, name) for name in _compared(self))
         return hash((type(self), *(v for v in hashed if isinstance(v, (System, Parameters, str)))))
 
@@ -71,18 +71,18 @@ def equal_values(first: Any, second: Any) -> bool:
 
 
 class Result(Comparable):
-    """Base of what computations return: it prints in a few lines, whatever it holds.
+    """Base of results of computations; the repr has a few lines.
 
-    A result also has, where they make sense, ``to_dict()``: the object that the command line prints
-    with ``--json``; ``to_columns()``: one-dimensional arrays by name, as pandas and polars take
-    them; and ``figure()``: a matplotlib figure.
+    Most results also have ``to_dict()``: the object that the command line prints with ``--json``;
+    ``to_columns()``: one-dimensional arrays by name for pandas and polars; and ``figure()``: a
+    matplotlib figure.
     """
 
     __slots__ = ()
 
     @property
     def warning(self) -> str | None:
-        """What the result warns of, in one sentence; None if there is nothing to warn of."""
+        """The warning of the result in one sentence; None if there is none."""
         return None
 
     def _summary(self) -> Sequence[tuple[str, ...]]:
@@ -154,7 +154,7 @@ class SystemResult(Result):
 
 
 def scene_text(system: System, *, without: Sequence[str] = ()) -> str:
-    """What a system changes of the base set, and the physics, in one phrase."""
+    """Differences of a system from the base set, and its physics, in one phrase."""
     p = system.parameters
     changed = [
         f"{name}={value:g}"

@@ -1,7 +1,7 @@
 """Results as data that JSON holds, and back.
 
-msgspec does both: it converts dataclasses, tuples and enumerations without a declaration of ours,
-and checks the types of what it reads, naming the value that is wrong.
+msgspec converts dataclasses, tuples and enumerations, checks the types of data that it reads, and
+names the wrong value in errors.
 """
 
 from typing import Any
@@ -21,7 +21,7 @@ def from_data(data: Any, kind: Any) -> Any:
 
 
 def _lists(data: Any) -> Any:
-    # JSON knows lists alone.
+    # JSON has lists but no tuples.
     if isinstance(data, dict):
         return {key: _lists(value) for key, value in data.items()}
     return [_lists(item) for item in data] if isinstance(data, (tuple, list)) else data

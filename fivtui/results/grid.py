@@ -1,4 +1,4 @@
-"""Grids over two quantities, as results, tables and JSON hold them."""
+"""Grids over two quantities in results, tables and JSON."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -71,8 +71,8 @@ def grid_of(
 ) -> Grid:
     """A grid of the values of two quantities by name.
 
-    `label` begins messages, and `spec_of` finds a quantity by its name. Raises `InputError` if a
-    value is out of range, or there is none.
+    `label` begins messages, and `spec_of` returns the spec of a name. Raises `InputError` if a
+    value is out of range, or there are no values.
     """
     first, second = (spec_of(name) for name in over)
     axes = [np.array(values, dtype=float) for values in over.values()]

@@ -1,7 +1,7 @@
 """Scenes in TOML files.
 
-A file holds the version of the format, the fields of `Scene` and a table of parameters. Fields and
-parameters that it leaves out have their defaults; a name left out is that of the file.
+A file holds the version of the format, the fields of `Scene` and a table of parameters. Missing
+fields and parameters have their defaults; a missing name is that of the file.
 """
 
 import tomllib
@@ -50,7 +50,7 @@ def _correlation_rows(correlation: Correlation) -> dict[str, dict[str, float]]:
     return rows
 
 
-# By key, in the order of a file: the fields of a scene are read and checked for their types, ...
+# Functions that read a field and check its type, by key in the order of a file.
 _FIELDS: Final = [field.name for field in fields(Scene) if field.name != _PARAMETERS]
 _KEYS: Final = sorted(_FIELDS, key=lambda name: name == "correlation")
 _READ: Final[Mapping[str, Callable[[str, object], Any]]] = {
@@ -61,7 +61,7 @@ _READ: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "over_time": over_time_from,
     "correlation": _correlation,
 }
-# ... written as plain values, those of the optional ones only if they are set, ...
+# Functions that write a field as a plain value; optional fields are written only if they are set.
 _WRITTEN: Final[Mapping[str, Callable[[Any], Any]]] = {
     "start": lambda start: start if isinstance(start, str) else list(start),
     "accuracy": dict,
@@ -70,7 +70,7 @@ _WRITTEN: Final[Mapping[str, Callable[[Any], Any]]] = {
     "correlation": _correlation_rows,
 }
 _OPTIONAL: Final = ("step", "accuracy", "over_time", "correlation")
-# ... and explained by comments.
+# Comments by key.
 _COMMENTS: Final[Mapping[str, str]] = {
     **{
         name: setting.comment or f"{setting.meaning}; {setting.allowed}"
@@ -79,12 +79,12 @@ _COMMENTS: Final[Mapping[str, str]] = {
     "outputs": f"what is required: {', '.join(OUTPUTS)}",
     "correlation": "of the normal scores of scattered quantities, by name",
 }
-# An accuracy determines these.
+# Fields that follow from error targets.
 _OF_ACCURACY: Final = ("tol", "step")
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
-    """A scene in the layout of its file: plain values by key; what is not set has no key."""
+    """A scene in the layout of its file: plain values by key; unset fields have no key."""
     data: dict[str, Any] = {_VERSION_KEY: FORMAT_VERSION}
     for key in _KEYS:
         value = getattr(scene, key)
@@ -129,7 +129,7 @@ def _check_version(data: Mapping[str, object]) -> None:
 
 
 def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
-    # `starts` are values at t = 0 of those over time, which need not be given.
+    # `starts` has the values at t = 0 of parameters with tables, which the file may omit.
     if not isinstance(table, Mapping):
         raise InputError("parameters: must be a table of parameters")
     try:
@@ -197,7 +197,7 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def _check_lines(text: str) -> None:
-    # A key of n dots takes tomllib n² steps.
+    # tomllib needs n² steps for a key with n dots.
     for number, line in enumerate(text.split("\n"), start=1):
         if len(line) > _LONGEST_LINE:
             raise InputError(f"line {number}: must be of at most {_LONGEST_LINE} characters")

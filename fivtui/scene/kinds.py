@@ -1,4 +1,4 @@
-"""The transient of a scene, verified if the scene asks for an accuracy, among the studies."""
+"""Kind of study: the transient of a scene, verified if the scene has error targets."""
 
 from typing import Final
 

@@ -10,7 +10,7 @@ from fivtui.io import read_csv
 from fivtui.model import TIMED, InputError, TimeTable, time_table, unknown_name
 from fivtui.transient import number_in_file
 
-# What follows a table, by parameter.
+# Quantities that may follow a table, by parameter.
 OverTime = tuple[tuple[str, TimeTable], ...]
 
 TIME: Final = "time"
@@ -23,7 +23,7 @@ _FORM: Final = "a table such as {F = [[0, 10], [4, 60]]}, or with file = a CSV f
 def over_time_from(key: str, value: object, folder: Path | None = None) -> OverTime:
     """The tables in a scene file: rows of time, s, and value, or columns of a CSV file.
 
-    The name of the CSV file leads from `folder`. Raises `InputError` if the value is neither.
+    The path of the CSV file is relative to `folder`. Raises `InputError` if the value is neither.
     """
     if not isinstance(value, Mapping):
         raise InputError(f"{key} = {value!r}: must be {_FORM}")

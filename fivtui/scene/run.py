@@ -1,4 +1,4 @@
-"""The computation of what a scene requires."""
+"""Compute the outputs that a scene requires."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ DEFAULT_POINTS: Final = 5001
 
 @dataclass(frozen=True, slots=True)
 class SceneResult:
-    """What a scene requires; None for what it does not."""
+    """The outputs that a scene requires; None for the rest."""
 
     stability: Stability | None
     run: SceneTransient | None
@@ -50,7 +50,7 @@ def scene_transient(
     on_samples: OnSamples | None = None,
     sensitivities: Sequence[str] = (),
 ) -> SceneTransient:
-    """Compute the transient of a scene, to its tolerance or to the accuracy that it asks for."""
+    """Compute the transient of a scene, to its tolerance or to its error targets."""
     request = scene.request(samples=samples, sensitivities=sensitivities)
     if scene.accuracy:
         verified = simulate_to(

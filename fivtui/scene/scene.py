@@ -44,7 +44,7 @@ _OF_REQUEST: Final = ("t_end", "tol", "start", "method", "step")
 
 _CORRELATED: Final = (*PARAMETERS, *START_SPECS)
 
-# What a scene can require.
+# Outputs that a scene can require, with their meanings.
 OUTPUTS: Final = {
     "stability": "equilibrium, eigenvalues and critical friction coefficient",
     "transient": "extremes, events and final state",
@@ -75,14 +75,14 @@ class Scene:
     step : float or None
         Step of a fixed-step method, communication step of the FMU, s; None for its default.
     accuracy : tuple of (str, float)
-        Errors allowed by quantity, see `fivtui.transient.errors.check_accuracy`; `tol` and `step`
-        then follow from them and are not used.
+        Error targets by quantity, see `fivtui.transient.errors.check_accuracy`. `tol` and `step`
+        are then not used.
     outputs : tuple of str
-        What the scene requires, names in `OUTPUTS`: nothing else is computed or stored.
+        Names in `OUTPUTS`; only these are computed and stored.
     correlation : tuple of (str, str, float)
         Correlations of the normal scores of two quantities where they are scattered.
     over_time : tuple of (str, TimeTable)
-        Parameters that follow tables; `parameters` becomes those at the start.
+        Parameters that follow tables; `parameters` gets their values at the start.
 
     Raises
     ------

@@ -6,11 +6,11 @@ if TYPE_CHECKING:
     from .charts import check_drawable, curves_of, grid_chart, sweep_chart
     from .cluster import cluster_engine
     from .design import VARIABLES, Design, Range, parse_design
-    from .files import begun_studies, read_sweep, save_sweep
+    from .files import read_sweep, save_sweep, stored_studies
     from .options import PIECE, SCHEDULER, SWEEP_PRESETS, WORKERS, SweepOptions, varied_texts
     from .pieces import SweepPiece
     from .report import SweepProgress
-    from .rows import Rows, compute_rows, joined
+    from .rows import Rows, compute_rows, concatenate
     from .run import (
         Engine,
         Sweep,

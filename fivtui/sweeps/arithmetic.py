@@ -1,7 +1,7 @@
 """Fingerprint of the arithmetic that decides the last bits of a row.
 
-Rows have the same bits on every machine where the kernel is compiled; interpreted, transients have
-others. A fixed set of members is computed, and the digest of their rows shows whether that holds.
+Rows by the compiled kernel have the same bits on every machine; the interpreted kernel gives other
+bits. The digest of the rows of a fixed set of members identifies the arithmetic.
 """
 
 import hashlib
@@ -29,9 +29,9 @@ _TRIED_OUTPUTS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
     "stability": (_STABILITY,),
     "critical": ((CRITICAL.name,),),
 }
-# Members whose branches are tried: linear algebra decides on their last bits.
+# Trial members of branches, whose last bits depend on the linear algebra library.
 _BRANCHES: Final = Design({"F": (50.0, 80.0)})
-# Scattered members whose values are tried.
+# Number of scattered trial members.
 _SAMPLES: Final = 256
 _BOTH_CASES: Final = (True, False)
 _LOAD: Final = Range(10.0, 120.0)
@@ -48,9 +48,9 @@ _T_END: Final = 20.0
 def arithmetic_of(study: Study) -> dict[str, Any]:
     """The arithmetic of this machine as far as a study uses it.
 
-    ``kernel`` is what runs transients, ``transients``, ``stability`` and ``critical`` are digests
-    of trial rows, ``safe`` of branches, ``samples`` of the first scattered values. Where they are
-    equal, rows are.
+    ``kernel`` names the kernel. ``transients``, ``stability`` and ``critical`` are digests of trial
+    rows, ``safe`` of branches, ``samples`` of the first scattered values. Equal digests mean equal
+    rows.
     """
     digests: dict[str, Any] = {}
     if study.accuracy or not set(study.outputs).isdisjoint(_OF_RUNS):

@@ -1,4 +1,4 @@
-"""Charts of sweeps: amplitude over what varies."""
+"""Charts of sweeps: amplitude over the varied quantities."""
 
 from typing import Final
 
@@ -43,7 +43,7 @@ def sweep_sheet(result: Sweep) -> Sheet:
     """A sweep over one name as curves, over two as a map for each case.
 
     Curves show the peak of |y| and its half peak-to-peak over the second half of the run, maps the
-    peak; the first output where these were not computed. Failed members are left blank.
+    peak. If these were not computed, the first output is shown. Failed members are blank.
     """
     study = result.study
     check_drawable(study)

@@ -10,7 +10,7 @@ from fivtui.model import InputError
 
 from .formats import SweepFormat, sweep_format
 from .pieces import old_piece_files, piece_count, piece_of, read_manifest, sound_pieces
-from .provenance import carried_over, provenance_of, study_from_dict
+from .provenance import converted_provenance, provenance_of, study_from_dict
 from .run import Sweep, check_in_memory
 from .study import Study
 
@@ -18,7 +18,7 @@ from .study import Study
 def save_sweep(result: Sweep, path: Path) -> None:
     """Write a complete sweep; the file has the same bytes as that of `sweep_to_file`.
 
-    Its provenance is that of the file it was read from, or of this machine. Raises `InputError` if
+    The provenance is that of the file it was read from, or of this machine. Raises `InputError` if
     the file cannot be written, or the sweep is not complete.
     """
     form, study, members = sweep_format(path), result.study, len(result.table.reasons)
@@ -27,7 +27,7 @@ def save_sweep(result: Sweep, path: Path) -> None:
     provenance = (
         provenance_of(study, form)
         if result.provenance is None
-        else carried_over(result.provenance, form)
+        else converted_provenance(result.provenance, form)
     )
 
     def write(file: BinaryIO) -> None:
@@ -59,8 +59,8 @@ def read_sweep(path: Path) -> Sweep:
     return result
 
 
-def begun_studies(out: Path) -> tuple[Study | None, Study | None]:
-    """The studies of a complete file, and of the pieces beside it; None where there is none."""
+def stored_studies(out: Path) -> tuple[Study | None, Study | None]:
+    """The study of a complete file, and that of the pieces beside it; None if missing."""
     form = sweep_format(out)
     stored = under_way = None
     if out.is_file() and (provenance := form.provenance(out)) is not None:
@@ -87,7 +87,7 @@ def _from_file(path: Path, form: SweepFormat) -> tuple[Sweep, int]:
 
 
 def _from_folder(folder: Path) -> tuple[Sweep, int]:
-    # The rows of the sound pieces in ``FILE.parts``, and their number; changes nothing there.
+    # The rows of the sound pieces in ``FILE.parts``, and their number; only reads the folder.
     try:
         manifest, form = read_manifest(folder), sweep_format(Path(folder.stem))
         study = study_from_dict(manifest.provenance["sweep"])

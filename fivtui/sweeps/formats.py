@@ -23,16 +23,16 @@ from fivtui.model import InputError
 from .rows import Rows
 from .study import ColumnKind, Study
 
-# What a file says of its own making: JSON values by key.
+# How a file was computed: JSON values by key.
 Provenance = Mapping[str, Any]
 
 _TRUTH: Final[Mapping[bool, str]] = {True: "true", False: "false"}
 _NOTHING: Final[Provenance] = {}
-# Rows of a row group of a Parquet file: enough to be read fast, few enough to be held in memory.
+# Rows of a row group of a Parquet file: large enough to be read fast, small enough for memory.
 _GROUP_ROWS: Final = 131_072
 # Bytes read at a time to count rows.
 _CHUNK: Final = 1 << 20
-# Bytes of a Parquet file besides its columns and what says where they are.
+# Bytes of a Parquet file besides its columns and their metadata.
 _PARQUET_FRAME: Final = 12
 _ARROW_TYPES: Final[Mapping[ColumnKind, str]] = {
     "number": "double",
@@ -46,13 +46,13 @@ _ARROW_TYPES: Final[Mapping[ColumnKind, str]] = {
 class SweepFormat:
     """A file format of a sweep's rows."""
 
-    # Of the whole file.
+    # The format of the complete file.
     table: Format
     # Writes some rows of a study.
     write_piece: Callable[[BinaryIO, Study, Rows], None]
     # Writes pieces, in order, below their provenance.
     merge: Callable[[BinaryIO, Study, Iterable[Path], Provenance], None]
-    # Number of whole rows of a study in a file; 0 if its columns are others.
+    # Number of complete rows of a study in a file; 0 if the file has other columns.
     count: Callable[[Path, Study], int]
 
     def provenance(self, path: Path) -> dict[str, Any] | None:
@@ -111,7 +111,7 @@ def _count_csv(path: Path, study: Study) -> int:
         names = next((line for line in file if not line.startswith(b"# ")), b"")
         if names != (",".join(column.name for column in study.columns) + "\n").encode():
             return 0
-        # Each row ends with the only line feed that it has; what follows the last one is no row.
+        # A row has one line feed, at its end; text after the last line feed is no complete row.
         return sum(part.count(b"\n") for part in iter(partial(file.read, _CHUNK), b""))
 
 
@@ -171,7 +171,7 @@ def _count_parquet(path: Path, study: Study) -> int:
     stored = sum(chunk.total_compressed_size for chunk in chunks)
     if metadata.schema.names != [column.name for column in study.columns]:
         return 0
-    # The end of the file says where everything is: a file from which a part is missing is shorter.
+    # The metadata at the end give the size of a complete file; a damaged file is shorter.
     is_whole = path.stat().st_size >= stored + metadata.serialized_size + _PARQUET_FRAME
     return int(metadata.num_rows) if is_whole else 0
 

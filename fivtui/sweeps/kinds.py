@@ -1,4 +1,4 @@
-"""The sweep among the studies."""
+"""Kind of study: the sweep."""
 
 from typing import TYPE_CHECKING, Final
 

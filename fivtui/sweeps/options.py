@@ -1,4 +1,4 @@
-"""Options of ``fivtui sweep``, its presets, and what it shares with uncertainty studies."""
+"""Options of ``fivtui sweep``, its presets, and options shared with uncertainty studies."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -32,12 +32,12 @@ SWEEP_PRESETS: Final[Mapping[str, SweepPreset]] = MappingProxyType(
 )
 
 
-# What computes the members of a study, and how they are stored.
+# Options for how members are computed and stored, shared with uncertainty studies.
 WORKERS: Final = Option(
     flag="--workers",
     metavar="N",
     help="Number of threads.  [default: all processors]",
-    whole=ANY_WHOLE,
+    integers=ANY_WHOLE,
 )
 SCHEDULER: Final = Option(
     flag="--scheduler", metavar="ADDRESS", help="Address of a Dask cluster to compute on."
@@ -46,7 +46,7 @@ PIECE: Final = Option(
     flag="--piece",
     metavar="N",
     help="Members in a stored piece.  [default: about a second of work]",
-    whole=Interval(1),
+    integers=Interval(1),
 )
 
 
@@ -77,10 +77,10 @@ class SweepOptions:
         show_default=True,
     )
     count: int | None = option(
-        "--count", "Number of points of random and sobol.", metavar="N", whole=ANY_WHOLE
+        "--count", "Number of points of random and sobol.", metavar="N", integers=ANY_WHOLE
     )
     seed: int | None = option(
-        "--seed", "Seed of random and sobol.  [default: 0]", metavar="S", whole=ANY_WHOLE
+        "--seed", "Seed of random and sobol.  [default: 0]", metavar="S", integers=ANY_WHOLE
     )
     ignore_separation: bool = setting("separation")
     both: bool = flag("--both", "Compute each member with separation considered and ignored.")
@@ -111,7 +111,7 @@ class SweepOptions:
 
 
 def varied_texts(preset: str | None, texts: Sequence[str]) -> Sequence[str]:
-    """What varies: as given, or as in a preset of this name.
+    """The texts of ``--vary``, or those of the preset.
 
     Raises `InputError` if neither or both are given, or the preset is unknown.
     """

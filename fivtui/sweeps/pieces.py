@@ -1,8 +1,8 @@
 """Pieces of an incomplete sweep on disk: file names, checksums and manifest.
 
-The manifest says what is computed, with which versions, and how many members a piece has. The name
-of a piece's file has its number, how many of its members failed, the digest of the manifest, and a
-checksum of all this and of the content: ``000000012.3.09ab….5f1c….parquet``.
+The manifest has the study, the versions, and the number of members of a piece. The name of a
+piece's file has its number, its count of failed members, the digest of the manifest, and a checksum
+of these and the content: ``000000012.3.09ab….5f1c….parquet``.
 """
 
 import hashlib
@@ -16,12 +16,12 @@ from typing import Any, Final, NamedTuple
 from fivtui.model import InputError
 
 MANIFEST: Final = "manifest.json"
-# Keys of a manifest that the file does not have.
+# Keys of a manifest that the complete file does not have.
 PIECE_MEMBERS: Final = "piece_members"
 COLUMNS: Final = "columns"
 _DIGITS: Final = 32
 _NAME: Final = re.compile(r"(\d{9,})\.(\d+)\.([0-9a-f]{32})\.([0-9a-f]{32})\.\w+")
-# A name without the digest of a manifest.
+# The name of a piece by older versions, without the digest of a manifest.
 _OLD_NAME: Final = re.compile(r"\d{9,}\.\d+\.[0-9a-f]{32}\.\w+")
 _LEFT_OVER: Final = (".fivtui-", "merged.")
 
@@ -46,7 +46,7 @@ def piece_of(number: int, members: int, size: int) -> SweepPiece:
 
 
 class Manifest(NamedTuple):
-    """What a folder of pieces says of them: a digest, members of a piece, and provenance."""
+    """The manifest of a folder of pieces: its digest, members of a piece, and provenance."""
 
     digest: str
     size: int
@@ -65,7 +65,7 @@ def read_manifest(folder: Path) -> Manifest:
 
 @dataclass(frozen=True, slots=True)
 class PieceFile:
-    """A file of a piece: what its name says of number, failures, manifest and checksum."""
+    """A file of a piece: number, failures, manifest digest and checksum from its name."""
 
     path: Path
     number: int
@@ -86,7 +86,7 @@ def piece_name(number: int, failed: int, sweep: str, content: bytes, suffix: str
 
 
 def _checksum(number: int, failed: int, sweep: str, content: bytes) -> str:
-    # The name is part of it: a piece renamed as another one is unsound.
+    # The checksum includes the name, so that a renamed piece is not sound.
     digest = hashlib.sha256(f"{number}.{failed}.{sweep}\n".encode())
     digest.update(content)
     return digest.hexdigest()[:_DIGITS]
@@ -120,7 +120,7 @@ def is_own(path: Path) -> bool:
 
 
 def sound_pieces(folder: Path, digest: str, count: int) -> dict[int, PieceFile]:
-    """The sound files of pieces of a manifest, by number, of those from 0 to `count` - 1."""
+    """The sound files of pieces 0 to `count` - 1 of a manifest, by number."""
     sound: dict[int, PieceFile] = {}
     for file in piece_files(folder):
         if file.sweep == digest and file.number < count and file.number not in sound and file.sound:

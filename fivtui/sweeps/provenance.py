@@ -20,7 +20,7 @@ from .study import BATCHES, Study
 FORMAT_VERSION: Final = 1
 ARITHMETIC: Final = "arithmetic"
 VERSIONS: Final = "versions"
-# Names that are scattered, in the file of a scattered sweep alone.
+# Key of the scattered names, only in files of scattered sweeps.
 SCATTERED: Final = "scattered"
 # Packages that decide the last bits of a result.
 _PACKAGES: Final = ("numpy", "scipy")
@@ -90,7 +90,7 @@ def _axis_to_data(axis: Axis | Distribution) -> Any:
 
 
 def study_from_dict(data: Any) -> Study:
-    """The study in data of `study_to_dict`; `InputError` if they are none."""
+    """The study in data of `study_to_dict`; `InputError` if the data hold no study."""
     try:
         start = data["start"]
         return Study(
@@ -118,7 +118,7 @@ def _axis_from_data(data: Any) -> Any:
     return Range(**data) if isinstance(data, dict) else tuple(float(value) for value in data)
 
 
-def described(study: Study, form: SweepFormat) -> dict[str, Any]:
+def study_header(study: Study, form: SweepFormat) -> dict[str, Any]:
     """Format version, study and versions, as data for JSON."""
     scattered = isinstance(study.design, Scatter)
     return {
@@ -131,11 +131,11 @@ def described(study: Study, form: SweepFormat) -> dict[str, Any]:
 
 def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
     """`described` and this machine's arithmetic; `ComputationError` if the kernel does not load."""
-    return {**described(study, form), ARITHMETIC: arithmetic_of(study)}
+    return {**study_header(study, form), ARITHMETIC: arithmetic_of(study)}
 
 
-def carried_over(provenance: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:
-    """Provenance read from a file, with the versions that another format names."""
+def converted_provenance(provenance: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:
+    """Provenance read from a file, with the versions for another format."""
     before = provenance.get(VERSIONS, {})
     named = {
         name: before.get(name, number) for name, number in versions(form.table.package).items()

@@ -12,7 +12,7 @@ from .study import DEFAULT_OUTPUTS, ERRORS, SweepColumn
 
 # Without a terminal, a line is printed at this interval.
 _LINE_EVERY_S: Final = 30.0
-# Outputs printed unless outputs were chosen, and the number of rows printed.
+# Outputs printed by default, and the number of rows printed.
 _FOR_READING: Final = ("y_abs", "y_half_range", "separations", "separated_time")
 _ROWS: Final = 40
 _UNITS_OF_TIME: Final = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
@@ -65,7 +65,7 @@ def _duration(seconds: float) -> str:
 
 
 def print_sweep(result: Sweep) -> None:
-    """Print the first and last rows of a sweep; all outputs if others than the default ones."""
+    """Print the first and last rows of a sweep; all outputs if they are not the defaults."""
     study, rows = result.study, result.rows
     chosen = study.outputs != DEFAULT_OUTPUTS
     shown = [
@@ -91,7 +91,7 @@ def print_sweep(result: Sweep) -> None:
 
 
 def _fast_belt_words(result: Sweep, case: bool) -> str:
-    # From which speed of the belt on the motion is that on a belt that is always faster.
+    # The belt speed from which the motion is that on a belt that is always faster.
     row = result.fast_belt(case)
     output = next((name for name in _FOR_READING if name in result.study.outputs), None)
     if row is None or output is None:

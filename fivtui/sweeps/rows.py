@@ -51,17 +51,17 @@ BlockStart = Literal["static"] | Floats
 _OF_RUNS: Final = (*TRANSIENT, *STICK)
 _NOT_OF_Y: Final = ("x_abs", "vx_max")
 _FORCE: Final = "contact_force"
-# Parts of the run among which the one is found where two runs part.
+# Number of intervals of the run that are searched for the divergence of two runs.
 _PARTS: Final = 8
-# Members judged between two calls of `progress`.
-_JUDGED: Final = 8192
+# Number of members computed between two calls of `progress`.
+_CHUNK: Final = 8192
 _FORCE_OVERFLOW: Final = (
     "the contact force grows beyond the floating-point range; consider separation or a shorter run"
 )
 
 
 class _Springs(NamedTuple):
-    # The contact springs of members.
+    # Contact spring constants of members.
     k2: Floats
     k_nl: Floats
 
@@ -123,7 +123,7 @@ _CONVERSIONS: Final[Mapping[str, Callable[[float], object]]] = {
 }
 
 
-def joined(parts: list[Rows]) -> Rows:
+def concatenate(parts: list[Rows]) -> Rows:
     """The rows of several parts of a study, one after the other."""
     return Rows(
         {name: np.concatenate([part.numbers[name] for part in parts]) for name in parts[0].numbers},
@@ -183,11 +183,11 @@ class _Block:
         elif self.study.accuracy:
             self._verify(indices, start, progress or (lambda _fraction: True))
         elif indices.size > 0:
-            self._put(indices, self._run(indices, start, self.study.tol, progress))
+            self._store(indices, self._run(indices, start, self.study.tol, progress))
 
     def _simulate(self, indices: Places, start: BlockStart, progress: OnProgress | None) -> None:
-        # Members one after the other: of more than batches know.
-        study, requested = self.study, {c.name: attrgetter(c.path) for c in self._wanted}
+        # Run members one by one, for features that batches lack.
+        study, requested = self.study, {c.name: attrgetter(c.path) for c in self._requested}
         for count, index in enumerate(indices.tolist()):
 
             def look(fraction: float, count: int = count) -> bool:
@@ -212,7 +212,7 @@ class _Block:
 
     def _verify(self, indices: Places, start: BlockStart, progress: OnProgress) -> None:
         # As `verified.simulate_to` for each member: refine the tolerance until a run changes by
-        # less than the error targets and does not part from the run before.
+        # less than the error targets and does not diverge from the coarser run.
         targets, part = dict(self.study.accuracy), 0.0
 
         def look(fraction: float) -> bool:
@@ -227,18 +227,18 @@ class _Block:
             fine = _observed(batch)
             errors = {name: _error(name, coarse, fine) for name in targets}
             missed = ~np.all([errors[name] <= targets[name] for name in targets], axis=0)
-            parted = _parted(coarse, fine, self._time_scales(indices))
+            parted = _diverged(coarse, fine, self._time_scales(indices))
             missed |= parted
             missed[batch.failed] = parted[batch.failed] = False
             if tol == TOL_RANGE[0]:
                 for index in np.flatnonzero(missed & ~parted).tolist():
                     values = {name: float(error[index]) for name, error in errors.items()}
                     self.reasons[indices[index]] = _too_inexact(values, targets)
-                self._tell_when(indices[parted], start, (before, tol), look)
+                self._explain_divergence(indices[parted], start, (before, tol), look)
                 missed[:] = False
             for name, error in errors.items():
                 self.results[ERRORS[name].name][indices] = error
-            self._put(indices, batch)
+            self._store(indices, batch)
             indices, coarse = indices[missed], {name: fine[name][missed] for name in fine}
 
     def _time_scales(self, indices: Places) -> Floats:
@@ -249,10 +249,10 @@ class _Block:
         scales: Floats = np.sqrt(m / (k1 + k2 + k3))[indices]
         return scales
 
-    def _tell_when(
+    def _explain_divergence(
         self, indices: Places, start: BlockStart, tols: tuple[float, float], progress: OnProgress
     ) -> None:
-        # Give members whose runs part the interval in which they do as their reason.
+        # Set the reason of members whose runs diverge: the interval in which they do.
         for count in range(1, _PARTS + 1):
             if indices.size == 0:
                 return
@@ -262,7 +262,7 @@ class _Block:
                 coarse, fine = (
                     _observed(self._run(indices, start, tol, progress, end)) for tol in tols
                 )
-                parted = _parted(coarse, fine, self._time_scales(indices))
+                parted = _diverged(coarse, fine, self._time_scales(indices))
             for index in indices[parted].tolist():
                 self.reasons[index] = (
                     f"two runs at different accuracy part between t = {begin:.6g} and {end:.6g} s; "
@@ -298,27 +298,27 @@ class _Block:
         accuracy = dict(self.study.accuracy)
         # Extremes of y alone take less time than all.
         extremes = "peak" if any(name in self.study.outputs for name in _NOT_OF_Y) else "amplitude"
-        parts = {column.path.partition(".")[0] for column in self._wanted}
+        parts = {column.path.partition(".")[0] for column in self._requested}
         required = {extremes if part in ("peak", _FORCE) else part for part in parts}
         if accuracy:
-            # These tell whether two runs are the same motion.
+            # Needed to decide whether two runs are the same motion.
             required |= {"final", "events", extremes}
         if "half_range" in accuracy:
             required.add("steady")
         return cast("set[Requirement]", required)
 
     @property
-    def _wanted(self) -> list[SweepColumn]:
+    def _requested(self) -> list[SweepColumn]:
         return [column for column in _OF_RUNS if column.name in self.study.outputs]
 
-    def _put(self, indices: Places, batch: Batch) -> None:
+    def _store(self, indices: Places, batch: Batch) -> None:
         for index in batch.failed.tolist():
             self.reasons[indices[index]] = str(batch.failure(index))
-        requested, columns = self._wanted, batch.to_columns()
+        requested, columns = self._requested, batch.to_columns()
         for column in requested:
             if not column.path.startswith(_FORCE):
                 self.results[column.name][indices] = columns[column.name]
-        self._put_forces(indices, columns)
+        self._store_forces(indices, columns)
         failed = [bool(reason) for reason in self.reasons]
         for name in (
             *(c.name for c in requested),
@@ -327,7 +327,7 @@ class _Block:
             self.results[name][failed] = np.nan
 
     def _start(self) -> BlockStart:
-        # Components that do not vary are those of the study's start, maybe an equilibrium.
+        # Components that do not vary come from the study's start, perhaps an equilibrium.
         columns = [self.varied.get(name) for name in START_SPECS]
         start, size = self.study.start, len(self.reasons)
         static = isinstance(start, str)
@@ -348,7 +348,7 @@ class _Block:
                 target[:] = column
         return states
 
-    def _put_forces(self, indices: Places, columns: Mapping[str, Floats]) -> None:
+    def _store_forces(self, indices: Places, columns: Mapping[str, Floats]) -> None:
         # P decreases with y, so its extremes are at those of y; separated, P = 0.
         p, size = self.study.parameters, len(self.reasons)
         springs = _Springs(
@@ -369,12 +369,12 @@ class _Block:
                 self.reasons[index] = self.reasons[index] or _FORCE_OVERFLOW
 
     def _parts(self, progress: OnProgress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
-        # Some members after the other, with the parameters that vary.
+        # Chunks of members, with the parameters that vary.
         parameters = {name: c for name, c in self.varied.items() if name in ALL_PARAMETERS}
         size, work = len(self.reasons), Progress(progress)
-        for first in range(0, size, _JUDGED):
+        for first in range(0, size, _CHUNK):
             work.report(first / size)
-            chunk = slice(first, first + _JUDGED)
+            chunk = slice(first, first + _CHUNK)
             yield chunk, {name: column[chunk] for name, column in parameters.items()}
 
     def find_critical(self, progress: OnProgress | None) -> None:
@@ -402,7 +402,7 @@ class _Block:
 
 
 def _observed(batch: Batch) -> dict[str, Floats]:
-    # The quantities that two runs are compared by, members along the first axis.
+    # Quantities by which two runs are compared, members along the first axis.
     columns = batch.to_columns()
     return {
         "final": batch.final,
@@ -412,7 +412,7 @@ def _observed(batch: Batch) -> dict[str, Floats]:
     }
 
 
-def _parted(run: Mapping[str, Floats], truth: Mapping[str, Floats], scales: Floats) -> Truths:
+def _diverged(run: Mapping[str, Floats], truth: Mapping[str, Floats], scales: Floats) -> Truths:
     # Whether two runs of the members are different motions, as in `divergence`.
     weights = np.stack([np.ones_like(scales), scales] * 2, axis=1)
     distance = (np.abs(run["final"] - truth["final"]) * weights).max(axis=1)
@@ -422,7 +422,7 @@ def _parted(run: Mapping[str, Floats], truth: Mapping[str, Floats], scales: Floa
 
 
 def _error(quantity: str, run: Mapping[str, Floats], truth: Mapping[str, Floats]) -> Floats:
-    # The measures of `deviation`.
+    # Errors as in `deviation`.
     distance = np.abs(run[quantity] - truth[quantity])
     if quantity == "final":
         distance, size = distance.max(axis=1), np.abs(truth[quantity]).max(axis=1)

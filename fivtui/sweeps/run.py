@@ -30,7 +30,7 @@ from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Start
 from .design import Axis, Design, Kind
 from .formats import sweep_format
 from .pieces import SweepPiece, piece_count, piece_of
-from .rows import Rows, compute_rows, joined
+from .rows import Rows, compute_rows, concatenate
 from .scatter import Scatter
 from .store import default_piece_size, open_store
 from .study import BATCHES, DEFAULT_OUTPUTS, Study
@@ -48,11 +48,11 @@ CASES: Final[Mapping[Cases, tuple[bool, ...]]] = {
     "both": (True, False),
 }
 MAX_IN_MEMORY: Final = 1_000_000
-# Of scattered sweeps, whose rows are not printed.
+# Greatest number of members of a scattered sweep in memory; its rows are not printed.
 _MAX_SCATTERED: Final = 20_000_000
 # Columns in the summary of a sweep.
 _SHOWN: Final = 8
-# At least this many pieces, so that all threads have some.
+# Least number of pieces, so that all threads have work.
 _PIECES_IN_MEMORY: Final = 32
 # Pieces queued beyond those being computed.
 _AHEAD: Final = 1
@@ -65,7 +65,7 @@ class Sweep(Result, Tabular, Drawn):
     Attributes
     ----------
     study : Study
-        What was computed.
+        The computed study.
     table : Rows
         Its rows by column.
     provenance : dict or None
@@ -113,10 +113,10 @@ class Sweep(Result, Tabular, Drawn):
         return rows
 
     def fast_belt(self, case: bool) -> int | None:
-        """Row of the slowest belt that, as all faster ones, is always faster than the slider.
+        """Row of the slowest belt from which on every belt is always faster than the slider.
 
-        `case` is whether separation is considered. Its motion is that without `v_belt`. None if
-        there is no such row, or friction depends on the speed of the belt.
+        `case` is whether separation is considered. The motion in that row is that without `v_belt`.
+        None if there is no such row, or friction depends on the speed of the belt.
         """
         study, numbers = self.study, self.table.numbers
         if list(study.design.axes) != ["v_belt"] or study.parameters.speed_law is not None:
@@ -185,9 +185,9 @@ def sweep(
     parameters : Parameters, optional
         The parameters that do not vary; the base set by default.
     vary : mapping of str to Range or sequence of float
-        What varies: parameters, and ``x0``, ``vx0``, ``y0``, ``vy0`` of the start.
+        Values by name: parameters, and ``x0``, ``vx0``, ``y0``, ``vy0`` of the start.
     design : "product", "list", "random" or "sobol"
-        How points are chosen, see `Design`.
+        Kind of design, see `Design`.
     count, seed : int, optional
         Number of points and seed of a random or Sobol design.
     separation : bool or "both"
@@ -255,13 +255,13 @@ def sweep_in_memory(study: Study, engine: Engine, *, progress: OnProgress | None
         for piece, rows in results:
             parts[piece.number] = rows
             work.report(len(parts) / count)
-    return Sweep(study, joined([parts[number] for number in range(count)]))
+    return Sweep(study, concatenate([parts[number] for number in range(count)]))
 
 
 def check_in_memory(study: Study, members: int | None = None) -> None:
     """Raise `InputError` if a sweep, or `members` of it, is too large to be held in memory.
 
-    That is a million members, 20 million if it is scattered.
+    The limit is a million members, 20 million if it is scattered.
     """
     count = study.members if members is None else members
     if isinstance(study.design, Scatter):

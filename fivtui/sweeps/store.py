@@ -41,7 +41,7 @@ from .pieces import (
     read_manifest,
     sound_pieces,
 )
-from .provenance import ARITHMETIC, VERSIONS, described, provenance_of
+from .provenance import ARITHMETIC, VERSIONS, provenance_of, study_header
 from .rows import Rows
 from .study import Study
 
@@ -65,8 +65,7 @@ class SweepStore:
     """The pieces and the file of one sweep; opened by `open_store`.
 
     `size` is the number of members of a piece, `stored_members` of those stored, `failed` of those
-    that failed;
-    `complete` says whether the file is there.
+    that failed; `complete` says whether the file exists.
     """
 
     def __init__(self, out: Path, study: Study, *, size: int | None) -> None:
@@ -75,7 +74,7 @@ class SweepStore:
         self._target = resolved(out)
         self.folder = parts_folder(out)
         self._shown = out.with_name(self.folder.name)
-        self._described = described(study, self._form)
+        self._study_header = study_header(study, self._form)
         self._provenance: dict[str, Any] = {}
         self._requested_size = size
         self.size = size or default_piece_size(study)
@@ -98,7 +97,7 @@ class SweepStore:
                 f"{self._out}: exists already, and is not a sweep or is damaged; choose another "
                 "name or force overwriting"
             )
-        if _without_arithmetic(provenance) != self._described:
+        if _without_arithmetic(provenance) != self._study_header:
             return False
         rows = self._form.count(self._target, self._study)
         if rows != self._study.members:
@@ -149,7 +148,7 @@ class SweepStore:
         try:
             _, size, provenance = read_manifest(self.folder)
             difference = _difference(
-                _without_arithmetic(provenance), self._described
+                _without_arithmetic(provenance), self._study_header
             ) or _difference(size, self._requested_size or size, "members of a piece")
         except InputError as error:
             difference = str(error)
@@ -236,9 +235,9 @@ class SweepStore:
         self.stored_members = self.failed = 0
 
     def clear_own(self) -> None:
-        """Remove pieces that a kill left after the file was complete."""
+        """Remove pieces that remain after a kill although the file is complete."""
         with suppress(OSError, InputError):
-            if _without_arithmetic(read_manifest(self.folder).provenance) == self._described:
+            if _without_arithmetic(read_manifest(self.folder).provenance) == self._study_header:
                 self._clear()
 
     @contextmanager

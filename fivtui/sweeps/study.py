@@ -32,7 +32,7 @@ from .design import VARIABLES
 from .scatter import Scatter, StudyDesign
 
 ColumnKind = Literal["number", "count", "truth", "text"]
-# The method of the compiled kernel, and all.
+# The method that batches use, and all methods.
 BATCHES: Final = "taylor"
 METHODS: Final = (BATCHES, *FMU_FLAVOURS)
 DONE: Final = "done"
@@ -71,7 +71,7 @@ STICK: Final = (
     SweepColumn("stick_time", "s", "time of stick", path="events.stick_time"),
     SweepColumn("final_stick", "s", "beginning of the final stick", path="final_stick"),
 )
-# Of single runs, which batches do not have.
+# Columns that only single runs have.
 _OF_RUNS: Final = frozenset(column.name for column in STICK)
 STABILITY: Final = (
     SweepColumn("growth_rate", "1/s", "greatest real part of the eigenvalues"),
@@ -83,7 +83,7 @@ OUTPUTS: Final[Mapping[str, SweepColumn]] = {
     column.name: column for column in (*TRANSIENT, *STICK, *STABILITY, CRITICAL, SAFE)
 }
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
-# By quantity; rows keep no times of switches, hence no error of events.
+# Columns of errors by quantity. Rows have no times of switches, hence no error of events.
 ERRORS: Final[Mapping[str, SweepColumn]] = {
     name: SweepColumn(f"{name}_error", "", f"error of the {QUANTITIES[name]}")
     for name in ("final", "peak", "half_range")
@@ -103,7 +103,7 @@ class Study:
     Parameters
     ----------
     design : Design or Scatter
-        What varies. A component of the start that varies replaces that component of `start`.
+        The varied values. A component of the start that varies replaces that of `start`.
     parameters : Parameters
         The other parameters.
     cases : tuple of bool
@@ -116,11 +116,11 @@ class Study:
     outputs : tuple of str
         Names in `OUTPUTS`; without an output of the transient nothing is integrated.
     safe : SafeTable, optional
-        Where ``safe_mu`` is taken from; without, it is continued for every member.
+        Table to interpolate ``safe_mu``; without it, a branch is continued for every member.
     method : str
         ``taylor``, or ``fmu`` or ``fmu-native``: then each member is a run of the FMU by fmpy.
     over_time : tuple of (str, TimeTable)
-        Parameters that follow tables in all members; `parameters` becomes those at the start.
+        Parameters that follow tables in all members; `parameters` gets their values at the start.
 
     Raises
     ------
@@ -236,7 +236,7 @@ def study_of(
     cases: tuple[bool, ...] | None = None,
     outputs: Sequence[str] = (),
 ) -> Study:
-    """The study of a scene, by default of its case alone; `InputError` as `Study`."""
+    """The study of a scene, by default only with its own case; `InputError` as `Study`."""
     return Study(
         design=design,
         parameters=scene.parameters,

@@ -28,7 +28,7 @@ DECLARED = {
 
 def another_value(declared: Option, default: Any) -> Any:
     """A value that is not the default."""
-    if declared.whole is not None:
+    if declared.integers is not None:
         return 7
     if declared.choices:
         return declared.choices[-1]

@@ -29,7 +29,7 @@ from fivtui.reliability.request import (
     truncations,
     with_table,
 )
-from fivtui.reliability.result import Uncertainty, judged
+from fivtui.reliability.result import Uncertainty, evaluate
 from fivtui.reliability.run import MembersFile, compute_uncertainty
 from fivtui.reliability.statistics import with_remark
 from fivtui.safety.table import safe_mus
@@ -337,7 +337,7 @@ def test_hypercubes_are_not_added_to() -> None:
 
 def test_a_sweep_that_is_not_scattered_is_no_study() -> None:
     with pytest.raises(InputError, match="not scattered"):
-        judged(sweep(vary={"F": [20.0]}, outputs=["stable"]))
+        evaluate(sweep(vary={"F": [20.0]}, outputs=["stable"]))
 
 
 def test_a_correlated_scene_says_why_there_are_no_indices(

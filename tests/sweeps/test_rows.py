@@ -21,7 +21,7 @@ from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.scene.verified import simulate_to
 from fivtui.studies import command_of, load_study
 from fivtui.sweeps.design import Design, Kind, Range
-from fivtui.sweeps.rows import Rows, compute_rows, joined
+from fivtui.sweeps.rows import Rows, compute_rows, concatenate
 from fivtui.sweeps.run import check_in_memory, local_engine, sweep_in_memory
 from fivtui.sweeps.study import DEFAULT_OUTPUTS, OUTPUTS, Study
 from fivtui.transient.request import Request
@@ -309,7 +309,9 @@ def test_errors_do_not_depend_on_pieces() -> None:
     )
     whole = compute_rows(study, 0, study.members)
     middle = study.members // 3
-    parts = joined([compute_rows(study, *ends) for ends in ((0, middle), (middle, study.members))])
+    parts = concatenate(
+        [compute_rows(study, *ends) for ends in ((0, middle), (middle, study.members))]
+    )
     for name, numbers in whole.numbers.items():
         assert numbers.tobytes() == parts.numbers[name].tobytes(), name
     with pytest.raises(Cancelled):
@@ -355,7 +357,7 @@ def test_what_is_not_asked_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) 
 def test_rows_do_not_depend_on_pieces_or_threads() -> None:
     study = Study(DESIGNS[3], Parameters(), cases=(True, False), t_end=5.0)
     whole = compute_rows(study, 0, study.members)
-    parts = joined([compute_rows(study, *ends) for ends in ((0, 1), (1, 130), (130, 182))])
+    parts = concatenate([compute_rows(study, *ends) for ends in ((0, 1), (1, 130), (130, 182))])
     threaded = sweep_in_memory(study, local_engine(3)).table
     for rows in (parts, threaded):
         for name, numbers in whole.numbers.items():

@@ -56,7 +56,7 @@ class SimulateOptions:
         "Points of the trajectory written or drawn.",
         5001,
         metavar="N",
-        whole=Interval(2, 10_000_000),
+        integers=Interval(2, 10_000_000),
         show_default=True,
     )
     over_time: Path | None = option_field(OVER_TIME)

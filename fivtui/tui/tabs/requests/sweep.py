@@ -69,9 +69,9 @@ def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["
 
 def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
     """A sweep of the rows computed so far."""
-    from fivtui.sweeps import Sweep, joined
+    from fivtui.sweeps import Sweep, concatenate
 
-    return Sweep(study, joined(list(parts)))
+    return Sweep(study, concatenate(list(parts)))
 
 
 def case_of(study: "Study", point: NearestPoint, case: bool) -> bool:

@@ -107,9 +107,9 @@ class UncertaintyPane(StudyPane):
 
     def draw_result(self, result: "Uncertainty") -> None:
         """Draw the current view of a study."""
-        from fivtui.reliability import drawn, histogram_chart, samples_chart
+        from fivtui.reliability import displayed_quantity, histogram_chart, samples_chart
 
-        self.mark_choice(drawn(result, self.chosen))
+        self.mark_choice(displayed_quantity(result, self.chosen))
         if self.view == "indices":
             table: ListTable[str] = self.query_one("#indices", ListTable)
             rows = index_rows(result)
