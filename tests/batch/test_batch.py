@@ -1,4 +1,4 @@
-"""Batches of transients: the same as single runs, whoever their neighbours are."""
+"""Batches of transients: the same as single runs, whatever else is in the batch."""
 
 import math
 import threading
@@ -31,38 +31,38 @@ def varied(count: int) -> np.ndarray:
     rng = np.random.default_rng(7)
     sets = table(*[Parameters()] * count)
     return np.column_stack(
-        [sets[:, place] * rng.uniform(0.5, 1.5, count) for place in range(len(PARAMETERS))]
+        [sets[:, column] * rng.uniform(0.5, 1.5, count) for column in range(len(PARAMETERS))]
     )
 
 
-def assert_identical(one: Batch, other: Batch, order: np.ndarray | None = None) -> None:
-    expected, found = one.to_columns(), other.to_columns()
-    assert expected.keys() == found.keys()
+def assert_identical(first: Batch, second: Batch, order: np.ndarray | None = None) -> None:
+    expected, actual = first.to_columns(), second.to_columns()
+    assert expected.keys() == actual.keys()
     for name, value in expected.items():
-        wanted = value if order is None else value[order]
-        assert np.array_equal(wanted, found[name], equal_nan=True), name
+        expected_value = value if order is None else value[order]
+        assert np.array_equal(expected_value, actual[name], equal_nan=True), name
 
 
-def assert_agrees(result: Batch, place: int, run: Transient, *, close: float) -> None:
+def assert_agrees(result: Batch, row: int, run: Transient, *, close: float) -> None:
     p = run.parameters
     length = max(run.peak.x_abs, run.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
     speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
 
-    def same(found: float, expected: float, scale: float) -> None:
-        assert found == pytest.approx(expected, rel=close, abs=close * scale)
+    def same(actual: float, expected: float, scale: float) -> None:
+        assert actual == pytest.approx(expected, rel=close, abs=close * scale)
 
-    assert result.status[place] == Status.DONE
-    assert result.t[place] == run.t_end
+    assert result.status[row] == Status.DONE
+    assert result.t[row] == run.t_end
     for column, name in enumerate(("x", "vx", "y", "vy")):
         scale = speed if name.startswith("v") else length
-        same(result.final[place, column], getattr(run.final, name), scale)
+        same(result.final[row, column], getattr(run.final, name), scale)
     for name in ("y_abs", "y_max", "y_min", "x_abs"):
-        same(getattr(result.peak, name)[place], getattr(run.peak, name), length)
-    same(result.peak.vx_max[place], run.peak.vx_max, speed)
-    same(result.steady.y_half_range[place], run.steady.y_half_range, length)
-    # A touch that is lost in rounding lasts for the root of rounding.
+        same(getattr(result.peak, name)[row], getattr(run.peak, name), length)
+    same(result.peak.vx_max[row], run.peak.vx_max, speed)
+    same(result.steady.y_half_range[row], run.steady.y_half_range, length)
+    # A touch below rounding in y lasts about the square root of the rounding error.
     lost = max(close, 3e-8) * run.t_end
-    assert result.events.separated_time[place] == pytest.approx(
+    assert result.events.separated_time[row] == pytest.approx(
         run.events.separated_time, rel=close, abs=lost
     )
 
@@ -82,15 +82,15 @@ def test_any_members_are_those_of_single_runs(
         start=np.array([start for _, start, _ in members]),
         separation=np.array([separation for _, _, separation in members]),
     )
-    for place, (p, start, separation) in enumerate(members):
+    for row, (p, start, separation) in enumerate(members):
         try:
             run = simulate(
                 p, t_end=8.0, tol=tol, start=start, separation=separation, kernel="interpreted"
             )
         except ComputationError as error:
-            assert str(result.failure(place)).endswith(error.advice)  # noqa: PT017
+            assert str(result.failure(row)).endswith(error.advice)  # noqa: PT017
             continue
-        assert_agrees(result, place, run, close=1e-9 if tol < 1e-7 else 1e-3)
+        assert_agrees(result, row, run, close=1e-9 if tol < 1e-7 else 1e-3)
 
 
 def test_nothing_depends_on_neighbours_place_or_workers() -> None:
@@ -98,41 +98,41 @@ def test_nothing_depends_on_neighbours_place_or_workers() -> None:
     sets[::7, list(PARAMETERS).index("k_nl")] = 0.0
     flags = np.arange(len(sets)) % 3 > 0
     options = {"t_end": 20.0, "tol": 1e-9}
-    whole = simulate_batch(sets, separation=flags, workers=1, **options)  # type: ignore[arg-type]
-    assert (whole.status == Status.DONE).sum() > 100
+    complete = simulate_batch(sets, separation=flags, workers=1, **options)  # type: ignore[arg-type]
+    assert (complete.status == Status.DONE).sum() > 100
     for workers in (2, 5):
         again = simulate_batch(sets, separation=flags, workers=workers, **options)  # type: ignore[arg-type]
-        assert_identical(whole, again)
+        assert_identical(complete, again)
     order = np.random.default_rng(3).permutation(len(sets))
     shuffled = simulate_batch(sets[order], separation=flags[order], **options)  # type: ignore[arg-type]
-    assert_identical(whole, shuffled, order)
-    for place in range(0, len(sets), 10):
-        alone = simulate_batch(sets[place : place + 1], separation=flags[place], **options)  # type: ignore[arg-type]
-        assert_identical(whole, alone, np.array([place]))
+    assert_identical(complete, shuffled, order)
+    for index in range(0, len(sets), 10):
+        alone = simulate_batch(sets[index : index + 1], separation=flags[index], **options)  # type: ignore[arg-type]
+        assert_identical(complete, alone, np.array([index]))
 
 
 @pytest.mark.parametrize("requirement", REQUIREMENTS)
 def test_only_what_is_required_is_computed(requirement: Requirement) -> None:
     sets = varied(20)
-    whole = simulate_batch(sets, t_end=10.0, require=REQUIREMENTS)
+    complete = simulate_batch(sets, t_end=10.0, require=REQUIREMENTS)
     part = simulate_batch(sets, t_end=10.0, require={requirement})
     for name in set(REQUIREMENTS) - {requirement}:
         with pytest.raises(InputError, match=f"{name}: not required"):
             getattr(part, name)
     assert getattr(part, requirement) is not None
-    expected = whole.to_columns()
+    expected = complete.to_columns()
     for name, value in part.to_columns().items():
-        same = expected[name]
-        assert np.allclose(value, same, rtol=1e-11, atol=1e-11, equal_nan=True), name
+        expected_values = expected[name]
+        assert np.allclose(value, expected_values, rtol=1e-11, atol=1e-11, equal_nan=True), name
 
 
 def test_names_are_broadcast_over_the_base_set() -> None:
     result = simulate_batch(
         {"F": [60.0, 100.0], "mu": 0.6}, base=Parameters(c1=0.5), t_end=5.0, require={"final"}
     )
-    for place, force in enumerate((60.0, 100.0)):
+    for row, force in enumerate((60.0, 100.0)):
         run = simulate(Parameters(F=force, mu=0.6, c1=0.5), t_end=5.0, kernel="interpreted")
-        assert result.final[place, 0] == pytest.approx(run.final.x, rel=1e-12)
+        assert result.final[row, 0] == pytest.approx(run.final.x, rel=1e-12)
     single = simulate_batch({}, t_end=1.0)
     assert single.status.shape == (1,)
 
@@ -157,18 +157,18 @@ def test_a_member_that_fails_says_why_and_disturbs_nobody() -> None:
     assert_identical(result, simulate_batch(good, **options), None if not bad.size else fine)  # type: ignore[arg-type]
     with pytest.raises(ComputationError) as caught:
         simulate(GROWING, separation=False, kernel="compiled", **options)  # type: ignore[arg-type]
-    for place in bad.tolist():
-        failure = result.failure(place)
+    for index in bad.tolist():
+        failure = result.failure(index)
         assert failure is not None
         assert failure.advice == caught.value.advice
         assert failure.why == caught.value.why
         for name, value in result.to_columns().items():
             if value.dtype == np.float64 and name != "t":
-                assert np.isnan(value[place]).all(), name
+                assert np.isnan(value[index]).all(), name
     assert result.failure(1) is None
 
 
-def test_every_other_failure_is_told() -> None:
+def test_other_failures_are_reported() -> None:
     limited = simulate_batch({"F": [80.0]}, max_steps=50)
     assert limited.status[0] == Status.STEP_LIMIT
     assert limited.steps[0] == 50
@@ -184,35 +184,35 @@ def test_every_other_failure_is_told() -> None:
 
 
 def test_work_is_cancelled_at_the_next_look() -> None:
-    seen: list[float] = []
+    shares: list[float] = []
 
     def progress(fraction: float) -> bool:
-        seen.append(fraction)
+        shares.append(fraction)
         return fraction < 0.02
 
     with pytest.raises(Cancelled):
         simulate_batch({"F": np.linspace(50.0, 100.0, 400)}, t_end=1e4, progress=progress)
-    # The look that said no is the last, and work was left.
-    assert [fraction >= 0.02 for fraction in seen] == [False] * (len(seen) - 1) + [True]
-    assert seen[-1] < 1.0
-    assert seen == sorted(seen)
+    # No callback follows the one that cancelled, and the work is incomplete.
+    assert [fraction >= 0.02 for fraction in shares] == [False] * (len(shares) - 1) + [True]
+    assert shares[-1] < 1.0
+    assert shares == sorted(shares)
     assert not [t for t in threading.enumerate() if t.name.startswith("batch")]
 
 
 def test_progress_rises_to_one() -> None:
-    seen: list[float] = []
+    shares: list[float] = []
 
     def progress(fraction: float) -> bool:
-        seen.append(fraction)
+        shares.append(fraction)
         return True
 
     simulate_batch({"F": np.linspace(50.0, 100.0, 4000)}, t_end=100.0, tol=1e-3, progress=progress)
-    assert seen == sorted(seen)
-    assert (seen[0], seen[-1]) == (0.0, 1.0)
-    assert len(seen) > 3
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
+    assert len(shares) > 3
 
 
-def test_what_stops_a_worker_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exception_in_a_worker_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> object:
         raise OSError("no more memory")
 
@@ -285,15 +285,15 @@ def test_without_a_compiled_kernel_members_are_interpreted() -> None:
     flags = np.array([True, True, True, False, True])
     compiled = simulate_batch(sets, separation=flags, t_end=40.0)
     with INTERPRETED:
-        found = simulate_batch(sets, separation=flags, t_end=40.0)
+        interpreted = simulate_batch(sets, separation=flags, t_end=40.0)
         halted = simulate_batch(sets[:1], t_end=40.0, max_steps=5)
         with pytest.raises(Cancelled):
             simulate_batch(sets, t_end=40.0, progress=lambda fraction: fraction == 0.0)
-    assert (found.status == compiled.status).all()
+    assert (interpreted.status == compiled.status).all()
     assert halted.status[0] == Status.STEP_LIMIT
     assert halted.steps[0] == 5
-    assert set(found.status) == {Status.DONE, Status.NO_START}
+    assert set(interpreted.status) == {Status.DONE, Status.NO_START}
     for name, value in compiled.to_columns().items():
-        assert found.to_columns()[name] == pytest.approx(value, rel=1e-9, abs=1e-9, nan_ok=True), (
-            name
-        )
+        assert interpreted.to_columns()[name] == pytest.approx(
+            value, rel=1e-9, abs=1e-9, nan_ok=True
+        ), name

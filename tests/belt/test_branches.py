@@ -21,18 +21,18 @@ from fivtui.orbits.curves.origins import cycle_near
 from .test_motion import MASS, PERIOD as MASS_PERIOD
 
 DAMPED = MASS.with_values({"c2": 0.1})
-# Sliding loses stability as the belt slows down, and cycles next to that repel.
+# Sliding loses stability as the belt slows down; cycles near this Hopf point are unstable.
 FALLING = Parameters(v_belt=0.4, mu=0.3, mu_s=0.5, v_s=0.4, c1=10.0)
 
 
 def period(speed: float, drop: float) -> float:
-    """Of a mass on a belt of a speed where friction drops by so much."""
+    """Period of a stick-slip cycle of a mass on a belt of this speed; friction drops by `drop`."""
     return 2.0 * drop / speed + 2.0 * (math.pi - math.atan(drop / speed))
 
 
 @pytest.mark.parametrize("name", ["v_belt", "mu", "mu_s"])
 def test_the_period_of_a_mass_on_a_belt_changes_as_the_closed_form_does(name: str) -> None:
-    # In the middle of its stick.
+    # A state in the middle of the stick of the cycle.
     start = (0.0 + 0.75 - 0.25, 0.2, -1.0, 0.0)
     value = DAMPED.as_dict()[name]
     line = ParameterLine(System(DAMPED), name, (0.5 * value, 2.0 * value))
@@ -53,43 +53,43 @@ def test_the_period_of_a_mass_on_a_belt_changes_as_the_closed_form_does(name: st
 def test_a_branch_of_stick_slip_cycles_has_the_period_in_closed_form_and_a_multiplier_0(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = branch(DAMPED, "v_belt", low=0.15, high=0.25, origin="cycle")
-    assert found.ends == (End.BOUND, End.BOUND)
-    assert not found.events
-    for point in found.points:
+    curve = branch(DAMPED, "v_belt", low=0.15, high=0.25, origin="cycle")
+    assert curve.ends == (End.BOUND, End.BOUND)
+    assert not curve.events
+    for point in curve.points:
         assert point.period == pytest.approx(period(point.value, 0.5), rel=1e-10)
         assert point.stable
         assert point.multipliers[2] == 0.0
         assert abs(point.multipliers[0]) == pytest.approx(math.exp(-0.05 * point.period), rel=1e-8)
     path = tmp_path / "cycles.csv"
     values = {name: value for name, value in DAMPED.as_dict().items() if name != "mu_s"}
-    words = [f"--set={name}={value}" for name, value in values.items()]
-    given = ["branch", *words, "--vary", "v_belt=0.19:0.21"]
+    arguments = [f"--set={name}={value}" for name, value in values.items()]
+    options = ["branch", *arguments, "--vary", "v_belt=0.19:0.21"]
     static = ["--set", "mu_s=1"]
-    assert run([*given, *static, "--from", "cycle", "--out", str(path), "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert (said["parameter"], said["unit"]) == ("v_belt", "m/s")
-    assert said["points"][0]["multipliers"][2] == [0.0, 0.0]
-    assert run([*given, *static, "--from", str(path), "--json"]) == 0
+    assert run([*options, *static, "--from", "cycle", "--out", str(path), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert (data["parameter"], data["unit"]) == ("v_belt", "m/s")
+    assert data["points"][0]["multipliers"][2] == [0.0, 0.0]
+    assert run([*options, *static, "--from", str(path), "--json"]) == 0
     again = json.loads(capsys.readouterr().out)["points"]
-    assert [round(one["period"], 9) for one in again] == pytest.approx(
-        [round(period(one["value"], 0.5), 9) for one in again], abs=1e-9
+    assert [round(other_point["period"], 9) for other_point in again] == pytest.approx(
+        [round(period(other_point["value"], 0.5), 9) for other_point in again], abs=1e-9
     )
-    assert run([*given, "--set", "mu_s=0.9", "--from", str(path)]) == 2
+    assert run([*options, "--set", "mu_s=0.9", "--from", str(path)]) == 2
     assert "mu_s = 0.9: must be 1, as in " in capsys.readouterr().err
 
 
 def test_small_cycles_have_the_amplitude_of_the_normal_form() -> None:
     value, _ = hopf_values(System(FALLING), "v_belt", 0.05, 2.0)
-    for other in hopf_values(System(FALLING), "c1", 5.0, 20.0):
-        assert abs(growth_rate(System(FALLING.with_values({"c1": other})))) < 1e-9
+    for hopf_value in hopf_values(System(FALLING), "c1", 5.0, 20.0):
+        assert abs(growth_rate(System(FALLING.with_values({"c1": hopf_value})))) < 1e-9
     at = FALLING.with_values({"v_belt": value})
     assert abs(growth_rate(System(at))) < 1e-9
     hopf = hopf_point(System(at), "v_belt")
     assert hopf.direction == "subcritical"
-    found = branch(FALLING, "v_belt", low=0.4428, high=0.4432)
-    assert [event.direction for event in found.events] == ["subcritical"]
-    for point in found.points:
+    curve = branch(FALLING, "v_belt", low=0.4428, high=0.4432)
+    assert [event.direction for event in curve.events] == ["subcritical"]
+    for point in curve.points:
         assert not point.stable
         growth = growth_rate(System(FALLING.with_values({"v_belt": point.value})))
         size = 2.0 * math.sqrt(-growth / hopf.lyapunov)
@@ -99,59 +99,61 @@ def test_small_cycles_have_the_amplitude_of_the_normal_form() -> None:
 
 @pytest.mark.whole
 def test_a_cycle_that_is_no_longer_faster_than_the_belt_in_contact_is_that_of_the_paper() -> None:
-    found = branch(Parameters(v_belt=5.4), "v_belt", low=5.3, high=5.7, origin="cycle")
-    (event,) = found.events
+    curve = branch(Parameters(v_belt=5.4), "v_belt", low=5.3, high=5.7, origin="cycle")
+    (event,) = curve.events
     assert event.kind is EventKind.REVERSE_SLIP
-    always = found.points[-1]
+    always = curve.points[-1]
     assert always.value == 5.7
-    # Faster than the belt only while it is off it.
+    # The slider exceeds the belt's speed only while separated.
     assert always.period == pytest.approx(1.3264574885, rel=1e-10)
     assert event.period == pytest.approx(always.period, rel=1e-8)
-    assert found.points[0].period > always.period + 1e-6
+    assert curve.points[0].period > always.period + 1e-6
 
 
 @pytest.mark.whole
 def test_a_branch_turns_back_where_its_cycles_begin_to_stick() -> None:
-    found = branch(FALLING, "v_belt", low=0.05, high=2.0)
-    kinds = [event.kind for event in found.events]
+    curve = branch(FALLING, "v_belt", low=0.05, high=2.0)
+    kinds = [event.kind for event in curve.events]
     assert kinds[:2] == [EventKind.HOPF, EventKind.STICK]
-    corner = found.events[1]
+    corner = curve.events[1]
     assert corner.value == pytest.approx(0.5215068632, rel=1e-8)
-    assert corner.value == max(point.value for point in found.points)
-    place = next(n for n, one in enumerate(found.points) if one.value == corner.value)
-    before, after = found.points[:place], found.points[place + 1 :]
+    assert corner.value == max(point.value for point in curve.points)
+    corner_index = next(
+        n for n, curve_point in enumerate(curve.points) if curve_point.value == corner.value
+    )
+    before, after = curve.points[:corner_index], curve.points[corner_index + 1 :]
     assert all(point.multipliers[2] != 0.0 for point in before)
     assert all(point.multipliers[2] == 0.0 for point in after)
-    # The stable cycle that transients reach is on it.
+    # The branch contains the stable cycle that transients reach.
     near = min(after, key=lambda point: abs(point.value - 0.4))
     assert near.stable
     assert near.half_range == pytest.approx(0.0387832, rel=0.03)
-    assert len(kinds) == len(set(zip(kinds, (e.value for e in found.events), strict=True)))
+    assert len(kinds) == len(set(zip(kinds, (e.value for e in curve.events), strict=True)))
 
 
 @pytest.mark.whole
 def test_where_motion_jumps_a_branch_ends_and_says_why() -> None:
     # Static friction above the kinetic one: a slider that just reaches the belt sticks at once.
     p = FALLING.with_values({"v_s": None, "mu": 0.44, "c1": 0.32, "v_belt": 1.0})
-    found = branch(p, "mu", low=0.42, high=0.45)
-    assert found.points[-1].value == pytest.approx(0.43315931, rel=1e-7)
-    assert found.ends[0] is End.EQUILIBRIUM
-    assert found.ends[1] is End.JUMPS
-    assert found.ends[1] in str(found)
+    curve = branch(p, "mu", low=0.42, high=0.45)
+    assert curve.points[-1].value == pytest.approx(0.43315931, rel=1e-7)
+    assert curve.ends[0] is End.EQUILIBRIUM
+    assert curve.ends[1] is End.JUMPS
+    assert curve.ends[1] in str(curve)
 
 
 def test_the_order_of_modes_does_not_depend_on_where_a_period_begins() -> None:
-    found = []
+    modes = []
     for share in (0.0, 0.3, 0.6, 0.9):
         line = ParameterLine(System(DAMPED), "v_belt", (0.1, 0.4))
         curve, orbit = cycle_near(line, ((0.5, 0.2, -1.0, 0.0), MASS_PERIOD))
         assert orbit is not None
         moved = curve.orbits.later(orbit, share) if share else orbit
         assert moved is not None
-        found.append(curve.course(moved))
+        modes.append(curve.course(moved))
         values = np.sort(np.abs(moved.multipliers))
         assert values == pytest.approx(np.sort(np.abs(orbit.multipliers)), abs=1e-9)
-    assert len(set(found)) == 1
+    assert len(set(modes)) == 1
 
 
 def test_what_is_not_followed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

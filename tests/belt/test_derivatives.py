@@ -1,4 +1,4 @@
-"""Derivatives on a belt of finite speed, against differences of runs and what is known of them."""
+"""Derivatives on a belt of finite speed, against differences of runs and known identities."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -67,36 +67,36 @@ def derived(p: Parameters, start: State, t_end: float, *, separation: bool) -> V
 
 
 def moved(
-    p: Parameters, start: State, by: Sequence[float], size: float, **given: Any
+    p: Parameters, start: State, by: Sequence[float], size: float, **options: Any
 ) -> tuple[np.ndarray, dict[str, int]]:
-    """Final state and extremes where start and parameters are changed, and how it switched."""
+    """Final state and extremes of a run with changed start and parameters, and its transitions."""
     state = np.add(start, np.multiply(size, by[:4])).tolist()
     changes = zip(set_names(p), by[4:], strict=True)
     q = p.with_values({name: getattr(p, name) + size * change for name, change in changes})
-    run = simulate(q, start=state, tol=1e-13, **given)
+    run = simulate(q, start=state, tol=1e-13, **options)
     peaks = (run.peak.y_max, run.peak.y_min, run.peak.vx_max)
     return np.array([*run.final[1:], *peaks]), dict(run.events.transitions)
 
 
 def difference(
-    p: Parameters, start: State, by: Sequence[float], size: float, **given: Any
+    p: Parameters, start: State, by: Sequence[float], size: float, **options: Any
 ) -> tuple[np.ndarray, bool]:
     """The derivative along a direction by differences; whether all runs switch alike."""
-    found = [moved(p, start, by, part * size, **given) for part in (-2, -1, 1, 2)]
-    values = [one for one, _ in found]
+    moved_runs = [moved(p, start, by, part * size, **options) for part in (-2, -1, 1, 2)]
+    values = [state for state, _ in moved_runs]
     slope = (8.0 * (values[2] - values[1]) - (values[3] - values[0])) / (12.0 * size)
-    return slope, all(kinds == found[0][1] for _, kinds in found)
+    return slope, all(kinds == moved_runs[0][1] for _, kinds in moved_runs)
 
 
-def along(found: Variation, by: Sequence[float]) -> np.ndarray:
+def along(variation: Variation, by: Sequence[float]) -> np.ndarray:
     chosen = [EXTREMES.index(name) for name in ("y_max", "y_min", "vx_max")]
-    rows = np.concatenate([found.derivatives, found.extreme_derivatives[chosen]])
+    rows = np.concatenate([variation.derivatives, variation.extreme_derivatives[chosen]])
     change: np.ndarray = rows @ np.array(by)
     return change
 
 
 def directions(p: Parameters, count: int) -> list[list[float]]:
-    # A belt at rest and a lone mass stay what they are.
+    # Parameters that are zero (belt at rest, mass without coupling) are not varied.
     rng = np.random.default_rng(4)
     free = [getattr(p, name) > 0.0 for name in set_names(p)]
     return [
@@ -108,27 +108,27 @@ def directions(p: Parameters, count: int) -> list[list[float]]:
 @pytest.mark.parametrize("name", SCENES)
 def test_derivatives_are_differences_of_runs(name: str) -> None:
     p, start, t_end, separation = SCENES[name]
-    found = derived(p, start, t_end, separation=separation)
+    variation = derived(p, start, t_end, separation=separation)
     for by in directions(p, 1):
         if name == "at rest":
-            # A slider that moves on a belt at rest is another motion.
+            # A moving slider on a belt at rest would change the sequence of modes.
             by[:2] = 0.0, 0.0
         expected, alike = difference(p, start, by, 1e-6, t_end=t_end, separation=separation)
         assert alike
-        assert np.abs(along(found, by) - expected).max() < 3e-8 * np.abs(expected).max()
+        assert np.abs(along(variation, by) - expected).max() < 3e-8 * np.abs(expected).max()
 
 
 def test_the_scenes_have_all_transitions_of_the_table() -> None:
-    found = set()
+    transitions = set()
     for p, start, t_end, separation in SCENES.values():
         run = simulate(p, start=start, t_end=t_end, separation=separation)
-        found |= set(run.events.transitions)
+        transitions |= set(run.events.transitions)
     rows = [(mode, end) for mode, row in MODES.items() for end in row.ends]
-    kinds = [(mode, then) for mode, end in rows for then in end.to]
-    assert found == {transition_name(*one) for one in kinds if Mode.CONTACT not in one}
+    kinds = [(mode, successor) for mode, end in rows for successor in end.to]
+    assert transitions == {transition_name(*kind) for kind in kinds if Mode.CONTACT not in kind}
 
 
-# By rounding the slider is faster than the belt where it ceases to stick.
+# At the end of the stick rounding makes the slider faster than the belt.
 @example(
     Parameters(
         m=7.0,
@@ -152,17 +152,17 @@ def test_the_scenes_have_all_transitions_of_the_table() -> None:
 def test_derivatives_of_random_scenes_are_differences_of_runs(
     p: Parameters, start: State, duration: float, separation: bool
 ) -> None:
-    # Away from the ends of the ranges, where differences to both sides leave them.
+    # Central differences need values inside the ranges of the parameters.
     inside = {name: max(value, 0.01) for name, value in p.as_dict().items()}
     p = p.with_values({**inside, "mu_s": max(p.mu_static, inside["mu"] + 0.01)})
     (by,) = directions(p, 1)
-    given: dict[str, Any] = {"t_end": duration, "separation": separation}
-    coarse, alike = difference(p, start, by, 2e-6, **given)
-    fine, still = difference(p, start, by, 1e-6, **given)
+    options: dict[str, Any] = {"t_end": duration, "separation": separation}
+    coarse, alike = difference(p, start, by, 2e-6, **options)
+    fine, still = difference(p, start, by, 1e-6, **options)
     scale = np.abs(fine).max()
     assume(alike and still and np.abs(coarse - fine).max() < 1e-6 * scale)
-    found = along(derived(p, start, duration, separation=separation), by)
-    assert np.abs(found - fine).max() < 3e-6 * scale
+    derivative = along(derived(p, start, duration, separation=separation), by)
+    assert np.abs(derivative - fine).max() < 3e-6 * scale
 
 
 def test_the_law_has_a_derivative_where_friction_does_not_fall_yet() -> None:
@@ -171,10 +171,10 @@ def test_the_law_has_a_derivative_where_friction_does_not_fall_yet() -> None:
         derived(p.with_values({"mu_s": mu}), (-2.0, -4.0, -1.0, 3.0), 1.5, separation=True)
         for mu in (0.7, 0.7 + 1e-6)
     ]
-    place = 4 + set_names(p).index("mu_s")
-    one, other = (found.derivatives[:, place] for found in ends)
-    assert np.abs(one - other).max() < 1e-4 * np.abs(one).max()
-    assert np.abs(np.subtract(ends[1].final, ends[0].final) / 1e-6 - one).max() < 1e-4
+    column = 4 + set_names(p).index("mu_s")
+    below, above = (end.derivatives[:, column] for end in ends)
+    assert np.abs(below - above).max() < 1e-4 * np.abs(below).max()
+    assert np.abs(np.subtract(ends[1].final, ends[0].final) / 1e-6 - below).max() < 1e-4
 
 
 def test_stick_takes_the_rank_exactly() -> None:
@@ -194,7 +194,7 @@ def test_stick_takes_the_rank_exactly() -> None:
 
 
 def test_volume_jumps_by_the_ratio_of_the_accelerations_where_slip_turns_back() -> None:
-    # Constant friction that is too weak to hold the slider: the divergence is that of the dampers.
+    # Friction is constant and too weak for a stick: only the dampers contribute to the divergence.
     p = Parameters(v_belt=0.5, mu=0.05, F=10.0, k_nl=0.0)
     start, t_end = (3.0, 0.0, -0.4, 0.0), 3.0
     run = simulate(p, start=start, t_end=t_end, separation=False, tol=1e-13, samples="dense")
@@ -205,8 +205,8 @@ def test_volume_jumps_by_the_ratio_of_the_accelerations_where_slip_turns_back() 
         at = run.solution([change.t])
         state = (float(at.x[0]), 0.5, float(at.y[0]), float(at.vy[0]))
         volume *= accelerations(p, state, change.then)[0] / accelerations(p, state, change.first)[0]
-    found = derived(p, start, t_end, separation=False).derivatives[:, :4]
-    assert np.linalg.det(found) == pytest.approx(volume, rel=1e-10)
+    flow = derived(p, start, t_end, separation=False).derivatives[:, :4]
+    assert np.linalg.det(flow) == pytest.approx(volume, rel=1e-10)
     assert sliding(p, -0.4, Mode.FORWARD) == (0.05, p.c1)
 
 
@@ -234,16 +234,18 @@ def test_sensitivities_of_simulate_are_those_of_the_run() -> None:
     run = simulate(p, t_end=6.0, tol=1e-13, sensitivities=names)
     assert run.sensitivities is not None
     for name in names:
-        found = run.sensitivities[name]
+        sensitivity = run.sensitivities[name]
         ends = []
         for size in (-1e-6, 1e-6):
             q = p.with_values({name: getattr(p, name) + size})
             ends.append(simulate(q, t_end=6.0, tol=1e-13))
         low, high = ends
         expected = [b - a for a, b in zip(low.final[1:], high.final[1:], strict=True)]
-        assert np.array(found.final) == pytest.approx(np.array(expected) / 2e-6, rel=1e-5, abs=1e-6)
+        assert np.array(sensitivity.final) == pytest.approx(
+            np.array(expected) / 2e-6, rel=1e-5, abs=1e-6
+        )
         steps = (high.peak.y_max - low.peak.y_max, high.contact_force.max - low.contact_force.max)
-        assert (found.peak.y_max, found.contact_force.max) == pytest.approx(
+        assert (sensitivity.peak.y_max, sensitivity.contact_force.max) == pytest.approx(
             np.array(steps) / 2e-6, rel=1e-5, abs=1e-6
         )
 

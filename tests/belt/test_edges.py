@@ -19,7 +19,7 @@ from tests.support.own_belt import OwnBelt, integrate
 from .test_motion import MASS
 
 kernels = pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
-# Less and more than what just touches.
+# Factors just below and just above the value at which the slider touches.
 BESIDE = (1.0 - 1e-9, 1.0 + 1e-9)
 
 
@@ -27,7 +27,7 @@ BESIDE = (1.0 - 1e-9, 1.0 + 1e-9)
 def test_a_slider_that_comes_just_short_of_the_belt_s_speed_slides_on_and_else_it_sticks(
     kernel: KernelChoice,
 ) -> None:
-    # About x = mu P/k1 with a greatest speed of 0.3 m/s, in steps of any length.
+    # The slider oscillates about x = mu P/k1 with a peak speed of 0.3 m/s.
     for v_belt, sticks in ((0.3 * BESIDE[1], 0), (0.3 * BESIDE[0], 1)):
         p = MASS.with_values({"v_belt": v_belt})
         run = simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel)
@@ -49,8 +49,8 @@ def test_a_belt_of_the_very_speed_of_a_turning_point_gives_one_of_the_neighbours
     for factor in (BESIDE[0], 1.0, BESIDE[1]):
         p = MASS.with_values({"v_belt": 0.3 * factor})
         ends.append(simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel).final[1:])
-    slow, same, fast = (np.array(end) for end in ends)
-    assert min(np.abs(same - slow).max(), np.abs(same - fast).max()) < 1e-3
+    slow, equal, fast = (np.array(end) for end in ends)
+    assert min(np.abs(equal - slow).max(), np.abs(equal - fast).max()) < 1e-3
     assert np.abs(slow - fast).max() > 0.01
 
 
@@ -58,7 +58,7 @@ def test_a_belt_of_the_very_speed_of_a_turning_point_gives_one_of_the_neighbours
 def test_a_hold_that_is_just_enough_holds_and_one_that_is_just_too_weak_does_not(
     kernel: KernelChoice,
 ) -> None:
-    # P = 1 - 0.2 cos t has its least value after whole cycles.
+    # P = 1 - 0.2 cos t is least after full cycles.
     for factor, sticks in ((BESIDE[0], True), (BESIDE[1], False)):
         p = MASS.with_values({"v_belt": 0.0})
         start = (0.8 * factor, 0.0, -1.2, 0.0)
@@ -84,7 +84,7 @@ def test_a_spring_force_equal_to_the_static_friction_is_held_for_ever(kernel: Ke
 def test_an_oscillation_on_a_belt_at_rest_comes_to_rest_where_friction_takes_it(
     kernel: KernelChoice,
 ) -> None:
-    # Coulomb's decrement: each half cycle takes 2 mu P/k1 away, until the belt holds.
+    # Coulomb damping: each half cycle reduces the amplitude by 2 mu P/k1, until the slider sticks.
     p = MASS.with_values({"v_belt": 0.0, "mu": 0.1, "mu_s": 0.1})
     run = simulate(p, t_end=100.0, start=(1.03, 0.0, -1.0, 0.0), kernel=kernel)
     kinds = {"forward-backward": 2, "backward-forward": 2, "forward-stick": 1}
@@ -102,7 +102,7 @@ def test_an_oscillation_on_a_belt_at_rest_comes_to_rest_where_friction_takes_it(
 def test_a_slider_that_leaves_the_belt_as_it_reaches_its_speed_leaves_it(
     kernel: KernelChoice,
 ) -> None:
-    # The speed at the first lift-off, found where the belt is always faster, is made the belt's.
+    # The belt gets the slider's speed at its first lift-off, computed with an always faster belt.
     p = Parameters(k1=20.0, k3=0.0, mu=0.4)
     start = (-5.0, 1.0, -1.5, 0.0)
     free = simulate(p.with_values({"v_belt": 1e3}), t_end=1.5, start=start, samples="dense")
@@ -134,8 +134,8 @@ def test_landing_at_the_speed_of_the_belt_goes_on_by_the_force_that_it_has_to_ho
     if vy > 0.0:
         assert run.first_mode is Mode.SEPARATED
         return
-    held = p.c1 * 0.5 + (p.k1 + 0.5 * p.k3) * x
-    assert run.first_mode is (Mode.FORWARD if held > 0.0 else Mode.BACKWARD)
+    spring_force = p.c1 * 0.5 + (p.k1 + 0.5 * p.k3) * x
+    assert run.first_mode is (Mode.FORWARD if spring_force > 0.0 else Mode.BACKWARD)
     state, modes = integrate(OwnBelt(p), np.array(after), 1.0)
     followed = [run.first_mode, *(change.then for change in run.mode_changes)]
     assert [mode.name.lower() for mode in followed] == modes
@@ -165,10 +165,10 @@ def test_a_friction_law_that_no_number_resolves_is_refused_with_what_to_do(
     kernel: KernelChoice,
 ) -> None:
     p = Parameters(v_belt=1.0, mu_s=0.9)
-    with pytest.raises(ComputationError, match=r"faster than .* resolve.*larger v_s") as found:
+    with pytest.raises(ComputationError, match=r"faster than .* resolve.*larger v_s") as caught:
         simulate(p.with_values(UNRESOLVED_LAW), t_end=20.0, kernel=kernel)
-    assert "grows" not in found.value.why
-    # As far as numbers resolve it, it goes over into friction that falls at once.
+    assert "grows" not in caught.value.why
+    # For small v_s the law converges to friction that drops at once.
     sharp = simulate(p.with_values({"v_s": 1e-12}), t_end=20.0, kernel="compiled")
     at_once = simulate(p, t_end=20.0, kernel="compiled")
     assert sharp.final == pytest.approx(at_once.final, abs=1e-7)

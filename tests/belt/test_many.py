@@ -34,29 +34,29 @@ def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
     study = sweep_request(PRESETS["base"], "peak-over-belt-speed")
     assert study.outputs[-1] == "vx_max"
     assert run(["sweep", "--preset", "peak-over-belt-speed", "--both", "--json"]) == 0
-    given = json.loads(capsys.readouterr().out)
-    assert len(given["rows"]) == study.members == 36
+    data = json.loads(capsys.readouterr().out)
+    assert len(data["rows"]) == study.members == 36
     paper = {case: simulate(separation=case) for case in (True, False)}
     # The peak of y falls from 10.5 m to a third at a belt of 1 m/s, and the slider stays on it.
-    rows = [dict(zip(given["columns"], row, strict=True)) for row in given["rows"]]
+    rows = [dict(zip(data["columns"], row, strict=True)) for row in data["rows"]]
     peaks = {row["v_belt"]: row["y_max"] for row in rows if row["separation"]}
     assert peaks[30.0] == paper[True].peak.y_max == pytest.approx(10.503, abs=1e-3)
     assert peaks[1.0] == pytest.approx(3.3446, abs=1e-3)
     assert max(peaks[0.1], peaks[0.2]) < 0.0
-    found = sweep_of(study, list(sweep_parts(study, lambda _done: True)))
-    assert found.rows[0][2] == next(row["y_abs"] for row in rows)
+    result = sweep_of(study, list(sweep_parts(study, lambda _share: True)))
+    assert result.rows[0][2] == next(row["y_abs"] for row in rows)
     for case, slowest in ((True, 26.0), (False, 24.0)):
-        row = found.fast_belt(case)
+        row = result.fast_belt(case)
         assert row is not None
-        assert found.rows[row][0] == slowest
+        assert result.rows[row][0] == slowest
         assert paper[case].peak.vx_max < slowest
-        assert found.rows[row][2] == paper[case].peak.y_abs
-    chart = sweep_chart(found)
+        assert result.rows[row][2] == paper[case].peak.y_abs
+    chart = sweep_chart(result)
     assert {guide.value: guide.label for guide in chart.guides} == {
         paper[True].peak.y_abs: "always faster, separation considered",
         paper[False].peak.y_abs: "always faster, separation ignored",
     }
-    (axes,) = found.figure().axes
+    (axes,) = result.figure().axes
     assert axes.get_xlabel() == r"Speed of the belt $v_{\mathrm{belt}}$ (m/s)"
     lines = [line for line in axes.lines if line.get_linestyle() == ":"]
     levels = [np.unique(line.get_ydata()).tolist() for line in lines]
@@ -74,12 +74,12 @@ def test_only_belts_faster_than_all_of_a_run_are_always_faster(
     assert sweep(vary={"v_belt": [50.0]}, outputs=["y_abs"], t_end=1.0).fast_belt(True) is None
     assert run(["sweep", "--vary", "v_belt=1,50", "--t-end", "10"]) == 0
     assert "from v_belt = 50 m/s on the slider is never as fast: y_abs" in capsys.readouterr().err
-    for words, why in (
+    for arguments, why in (
         ([], "--vary: must be given, or --preset"),
         (["--preset", "peak"], "unknown sweep 'peak' (known: peak-over-belt-speed)"),
         (["--preset", "peak-over-belt-speed", "--vary", "F=1,2"], "must be given without --vary"),
     ):
-        assert run(["sweep", *words]) == 2
+        assert run(["sweep", *arguments]) == 2
         assert why in capsys.readouterr().err
 
 
@@ -88,7 +88,7 @@ def test_what_has_no_effect_or_is_out_of_range_is_refused() -> None:
         simulate_batch({"mu_s": [1.0]})
     with pytest.raises(InputError, match=r"member 1: mu_s = 0\.5: must be at least mu = 0\.7"):
         simulate_batch({"mu_s": [1.0, 0.5], "v_belt": np.ones(2)})
-    # What a base has beside the belt's speed is left out, as in a single run.
+    # Without a belt speed, the base's other friction parameters are ignored, as in a single run.
     base = Parameters().with_values(FRICTION)
     assert simulate_batch({"F": [80.0]}, base=base, t_end=1.0).failed.size == 0
     with pytest.raises(InputError, match="v_belt = -1"):

@@ -52,9 +52,9 @@ def test_every_mode_ends_in_others_and_the_belt_s_modes_stay_among_themselves() 
     for mode, row in MODES.items():
         for transition in row.ends:
             assert mode not in transition.to
-            for then in transition.to:
-                of_belt = {row.finite_belt, MODES[then].finite_belt}
-                assert of_belt != {True, False} or Mode.SEPARATED in (mode, then)
+            for successor in transition.to:
+                of_belt = {row.finite_belt, MODES[successor].finite_belt}
+                assert of_belt != {True, False} or Mode.SEPARATED in (mode, successor)
 
 
 @given(belts(), states())
@@ -69,15 +69,15 @@ def test_at_the_speed_of_the_belt_the_slider_goes_where_its_acceleration_takes_i
     p: Parameters, state: State
 ) -> None:
     x, _, y, vy = state
-    here = (x, p.v_belt or 0.0, y, vy)
-    mode = mode_of(p, here, separation=False)
+    moving_state = (x, p.v_belt or 0.0, y, vy)
+    mode = mode_of(p, moving_state, separation=False)
     if mode is Mode.STICK:
-        held = abs(friction_force(p, here, Mode.STICK))
+        spring_force = abs(friction_force(p, moving_state, Mode.STICK))
         grip = p.mu_static * max(-p.k2 * y - p.k_nl * y**3, 0.0)
-        assert held <= grip + 1e-12 * (held + grip + p.mu_static * p.F) + LEAST
-        assert accelerations(p, here, mode)[0] == 0.0
+        assert spring_force <= grip + 1e-12 * (spring_force + grip + p.mu_static * p.F) + LEAST
+        assert accelerations(p, moving_state, mode)[0] == 0.0
     else:
-        ax = accelerations(p, here, mode)[0]
+        ax = accelerations(p, moving_state, mode)[0]
         assert (-ax if mode is Mode.FORWARD else ax) >= -1e-6 * (abs(x) + abs(y) + 1.0)
 
 
@@ -88,8 +88,8 @@ def test_friction_opposes_sliding_and_falls_from_its_static_value(
     x, _, y, vy = state
     sign = 1.0 if mode is Mode.FORWARD else -1.0
     for speed in (0.0, 0.1, 1e3):
-        there = (x, (p.v_belt or 0.0) - sign * speed, -abs(y), vy)
-        force = friction_force(p, there, mode)
+        sliding_state = (x, (p.v_belt or 0.0) - sign * speed, -abs(y), vy)
+        force = friction_force(p, sliding_state, mode)
         assert force * sign >= 0.0
         assert p.mu <= friction_coefficient(p, speed) <= p.mu_static
     if p.speed_law is not None:
@@ -118,13 +118,13 @@ def test_in_tension_nothing_sticks() -> None:
 def test_where_the_margin_of_the_hold_and_its_rate_are_zero_its_second_derivative_decides(
     kernel: KernelChoice, side: float, rises: bool
 ) -> None:
-    # Against what pushes the slider forward (side 1) and backward the margin is mu_s P - side f.
+    # The margin of the stick is mu_s P - side f; side 1 is a push forward, -1 a push backward.
     p = Parameters(m=2.0, k1=30.0, k2=20.0, k3=90.0, c1=0.5, c2=4.0, k_nl=0.0, v_belt=1.0, mu=0.5)
     h, y, speed = 0.5 * p.k3, -1.0, 1.0
     a = p.k1 + h
     x = (side * p.mu * p.k2 - p.c1 * speed + h * y) / a
     vy = a * speed / (h - side * p.mu * p.k2)
-    # The damper outweighs the other forces: with it the other way the second derivative would be.
+    # The damping term determines the sign of the second derivative of the margin.
     slope = side * h - p.mu * p.k2
     ay = (0.5 if rises == (slope > 0.0) else -0.5) * p.c2 * vy / p.m
     p = p.with_values({"F": p.k2 + h * (x - y) - p.c2 * vy - p.m * ay})

@@ -21,7 +21,7 @@ from tests.support.energy import mechanical_energy, power
 
 from .test_model import belts
 
-# Mass on a belt: half a stick and half a slip of a harmonic oscillation.
+# Mass on a belt: half of its stick, then half of its slip, which is a harmonic oscillation.
 MASS = Parameters(
     m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0, v_belt=0.2
 )
@@ -46,9 +46,13 @@ def test_a_mass_on_a_belt_has_the_period_in_closed_form(kernel: KernelChoice) ->
 def test_a_stick_that_lasts_ends_with_the_run(kernel: KernelChoice) -> None:
     run = simulate(MASS, t_end=8.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
     assert np.array(run.stick_intervals) == pytest.approx(np.array([[0.0, 5.0]]), rel=1e-12)
-    held = simulate(MASS, t_end=2.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
-    assert held.stick_intervals == [(0.0, 2.0)]
-    assert (held.events.sticks, held.events.stick_time, held.final_stick) == (1, 2.0, 0.0)
+    held_run = simulate(MASS, t_end=2.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
+    assert held_run.stick_intervals == [(0.0, 2.0)]
+    assert (held_run.events.sticks, held_run.events.stick_time, held_run.final_stick) == (
+        1,
+        2.0,
+        0.0,
+    )
 
 
 @pytest.mark.parametrize("v_belt", [0.0, 0.2, 1.0, 3.0])
@@ -81,8 +85,10 @@ def transitions_of(run: Transient) -> Counter[str]:
 def test_every_transition_of_the_table_occurs(kernel: KernelChoice) -> None:
     # A slider that moves up and down on a belt at rest separates while it sticks.
     upright = MASS.with_values({"v_belt": 0.0, "k_nl": 5.0})
-    found = transitions_of(simulate(upright, t_end=20.0, start=(0, 0, -0.5, 3.0), kernel=kernel))
-    assert set(found) == {"separated-stick", "stick-separated"}
+    transitions = transitions_of(
+        simulate(upright, t_end=20.0, start=(0, 0, -0.5, 3.0), kernel=kernel)
+    )
+    assert set(transitions) == {"separated-stick", "stick-separated"}
     scenes: tuple[tuple[dict[str, float], Start], ...] = (
         ({"v_belt": 1.0}, "static"),
         ({"v_belt": 0.5, "mu_s": 0.9, "v_s": 0.4}, (-2.0, -4.0, -1.0, 3.0)),
@@ -90,26 +96,26 @@ def test_every_transition_of_the_table_occurs(kernel: KernelChoice) -> None:
         ({"v_belt": 0.0, "mu": 0.1, "F": 20.0}, (2.0, 5.0, -0.3, 4.0)),
     )
     for values, start in scenes:
-        found += transitions_of(
+        transitions += transitions_of(
             simulate(Parameters().with_values(values), t_end=30.0, start=start, kernel=kernel)
         )
     expected = {
-        transition_name(mode, then)
+        transition_name(mode, successor)
         for mode, row in MODES.items()
         for transition in row.ends
-        for then in transition.to
-        if Mode.CONTACT not in (mode, then)
+        for successor in transition.to
+        if Mode.CONTACT not in (mode, successor)
     }
-    assert set(found) == expected
+    assert set(transitions) == expected
 
 
-def panels(run: Transient, first: float, last: float) -> Iterator[tuple[float, float]]:
+def panels(run: Transient, first: float, end: float) -> Iterator[tuple[float, float]]:
     """Intervals of time in which friction changes little."""
     assert run.solution is not None
-    parts = np.linspace(first, last, 2 + int((last - first) / 0.005))
-    speeds, most = run.solution(parts).vx, 0.5 * (run.parameters.v_s or np.inf)
-    for (left, right), change in zip(pairwise(parts), np.abs(np.diff(speeds)), strict=True):
-        yield from pairwise(np.linspace(left, right, 2 + int(change / most)).tolist())
+    parts = np.linspace(first, end, 2 + int((end - first) / 0.005))
+    speeds, limit = run.solution(parts).vx, 0.5 * (run.parameters.v_s or np.inf)
+    for (start, stop), change in zip(pairwise(parts), np.abs(np.diff(speeds)), strict=True):
+        yield from pairwise(np.linspace(start, stop, 2 + int(change / limit)).tolist())
 
 
 @kernels
@@ -155,7 +161,7 @@ def test_energy_is_that_of_friction_and_damping_where_the_slider_sticks_and_lift
 def check_energy(
     p: Parameters, kernel: KernelChoice, *, separation: bool, t_end: float = 3.0
 ) -> Transient:
-    """Hold the energy of a run to what friction and damping give and take."""
+    """Assert that the energy changes by the work of friction less the damping loss."""
     start: State = (0.3, 2.0, -0.4, 1.0)
     run = simulate(
         p,
@@ -170,14 +176,14 @@ def check_energy(
     edges = sorted({0.0, *(change.t for change in run.mode_changes), t_end})
     nodes, weights = np.polynomial.legendre.leggauss(10)
     gained = size = 0.0
-    for first, last in pairwise(edges):
-        for left, right in panels(run, first, last):
-            at = run.solution(left + (right - left) * (0.5 + 0.5 * nodes))
+    for first, end in pairwise(edges):
+        for begin, stop in panels(run, first, end):
+            at = run.solution(begin + (stop - begin) * (0.5 + 0.5 * nodes))
             for n, weight in enumerate(weights.tolist()):
                 state = (float(at.x[n]), float(at.vx[n]), float(at.y[n]), float(at.vy[n]))
                 given_by, lost = power(p, state, Mode(int(at.mode[n])))
-                gained += 0.5 * (right - left) * weight * (given_by - lost)
-                size += 0.5 * (right - left) * weight * (abs(given_by) + lost)
+                gained += 0.5 * (stop - begin) * weight * (given_by - lost)
+                size += 0.5 * (stop - begin) * weight * (abs(given_by) + lost)
     _, *last_state = run.final
     x, vx, y, vy = last_state
     last_mode = run.mode_changes[-1].then if run.mode_changes else run.first_mode
@@ -211,9 +217,11 @@ def test_modes_and_states_fit_each_other(
     assert np.all(motion["y"][mode == Mode.SEPARATED] >= -slack)
     if separation:
         assert np.all(motion["y"][mode != Mode.SEPARATED] <= slack)
-    held = p.c1 * (p.v_belt or 0.0) + (p.k1 + 0.5 * p.k3) * motion["x"] - 0.5 * p.k3 * motion["y"]
-    grip = p.mu_static * motion["P"] - np.abs(held)
-    assert np.all(grip[mode == Mode.STICK] >= -1e-7 * (1.0 + np.abs(held).max()))
+    spring_force = (
+        p.c1 * (p.v_belt or 0.0) + (p.k1 + 0.5 * p.k3) * motion["x"] - 0.5 * p.k3 * motion["y"]
+    )
+    grip = p.mu_static * motion["P"] - np.abs(spring_force)
+    assert np.all(grip[mode == Mode.STICK] >= -1e-7 * (1.0 + np.abs(spring_force).max()))
 
 
 @kernels

@@ -1,4 +1,4 @@
-"""Limit cycles on a belt of finite speed: what motions end in, and their multipliers."""
+"""Limit cycles on a belt of finite speed: attractors and multipliers."""
 
 import json
 import math
@@ -32,7 +32,7 @@ def test_a_mass_on_a_belt_settles_on_the_cycle_in_closed_form() -> None:
     assert orbit.period == pytest.approx(PERIOD, rel=1e-12)
     assert (orbit.section, orbit.sticks, orbit.start[1]) == (Section.STICK, 1, 0.2)
     assert orbit.stick_time == pytest.approx(5.0, rel=1e-12)
-    # Across the belt the deviation is lost; up and down the slider is a damped oscillator.
+    # The stick removes horizontal deviations; vertically the slider is a damped oscillator.
     assert orbit.multipliers[2] == 0.0
     assert np.abs(orbit.multipliers[:2]) == pytest.approx(math.exp(-0.05 * PERIOD), rel=1e-9)
 
@@ -43,11 +43,11 @@ def test_multipliers_are_those_of_differences_of_the_return_map() -> None:
     assert orbit.stable
     assert (orbit.sticks, orbit.separations) == (1, 1)
     columns = []
-    for place in (0, 2, 3):
+    for column in (0, 2, 3):
         ends = []
         for size in (-1e-6, 1e-6):
             start = list(orbit.start)
-            start[place] += size
+            start[column] += size
             ends.append(simulate(p, t_end=orbit.period, tol=1e-13, start=start).final)
         low, high = (np.array([end.x, end.y, end.vy]) for end in ends)
         columns.append((high - low) / 2e-6)
@@ -66,22 +66,22 @@ def test_two_stick_slip_cycles_coexist() -> None:
     assert (small.separations, large.separations) == (0, 1)
     assert small.multipliers[2] == large.multipliers[2] == 0.0
     assert small.half_range == pytest.approx(0.0387832, rel=1e-5)
-    assert {_attractor_of(one).kind for one in (small, large)} == {Kind.STICK_SLIP_CYCLE}
+    assert {_attractor_of(cycle).kind for cycle in (small, large)} == {Kind.STICK_SLIP_CYCLE}
 
 
 def test_on_a_belt_at_rest_the_slider_sticks_for_good() -> None:
     p = Parameters(v_belt=0.0)
-    found = attractors(p)
-    assert [one.kind for one in found.attractors] == [Kind.STICK]
-    assert (found.coexists, found.others, found.escape) == (False, (), None)
-    assert "sticks to the belt at rest" in str(found)
+    result = attractors(p)
+    assert [attractor.kind for attractor in result.attractors] == [Kind.STICK]
+    assert (result.coexists, result.others, result.escape) == (False, (), None)
+    assert "sticks to the belt at rest" in str(result)
     assert Attractor(Kind.STICK).half_range == 0.0
-    # As far as the energy of its vertical motion goes, and no farther.
+    # The energy of the vertical motion decides which starts stick for good.
     x, y = -0.1, -0.67
     fastest = next(v for v in np.arange(10.0, 0.0, -0.01) if stays_stuck(p, (x, 0.0, y, float(v))))
     assert fastest > 0.5
-    kept = simulate(p, t_end=30.0, start=(x, 0.0, y, float(fastest)))
-    assert kept.events.transitions == {}
+    run = simulate(p, t_end=30.0, start=(x, 0.0, y, float(fastest)))
+    assert run.events.transitions == {}
     assert not stays_stuck(p, (x, 0.0, 0.1, 0.0))
 
 
@@ -107,24 +107,28 @@ def test_motion_decays_in_all_of_the_region_of_proof(v_s: float | None) -> None:
 
 @pytest.mark.whole
 def test_cycles_are_followed_over_the_speed_of_the_belt() -> None:
-    found = continuation(MASS.with_values({"c2": 0.2}), "v_belt", [0.2, 0.4])
-    # Without a damper a mass that slides to and fro goes on to do so.
-    cycles = [one for one in found.points if one.attractor.kind is Kind.STICK_SLIP_CYCLE]
-    assert [one.value for one in cycles] == [0.2, 0.4]
+    result = continuation(MASS.with_values({"c2": 0.2}), "v_belt", [0.2, 0.4])
+    # Without a damper a mass that slides to and fro does not settle.
+    cycles = [
+        curve_point
+        for curve_point in result.points
+        if curve_point.attractor.kind is Kind.STICK_SLIP_CYCLE
+    ]
+    assert [curve_point.value for curve_point in cycles] == [0.2, 0.4]
     for point in cycles:
         slip = 2.0 * (math.pi - math.atan(0.5 / point.value))
         orbit = point.attractor.orbit
         assert orbit is not None
         assert orbit.period == pytest.approx(1.0 / point.value + slip, rel=1e-11)
-    assert np.nansum(found.to_columns()["sticks"]) == 2.0
+    assert np.nansum(result.to_columns()["sticks"]) == 2.0
 
 
 def test_the_command_prints_multipliers_and_sticks(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["attractors", "--set", "v_belt=1", "--start", "static", "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said["kind"] == "stick-slip limit cycle"
-    assert (said["sticks"], said["section"]) == (1, "stick")
-    assert said["floquet_multipliers"][2] == [0.0, 0.0]
+    data = json.loads(capsys.readouterr().out)
+    assert data["kind"] == "stick-slip limit cycle"
+    assert (data["sticks"], data["section"]) == (1, "stick")
+    assert data["floquet_multipliers"][2] == [0.0, 0.0]
     assert run(["attractors", "--vary", "v_s=0.1:0.4:2"]) == 2
     assert "v_belt = none: must have a value to vary v_s" in capsys.readouterr().err
 
@@ -132,10 +136,10 @@ def test_the_command_prints_multipliers_and_sticks(capsys: pytest.CaptureFixture
 def test_sticks_of_a_cycle_are_printed_apart_from_their_time(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    found = Explorer(System(Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4))).reach("static")
-    orbit = found.orbit
+    cycle = Explorer(System(Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4))).reach("static")
+    orbit = cycle.orbit
     assert orbit is not None
-    print_attractors([found])
+    print_attractors([cycle])
     rows = capsys.readouterr().out.split("\n")
     share = f"({orbit.stick_time / orbit.period:.1%})"
     assert any("sticks" in row and "time of stick s" in row for row in rows)

@@ -41,11 +41,11 @@ def test_the_report_has_sticks_and_transitions(belt: Transient) -> None:
 
 
 def test_figures_shade_the_times_of_stick(belt: Transient) -> None:
-    (off, held) = [
+    (off, sticking) = [
         shade for shade in transient_figure([belt]).axes[0].collections if shade.get_label()
     ]
-    assert (off.get_label(), held.get_label()) == ("off the belt", "stuck to the belt")
-    spans = [tuple(path.get_extents().intervalx) for path in held.get_paths()]
+    assert (off.get_label(), sticking.get_label()) == ("off the belt", "stuck to the belt")
+    spans = [tuple(path.get_extents().intervalx) for path in sticking.get_paths()]
     assert [span for part in spans for span in part] == pytest.approx(
         [edge for interval in belt.stick_intervals for edge in interval]
     )
@@ -71,17 +71,22 @@ def test_time_charts_mark_off_the_belt_and_stick_as_they_come_and_afterwards(
     plotted = plotted_run(belt, "run 1")
     growing = growing_run(belt.trajectory, belt.system, belt.t_end, name="run 1")
     assert plotted is not None
-    for each in (plotted, growing):
+    for chart_plot in (plotted, growing):
         for chart in (
-            time_chart("y", [each], strip=True, x_axis=True),
-            difference_chart("y", each, plotted, strip=True, x_axis=True),
+            time_chart("y", [chart_plot], strip=True, x_axis=True),
+            difference_chart("y", chart_plot, plotted, strip=True, x_axis=True),
         ):
-            off, held = chart.strips
-            assert (off.label, held.label) == ("off belt", "stick")
-            for strip, known in ((off, belt.separated_intervals), (held, belt.stick_intervals)):
-                marked, sampled = np.array(strip.intervals), np.array(known)
-                seen = sampled[np.ptp(sampled, axis=1) > 0.02]
-                assert np.abs(marked[:, None] - seen[None]).max(axis=2).min(axis=0).max() < 0.011
+            off, sticking = chart.strips
+            assert (off.label, sticking.label) == ("off belt", "stick")
+            for strip, intervals in (
+                (off, belt.separated_intervals),
+                (sticking, belt.stick_intervals),
+            ):
+                marked, sampled = np.array(strip.intervals), np.array(intervals)
+                separated = sampled[np.ptp(sampled, axis=1) > 0.02]
+                assert (
+                    np.abs(marked[:, None] - separated[None]).max(axis=2).min(axis=0).max() < 0.011
+                )
             drawn = draw(chart, View(), 90, 12).text().splitlines()
             assert [line[:8].strip() for line in drawn[-3:-1]] == ["off belt", "stick"]
             assert "█" in drawn[-2]
@@ -94,8 +99,8 @@ def test_portraits_mark_where_the_slider_sticks(belt: Transient) -> None:
     plotted = plotted_run(belt, "run 1")
     assert plotted is not None
     motion = belt.to_columns()
-    held = motion["mode"] == Mode.STICK
-    assert 5 < held.sum() < held.size
+    sticking = motion["mode"] == Mode.STICK
+    assert 5 < sticking.sum() < sticking.size
     for chart, names in (
         (phase_chart("x", [plotted], (0.0, 5.0)), ("x", "vx")),
         (phase_chart("y", [plotted], (0.0, 5.0)), ("y", "vy")),
@@ -103,7 +108,7 @@ def test_portraits_mark_where_the_slider_sticks(belt: Transient) -> None:
     ):
         path, stick = chart.traces
         assert (stick.name, stick.look) == ("stick", "points")
-        for trace, inside in ((path, slice(None)), (stick, held)):
+        for trace, inside in ((path, slice(None)), (stick, sticking)):
             assert trace.x.tolist() == motion[names[0]][inside].tolist()
             assert trace.y.tolist() == motion[names[1]][inside].tolist()
     two = phase_chart("x", [plotted, plotted], (0.0, 5.0))
@@ -126,30 +131,30 @@ def test_the_velocity_has_the_speed_of_the_belt_as_a_line_in_figures(belt: Trans
 
 
 def test_the_command_line_sets_and_unsets_it(capsys: pytest.CaptureFixture[str]) -> None:
-    given = ["--set", "v_belt=1", "--set", "mu_s=0.9", "--set", "v_s=0.4"]
-    assert run(["simulate", *given, "--t-end", "5", "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    known = simulate(Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4), t_end=5.0)
-    assert said["parameters"] == known.parameters.as_dict()
-    assert said["events"]["transitions"] == known.events.transitions
-    assert (said["events"]["sticks"], said["events"]["stick_time"]) == known.events[5:7]
-    assert run(["simulate", *given, "--set", "v_belt=none", "--t-end", "5", "--json"]) == 2
+    settings = ["--set", "v_belt=1", "--set", "mu_s=0.9", "--set", "v_s=0.4"]
+    assert run(["simulate", *settings, "--t-end", "5", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    expected_run = simulate(Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4), t_end=5.0)
+    assert data["parameters"] == expected_run.parameters.as_dict()
+    assert data["events"]["transitions"] == expected_run.events.transitions
+    assert (data["events"]["sticks"], data["events"]["stick_time"]) == expected_run.events[5:7]
+    assert run(["simulate", *settings, "--set", "v_belt=none", "--t-end", "5", "--json"]) == 2
     capsys.readouterr()
     assert run(["simulate", "--set", "v_belt=none", "--t-end", "1", "--json"]) == 0
     assert "v_belt" not in json.loads(capsys.readouterr().out)["parameters"]
 
 
 @pytest.mark.parametrize(
-    "words",
+    "arguments",
     [
         ["map", "--over", "c1=0.1:1:3", "--over", "F=20:80:3", "--value", "safe-mu"],
         ["branch", "--curve", "fold", "--over", "mu=0.1:1", "--over", "F=20:80"],
     ],
 )
-def test_what_does_not_take_it_yet_says_so(
-    words: list[str], capsys: pytest.CaptureFixture[str]
+def test_commands_without_support_of_it_are_refused(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run([*words, "--set", "v_belt=1"]) == 2
+    assert run([*arguments, "--set", "v_belt=1"]) == 2
     assert "v_belt = 1: must be none for " in capsys.readouterr().err
 
 

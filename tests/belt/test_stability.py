@@ -43,12 +43,12 @@ THRICE = Parameters(
 
 
 def test_without_coupling_the_critical_speed_is_that_in_closed_form() -> None:
-    known = 0.4 * math.log(80.0 * (0.5 - 0.3) / (10.0 * 0.4))
+    expected = 0.4 * math.log(80.0 * (0.5 - 0.3) / (10.0 * 0.4))
     (critical,) = stability(ALONG).critical_speed
-    assert critical.v_belt == pytest.approx(known, rel=1e-14)
+    assert critical.v_belt == pytest.approx(expected, rel=1e-14)
     assert critical.becomes == "stable"
     for factor in (0.999, 1.001):
-        beside = ALONG.with_values({"v_belt": known * factor})
+        beside = ALONG.with_values({"v_belt": expected * factor})
         assert stability(beside).stable == (factor > 1.0)
     assert stability(ALONG.with_values({"c1": 100.0})).critical_speed == ()
     assert stability(ALONG.with_values({"v_s": None})).critical_speed == ()
@@ -56,9 +56,9 @@ def test_without_coupling_the_critical_speed_is_that_in_closed_form() -> None:
 
 def test_with_coupling_critical_speeds_are_where_the_growth_rate_changes_sign() -> None:
     coupled = ALONG.with_values({"k3": 60.0, "mu": 0.2, "mu_s": 0.4})
-    found = stability(coupled).critical_speed
-    assert found
-    for critical in found:
+    critical_speed = stability(coupled).critical_speed
+    assert critical_speed
+    for critical in critical_speed:
         before, after = (
             stability(coupled.with_values({"v_belt": critical.v_belt * factor}))
             for factor in (1.0 - 1e-6, 1.0 + 1e-6)
@@ -68,9 +68,9 @@ def test_with_coupling_critical_speeds_are_where_the_growth_rate_changes_sign() 
 
 
 def test_every_critical_mu_is_listed_where_friction_falls_with_the_speed() -> None:
-    # Falling friction takes damping away at small μ, mode coupling at large μ.
+    # Stability is lost by falling friction at small μ and by mode coupling at large μ.
     p = TWICE
-    found = stability(p).critical_mu
+    critical_values = stability(p).critical_mu
     mus = np.linspace(0.0, 0.719, 201)
     stable = [judge_growth(System(p.with_values({"mu": float(mu)})))[1] for mu in mus]
     changes = [
@@ -78,8 +78,8 @@ def test_every_critical_mu_is_listed_where_friction_falls_with_the_speed() -> No
         for n in range(200)
         if stable[n] != stable[n + 1]
     ]
-    assert len(found) == len(changes) == 2
-    for critical, (low, high, becomes) in zip(found, changes, strict=True):
+    assert len(critical_values) == len(changes) == 2
+    for critical, (low, high, becomes) in zip(critical_values, changes, strict=True):
         assert low <= critical.mu <= high
         assert critical.becomes == becomes
 
@@ -102,7 +102,7 @@ def test_critical_mus_that_nearly_merge_are_both_listed() -> None:
 
 def scenes_with_falling_friction(count: int, seed: int) -> list[tuple[Parameters, bool]]:
     rng = np.random.default_rng(seed)
-    found = []
+    scenes = []
     for number in range(count):
         low, mu = rng.uniform, float(rng.uniform(0.05, 1.0))
         ignored = number % 5 == 0
@@ -120,8 +120,8 @@ def scenes_with_falling_friction(count: int, seed: int) -> list[tuple[Parameters
             v_s=10.0 ** low(-1.0, 0.5),
             v_belt=10.0 ** low(-1.5, 0.7),
         )
-        found.append((p, not ignored))
-    return found
+        scenes.append((p, not ignored))
+    return scenes
 
 
 def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed() -> None:
@@ -130,41 +130,45 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
     for p, separation in scenes:
         assert p.v_s is not None
         assert p.mu_s is not None
-        found = {
+        critical_values = {
             "mu": [(c.mu, c.becomes) for c in critical_mu_on_belt(System(p, separation))],
             "v_belt": [(c.v_belt, c.becomes) for c in critical_speeds(System(p, separation))],
         }
         ends = {"mu": (0.0, p.mu_s), "v_belt": (1e-6, 12.0 * p.v_s)}
-        for name, listed in found.items():
-            places = np.linspace(*ends[name], 120).tolist()
+        for name, listed in critical_values.items():
+            grid = np.linspace(*ends[name], 120).tolist()
             stable = [
-                judge_growth(System(p.with_values({name: place}), separation))[1]
-                for place in places
+                judge_growth(System(p.with_values({name: grid_value}), separation))[1]
+                for grid_value in grid
             ]
-            changes = [n for n in range(len(places) - 1) if stable[n] != stable[n + 1]]
-            here = [(value, then) for value, then in listed if value <= ends[name][1]]
-            several[name] = max(several[name], len(here))
-            assert len(here) == len(changes)
-            for (value, then), n in zip(here, changes, strict=True):
-                assert places[n] <= value <= places[n + 1]
-                assert (then == "stable") == stable[n + 1]
+            changes = [n for n in range(len(grid) - 1) if stable[n] != stable[n + 1]]
+            listed_changes = [
+                (value, next_stability)
+                for value, next_stability in listed
+                if value <= ends[name][1]
+            ]
+            several[name] = max(several[name], len(listed_changes))
+            assert len(listed_changes) == len(changes)
+            for (value, next_stability), n in zip(listed_changes, changes, strict=True):
+                assert grid[n] <= value <= grid[n + 1]
+                assert (next_stability == "stable") == stable[n + 1]
                 before, after = (
                     judge_growth(System(p.with_values({name: value * by}), separation))[0]
                     for by in (1.0 - 1e-9, min(1.0 + 1e-9, ends[name][1] / value))
                 )
                 assert before * after < 0.0
-                assert (after < 0.0) == (then == "stable")
+                assert (after < 0.0) == (next_stability == "stable")
     assert several == {"mu": 2, "v_belt": 3}
 
 
 def test_without_coupling_the_critical_mu_is_that_in_closed_form() -> None:
-    known = 0.5 - 10.0 * 0.4 / (80.0 * math.exp(-1.0))
+    expected = 0.5 - 10.0 * 0.4 / (80.0 * math.exp(-1.0))
     (critical,) = critical_mu_on_belt(System(ALONG))
-    assert critical.mu == pytest.approx(known, rel=1e-14)
+    assert critical.mu == pytest.approx(expected, rel=1e-14)
     assert critical.becomes == "stable"
-    # Weak coupling changes it by as much as it is weaker than the contact.
+    # The relative effect of weak coupling is the ratio of its stiffness to the contact's.
     (weak,) = critical_mu_on_belt(System(ALONG.with_values({"k3": 6e-11})))
-    assert weak.mu == pytest.approx(known, rel=1e-11)
+    assert weak.mu == pytest.approx(expected, rel=1e-11)
     assert weak.becomes == "stable"
     (speed,) = critical_speeds(System(ALONG.with_values({"k3": 6e-11})))
     assert speed.v_belt == pytest.approx(critical_speeds(System(ALONG))[0].v_belt, rel=1e-11)
@@ -190,12 +194,12 @@ def test_without_coupling_the_critical_mu_is_that_in_closed_form() -> None:
 )
 def test_extreme_parameters_have_an_answer(values: dict[str, float]) -> None:
     p = ALONG.with_values({"k3": 60.0, "mu": 0.2, **values})
-    for found in (
+    for result in (
         [c.mu for c in critical_mu_on_belt(System(p))],
         [c.v_belt for c in critical_speeds(System(p))],
     ):
-        assert found == sorted(set(found))
-        assert all(0.0 < value < math.inf for value in found)
+        assert result == sorted(set(result))
+        assert all(0.0 < value < math.inf for value in result)
 
 
 @given(belts())

@@ -26,11 +26,11 @@ def test_maps_are_those_of_each_point() -> None:
     critical = stability_map(FALLING, over, "critical-mu")
     for i, speed in enumerate(over["v_belt"]):
         for j, preload in enumerate(over["F"]):
-            found = stability(FALLING.with_values({"v_belt": speed, "F": preload}))
-            assert growth.values[i, j] == found.growth_rate
-            assert (growth.excess[i, j] < 0.0) == found.stable
-            assert modes.values[i, j] == (not found.stable)
-            least = [one.mu for one in found.critical_mu if one.becomes == "unstable"]
+            result = stability(FALLING.with_values({"v_belt": speed, "F": preload}))
+            assert growth.values[i, j] == result.growth_rate
+            assert (growth.excess[i, j] < 0.0) == result.stable
+            assert modes.values[i, j] == (not result.stable)
+            least = [point.mu for point in result.critical_mu if point.becomes == "unstable"]
             assert critical.values[i, j] == least[0] if least else np.isnan(critical.values[i, j])
     assert np.isfinite(critical.values).any()
     assert (modes.values == 1.0).any()
@@ -39,13 +39,16 @@ def test_maps_are_those_of_each_point() -> None:
 def test_a_map_over_the_speed_of_the_belt_is_drawn(
     tmp_path: pytest.TempPathFactory, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = [f"--set={name}={value}" for name, value in FALLING.as_dict().items()]
-    given = ["map", *words, "--over", "v_belt=0.2:0.8:4", "--over", "mu=0.1:0.5:4"]
-    assert run([*given, "--out", f"{tmp_path}/m.csv", "--plot", f"{tmp_path}/m.svg"]) == 0
+    arguments = [f"--set={name}={value}" for name, value in FALLING.as_dict().items()]
+    command = ["map", *arguments, "--over", "v_belt=0.2:0.8:4", "--over", "mu=0.1:0.5:4"]
+    assert run([*command, "--out", f"{tmp_path}/m.csv", "--plot", f"{tmp_path}/m.svg"]) == 0
     assert "v_belt" in capsys.readouterr().out
-    assert run(["map", *words, "--over", "F=20:80:3", "--over", "c2=0:1:3", "--value=safe-mu"]) == 2
-    said = capsys.readouterr().err
-    assert "v_belt = 0.4: must be none for maps of safe-mu; critical-mu and growth-rate" in said
+    assert (
+        run(["map", *arguments, "--over", "F=20:80:3", "--over", "c2=0:1:3", "--value=safe-mu"])
+        == 2
+    )
+    message = capsys.readouterr().err
+    assert "v_belt = 0.4: must be none for maps of safe-mu; critical-mu and growth-rate" in message
 
 
 def test_safe_friction_is_refused_by_what_to_do_instead() -> None:
@@ -60,18 +63,18 @@ def test_safe_friction_is_refused_by_what_to_do_instead() -> None:
 def test_uncertainty_has_probabilities_and_shares_by_the_speed_of_the_belt() -> None:
     vary = {"mu": "uniform:0.1:0.45", "v_belt": "uniform:0.3:0.6"}
     outputs = ("growth_rate", "y_half_range")
-    found = uncertainty(FALLING, vary=vary, samples=32, repeats=4, t_end=5.0, outputs=outputs)
-    growth = found.samples("growth_rate")
-    assert found.probabilities["unstable"].value == pytest.approx(np.mean(growth > 0.0), abs=0.05)
+    result = uncertainty(FALLING, vary=vary, samples=32, repeats=4, t_end=5.0, outputs=outputs)
+    growth = result.samples("growth_rate")
+    assert result.probabilities["unstable"].value == pytest.approx(np.mean(growth > 0.0), abs=0.05)
     assert 0.0 < np.mean(growth > 0.0) < 1.0
-    local = found.local["y_half_range"]
+    local = result.local["y_half_range"]
     mean = FALLING.with_values({"mu": 0.275, "v_belt": 0.45})
     ends = [
         simulate(mean.with_values({"v_belt": speed}), t_end=5.0).steady.y_half_range
         for speed in (0.45 - 1e-6, 0.45 + 1e-6)
     ]
     assert local["v_belt"].derivative == pytest.approx((ends[1] - ends[0]) / 2e-6, rel=1e-5)
-    # By default there is all that a belt of finite speed has at small cost.
+    # The default outputs are all that cost little on a belt of finite speed.
     always = uncertainty(Parameters(v_belt=1.0), vary={"mu": "uniform:0:1"}, samples=8, t_end=1.0)
     assert "critical_mu" in always.study.outputs
     assert "safe_mu" not in always.study.outputs
@@ -91,23 +94,24 @@ def test_a_map_says_how_many_points_are_without_equilibrium(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert run(["map", "--over", "v_belt=0:1:3", "--over", "mu=0.1:0.5:2"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "2 of them, lifted and held by no spring, on a belt at rest, or with mu" in said
+    message = " ".join(capsys.readouterr().out.split())
+    assert "2 of them, lifted and held by no spring, on a belt at rest, or with mu" in message
     assert run(["map", "--over", "v_belt=1:2:2", "--over", "mu=0.1:0.5:2"]) == 0
     assert "without equilibrium" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
-    ("scattered", "said"), [("mu", "truncated to 0 to 0.75"), ("mu_s", "truncated to 0.7 to 100")]
+    ("scattered", "message"),
+    [("mu", "truncated to 0 to 0.75"), ("mu_s", "truncated to 0.7 to 100")],
 )
 def test_scattered_friction_is_truncated_at_the_friction_that_does_not_scatter(
-    scattered: str, said: str
+    scattered: str, message: str
 ) -> None:
     p = Parameters(v_belt=1.0, mu_s=0.75)
-    found = uncertainty(p, vary={scattered: "normal:0.72:0.05"}, samples=64, outputs=["y_max"])
-    assert found.to_dict()["truncated"][0].startswith(f"{scattered}~normal:0.72:0.05: {said}")
-    assert "failed" not in found.sweep.table.reasons
-    drawn = found.sweep.table.numbers[scattered]
+    result = uncertainty(p, vary={scattered: "normal:0.72:0.05"}, samples=64, outputs=["y_max"])
+    assert result.to_dict()["truncated"][0].startswith(f"{scattered}~normal:0.72:0.05: {message}")
+    assert "failed" not in result.sweep.table.reasons
+    drawn = result.sweep.table.numbers[scattered]
     assert (drawn.max() <= 0.75) if scattered == "mu" else (drawn.min() >= 0.7)
     with pytest.raises(InputError, match="must have values from"):
         uncertainty(p, vary={"mu": "uniform:0.8:0.9"}, samples=64)

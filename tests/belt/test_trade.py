@@ -26,11 +26,11 @@ def across(p: Parameters, step: float, *, start: Start = "static") -> Transient:
 
 
 def test_rk4_across_knows_no_stick_and_converges_by_its_first_order_at_most() -> None:
-    known = simulate(HOLDING, t_end=1.5, start=HELD)
-    assert known.events.sticks > 0
+    exact = simulate(HOLDING, t_end=1.5, start=HELD)
+    assert exact.events.sticks > 0
     steps = [8e-3, 4e-3, 2e-3, 1e-3]
     runs = [across(HOLDING, step, start=HELD) for step in steps]
-    errors = [np.abs(np.subtract(run.final, known.final)).max() for run in runs]
+    errors = [np.abs(np.subtract(run.final, exact.final)).max() for run in runs]
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert 0.5 < order < 1.6
     assert {run.events.sticks for run in runs} == {0}
@@ -38,10 +38,10 @@ def test_rk4_across_knows_no_stick_and_converges_by_its_first_order_at_most() ->
 
 
 def test_rk4_across_has_no_friction_at_the_speed_of_the_belt() -> None:
-    # A slider at rest on a belt at rest: any other sign would move it.
+    # Slider and belt are at rest; friction of either sign would move the slider.
     rest = Parameters(v_belt=0.0)
-    known = simulate(rest, t_end=1.5)
-    assert across(rest, 2e-3).final == pytest.approx(known.final, abs=1e-6)
+    exact = simulate(rest, t_end=1.5)
+    assert across(rest, 2e-3).final == pytest.approx(exact.final, abs=1e-6)
     assert across(Parameters(v_belt=40.0), 2e-3).final == across(Parameters(), 2e-3).final
 
 
@@ -57,21 +57,21 @@ def test_a_small_error_grows_as_two_neighbours_part(
     values: dict[str, float], start: Start, t_end: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
     p = Parameters().with_values(values)
-    found = accuracy(p, t_end=t_end, start=start)
+    result = accuracy(p, t_end=t_end, start=start)
     rate = 1.0 / time_scale(p)
     weights = np.array([1.0, 1.0 / rate, 1.0, 1.0 / rate])
-    middle, ends = np.array(found.run.start), []
+    middle, ends = np.array(result.run.start), []
     for side in (-1e-6, 1e-6):
         beside = (middle + side * 0.5 / weights).tolist()
         ends.append(np.array(simulate(p, t_end=t_end, start=beside, tol=1e-13).final[1:]))
     grown = np.linalg.norm((ends[1] - ends[0]) / 2e-6 * weights)
-    assert found.growth.final == pytest.approx(grown, rel=1e-5)
-    assert found.run.events.sticks > 1
-    assert found.parted is None
-    assert found.estimates["sticks"].difference == 0.0
+    assert result.growth.final == pytest.approx(grown, rel=1e-5)
+    assert result.run.events.sticks > 1
+    assert result.parted is None
+    assert result.estimates["sticks"].difference == 0.0
     for name in ("x", "vx", "y", "vy", "stick_time"):
-        assert found.estimates[name].difference < 1e-9
-    print_accuracy(found)
+        assert result.estimates[name].difference < 1e-9
+    print_accuracy(result)
     assert "stick_time" in capsys.readouterr().out
 
 
@@ -79,10 +79,10 @@ def test_the_trade_shows_what_every_method_loses_on_a_belt_of_finite_speed(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(measure, "QUICK_S", 1.0)
-    found = measure_tradeoff(Scene("belt", "", BELT, t_end=4.0))
-    assert found.floor.of("final") < 1e-10
+    result = measure_tradeoff(Scene("belt", "", BELT, t_end=4.0))
+    assert result.floor.of("final") < 1e-10
     least: dict[str, float] = {}
-    for row in found.rows:
+    for row in result.rows:
         if row.error is not None:
             method, error = row.setting.method, row.error.of("final")
             least[method] = min(error, least.get(method, np.inf))
@@ -90,21 +90,21 @@ def test_the_trade_shows_what_every_method_loses_on_a_belt_of_finite_speed(
     assert least["fmu"] < 1e-10
     assert least["rk4"] < 0.1
     assert 1e-4 < least["rk4-across"] < 10.0
-    fmu = [row for row in found.rows if row.setting.method == "fmu" and row.error is not None]
+    fmu = [row for row in result.rows if row.setting.method == "fmu" and row.error is not None]
     assert fmu[-1].error is not None
     assert fmu[-1].error.of("events") < 1e-10
     assert fmu[-1].error.sticks == 0
     lost = {
-        row.error.sticks for row in found.rows if row.setting.method == "rk4-across" and row.error
+        row.error.sticks for row in result.rows if row.setting.method == "rk4-across" and row.error
     }
     assert lost == {-simulate(BELT, t_end=4.0).events.sticks}
-    print_tradeoff(found)
+    print_tradeoff(result)
     assert "sticks" in capsys.readouterr().out
-    assert columns_of(found)[-1] == "sticks"
-    assert {row[-1] for row in table_rows(found, "final", None)} >= {"0", f"{max(lost):+d}"}
-    save_tradeoff(found, tmp_path / "trade.csv")
+    assert columns_of(result)[-1] == "sticks"
+    assert {row[-1] for row in table_rows(result, "final", None)} >= {"0", f"{max(lost):+d}"}
+    save_tradeoff(result, tmp_path / "trade.csv")
     read = load_tradeoff(tmp_path / "trade.csv").rows
     assert [row.error and row.error.sticks for row in read] == [
-        row.error and row.error.sticks for row in found.rows
+        row.error and row.error.sticks for row in result.rows
     ]
-    assert "belt of finite speed" in [feature.name for feature in found.features]
+    assert "belt of finite speed" in [feature.name for feature in result.features]

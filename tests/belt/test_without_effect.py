@@ -1,4 +1,4 @@
-"""Parameters of the belt that are given and have no effect: said, or refused where they vary."""
+"""Belt parameters without effect: a warning if they are set, an error if they vary."""
 
 import pytest
 
@@ -13,7 +13,7 @@ CONSTANT = "v_s has no effect without mu_s greater than mu"
 
 
 @pytest.mark.parametrize(
-    ("values", "varied", "said"),
+    ("values", "varied", "message"),
     [
         ({}, (), ""),
         ({"v_belt": 1.0}, (), ""),
@@ -28,14 +28,14 @@ CONSTANT = "v_s has no effect without mu_s greater than mu"
         ({}, ("mu_s",), SLIDING),
     ],
 )
-def test_what_needs_another_parameter_is_told(
-    values: dict[str, float], varied: tuple[str, ...], said: str
+def test_a_parameter_that_needs_another_one_gives_a_warning(
+    values: dict[str, float], varied: tuple[str, ...], message: str
 ) -> None:
-    assert without_effect(Parameters(**values), varied) == said
+    assert without_effect(Parameters(**values), varied) == message
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("simulate --set mu_s=0.9 --t-end 1", SLIDING),
         ("simulate --set v_belt=1 --set v_s=0.4 --t-end 1", CONSTANT),
@@ -45,10 +45,10 @@ def test_what_needs_another_parameter_is_told(
     ],
 )
 def test_commands_say_it_in_one_line(
-    line: str, said: str, capsys: pytest.CaptureFixture[str]
+    line: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(line.split()) == 0
-    assert capsys.readouterr().err.splitlines() == [f"warning: {said}"]
+    assert capsys.readouterr().err.splitlines() == [f"warning: {message}"]
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,9 @@ def test_commands_say_it_in_one_line(
         "simulate brake-stop --t-end 1",
     ],
 )
-def test_what_has_an_effect_is_not_warned_of(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_parameters_with_an_effect_give_no_warning(
+    line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run(line.split()) == 0
     assert "no effect" not in capsys.readouterr().err
 
@@ -96,7 +98,7 @@ def test_a_value_of_what_varies_is_said_to_have_no_effect(
         "uncertainty --vary mu_s~uniform:0.8:0.9 --samples 64",
     ],
 )
-def test_what_varies_without_effect_is_refused(
+def test_varied_parameters_without_effect_are_refused(
     line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(line.split()) == 2
@@ -120,8 +122,8 @@ def test_the_same_from_python() -> None:
 
 
 def test_the_result_of_a_run_on_a_belt_says_how_often_it_sticks() -> None:
-    found = simulate(Parameters(v_belt=1.0), t_end=10.0)
-    assert f"{found.events.sticks}, {found.events.stick_time:.4g} s" in repr(found)
+    result = simulate(Parameters(v_belt=1.0), t_end=10.0)
+    assert f"{result.events.sticks}, {result.events.stick_time:.4g} s" in repr(result)
     assert "sticks" not in repr(simulate(t_end=1.0))
 
 

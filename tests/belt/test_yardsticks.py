@@ -22,26 +22,26 @@ KERNELS: tuple[KernelChoice, ...] = ("interpreted", "compiled")
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("name", REFERENCES)
 def test_transients_are_the_references_of_25_digits(name: str, kernel: KernelChoice) -> None:
-    known = REFERENCES[name]
+    reference = REFERENCES[name]
     run = simulate(
-        Parameters().with_values(known["parameters"]),
-        start=known["start"],
-        separation=known["separation"],
-        t_end=known["t_end"],
+        Parameters().with_values(reference["parameters"]),
+        start=reference["start"],
+        separation=reference["separation"],
+        t_end=reference["t_end"],
         kernel=kernel,
     )
-    final = [float(text) for text in known["final"]]
+    final = [float(text) for text in reference["final"]]
     assert run.final[1:] == pytest.approx(final, rel=1e-11, abs=1e-11 * max(map(abs, final)))
     changes = [(c.first.name.lower(), c.then.name.lower()) for c in run.mode_changes]
-    assert changes == [(first, then) for _, first, then in known["changes"]]
-    times = [float(t) for t, _, _ in known["changes"]]
+    assert changes == [(first, successor) for _, first, successor in reference["changes"]]
+    times = [float(t) for t, _, _ in reference["changes"]]
     assert [c.t for c in run.mode_changes] == pytest.approx(times, abs=1e-11)
 
 
 def test_the_references_have_all_modes() -> None:
-    changes = [change for known in REFERENCES.values() for change in known["changes"]]
-    found = {mode for _, *modes in changes for mode in modes}
-    assert found == {mode.name.lower() for mode in Mode} - {"contact"}
+    changes = [change for reference in REFERENCES.values() for change in reference["changes"]]
+    modes_found = {mode for _, *modes in changes for mode in modes}
+    assert modes_found == {mode.name.lower() for mode in Mode} - {"contact"}
     assert len(REFERENCES) >= 8
 
 
@@ -90,18 +90,18 @@ def test_random_scenes_are_those_of_rk4_with_bisection() -> None:
         )
         for _ in range(round(t_end / step)):
             rk4.advance()
-        for place, (p, start) in enumerate(scenes):
+        for index, (p, start) in enumerate(scenes):
             run = simulate(p, t_end=t_end, start=start.tolist(), separation=separation)
-            last = run.mode_changes[-1].then if run.mode_changes else run.first_mode
-            assert Mode(int(rk4.contact[place])) is last
-            assert run.final[1:] == pytest.approx(rk4.state[:, place].tolist(), abs=2e-4)
+            last_mode = run.mode_changes[-1].then if run.mode_changes else run.first_mode
+            assert Mode(int(rk4.contact[index])) is last_mode
+            assert run.final[1:] == pytest.approx(rk4.state[:, index].tolist(), abs=2e-4)
 
 
 @pytest.mark.parametrize("method", ["scipy-dop853", "scipy-lsoda", "scipy-radau"])
 def test_random_scenes_are_those_of_scipy(method: str) -> None:
     for p, separation, start in drawn(4, 11):
-        given = {"t_end": 1.0, "start": start.tolist(), "separation": separation}
-        run, taylor = simulate(p, method=method, tol=1e-8, **given), simulate(p, **given)
+        settings = {"t_end": 1.0, "start": start.tolist(), "separation": separation}
+        run, taylor = simulate(p, method=method, tol=1e-8, **settings), simulate(p, **settings)
         assert run.events.transitions == taylor.events.transitions
         assert run.final == pytest.approx(taylor.final, abs=1e-4)
 

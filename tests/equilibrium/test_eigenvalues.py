@@ -28,21 +28,21 @@ KNOWN_CRITICAL_MU = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "known"), KNOWN_CRITICAL_MU)
-def test_known_critical_friction_coefficients(changes: dict[str, float], known: float) -> None:
+@pytest.mark.parametrize(("changes", "expected"), KNOWN_CRITICAL_MU)
+def test_known_critical_friction_coefficients(changes: dict[str, float], expected: float) -> None:
     (critical,) = stability(Parameters(**changes)).critical_mu
-    assert critical.mu == pytest.approx(known, abs=5e-5)
+    assert critical.mu == pytest.approx(expected, abs=5e-5)
     assert critical.becomes == "unstable"
 
 
 @pytest.mark.parametrize(
-    ("changes", "known"),
+    ("changes", "expected"),
     [({}, 1.0181), ({"c1": 0.8}, 0.9434), ({"k1": 50.0, "k2": 100.0}, 0.5091)],
 )
 def test_known_linear_critical_friction_coefficients(
-    changes: dict[str, float], known: float
+    changes: dict[str, float], expected: float
 ) -> None:
-    assert stability(Parameters(**changes)).linear_critical_mu == pytest.approx(known, abs=5e-5)
+    assert stability(Parameters(**changes)).linear_critical_mu == pytest.approx(expected, abs=5e-5)
 
 
 def test_the_eigenvalue_verdict_of_the_coexistence_scene_is_stable() -> None:
@@ -75,15 +75,15 @@ def crossings_by_scan(p: Parameters, highest: float) -> list[float]:
 
     grid = np.linspace(0.0, highest, 301)
     rates = [rate(mu) for mu in grid]
-    found = []
-    for left, right, low, high in zip(grid, grid[1:], rates, rates[1:], strict=False):
+    crossings = []
+    for start, right, low, high in zip(grid, grid[1:], rates, rates[1:], strict=False):
         if (low > 0.0) != (high > 0.0):
-            a, b = float(left), float(right)
+            a, b = float(start), float(right)
             for _ in range(50):
                 middle = 0.5 * (a + b)
                 a, b = (a, middle) if (rate(middle) > 0.0) == (high > 0.0) else (middle, b)
-            found.append(0.5 * (a + b))
-    return found
+            crossings.append(0.5 * (a + b))
+    return crossings
 
 
 @given(moderate_parameters())
@@ -91,10 +91,10 @@ def test_the_closed_form_finds_every_crossing_of_an_eigenvalue_scan(p: Parameter
     assume(p.c1 + p.c2 > 0.05)
     closed = [critical.mu for critical in stability(p).critical_mu if critical.mu < 3.0]
     scanned = crossings_by_scan(p, 3.0)
-    # Two crossings inside one cell of the scan are invisible to it.
+    # The scan misses two crossings within one cell.
     for mu in scanned:
-        assert min(abs(mu - other) for other in closed) < 1e-6
-    if all(other - one > 0.02 for one, other in pairwise(closed)):
+        assert min(abs(mu - mu_high) for mu_high in closed) < 1e-6
+    if all(mu_high - mu_low > 0.02 for mu_low, mu_high in pairwise(closed)):
         assert len(closed) == len(scanned)
 
 
@@ -103,7 +103,7 @@ def test_the_growth_rate_vanishes_at_a_critical_friction_coefficient(p: Paramete
     for critical in stability(p).critical_mu:
         verdict = stability(p.with_values({"mu": critical.mu}))
         size = float(np.abs(verdict.eigenvalues).max())
-        # The root moves by rounding; near coalescence the growth rate moves by its square root.
+        # Rounding moves the root; near coalescence it moves the growth rate by its square root.
         assert abs(verdict.growth_rate) < 1e-5 * size
 
 
@@ -117,10 +117,10 @@ def test_a_crossing_is_found_to_the_last_bit_whatever_the_function(
         looks.append(mu)
         return math.pow(mu, power) - math.pow(root, power)
 
-    found = _least_nonnegative(growing, 0.0, 100.0)
-    assert found is not None
-    assert growing(found) >= 0.0
-    assert growing(float(np.nextafter(found, 0.0))) < 0.0
+    crossing = _least_nonnegative(growing, 0.0, 100.0)
+    assert crossing is not None
+    assert growing(crossing) >= 0.0
+    assert growing(float(np.nextafter(crossing, 0.0))) < 0.0
     assert power != 1.0 or len(looks) < 30
     assert _least_nonnegative(growing, 100.0, 200.0) is None
     assert _least_nonnegative(growing, 0.0, 0.5 * root) is None

@@ -18,15 +18,16 @@ SETS = [
 
 @pytest.mark.parametrize("p", SETS, ids=str)
 def test_derivatives_are_those_of_differences(p: Parameters) -> None:
-    found = critical_mu_derivatives(System(p))
-    assert found is not None
-    for name, derivative in found.items():
+    derivatives = critical_mu_derivatives(System(p))
+    assert derivatives is not None
+    for name, derivative in derivatives.items():
         value = getattr(p, name)
         step = 1e-5 * (value or 1.0)
-        # By a value at its bound from one side.
+        # A value at its bound has a one-sided difference.
         low = value - step if value > 0.0 else value
         ends = [
-            critical_mu(System(p.with_values({name: each})))[0].mu for each in (low, value + step)
+            critical_mu(System(p.with_values({name: number})))[0].mu
+            for number in (low, value + step)
         ]
         rate = (ends[1] - ends[0]) / (value + step - low)
         assert derivative == pytest.approx(rate, rel=2e-4, abs=1e-9)

@@ -18,7 +18,7 @@ from tests.support.strategies import moderate_parameters, wide_parameters
 
 
 def residual(p: Parameters, mode: VibrationMode, y: float, where: Mode) -> float:
-    # How far (x, λx, y, λy) is from an eigenvector of Eq. 8, relative to its terms.
+    # Residual of (x, λx, y, λy) as an eigenvector of Eq. 8, relative to its terms.
     x, v = mode.shape
     s = mode.eigenvalue
     vector = np.array([x, s * x, v, s * v])
@@ -33,7 +33,7 @@ def test_every_mode_is_an_eigenvector_of_the_jacobian(p: Parameters) -> None:
     verdict = stability(p)
     point = verdict.equilibrium
     for mode in verdict.modes:
-        # An eigenvalue near another one is itself accurate to the root of rounding alone.
+        # An eigenvalue near another is accurate only to the square root of the rounding error.
         assert residual(p, mode, point.y, point.mode) < 1e-6
         assert max(map(abs, mode.shape)) == pytest.approx(1.0)
 
@@ -89,7 +89,7 @@ def test_the_margins_are_the_distances_to_the_boundary(p: Parameters) -> None:
         at = stability(p.with_values({"mu": max(p.mu + verdict.margin.mu, 0.0)}))
         size = float(np.abs(at.eigenvalues).max())
         assert abs(at.growth_rate) < 1e-5 * size
-        # Without damping nothing is stable, and with next to none it is a matter of rounding.
+        # Without damping no equilibrium is stable; with tiny damping rounding decides.
         assume(abs(verdict.margin.mu) > 1e-6 and min(p.c1, p.c2) > 0.01)
         assert (verdict.margin.mu > 0.0) == verdict.stable
 
@@ -102,7 +102,7 @@ def test_at_coalescence_the_undamped_frequencies_meet(p: Parameters) -> None:
     undamped = p.with_values({"c1": 0.0, "c2": 0.0})
     at, below = (stability(undamped.with_values({"mu": value})) for value in (mu, 0.9 * mu))
     size = float(np.abs(at.eigenvalues).max())
-    # Two roots that meet are each accurate to the root of rounding.
+    # Roots that coalesce are accurate only to the square root of the rounding error.
     assert at.coalescence.frequency_distance < 1e-5 * size
     assert below.coalescence.frequency_distance > 1e-5 * size
     assume(1.1 * mu <= PARAMETERS["mu"].upper)

@@ -19,7 +19,7 @@ Watched = tuple[Parameters, bool, State]
 
 
 def watched(seed: int, count: int) -> Iterator[Watched]:
-    """Random motions, some from within rounding of the switch, some of unlike coordinates."""
+    """Random motions; some start within rounding of the switch, some differ widely in x and y."""
     names = list(Parameters().as_dict())
     for values, separation, start in zip(*members(count, seed), strict=True):
         p = Parameters(**dict(zip(names, values.tolist(), strict=True)))
@@ -31,8 +31,8 @@ def watched(seed: int, count: int) -> Iterator[Watched]:
         yield scene.parameters, scene.separation, scene.start
 
 
-def steps_of(kernel: Kernel, motion: Watched, order: int, most: int) -> int:
-    """Steps of a run that ends in nothing but overflow, each `WINDOW` of them looked at."""
+def steps_of(kernel: Kernel, motion: Watched, order: int, step_limit: int) -> int:
+    """Count the steps of a run that may only overflow; check the mean step of each `WINDOW`."""
     p, separation, start = motion
     run = kernel.begin(
         np.array(p.values()),
@@ -43,15 +43,15 @@ def steps_of(kernel: Kernel, motion: Watched, order: int, most: int) -> int:
         order=order,
     )
     t, steps = 0.0, 0
-    while steps < most:
+    while steps < step_limit:
         status = run.advance(WINDOW)
-        here = run.outcome
+        outcome = run.outcome
         if status is Status.OVERFLOW:
             break
         assert status is Status.RUNNING, motion
-        deepest = min(here.y_min, 0.0) if separation else max(here.y_max, -here.y_min)
-        assert here.t - t > LEAST * WINDOW * time_scale(p, deepest), (motion, t)
-        t, steps = here.t, int(here.steps)
+        deepest = min(outcome.y_min, 0.0) if separation else max(outcome.y_max, -outcome.y_min)
+        assert outcome.t - t > LEAST * WINDOW * time_scale(p, deepest), (motion, t)
+        t, steps = outcome.t, int(outcome.steps)
     return steps
 
 

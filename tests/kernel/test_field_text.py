@@ -1,4 +1,4 @@
-"""The generated C says what the equations of the model say, and derives them."""
+"""The generated C agrees with the model's equations and with their derivatives."""
 
 import math
 import re
@@ -17,7 +17,7 @@ from fivtui.taylor.expression import Expression
 
 HEADER = headers()["field.h"]
 P = Parameters(c1=0.4, F=70.0, mu=0.5, v_belt=1.0, mu_s=0.9, v_s=0.4).as_dict()
-# How each parameter changes with a number.
+# Derivative of each parameter by the number Q.
 Q = {name: 0.1 * (n + 1) for n, name in enumerate(P)}
 PYTHON: dict[str, Callable[..., Any]] = {
     "load_of": equations.load,
@@ -51,17 +51,17 @@ MODES = re.findall(
 
 
 def parameters(step: float) -> Any:
-    """Parameters that carry a derivative by the number that moves them by Q."""
+    """Parameters with their derivative along Q."""
     values = {name: complex(P[name], step * Q[name]) if step else P[name] for name in P}
     return SimpleNamespace(**values, mu_static=values["mu_s"])
 
 
 def of_text(text: str, names: dict[str, float]) -> Any:
-    """What an expression in C is worth."""
+    """Value of an expression in C."""
     columns = {f"P_{name.upper()}": name for name in ALL_PARAMETERS}
-    known = {**columns, **names, "p": P, "q": Q, "exponential": math.exp}
+    namespace = {**columns, **names, "p": P, "q": Q, "exponential": math.exp}
     text = re.sub(r"^(.*) \? (.*) : (.*)$", r"(\2) if (\1) else (\3)", text)
-    return eval(text, {}, known)
+    return eval(text, {}, namespace)
 
 
 @pytest.mark.parametrize(("name", "arguments", "text"), FUNCTIONS, ids=[f[0] for f in FUNCTIONS])
@@ -73,7 +73,7 @@ def test_functions_in_c_are_those_of_the_model(name: str, arguments: str, text: 
     if not is_change:
         expected = compute(parameters(0.0), *values.values())
     else:
-        # Every number is followed by its change.
+        # Each number is followed by its derivative.
         pairs = zip(numbers[::2], numbers[1::2], strict=True)
         moved = [complex(values[number], step * values[change]) for number, change in pairs]
         expected = equations.derivative(compute(parameters(step), *moved) + 0j)
@@ -101,7 +101,7 @@ def test_the_coefficients_of_every_mode_and_their_changes_are_those_of_the_model
             assert of_text(text.strip(), {}) == pytest.approx(slope, rel=1e-13, abs=1e-13)
 
 
-def test_expressions_leave_out_what_changes_nothing() -> None:
+def test_expressions_omit_neutral_terms() -> None:
     a, b = Expression("a"), Expression("b")
     assert (a + 0.0).text == (a * 1.0).text == (a / 1.0).text == (0.0 + a).text == "a"
     assert (a * 0.0).text == (0.0 * a).text == (0.0 / a).text == "0.0"

@@ -1,4 +1,4 @@
-"""The compiled kernel is there from the first run on, or the program says why it is not."""
+"""The compiled kernel is available from the first run on, or the program gives the reason."""
 
 import math
 import os
@@ -26,19 +26,19 @@ KERNEL = PACKAGE / "kernel"
 
 @pytest.fixture
 def anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was loaded is forgotten, before and after."""
+    """Load the kernel without the cache during the test."""
     monkeypatch.setattr(native, "_loaded", native._loaded.__wrapped__)
 
 
 def test_the_first_run_of_a_process_is_compiled() -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", "import fivtui; print(fivtui.simulate(t_end=1.0).stats.kernel)"],
         env={**os.environ, "PYTHONPATH": str(PACKAGE.parent)},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert (done.stdout, done.stderr) == ("compiled\n", "")
+    assert (process.stdout, process.stderr) == ("compiled\n", "")
 
 
 def test_a_pause_or_a_full_buffer_changes_no_bit() -> None:
@@ -52,24 +52,24 @@ def test_a_pause_or_a_full_buffer_changes_no_bit() -> None:
     assert plain.events.separations > 256
     assert plain.trajectory is not None
     assert paused.trajectory is not None
-    other = paused.trajectory.to_columns()
+    columns = paused.trajectory.to_columns()
     for name, values in plain.trajectory.to_columns().items():
-        assert (values == other[name]).all(), name
+        assert (values == columns[name]).all(), name
 
 
-def test_what_is_kept_of_a_run_changes_no_bit() -> None:
+def test_the_choice_of_samples_changes_no_bit() -> None:
     runs = [simulate(t_end=300.0, samples=samples) for samples in ("none", "dense", 7)]
-    assert all(one.final == runs[0].final and one.peak == runs[0].peak for one in runs)
+    assert all(run.final == runs[0].final and run.peak == runs[0].peak for run in runs)
     solution, sampled = runs[1].solution, runs[2].trajectory
     assert solution is not None
     assert sampled is not None
-    found = solution(sampled.t)
-    assert found.y == pytest.approx(sampled.y, rel=1e-12, abs=1e-12)
-    assert found.vx == pytest.approx(sampled.vx, rel=1e-11, abs=1e-11)
+    states = solution(sampled.t)
+    assert states.y == pytest.approx(sampled.y, rel=1e-12, abs=1e-12)
+    assert states.vx == pytest.approx(sampled.vx, rel=1e-11, abs=1e-11)
 
 
 @pytest.mark.usefixtures("anew")
-def test_without_a_library_the_reason_is_said_and_runs_are_interpreted(
+def test_without_a_library_the_reason_is_reported_and_runs_are_interpreted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reason = tmp_path / "reason.txt"
@@ -96,7 +96,9 @@ def test_a_library_of_another_text_is_not_loaded(
     assert why_interpreted() == "the compiled kernel is of another text than its sources"
 
 
-def test_what_is_no_library_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_is_no_library_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     broken = tmp_path / "broken.so"
     broken.write_text("nothing")
     monkeypatch.setattr(native, "_LIBRARY", broken)
@@ -125,17 +127,17 @@ def test_static_starts_of_batches_are_those_of_single_runs() -> None:
     forces = rng.uniform(-60.0, 300.0, 300)
     stiff = 10.0 ** rng.uniform(-3.0, 9.0, 300)
     batch = simulate_batch({"F": forces, "k_nl": stiff}, t_end=1e-300, require={"final"})
-    for place in range(300):
-        p = Parameters(F=forces[place], k_nl=stiff[place])
+    for row in range(300):
+        p = Parameters(F=forces[row], k_nl=stiff[row])
         final = simulate(p, t_end=1e-300).final
-        assert batch.final[place].tolist() == [final.x, final.vx, final.y, final.vy]
+        assert batch.final[row].tolist() == [final.x, final.vx, final.y, final.vy]
 
 
 def numbers_of(table: str) -> np.ndarray:
     text = (KERNEL / "tables.h").read_text(encoding="utf-8")
-    found = re.search(rf"double {table}(?:\[[^=]*)? = (.*?);", text, re.DOTALL)
-    assert found is not None
-    return np.array([float(number) for number in re.findall(r"-?\d\S*?\d*(?=[,\s}}]|$)", found[1])])
+    match = re.search(rf"double {table}(?:\[[^=]*)? = (.*?);", text, re.DOTALL)
+    assert match is not None
+    return np.array([float(number) for number in re.findall(r"-?\d\S*?\d*(?=[,\s}}]|$)", match[1])])
 
 
 def test_bounds_hold_and_are_the_least() -> None:

@@ -1,4 +1,4 @@
-"""Periodic orbits by the compiled kernel: those of the equations in Python, in the same bits."""
+"""Periodic orbits of the compiled kernel, against the equations in Python; bits of all variants."""
 
 import ctypes
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ def searches(count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
 def solved(count: int, *, turning: bool) -> list[OrbitOnCurve | None]:
     flow = SliderBeltFlow(System(Parameters()), ("mu", "F")[:count])
     curve = OrbitCurve(flow, SCALES[: 5 + count])
-    return [curve.solve(*each, turning=turning) for each in searches(count)]
+    return [curve.solve(*search, turning=turning) for search in searches(count)]
 
 
 def parts(orbit: OrbitOnCurve | None) -> FloatArray:
@@ -52,11 +52,11 @@ def test_the_kernel_finds_what_the_equations_in_python_find(
     monkeypatch.setattr(arclength, "why_interpreted", lambda: "not looked at")
     plain = solved(count, turning=turning)
     assert len(compiled) >= 6
-    for one, other in zip(compiled, plain, strict=True):
-        np.testing.assert_allclose(parts(one), parts(other), rtol=1e-7, atol=1e-9)
-        assert one is not None
-        assert other is not None
-        assert one.unknowns == pytest.approx(other.unknowns, abs=1e-11)
+    for compiled_orbit, plain_orbit in zip(compiled, plain, strict=True):
+        np.testing.assert_allclose(parts(compiled_orbit), parts(plain_orbit), rtol=1e-7, atol=1e-9)
+        assert compiled_orbit is not None
+        assert plain_orbit is not None
+        assert compiled_orbit.unknowns == pytest.approx(plain_orbit.unknowns, abs=1e-11)
 
 
 @pytest.mark.parametrize("instruction_set", native.INSTRUCTION_SETS[:-1])
@@ -67,8 +67,8 @@ def test_instruction_sets_find_the_same_orbits(
         pytest.skip(f"this processor lacks {instruction_set}")
     expected = solved(2, turning=True)
     monkeypatch.setattr(arclength, "load_kernel", lambda: native.Kernel(instruction_set))
-    for one, other in zip(solved(2, turning=True), expected, strict=True):
-        np.testing.assert_array_equal(parts(one), parts(other))
+    for orbit, expected_orbit in zip(solved(2, turning=True), expected, strict=True):
+        np.testing.assert_array_equal(parts(orbit), parts(expected_orbit))
 
 
 @pytest.mark.parametrize(
@@ -80,11 +80,11 @@ def test_instruction_sets_find_the_same_orbits(
         (4, 1e9),  # a period that is too long
     ],
 )
-def test_from_where_there_is_no_motion_nothing_is_found(change: tuple[int, float]) -> None:
-    place, value = change
+def test_searches_from_invalid_guesses_find_no_orbit(change: tuple[int, float]) -> None:
+    column, value = change
     curve = OrbitCurve(SliderBeltFlow(System(Parameters()), ("mu",)), SCALES[:6])
     guess, planes = next(searches(1))
-    guess[place] = value
+    guess[column] = value
     assert curve.solve(guess, planes) is None
 
 

@@ -1,4 +1,4 @@
-"""The kernel compiled for other machines, and run in their place, gives the bits of this one."""
+"""The kernel, cross-compiled and run in an emulator, gives the bits of this machine."""
 
 import os
 import shutil
@@ -21,7 +21,7 @@ from .test_same_bits import COLUMNS, Members, alone, assert_same, in_lanes, memb
 HERE = Path(__file__).parent
 KERNEL = Path(fivtui.__file__).parent / "kernel"
 EVERYTHING = (True, True, True)
-# What runs programs of a machine here, by the compiler's name of that machine.
+# Emulator of each machine, by the compiler's name of the machine.
 STAND_INS = {
     "aarch64-linux-musl": ("qemu-aarch64-static", "qemu-aarch64"),
     "x86_64-windows-gnu": ("wine",),
@@ -59,10 +59,10 @@ def on_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[Legs]]:
 
 
 def expected_on_belts(
-    kernel: Kernel, given: Members, belts: np.ndarray, every: list[Legs], driven: bool
+    kernel: Kernel, inputs: Members, belts: np.ndarray, every: list[Legs], driven: bool
 ) -> np.ndarray:
-    _, separation, starts = given
-    found = np.empty((len(belts), COLUMNS))
+    _, separation, starts = inputs
+    rows = np.empty((len(belts), COLUMNS))
     for member, row in enumerate(belts.tolist()):
         run = kernel.begin(
             row[:9],
@@ -76,19 +76,19 @@ def expected_on_belts(
         )
         while run.advance(701) is Status.RUNNING:
             pass
-        found[member] = run.outcome
-    return found
+        rows[member] = run.outcome
+    return rows
 
 
 def outcomes(
-    runner: str, program: Path, given: Members, cubic: bool, on_belt: bytes
+    runner: str, program: Path, inputs: Members, cubic: bool, on_belt: bytes
 ) -> tuple[np.ndarray, ...]:
-    parameters, separation, starts = given
+    parameters, separation, starts = inputs
     head = struct.pack("3q2d", len(parameters), ORDER, cubic, T_END, 10.0 ** (-0.75 * ORDER))
-    asked, answered = program.parent / "asked", program.parent / "answered"
+    request_file, answered = program.parent / "asked", program.parent / "answered"
     parts = [parameters.tobytes(), starts.tobytes(), separation.astype(np.uint8).tobytes()]
-    asked.write_bytes(head + b"".join([*parts, on_belt]))
-    command = [runner, str(program), asked.name, answered.name]
+    request_file.write_bytes(head + b"".join([*parts, on_belt]))
+    command = [runner, str(program), request_file.name, answered.name]
     subprocess.run(command, check=True, cwd=program.parent)
     return tuple(np.fromfile(answered).reshape(4, len(parameters), COLUMNS))
 
@@ -104,15 +104,15 @@ def test_another_machine_gives_the_same_bits(target: str, tmp_path: Path) -> Non
     program = compiled_for(target, tmp_path)
     kernel, everyone = load_kernel(), members(1000, 16)
     for cubic in (True, False):
-        some = (everyone[0][:, 7] > 0.0) == cubic
-        given = (everyone[0][some], everyone[1][some], everyone[2][some])
-        belts, every = on_belts(given[0])
-        legs = np.array([one.rows for one in every])
+        chosen = (everyone[0][:, 7] > 0.0) == cubic
+        inputs = (everyone[0][chosen], everyone[1][chosen], everyone[2][chosen])
+        belts, every = on_belts(inputs[0])
+        legs = np.array([member_legs.rows for member_legs in every])
         packed = belts.tobytes() + legs.tobytes()
-        single, belt, driven, lanes = outcomes(runner, program, given, cubic, packed)
-        for found, moves in ((belt, False), (driven, True)):
-            assert_same(found, expected_on_belts(kernel, given, belts, every, moves))
-        expected = alone(kernel, given, T_END, ORDER)
+        single, belt, driven, lanes = outcomes(runner, program, inputs, cubic, packed)
+        for expected_rows, moves in ((belt, False), (driven, True)):
+            assert_same(expected_rows, expected_on_belts(kernel, inputs, belts, every, moves))
+        expected = alone(kernel, inputs, T_END, ORDER)
         assert_same(single, expected)
         assert_same(lanes, expected)
-        assert_same(lanes, in_lanes(kernel, given, T_END, ORDER, EVERYTHING))
+        assert_same(lanes, in_lanes(kernel, inputs, T_END, ORDER, EVERYTHING))

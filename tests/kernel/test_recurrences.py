@@ -1,4 +1,4 @@
-"""The kernel's expansions are those that the equations of the model give by a plain recurrence."""
+"""The kernel's expansions equal those of a plain recurrence from the model's equations."""
 
 from collections.abc import Mapping
 
@@ -47,7 +47,7 @@ def test_every_segment_is_expanded_as_the_equations_say(name: str, kernel: Kerne
         expected = motion_function(terms, mode)(parameters, rates, state, len(x) - 2)
         powers = duration ** np.arange(len(x))
         for coefficients, plain in zip((x, y), expected, strict=True):
-            # A slider that begins to slide has the belt's acceleration to rounding.
+            # At the onset of sliding the slider has the belt's acceleration up to rounding.
             tolerance = 1e-12 * (1.0 + np.abs(coefficients).max())
             assert coefficients == pytest.approx(plain * powers, rel=0.0, abs=tolerance)
     assert set(motion._mode.tolist()) >= modes

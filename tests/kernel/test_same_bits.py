@@ -35,7 +35,7 @@ def members(count: int, seed: int) -> Members:
     sets += [rng.uniform(-50.0, 300.0, count), np.where(linear, 0.0, around(100.0, 10.0))]
     parameters = np.column_stack([*sets, rng.uniform(0.0, 1.5, count)])
     starts = rng.normal(0.0, 1.0, (count, 4)) * np.array([1.0, 3.0, 1.0, 3.0])
-    # On the switch, and where the forces there balance to rounding.
+    # Starts on the switch, some with forces that balance up to rounding.
     starts[rng.random(count) < 0.2, 2] = 0.0
     balanced = (rng.random(count) < 0.1) & (parameters[:, 3] > 0.0)
     starts[balanced, 2] = 0.0
@@ -44,10 +44,10 @@ def members(count: int, seed: int) -> Members:
     return parameters, rng.random(count) < 0.9, starts
 
 
-def belts_of(given: Members, seed: int) -> np.ndarray:
-    """Random belts of finite speed for members, some of which then start at the speed of theirs."""
+def belts_of(inputs: Members, seed: int) -> np.ndarray:
+    """Random belts of finite speed for members; some members then start at their belt's speed."""
     rng = np.random.default_rng(seed)
-    parameters, _, starts = given
+    parameters, _, starts = inputs
     count, mu = len(parameters), parameters[:, 8]
     speed = np.where(rng.random(count) < 0.1, 0.0, rng.uniform(0.0, 4.0, count))
     static = mu * np.where(rng.random(count) < 0.3, 1.0, rng.uniform(1.0, 1.6, count))
@@ -58,19 +58,19 @@ def belts_of(given: Members, seed: int) -> np.ndarray:
     return np.column_stack([speed, static, v_s])
 
 
-def lanes(kernel: Kernel, **asked: Any) -> Work:
-    """Lanes, also where runs in turn are faster."""
-    return Work(kernel._functions, **asked)
+def lanes(kernel: Kernel, **inputs: Any) -> Work:
+    """Work in lanes, even where runs one after the other are faster."""
+    return Work(kernel._functions, **inputs)
 
 
-def in_turn(kernel: Kernel, *, observed: tuple[bool, bool, bool], **asked: Any) -> RunsInTurn:
+def in_turn(kernel: Kernel, *, observed: tuple[bool, bool, bool], **inputs: Any) -> RunsInTurn:
     assert observed == EVERYTHING
-    return RunsInTurn(kernel.begin, **asked)
+    return RunsInTurn(kernel.begin, **inputs)
 
 
 def in_lanes(
     kernel: Kernel,
-    given: Members,
+    inputs: Members,
     t_end: float,
     order: int,
     observed: tuple[bool, bool, bool],
@@ -78,37 +78,37 @@ def in_lanes(
     max_steps: int = 20_000,
     make: Callable[..., Work | RunsInTurn] = lanes,
 ) -> np.ndarray:
-    parameters, separation, starts = given
+    parameters, separation, starts = inputs
     results = np.empty((len(parameters), COLUMNS))
     kinds = (parameters[:, 7] > 0.0).astype(int)
     if belts is not None:
         kinds += 2 * (belts[:, 2] > 0.0)
     for kind in np.unique(kinds):
-        here = np.flatnonzero(kinds == kind)
+        rows_of_kind = np.flatnonzero(kinds == kind)
         work = make(
             kernel,
-            parameters=parameters[here],
-            separation=separation[here],
-            starts=starts[here],
+            parameters=parameters[rows_of_kind],
+            separation=separation[rows_of_kind],
+            starts=starts[rows_of_kind],
             t_end=t_end,
             tol=10.0 ** (-0.75 * order),
             order=order,
             max_steps=max_steps,
             observed=observed,
-            belts=None if belts is None else belts[here],
+            belts=None if belts is None else belts[rows_of_kind],
         )
         while not work.done:
             ended = work.advance(777)
-            assert 0.0 <= ended <= len(here)
-        results[here] = work.results
+            assert 0.0 <= ended <= len(rows_of_kind)
+        results[rows_of_kind] = work.results
     return results
 
 
 def alone(
-    kernel: Kernel, given: Members, t_end: float, order: int, belts: np.ndarray | None = None
+    kernel: Kernel, inputs: Members, t_end: float, order: int, belts: np.ndarray | None = None
 ) -> np.ndarray:
-    results = np.empty((len(given[0]), COLUMNS))
-    for place, (parameters, separation, start) in enumerate(zip(*given, strict=True)):
+    results = np.empty((len(inputs[0]), COLUMNS))
+    for row, (parameters, separation, start) in enumerate(zip(*inputs, strict=True)):
         run = kernel.begin(
             np.array(parameters),
             np.array(start),
@@ -116,22 +116,22 @@ def alone(
             t_end=t_end,
             tol=10.0 ** (-0.75 * order),
             order=order,
-            belt=None if belts is None else tuple(belts[place].tolist()),
+            belt=None if belts is None else tuple(belts[row].tolist()),
         )
         status = Status.RUNNING
         while status is Status.RUNNING:
             status = run.advance(701)
             assert run.outcome.steps < 20_000
-        results[place] = run.outcome
+        results[row] = run.outcome
     return results
 
 
-def assert_same(one: np.ndarray, other: np.ndarray, columns: list[int] | None = None) -> None:
+def assert_same(actual: np.ndarray, expected: np.ndarray, columns: list[int] | None = None) -> None:
     chosen = slice(None) if columns is None else columns
-    differing = one[:, chosen].view(np.int64) != other[:, chosen].view(np.int64)
-    # A zero may have either sign, and what is not a number any bits.
-    differing &= ~((one == 0.0) & (other == 0.0))[:, chosen]
-    differing &= ~(np.isnan(one) & np.isnan(other))[:, chosen]
+    differing = actual[:, chosen].view(np.int64) != expected[:, chosen].view(np.int64)
+    # The sign of zero and the bits of NaN may differ.
+    differing &= ~((actual == 0.0) & (expected == 0.0))[:, chosen]
+    differing &= ~(np.isnan(actual) & np.isnan(expected))[:, chosen]
     assert not differing.any(), np.argwhere(differing)[:5]
 
 
@@ -145,57 +145,59 @@ def processor_has(instruction_set: str) -> bool:
 
 @pytest.mark.parametrize("order", [8, 12, 16, 20])
 def test_a_member_of_a_batch_is_the_single_run_to_the_last_bit(order: int) -> None:
-    given = members(500, order)
+    inputs = members(500, order)
     kernel = load_kernel()
-    single = alone(kernel, given, 30.0, order)
+    single = alone(kernel, inputs, 30.0, order)
     assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
-    assert_same(in_lanes(kernel, given, 30.0, order, EVERYTHING), single)
+    assert_same(in_lanes(kernel, inputs, 30.0, order, EVERYTHING), single)
 
 
 @pytest.mark.parametrize("order", [8, 20])
 def test_a_member_on_a_belt_of_finite_speed_is_the_single_run_to_the_last_bit(order: int) -> None:
-    given = members(300, order)
-    belts = belts_of(given, order)
+    inputs = members(300, order)
+    belts = belts_of(inputs, order)
     kernel = load_kernel()
-    single = alone(kernel, given, 15.0, order, belts)
+    single = alone(kernel, inputs, 15.0, order, belts)
     assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
-    assert_same(in_lanes(kernel, given, 15.0, order, EVERYTHING, belts), single)
+    assert_same(in_lanes(kernel, inputs, 15.0, order, EVERYTHING, belts), single)
 
 
 def test_members_that_follow_a_friction_law_are_single_runs_to_the_last_bit() -> None:
-    given = members(300, 24)
-    belts = belts_of(given, 24)
+    inputs = members(300, 24)
+    belts = belts_of(inputs, 24)
     by_law = belts[:, 2] > 0.0
-    given, belts = (given[0][by_law], given[1][by_law], given[2][by_law]), belts[by_law]
+    inputs, belts = (inputs[0][by_law], inputs[1][by_law], inputs[2][by_law]), belts[by_law]
     kernel = load_kernel()
-    single = alone(kernel, given, 15.0, MAX_LAW_ORDER, belts)
+    single = alone(kernel, inputs, 15.0, MAX_LAW_ORDER, belts)
     assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
-    assert_same(in_lanes(kernel, given, 15.0, MAX_LAW_ORDER, EVERYTHING, belts), single)
+    assert_same(in_lanes(kernel, inputs, 15.0, MAX_LAW_ORDER, EVERYTHING, belts), single)
 
 
 def test_members_in_turn_are_those_in_lanes_to_the_last_bit() -> None:
-    given = members(200, 5)
-    starts = given[2]
-    # One does not start, one overflows, some take too many steps.
+    inputs = members(200, 5)
+    starts = inputs[2]
+    # One member cannot start, one overflows, and some exceed the step limit.
     starts[17], starts[18] = np.inf, 1e200
-    belts = belts_of(given, 5)
+    belts = belts_of(inputs, 5)
     kernel = load_kernel()
     for belt in (belts, None):
-        asked = (kernel, given, 15.0, 20, EVERYTHING, belt, 150)
-        side_by_side = in_lanes(*asked)
-        turned = in_lanes(*asked, make=in_turn)
+        arguments = (kernel, inputs, 15.0, 20, EVERYTHING, belt, 150)
+        side_by_side = in_lanes(*arguments)
+        turned = in_lanes(*arguments, make=in_turn)
         assert_same(turned, side_by_side)
-        found = side_by_side[:, RunColumns._fields.index("status")]
-        assert {*found} == {Status.DONE, Status.OVERFLOW, Status.STEP_LIMIT}
+        statuses = side_by_side[:, RunColumns._fields.index("status")]
+        assert {*statuses} == {Status.DONE, Status.OVERFLOW, Status.STEP_LIMIT}
 
 
 def test_members_on_belts_are_in_lanes_where_operations_are_fused_in_hardware(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    given = members(10, 6)
-    asked: dict[str, Any] = dict(zip(("parameters", "separation", "starts"), given, strict=True))
-    asked |= {"t_end": 1.0, "tol": 1e-15, "order": 20, "max_steps": 9, "observed": EVERYTHING}
-    belts = belts_of(given, 6)
+    inputs = members(10, 6)
+    arguments: dict[str, Any] = dict(
+        zip(("parameters", "separation", "starts"), inputs, strict=True)
+    )
+    arguments |= {"t_end": 1.0, "tol": 1e-15, "order": 20, "max_steps": 9, "observed": EVERYTHING}
+    belts = belts_of(inputs, 6)
     for instruction_set, machine, kind in (
         ("baseline", "x86_64", RunsInTurn),
         ("baseline", "aarch64", Work),
@@ -204,39 +206,41 @@ def test_members_on_belts_are_in_lanes_where_operations_are_fused_in_hardware(
         kernel = Kernel()
         monkeypatch.setattr(platform, "machine", lambda machine=machine: machine)
         kernel.instruction_set = instruction_set
-        assert type(kernel.work(**asked, belts=belts)) is kind
-        assert type(kernel.work(**asked)) is Work
+        assert type(kernel.work(**arguments, belts=belts)) is kind
+        assert type(kernel.work(**arguments)) is Work
 
 
 @pytest.mark.whole
 @pytest.mark.parametrize("seed", range(5))
 def test_thousands_of_members_on_belts_are_the_single_run_to_the_last_bit(seed: int) -> None:
-    given = members(4000, seed)
-    belts = belts_of(given, seed)
+    inputs = members(4000, seed)
+    belts = belts_of(inputs, seed)
     kernel = load_kernel()
-    single = alone(kernel, given, 30.0, 20, belts)
-    assert_same(in_lanes(kernel, given, 30.0, 20, EVERYTHING, belts), single)
+    single = alone(kernel, inputs, 30.0, 20, belts)
+    assert_same(in_lanes(kernel, inputs, 30.0, 20, EVERYTHING, belts), single)
 
 
 @pytest.mark.whole
 @pytest.mark.parametrize("seed", range(5))
 def test_thousands_of_members_are_the_single_run_to_the_last_bit(seed: int) -> None:
-    given = members(4000, seed)
+    inputs = members(4000, seed)
     kernel = load_kernel()
-    single = alone(kernel, given, 60.0, 20)
-    assert_same(in_lanes(kernel, given, 60.0, 20, EVERYTHING), single)
+    single = alone(kernel, inputs, 60.0, 20)
+    assert_same(in_lanes(kernel, inputs, 60.0, 20, EVERYTHING), single)
 
 
-def test_what_is_required_besides_changes_no_bit() -> None:
-    given = members(300, 3)
+def test_additional_outputs_change_no_bit() -> None:
+    inputs = members(300, 3)
     kernel = load_kernel()
-    whole = in_lanes(kernel, given, 30.0, 20, EVERYTHING)
+    complete = in_lanes(kernel, inputs, 30.0, 20, EVERYTHING)
     state = list(range(12))
     low, high = map(RunColumns._fields.index, ("y_min", "y_max"))
-    assert_same(in_lanes(kernel, given, 30.0, 20, (False, False, False)), whole, state)
-    assert_same(in_lanes(kernel, given, 30.0, 20, (True, False, False)), whole, [*state, low, high])
+    assert_same(in_lanes(kernel, inputs, 30.0, 20, (False, False, False)), complete, state)
+    assert_same(
+        in_lanes(kernel, inputs, 30.0, 20, (True, False, False)), complete, [*state, low, high]
+    )
     late = [*state, COLUMNS - 2, COLUMNS - 1]
-    assert_same(in_lanes(kernel, given, 30.0, 20, (False, False, True)), whole, late)
+    assert_same(in_lanes(kernel, inputs, 30.0, 20, (False, False, True)), complete, late)
 
 
 @pytest.mark.parametrize("make", [lanes, in_turn])
@@ -262,7 +266,7 @@ def test_the_number_of_runs_ended_rises_with_the_part_of_those_under_way(
     rises = np.diff(ended)
     assert len(rises) > 10
     assert rises.min() > 0.0
-    # No step of twenty is more than a part of a run.
+    # No single step of the twenty covers the full run.
     assert rises.max() < 1.0
     assert ended[-1] == 3.0
 
@@ -271,18 +275,18 @@ def test_the_number_of_runs_ended_rises_with_the_part_of_those_under_way(
 def test_instruction_sets_give_the_same_bits(instruction_set: str) -> None:
     if not processor_has(instruction_set):
         pytest.skip(f"this processor lacks {instruction_set}")
-    given = members(100, 4)
+    inputs = members(100, 4)
     kernel, best = Kernel(instruction_set), load_kernel()
-    expected = alone(best, given, 10.0, 20)
-    assert_same(in_lanes(kernel, given, 10.0, 20, EVERYTHING), expected)
-    assert_same(alone(kernel, given, 10.0, 20), expected)
-    belts = belts_of(given, 4)
-    expected = alone(best, given, 5.0, 20, belts)
-    assert_same(in_lanes(kernel, given, 5.0, 20, EVERYTHING, belts), expected)
-    assert_same(alone(kernel, given, 5.0, 20, belts), expected)
-    separation = np.ones(len(given[0]), bool)
-    starts = kernel.static_starts(given[0], separation)
-    assert_same(starts, best.static_starts(given[0], separation))
+    expected = alone(best, inputs, 10.0, 20)
+    assert_same(in_lanes(kernel, inputs, 10.0, 20, EVERYTHING), expected)
+    assert_same(alone(kernel, inputs, 10.0, 20), expected)
+    belts = belts_of(inputs, 4)
+    expected = alone(best, inputs, 5.0, 20, belts)
+    assert_same(in_lanes(kernel, inputs, 5.0, 20, EVERYTHING, belts), expected)
+    assert_same(alone(kernel, inputs, 5.0, 20, belts), expected)
+    separation = np.ones(len(inputs[0]), bool)
+    starts = kernel.static_starts(inputs[0], separation)
+    assert_same(starts, best.static_starts(inputs[0], separation))
 
 
 @pytest.mark.whole
@@ -295,14 +299,14 @@ def test_another_compiler_gives_the_same_bits(
     folder = Path(fivtui.__file__).parent / "kernel"
     monkeypatch.setattr(hatch_build, "_compilers", lambda: [("gcc", ["gcc"])])
     assert hatch_build.compile_kernel(folder, tmp_path / native._LIBRARY.name) == "gcc"
-    given = members(100, 5)
-    expected = alone(load_kernel(), given, 10.0, 20)
-    belts = belts_of(given, 5)
-    on_belts = alone(load_kernel(), given, 5.0, 20, belts)
+    inputs = members(100, 5)
+    expected = alone(load_kernel(), inputs, 10.0, 20)
+    belts = belts_of(inputs, 5)
+    on_belts = alone(load_kernel(), inputs, 5.0, 20, belts)
     monkeypatch.setattr(native, "_LIBRARY", tmp_path / native._LIBRARY.name)
     kernel = Kernel()
     assert kernel.compiler == "gcc"
     assert_same(alone(kernel, members(100, 5), 10.0, 20), expected)
     assert_same(in_lanes(kernel, members(100, 5), 10.0, 20, EVERYTHING), expected)
-    assert_same(alone(kernel, given, 5.0, 20, belts), on_belts)
-    assert_same(in_lanes(kernel, given, 5.0, 20, EVERYTHING, belts), on_belts)
+    assert_same(alone(kernel, inputs, 5.0, 20, belts), on_belts)
+    assert_same(in_lanes(kernel, inputs, 5.0, 20, EVERYTHING, belts), on_belts)

@@ -24,13 +24,13 @@ CHECKS = (
     "-fno-sanitize-recover=all",
     "-ffp-contract=off",
 )
-# A problem takes milliseconds; one that takes this long, s, hangs.
+# Time limit in s; a normal problem takes milliseconds.
 PATIENCE: Final = 60.0
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem for `problems.c`: numbers of things, room for results, and what is asked."""
+    """A problem for `problems.c`: counts, capacities for results, and options."""
 
     order: int
     members: int
@@ -51,7 +51,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Numbers:
-    """What belongs to a problem: rows are repeated until there are as many as it says."""
+    """Arrays of a problem; rows are repeated up to the counts of the problem."""
 
     parameters: list[list[float]]
     starts: list[list[float]]
@@ -61,7 +61,7 @@ class Numbers:
 
 
 class Sanitized:
-    """The kernel under the sanitizers, one problem after the other; started anew when it dies."""
+    """The kernel under the sanitizers; its process is restarted after a crash."""
 
     def __init__(self, program: Path) -> None:
         self._program = program
@@ -134,7 +134,7 @@ ANY = st.one_of(
 
 
 def mostly(usual: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
-    """Usual numbers, now and then any."""
+    """Usual numbers, sometimes arbitrary ones."""
     return st.integers(0, 9).flatmap(lambda chance: ANY if chance == 0 else usual)
 
 
@@ -146,7 +146,7 @@ SEEDS = st.lists(mostly(st.floats(-1.0, 1.0)), min_size=13, max_size=13)
 
 @st.composite
 def problems(draw: st.DrawFn) -> tuple[Problem, Numbers]:
-    """Problems with every number that an input can be, and rooms from none on."""
+    """Problems with arbitrary inputs and with capacities from zero."""
     flag = st.integers(0, 1)
     times = draw(st.lists(mostly(st.floats(0.0, 2.0)), max_size=5).map(sorted) | st.lists(ANY))
     problem = Problem(
@@ -216,6 +216,6 @@ def test_the_sanitizers_see_a_room_that_is_too_small(sanitized: Sanitized) -> No
     numbers = Numbers([BASE], [[0.0] * 4], [True], [], [[0.0] * 13])
     right = Problem(20, 1, 1, 1, 1, 1, 9, 1, 0, 0, 1, 1, 1.0, 1e-15, 100.0)
     sanitized.solve(right, numbers)
-    # Eighteen derivatives have no room in a run.
+    # A run has no room for eighteen derivatives.
     with pytest.raises(AssertionError, match=r"runtime error|AddressSanitizer"):
         sanitized.solve(Problem(**{**vars(right), "seeds": 18}), numbers)

@@ -18,12 +18,12 @@ from .test_same_bits import Members, alone, assert_same, members, processor_has
 
 
 def varied(
-    kernel: Kernel, given: Members, t_end: float, order: int, count: int, budget: int = 5000
+    kernel: Kernel, inputs: Members, t_end: float, order: int, count: int, budget: int = 5000
 ) -> list[VariedRun]:
     """Runs with derivatives by random directions in starts and parameters, to their ends."""
     seeds = np.random.default_rng(count).normal(size=(count, 13))
     runs = []
-    for parameters, separation, start in zip(*given, strict=True):
+    for parameters, separation, start in zip(*inputs, strict=True):
         run = kernel.vary(
             np.array(parameters),
             np.array(start),
@@ -40,34 +40,34 @@ def varied(
 
 
 def numbers(runs: list[VariedRun]) -> np.ndarray:
-    """All derivatives."""
+    """All numbers of the derivatives in one array."""
     parts = [[run.derivatives.ravel(), run.extremes.ravel(), np.array(run.rate)] for run in runs]
     return np.array([np.concatenate(part) for part in parts])
 
 
 @pytest.mark.parametrize(("order", "count"), [(8, 1), (12, 8), (16, 9), (20, 16)])
 def test_derivatives_change_no_bit_of_a_run(order: int, count: int) -> None:
-    given = members(40, order)
+    inputs = members(40, order)
     kernel = load_kernel()
-    runs = varied(kernel, given, 10.0, order, count)
+    runs = varied(kernel, inputs, 10.0, order, count)
     outcomes = np.array([run.outcome for run in runs])
-    assert_same(outcomes, alone(kernel, given, 10.0, order))
+    assert_same(outcomes, alone(kernel, inputs, 10.0, order))
 
 
 def test_a_pause_changes_no_bit() -> None:
-    given = members(10, 7)
+    inputs = members(10, 7)
     kernel = load_kernel()
-    paused = varied(kernel, given, 5.0, 20, 5, budget=3)
-    assert_same(numbers(paused), numbers(varied(kernel, given, 5.0, 20, 5)))
+    paused = varied(kernel, inputs, 5.0, 20, 5, budget=3)
+    assert_same(numbers(paused), numbers(varied(kernel, inputs, 5.0, 20, 5)))
 
 
 @pytest.mark.parametrize("instruction_set", native.INSTRUCTION_SETS[:-1])
 def test_instruction_sets_give_the_same_derivatives(instruction_set: str) -> None:
     if not processor_has(instruction_set):
         pytest.skip(f"this processor lacks {instruction_set}")
-    given = members(12, 9)
-    one = varied(Kernel(instruction_set), given, 4.0, 20, 13)
-    assert_same(numbers(one), numbers(varied(load_kernel(), given, 4.0, 20, 13)))
+    inputs = members(12, 9)
+    derivatives = varied(Kernel(instruction_set), inputs, 4.0, 20, 13)
+    assert_same(numbers(derivatives), numbers(varied(load_kernel(), inputs, 4.0, 20, 13)))
 
 
 @pytest.mark.whole
@@ -77,22 +77,22 @@ def test_another_compiler_gives_the_same_derivatives(
 ) -> None:
     if shutil.which("gcc") is None:
         pytest.skip("there is no gcc")
-    given = members(12, 9)
-    expected = numbers(varied(load_kernel(), given, 4.0, 20, 13))
+    inputs = members(12, 9)
+    expected = numbers(varied(load_kernel(), inputs, 4.0, 20, 13))
     monkeypatch.setattr(hatch_build, "_compilers", lambda: [("gcc", ["gcc"])])
     folder = Path(fivtui.__file__).parent / "kernel"
     hatch_build.compile_kernel(folder, tmp_path / native._LIBRARY.name)
     monkeypatch.setattr(native, "_LIBRARY", tmp_path / native._LIBRARY.name)
     kernel = Kernel()
     assert kernel.compiler == "gcc"
-    assert_same(numbers(varied(kernel, given, 4.0, 20, 13)), expected)
+    assert_same(numbers(varied(kernel, inputs, 4.0, 20, 13)), expected)
 
 
 def test_more_seeds_than_there_is_room_for_are_refused() -> None:
-    given = members(1, 1)
+    inputs = members(1, 1)
     for count in (0, MOST_SEEDS + 1):
         with pytest.raises(ValueError, match="seeds: must be 1 to 16"):
-            varied(load_kernel(), given, 1.0, 20, count)
+            varied(load_kernel(), inputs, 1.0, 20, count)
 
 
 PASS_SWITCH = """
@@ -125,8 +125,8 @@ def test_deviations_pass_a_switch_of_any_field_as_those_in_python(tmp_path: Path
     includes = [f"-I{tmp_path}", f"-I{folder}"]
     options = ["-std=c11", "-O0", "-Wno-psabi", *includes, str(source), "-o", str(program)]
     subprocess.run(["gcc", *options, "-lm"], check=True, capture_output=True)
-    done = subprocess.run([str(program)], check=True, capture_output=True, text=True)
+    process = subprocess.run([str(program)], check=True, capture_output=True, text=True)
     expected = past_switch(
         (1.5, -2.0, 0.75, 4.0), (0.5, -1.0, 0.25, 2.0), 1.5 + 1.0 + 1.5 + 0.5 + 0.3, 1.25
     )
-    assert [*map(float, done.stdout.split())] == pytest.approx(expected, rel=1e-15)
+    assert [*map(float, process.stdout.split())] == pytest.approx(expected, rel=1e-15)

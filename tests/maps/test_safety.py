@@ -39,8 +39,8 @@ def test_the_safe_friction_of_each_point_is_the_least_fold_of_its_branch(
     for row, F in enumerate(over_load.axes[0].tolist()):
         p = Parameters(F=F)
         critical = stability(p).critical_mu[0].mu
-        found = branch(p, "mu", low=0.0, high=1.5 * critical)
-        least = min([critical, *(fold.mu for fold in folds_of(found))])
+        curve = branch(p, "mu", low=0.0, high=1.5 * critical)
+        least = min([critical, *(fold.mu for fold in folds_of(curve))])
         assert over_load.safe_mu[row, 1] == pytest.approx(least, rel=1e-8)
         assert over_load.critical_mu[row, 1] == pytest.approx(critical, rel=1e-12)
 
@@ -51,11 +51,11 @@ def test_the_safe_friction_of_each_point_is_the_least_fold_of_its_branch(
         ({}, {}, True, True),
         ({"c1": 0.0}, {}, True, True),
         ({"c2": 0.0}, {}, True, True),
-        # Nothing dies out.
+        # Without dampers no motion decays.
         ({"c1": 0.0, "c2": 0.0}, {}, True, False),
         ({"c1": 0.0, "c2": 0.0}, {"c1": [0.1, 0.2]}, True, True),
         ({"c1": 0.0, "c2": 0.0}, {"c2": [0.1, 0.2]}, True, True),
-        # Linear.
+        # The contact spring is linear.
         ({"k_nl": 0.0}, {}, False, False),
         ({"k_nl": 0.0}, {}, True, True),
         ({"k_nl": 0.0}, {"k_nl": [50.0, 100.0]}, False, True),
@@ -82,19 +82,19 @@ def test_cycles_are_searched_where_motions_are_damped_and_not_linear(
 
 
 def test_a_fold_is_followed_over_many_points_from_few_branches() -> None:
-    found = safety_map(None, {"F": np.linspace(60.0, 150.0, 46), "c1": np.array([0.32])})
-    assert found.safe_mu[10, 0] == pytest.approx(0.277876613, abs=1e-8)
-    assert found.safe_mu[30, 0] == pytest.approx(0.277935093, abs=1e-8)
-    assert not np.isnan(found.safe_mu).any()
+    result = safety_map(None, {"F": np.linspace(60.0, 150.0, 46), "c1": np.array([0.32])})
+    assert result.safe_mu[10, 0] == pytest.approx(0.277876613, abs=1e-8)
+    assert result.safe_mu[30, 0] == pytest.approx(0.277935093, abs=1e-8)
+    assert not np.isnan(result.safe_mu).any()
 
 
-def test_what_turns_the_branch_the_other_way_is_no_fold_of_safe_friction() -> None:
-    found = branch(Parameters(F=30.0), "mu", low=0.0, high=0.6)
-    values = [event.value for event in found.events if event.kind == "fold"]
+def test_folds_with_the_opposite_direction_do_not_bound_safe_friction() -> None:
+    curve = branch(Parameters(F=30.0), "mu", low=0.0, high=0.6)
+    values = [event.value for event in curve.events if event.kind == "fold"]
     assert len(values) == 2
-    (fold,) = folds_of(found)
+    (fold,) = folds_of(curve)
     assert fold.mu == pytest.approx(min(values), abs=1e-9)
-    # The two meet in a cusp; beyond it there is none.
+    # Both folds meet in a cusp; beyond it there is no fold.
     assert fold_near(System(Parameters(F=44.0)), fold) is None
 
 
@@ -109,8 +109,8 @@ def test_regions_follow_from_the_friction_and_offsets_from_transients(
         p = Parameters(mu=regions.axes[0][row], F=regions.axes[1][column])
         exact = escape_offset(System(p))
         assert exact is not None
-        known = [one for one in (exact.up, exact.down) if one is not None]
-        assert regions.escape[row, column] == pytest.approx(min(known), rel=0.04)
+        expected = [fold for fold in (exact.up, exact.down) if fold is not None]
+        assert regions.escape[row, column] == pytest.approx(min(expected), rel=0.04)
 
 
 def test_figures_say_what_they_rest_on(over_load: StabilityMap, regions: StabilityMap) -> None:
@@ -121,7 +121,7 @@ def test_figures_say_what_they_rest_on(over_load: StabilityMap, regions: Stabili
 
 
 @pytest.mark.parametrize(
-    ("over", "value", "said"),
+    ("over", "value", "message"),
     [
         ({"F": [1.0, 2.0], "mu": [0.1, 0.2]}, "safe-mu", "does not depend on mu"),
         ({"F": [1.0, 2.0], "k1": [1.0, 2.0]}, "safe", "unknown map value"),
@@ -129,10 +129,10 @@ def test_figures_say_what_they_rest_on(over_load: StabilityMap, regions: Stabili
         ({"F": np.ones(1000), "k1": np.ones(1000)}, "safe-mu", "at most 250000"),
     ],
 )
-def test_what_cannot_be_mapped_is_refused(
-    over: dict[str, list[float]], value: str, said: str
+def test_maps_that_cannot_be_computed_are_refused(
+    over: dict[str, list[float]], value: str, message: str
 ) -> None:
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         safety_map(None, over, value)
 
 
@@ -142,7 +142,7 @@ def test_edges_of_the_model_have_the_critical_friction_or_none() -> None:
 
 
 def test_cycles_that_only_a_global_search_finds_are_in_the_map() -> None:
-    # Off the belt no friction is critical, and continuation has no Hopf point to begin at.
+    # Off the belt there is no critical μ, and continuation has no Hopf point to start from.
     lifted = safety_map(None, {"F": [-20.0, -10.0], "k3": [0.0, 60.0]}, "coexistence")
     assert np.isnan(lifted.safe_mu).tolist() == [[True, False], [True, False]]
     for row, F in enumerate((-20.0, -10.0)):
@@ -175,4 +175,4 @@ def test_where_the_search_contradicts_continuation_safe_friction_is_not_known(
 def test_a_map_is_cancelled(stop: float) -> None:
     over = {"F": [100.0, 120.0], "mu": [0.4, 0.5]}
     with pytest.raises(Cancelled):
-        safety_map(None, over, "coexistence", progress=lambda done: done < stop)
+        safety_map(None, over, "coexistence", progress=lambda share: share < stop)

@@ -21,8 +21,8 @@ from tests.support.strategies import wide_parameters
 
 
 def value_at(p: Parameters, value: str, over: tuple[str, str] = ("F", "mu")) -> float:
-    found = stability_map(p, {name: [getattr(p, name)] for name in over}, value)
-    return float(found.values[0, 0])
+    result = stability_map(p, {name: [getattr(p, name)] for name in over}, value)
+    return float(result.values[0, 0])
 
 
 @given(wide_parameters())
@@ -33,14 +33,14 @@ def test_the_map_agrees_with_the_eigenvalues(p: Parameters) -> None:
     size = float(np.abs(verdict.eigenvalues).max())
     gaps = np.abs(np.subtract.outer(verdict.eigenvalues, verdict.eigenvalues))
     nearest = gaps[~np.eye(4, dtype=bool)].min()
-    # Roots next to each other move by the root of rounding.
+    # Neighbouring roots move by the square root of the rounding error.
     allowed = 1e-9 if nearest > 1e-3 * size else 1e-5
     assert value_at(p, "growth-rate") == pytest.approx(verdict.growth_rate, abs=allowed * size)
     critical = value_at(p, "critical-mu")
     if verdict.critical_mu:
         mu_c = verdict.critical_mu[0].mu
         assert critical == pytest.approx(mu_c, rel=1e-12)
-        # At the boundary itself rounding decides.
+        # Exactly at the boundary rounding decides.
         if abs(p.mu - mu_c) > 1e-12 * mu_c:
             assert value_at(p, "unstable-modes") == float(p.mu > mu_c)
     else:
@@ -64,10 +64,10 @@ def test_growth_rates_of_many_sets_are_those_of_each(
     separation = np.array([considered for _, considered in turns[: len(sets)]])
     varied = {name: np.array([getattr(p, name) for p in turned]) for name in PARAMETERS}
     growth, stable, reasons = judge_growths(Parameters(), varied, separation)
-    for place, (p, considered) in enumerate(zip(turned, separation.tolist(), strict=True)):
-        if place in reasons:
-            assert math.isnan(growth[place])
-            with pytest.raises(ComputationError, match=re.escape(reasons[place])):
+    for row, (p, considered) in enumerate(zip(turned, separation.tolist(), strict=True)):
+        if row in reasons:
+            assert math.isnan(growth[row])
+            with pytest.raises(ComputationError, match=re.escape(reasons[row])):
                 stability(p, separation=considered)
             continue
         verdict = stability(p, separation=considered)
@@ -75,13 +75,13 @@ def test_growth_rates_of_many_sets_are_those_of_each(
         size = float(np.abs(values).max())
         gaps = np.abs(np.subtract.outer(values, values))[~np.eye(4, dtype=bool)]
         allowed = (1e-9 if gaps.min() > 1e-3 * size else 1e-5) * size
-        assert growth[place] == pytest.approx(verdict.growth_rate, abs=allowed)
+        assert growth[row] == pytest.approx(verdict.growth_rate, abs=allowed)
         if abs(verdict.growth_rate) > allowed:
-            assert stable[place] == verdict.stable
+            assert stable[row] == verdict.stable
 
 
 def extreme_sets(count: int) -> dict[str, np.ndarray]:
-    """Parameters over their whole range, most of them far from any brake."""
+    """Parameters over their full ranges, mostly unrealistic for a brake."""
     rng = np.random.default_rng(13)
 
     def decades(low: float, high: float, without: float = 0.0) -> np.ndarray:
@@ -106,28 +106,28 @@ def test_growth_rates_at_the_ends_of_the_ranges_need_no_eigenvalue_solver(
 ) -> None:
     varied = extreme_sets(1500)
     expected: dict[int, np.ndarray] = {}
-    for place in range(1500):
-        p = Parameters(**{name: float(column[place]) for name, column in varied.items()})
+    for row in range(1500):
+        p = Parameters(**{name: float(column[row]) for name, column in varied.items()})
         with suppress(ComputationError), np.errstate(all="ignore"):
-            expected[place] = stability(p).eigenvalues
+            expected[row] = stability(p).eigenvalues
     monkeypatch.setattr(np.linalg, "eigvals", None)
     growth, _, reasons = judge_growths(Parameters(), varied, np.ones(1500, dtype=bool))
     assert set(reasons) == set(np.flatnonzero(np.isnan(growth)).tolist())
     assert not set(reasons) & set(expected)
-    for place, values in expected.items():
-        # Four roots that meet move by the fourth root of rounding.
+    for row, values in expected.items():
+        # A fourfold root moves by the fourth root of the rounding error.
         allowed = 1e-3 * float(np.abs(values).max())
-        assert growth[place] == pytest.approx(float(values.real.max()), abs=allowed)
+        assert growth[row] == pytest.approx(float(values.real.max()), abs=allowed)
 
 
 @given(wide_parameters(), st.permutations(list(PARAMETERS)))
 def test_any_two_parameters_span_a_map(p: Parameters, names: list[str]) -> None:
-    one, other = names[:2]
-    axes = {one: [getattr(p, one)] * 2, other: [getattr(p, other)] * 3}
+    first_name, second_name = names[:2]
+    axes = {first_name: [getattr(p, first_name)] * 2, second_name: [getattr(p, second_name)] * 3}
     for value in EIGENVALUE_VALUES:
-        found = stability_map(p, axes, value).values
-        assert found.shape == (2, 3)
-        assert np.array_equal(found, np.full((2, 3), value_at(p, value)), equal_nan=True)
+        values = stability_map(p, axes, value).values
+        assert values.shape == (2, 3)
+        assert np.array_equal(values, np.full((2, 3), value_at(p, value)), equal_nan=True)
 
 
 def test_the_rightmost_root_is_right_to_rounding_however_unlike_the_dampings_are() -> None:
@@ -135,13 +135,20 @@ def test_the_rightmost_root_is_right_to_rounding_however_unlike_the_dampings_are
     c1, c2 = 10.0 ** rng.uniform(-4.0, 3.0, (2, 60))
     a, d = rng.uniform(0.05, 0.95, 60), rng.uniform(-3.0, 0.5, 60)
     b = 1.0 - a
-    found = rightmost_real_part(c1, a, c2, b, d)
+    real_parts = rightmost_real_part(c1, a, c2, b, d)
     with mpmath.workdps(40):
         for case in range(60):
-            damping, other = mpmath.mpf(c1[case]), mpmath.mpf(c2[case])
-            one, two = (1, damping, mpmath.mpf(a[case])), (1, other, mpmath.mpf(b[case]))
+            damping, second_damping = mpmath.mpf(c1[case]), mpmath.mpf(c2[case])
+            first_factor, second_factor = (
+                (1, damping, mpmath.mpf(a[case])),
+                (1, second_damping, mpmath.mpf(b[case])),
+            )
             quartic = [
-                sum(one[i] * two[power - i] for i in range(3) if 0 <= power - i < 3)
+                sum(
+                    first_factor[i] * second_factor[power - i]
+                    for i in range(3)
+                    if 0 <= power - i < 3
+                )
                 for power in range(5)
             ]
             quartic[4] -= mpmath.mpf(d[case])
@@ -149,7 +156,7 @@ def test_the_rightmost_root_is_right_to_rounding_however_unlike_the_dampings_are
             roots = [mpmath.mpmathify(root) for root in np.roots([float(v) for v in quartic])]
             for _ in range(6):
                 roots = [s - horner(quartic, s) / horner(slope, s) for s in roots]
-            error = abs(found[case] - max(mpmath.re(root) for root in roots))
+            error = abs(real_parts[case] - max(mpmath.re(root) for root in roots))
             assert error <= 2e-15 * max(map(abs, roots))
 
 
@@ -166,40 +173,43 @@ def test_the_rightmost_root_is_that_of_the_quartic(seed: int) -> None:
     c1, c2 = 10.0 ** rng.uniform(-4.0, 1.0, (2, 50))
     a = rng.uniform(0.05, 0.95, 50)
     b, d = 1.0 - a, rng.uniform(-3.0, 0.5, 50)
-    found = rightmost_real_part(c1, a, c2, b, d)
+    real_parts = rightmost_real_part(c1, a, c2, b, d)
     for case in range(50):
-        one, other = [1.0, c1[case], a[case]], [1.0, c2[case], b[case]]
-        roots = np.roots(np.polysub(np.polymul(one, other), [d[case]]))
+        first_factor, second_factor = [1.0, c1[case], a[case]], [1.0, c2[case], b[case]]
+        roots = np.roots(np.polysub(np.polymul(first_factor, second_factor), [d[case]]))
         tolerance = 1e-5 * np.abs(roots).max()
-        assert found[case] == pytest.approx(roots.real.max(), abs=tolerance)
+        assert real_parts[case] == pytest.approx(roots.real.max(), abs=tolerance)
 
 
 def rightmost_in_many_digits(c: float, a: float, b: float, d: float) -> float:
     # With equal dampings the quartic is a quadratic polynomial in s² + c s.
     with mpmath.workdps(60):
-        rate, one, other, coupling = map(mpmath.mpf, (c, a, b, d))
-        apart = mpmath.sqrt((one - other) ** 2 / 4 + coupling)
-        inner = [mpmath.sqrt(rate**2 - 2 * (one + other) + 4 * w) for w in (apart, -apart)]
+        rate, first_stiffness, second_stiffness, coupling = map(mpmath.mpf, (c, a, b, d))
+        difference = mpmath.sqrt((first_stiffness - second_stiffness) ** 2 / 4 + coupling)
+        inner = [
+            mpmath.sqrt(rate**2 - 2 * (first_stiffness + second_stiffness) + 4 * w)
+            for w in (difference, -difference)
+        ]
         return float(max(abs(root.real) - rate for root in map(mpmath.mpc, inner)) / 2)
 
 
-@pytest.mark.parametrize("apart", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2])
-def test_modes_that_coalesce_have_the_growth_rate_of_many_digits(apart: float) -> None:
+@pytest.mark.parametrize("difference", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2])
+def test_modes_that_coalesce_have_the_growth_rate_of_many_digits(difference: float) -> None:
     # Equal dampings: the undamped frequencies meet where d = -(a - b)²/4.
     rng = np.random.default_rng(5)
     count = 12
     a = rng.uniform(0.05, 0.95, count)
     b, c = 1.0 - a, 10.0 ** rng.uniform(-4.0, 0.3, count)
-    d = -0.25 * (a - b) ** 2 * (1.0 + apart * rng.choice([-1.0, 1.0], count))
-    found = rightmost_real_part(c, a, c, b, d)
+    d = -0.25 * (a - b) ** 2 * (1.0 + difference * rng.choice([-1.0, 1.0], count))
+    real_part = rightmost_real_part(c, a, c, b, d)
     true = [rightmost_in_many_digits(*case) for case in np.stack([c, a, b, d], 1).tolist()]
-    # A double root is known to the root of rounding; others to rounding over their distance.
-    allowed = 6e-8 if apart < 1e-14 else 3e-15 / math.sqrt(apart) + 1e-14
-    assert np.abs(found - true).max() <= allowed
+    # The error is the square root of rounding for a double root, else rounding over the distance.
+    allowed = 6e-8 if difference < 1e-14 else 3e-15 / math.sqrt(difference) + 1e-14
+    assert np.abs(real_part - true).max() <= allowed
 
 
-def test_modes_that_all_but_coalesce_in_any_way_agree_with_the_eigenvalues() -> None:
-    # By equal, nearly equal and different dampings, and by critical damping.
+def test_nearly_coalescing_modes_agree_with_the_eigenvalues() -> None:
+    # Cases have equal, nearly equal, different and critical dampings.
     rng = np.random.default_rng(6)
     count = 4000
     a = rng.uniform(0.05, 0.95, count)
@@ -209,36 +219,36 @@ def test_modes_that_all_but_coalesce_in_any_way_agree_with_the_eigenvalues() -> 
     c2 = np.select([kind < 2, kind == 2], [c1, c1 * near], 10.0 ** rng.uniform(-5.0, 1.0, count))
     c1 = np.where(kind == 1, 2.0 * np.sqrt(a) * near, c1)
     d = -0.25 * (a - b) ** 2 * (2.0 - near)
-    found = rightmost_real_part(c1, a, c2, b, d)
+    real_part = rightmost_real_part(c1, a, c2, b, d)
     matrices = np.zeros((count, 4, 4))
     matrices[:, [0, 2], [1, 3]] = 1.0
-    for place, value in (((1, 0), -a), ((1, 1), -c1), ((3, 2), -b), ((3, 3), -c2)):
-        matrices[:, *place] = value
+    for entry, value in (((1, 0), -a), ((1, 1), -c1), ((3, 2), -b), ((3, 3), -c2)):
+        matrices[:, *entry] = value
     matrices[:, 3, 0], matrices[:, 1, 2] = 1.0, d
     values = np.linalg.eigvals(matrices)
-    errors = np.abs(found - values.real.max(axis=1)) / np.abs(values).max(axis=1)
+    errors = np.abs(real_part - values.real.max(axis=1)) / np.abs(values).max(axis=1)
     assert errors.max() < 2e-7
 
 
 @pytest.mark.parametrize(
-    ("F", "k_nl", "known"),
+    ("F", "k_nl", "expected"),
     [(20.0, 50.0, 0.7650), (20.0, 500.0, 0.2794), (100.0, 100.0, 0.5976), (100.0, 500.0, 1.5473)],
 )
-def test_known_critical_friction_coefficients(F: float, k_nl: float, known: float) -> None:
-    assert value_at(Parameters(F=F, k_nl=k_nl), "critical-mu") == pytest.approx(known, abs=5e-5)
+def test_known_critical_friction_coefficients(F: float, k_nl: float, expected: float) -> None:
+    assert value_at(Parameters(F=F, k_nl=k_nl), "critical-mu") == pytest.approx(expected, abs=5e-5)
 
 
 def test_rows_follow_the_first_parameter_and_chunks_leave_no_seam() -> None:
     forces, frictions = np.linspace(0.0, 150.0, 123), np.linspace(0.0, 1.0, 97)
-    found = stability_map(Parameters(), {"F": forces, "mu": frictions})
+    result = stability_map(Parameters(), {"F": forces, "mu": frictions})
     turned = stability_map(Parameters(), {"mu": frictions, "F": forces})
-    assert found.values.shape == (123, 97)
-    assert np.array_equal(found.values, turned.values.T)
+    assert result.values.shape == (123, 97)
+    assert np.array_equal(result.values, turned.values.T)
     for row, column in ((0, 0), (61, 50), (84, 33), (122, 96)):
         p = Parameters(F=float(forces[row]), mu=float(frictions[column]))
-        assert found.values[row, column] == pytest.approx(stability(p).growth_rate, abs=1e-7)
+        assert result.values[row, column] == pytest.approx(stability(p).growth_rate, abs=1e-7)
         critical = stability(p).critical_mu[0].mu
-        assert (found.excess[row, column] > 0.0) == (p.mu > critical)
+        assert (result.excess[row, column] > 0.0) == (p.mu > critical)
 
 
 def test_points_without_a_value_are_nan() -> None:
@@ -248,27 +258,27 @@ def test_points_without_a_value_are_nan() -> None:
     assert np.isnan(stability_map(Parameters(), over, "unstable-modes").values).sum() == 1
     critical = stability_map(Parameters(), over, "critical-mu").values
     assert np.isnan(critical).tolist() == [[True, True], [True, False]]
-    kept = stability_map(Parameters(), over, separation=False).values
-    assert not np.any(np.isnan(kept))
+    values_in_contact = stability_map(Parameters(), over, separation=False).values
+    assert not np.any(np.isnan(values_in_contact))
 
 
-def test_progress_is_told_and_can_cancel() -> None:
+def test_progress_is_reported_and_can_cancel() -> None:
     over = {"F": np.linspace(0.0, 1.0, 300), "mu": np.linspace(0.0, 1.0, 300)}
-    told: list[float] = []
+    shares: list[float] = []
 
     def keep(fraction: float) -> bool:
-        told.append(fraction)
+        shares.append(fraction)
         return True
 
     stability_map(Parameters(), over, progress=keep)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
     with pytest.raises(Cancelled):
-        stability_map(Parameters(), over, progress=lambda done: done < 0.5)
+        stability_map(Parameters(), over, progress=lambda share: share < 0.5)
 
 
 @pytest.mark.parametrize(
-    ("over", "value", "said"),
+    ("over", "value", "message"),
     [
         ({"F": [1.0]}, "growth-rate", "two different ones"),
         ({"F": [1.0], "nu": [1.0]}, "growth-rate", "unknown parameter 'nu'"),
@@ -279,10 +289,10 @@ def test_progress_is_told_and_can_cancel() -> None:
         ({"F": np.zeros(20000), "mu": np.zeros(20000)}, "growth-rate", "400000000 points"),
     ],
 )
-def test_a_wrong_request_is_refused(over: dict[str, list[float]], value: str, said: str) -> None:
+def test_a_wrong_request_is_refused(over: dict[str, list[float]], value: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         stability_map(Parameters(), over, value)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_figure_without_boundary_has_no_legend_of_it() -> None:

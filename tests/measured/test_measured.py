@@ -55,9 +55,9 @@ def test_columns_are_read_whatever_program_wrote_them(
 ) -> None:
     path = tmp_path / "a.csv"
     path.write_text(text, encoding="latin-1")
-    found = read_measurement(path, **options)  # type: ignore[arg-type]
-    assert found.t == pytest.approx([0.0, 0.5, 1.0])
-    assert found.values == pytest.approx([1.0, -2.0, 3.0])
+    columns = read_measurement(path, **options)  # type: ignore[arg-type]
+    assert columns.t == pytest.approx([0.0, 0.5, 1.0])
+    assert columns.values == pytest.approx([1.0, -2.0, 3.0])
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_columns_are_read_whatever_program_wrote_them(
         ("t,y\n0,1\n1,2\n", {"time_scale": -1.0}, "must be above 0"),
     ],
 )
-def test_what_is_no_measurement_is_refused(
+def test_invalid_measurements_are_refused(
     text: str, options: dict[str, float], refusal: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "a.csv"
@@ -85,21 +85,21 @@ def test_what_is_no_measurement_is_refused(
 
 def test_the_run_itself_agrees_and_its_shift_is_found() -> None:
     t, y = signal()
-    found = validate(
+    result = validate(
         RUN,
         measurement(t, 2.0 * y + 5.0),
         shift="auto",
         tolerances=Tolerances(Tolerance(0.01, relative=True), frequency=0.01, amplitude=0.1),
     )
-    assert found.shift == pytest.approx(20.0, abs=1e-6)
-    assert found.correlation == pytest.approx(1.0)
-    assert found.spectra[0].fundamental == pytest.approx(found.spectra[1].fundamental)
-    # Twice as large: frequency agrees, amplitude and band do not.
-    assert [each.passed for each in found.criteria] == [False, True, False]
-    assert found.passed is False
-    same = validate(RUN, measurement(t + 20.0, y), tolerances=Tolerances(Tolerance(1e-6)))
-    assert same.greatest < 1e-9
-    assert same.passed is True
+    assert result.shift == pytest.approx(20.0, abs=1e-6)
+    assert result.correlation == pytest.approx(1.0)
+    assert result.spectra[0].fundamental == pytest.approx(result.spectra[1].fundamental)
+    # At twice the amplitude only the frequency agrees.
+    assert [criterion.passed for criterion in result.criteria] == [False, True, False]
+    assert result.passed is False
+    repeated = validate(RUN, measurement(t + 20.0, y), tolerances=Tolerances(Tolerance(1e-6)))
+    assert repeated.greatest < 1e-9
+    assert repeated.passed is True
     assert validate(RUN, measurement(t, y)).passed is None
 
 
@@ -121,10 +121,10 @@ def test_a_column_that_bears_the_name_of_another_quantity_is_warned_of(
     signal: str, quantity: str, warned: bool
 ) -> None:
     t = np.linspace(0.0, 5.0, 51)
-    found = validate(RUN, Measurement("a.csv", "t", signal, t, np.sin(t)), quantity=quantity)
-    said = f"column {signal!r} of the measured data is compared with {quantity}"
-    assert found.warning == (said if warned else "")
-    assert ("measured", f"{signal} in a.csv") in found._summary()
+    result = validate(RUN, Measurement("a.csv", "t", signal, t, np.sin(t)), quantity=quantity)
+    message = f"column {signal!r} of the measured data is compared with {quantity}"
+    assert result.warning == (message if warned else "")
+    assert ("measured", f"{signal} in a.csv") in result._summary()
 
 
 def test_a_trajectory_is_compared_with_the_column_of_its_quantity(
@@ -147,21 +147,23 @@ def test_a_trajectory_is_compared_with_the_column_of_its_quantity(
 def test_the_band_is_absolute_or_relative_and_a_share_may_be_outside() -> None:
     t, y = signal()
     off = y + np.where(np.arange(t.size) % 10 == 0, 0.5, 0.0)
-    there = measurement(t + 20.0, off)
+    shifted = measurement(t + 20.0, off)
     for band, share, passed in (
         (Tolerance(0.4), 1.0, False),
         (Tolerance(0.4), 0.85, True),
         (Tolerance(0.6), 1.0, True),
         (Tolerance(0.01, relative=True), 0.95, False),
     ):
-        found = validate(RUN, there, tolerances=Tolerances(band, share))
-        assert found.passed is passed
-        assert found.criteria[0].found == pytest.approx(1.0 if band.value == 0.6 else 0.9, abs=1e-3)
-    assert found.band == pytest.approx(0.01 * 0.5 * np.ptp(y))
-    assert found.rms == pytest.approx(0.5 * np.sqrt(101 / 1001))
+        result = validate(RUN, shifted, tolerances=Tolerances(band, share))
+        assert result.passed is passed
+        assert result.criteria[0].found == pytest.approx(
+            1.0 if band.value == 0.6 else 0.9, abs=1e-3
+        )
+    assert result.band == pytest.approx(0.01 * 0.5 * np.ptp(y))
+    assert result.rms == pytest.approx(0.5 * np.sqrt(101 / 1001))
 
 
-def test_what_a_run_does_not_have_cannot_be_compared() -> None:
+def test_quantities_that_a_run_lacks_cannot_be_compared() -> None:
     t, y = signal()
     with pytest.raises(InputError, match="0 samples are within the run"):
         validate(RUN, measurement(t + 100.0, y))
@@ -186,14 +188,16 @@ def test_a_tolerance_is_a_number_or_a_percentage() -> None:
 
 def test_both_are_drawn_with_the_band() -> None:
     t, y = signal()
-    found = validate(RUN, measurement(t + 20.0, y), tolerances=Tolerances(Tolerance(0.3)))
-    over_time, apart, lines = found.figure().axes
+    result = validate(RUN, measurement(t + 20.0, y), tolerances=Tolerances(Tolerance(0.3)))
+    over_time, deviations, lines = result.figure().axes
     computed, measured = over_time.lines
-    one, other = (np.asarray(line.get_ydata(), dtype=float) for line in (measured, computed))
-    np.testing.assert_allclose(one, other, atol=1e-9)
+    measured_values, computed_values = (
+        np.asarray(line.get_ydata(), dtype=float) for line in (measured, computed)
+    )
+    np.testing.assert_allclose(measured_values, computed_values, atol=1e-9)
     corners = over_time.patches[0].get_path().vertices
     assert np.ptp(np.asarray(corners)[:, 1]) == pytest.approx(np.ptp(y) + 0.6)
-    assert apart.get_ylim()[1] >= 0.3
+    assert deviations.get_ylim()[1] >= 0.3
     assert lines.get_yscale() == "log"
 
 
@@ -229,19 +233,19 @@ def test_the_command_passes_or_fails_and_writes_both(
     line = ["validate", "--measured", "rig.csv", "--scale", "1e-3", "--time-scale", "1e-3"]
     line += ["--t-end", "40", "--shift", "auto"]
     assert command([*line, "--band", "2%", "--frequency", "1%", "--out", "a.csv"]) == 0
-    said = capsys.readouterr().out
-    assert "verdict" in said
-    assert "PASS" in said
+    report = capsys.readouterr().out
+    assert "verdict" in report
+    assert "PASS" in report
     columns = read_columns(tmp_path / "a.csv", "validation")
     np.testing.assert_allclose(columns["measured"], columns["computed"], atol=1e-6)
     assert read_header(tmp_path / "a.csv", "validation")["validation"]["passed"] is True
     assert command([*line, "--set", "F=60", "--amplitude", "1%", "--json"]) == 1
     printed = capsys.readouterr()
-    found = json.loads(printed.out)
+    data = json.loads(printed.out)
     assert printed.err == ""
-    assert found["passed"] is False
-    assert found["criteria"][0]["name"] == "deviation of amplitude"
-    for wrong, words in (
+    assert data["passed"] is False
+    assert data["criteria"][0]["name"] == "deviation of amplitude"
+    for wrong, message in (
         (["--band", "0"], "must be above 0"),
         (["--share", "90%"], "must be given with --band"),
         (["--band", "2%", "--share", "101%"], "--share 101%: must be at most 100%"),
@@ -250,16 +254,20 @@ def test_the_command_passes_or_fails_and_writes_both(
         (["--scale", "x"], "--scale"),
         (["--quantity", "z"], "quantity"),
     ):
-        given = [word for word in line if word != "auto"][:-1] if wrong[0] == "--shift" else line
-        given = given[:5] + given[7:] if wrong[0] == "--scale" else given
-        assert command([*given, *wrong]) == 2
-        assert words in capsys.readouterr().err
+        arguments = (
+            [argument for argument in line if argument != "auto"][:-1]
+            if wrong[0] == "--shift"
+            else line
+        )
+        arguments = arguments[:5] + arguments[7:] if wrong[0] == "--scale" else arguments
+        assert command([*arguments, *wrong]) == 2
+        assert message in capsys.readouterr().err
     assert command([*line, "--band", "2%", "--share", "100%"]) == 0
     assert command(["validate"]) == 2
     assert "must be given" in capsys.readouterr().err
 
 
-def test_a_file_that_is_not_there_is_named_once(tmp_path: Path) -> None:
+def test_a_missing_file_is_named_once(tmp_path: Path) -> None:
     path = tmp_path / "none.csv"
     with pytest.raises(InputError) as refused:
         read_measurement(path)

@@ -1,4 +1,4 @@
-"""Advice names what the parameter set has, and nothing else."""
+"""Advice names only parameters that apply to the parameter set."""
 
 from typing import Any
 
@@ -33,7 +33,7 @@ def test_alternatives_are_joined_as_in_a_sentence() -> None:
 
 
 @pytest.mark.parametrize(
-    ("remedy", "applying", "other"),
+    ("remedy", "applying", "not_applying"),
     [
         (LARGER_V_S, {"v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}, {"v_belt": 1.0, "mu_s": 0.9}),
         (LARGER_V_S, {"v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}, {"v_belt": 1.0, "v_s": 0.4}),
@@ -44,13 +44,13 @@ def test_alternatives_are_joined_as_in_a_sentence() -> None:
     ],
 )
 def test_a_remedy_is_named_where_it_applies_alone(
-    remedy: Any, applying: dict[str, float], other: dict[str, float]
+    remedy: Any, applying: dict[str, float], not_applying: dict[str, float]
 ) -> None:
     remedies = (remedy, "a greater mass")
     assert advise(System(Parameters().with_values(applying)), remedies) == (
         f"use {remedy.text} or a greater mass"
     )
-    assert advise(System(Parameters().with_values(other)), remedies) == "use a greater mass"
+    assert advise(System(Parameters().with_values(not_applying)), remedies) == "use a greater mass"
 
 
 def test_separation_is_advised_where_it_is_ignored() -> None:

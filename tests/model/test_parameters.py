@@ -26,7 +26,7 @@ def test_every_default_lies_in_its_own_bounds() -> None:
 
 @pytest.mark.parametrize("name", PARAMETERS)
 @pytest.mark.parametrize("bad", ["", "two", "1,5", None, True, [1.0], math.nan, math.inf, "nan"])
-def test_what_is_not_a_finite_number_is_refused_in_one_line(name: str, bad: object) -> None:
+def test_numbers_that_are_not_finite_are_refused_in_one_line(name: str, bad: object) -> None:
     with pytest.raises(InputError) as caught:
         Parameters().with_values({name: bad})
     message = str(caught.value)

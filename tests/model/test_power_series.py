@@ -19,10 +19,10 @@ def series(first: st.SearchStrategy[float]) -> st.SearchStrategy[PowerSeries]:
     return st.tuples(first, *rest).map(PowerSeries)
 
 
-def assert_equal(left: PowerSeries, right: PowerSeries) -> None:
-    scale = max(map(abs, (*left.coefficients, *right.coefficients)))
-    assert left.coefficients == pytest.approx(
-        right.coefficients, rel=1e-10, abs=1e-9 * (1.0 + scale)
+def assert_equal(first: PowerSeries, second: PowerSeries) -> None:
+    scale = max(map(abs, (*first.coefficients, *second.coefficients)))
+    assert first.coefficients == pytest.approx(
+        second.coefficients, rel=1e-10, abs=1e-9 * (1.0 + scale)
     )
 
 
@@ -39,7 +39,7 @@ def test_products_and_quotients_are_those_of_a_field(
 @given(series(sizes), numbers)
 def test_numbers_are_series_without_powers(a: PowerSeries, number: float) -> None:
     constant = PowerSeries((number, *[0.0] * ORDER))
-    for left, right in (
+    for first, second in (
         (a + number, a + constant),
         (number + a, constant + a),
         (a - number, a - constant),
@@ -50,7 +50,7 @@ def test_numbers_are_series_without_powers(a: PowerSeries, number: float) -> Non
         (number / a, constant / a),
         (-a, 0.0 - a),
     ):
-        assert_equal(left, right)
+        assert_equal(first, second)
 
 
 @given(series(st.floats(-2.0, 2.0)), series(st.floats(-2.0, 2.0)))

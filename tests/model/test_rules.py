@@ -1,4 +1,4 @@
-"""Each rule of the model, held against every other place that states it."""
+"""Each rule of the model agrees in all modules that implement it."""
 
 import math
 
@@ -46,8 +46,8 @@ def test_the_force_of_a_trajectory_is_that_of_every_state(
 ) -> None:
     modes = [data.draw(st.sampled_from(ALWAYS_SLIDING)) for _ in heights]
     y, zero = np.array(heights), np.zeros(len(heights))
-    found = trajectory_of(p, zero, (zero, zero, y, zero), np.array(modes, dtype=np.int8)).P
-    assert found.tolist() == [
+    forces = trajectory_of(p, zero, (zero, zero, y, zero), np.array(modes, dtype=np.int8)).P
+    assert forces.tolist() == [
         contact_force(p, height, mode) for height, mode in zip(heights, modes, strict=True)
     ]
 
@@ -55,8 +55,8 @@ def test_the_force_of_a_trajectory_is_that_of_every_state(
 @pytest.mark.parametrize("separation", [True, False])
 def test_the_least_and_greatest_force_of_a_sweep_are_those_of_the_runs(separation: bool) -> None:
     vary = {"k2": (40.0, 60.0), "k_nl": (0.0, 200.0)}
-    found = sweep(vary=vary, separation=separation, t_end=10.0, outputs=["P_min", "P_max"])
-    for k2, k_nl, *_, least, greatest, _, _ in found.rows:
+    result = sweep(vary=vary, separation=separation, t_end=10.0, outputs=["P_min", "P_max"])
+    for k2, k_nl, *_, least, greatest, _, _ in result.rows:
         run = simulate(Parameters(k2=k2, k_nl=k_nl), t_end=10.0, separation=separation)
         assert (least, greatest) == pytest.approx(run.contact_force, rel=1e-9)
 
@@ -66,10 +66,10 @@ def test_the_yardstick_has_the_accelerations_of_the_model(
     p: Parameters, state: State, mode: Mode
 ) -> None:
     rk4 = RungeKutta4([p], [state], step=1.0)
-    found = rk4._derivatives(np.array(state)[:, None], np.array([mode is Mode.CONTACT]))[:, 0]
+    computed = rk4._derivatives(np.array(state)[:, None], np.array([mode is Mode.CONTACT]))[:, 0]
     forces = np.abs([p.F, p.k1, p.k2, p.k3, p.k_nl, p.c1, p.c2]).sum() * (1.0 + p.mu) * 10.0
     expected = accelerations(p, state, mode)
-    assert found[[1, 3]].tolist() == pytest.approx(expected, abs=1e-13 * forces / p.m)
+    assert computed[[1, 3]].tolist() == pytest.approx(expected, abs=1e-13 * forces / p.m)
 
 
 @given(wide_parameters(), st.floats(-1e4, 1e4), st.booleans())
@@ -116,15 +116,15 @@ def test_the_mode_at_the_switch_is_the_sign_of_the_first_derivative_of_y_that_is
 def test_a_step_ends_where_the_last_terms_reach_the_tolerance(
     p: Parameters, state: State, tol: float
 ) -> None:
-    # The rule with exact powers and logarithms; the stepper's are rough, by a few per cent.
+    # The rule with exact powers and logarithms; the stepper approximates them to a few per cent.
     segment = TaylorStepper(System(p, separation=False), state, tol=tol).advance()
     degree, field = order_for(tol) + 1, right_hand_side(p, Mode.CONTACT)
     x, y = coefficient_function(field, degree - 1)(*state, *field_of(p, Mode.CONTACT))
-    own = [max(abs(z[1]), abs(z[0]) / time_scale(p)) for z in (x, y)]
-    least = LEAST_SHARE * max(*own, static_deflection(p) / time_scale(p))
+    expected_scales = [max(abs(z[1]), abs(z[0]) / time_scale(p)) for z in (x, y)]
+    least = LEAST_SHARE * max(*expected_scales, static_deflection(p) / time_scale(p))
     allowed = [
         (tol * max(size, least) / (n * abs(z[n]))) ** (1.0 / (n - 1))
-        for z, size in zip((x, y), own, strict=True)
+        for z, size in zip((x, y), expected_scales, strict=True)
         for n in (degree, degree - 1)
         if z[n] != 0.0
     ]
@@ -143,5 +143,5 @@ def test_the_time_scales_of_a_sweep_are_those_of_its_members(sets: list[Paramete
     varied = {name: np.array([getattr(p, name) for p in sets]) for name in PARAMETERS}
     study = Study(Design({"F": (1.0, 2.0)}), Parameters())
     block = _Block(study, varied, np.ones(len(sets), dtype=bool), {}, [""] * len(sets))
-    found = block._time_scales(np.arange(len(sets)))
-    assert found.tolist() == pytest.approx([time_scale(p) for p in sets], rel=1e-15)
+    scales = block._time_scales(np.arange(len(sets)))
+    assert scales.tolist() == pytest.approx([time_scale(p) for p in sets], rel=1e-15)

@@ -87,10 +87,10 @@ def test_jacobian_is_the_difference_quotient_of_the_accelerations(
         above, below = (tuple((at + sign * shift).tolist()) for sign in (1.0, -1.0))
         pair = [accelerations(p, state, mode) for state in (above, below)]
         quotient = (np.array(pair[0]) - np.array(pair[1])) / (2.0 * step)
-        # The quotient of a cubic is off by the square of the step.
-        own = 1.01 * p.k_nl * step * step * (1.0 + p.mu) / p.m
+        # The difference quotient of a cubic has an error of the order of the step squared.
+        allowance = 1.01 * p.k_nl * step * step * (1.0 + p.mu) / p.m
         size = np.abs(matrix).max()
-        assert matrix[[1, 3], column] == pytest.approx(quotient, abs=1e-6 * size + own)
+        assert matrix[[1, 3], column] == pytest.approx(quotient, abs=1e-6 * size + allowance)
     assert matrix[0].tolist() == [0.0, 1.0, 0.0, 0.0]
     assert matrix[2].tolist() == [0.0, 0.0, 0.0, 1.0]
 
@@ -113,10 +113,10 @@ def test_energy_changes_by_friction_input_less_damping_loss(separation: bool) ->
         )
     ]
     supplied = float(((weights * half[:, None]).ravel() * balance).sum())
-    last = (result.final.x, result.final.vx, result.final.y, result.final.vy)
-    end_mode = mode_of(p, last, separation=separation)
+    end = (result.final.x, result.final.vx, result.final.y, result.final.vy)
+    end_mode = mode_of(p, end, separation=separation)
     start_mode = mode_of(p, result.start, separation=separation)
-    gained = mechanical_energy(p, last, end_mode) - mechanical_energy(p, result.start, start_mode)
+    gained = mechanical_energy(p, end, end_mode) - mechanical_energy(p, result.start, start_mode)
     assert gained == pytest.approx(supplied, rel=1e-10)
     assert gained > 1.0
 

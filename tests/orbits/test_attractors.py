@@ -1,4 +1,4 @@
-"""What motions end in: coexistence, basins, branches, against transients and eigenvalues."""
+"""Attractors: coexistence, basins, branches, against transients and eigenvalues."""
 
 import dataclasses
 from typing import Any
@@ -26,29 +26,32 @@ COEXISTENCE = Parameters(F=120.0)
 
 
 @pytest.fixture(scope="module")
-def found() -> Coexistence:
+def base_coexistence() -> Coexistence:
     return coexistence(System(COEXISTENCE))
 
 
 def test_a_stable_equilibrium_is_found_to_coexist_with_a_separating_limit_cycle(
-    found: Coexistence,
+    base_coexistence: Coexistence,
 ) -> None:
     assert stability(COEXISTENCE).stable
-    assert [each.kind for each in found.attractors] == [Kind.EQUILIBRIUM, Kind.SEPARATING_CYCLE]
-    assert found.attractors[1].half_range == pytest.approx(7.44, abs=5e-3)
-    assert found.coexists
+    assert [attractor.kind for attractor in base_coexistence.attractors] == [
+        Kind.EQUILIBRIUM,
+        Kind.SEPARATING_CYCLE,
+    ]
+    assert base_coexistence.attractors[1].half_range == pytest.approx(7.44, abs=5e-3)
+    assert base_coexistence.coexists
 
 
 def test_an_offset_of_a_tenth_dies_out_and_one_of_three_tenths_does_not(
-    found: Coexistence,
+    base_coexistence: Coexistence,
 ) -> None:
-    assert found.escape is not None
-    assert found.escape.up is not None
-    assert 0.1 < found.escape.up < 0.3
-    assert found.escape.down is not None
-    assert found.escape.down > 0.1
+    assert base_coexistence.escape is not None
+    assert base_coexistence.escape.up is not None
+    assert 0.1 < base_coexistence.escape.up < 0.3
+    assert base_coexistence.escape.down is not None
+    assert base_coexistence.escape.down > 0.1
     x, y = equilibrium(System(COEXISTENCE)).x, equilibrium(System(COEXISTENCE)).y
-    for sign, edge in ((1.0, found.escape.up), (-1.0, found.escape.down)):
+    for sign, edge in ((1.0, base_coexistence.escape.up), (-1.0, base_coexistence.escape.down)):
         ranges = []
         for factor in (0.999, 1.001):
             start = (x, 0.0, y + sign * factor * edge, 0.0)
@@ -78,11 +81,11 @@ def test_with_separation_ignored_the_cycle_keeps_contact() -> None:
 
 
 def test_both_kernels_find_the_same() -> None:
-    one, other = (
+    interpreted, compiled = (
         Explorer(System(COEXISTENCE), kernel=kernel).reach("static")
         for kernel in ("compiled", "interpreted")
     )
-    assert one.same_as(other)
+    assert interpreted.same_as(compiled)
 
 
 def test_without_a_compiled_kernel_motions_are_followed_interpreted() -> None:
@@ -134,13 +137,13 @@ def test_a_slice_of_the_basins_agrees_with_transients() -> None:
     point = equilibrium(System(COEXISTENCE))
     offsets = np.array([-0.3, -0.05, 0.05, 0.3])
     result = basin(COEXISTENCE, {"y0": point.y + offsets, "vy0": [0.0, 2.0]})
-    kinds = np.array([each.kind for each in result.attractors])[result.reached]
+    kinds = np.array([attractor.kind for attractor in result.attractors])[result.reached]
     rests = kinds == Kind.EQUILIBRIUM
     assert rests.tolist() == [[False, False], [True, False], [True, False], [False, False]]
     assert result.start == (point.x, 0.0, point.y, 0.0)
 
 
-def test_the_values_of_a_start_that_do_not_vary_can_be_given() -> None:
+def test_fixed_components_of_a_start_can_be_set() -> None:
     over = {"x0": [0.0, 5.0], "vx0": [0.0]}
     assert basin(Parameters(), over, start="static").start[0] != 0.0
     given_start = basin(COEXISTENCE, over, start=(0.0, 0.0, 3.0, 0.0))
@@ -152,10 +155,10 @@ def test_the_values_of_a_start_that_do_not_vary_can_be_given() -> None:
 def branches() -> dict[float, dict[Kind, tuple[str, ...]]]:
     result = continuation(Parameters(), "mu", [0.2, 0.3, 0.4, 0.5])
     assert result.coexisting == [0.3, 0.4]
-    places: dict[float, dict[Kind, tuple[str, ...]]] = {}
+    branches_by_value: dict[float, dict[Kind, tuple[str, ...]]] = {}
     for point in result.points:
-        places.setdefault(point.value, {})[point.attractor.kind] = point.directions
-    return places
+        branches_by_value.setdefault(point.value, {})[point.attractor.kind] = point.directions
+    return branches_by_value
 
 
 def test_up_and_down_a_parameter_coexistence_shows_as_hysteresis(
@@ -168,16 +171,18 @@ def test_up_and_down_a_parameter_coexistence_shows_as_hysteresis(
     assert branches[0.5] == {Kind.SEPARATING_CYCLE: both}
 
 
-def test_a_start_on_the_cycle_or_at_rest_reaches_what_it_is_on(found: Coexistence) -> None:
-    known = Explorer(System(COEXISTENCE))
-    cycle = found.attractors[1]
+def test_a_start_on_the_cycle_or_at_rest_reaches_what_it_is_on(
+    base_coexistence: Coexistence,
+) -> None:
+    explorer = Explorer(System(COEXISTENCE))
+    cycle = base_coexistence.attractors[1]
     assert cycle.orbit is not None
-    assert known.reach(cycle.orbit.start).same_as(cycle)
-    assert known.reach(known.rest) == Attractor(Kind.EQUILIBRIUM)
+    assert explorer.reach(cycle.orbit.start).same_as(cycle)
+    assert explorer.reach(explorer.rest) == Attractor(Kind.EQUILIBRIUM)
 
 
 @pytest.mark.parametrize(
-    ("over", "said"),
+    ("over", "message"),
     [
         ({"y0": [0.0]}, "two different ones"),
         ({"y0": [0.0], "z0": [0.0]}, "unknown start value 'z0'"),
@@ -186,8 +191,8 @@ def test_a_start_on_the_cycle_or_at_rest_reaches_what_it_is_on(found: Coexistenc
         ({"y0": np.zeros(2000), "vy0": np.zeros(2000)}, "4000000 starts"),
     ],
 )
-def test_a_wrong_slice_is_refused(over: dict[str, list[float]], said: str) -> None:
-    with pytest.raises(InputError, match=said):
+def test_a_wrong_slice_is_refused(over: dict[str, list[float]], message: str) -> None:
+    with pytest.raises(InputError, match=message):
         basin(COEXISTENCE, over)
 
 
@@ -200,50 +205,50 @@ def test_a_wrong_continuation_is_refused() -> None:
         continuation(COEXISTENCE, "mu", [-1.0, 1.0])
 
 
-def test_what_did_not_settle_is_said_and_is_no_coexistence() -> None:
+def test_unsettled_motions_are_reported_and_are_no_coexistence() -> None:
     rest, open_end = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
     result = Coexistence(System(COEXISTENCE), (rest, open_end), (0, 1), True, None)
     assert not result.coexists
     assert result.warning == "some motions did not settle in the time allowed"
-    points = tuple(BranchPoint(0.5, ("up",), each) for each in (rest, open_end))
+    points = tuple(BranchPoint(0.5, ("up",), attractor) for attractor in (rest, open_end))
     assert Continuation(System(COEXISTENCE), "mu", np.array([0.5]), points).coexisting == []
 
 
 def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
     pair = (Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNBOUNDED))
     offset = EscapeOffset(0.5, None)
-    said = Coexistence(System(COEXISTENCE), pair, (1, 0), True, offset).warning
-    assert said is not None
-    assert "with unbounded growth; a release from rest 0.5 m above it" in said
+    message = Coexistence(System(COEXISTENCE), pair, (1, 0), True, offset).warning
+    assert message is not None
+    assert "with unbounded growth; a release from rest 0.5 m above it" in message
 
 
 @pytest.mark.parametrize("fails", [True, False])
-def test_newton_is_asked_once_a_leg_where_it_fails_or_ends_elsewhere(
-    fails: bool, found: Coexistence, monkeypatch: pytest.MonkeyPatch
+def test_newton_runs_once_a_leg_if_it_fails_or_converges_to_another_orbit(
+    fails: bool, base_coexistence: Coexistence, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cycle = found.attractors[1].orbit
+    cycle = base_coexistence.attractors[1].orbit
     assert cycle is not None
     elsewhere = dataclasses.replace(cycle, start=(1e3, 0.0, 0.0, 0.0))
     legs: list[object] = []
-    asked: list[int] = []
+    calls: list[int] = []
 
     def shoot(*_: object, **__: object) -> PeriodicOrbit:
-        asked.append(len(legs))
+        calls.append(len(legs))
         if fails:
             raise ComputationError("no orbit", "none")
         return elsewhere
 
-    def leg(*args: Any, **more: Any) -> Transient:
+    def leg(*args: Any, **options: Any) -> Transient:
         legs.append(None)
-        return integrate(*args, **more)
+        return integrate(*args, **options)
 
     monkeypatch.setattr(explorer, "shoot", shoot)
     monkeypatch.setattr(explorer, "integrate", leg)
-    # On the cycle every one of the last returns recurs.
+    # On the cycle each of the final returns repeats.
     assert Explorer(System(COEXISTENCE)).reach(cycle.start, most_legs=5) == Attractor(
         Kind.UNSETTLED
     )
-    assert asked == [1, 2, 3, 4, 5]
+    assert calls == [1, 2, 3, 4, 5]
 
 
 def test_without_damping_nothing_settles() -> None:
@@ -253,12 +258,12 @@ def test_without_damping_nothing_settles() -> None:
 
 
 def test_progress_rises_to_one() -> None:
-    told: list[float] = []
+    shares: list[float] = []
 
     def keep(fraction: float) -> bool:
-        told.append(fraction)
+        shares.append(fraction)
         return True
 
     assert isinstance(coexistence(System(COEXISTENCE), progress=keep).escape, EscapeOffset)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0

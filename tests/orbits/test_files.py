@@ -1,4 +1,4 @@
-"""What files and figures of branches, boundaries and continuations say beside their numbers."""
+"""Metadata and marks in files and figures of branches, boundaries and continuations."""
 
 import dataclasses
 import math
@@ -20,7 +20,7 @@ def folds() -> Boundary:
     return boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.6)})
 
 
-def test_what_has_no_orbit_has_no_numbers_of_one() -> None:
+def test_attractors_without_an_orbit_have_no_orbit_columns() -> None:
     rest = BranchPoint(0.3, ("up", "down"), Attractor(Kind.EQUILIBRIUM))
     lost = BranchPoint(0.7, ("up",), Attractor(Kind.UNSETTLED))
     values = np.array([0.3, 0.7])
@@ -29,7 +29,7 @@ def test_what_has_no_orbit_has_no_numbers_of_one() -> None:
     assert columns.pop("mu").tolist() == [0.3, 0.7]
     assert columns.pop("up").tolist() == [1, 1]
     assert columns.pop("down").tolist() == [1, 0]
-    # At rest there is no orbit, but its amplitude is known.
+    # An equilibrium has no orbit; its amplitude is known.
     rest_size, lost_size = columns.pop("half_range").tolist()
     assert rest_size == 0.0
     assert math.isnan(lost_size)
@@ -95,10 +95,10 @@ def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() 
         line = lines[name]
         assert line.get_linestyle() == style
         cycles = {(p.value, p.half_range) for p in result.points if p.stable == (name == "stable")}
-        seen = set(zip(*np.array(line.get_data()).tolist(), strict=True))
-        assert {one for one in cycles if one[0] != fold} <= seen
-        assert fold in {value for value, _ in seen}
-        drawn += len(seen)
+        drawn_points = set(zip(*np.array(line.get_data()).tolist(), strict=True))
+        assert {cycle_point for cycle_point in cycles if cycle_point[0] != fold} <= drawn_points
+        assert fold in {value for value, _ in drawn_points}
+        drawn += len(drawn_points)
     assert drawn == len(result.points) + 1
     for event in result.events:
         x, y = np.array(lines[str(event.kind)].get_data())[:, 0].tolist()
@@ -110,10 +110,10 @@ def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() 
         ys = np.array(orbit.get_xdata())
         assert [ys.min(), ys.max()] == pytest.approx([event.y_min, event.y_max], abs=1e-3)
         assert ys[0] == pytest.approx(ys[-1], abs=1e-5)
-    found = [value for point in result.points for value in point.multipliers]
+    all_multipliers = [value for point in result.points for value in point.multipliers]
     parts = [np.array(line.get_data()) for line in multipliers.lines[1:]]
     shown = [complex(x, y) for part in parts for x, y in part.T.tolist()]
-    assert sorted(shown, key=abs) == sorted(found, key=abs)
+    assert sorted(shown, key=abs) == sorted(all_multipliers, key=abs)
 
 
 def test_a_branch_that_grows_without_bounds_leaves_the_figure_and_not_the_rest() -> None:
@@ -125,7 +125,7 @@ def test_a_branch_that_grows_without_bounds_leaves_the_figure_and_not_the_rest()
 
 
 def test_a_branch_that_was_cut_short_warns_of_it() -> None:
-    whole = branch(None, "mu", low=0.25, high=0.6)
-    assert whole.warning is None
-    cut = dataclasses.replace(whole, ends=(whole.ends[0], End.LOST))
+    complete = branch(None, "mu", low=0.25, high=0.6)
+    assert complete.warning is None
+    cut = dataclasses.replace(complete, ends=(complete.ends[0], End.LOST))
     assert cut.warning == "the branch cannot be followed farther at mu = 0.6"

@@ -14,12 +14,12 @@ COEXISTENCE = Parameters(F=120.0)
 
 
 def last_lift_off(p: Parameters, t_end: float) -> tuple[State, float]:
-    # State at the last lift-off but one of a transient, and the time to the last.
+    # State at the second-last lift-off of a transient, and the time from there to the last.
     run = simulate(p, t_end=t_end, samples="dense", kernel="interpreted")
     assert run.solution is not None
-    one, other = run.switch_times[::2][-2:]
-    there = run.solution([one])
-    return (float(there.x[0]), float(there.vx[0]), 0.0, float(there.vy[0])), float(other - one)
+    before, after = run.switch_times[::2][-2:]
+    state = run.solution([before])
+    return (float(state.x[0]), float(state.vx[0]), 0.0, float(state.vy[0])), float(after - before)
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +38,9 @@ def test_the_base_scene_settles_on_the_known_cycle(base_orbit: PeriodicOrbit) ->
 
 def test_without_a_compiled_kernel_the_orbit_is_the_same(base_orbit: PeriodicOrbit) -> None:
     with INTERPRETED:
-        found = shoot(System(Parameters()), base_orbit.start, base_orbit.period, Section.LIFT_OFF)
-    assert found.period == pytest.approx(base_orbit.period, rel=1e-12)
-    assert found.multipliers == pytest.approx(base_orbit.multipliers, abs=1e-9)
+        orbit = shoot(System(Parameters()), base_orbit.start, base_orbit.period, Section.LIFT_OFF)
+    assert orbit.period == pytest.approx(base_orbit.period, rel=1e-12)
+    assert orbit.multipliers == pytest.approx(base_orbit.multipliers, abs=1e-9)
 
 
 def test_the_orbit_is_what_a_long_transient_ends_in(base_orbit: PeriodicOrbit) -> None:
@@ -63,8 +63,8 @@ def test_the_decay_of_a_transient_is_that_of_the_largest_multiplier(
     # The distance from the orbit, from lift-off to lift-off, falls like |λ|ⁿ.
     run = simulate(Parameters(), t_end=300.0, samples="dense", kernel="interpreted")
     assert run.solution is not None
-    there = run.solution(run.switch_times[::2][100:200])
-    away = np.stack([there.x, there.vx, there.vy], axis=1) - np.delete(base_orbit.start, 2)
+    states = run.solution(run.switch_times[::2][100:200])
+    away = np.stack([states.x, states.vx, states.vy], axis=1) - np.delete(base_orbit.start, 2)
     # A complex pair turns: the greatest distance of a turn is compared with that of a later one.
     early, late = np.abs(away[:20]).max(), np.abs(away[-20:]).max()
     measured = (late / early) ** (1.0 / 80.0)
@@ -83,10 +83,10 @@ def test_the_product_of_the_multipliers_is_the_contraction_of_volume(p: Paramete
     start = static_start(System(p)) if p.mu > 0.5 else (0.0, 0.0, 1.5, 3.0)
     run = simulate(p, t_end=200.0, start=start, samples="dense", kernel="interpreted")
     assert run.solution is not None
-    one, other = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
-    there = run.solution([one])
-    guess = (float(there.x[0]), float(there.vx[0]), 0.0, float(there.vy[0]))
-    orbit = shoot(System(p), guess, float(other - one), Section.LIFT_OFF)
+    before, after = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
+    states = run.solution([before])
+    guess = (float(states.x[0]), float(states.vx[0]), 0.0, float(states.vy[0]))
+    orbit = shoot(System(p), guess, float(after - before), Section.LIFT_OFF)
     contraction = np.exp(-(p.c1 + p.c2) / p.m * orbit.period)
     assert np.prod(orbit.multipliers) == pytest.approx(contraction, rel=1e-11)
 

@@ -18,42 +18,42 @@ T_END = 6.0
 Rows = list[tuple[float, float]]
 
 
-def rows(given: random.Random, high: float) -> Rows:
-    """A table with ramps, jumps and, now and then, an end at rest."""
-    found: Rows = []
-    for t in sorted(given.uniform(0.0, T_END) for _ in range(given.randint(1, 4))):
-        found.append((t, given.uniform(0.0, high)))
-        if given.random() < 0.3:
-            found.append((t, given.uniform(0.0, high)))
-    if given.random() < 0.3:
-        found[-1] = (found[-1][0], 0.0)
-    return found
+def rows(rng: random.Random, high: float) -> Rows:
+    """A table with ramps and jumps, sometimes with an end at rest."""
+    rows_drawn: Rows = []
+    for t in sorted(rng.uniform(0.0, T_END) for _ in range(rng.randint(1, 4))):
+        rows_drawn.append((t, rng.uniform(0.0, high)))
+        if rng.random() < 0.3:
+            rows_drawn.append((t, rng.uniform(0.0, high)))
+    if rng.random() < 0.3:
+        rows_drawn[-1] = (rows_drawn[-1][0], 0.0)
+    return rows_drawn
 
 
 def drawn(seed: int) -> tuple[Parameters, dict[str, Any]]:
-    """Random parameters and options with tables: of belts that are always faster, and others."""
-    given = random.Random(seed)
+    """Random parameters and options with tables, of always faster belts and of finite speeds."""
+    rng = random.Random(seed)
     limits = {"m": (1.0, 1.0), "k1": (1.0, 30.0), "k2": (5.0, 30.0), "k3": (0.0, 40.0)}
     limits |= {"c1": (0.0, 0.5), "c2": (0.0, 0.5), "F": (1.0, 80.0), "mu": (0.0, 0.8)}
-    values = {name: given.uniform(*limit) for name, limit in limits.items()}
-    values["k_nl"] = given.choice([0.0, given.uniform(1.0, 50.0)])
-    tables = {"F": rows(given, 90.0)}
-    if given.random() < 0.6:
-        tables["mu"] = rows(given, 0.9)
+    values = {name: rng.uniform(*limit) for name, limit in limits.items()}
+    values["k_nl"] = rng.choice([0.0, rng.uniform(1.0, 50.0)])
+    tables = {"F": rows(rng, 90.0)}
+    if rng.random() < 0.6:
+        tables["mu"] = rows(rng, 0.9)
     if seed % 4:
-        values["v_belt"] = given.choice([0.0, given.uniform(0.05, 3.0)])
-        if given.random() < 0.8:
-            tables["v_belt"] = rows(given, 2.5)
-        if given.random() < 0.6:
-            values["mu_s"] = given.uniform(0.9, 1.5)
-            if given.random() < 0.6:
-                values["v_s"] = given.uniform(0.1, 1.0)
-    speed = given.choice([values.get("v_belt", 0.0), given.uniform(-2.0, 2.0)])
-    place = (given.uniform(-1, 1), speed, given.uniform(-2, 0.5), given.uniform(-1, 1))
+        values["v_belt"] = rng.choice([0.0, rng.uniform(0.05, 3.0)])
+        if rng.random() < 0.8:
+            tables["v_belt"] = rows(rng, 2.5)
+        if rng.random() < 0.6:
+            values["mu_s"] = rng.uniform(0.9, 1.5)
+            if rng.random() < 0.6:
+                values["v_s"] = rng.uniform(0.1, 1.0)
+    speed = rng.choice([values.get("v_belt", 0.0), rng.uniform(-2.0, 2.0)])
+    start = (rng.uniform(-1, 1), speed, rng.uniform(-2, 0.5), rng.uniform(-1, 1))
     options = {
         "over_time": tables,
-        "separation": given.random() < 0.8,
-        "start": given.choice(["static", place]),
+        "separation": rng.random() < 0.8,
+        "start": rng.choice(["static", start]),
     }
     return Parameters(**values), options
 
@@ -66,43 +66,43 @@ UPRIGHT = (
 
 
 def both(p: Parameters, options: dict[str, Any]) -> tuple[Transient, Transient]:
-    one = simulate(p, t_end=T_END, samples=21, kernel="interpreted", **options)
-    other = simulate(p, t_end=T_END, samples=21, kernel="compiled", **options)
-    assert (one.stats.kernel, other.stats.kernel) == ("interpreted", "compiled")
-    return one, other
+    interpreted = simulate(p, t_end=T_END, samples=21, kernel="interpreted", **options)
+    compiled = simulate(p, t_end=T_END, samples=21, kernel="compiled", **options)
+    assert (interpreted.stats.kernel, compiled.stats.kernel) == ("interpreted", "compiled")
+    return interpreted, compiled
 
 
 def test_random_tables_give_what_the_interpreted_kernel_gives_with_every_transition() -> None:
-    found: Counter[str] = Counter()
+    transitions: Counter[str] = Counter()
     for scene in (*map(drawn, range(32)), UPRIGHT):
-        one, other = both(*scene)
-        found += Counter(other.events.transitions)
-        assert other.events.transitions == one.events.transitions
-        for change, expected in zip(other.mode_changes, one.mode_changes, strict=True):
+        interpreted, compiled = both(*scene)
+        transitions += Counter(compiled.events.transitions)
+        assert compiled.events.transitions == interpreted.events.transitions
+        for change, expected in zip(compiled.mode_changes, interpreted.mode_changes, strict=True):
             assert (change.first, change.then) == (expected.first, expected.then)
             assert change.t == pytest.approx(expected.t, abs=1e-10)
-        assert other.switch_times == pytest.approx(one.switch_times, abs=1e-10)
-        assert other.final == pytest.approx(one.final, abs=1e-10)
-        assert other.peak == pytest.approx(one.peak, abs=1e-10)
-        assert other.steady == pytest.approx(one.steady, abs=1e-10)
-        for name, values in one.to_columns().items():
-            assert other.to_columns()[name] == pytest.approx(values, abs=1e-9), name
+        assert compiled.switch_times == pytest.approx(interpreted.switch_times, abs=1e-10)
+        assert compiled.final == pytest.approx(interpreted.final, abs=1e-10)
+        assert compiled.peak == pytest.approx(interpreted.peak, abs=1e-10)
+        assert compiled.steady == pytest.approx(interpreted.steady, abs=1e-10)
+        for name, values in interpreted.to_columns().items():
+            assert compiled.to_columns()[name] == pytest.approx(values, abs=1e-9), name
     expected_ones = {
-        transition_name(mode, then)
+        transition_name(mode, successor)
         for mode, row in MODES.items()
         for transition in row.ends
-        for then in transition.to
-        if Mode.CONTACT not in (mode, then)
+        for successor in transition.to
+        if Mode.CONTACT not in (mode, successor)
     }
-    assert set(found) >= expected_ones
+    assert set(transitions) >= expected_ones
 
 
 def test_friction_falls_with_the_speed_where_a_table_takes_it_below_the_static_one() -> None:
     p = Parameters(v_belt=1.0, mu_s=0.8, v_s=0.3)
     options = {"over_time": {"mu": [(0.0, 0.8), (4.0, 0.2)]}, "separation": True}
-    one, other = both(p, options)
-    assert other.final == pytest.approx(one.final, abs=1e-10)
-    assert other.events.transitions == one.events.transitions
+    interpreted, compiled = both(p, options)
+    assert compiled.final == pytest.approx(interpreted.final, abs=1e-10)
+    assert compiled.events.transitions == interpreted.events.transitions
 
 
 @pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
@@ -126,8 +126,8 @@ def test_a_belt_that_brakes_hard_leaves_no_error_in_the_friction_law(kernel: Ker
     speed, times = 400.0, np.linspace(0.0, 2.0, 2001)
     rows = [(t, speed * (1.0 - 0.5 * t)) for t in times.tolist()]
     coarse, fine = (
-        simulate(p, t_end=2.0, over_time={"v_belt": given}, kernel=kernel)
-        for given in ((rows[0], rows[-1]), rows)
+        simulate(p, t_end=2.0, over_time={"v_belt": table}, kernel=kernel)
+        for table in ((rows[0], rows[-1]), rows)
     )
     assert list(coarse.final) == pytest.approx(list(fine.final), abs=1e-13)
 
@@ -139,9 +139,9 @@ def test_dense_output_is_that_of_the_interpreted_kernel() -> None:
         for kernel in ("interpreted", "compiled")
     ]
     times = np.linspace(0.0, T_END, 301)
-    one, other = (run.solution(times) for run in runs if run.solution is not None)
-    assert other.y == pytest.approx(one.y, abs=1e-10)
-    assert other.vx == pytest.approx(one.vx, abs=1e-9)
+    interpreted, compiled = (run.solution(times) for run in runs if run.solution is not None)
+    assert compiled.y == pytest.approx(interpreted.y, abs=1e-10)
+    assert compiled.vx == pytest.approx(interpreted.vx, abs=1e-9)
 
 
 def test_legs_follow_the_tables() -> None:
@@ -152,9 +152,9 @@ def test_legs_follow_the_tables() -> None:
         [1.0, 10.0, 5.0, 0.3, 0.0, 0.3, 0.0, 1.5, -0.5, 1.0],
         [2.0, 15.0, 5.0, 0.3, 0.0, 0.3, 0.0, 0.5, 0.0, 0.5],
     ]
-    found = legs_of(course, 2.5)
-    assert found.rows.tolist() == expected
-    assert found.greatest_load == 20.0
+    legs = legs_of(course, 2.5)
+    assert legs.rows.tolist() == expected
+    assert legs.greatest_load == 20.0
     follows = Course(Parameters(mu_s=0.9), {"mu": TimeTable((0.0, 1.0), (0.1, 0.5))})
     assert legs_of(follows, 0.5).rows[0, 3:7].tolist() == [0.1, 0.4, 0.9, 0.0]
 

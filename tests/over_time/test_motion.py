@@ -65,15 +65,15 @@ def test_ramps_agree_with_an_independent_integrator() -> None:
     rows = sorted({t for table in RAMPS.values() for t, _ in table} | {15.0})
     rows += [float(t) for t in run.switch_times]
     for begin, end in itertools.pairwise(sorted(rows)):
-        found = solve_ivp(rates, (begin, end), state, method="DOP853", rtol=1e-12, atol=1e-13)
-        state = found.y[:, -1].tolist()
+        solution = solve_ivp(rates, (begin, end), state, method="DOP853", rtol=1e-12, atol=1e-13)
+        state = solution.y[:, -1].tolist()
     assert state_of(run.final) == pytest.approx(state, abs=2e-8)
     assert run.parameters.F == 20.0
     assert run.over_time["F"].rows() == RAMPS["F"]
 
 
 def test_a_slider_slips_from_a_belt_that_brakes_when_friction_no_longer_holds_it() -> None:
-    # It sticks with x = v₀ t − a t²/2 until k1 x − m a = −μ_s P or μ_s P, where P = F.
+    # The slider sticks, x = v₀ t − a t²/2, until k1 x − m a = ±μ_s P with P = F.
     p = Parameters(m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0)
     speed, brake = 2.0, 0.25
     run = simulate(
@@ -95,7 +95,7 @@ def test_a_slider_that_sticks_to_a_belt_slips_when_that_changes_its_speed_at_onc
         run = simulate(p, t_end=1.5, start=(0.0, 1.0, -1.0, 0.0), over_time={"v_belt": rows})
         (first, *_) = run.mode_changes
         assert (first.t, first.first.name, first.then.name) == (1.0, "STICK", mode)
-        # Behind the jump the mass swings about x = ±μ F/k1.
+        # After the jump the mass oscillates about x = ±μ F/k1.
         mean, frequency = 5.0 if mode == "FORWARD" else -5.0, math.sqrt(0.1)
         angle = frequency * 0.5
         x = mean + (1.0 - mean) * math.cos(angle) + math.sin(angle) / frequency
@@ -141,18 +141,18 @@ def test_a_groan_is_the_last_series_of_sticks_of_which_every_cycle_has_one() -> 
     scene = find_scene("brake-stop")
     tables = dict(scene.over_time)
     run = simulate(scene.parameters, t_end=scene.t_end, over_time=tables)
-    stop, held = run.stop, run.stick_intervals
+    stop, sticks = run.stop, run.stick_intervals
     assert stop is not None
-    # Two sticks while it squeals, six seconds of sliding, and from then on one in every cycle.
-    assert [held[2][0] - held[1][1] > 6.0, stop.groan_begin] == [True, held[2][0]]
-    assert max(later[0] - early[1] for early, later in itertools.pairwise(held[2:])) < 1.3
-    # It ends with the last stick where sliding goes on, and not yet where that has just begun.
-    for t_end, end in ((14.0, held[1][1]), (12.0, 12.0), (22.0, 22.0)):
+    # Two sticks during squeal, six seconds of sliding, then one stick per cycle.
+    assert [sticks[2][0] - sticks[1][1] > 6.0, stop.groan_begin] == [True, sticks[2][0]]
+    assert max(later[0] - early[1] for early, later in itertools.pairwise(sticks[2:])) < 1.3
+    # The groan ends with the last stick; sliding that has only just begun does not end it.
+    for t_end, end in ((14.0, sticks[1][1]), (12.0, 12.0), (22.0, 22.0)):
         cut = simulate(scene.parameters, t_end=t_end, over_time=tables).stop
         assert cut is not None
         assert cut.groan_end == pytest.approx(end, abs=1e-12)
-        assert cut.groan_begin == (held[0] if t_end < 20.0 else held[2])[0]
-    # One stick is no groan.
+        assert cut.groan_begin == (sticks[0] if t_end < 20.0 else sticks[2])[0]
+    # A single stick is no groan.
     alone = simulate(scene.parameters, t_end=10.5, over_time=tables).stop
     assert alone is not None
     assert alone[1:3] == (None, None)
@@ -179,7 +179,7 @@ def test_a_scene_takes_columns_of_measured_values(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("over_time = 3", "over_time = 3: must be a table such as"),
         ("[over_time]\nF = 3", "must be rows of time and value"),
@@ -191,12 +191,12 @@ def test_a_scene_takes_columns_of_measured_values(tmp_path: Path) -> None:
         ('[over_time]\nfile = "a.csv"\nF = {column = "bar", shift = 1}', "unknown key of F"),
     ],
 )
-def test_what_is_no_table_in_a_scene_is_refused(tmp_path: Path, text: str, said: str) -> None:
+def test_invalid_tables_in_a_scene_are_refused(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "a.csv").write_text("time,bar\n0,1\n1,2\n")
     (tmp_path / "s.toml").write_text(f"fivtui_scene = 1\n{text}\n")
     with pytest.raises(InputError) as caught:
         load_scene(tmp_path / "s.toml")
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert str(caught.value).startswith(str(tmp_path))
 
 
@@ -206,14 +206,14 @@ def test_commands_take_tables_or_refuse_them(
     table = tmp_path / "in.csv"
     table.write_text("time,F,mu\n0,20,0.2\n4,100,0.2\n8,100,0.8\n")
     out = tmp_path / "out.csv"
-    words = ["simulate", "--t-end", "6", "--over-time", str(table), "--out", str(out)]
-    assert command(words) == 0
+    arguments = ["simulate", "--t-end", "6", "--over-time", str(table), "--out", str(out)]
+    assert command(arguments) == 0
     assert "F over time" in capsys.readouterr().out
     rows = [[[0.0, 20.0], [4.0, 100.0], [8.0, 100.0]], [[0.0, 0.2], [4.0, 0.2], [8.0, 0.8]]]
-    said = dict(zip(("F", "mu"), rows, strict=True))
-    assert f"# over_time: {json.dumps(said)}\n" in out.read_text()
-    for words in (["stability"], ["branch"], ["attractors"], ["accuracy"], ["tradeoff"]):
-        assert command([*words, "brake-stop"]) == 2
+    tables = dict(zip(("F", "mu"), rows, strict=True))
+    assert f"# over_time: {json.dumps(tables)}\n" in out.read_text()
+    for arguments in (["stability"], ["branch"], ["attractors"], ["accuracy"], ["tradeoff"]):
+        assert command([*arguments, "brake-stop"]) == 2
         assert "F, v_belt over time: must be constant for this command" in capsys.readouterr().err
     assert command(["simulate", "brake-stop", "--set", "F=3"]) == 2
     assert "F: follows a table over time; must not be set" in capsys.readouterr().err
@@ -227,8 +227,8 @@ def test_rows_may_come_from_an_iterator_and_serve_several_runs() -> None:
     rows = [(0.0, 20.0), (1.0, 60.0)]
     request = Request(System(Parameters(), over_time=time_tables({"F": iter(rows)})), t_end=2.0)
     shorter = dataclasses.replace(request, t_end=1.5)
-    found = simulate(t_end=1.5, over_time={"F": rows}).final
-    assert compute(shorter).final == found
+    final = simulate(t_end=1.5, over_time={"F": rows}).final
+    assert compute(shorter).final == final
 
 
 def test_options_that_need_constant_parameters_are_refused() -> None:
@@ -241,6 +241,6 @@ def test_options_that_need_constant_parameters_are_refused() -> None:
     )
     with pytest.raises(InputError, match="F over time: must be constant for derivatives"):
         vary(Request(System(Parameters(), over_time=time_tables(scene))), START_SEEDS)
-    for options, said in wrong:
-        with pytest.raises(InputError, match=said):
+    for options, message in wrong:
+        with pytest.raises(InputError, match=message):
             simulate(t_end=1.0, over_time=scene, **options)

@@ -1,4 +1,4 @@
-"""Sweeps of scenes whose preload or belt speed follows a table, and what sticks in them."""
+"""Sweeps of scenes whose preload or belt speed follows a table, and the sticks in them."""
 
 import json
 from pathlib import Path
@@ -26,7 +26,7 @@ TABLES = {"F": [(0.0, 20.0), (4.0, 90.0)], "v_belt": [(0.0, 1.0), (6.0, 0.0)]}
 
 def test_a_member_is_the_single_run() -> None:
     outputs = ["y_abs", "P_max", "y_end", "separations", "sticks", "stick_time", "final_stick"]
-    found = sweep(
+    result = sweep(
         STOP.parameters,
         vary={"k1": [80.0, 120.0], "vx0": [0.0, 1.0]},
         over_time=TABLES,
@@ -34,30 +34,30 @@ def test_a_member_is_the_single_run() -> None:
         outputs=outputs,
         separation="both",
     )
-    assert len(found.rows) == 8
-    for k1, vx, separation, *values, status, _ in found.rows:
+    assert len(result.rows) == 8
+    for k1, vx, separation, *values, status, _ in result.rows:
         p = STOP.parameters.with_values({"k1": k1})
-        # What does not vary of the start is at rest under the preload at t = 0.
+        # Components of the start that do not vary are those of the equilibrium at t = 0.
         x, _, y, _ = simulate(p, t_end=1.0, over_time=TABLES, separation=separation).start
-        one = simulate(p, t_end=8.0, over_time=TABLES, separation=separation, start=(x, vx, y, 0.0))
-        events = one.events
+        run = simulate(p, t_end=8.0, over_time=TABLES, separation=separation, start=(x, vx, y, 0.0))
+        events = run.events
         assert status == "done"
         assert values == [
-            one.peak.y_abs,
-            one.contact_force.max,
-            one.final.y,
+            run.peak.y_abs,
+            run.contact_force.max,
+            run.final.y,
             events.separations,
             events.sticks,
             events.stick_time,
-            one.final_stick,
+            run.final_stick,
         ]
-    assert None not in {row[9] for row in found.rows}
+    assert None not in {row[9] for row in result.rows}
 
 
 def test_a_brake_stop_is_swept_into_a_file_that_knows_its_tables(tmp_path: Path) -> None:
     out, plot = tmp_path / "stops.csv", tmp_path / "stops.png"
-    words = ["sweep", "brake-stop", "--vary", "c1=0.3,0.6", "--output", "final_stick"]
-    assert run([*words, "--output", "y_abs", "--out", str(out), "--plot", str(plot)]) == 0
+    arguments = ["sweep", "brake-stop", "--vary", "c1=0.3,0.6", "--output", "final_stick"]
+    assert run([*arguments, "--output", "y_abs", "--out", str(out), "--plot", str(plot)]) == 0
     head = next(line for line in out.read_text().splitlines() if line.startswith("# sweep: "))
     tables = {name: [list(row) for row in table.rows()] for name, table in STOP.over_time}
     assert json.loads(head.removeprefix("# sweep: "))["over_time"] == tables
@@ -76,7 +76,7 @@ def test_a_brake_stop_is_swept_into_a_file_that_knows_its_tables(tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("arguments", "message"),
     [
         (["--vary", "F=20,30"], "F: follows a table over time; must not be varied"),
         (["--vary", "k1=80", "--output", "stable"], "output stable: must be left out, as F, "),
@@ -84,36 +84,36 @@ def test_a_brake_stop_is_swept_into_a_file_that_knows_its_tables(tmp_path: Path)
         (["--vary", "k1=80", "--method", "fmu"], "the method must be taylor or fmu-native"),
     ],
 )
-def test_what_tables_cannot_have_is_refused(
-    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+def test_options_without_support_of_tables_are_refused(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["sweep", "brake-stop", *words]) == 2
-    assert said in capsys.readouterr().err
+    assert run(["sweep", "brake-stop", *arguments]) == 2
+    assert message in capsys.readouterr().err
 
 
 def test_a_table_of_a_file_is_swept_as_in_simulate(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "ramp.csv").write_text("time,F\n0,20\n4,90\n")
-    words = ["--over-time", str(tmp_path / "ramp.csv"), "--t-end", "5", "--json"]
-    assert run(["sweep", "--vary", "k1=80", "--output", "y_abs", *words]) == 0
+    arguments = ["--over-time", str(tmp_path / "ramp.csv"), "--t-end", "5", "--json"]
+    assert run(["sweep", "--vary", "k1=80", "--output", "y_abs", *arguments]) == 0
     (row,) = json.loads(capsys.readouterr().out)["rows"]
-    assert run(["simulate", "--set", "k1=80", *words]) == 0
+    assert run(["simulate", "--set", "k1=80", *arguments]) == 0
     assert row[2] == json.loads(capsys.readouterr().out)["peak"]["y_abs"]
 
 
 def test_the_laboratory_sweeps_a_brake_stop() -> None:
     study = sweep_request(STOP, "c1=0.3,0.6")
-    found = sweep_of(study, list(sweep_parts(study, lambda _done: True)))
-    assert found.table.failed == 0
-    assert len(sweep_chart(found).traces) == 4
+    result = sweep_of(study, list(sweep_parts(study, lambda _share: True)))
+    assert result.table.failed == 0
+    assert len(sweep_chart(result).traces) == 4
 
 
 def test_command_lines_of_scenes_with_tables_compute_them_or_say_that_they_cannot() -> None:
     session = Session(STOP, "brake-stop")
     session.set_text("k1", "120")
     assert session.command_line() == "fivtui simulate brake-stop --set k1=120"
-    # Stability is that at t = 0.
+    # Stability is evaluated at t = 0.
     line = study_line("stability", session.stability(), session.origin)
     assert line.startswith("fivtui stability --set")
     assert "--set F=10" in line
@@ -124,9 +124,9 @@ def test_command_lines_of_scenes_with_tables_compute_them_or_say_that_they_canno
 def test_without_a_table_sticks_are_known_too() -> None:
     study = study_of(PRESETS["base"], parse_design(["v_belt=0,1"], "product"), outputs=["sticks"])
     assert study.is_in_turn
-    found = sweep(vary={"v_belt": [0.0, 1.0]}, t_end=10.0, outputs=["sticks", "final_stick"])
+    result = sweep(vary={"v_belt": [0.0, 1.0]}, t_end=10.0, outputs=["sticks", "final_stick"])
     runs = [simulate(study.parameters.with_values({"v_belt": v}), t_end=10.0) for v in (0.0, 1.0)]
-    assert [row[2:4] for row in found.rows] == [[r.events.sticks, r.final_stick] for r in runs]
+    assert [row[2:4] for row in result.rows] == [[r.events.sticks, r.final_stick] for r in runs]
     with pytest.raises(InputError, match="output sticks: must be without error targets"):
         sweep(vary={"v_belt": [1.0]}, outputs=["sticks"], accuracy={"peak": 1e-3})
 
@@ -153,12 +153,20 @@ def test_measured_data_are_laid_over_a_run_with_the_measured_preload(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "ramp.csv").write_text("time,F\n0,20\n4,90\n")
-    given = ["--over-time", str(tmp_path / "ramp.csv"), "--t-end", "6"]
-    assert run(["simulate", *given, "--out", str(tmp_path / "run.csv")]) == 0
-    words = ["--measured", str(tmp_path / "run.csv"), "--time", "t", "--signal", "y", "--json"]
+    options = ["--over-time", str(tmp_path / "ramp.csv"), "--t-end", "6"]
+    assert run(["simulate", *options, "--out", str(tmp_path / "run.csv")]) == 0
+    measured_options = [
+        "--measured",
+        str(tmp_path / "run.csv"),
+        "--time",
+        "t",
+        "--signal",
+        "y",
+        "--json",
+    ]
     deviations = []
-    for over_time in (given, given[2:]):
+    for over_time in (options, options[2:]):
         capsys.readouterr()
-        run(["validate", *over_time, *words])
+        run(["validate", *over_time, *measured_options])
         deviations.append(json.loads(capsys.readouterr().out)["deviation"]["rms"])
     assert deviations[0] < 1e-9 < 1e-2 < deviations[1]

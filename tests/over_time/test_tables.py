@@ -1,4 +1,4 @@
-"""Tables of parameters over time: values, slopes, jumps, and what is refused."""
+"""Tables of parameters over time: values, slopes, jumps, and errors."""
 
 from typing import Any
 
@@ -26,7 +26,7 @@ def test_a_table_is_the_linear_interpolation_of_its_rows(
     assert table.before(at) == pytest.approx(table.after(at)[0], abs=1e-12)
 
 
-def test_a_time_that_is_given_twice_is_a_jump() -> None:
+def test_a_repeated_time_is_a_jump() -> None:
     table = time_table("F", [(1.0, 10.0), (2.0, 20.0), (2.0, 60.0), (4.0, 40.0)])
     assert [table.before(t) for t in (0.0, 1.0, 1.5, 2.0, 3.0, 9.0)] == [10, 10, 15, 20, 50, 40]
     assert [table.after(t) for t in (0.0, 1.0, 1.5)] == [(10, 0), (10, 10), (15, 10)]
@@ -45,7 +45,7 @@ def test_a_course_knows_its_parameters_and_its_next_row() -> None:
 
 
 @pytest.mark.parametrize(
-    ("tables", "said"),
+    ("tables", "message"),
     [
         ({"k1": [(0, 1)]}, "unknown parameter over time 'k1'"),
         ({"F": []}, "F over time: there are no rows"),
@@ -59,13 +59,13 @@ def test_a_course_knows_its_parameters_and_its_next_row() -> None:
         ({"mu": [(0, 0.5), (1, 0.95)]}, "reaches 0.95: must be at most mu_s = 0.9"),
     ],
 )
-def test_what_is_no_table_is_refused(tables: dict[str, Any], said: str) -> None:
+def test_invalid_tables_are_refused(tables: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as caught:
         course_of(Parameters(mu_s=0.9), tables)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
-def test_tables_are_told_in_one_phrase() -> None:
+def test_tables_are_described_in_one_phrase() -> None:
     assert time_table("F", [(0, 10), (4, 60)]).in_words() == "10 (0 s) → 60 (4 s)"
     long = TimeTable(tuple(range(9)), tuple(range(9)))
     assert long.in_words() == "0 to 8, 9 rows over 0 to 8 s"

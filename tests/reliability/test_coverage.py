@@ -33,7 +33,7 @@ SEEDS: Final = {"reduced": (20, 16), "all": (200, 180)}
 
 @dataclass(frozen=True)
 class Case:
-    """A function of scattered inputs and what is known of it exactly."""
+    """A function of scattered inputs and its exact statistics."""
 
     vary: Mapping[str, str]
     function: Callable[[Mapping[str, Floats]], Floats]
@@ -103,7 +103,7 @@ def _of_excess() -> Case:
 
 
 def _of_skewed() -> Case:
-    # Values that are small beside their range.
+    # Most values are small compared with their range.
     quantiles = parse_distribution("lognormal:1:1").at(QUANTILES)
     return Case(
         {"x0": "lognormal:1:1"},
@@ -138,7 +138,7 @@ CASES: Final[Mapping[str, Callable[[], Case]]] = {
 def coverage(
     case: Case, kind: Literal["sobol", "lhs"], *, samples: int, repeats: int, seeds: int
 ) -> tuple[Counter[str], Counter[str]]:
-    """How often each interval contains the exact value, and how often there is one."""
+    """Count how often intervals contain the exact value, and how often there is an interval."""
     contained: Counter[str] = Counter()
     counted: Counter[str] = Counter()
     axes = {name: parse_distribution(text) for name, text in case.vary.items()}
@@ -146,7 +146,7 @@ def coverage(
     def compare(name: str, interval: SampleEstimate | None, exact: float) -> None:
         if interval is not None:
             counted[name] += 1
-            # Rounding of the exact values, too.
+            # The tolerance includes rounding of the exact values.
             contained[name] += interval.low - 1e-12 <= exact <= interval.high + 1e-12
 
     for seed in range(seeds):

@@ -20,24 +20,24 @@ def result() -> Uncertainty:
 
 
 def bars(axes: Axes) -> list[Rectangle]:
-    return [each for each in axes.patches if isinstance(each, Rectangle)]
+    return [patch for patch in axes.patches if isinstance(patch, Rectangle)]
 
 
 def stacked(axes: Axes) -> float:
-    """Height of all steps together, of 40 bins."""
+    """Sum of the heights of all 40 bins."""
     low, high = axes.dataLim.intervalx
     area = sum(
         abs(np.trapezoid(*np.asarray(path.vertices).T[::-1]))
-        for each in axes.collections
-        for path in each.get_paths()
+        for collection in axes.collections
+        for path in collection.get_paths()
     )
     return float(area * 40.0 / (high - low))
 
 
 def row_by_row(axes: Axes) -> int:
-    place = axes.get_subplotspec()
-    assert place is not None
-    return place.num1
+    cell = axes.get_subplotspec()
+    assert cell is not None
+    return cell.num1
 
 
 def panels(figure: Figure) -> list[list[Axes]]:
@@ -60,7 +60,10 @@ def test_histograms_indices_and_samples_are_those_of_the_study(result: Uncertain
     for axes, (output, indices) in zip(drivers, result.indices.items(), strict=True):
         rows = [index for _, index in reversed(ranked(indices))]
         drawn = [bar.get_width() for bar in bars(axes)]
-        expected = chain((each.first.value for each in rows), (each.total.value for each in rows))
+        expected = chain(
+            (index_pair.first.value for index_pair in rows),
+            (index_pair.total.value for index_pair in rows),
+        )
         np.testing.assert_allclose(drawn, list(expected), err_msg=output)
         diamonds: list[float] = []
         for line in axes.lines:
@@ -75,9 +78,9 @@ def test_histograms_indices_and_samples_are_those_of_the_study(result: Uncertain
 
 
 def test_without_indices_and_safe_friction_there_are_two_rows_and_two_regions() -> None:
-    found = uncertainty(vary={"mu": "uniform:0.2:0.8"}, samples=64, indices=False,
+    result = uncertainty(vary={"mu": "uniform:0.2:0.8"}, samples=64, indices=False,
                         outputs=("growth_rate",))  # fmt: skip
-    figure = found.figure()
+    figure = result.figure()
     assert len(panels(figure)) == 2
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == ["stable", "squeals by itself"]

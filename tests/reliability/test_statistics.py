@@ -1,4 +1,4 @@
-"""Estimates and Sobol indices against what is known exactly."""
+"""Estimates and Sobol indices against exact values."""
 
 import numpy as np
 import pytest
@@ -26,22 +26,22 @@ def test_the_indices_of_ishigami(kind: str) -> None:
     count = 1024 if kind == "sobol" else 8192
     scatter = Scatter(dict.fromkeys(ISHIGAMI, ANGLE), kind, count=count)  # type: ignore[arg-type]
     x, y, z = scatter.columns(np.arange(scatter.size)).values()
-    found = sobol_of(scatter, np.sin(x) + 7.0 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x))
+    indices = sobol_of(scatter, np.sin(x) + 7.0 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x))
     for name, (first, total) in ISHIGAMI.items():
-        assert found[name].first.value == pytest.approx(first, abs=0.01)
-        assert found[name].total.value == pytest.approx(total, abs=0.01)
-        assert found[name].first.error < 0.01
-        assert found[name].total.error < 0.01
-    data = found["x0"].to_dict()
+        assert indices[name].first.value == pytest.approx(first, abs=0.01)
+        assert indices[name].total.value == pytest.approx(total, abs=0.01)
+        assert indices[name].first.error < 0.01
+        assert indices[name].total.error < 0.01
+    data = indices["x0"].to_dict()
     assert data["low"] < data["first"] < data["high"]
 
 
 def test_one_input_explains_all_and_a_constant_has_no_variance() -> None:
     scatter = Scatter({"mu": Distribution("uniform", (0.0, 1.0))}, count=256, repeats=2)
     (values,) = scatter.columns(np.arange(scatter.size)).values()
-    found = sobol_of(scatter, values)["mu"]
-    assert found.first.value == pytest.approx(1.0, abs=0.01)
-    assert found.total.value == pytest.approx(1.0, abs=0.01)
+    indices = sobol_of(scatter, values)["mu"]
+    assert indices.first.value == pytest.approx(1.0, abs=0.01)
+    assert indices.total.value == pytest.approx(1.0, abs=0.01)
     assert sobol_of(scatter, np.ones(scatter.size)) == {}
     values[3] = np.nan
     assert sobol_of(scatter, values) == {}
@@ -49,19 +49,19 @@ def test_one_input_explains_all_and_a_constant_has_no_variance() -> None:
 
 def test_intervals_cover_as_often_as_they_say() -> None:
     draws = np.random.default_rng(5).normal(2.0, 1.0, (4000, 8))
-    found = [estimate(row) for row in draws]
-    covered = np.mean([each.low <= 2.0 <= each.high for each in found])
+    intervals = [estimate(row) for row in draws]
+    covered = np.mean([interval.low <= 2.0 <= interval.high for interval in intervals])
     assert covered == pytest.approx(0.95, abs=0.012)
 
 
-def test_what_never_happened_is_not_impossible() -> None:
+def test_zero_hits_do_not_give_a_probability_of_zero() -> None:
     none = probability(np.zeros(4), np.full(4, 250.0))
     assert (none.value, none.low) == (0.0, 0.0)
     assert none.high == pytest.approx(1.0 - 0.05 ** (1.0 / 1000.0))
     # All scramblings have 100 of 250 hits: one of them could have 101.
-    same = probability(np.full(4, 100.0), np.full(4, 250.0))
-    assert same.value == 0.4
-    assert same.error == pytest.approx(max(none.high, (1.0 - 0.05**0.25) / 250.0))
+    equal_bounds = probability(np.full(4, 100.0), np.full(4, 250.0))
+    assert equal_bounds.value == 0.4
+    assert equal_bounds.error == pytest.approx(max(none.high, (1.0 - 0.05**0.25) / 250.0))
     every = probability(np.full(4, 250.0), np.full(4, 250.0))
     assert (every.value, every.high) == (1.0, 1.0)
     assert every.low == pytest.approx(1.0 - none.high)
@@ -69,9 +69,9 @@ def test_what_never_happened_is_not_impossible() -> None:
 
 def test_unknown_members_do_not_count() -> None:
     nan = np.nan
-    found = probability_of(np.array([[1.0, 0.0, nan, nan], [1.0, 1.0, 0.0, 0.0]]))
-    assert found is not None
-    assert found.value == 0.5
+    estimated = probability_of(np.array([[1.0, 0.0, nan, nan], [1.0, 1.0, 0.0, 0.0]]))
+    assert estimated is not None
+    assert estimated.value == 0.5
     assert probability_of(np.array([[nan, nan], [1.0, 0.0]])) is None
 
 
@@ -81,7 +81,7 @@ def test_a_tail_that_the_samples_do_not_reach_has_no_end() -> None:
     assert (quantiles["0.01"].low, quantiles["0.99"].high) == (-np.inf, np.inf)
     assert quantiles["0.99"].to_dict()["high"] is None
     assert 0.0 < quantiles["0.5"].low < 0.5 < quantiles["0.5"].high < 1.0
-    # Of equal values every quantile is that one.
+    # If all values are equal, each quantile is that value.
     equal = quantiles_of(np.full((16, 64), 0.1))["0.75"]
     assert (equal.low, equal.value, equal.high) == (0.1, 0.1, 0.1)
     assert quantiles_of(np.array([[np.nan, np.nan], [0.0, 1.0]])) == {}

@@ -53,19 +53,19 @@ def study_of(samples: int = 512, *, outputs: tuple[str, ...] = ("critical_mu",))
     return scattered_study(BASE, parse_inputs(VARY), samples=samples, outputs=outputs)
 
 
-def check(found: Uncertainty, error: float) -> None:
+def check(result: Uncertainty, error: float) -> None:
     for name, least in (("unstable", MU_C), ("squeal_possible", FOLD)):
-        told = found.probabilities[name]
-        assert told.low <= 1.0 - least <= told.high
-        assert told.error < error
+        probability = result.probabilities[name]
+        assert probability.low <= 1.0 - least <= probability.high
+        assert probability.error < error
 
 
 def test_the_probabilities_where_friction_is_uniform() -> None:
-    found = uncertainty(
+    result = uncertainty(
         vary={"mu": "uniform:0:1"}, samples=2**17, indices=False, outputs=("safe_mu",)
     )
-    check(found, 4e-5)
-    assert found.scatter.samples == 2**17
+    check(result, 4e-5)
+    assert result.scatter.samples == 2**17
 
 
 def test_samples_are_one_to_sixteen_million() -> None:
@@ -106,9 +106,9 @@ def test_scattered_friction_never_exceeds_a_static_friction_that_does_not_scatte
     static = drawn(scene(mu=0.7), "mu_s~normal:0.75:0.1")["mu_s"]
     assert 0.7 <= static.min() < 0.71
     assert static.max() > 0.9
-    # Nothing bounds it where static friction is that of sliding.
+    # Without a separate static friction there is no upper bound of mu.
     assert drawn(scene(), "mu~normal:0.7:0.1")["mu"].max() > 0.9
-    # Nor where both scatter.
+    # There is no bound either where both scatter.
     both = drawn(scene(), "mu~uniform:0.5:0.65", "mu_s~uniform:0.65:0.9")
     assert both["mu_s"].min() < 0.66
     assert both["mu_s"].max() > 0.89
@@ -116,49 +116,51 @@ def test_scattered_friction_never_exceeds_a_static_friction_that_does_not_scatte
 
 @pytest.mark.whole
 def test_the_probabilities_of_a_million_samples() -> None:
-    found = uncertainty(
+    result = uncertainty(
         vary={"mu": "uniform:0:1"}, samples=10**6, indices=False, outputs=("safe_mu",)
     )
-    check(found, 5e-6)
+    check(result, 5e-6)
 
 
 def test_squeal_is_possible_above_the_fold_of_each_sample() -> None:
-    # Folds at these preloads are next to the same, critical μ are not.
+    # At these preloads folds hardly differ, critical μ do.
     vary = {"mu": "uniform:0.2:0.4", "F": "uniform:78:84", "k_nl": "uniform:95:105"}
-    found = uncertainty(vary=vary, samples=2048, outputs=("critical_mu", "safe_mu"))
-    table = found.study.safe
+    result = uncertainty(vary=vary, samples=2048, outputs=("critical_mu", "safe_mu"))
+    table = result.study.safe
     assert table is not None
     assert table.groups == ("k_nl",)
-    possible = found.probabilities["squeal_possible"]
+    possible = result.probabilities["squeal_possible"]
     assert possible.value == pytest.approx((0.4 - FOLD) / 0.2, abs=2e-3)
-    assert set(found.to_dict()["safe_mu"]) == {"folds", "error", "usual_error"}
-    assert found.to_dict()["safe_mu_not_known_above"] is None
-    # Continued for each sample, where these are few, it is the same.
+    assert set(result.to_dict()["safe_mu"]) == {"folds", "error", "usual_error"}
+    assert result.to_dict()["safe_mu_not_known_above"] is None
+    # For few samples safe μ comes from a continuation per sample and must agree.
     few = uncertainty(vary=vary, samples=8, repeats=2, indices=False, outputs=("safe_mu",))
     assert few.study.safe is None
     members = {name: few.sweep.table.numbers[name] for name in vary}
     again = safe_mus(Parameters(), members, np.ones(8, dtype=bool), table)
     np.testing.assert_allclose(few.sweep.table.numbers["safe_mu"], again, atol=1e-9)
-    regions = found.regions()
+    regions = result.regions()
     assert list(regions) == ["no squeal known", "squeals after a knock", "squeals by itself"]
-    np.testing.assert_array_equal(sum(each.astype(int) for each in regions.values()), 1)
+    np.testing.assert_array_equal(sum(region.astype(int) for region in regions.values()), 1)
 
 
 def test_where_the_search_finds_less_than_continuation_nothing_rests_on_safe_mu(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     p = Parameters(m=3.17, k1=255.6, k2=22.84, k3=23.81, c1=0.1849, c2=0.1664, F=49.0, k_nl=19.3)
-    found = uncertainty(p, vary={"F": "uniform:48:50"}, outputs=("safe_mu",), samples=64, repeats=4)
+    result = uncertainty(
+        p, vary={"F": "uniform:48:50"}, outputs=("safe_mu",), samples=64, repeats=4
+    )
     unknown_above = safe_friction(p).safe_mu
     assert unknown_above is not None
-    assert found.safe_mu_unknown_above == pytest.approx(unknown_above, rel=1e-3)
-    assert found.to_dict()["safe_mu_not_known_above"] == found.safe_mu_unknown_above
-    assert set(found.probabilities) == {"unstable"}
-    assert "squeal_possible" not in found.indices
-    stated = (found.means, found.quantiles, found.indices, found.local)
+    assert result.safe_mu_unknown_above == pytest.approx(unknown_above, rel=1e-3)
+    assert result.to_dict()["safe_mu_not_known_above"] == result.safe_mu_unknown_above
+    assert set(result.probabilities) == {"unstable"}
+    assert "squeal_possible" not in result.indices
+    stated = (result.means, result.quantiles, result.indices, result.local)
     assert not any("safe_mu" in numbers for numbers in stated)
-    assert list(found.regions()) == ["stable", "squeals by itself"]
-    print_uncertainty(found)
+    assert list(result.regions()) == ["stable", "squeals by itself"]
+    print_uncertainty(result)
     assert "not known above μ = 0.060" in capsys.readouterr().out
 
 
@@ -167,24 +169,24 @@ def test_the_error_of_the_table_widens_the_interval() -> None:
                             samples=1024, outputs=("safe_mu",))  # fmt: skip
     study = with_table(study)
     assert study.safe is not None
-    found = compute_uncertainty(study, local_engine(1)).probabilities["squeal_possible"]
-    # All folds tried were missed by 0.01: a tenth of the samples is as near.
+    estimated = compute_uncertainty(study, local_engine(1)).probabilities["squeal_possible"]
+    # With an error of 0.01 at every fold, a tenth of the samples lies within the error.
     wide = replace(study, safe=structs.replace(study.safe, errors=(0.01,)))
     wider = compute_uncertainty(wide, local_engine(1)).probabilities["squeal_possible"]
-    assert wider.value == found.value
-    assert found.low - wider.low == pytest.approx(0.05, abs=8e-3)
-    assert wider.high - found.high == pytest.approx(0.05, abs=8e-3)
+    assert wider.value == estimated.value
+    assert estimated.low - wider.low == pytest.approx(0.05, abs=8e-3)
+    assert wider.high - estimated.high == pytest.approx(0.05, abs=8e-3)
 
 
 def test_what_drives_the_critical_friction_coefficient() -> None:
     base = Parameters().as_dict()
     names = ("k1", "k2", "k3", "c1", "c2", "F", "k_nl")
-    found = uncertainty(
+    result = uncertainty(
         vary={name: f"uniform:{0.9 * base[name]}:{1.1 * base[name]}" for name in names},
         outputs=("critical_mu",),
         samples=4096,
     )
-    indices = found.indices["critical_mu"]
+    indices = result.indices["critical_mu"]
     for name, share in (("k1", 0.45), ("F", 0.395), ("k_nl", 0.10), ("k3", 0.05)):
         assert indices[name].first.value == pytest.approx(share, abs=0.03)
     assert sum(index.first.value for index in indices.values()) == pytest.approx(1.0, abs=0.03)
@@ -193,45 +195,47 @@ def test_what_drives_the_critical_friction_coefficient() -> None:
 def test_local_sensitivities_stand_beside_the_global_ones() -> None:
     vary = {"mu": "uniform:0.65:0.75", "F": "uniform:79:81", "k_nl": "uniform:99:101"}
     outputs = ("critical_mu", "safe_mu", "y_half_range", "P_max")
-    found = uncertainty(vary=vary, samples=512, outputs=outputs, t_end=20.0)
-    assert set(found.local) == set(outputs)
+    result = uncertainty(vary=vary, samples=512, outputs=outputs, t_end=20.0)
+    assert set(result.local) == set(outputs)
     for output in ("critical_mu", "safe_mu"):
-        for name, local in found.local[output].items():
-            index = found.indices[output][name].first
+        for name, local in result.local[output].items():
+            index = result.indices[output][name].first
             assert local.share == pytest.approx(index.value, abs=0.03 + index.error)
-    force = found.local["P_max"]["F"]
+    force = result.local["P_max"]["F"]
     assert force.per_sd == pytest.approx(force.derivative / np.sqrt(3.0), rel=1e-3)
-    ends = [simulate(Parameters(F=each), t_end=20.0).contact_force.max for each in (79.99, 80.01)]
+    ends = [
+        simulate(Parameters(F=preload), t_end=20.0).contact_force.max for preload in (79.99, 80.01)
+    ]
     assert force.derivative == pytest.approx((ends[1] - ends[0]) / 0.02, rel=1e-3)
-    data = found.to_dict()["local"]["y_half_range"]["mu"]
+    data = result.to_dict()["local"]["y_half_range"]["mu"]
     assert set(data) == {"derivative", "per_sd", "share"}
     started = uncertainty(vary={"y0": "uniform:-1:0"}, samples=64, outputs=("P_max",), t_end=1.0)
     assert started.local == {}
 
 
 def test_samples_are_members_that_follow_the_distributions() -> None:
-    found = uncertainty(vary={"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, samples=1024,
+    result = uncertainty(vary={"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, samples=1024,
                         outputs=("critical_mu", "P_max"), t_end=1.0)  # fmt: skip
-    assert found.samples("F").std() == pytest.approx(8.0, rel=0.02)
-    critical, mu, force = (found.samples(name) for name in ("critical_mu", "mu", "F"))
-    share = found.probabilities["unstable"].value
+    assert result.samples("F").std() == pytest.approx(8.0, rel=0.02)
+    critical, mu, force = (result.samples(name) for name in ("critical_mu", "mu", "F"))
+    share = result.probabilities["unstable"].value
     assert share == pytest.approx(np.mean(mu > critical))
     at = stability(Parameters(F=float(force[5]))).critical_mu[0].mu
     assert critical[5] == pytest.approx(at, rel=1e-12)
-    assert found.quantiles["P_max"]["0.5"].value == pytest.approx(
-        np.median(found.samples("P_max")), rel=0.02
+    assert result.quantiles["P_max"]["0.5"].value == pytest.approx(
+        np.median(result.samples("P_max")), rel=0.02
     )
-    assert set(found.indices) == {"unstable", "growth_rate", "critical_mu", "P_max"}
+    assert set(result.indices) == {"unstable", "growth_rate", "critical_mu", "P_max"}
 
 
 def test_correlated_inputs_have_no_sobol_indices() -> None:
-    given = {"vary": {"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, "samples": 256}
+    settings = {"vary": {"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, "samples": 256}
     pair = {("mu", "F"): -0.5}
-    found = uncertainty(**given, correlations=pair, outputs=())  # type: ignore[arg-type]
-    assert found.indices == {}
-    assert np.corrcoef(found.samples("mu"), found.samples("F"))[0, 1] < -0.4
+    result = uncertainty(**settings, correlations=pair, outputs=())  # type: ignore[arg-type]
+    assert result.indices == {}
+    assert np.corrcoef(result.samples("mu"), result.samples("F"))[0, 1] < -0.4
     with pytest.raises(InputError, match="must be independent, but mu and F are correlated"):
-        uncertainty(**given, correlations=pair, indices=True)  # type: ignore[arg-type]
+        uncertainty(**settings, correlations=pair, indices=True)  # type: ignore[arg-type]
 
 
 def test_a_table_of_a_scene_correlates(tmp_path: Path) -> None:
@@ -241,25 +245,25 @@ def test_a_table_of_a_scene_correlates(tmp_path: Path) -> None:
     assert scene.correlation == (("mu", "F", -0.4),)
     study = scattered_study(scene, parse_inputs(VARY), samples=64)
     assert study.design.size == 64
-    said = command_of("uncertainty", study)
-    assert said.arguments[:4] == ["--vary", VARY[0], "--vary", VARY[1]]
+    command = command_of("uncertainty", study)
+    assert command.arguments[:4] == ["--vary", VARY[0], "--vary", VARY[1]]
     for wrong in ({"mu": 1.0}, {"mu": {"G": 0.1}}, {"mu": {"mu": 0.1}}, {"mu": {"F": 2.0}}):
         with pytest.raises(InputError, match="correlat"):
             scene_from_dict({"fivtui_scene": 1, "correlation": wrong}, name="scene")
 
 
-def test_truncation_is_told() -> None:
+def test_truncation_is_reported() -> None:
     study = scattered_study(BASE, parse_inputs(["mu~normal:0.1:0.1", "F~normal:80:8"]))
-    (words,) = truncations(study)
-    assert words.startswith("mu~normal:0.1:0.1: truncated to 0 to 100, which leaves out 0.16")
+    (message,) = truncations(study)
+    assert message.startswith("mu~normal:0.1:0.1: truncated to 0 to 100, which leaves out 0.16")
 
 
-def counting(engine: Engine, seen: list[int], stop_after: int = 10**9) -> Engine:
+def counting(engine: Engine, sizes: list[int], stop_after: int = 10**9) -> Engine:
     def counted(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         for piece, rows in engine(study, pieces):
-            if len(seen) == stop_after:
+            if len(sizes) == stop_after:
                 raise Cancelled
-            seen.append(piece.stop - piece.first)
+            sizes.append(piece.stop - piece.first)
             yield piece, rows
 
     return counted
@@ -267,43 +271,43 @@ def counting(engine: Engine, seen: list[int], stop_after: int = 10**9) -> Engine
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_a_stopped_study_continues_to_the_same_bytes(suffix: str, tmp_path: Path) -> None:
-    whole, stopped = tmp_path / f"whole{suffix}", tmp_path / f"stopped{suffix}"
+    complete, stopped = tmp_path / f"whole{suffix}", tmp_path / f"stopped{suffix}"
     study, engine = study_of(), local_engine(1)
-    expected = compute_uncertainty(study, engine, file=MembersFile(whole, 100))
+    expected = compute_uncertainty(study, engine, file=MembersFile(complete, 100))
     with pytest.raises(Cancelled):
         compute_uncertainty(study, counting(engine, [], 4), file=MembersFile(stopped, 100))
-    seen: list[int] = []
-    found = compute_uncertainty(study, counting(engine, seen), file=MembersFile(stopped, 100))
-    assert sum(seen) == study.members - 400
-    assert stopped.read_bytes() == whole.read_bytes()
-    assert found.to_dict() == expected.to_dict() == compute_uncertainty(study, engine).to_dict()
-    assert kind_of(whole) == "uncertainty"
-    assert load_study("uncertainty", whole).to_dict() == expected.to_dict()
+    sizes: list[int] = []
+    result = compute_uncertainty(study, counting(engine, sizes), file=MembersFile(stopped, 100))
+    assert sum(sizes) == study.members - 400
+    assert stopped.read_bytes() == complete.read_bytes()
+    assert result.to_dict() == expected.to_dict() == compute_uncertainty(study, engine).to_dict()
+    assert kind_of(complete) == "uncertainty"
+    assert load_study("uncertainty", complete).to_dict() == expected.to_dict()
 
 
 def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
     file, engine = MembersFile(tmp_path / "rows.csv", 1000), local_engine(1)
-    seen: list[int] = []
-    told: list[str] = []
+    sizes: list[int] = []
+    messages: list[str] = []
     study = study_of(64)
-    found = compute_uncertainty(
-        study, counting(engine, seen), until=0.012, file=file,
-        on_estimates=lambda _members, words: told.append(words),
+    result = compute_uncertainty(
+        study, counting(engine, sizes), until=0.012, file=file,
+        on_estimates=lambda _members, message: messages.append(message),
     )  # fmt: skip
     assert (
-        found.error
+        result.error
         <= 0.012
-        < compute_uncertainty(study_of(found.scatter.samples // 2), engine).error
+        < compute_uncertainty(study_of(result.scatter.samples // 2), engine).error
     )
-    assert told[-1].startswith("P(unstable) = 0.59")
-    # Every member is computed once, but for pieces that the number of samples before had not whole.
-    assert sum(seen) <= found.study.members + 1000 * 8
-    assert found.to_dict() == compute_uncertainty(found.study, engine).to_dict()
-    # What is there already is not computed again, and a smaller error continues from it.
+    assert messages[-1].startswith("P(unstable) = 0.59")
+    # Members are computed once, except pieces that were incomplete at the previous sample count.
+    assert sum(sizes) <= result.study.members + 1000 * 8
+    assert result.to_dict() == compute_uncertainty(result.study, engine).to_dict()
+    # Existing members are not computed again; a smaller target error continues from them.
     again: list[int] = []
     assert (
         compute_uncertainty(study, counting(engine, again), until=0.012, file=file).error
-        == found.error
+        == result.error
     )
     assert again == []
     better = compute_uncertainty(study, counting(engine, again), until=0.006, file=file)
@@ -326,8 +330,8 @@ def test_progress_says_the_present_estimate(capsys: pytest.CaptureFixture[str]) 
         progress._shown = -1e9
         progress.show_estimates(2000, "P(unstable) = 0.5 ± 0.01")
         assert progress(0.25)
-    told = capsys.readouterr().err
-    assert told == "fivtui: P(unstable) = 0.5 ± 0.01; 500 of 2000 members (25.0%)\n"
+    messages = capsys.readouterr().err
+    assert messages == "fivtui: P(unstable) = 0.5 ± 0.01; 500 of 2000 members (25.0%)\n"
 
 
 def test_hypercubes_are_not_added_to() -> None:
@@ -361,29 +365,29 @@ def test_a_scene_keeps_its_table_of_correlations() -> None:
 def test_an_index_above_1_is_marked_wherever_it_is_shown(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    found = uncertainty(vary={"mu": "uniform:0:1"}, samples=128, outputs=("critical_mu",))
-    index = found.indices["unstable"]["mu"]
+    result = uncertainty(vary={"mu": "uniform:0:1"}, samples=128, outputs=("critical_mu",))
+    index = result.indices["unstable"]["mu"]
     assert index.first.value > 1.005
     remark = "(above 1: sampling error)"
-    print_uncertainty(found)
+    print_uncertainty(result)
     assert remark in capsys.readouterr().out
-    assert index_remark(found) == ", indices above 1: sampling error"
-    assert index_remark(replace(found, indices={})) == ""
-    titles = [axes.get_title() for axes in found.figure().subfigs[1].axes]
+    assert index_remark(result) == ", indices above 1: sampling error"
+    assert index_remark(replace(result, indices={})) == ""
+    titles = [axes.get_title() for axes in result.figure().subfigs[1].axes]
     assert "beyond 0 to 1: sampling error" in titles[0]
     total = with_remark(f"{index.total.value:.2f}")
-    assert ("drives unstable", f"mu {total}") in found._summary()
+    assert ("drives unstable", f"mu {total}") in result._summary()
     # The critical μ does not vary with μ.
-    assert "critical_mu" not in found.indices
-    assert found.unresolved == {}
+    assert "critical_mu" not in result.indices
+    assert result.unresolved == {}
 
 
-def test_what_few_samples_make_up_has_no_indices_and_a_warning() -> None:
-    found = uncertainty(vary={"mu": "uniform:0.2:0.441"}, samples=1024, outputs=("critical_mu",))
-    assert 0.0 < found.unresolved["unstable"] < 30.0
-    assert found.to_dict()["unresolved"] == found.unresolved
-    assert "unstable" not in found.indices
-    said = warning_of(found)
-    assert said is not None
-    assert said.endswith("make up the variance of unstable: there are no Sobol indices of it")
-    assert warning_of(replace(found, unresolved={})) is None
+def test_outputs_of_few_samples_have_a_warning_instead_of_indices() -> None:
+    result = uncertainty(vary={"mu": "uniform:0.2:0.441"}, samples=1024, outputs=("critical_mu",))
+    assert 0.0 < result.unresolved["unstable"] < 30.0
+    assert result.to_dict()["unresolved"] == result.unresolved
+    assert "unstable" not in result.indices
+    warning = warning_of(result)
+    assert warning is not None
+    assert warning.endswith("make up the variance of unstable: there are no Sobol indices of it")
+    assert warning_of(replace(result, unresolved={})) is None

@@ -12,15 +12,15 @@ from fivtui.safety.table import safe_mus
 
 @pytest.mark.parametrize("p", [Parameters(), Parameters(F=62.0, c1=0.5, k2=70.0)], ids=str)
 def test_derivatives_at_a_fold_are_those_of_differences(p: Parameters) -> None:
-    found = safe_mu_derivatives(System(p))
-    assert found is not None
+    derivatives = safe_mu_derivatives(System(p))
+    assert derivatives is not None
     for name in ("m", "k1", "k2", "k3", "c1", "F"):
         value = getattr(p, name)
         ends = value * np.array([1.0 - 1e-3, 1.0 + 1e-3])
         low, high = safe_mus(p, {name: ends}, np.ones(2, dtype=bool)).tolist()
-        assert found[name] == pytest.approx((high - low) / (2e-3 * value), rel=1e-4)
+        assert derivatives[name] == pytest.approx((high - low) / (2e-3 * value), rel=1e-4)
     # Only k_nl F² matters.
-    assert found["k_nl"] == pytest.approx(found["F"] * p.F / (2.0 * p.k_nl), rel=1e-5)
+    assert derivatives["k_nl"] == pytest.approx(derivatives["F"] * p.F / (2.0 * p.k_nl), rel=1e-5)
 
 
 def test_where_the_hopf_point_is_supercritical_they_are_those_of_the_critical_one() -> None:

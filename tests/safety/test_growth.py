@@ -6,7 +6,7 @@ from fivtui import ComputationError, Parameters, safe_friction, simulate
 from fivtui.safety.growth import least_mu_of_growth
 from fivtui.safety.phrases import basis_rows, safety_words
 
-# A linear contact spring, whose motions once were said to follow limit cycles.
+# Regression: motions with this linear contact spring were reported as limit cycles.
 SCATTERED = Parameters(
     m=6.315485202075405,
     k1=77.2186022588098,

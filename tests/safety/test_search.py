@@ -1,4 +1,4 @@
-"""The global search: its starts, what becomes of motions, and its limit of work."""
+"""The global search: its starts, how it classifies motions, and its limit of work."""
 
 import numpy as np
 import pytest
@@ -32,15 +32,15 @@ def test_starts_are_around_the_equilibrium_in_all_directions() -> None:
     assert size.max() > 10.0 * np.median(size) > 100.0 * np.sort(size)[5]
 
 
-def test_motions_that_persist_are_told_from_those_that_die_out() -> None:
+def test_persistent_and_decaying_motions_are_distinguished() -> None:
     p = Parameters(F=120.0)
     result = ended(Round(System(p), 0.32, 32))
     assert result.died_out + len(result.settled) + result.undecided == result.starts
     levels = {motion.mu for motion in result.settled}
     assert levels == {mu for mu in result.levels if mu > 0.278}
-    last = result.settled[-1]
-    late = simulate(p.with_values({"mu": last.mu}), start=last.state, t_end=50.0)
-    assert late.steady.y_half_range == pytest.approx(last.half_range, rel=1e-3)
+    settled_end = result.settled[-1]
+    late = simulate(p.with_values({"mu": settled_end.mu}), start=settled_end.state, t_end=50.0)
+    assert late.steady.y_half_range == pytest.approx(settled_end.half_range, rel=1e-3)
 
 
 def test_motions_that_persist_come_with_the_steadiest_amplitude_first() -> None:
@@ -51,7 +51,7 @@ def test_motions_that_persist_come_with_the_steadiest_amplitude_first() -> None:
     steadiest, *rest = (motion for motion in motions.persisting(32) if motion.mu == top)
     assert len(rest) > 3
     assert [motion for motion in motions.persisting(1) if motion.mu == top] == [steadiest]
-    # The steadiest is the nearest to the cycle, which all reach.
+    # All motions reach the cycle; the steadiest is nearest to it.
     while motions.advance():
         pass
     cycle = motions.persisting(1)[-1].half_range

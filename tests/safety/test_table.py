@@ -27,16 +27,16 @@ def at(p: Parameters, table: SafeTable | None = None, **varied: list[float]) -> 
 
 
 def test_safe_friction_is_the_least_fold_or_the_hopf_point() -> None:
-    found = at(BASE, F=list(FACTS))
-    for mu, (force, fact) in zip(found.tolist(), FACTS.items(), strict=True):
+    safe_mu = at(BASE, F=list(FACTS))
+    for mu, (force, fact) in zip(safe_mu.tolist(), FACTS.items(), strict=True):
         p = Parameters(F=force)
         expected = critical_mu(System(p))[0].mu if fact is None else fact
         assert mu == pytest.approx(expected, abs=2e-9)
-    assert found[0] == pytest.approx(safe_friction(BASE).safe_mu, rel=1e-9)
+    assert safe_mu[0] == pytest.approx(safe_friction(BASE).safe_mu, rel=1e-9)
 
 
 def test_units_do_not_matter() -> None:
-    # Mass by 0.1, lengths by 1e-3, times by 1e-2.
+    # Scale mass by 0.1, lengths by 1e-3 and times by 1e-2.
     scaled = Parameters(m=0.5, k1=1e5, k2=5e4, k3=6e4, c1=3.2, c2=3.2, F=80.0, k_nl=1e11)
     assert at(scaled, mu=[0.1])[0] == pytest.approx(FACTS[80.0], abs=2e-9)
 
@@ -44,7 +44,7 @@ def test_units_do_not_matter() -> None:
 def test_without_preload_coupling_or_cycles_there_is_none() -> None:
     assert np.isnan(at(BASE, F=[-5.0, 0.0])).all()
     assert np.isnan(at(BASE, k3=[0.0])).all()
-    # A critical μ of 84, twice which is out of range.
+    # The critical μ is 84; twice this value is out of range.
     weak = Parameters(k3=0.3)
     assert 0.1 < at(weak, mu=[0.1])[0] < critical_mu(System(weak))[0].mu
     linear = at(Parameters(k_nl=0.0), mu=[0.1])[0]
@@ -85,7 +85,7 @@ WIDE: Final = {
     ],
     ids=["one group", "two groups", "folds and Hopf points", "kinks", "five groups"],
 )
-def test_a_table_has_the_error_that_it_says(
+def test_a_table_has_the_error_that_it_reports(
     ranges: dict[str, tuple[float, float]], size: int, error: float
 ) -> None:
     table = table_of(ranges, max(size, 1))
@@ -97,7 +97,7 @@ def test_a_table_has_the_error_that_it_says(
     missed = np.abs(fitted - exact)
     assert np.nanquantile(missed, 0.75) <= table.usual_error + 1e-13
     assert np.nanmax(missed) < max(error, 2.0 * table.error)
-    # A value does not depend on those beside it, and the table survives a file.
+    # A value does not depend on the other points; saving and loading keeps the table.
     alone = {name: values[-1:] for name, values in columns.items()}
     np.testing.assert_array_equal(at(BASE, table, **alone), fitted[-1:])
     assert from_data(json.loads(json.dumps(to_data(table))), SafeTable) == table

@@ -16,7 +16,7 @@ from fivtui.safety.verdict import SafeFriction
 
 @pytest.fixture
 def few_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A search of a quarter of the starts, which is quicker."""
+    """A faster search with a quarter of the starts."""
     monkeypatch.setattr(search, "STARTS", 32)
 
 
@@ -32,10 +32,10 @@ def test_the_verdict_on_the_base_set_is_the_fold_of_its_branch(base: SafeFrictio
     assert safety_words(base) == (
         "stable to small disturbances below μ = 0.4394; to all disturbances found below μ = 0.2779"
     )
-    scouts, last = base.basis.rounds
-    assert scouts.died_out == scouts.starts < 0.2 * last.starts
-    assert last.died_out == last.starts > 1000
-    assert 0.95 * 0.277876613 < last.levels[-1] < 0.277876613
+    scouts, last_round = base.basis.rounds
+    assert scouts.died_out == scouts.starts < 0.2 * last_round.starts
+    assert last_round.died_out == last_round.starts > 1000
+    assert 0.95 * 0.277876613 < last_round.levels[-1] < 0.277876613
     assert not base.basis.budget_ended
     assert "fold 0.2779" in repr(base)
     json.dumps(base.to_dict(), allow_nan=False)
@@ -63,34 +63,34 @@ def test_motion_from_within_the_proved_offset_decays(base: SafeFriction) -> None
 
 @pytest.mark.usefixtures("few_starts")
 def test_a_cycle_that_is_not_on_the_branch_from_the_hopf_point_is_found() -> None:
-    found = safe_friction(Parameters(F=5.0))
-    fold, other = found.others
-    assert found.found_by == fold.found_by == "global search"
-    assert found.safe_mu == fold.mu
-    assert other.found_by == "continuation"
-    assert fold.mu < 0.75 * other.mu
-    assert_confirmed(found)
+    verdict = safe_friction(Parameters(F=5.0))
+    fold, other_motion = verdict.others
+    assert verdict.found_by == fold.found_by == "global search"
+    assert verdict.safe_mu == fold.mu
+    assert other_motion.found_by == "continuation"
+    assert fold.mu < 0.75 * other_motion.mu
+    assert_confirmed(verdict)
 
 
 @pytest.mark.usefixtures("few_starts")
 def test_a_slider_off_the_belt_squeals_though_no_friction_is_critical() -> None:
-    found = safe_friction(Parameters(F=-20.0, mu=0.2))
-    assert found.critical_mu is None
-    assert "stable to small disturbances at every μ; to all" in safety_words(found)
-    assert_confirmed(found)
+    verdict = safe_friction(Parameters(F=-20.0, mu=0.2))
+    assert verdict.critical_mu is None
+    assert "stable to small disturbances at every μ; to all" in safety_words(verdict)
+    assert_confirmed(verdict)
 
 
 @pytest.mark.usefixtures("few_starts")
 def test_where_the_hopf_point_is_supercritical_both_are_the_same() -> None:
-    found = safe_friction(Parameters(F=40.0))
-    assert found.safe_mu == found.critical_mu
-    assert found.found_by == "eigenvalues"
-    assert safety_words(found).endswith("to all disturbances found as well")
+    verdict = safe_friction(Parameters(F=40.0))
+    assert verdict.safe_mu == verdict.critical_mu
+    assert verdict.found_by == "eigenvalues"
+    assert safety_words(verdict).endswith("to all disturbances found as well")
 
 
 @pytest.mark.usefixtures("few_starts")
 @pytest.mark.parametrize(
-    ("values", "separation", "safe", "said"),
+    ("values", "separation", "safe", "message"),
     [
         ({"k_nl": 0.0}, False, 1.0181, "the system is linear"),
         ({"c1": 0.0, "c2": 0.0}, True, None, "without damping none dies out"),
@@ -100,34 +100,34 @@ def test_where_the_hopf_point_is_supercritical_both_are_the_same() -> None:
         ({"k3": 0.0}, True, None, "to all disturbances found up to μ = 2 as well"),
     ],
 )
-def test_edges_of_the_model_are_said(
-    values: dict[str, float], separation: bool, safe: float | None, said: str
+def test_edge_cases_of_the_model_have_a_message(
+    values: dict[str, float], separation: bool, safe: float | None, message: str
 ) -> None:
-    found = safe_friction(Parameters(mu=0.2).with_values(values), separation=separation)
-    assert found.safe_mu == (None if safe is None else pytest.approx(safe, abs=1e-4))
-    assert said in safety_words(found)
-    assert (found.unknown_above == 0.0) == ("not known" in said or found.undamped)
-    assert found.to_dict()["safe_mu_not_known_above"] == found.unknown_above
-    assert "proof" in repr(found)
-    json.dumps(found.to_dict(), allow_nan=False)
+    verdict = safe_friction(Parameters(mu=0.2).with_values(values), separation=separation)
+    assert verdict.safe_mu == (None if safe is None else pytest.approx(safe, abs=1e-4))
+    assert message in safety_words(verdict)
+    assert (verdict.unknown_above == 0.0) == ("not known" in message or verdict.undamped)
+    assert verdict.to_dict()["safe_mu_not_known_above"] == verdict.unknown_above
+    assert "proof" in repr(verdict)
+    json.dumps(verdict.to_dict(), allow_nan=False)
 
 
 @pytest.mark.usefixtures("few_starts")
 def test_without_the_separation_the_folds_of_case_2_are_found() -> None:
-    found = safe_friction(Parameters(F=20.0), separation=False)
-    assert found.safe_mu == pytest.approx(0.27780057, abs=1e-7)
+    verdict = safe_friction(Parameters(F=20.0), separation=False)
+    assert verdict.safe_mu == pytest.approx(0.27780057, abs=1e-7)
 
 
 def test_of_a_linear_system_every_decay_is_proved() -> None:
-    found = safe_friction(Parameters(k_nl=0.0, mu=0.5), separation=False)
-    assert found.basis.proved_offset == math.inf
-    assert found.to_dict()["safe_mu_basis"]["proof"]["everywhere"] is True
+    verdict = safe_friction(Parameters(k_nl=0.0, mu=0.5), separation=False)
+    assert verdict.basis.proved_offset == math.inf
+    assert verdict.to_dict()["safe_mu_basis"]["proof"]["everywhere"] is True
 
 
 def test_the_verdict_is_the_same_again_and_is_cancelled(base: SafeFriction) -> None:
     first, second = base.to_dict(), safe_friction(base.parameters).to_dict()
-    for one in (first, second):
-        assert one["safe_mu_basis"].pop("cpu_s") > 0.0
+    for result in (first, second):
+        assert result["safe_mu_basis"].pop("cpu_s") > 0.0
     assert first == second
     for after in (0, 3):
         with pytest.raises(Cancelled):
@@ -139,25 +139,25 @@ def stopping(after: int) -> Callable[[float], bool]:
     return lambda _fraction: next(calls) < after
 
 
-def assert_confirmed(found: SafeFriction) -> None:
-    """Above the least μ of each cycle a knock stays, below it the same dies out."""
-    for one in found.others:
-        if one.cycle is None:
-            assert one.kind != "limit cycle"
+def assert_confirmed(verdict: SafeFriction) -> None:
+    """Assert that a knock persists above the least μ of each cycle and decays below it."""
+    for motion in verdict.others:
+        if motion.cycle is None:
+            assert motion.kind != "limit cycle"
             continue
         sizes = [
             simulate(
-                found.parameters.with_values({"mu": one.mu * (1.0 + change)}),
-                separation=found.separation,
-                start=one.cycle.start,
+                verdict.parameters.with_values({"mu": motion.mu * (1.0 + change)}),
+                separation=verdict.separation,
+                start=motion.cycle.start,
                 t_end=4000.0,
                 tol=1e-8,
             ).steady.y_half_range
             for change in (2e-3, -2e-3)
         ]
-        assert sizes[0] > 0.5 * one.cycle.half_range
-        if one.mu == found.safe_mu:
-            assert sizes[1] < 0.25 * one.cycle.half_range
+        assert sizes[0] > 0.5 * motion.cycle.half_range
+        if motion.mu == verdict.safe_mu:
+            assert sizes[1] < 0.25 * motion.cycle.half_range
 
 
 def drawn(count: int, seed: int) -> Iterator[Parameters]:
@@ -170,12 +170,12 @@ def drawn(count: int, seed: int) -> Iterator[Parameters]:
 
 
 def confirmed(sets: Iterator[Parameters]) -> int:
-    """How many parameter sets have another attractor, after transients confirmed each verdict."""
+    """Count the parameter sets with a further attractor; transients confirm each verdict."""
     count = 0
     for p in sets:
-        found = safe_friction(p)
-        assert_confirmed(found)
-        count += any(one.kind == "limit cycle" for one in found.others)
+        verdict = safe_friction(p)
+        assert_confirmed(verdict)
+        count += any(motion.kind == "limit cycle" for motion in verdict.others)
     return count
 
 

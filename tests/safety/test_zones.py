@@ -1,4 +1,4 @@
-"""Zones over one parameter, against eigenvalues and safe friction at points of their own."""
+"""Zones over one parameter, against eigenvalues and safe friction at independent points."""
 
 import math
 from dataclasses import replace
@@ -28,30 +28,30 @@ def least(p: Parameters, separation: bool = True) -> float:
 
 
 def test_over_friction_the_bounds_are_safe_and_critical_friction() -> None:
-    found = safety_zones(System(F_120), "mu", 0.0, 1.5)
-    assert found.zones == (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS)
+    zones = safety_zones(System(F_120), "mu", 0.0, 1.5)
+    assert zones.zones == (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS)
     (critical,) = critical_mu(System(F_120))
-    assert found.bounds == (0.0, least(F_120), critical.mu, 1.5)
+    assert zones.bounds == (0.0, least(F_120), critical.mu, 1.5)
 
 
 @pytest.mark.parametrize(("name", "high"), [("F", 150.0), ("k1", 150.0), ("c1", 0.5)])
-def test_every_zone_is_what_its_middle_says(name: str, high: float) -> None:
+def test_every_zone_agrees_with_the_verdict_at_its_middle(name: str, high: float) -> None:
     p = Parameters(mu=0.35)
-    found = safety_zones(System(p), name, 0.0, high)
-    for place, zone in enumerate(found.zones):
-        middle = 0.5 * (found.bounds[place] + found.bounds[place + 1])
-        there = p.with_values({name: middle})
-        assert found.at(middle) is zone
-        if not stability(there).stable:
+    zones = safety_zones(System(p), name, 0.0, high)
+    for index, zone in enumerate(zones.zones):
+        middle = 0.5 * (zones.bounds[index] + zones.bounds[index + 1])
+        changed = p.with_values({name: middle})
+        assert zones.at(middle) is zone
+        if not stability(changed).stable:
             assert zone is Zone.SQUEALS
         else:
-            assert zone is (Zone.KNOCK if p.mu >= least(there) else Zone.SAFE)
+            assert zone is (Zone.KNOCK if p.mu >= least(changed) else Zone.SAFE)
 
 
 def test_bounds_of_another_parameter_are_where_stability_is_lost() -> None:
-    found = linear_zones(System(F_120), "F", 0.0, 150.0)
-    assert found.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
-    for bound in found.bounds[1:-1]:
+    zones = linear_zones(System(F_120), "F", 0.0, 150.0)
+    assert zones.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
+    for bound in zones.bounds[1:-1]:
         (critical,) = critical_mu(System(F_120.with_values({"F": bound})))
         assert critical.mu == pytest.approx(F_120.mu, rel=1e-3)
 
@@ -61,44 +61,44 @@ def test_a_narrow_zone_between_the_values_is_found() -> None:
     def critical(preload: float) -> float:
         return critical_mu(System(Parameters(F=preload)))[0].mu
 
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         critical, bounds=(20.0, 100.0), method="bounded", options={"xatol": 1e-9}
     )
-    p, worst = Parameters(mu=found.fun * (1.0 + 2e-6)), float(found.x)
-    # It lies half way between two values that are looked at first.
+    p, worst = Parameters(mu=minimum.fun * (1.0 + 2e-6)), float(minimum.x)
+    # The zone lies half way between two values of the initial scan.
     low, high = worst - 10.5, worst + 117.5
     zones = linear_zones(System(p), "F", low, high)
     assert zones.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
     assert zones.at(worst) is Zone.SQUEALS
     width = zones.bounds[2] - zones.bounds[1]
     assert 0.0 < width < 0.5
-    assert linear_zones(System(p.with_values({"mu": found.fun * 0.999})), "F", low, high).zones == (
-        Zone.SMALL,
-    )
+    assert linear_zones(
+        System(p.with_values({"mu": minimum.fun * 0.999})), "F", low, high
+    ).zones == (Zone.SMALL,)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_narrow_zone_of_knocks_between_the_values_is_found(
     monkeypatch: pytest.MonkeyPatch, sign: float
 ) -> None:
-    # Stands for cycles whose least μ has an extremum in the range.
+    # The stub imitates cycles whose least μ has an extremum in the range.
     p, at = Parameters(mu=0.2), 71.3
-    asked: list[float] = []
+    calls: list[float] = []
 
     def around(_p: Parameters, columns: dict[str, np.ndarray], _separation: object) -> np.ndarray:
         (preload,) = columns["F"]
-        asked.append(preload)
+        calls.append(preload)
         return np.array([p.mu + sign * (1e-5 * (preload - at) ** 2 - 1e-6)])
 
     monkeypatch.setattr("fivtui.safety.zones.safe_mus", around)
     zones = safety_zones(System(p), "F", 50.0, 98.0)
-    others, inside = (Zone.SAFE, Zone.KNOCK) if sign > 0.0 else (Zone.KNOCK, Zone.SAFE)
-    assert zones.zones == (others, inside, others)
+    outside, inside = (Zone.SAFE, Zone.KNOCK) if sign > 0.0 else (Zone.KNOCK, Zone.SAFE)
+    assert zones.zones == (outside, inside, outside)
     assert zones.bounds[1:3] == pytest.approx((at - 0.316, at + 0.316), abs=0.01)
-    assert len(asked) < 80
+    assert len(calls) < 80
 
 
-def test_what_is_not_searched_is_not_called_safe() -> None:
+def test_zones_without_a_search_are_not_called_safe() -> None:
     undamped = Parameters(c1=0.0, c2=0.0)
     assert safety_zones(System(undamped), "mu", 0.0, 1.5).zones == (Zone.SMALL, Zone.SQUEALS)
     assert safety_zones(System(Parameters(k3=0.0)), "mu", 0.0, 1.5).zones == (Zone.SMALL,)
@@ -113,26 +113,26 @@ def test_what_is_not_searched_is_not_called_safe() -> None:
 
 def test_a_linear_system_is_safe_where_it_is_stable() -> None:
     linear = Parameters(k_nl=0.0)
-    found = safety_zones(System(linear, separation=False), "mu", 0.0, 1.5)
-    assert found.zones == (Zone.SAFE, Zone.SQUEALS)
-    assert found == linear_zones(System(linear, separation=False), "mu", 0.0, 1.5)
+    zones = safety_zones(System(linear, separation=False), "mu", 0.0, 1.5)
+    assert zones.zones == (Zone.SAFE, Zone.SQUEALS)
+    assert zones == linear_zones(System(linear, separation=False), "mu", 0.0, 1.5)
 
 
 def test_a_verdict_has_its_zones() -> None:
     verdict = safe_friction(F_120)
-    found, known = searched_zones(verdict, 0.0, 1.5), safety_zones(System(F_120), "mu", 0.0, 1.5)
-    assert found.zones == known.zones
-    assert found.bounds == pytest.approx(known.bounds, rel=1e-12)
+    zones, expected = searched_zones(verdict, 0.0, 1.5), safety_zones(System(F_120), "mu", 0.0, 1.5)
+    assert zones.zones == expected.zones
+    assert zones.bounds == pytest.approx(expected.bounds, rel=1e-12)
     uncoupled = safe_friction(Parameters(k3=0.0))
     assert isinstance(uncoupled, SafeFriction)
-    found = searched_zones(uncoupled, 0.0, 2.0 * uncoupled.searched_to)
-    assert found.zones == (Zone.SAFE, Zone.SMALL)
-    assert found.bounds[1] == uncoupled.searched_to
+    zones = searched_zones(uncoupled, 0.0, 2.0 * uncoupled.searched_to)
+    assert zones.zones == (Zone.SAFE, Zone.SMALL)
+    assert zones.bounds[1] == uncoupled.searched_to
 
 
 def test_values_outside_the_range_have_no_zone() -> None:
-    found = Zones("mu", (0.0, 1.0, 2.0), (Zone.SAFE, Zone.SQUEALS))
-    assert [found.at(value) for value in (-0.1, 0.0, 1.0, 2.0, 2.1)] == [
+    zones = Zones("mu", (0.0, 1.0, 2.0), (Zone.SAFE, Zone.SQUEALS))
+    assert [zones.at(value) for value in (-0.1, 0.0, 1.0, 2.0, 2.1)] == [
         None,
         Zone.SAFE,
         Zone.SQUEALS,
@@ -151,7 +151,7 @@ def test_ranges_and_names_are_checked_and_work_is_stopped() -> None:
     assert math.isfinite(least(F_120))
 
 
-def test_what_a_verdict_does_not_know_is_not_safe() -> None:
+def test_zones_without_a_verdict_are_not_safe() -> None:
     verdict = safe_friction(F_120)
     (cycle,) = verdict.others
     unknown = replace(verdict, safe_mu=None, unknown_above=0.1)

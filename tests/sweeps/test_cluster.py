@@ -40,8 +40,8 @@ SIZE = 10
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    with loopback_cluster(tmp_path_factory.mktemp("dask")) as found:
-        yield found
+    with loopback_cluster(tmp_path_factory.mktemp("dask")) as address:
+        yield address
 
 
 def test_scattered_members_are_those_of_this_machine(cluster: Cluster, tmp_path: Path) -> None:
@@ -51,19 +51,19 @@ def test_scattered_members_are_those_of_this_machine(cluster: Cluster, tmp_path:
         repeats=2,
     )
     study = Study(scatter, Parameters(), t_end=2.0, outputs=("stable", "safe_mu", "P_max"))
-    here, there = tmp_path / "here.csv", tmp_path / "there.csv"
-    sweep_to_file(study, here, local_engine(1), size=SIZE)
+    local_file, cluster_file = tmp_path / "here.csv", tmp_path / "there.csv"
+    sweep_to_file(study, local_file, local_engine(1), size=SIZE)
     with cluster_engine(cluster.address) as engine:
-        sweep_to_file(study, there, engine, size=SIZE)
-    assert there.read_bytes() == here.read_bytes()
+        sweep_to_file(study, cluster_file, engine, size=SIZE)
+    assert cluster_file.read_bytes() == local_file.read_bytes()
 
 
 def test_the_file_is_that_of_this_machine_though_a_worker_dies(
     cluster: Cluster, tmp_path: Path
 ) -> None:
-    here, there = tmp_path / "here.csv", tmp_path / "there.csv"
-    done = sweep_to_file(STUDY, here, local_engine(1), size=SIZE)
-    assert done.failed
+    local_file, cluster_file = tmp_path / "here.csv", tmp_path / "there.csv"
+    summary = sweep_to_file(STUDY, local_file, local_engine(1), size=SIZE)
+    assert summary.failed
     fractions: list[float] = []
 
     def progress(fraction: float) -> bool:
@@ -73,14 +73,14 @@ def test_the_file_is_that_of_this_machine_though_a_worker_dies(
         return True
 
     with cluster_engine(cluster.address) as engine:
-        assert sweep_to_file(STUDY, there, engine, size=SIZE, progress=progress) == done
+        assert sweep_to_file(STUDY, cluster_file, engine, size=SIZE, progress=progress) == summary
     assert len(fractions) == 21
-    assert there.read_bytes() == here.read_bytes()
+    assert cluster_file.read_bytes() == local_file.read_bytes()
 
 
 def test_the_command_computes_on_the_cluster(cluster: Cluster, tmp_path: Path) -> None:
     args = ["--vary=F=20:80:4", "--t-end=5", "--out=out.csv", "--piece=1"]
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "fivtui", "sweep", *args, f"--scheduler={cluster.address}"],
         cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
@@ -88,16 +88,16 @@ def test_the_command_computes_on_the_cluster(cluster: Cluster, tmp_path: Path) -
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == f"wrote out.csv in {tmp_path}: 4 members\n"
+    assert process.returncode == 0, process.stderr
+    assert process.stderr == f"wrote out.csv in {tmp_path}: 4 members\n"
     assert (tmp_path / "out.csv").is_file()
 
 
 def test_workers_of_other_versions_are_refused(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    own = versions()
-    monkeypatch.setattr(cluster_module, "versions", lambda: own | {"numpy": "1.0"})
+    own_versions = versions()
+    monkeypatch.setattr(cluster_module, "versions", lambda: own_versions | {"numpy": "1.0"})
     with (
         cluster_engine(cluster.address) as engine,
         pytest.raises(ComputationError, match=r"a worker has numpy \S+, not 1.0 as here"),
@@ -108,8 +108,10 @@ def test_workers_of_other_versions_are_refused(
 def test_workers_whose_rows_have_other_bits_are_refused(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    own, out = arithmetic_of(STUDY), tmp_path / "out.csv"
-    monkeypatch.setattr(cluster_module, "arithmetic_of", lambda _: own | {"kernel": "interpreted"})
+    digest, out = arithmetic_of(STUDY), tmp_path / "out.csv"
+    monkeypatch.setattr(
+        cluster_module, "arithmetic_of", lambda _: digest | {"kernel": "interpreted"}
+    )
     with (
         cluster_engine(cluster.address) as engine,
         pytest.raises(
@@ -121,7 +123,7 @@ def test_workers_whose_rows_have_other_bits_are_refused(
 
 
 def test_a_worker_without_the_program_says_so_and_lives_on(tmp_path: Path) -> None:
-    # Hides the installed one.
+    # This file hides the installed package.
     text = "raise ModuleNotFoundError(\"No module named 'fivtui'\")\n"
     (tmp_path / "fivtui.py").write_text(text, encoding="utf-8")
     with (
@@ -134,7 +136,7 @@ def test_a_worker_without_the_program_says_so_and_lives_on(tmp_path: Path) -> No
         assert all(worker.poll() is None for worker in bare.workers)
 
 
-def test_no_scheduler_and_no_workers_are_said(
+def test_a_missing_scheduler_or_missing_workers_are_reported(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(cluster_module, "_CONNECT_S", 0.2)
@@ -170,8 +172,8 @@ def test_a_lost_scheduler_loses_nothing(tmp_path: Path, capfd: pytest.CaptureFix
         ):
             sweep_to_file(STUDY, out, engine, size=SIZE, progress=progress)
     assert "Traceback" not in capfd.readouterr().err
-    kept = sweep_to_file(STUDY, out, local_engine(1), size=SIZE).stored_before
-    assert kept >= 2 * SIZE
+    pieces = sweep_to_file(STUDY, out, local_engine(1), size=SIZE).stored_before
+    assert pieces >= 2 * SIZE
 
 
 class FakeClient:

@@ -18,8 +18,8 @@ BASE = PRESETS["base"]
 SHORT = dataclasses.replace(BASE.with_values({"F": 70.0}), t_end=5.0)
 
 
-def study(*texts: str, kind: str = "product", **more: object) -> Study:
-    design = parse_design(texts, kind, **more)  # type: ignore[arg-type]
+def study(*texts: str, kind: str = "product", **settings: object) -> Study:
+    design = parse_design(texts, kind, **settings)  # type: ignore[arg-type]
     return study_of(SHORT, design, cases=(True, False), outputs=("y_abs", "separations", "stable"))
 
 
@@ -60,8 +60,8 @@ def test_a_study_is_read_as_it_was_written(design: Study) -> None:
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_the_errors_of_a_sweep_are_read_again(suffix: str, tmp_path: Path) -> None:
-    asked = dataclasses.replace(study("F=20,30"), accuracy=(("peak", 1e-4),))
-    result = sweep_in_memory(asked, local_engine(1))
+    with_errors = dataclasses.replace(study("F=20,30"), accuracy=(("peak", 1e-4),))
+    result = sweep_in_memory(with_errors, local_engine(1))
     path = tmp_path / f"sweep{suffix}"
     save_sweep(result, path)
     again = read_sweep(path)
@@ -70,7 +70,7 @@ def test_the_errors_of_a_sweep_are_read_again(suffix: str, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
-def test_what_is_stored_of_a_sweep_under_way_is_read_and_left_alone(
+def test_pieces_of_a_running_sweep_are_read_and_not_changed(
     suffix: str, swept: Sweep, tmp_path: Path
 ) -> None:
     path = tmp_path / f"out{suffix}"

@@ -1,4 +1,4 @@
-"""No file of a sweep ever has rows of two: pieces, manifests, finished files and machines."""
+"""A file never mixes rows of two sweeps: pieces, manifests, finished files and machines."""
 
 import dataclasses
 import errno
@@ -47,11 +47,11 @@ def _with_pyarrow() -> None:
     pytest.importorskip("pyarrow")
 
 
-def run(out: Path, study: Study = STUDY, **more: Any) -> WriteSummary:
-    return sweep_to_file(study, out, local_engine(1), **{"size": 3, **more})
+def run(out: Path, study: Study = STUDY, **options: Any) -> WriteSummary:
+    return sweep_to_file(study, out, local_engine(1), **{"size": 3, **options})
 
 
-def begun(out: Path, study: Study = STUDY, **more: Any) -> Path:
+def begun(out: Path, study: Study = STUDY, **options: Any) -> Path:
     fractions: list[float] = []
 
     def progress(fraction: float) -> bool:
@@ -59,7 +59,7 @@ def begun(out: Path, study: Study = STUDY, **more: Any) -> Path:
         return len(fractions) < 4
 
     with pytest.raises(Cancelled):
-        run(out, study, progress=progress, **more)
+        run(out, study, progress=progress, **options)
     parts = out.with_name(f"{out.name}.parts")
     assert len(list(parts.glob("0*"))) >= 3
     return parts
@@ -69,9 +69,9 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def refused(out: Path, said: str, study: Study = STUDY) -> None:
+def refused(out: Path, message: str, study: Study = STUDY) -> None:
     before = contents(out.parent)
-    with pytest.raises(InputError, match=said) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         run(out, study, size=None)
     assert "\n" not in str(caught.value)
     after = contents(out.parent)
@@ -80,13 +80,13 @@ def refused(out: Path, said: str, study: Study = STUDY) -> None:
 
 @pytest.fixture(scope="module")
 def right(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], bytes]:
-    found = {}
+    contents = {}
     for suffix in (".csv", ".parquet"):
         for name, study in (("lighter", STUDY), ("heavier", HEAVIER)):
             out = tmp_path_factory.mktemp("right") / f"out{suffix}"
             run(out, study)
-            found[suffix, name] = out.read_bytes()
-    return found
+            contents[suffix, name] = out.read_bytes()
+    return contents
 
 
 def test_the_command_refuses_pieces_without_a_manifest(
@@ -100,9 +100,9 @@ def test_the_command_refuses_pieces_without_a_manifest(
             "--output=y_abs", "--output=separations", "--output=stable", "--piece=3",
             "--out=out.csv"]  # fmt: skip
     assert command(args) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("fivtui: out.csv.parts: has pieces but no manifest.json")
-    assert said.count("\n") == 1
+    message = capsys.readouterr().err
+    assert message.startswith("fivtui: out.csv.parts: has pieces but no manifest.json")
+    assert message.count("\n") == 1
     assert contents(tmp_path) == before
     assert command([*args, "--force"]) == 0
     written = read_sweep(tmp_path / "out.csv")
@@ -131,10 +131,10 @@ def test_a_piece_under_the_name_of_another_one_is_computed_again(
     suffix: str, right: dict[tuple[str, str], bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    first, second, *others = sorted(begun(out).glob(f"0*{suffix}"))
+    first, second, *remaining = sorted(begun(out).glob(f"0*{suffix}"))
     second.rename(second.with_name(second.name[:9] + first.name[9:]))
     first.rename(first.with_name(first.name[:9] + ".1" + first.name[11:]))
-    assert run(out).stored_before == 3 * len(others)
+    assert run(out).stored_before == 3 * len(remaining)
     assert out.read_bytes() == right[suffix, "lighter"]
 
 
@@ -147,7 +147,7 @@ def cut_the_end(content: bytes) -> bytes:
 
 
 def cut_a_piece_out(content: bytes) -> bytes:
-    # In CSV a whole row, in Parquet as many bytes of a column.
+    # The damage is a full row in CSV, as many bytes of a column in Parquet.
     start = content.rindex(b"\n", 0, -20) if content.startswith(b"#") else 100
     stop = content.index(b"\n", start + 1) if content.startswith(b"#") else 120
     return content[:start] + content[stop:]
@@ -178,17 +178,17 @@ def test_a_damaged_file_is_never_called_complete(
     tmp_path: Path,
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    whole = right[suffix, "lighter"]
-    out.write_bytes(damage(whole))
-    assert out.read_bytes() != whole
+    complete = right[suffix, "lighter"]
+    out.write_bytes(damage(complete))
+    assert out.read_bytes() != complete
     refused(out, r"exists already, and is .*damaged.*forc")
     assert run(output_path(out, force=True)) == WriteSummary(MEMBERS, 0, 0)
-    assert out.read_bytes() == whole
+    assert out.read_bytes() == complete
     assert run(out) == WriteSummary(MEMBERS, None, MEMBERS)
 
 
 def elsewhere(monkeypatch: pytest.MonkeyPatch, changed: dict[str, Any]) -> None:
-    # What this machine would find out about itself were it another one.
+    # The digest that another machine would have.
     def other(study: Study) -> dict[str, Any]:
         return arithmetic_of(study) | changed
 
@@ -222,9 +222,9 @@ def test_a_finished_file_says_its_arithmetic_and_is_complete_anywhere(
 ) -> None:
     out = tmp_path / f"out{suffix}"
     out.write_bytes(right[suffix, "lighter"])
-    said = sweep_format(out).provenance(out)
-    assert said is not None
-    assert said["arithmetic"] == arithmetic_of(STUDY)
+    provenance = sweep_format(out).provenance(out)
+    assert provenance is not None
+    assert provenance["arithmetic"] == arithmetic_of(STUDY)
     elsewhere(monkeypatch, OTHER["interpreted"])
     assert run(out).failed is None
     assert out.read_bytes() == right[suffix, "lighter"]
@@ -271,37 +271,37 @@ def test_a_complete_file_leaves_the_pieces_of_another_sweep(
 
 
 @SUFFIXES
-def test_rows_that_were_read_keep_what_their_file_says(
+def test_rows_from_a_file_keep_its_provenance(
     suffix: str,
     right: dict[tuple[str, str], bytes],
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
     elsewhere(monkeypatch, OTHER["last bits"])
-    there = tmp_path / "there.csv"
-    run(there)
+    moved_file = tmp_path / "there.csv"
+    run(moved_file)
     monkeypatch.undo()
     again = tmp_path / f"again{suffix}"
-    save_sweep(read_sweep(there), again)
-    said = sweep_format(again).provenance(again)
-    assert said is not None
-    assert said["arithmetic"]["transients"] == "0" * 32
+    save_sweep(read_sweep(moved_file), again)
+    provenance = sweep_format(again).provenance(again)
+    assert provenance is not None
+    assert provenance["arithmetic"]["transients"] == "0" * 32
     assert run(again).failed is None
-    here = tmp_path / "here.csv"
-    here.write_bytes(right[".csv", "lighter"])
-    save_sweep(read_sweep(here), tmp_path / f"here-again{suffix}")
+    local_file = tmp_path / "here.csv"
+    local_file.write_bytes(right[".csv", "lighter"])
+    save_sweep(read_sweep(local_file), tmp_path / f"here-again{suffix}")
     assert (tmp_path / f"here-again{suffix}").read_bytes() == right[suffix, "lighter"]
 
 
-def test_what_cannot_be_read_is_said(
+def test_unreadable_files_are_reported(
     right: dict[tuple[str, str], bytes], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     out, read = tmp_path / "out.csv", Path.open
 
-    def broken(path: Path, mode: str = "r", **more: Any) -> Any:
+    def broken(path: Path, mode: str = "r", **options: Any) -> Any:
         if path == out:
             raise OSError(errno.EIO, os.strerror(errno.EIO))
-        return read(path, mode, **more)
+        return read(path, mode, **options)
 
     out.write_bytes(right[".csv", "lighter"])
     monkeypatch.setattr(Path, "open", broken)
@@ -330,27 +330,27 @@ def test_a_piece_that_lacks_rows_is_not_stored(tmp_path: Path) -> None:
 def test_one_last_bit_of_one_trial_member_tells_machines_apart(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    here = arithmetic_of(STUDY)
+    local_digest = arithmetic_of(STUDY)
     arithmetic_module._digest.cache_clear()
-    assert arithmetic_of(STUDY) == here
+    assert arithmetic_of(STUDY) == local_digest
     arithmetic_module._digest.cache_clear()
 
-    def other(study: Study, first: int, last: int) -> Rows:
-        rows = compute_rows(study, first, last)
+    def other(study: Study, first: int, end: int) -> Rows:
+        rows = compute_rows(study, first, end)
         name = "y_abs" if "y_abs" in rows.numbers else "growth_rate"
         rows.numbers[name][-1] = np.nextafter(rows.numbers[name][-1], np.inf)
         return rows
 
     monkeypatch.setattr(arithmetic_module, "compute_rows", other)
-    there = arithmetic_of(STUDY)
+    changed_digest = arithmetic_of(STUDY)
     arithmetic_module._digest.cache_clear()
-    assert there["transients"] != here["transients"]
-    assert there["stability"] != here["stability"]
-    assert "last bits" in arithmetic_difference(there, here)
-    assert arithmetic_difference(here, here) == ""
+    assert changed_digest["transients"] != local_digest["transients"]
+    assert changed_digest["stability"] != local_digest["stability"]
+    assert "last bits" in arithmetic_difference(changed_digest, local_digest)
+    assert arithmetic_difference(local_digest, local_digest) == ""
 
 
-def test_what_is_not_computed_is_not_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_arithmetic_covers_computed_outputs_only(monkeypatch: pytest.MonkeyPatch) -> None:
     static = dataclasses.replace(STUDY, outputs=("stable",))
     assert set(arithmetic_of(static)) == {"stability"}
     moving = dataclasses.replace(STUDY, outputs=("x_end",))

@@ -14,7 +14,7 @@ def test_pieces_are_all_members_in_order_and_only_the_last_may_be_short(
     members: int, size: int
 ) -> None:
     pieces = [piece_of(number, members, size) for number in range(piece_count(members, size))]
-    assert [place for piece in pieces for place in range(piece.first, piece.stop)] == list(
+    assert [index for piece in pieces for index in range(piece.first, piece.stop)] == list(
         range(members)
     )
     assert [piece.number for piece in pieces] == list(range(len(pieces)))

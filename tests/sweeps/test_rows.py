@@ -27,8 +27,8 @@ from fivtui.sweeps.study import DEFAULT_OUTPUTS, OUTPUTS, Study
 from fivtui.transient.request import Request
 
 
-def values(design: Design, first: int, last: int) -> list[tuple[float, ...]]:
-    columns = design.columns(np.arange(first, last))
+def values(design: Design, first: int, end: int) -> list[tuple[float, ...]]:
+    columns = design.columns(np.arange(first, end))
     return list(zip(*(column.tolist() for column in columns.values()), strict=True))
 
 
@@ -47,10 +47,10 @@ def test_a_list_has_values_side_by_side() -> None:
 def test_a_range_has_its_ends_exactly_and_even_spacing(
     start: float, stop: float, count: int, log: bool
 ) -> None:
-    found = Range(start, stop, count, log).at(np.arange(count))
-    assert (found[0], found[-1]) == (start, stop)
+    values = Range(start, stop, count, log).at(np.arange(count))
+    assert (values[0], values[-1]) == (start, stop)
     expected = np.geomspace(start, stop, count) if log else np.linspace(start, stop, count)
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    np.testing.assert_allclose(values, expected, rtol=1e-9)
 
 
 DESIGNS = (
@@ -63,8 +63,8 @@ DESIGNS = (
 
 @given(st.sampled_from(DESIGNS), st.integers(0, 90), st.integers(1, 91))
 def test_a_member_depends_on_its_index_alone(design: Design, first: int, size: int) -> None:
-    last = min(first + size, 91)
-    assert values(design, first, last) == values(design, 0, 91)[first:last]
+    end = min(first + size, 91)
+    assert values(design, first, end) == values(design, 0, 91)[first:end]
 
 
 @pytest.mark.parametrize("size", [1, 3, 9])
@@ -76,12 +76,12 @@ def test_sobol_points_are_those_of_scipy(size: int) -> None:
 
 
 def test_random_points_are_uniform_and_follow_the_seed() -> None:
-    first, same, other = (
+    first, repeated, different = (
         Design({"F": Range(0.0, 1.0), "mu": Range(0.0, 1.0)}, "random", 4096, seed)
         for seed in (1, 1, 2)
     )
     points = np.array(values(first, 0, 4096))
-    assert values(first, 0, 9) == values(same, 0, 9) != values(other, 0, 9)
+    assert values(first, 0, 9) == values(repeated, 0, 9) != values(different, 0, 9)
     cells = np.floor(points * 8.0) @ np.array([8.0, 1.0])
     counts = np.bincount(cells.astype(int), minlength=64)
     # Chi-square of 63 degrees of freedom: 110 is its 99.98 % quantile.
@@ -100,7 +100,7 @@ def test_a_billion_members_cost_nothing_until_they_are_computed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("axes", "more", "said"),
+    ("axes", "settings", "message"),
     [
         ({}, {}, "nothing varies"),
         ({"knl": (1.0,)}, {}, "did you mean k_nl"),
@@ -120,13 +120,13 @@ def test_a_billion_members_cost_nothing_until_they_are_computed() -> None:
         ({name: Range(1.0, 2.0, 10**7) for name in ("F", "k1", "k2")}, {}, "members"),
     ],
 )
-def test_a_wrong_design_is_refused(axes: Any, more: Any, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        Design(axes, **more)
+def test_a_wrong_design_is_refused(axes: Any, settings: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Design(axes, **settings)
 
 
 @pytest.mark.parametrize(
-    ("start", "stop", "count", "log", "said"),
+    ("start", "stop", "count", "log", "message"),
     [
         (np.nan, 1.0, 2, False, "finite"),
         (0.0, np.inf, 2, False, "finite"),
@@ -136,9 +136,9 @@ def test_a_wrong_design_is_refused(axes: Any, more: Any, said: str) -> None:
     ],
 )
 def test_a_wrong_range_is_refused(
-    start: float, stop: float, count: int, log: bool, said: str
+    start: float, stop: float, count: int, log: bool, message: str
 ) -> None:
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         Range(start, stop, count, log)
 
 
@@ -155,7 +155,7 @@ def test_a_design_has_at_most_as_many_members_as_indices_have_room_for() -> None
 
 
 @pytest.mark.parametrize(
-    ("more", "said"),
+    ("settings", "message"),
     [
         ({"cases": ()}, "True, False, or both"),
         ({"cases": (True, True)}, "True, False, or both"),
@@ -169,9 +169,9 @@ def test_a_design_has_at_most_as_many_members_as_indices_have_room_for() -> None
         ({"accuracy": (("peak", 0.0),)}, "must be above 0 and at most 1"),
     ],
 )
-def test_a_wrong_study_is_refused(more: Any, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        Study(Design({"F": (1.0,)}), Parameters(), **more)
+def test_a_wrong_study_is_refused(settings: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Study(Design({"F": (1.0,)}), Parameters(), **settings)
 
 
 def single(result: Any, name: str) -> Any:
@@ -222,39 +222,45 @@ def test_a_component_of_the_start_replaces_that_of_the_scene() -> None:
         assert rows[0][2:4] == pytest.approx([exact.x, exact.y], rel=1e-12)
 
 
-def test_errors_asked_for_are_met_and_told_member_by_member() -> None:
-    asked = {"final": 1e-5, "peak": 1e-6, "half_range": 1e-6}
+def test_requested_errors_are_met_and_reported_for_each_member() -> None:
+    tolerances = {"final": 1e-5, "peak": 1e-6, "half_range": 1e-6}
     vary = {"F": (20.0, 80.0), "c1": (0.0, 0.32)}
-    result = sweep(vary=vary, separation="both", t_end=200.0, accuracy=asked, outputs=["y_abs"])
+    result = sweep(
+        vary=vary, separation="both", t_end=200.0, accuracy=tolerances, outputs=["y_abs"]
+    )
     assert result.columns[3:-2] == ["y_abs", "final_error", "peak_error", "half_range_error"]
     assert result.table.failed == 0
     for row in result.rows:
         named = dict(zip(result.columns, row, strict=True))
         p = Parameters(F=named["F"], c1=named["c1"])
         truth = simulate(p, t_end=200.0, tol=1e-13, separation=named["separation"])
-        assert named["y_abs"] == pytest.approx(truth.peak.y_abs, rel=asked["peak"])
-        for name, error in asked.items():
+        assert named["y_abs"] == pytest.approx(truth.peak.y_abs, rel=tolerances["peak"])
+        for name, error in tolerances.items():
             assert 0.0 <= named[f"{name}_error"] <= error
 
 
 def test_the_errors_of_a_member_are_those_of_its_own_verified_run() -> None:
-    asked = {"final": 1e-5, "peak": 1e-5, "half_range": 1e-5}
-    result = sweep(vary={"mu": [0.5, 0.7, 0.9]}, t_end=40.0, accuracy=asked, outputs=["y_abs"])
+    tolerances = {"final": 1e-5, "peak": 1e-5, "half_range": 1e-5}
+    result = sweep(vary={"mu": [0.5, 0.7, 0.9]}, t_end=40.0, accuracy=tolerances, outputs=["y_abs"])
     for row in result.rows:
         named = dict(zip(result.columns, row, strict=True))
-        own = simulate_to(asked, Request(System(Parameters(mu=named["mu"])), t_end=40.0)).estimate
-        for name in asked:
-            assert named[f"{name}_error"] == pytest.approx(own.of(name), rel=1e-3, abs=1e-14)
+        member_errors = simulate_to(
+            tolerances, Request(System(Parameters(mu=named["mu"])), t_end=40.0)
+        ).estimate
+        for name in tolerances:
+            assert named[f"{name}_error"] == pytest.approx(
+                member_errors.of(name), rel=1e-3, abs=1e-14
+            )
 
 
 def test_members_are_refined_until_their_errors_are_met(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes: list[tuple[float, int]] = []
 
-    def seen(parameters: Any, **more: Any) -> Any:
-        # Shorter runs tell when two of them part.
-        if more["t_end"] == 1000.0:
-            sizes.append((more["tol"], len(parameters["F"])))
-        return simulate_batch(parameters, **more)
+    def seen(parameters: Any, **options: Any) -> Any:
+        # Shorter runs only serve to find when two runs diverge.
+        if options["t_end"] == 1000.0:
+            sizes.append((options["tol"], len(parameters["F"])))
+        return simulate_batch(parameters, **options)
 
     monkeypatch.setattr(sweep_module, "simulate_batch", seen)
     vary = {"F": (20.0, 80.0, 120.0), "c1": (0.0,), "c2": (0.0,)}
@@ -270,7 +276,7 @@ def test_members_are_refined_until_their_errors_are_met(monkeypatch: pytest.Monk
     assert len(tols) > 2
 
 
-def test_a_member_whose_error_cannot_be_had_says_so() -> None:
+def test_a_member_without_an_error_estimate_gives_the_reason() -> None:
     vary = {"F": (80.0,), "c1": (0.0, 0.32)}
     base = Parameters(c2=0.0)
     result = sweep(base, vary=vary, t_end=300.0, accuracy={"final": 1e-12}, outputs=["y_abs"])
@@ -281,22 +287,24 @@ def test_a_member_whose_error_cannot_be_had_says_so() -> None:
 
 
 def test_a_member_whose_runs_part_is_refused_however_near_its_numbers_are() -> None:
-    asked, most = {"half_range": 1.0}, 1000.0
+    tolerances, limit = {"half_range": 1.0}, 1000.0
     vary = {"F": (20.0, 80.0), "c1": (0.0, 0.32)}
-    result = sweep(vary=vary, t_end=most, accuracy=asked, outputs=["y_half_range"])
+    result = sweep(vary=vary, t_end=limit, accuracy=tolerances, outputs=["y_half_range"])
     assert [row[-2] for row in result.rows] == ["done"] * 4
-    result = sweep(Parameters(c2=0.0), vary=vary, t_end=most, accuracy=asked, outputs=["y_abs"])
+    result = sweep(
+        Parameters(c2=0.0), vary=vary, t_end=limit, accuracy=tolerances, outputs=["y_abs"]
+    )
     for row in result.rows:
         p = Parameters(c2=0.0, F=row[0], c1=row[1])
         try:
-            simulate_to(asked, Request(System(p), t_end=most, kernel="compiled"))
+            simulate_to(tolerances, Request(System(p), t_end=limit, kernel="compiled"))
         except ComputationError as error:
-            found = re.search(r"part at t = ([\d.]+) s", error.why)
-            told = re.search(r"part between t = ([\d.]+) and ([\d.]+) s", row[-1])
-            assert found is not None
-            assert told is not None
-            # What the numbers at the ends of these parts show may be a part behind the switches.
-            assert float(told[1]) - 0.125 * most <= float(found[1]) <= float(told[2])
+            match = re.search(r"part at t = ([\d.]+) s", error.why)
+            row_match = re.search(r"part between t = ([\d.]+) and ([\d.]+) s", row[-1])
+            assert match is not None
+            assert row_match is not None
+            # The divergence shows at ends of parts, up to one part after the switches.
+            assert float(row_match[1]) - 0.125 * limit <= float(match[1]) <= float(row_match[2])
             assert row[-2] == "failed"
         else:
             assert row[-2] == "done"
@@ -307,12 +315,12 @@ def test_errors_do_not_depend_on_pieces() -> None:
     study = Study(
         DESIGNS[3], Parameters(), t_end=20.0, accuracy=(("peak", 1e-6),), outputs=("y_abs",)
     )
-    whole = compute_rows(study, 0, study.members)
+    complete = compute_rows(study, 0, study.members)
     middle = study.members // 3
     parts = concatenate(
         [compute_rows(study, *ends) for ends in ((0, middle), (middle, study.members))]
     )
-    for name, numbers in whole.numbers.items():
+    for name, numbers in complete.numbers.items():
         assert numbers.tobytes() == parts.numbers[name].tobytes(), name
     with pytest.raises(Cancelled):
         compute_rows(study, 0, 9, lambda fraction: fraction < 0.5)
@@ -325,8 +333,8 @@ def test_members_that_fail_are_rows_that_say_why() -> None:
     rows = sweep(
         UNBOUNDED, vary={"F": (20.0,)}, separation="both", t_end=1000.0, outputs=["y_abs"]
     ).rows
-    done, (*_, nothing, status, reason) = rows
-    assert done[2:] == [pytest.approx(4.3063932911, abs=1e-8), "done", ""]
+    computed, (*_, nothing, status, reason) = rows
+    assert computed[2:] == [pytest.approx(4.3063932911, abs=1e-8), "done", ""]
     assert (nothing, status) == (None, "failed")
     assert "grows beyond" in reason
     assert "t = 47" in reason
@@ -335,15 +343,15 @@ def test_members_that_fail_are_rows_that_say_why() -> None:
 def test_a_member_without_an_equilibrium_to_start_from_fails_alone() -> None:
     for vary in ({"F": (-1.0, 20.0)}, {"F": (-1.0, 20.0), "y0": (0.5,)}):
         result = sweep(Parameters(k3=0.0), vary=vary, t_end=1.0, outputs=["y_abs", "growth_rate"])
-        failed, done = result.rows
+        failed, computed = result.rows
         assert failed[-4:-1] == [None, None, "failed"]
         assert "equilibrium" in failed[-1]
-        assert done[-2] == "done"
+        assert computed[-2] == "done"
         assert result.table.failed == 1
 
 
-def test_what_is_not_asked_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_args: Any, **_more: Any) -> Any:
+def test_outputs_that_are_not_requested_are_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_args: Any, **_options: Any) -> Any:
         raise AssertionError("computed what nobody asked for")
 
     monkeypatch.setattr(sweep_module, "simulate_batch", refuse)
@@ -356,14 +364,14 @@ def test_what_is_not_asked_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) 
 
 def test_rows_do_not_depend_on_pieces_or_threads() -> None:
     study = Study(DESIGNS[3], Parameters(), cases=(True, False), t_end=5.0)
-    whole = compute_rows(study, 0, study.members)
+    complete = compute_rows(study, 0, study.members)
     parts = concatenate([compute_rows(study, *ends) for ends in ((0, 1), (1, 130), (130, 182))])
     threaded = sweep_in_memory(study, local_engine(3)).table
     for rows in (parts, threaded):
-        for name, numbers in whole.numbers.items():
+        for name, numbers in complete.numbers.items():
             assert numbers.tobytes() == rows.numbers[name].tobytes(), name
-        assert rows.reasons == whole.reasons
-        assert np.array_equal(rows.separation, whole.separation)
+        assert rows.reasons == complete.reasons
+        assert np.array_equal(rows.separation, complete.separation)
 
 
 def test_a_sweep_is_cancelled_by_its_progress() -> None:
@@ -376,7 +384,7 @@ def test_a_sweep_is_cancelled_by_its_progress() -> None:
         compute_rows(study, 0, 9, lambda _fraction: False)
 
 
-def test_what_does_not_fit_into_memory_is_refused() -> None:
+def test_sweeps_too_large_for_memory_are_refused() -> None:
     study = Study(Design({"F": Range(1.0, 2.0, 1_000_001)}), Parameters())
     with pytest.raises(InputError, match="--out"):
         check_in_memory(study)
@@ -428,38 +436,38 @@ def test_members_are_runs_of_the_fmu(method: str) -> None:
     outputs = ("y_abs", "vx_max", "P_max", "separations", "x_end", "vy_end", "stable")
     design = Design({"mu": (0.3, 0.9)})
     study = Study(design, Parameters(), (True, False), t_end=3.0, outputs=outputs, method=method)
-    found = sweep_in_memory(study, local_engine(2))
+    result = sweep_in_memory(study, local_engine(2))
     batch = sweep_in_memory(dataclasses.replace(study, method="taylor"), local_engine(2))
-    assert found.table.reasons == batch.table.reasons == ("",) * 4
+    assert result.table.reasons == batch.table.reasons == ("",) * 4
     for name in outputs:
-        numbers = found.table.numbers[name]
+        numbers = result.table.numbers[name]
         assert numbers == pytest.approx(batch.table.numbers[name], rel=1e-8), name
-    one = simulate(Parameters(mu=0.9), t_end=3.0, method=method, separation=False)
-    last = {name: values[-1] for name, values in found.table.numbers.items()}
-    assert (last["y_abs"], last["x_end"]) == (one.peak.y_abs, one.final.x)
-    assert (last["separations"], last["vy_end"]) == (0, one.final.vy)
+    run = simulate(Parameters(mu=0.9), t_end=3.0, method=method, separation=False)
+    final_values = {name: values[-1] for name, values in result.table.numbers.items()}
+    assert (final_values["y_abs"], final_values["x_end"]) == (run.peak.y_abs, run.final.x)
+    assert (final_values["separations"], final_values["vy_end"]) == (0, run.final.vy)
 
 
 def test_a_member_that_the_fmu_cannot_compute_has_the_reason() -> None:
-    found = sweep(
+    result = sweep(
         Parameters(F=-80.0), vary={"k3": [60.0, 0.0]}, t_end=0.5, method="fmu-native"
     ).table
-    assert found.reasons[0] == ""
-    assert "no equilibrium" in found.reasons[1]
-    assert np.isnan(found.numbers["y_abs"]).tolist() == [False, True]
+    assert result.reasons[0] == ""
+    assert "no equilibrium" in result.reasons[1]
+    assert np.isnan(result.numbers["y_abs"]).tolist() == [False, True]
 
 
 def test_a_sweep_through_the_fmu_is_kept_with_its_method(tmp_path: Path) -> None:
     out = tmp_path / "rows.csv"
-    words = ["sweep", "--vary", "F=70,80", "--t-end", "0.5", "--method", "fmu-native"]
-    assert run([*words, "--out", str(out)]) == 0
-    found = load_study("sweep", out)
-    assert found.study.method == "fmu-native"
-    assert command_of("sweep", found.study).scene["method"] == "fmu-native"
-    assert run([*words[:-1], "taylor", "--out", str(out)]) == 2
+    arguments = ["sweep", "--vary", "F=70,80", "--t-end", "0.5", "--method", "fmu-native"]
+    assert run([*arguments, "--out", str(out)]) == 0
+    study_read = load_study("sweep", out)
+    assert study_read.study.method == "fmu-native"
+    assert command_of("sweep", study_read.study).scene["method"] == "fmu-native"
+    assert run([*arguments[:-1], "taylor", "--out", str(out)]) == 2
 
 
-def test_what_takes_batches_is_not_for_the_fmu() -> None:
+def test_the_fmu_is_refused_where_batches_are_needed() -> None:
     design = Design({"F": (70.0, 80.0)})
     with pytest.raises(InputError, match="method = rk4: must be taylor, fmu, fmu-native"):
         Study(design, Parameters(), method="rk4")

@@ -1,4 +1,4 @@
-"""Rows of a sweep have the same bits whatever the processor and the mathematical library can do."""
+"""Rows of a sweep have the same bits with every processor and mathematical library."""
 
 import hashlib
 from pathlib import Path
@@ -22,20 +22,20 @@ SETS = 20_000
 
 def digests() -> str:
     """Digests of rows with all outputs, of growth rates, and of logarithmic spacings."""
-    found = []
+    digest_input = []
     for design in _DESIGNS:
         outputs = tuple(column.name for column in (*TRANSIENT, *STABILITY))
         study = Study(design, Parameters(), (True, False), t_end=10.0, outputs=outputs)
         rows = compute_rows(study, 0, study.members)
-        found += [values.tobytes() for values in rows.numbers.values()]
+        digest_input += [values.tobytes() for values in rows.numbers.values()]
     rng = np.random.default_rng(2)
     varied = {"F": rng.uniform(-50.0, 300.0, SETS), "mu": rng.uniform(0.0, 1.5, SETS)}
     varied["k_nl"] = rng.uniform(0.0, 500.0, SETS) * (rng.random(SETS) < 0.9)
-    # Equal, nearly equal and different dampings: with the first, modes coalesce.
+    # Dampings are equal, nearly equal or different; modes coalesce for equal ones.
     varied["c1"] = rng.choice([0.32, 0.32 * (1.0 + 1e-9), 0.8, 0.0], SETS)
-    found.append(judge_growths(Parameters(), varied, np.ones(SETS, dtype=bool))[0].tobytes())
-    found.append(log_spaced(0.3, 700.0, rng.random(SETS)).tobytes())
-    return " ".join(hashlib.sha256(content).hexdigest()[:16] for content in found)
+    digest_input.append(judge_growths(Parameters(), varied, np.ones(SETS, dtype=bool))[0].tobytes())
+    digest_input.append(log_spaced(0.3, 700.0, rng.random(SETS)).tobytes())
+    return " ".join(hashlib.sha256(content).hexdigest()[:16] for content in digest_input)
 
 
 def without_extensions() -> dict[str, str]:

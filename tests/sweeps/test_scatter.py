@@ -27,38 +27,38 @@ def all_of(scatter: Scatter) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("indices", [True, False])
 def test_any_part_of_a_design_is_that_of_the_whole(kind: str, indices: bool) -> None:
     scatter = Scatter(AXES, kind, count=8, repeats=3, indices=indices)  # type: ignore[arg-type]
-    whole = all_of(scatter)
+    complete = all_of(scatter)
     assert scatter.size == 8 * 3 * (4 if indices else 1)
-    for first, last in ((0, 1), (5, 17), (scatter.size - 1, scatter.size)):
-        part = scatter.columns(np.arange(first, last))
+    for first, end in ((0, 1), (5, 17), (scatter.size - 1, scatter.size)):
+        part = scatter.columns(np.arange(first, end))
         for name in AXES:
-            np.testing.assert_array_equal(part[name], whole[name][first:last])
+            np.testing.assert_array_equal(part[name], complete[name][first:end])
 
 
 def test_scramblings_are_those_of_scipy_by_their_seeds() -> None:
     scatter = Scatter(AXES, count=16, repeats=2, seed=7)
     assert scatter.seeds == [7, 8]
     parts = scatter.parts_of(all_of(scatter)["mu"])
-    for place, seed in enumerate(scatter.seeds):
+    for index, seed in enumerate(scatter.seeds):
         points = qmc.Sobol(4, scramble=True, bits=32, rng=seed).random(16)
-        np.testing.assert_allclose(parts[:, place, 0], points[:, 0], atol=2.0**-32)
-        np.testing.assert_allclose(parts[:, place, 1], points[:, 2], atol=2.0**-32)
+        np.testing.assert_allclose(parts[:, index, 0], points[:, 0], atol=2.0**-32)
+        np.testing.assert_allclose(parts[:, index, 1], points[:, 2], atol=2.0**-32)
 
 
 def test_mixed_members_take_one_value_of_the_other_point() -> None:
     scatter = Scatter(AXES, count=4, repeats=2)
-    for place, (name, values) in enumerate(all_of(scatter).items()):
+    for column, (name, values) in enumerate(all_of(scatter).items()):
         parts = scatter.parts_of(values)
-        for other in range(len(AXES)):
-            source = 1 if other == place else 0
-            np.testing.assert_array_equal(parts[:, :, 2 + other], parts[:, :, source], name)
+        for base_column in range(len(AXES)):
+            source = 1 if base_column == column else 0
+            np.testing.assert_array_equal(parts[:, :, 2 + base_column], parts[:, :, source], name)
 
 
 @pytest.mark.parametrize("count", [1, 2, 16])
 def test_fewer_sobol_points_are_the_beginning_of_more(count: int) -> None:
-    few, many = (Scatter(AXES, count=points) for points in (count, 64))
+    few, longer = (Scatter(AXES, count=points) for points in (count, 64))
     for name, values in all_of(few).items():
-        np.testing.assert_array_equal(values, all_of(many)[name][: few.size])
+        np.testing.assert_array_equal(values, all_of(longer)[name][: few.size])
 
 
 def test_a_hypercube_has_one_point_in_every_slice() -> None:
@@ -69,25 +69,25 @@ def test_a_hypercube_has_one_point_in_every_slice() -> None:
 
 def test_correlations_are_those_of_the_normal_scores_and_keep_the_distributions() -> None:
     scatter = Scatter(AXES, count=1024, indices=False, correlations=(("F", "mu", -0.6),))
-    found = all_of(scatter)
-    scores = [stats.norm.ppf(found["mu"]), (found["F"] - 80.0) / 8.0]
+    values = all_of(scatter)
+    scores = [stats.norm.ppf(values["mu"]), (values["F"] - 80.0) / 8.0]
     assert np.corrcoef(scores)[0, 1] == pytest.approx(-0.6, abs=2e-3)
-    assert np.quantile(found["mu"], 0.3) == pytest.approx(0.3, abs=2e-3)
-    assert found["F"].std() == pytest.approx(8.0, rel=5e-3)
+    assert np.quantile(values["mu"], 0.3) == pytest.approx(0.3, abs=2e-3)
+    assert values["F"].std() == pytest.approx(8.0, rel=5e-3)
 
 
 def test_values_are_within_the_bounds_of_the_parameter() -> None:
     axes = {"m": parse_distribution("normal:0:1"), "mu": parse_distribution("normal:0:1")}
     scatter = Scatter(axes, count=256)
     assert scatter.axes["mu"].cut == pytest.approx(0.5)
-    found = all_of(scatter)
-    assert found["m"].min() > 0.0
-    assert found["mu"].min() >= 0.0
-    Parameters(m=float(found["m"].min()))
+    values = all_of(scatter)
+    assert values["m"].min() > 0.0
+    assert values["mu"].min() >= 0.0
+    Parameters(m=float(values["m"].min()))
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "message"),
     [
         ({"correlations": (("F", "mu", 0.5),)}, "independent, but F and mu are correlated"),
         ({"indices": False, "correlations": (("F", "m", 0.5),)}, "unknown correlated name 'm'"),
@@ -103,10 +103,16 @@ def test_values_are_within_the_bounds_of_the_parameter() -> None:
         ({"axes": {"mu": parse_distribution("uniform:-2:-1")}}, "mu: .*must have values from 0"),
     ],
 )
-def test_what_is_no_design_is_refused(changes: dict[str, object], words: str) -> None:
-    given: dict[str, object] = {"axes": AXES, "kind": "sobol", "count": 8, "seed": 0, "repeats": 4}
-    with pytest.raises(InputError, match=words):
-        Scatter(**(given | changes))  # type: ignore[arg-type]
+def test_invalid_designs_are_refused(changes: dict[str, object], message: str) -> None:
+    arguments: dict[str, object] = {
+        "axes": AXES,
+        "kind": "sobol",
+        "count": 8,
+        "seed": 0,
+        "repeats": 4,
+    }
+    with pytest.raises(InputError, match=message):
+        Scatter(**(arguments | changes))  # type: ignore[arg-type]
 
 
 def test_impossible_correlations_are_refused() -> None:
@@ -116,9 +122,9 @@ def test_impossible_correlations_are_refused() -> None:
         Scatter(axes, count=8, indices=False, correlations=pairs)
 
 
-def test_a_study_says_its_design_and_is_read_from_that() -> None:
+def test_a_study_is_restored_from_its_plain_data() -> None:
     scatter = Scatter(AXES, "lhs", count=4, seed=3, repeats=2, indices=False,
                       correlations=(("mu", "F", 0.25),))  # fmt: skip
     study = Study(scatter, Parameters(), outputs=("critical_mu",))
-    for one in (study, replace(study, design=replace(scatter, indices=True, correlations=()))):
-        assert study_from_dict(json.loads(json.dumps(study_to_dict(one)))) == one
+    for variant in (study, replace(study, design=replace(scatter, indices=True, correlations=()))):
+        assert study_from_dict(json.loads(json.dumps(study_to_dict(variant)))) == variant

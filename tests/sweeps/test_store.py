@@ -1,4 +1,4 @@
-"""Sweeps in files: whatever stops them, they go on, and the file is the same."""
+"""Sweeps in files resume after any interruption and give the same file."""
 
 import dataclasses
 import errno
@@ -49,8 +49,8 @@ def _with_pyarrow() -> None:
     pytest.importorskip("pyarrow")
 
 
-def run(out: Path, study: Study = STUDY, **more: Any) -> WriteSummary:
-    return sweep_to_file(study, out, local_engine(2), **{"size": SIZE, **more})
+def run(out: Path, study: Study = STUDY, **options: Any) -> WriteSummary:
+    return sweep_to_file(study, out, local_engine(2), **{"size": SIZE, **options})
 
 
 def stop_after(count: int) -> Callable[[float], bool]:
@@ -68,8 +68,8 @@ def interrupted(out: Path, study: Study = STUDY, pieces: int = 4) -> Path:
 def test_a_piece_that_is_there_when_ctrl_c_comes_counts_as_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def save_and_stop(content: bytes, path: Path, **more: Any) -> None:
-        save_bytes(content, path, **more)
+    def save_and_stop(content: bytes, path: Path, **options: Any) -> None:
+        save_bytes(content, path, **options)
         if path.suffix == ".csv":
             raise KeyboardInterrupt
 
@@ -81,17 +81,17 @@ def test_a_piece_that_is_there_when_ctrl_c_comes_counts_as_kept(
 
 @pytest.fixture(scope="module")
 def right(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    found = {}
+    contents = {}
     for suffix in (".csv", ".parquet"):
         out = tmp_path_factory.mktemp("right") / f"out{suffix}"
         assert run(out) == WriteSummary(members=20, failed=5, stored_before=0)
         assert names(out.parent) == [out.name]
-        found[suffix] = out.read_bytes()
-    return found
+        contents[suffix] = out.read_bytes()
+    return contents
 
 
 @SUFFIXES
-def test_what_is_read_back_is_what_was_computed(
+def test_files_read_back_equal_the_computed_rows(
     suffix: str, right: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
@@ -103,16 +103,16 @@ def test_a_file_says_units_design_and_versions(right: dict[str, bytes], tmp_path
     import pyarrow.parquet as pq
 
     lines = right[".csv"].decode().splitlines()
-    said = dict(line[2:].split(": ", 1) for line in lines if line.startswith("# "))
+    comments = dict(line[2:].split(": ", 1) for line in lines if line.startswith("# "))
     out = tmp_path / "out.parquet"
     out.write_bytes(right[".parquet"])
     schema = pq.read_schema(out)
-    for header in (said, {key.decode(): value for key, value in schema.metadata.items()}):
+    for header in (comments, {key.decode(): value for key, value in schema.metadata.items()}):
         sweep = json.loads(header["sweep"])
         assert sweep["design"]["axes"][1] == ["mu", [0.1, 2.0]]
         assert sweep["parameters"]["k2"] == 186.0
         assert json.loads(header["versions"])["numpy"] == np.__version__
-    assert json.loads(said["units"])["y_abs"] == "m"
+    assert json.loads(comments["units"])["y_abs"] == "m"
     assert schema.field("y_abs").metadata[b"unit"] == b"m"
     assert [str(field.type) for field in schema] == [
         "double", "double", "bool", "double", "int64", "bool", "string", "string",
@@ -126,9 +126,9 @@ def test_a_stopped_sweep_goes_on_where_it_was(
     out = tmp_path / f"out{suffix}"
     interrupted(out, pieces=3)
     interrupted(out, pieces=2)
-    # The first progress report comes before any piece, and those under way are finished or lost.
-    done = run(out, size=None)
-    assert 3 * SIZE <= done.stored_before < 20
+    # Progress is reported before the first piece; running pieces are finished or lost.
+    summary = run(out, size=None)
+    assert 3 * SIZE <= summary.stored_before < 20
     assert out.read_bytes() == right[suffix]
     assert names(tmp_path) == [out.name]
     assert run(out) == WriteSummary(members=20, failed=None, stored_before=20)
@@ -165,18 +165,20 @@ def test_a_damaged_piece_is_computed_again(
     parts = interrupted(out)
     pieces = sorted(parts.glob(f"0*{suffix}"))
     damage(pieces[1])
-    done = run(out)
-    assert done.stored_before == SIZE * (len(pieces) - 1)
+    summary = run(out)
+    assert summary.stored_before == SIZE * (len(pieces) - 1)
     assert out.read_bytes() == right[suffix]
 
 
-def test_what_a_kill_left_half_written_is_removed(right: dict[str, bytes], tmp_path: Path) -> None:
+def test_partial_files_of_a_killed_process_are_removed(
+    right: dict[str, bytes], tmp_path: Path
+) -> None:
     out = tmp_path / "out.csv"
     parts = interrupted(out)
     (piece, *_) = parts.glob("0*.csv")
     (parts / ".fivtui-0123.tmp").write_bytes(b"half")
     (parts / "merged.csv").write_bytes(b"half")
-    # The same piece twice, and one of a number that there is not.
+    # A duplicate piece, and a piece with a number out of range.
     (parts / piece.name.replace(".0.", ".1.")).write_bytes(piece.read_bytes())
     (parts / f"999999999{piece.name[9:]}").write_bytes(piece.read_bytes())
     run(out)
@@ -215,13 +217,13 @@ OTHERS: dict[str, tuple[Study, str]] = {
 }
 
 
-@pytest.mark.parametrize("other", OTHERS)
-def test_another_sweep_is_refused_not_mixed(other: str, tmp_path: Path) -> None:
-    study, said = OTHERS[other]
+@pytest.mark.parametrize("change", OTHERS)
+def test_another_sweep_is_refused_not_mixed(change: str, tmp_path: Path) -> None:
+    study, message = OTHERS[change]
     out = tmp_path / "out.csv"
     parts = interrupted(out)
     before = {path.name: path.read_bytes() for path in parts.iterdir()}
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         run(out, study)
     assert {path.name: path.read_bytes() for path in parts.iterdir()} == before
     assert not out.exists()
@@ -268,7 +270,7 @@ def test_a_full_disk_is_a_clear_stop_and_nothing_is_lost(
     write, written = os.fsync, list[int]()
 
     def full(handle: int) -> None:
-        # The manifest and three pieces fit.
+        # The disk has room for the manifest and three pieces.
         if len(written) == 4:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         written.append(handle)
@@ -287,7 +289,7 @@ def test_a_full_disk_is_a_clear_stop_and_nothing_is_lost(
 def test_no_room_for_the_merged_file_keeps_the_pieces(
     right: dict[str, bytes], tmp_path: Path
 ) -> None:
-    # The limit of the operating system stands for the disk's: pieces fit, the whole does not.
+    # The system's limit of file sizes imitates a full disk: pieces fit, the complete file does not.
     out = tmp_path / "out.csv"
     with file_size_limit(1800), pytest.raises(ComputationError, match="20 of 20 members are kept"):
         run(out)
@@ -317,12 +319,12 @@ def test_a_file_that_appears_meanwhile_is_not_replaced(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "said"), [("out.txt", ".csv, .parquet"), ("none/out.csv", "no folder")]
+    ("name", "message"), [("out.txt", ".csv, .parquet"), ("none/out.csv", "no folder")]
 )
 def test_a_file_that_cannot_be_written_is_refused_at_once(
-    name: str, said: str, tmp_path: Path
+    name: str, message: str, tmp_path: Path
 ) -> None:
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         run(tmp_path / name)
     assert names(tmp_path) == []
 
@@ -355,8 +357,8 @@ def started(out: Path) -> Iterator[subprocess.Popen[bytes]]:
 def test_the_program_killed_at_random_times_leaves_the_same_file(
     tmp_path: Path, times: int
 ) -> None:
-    whole, out = tmp_path / "whole.parquet", tmp_path / "out.parquet"
-    with started(whole) as process:
+    complete, out = tmp_path / "whole.parquet", tmp_path / "out.parquet"
+    with started(complete) as process:
         assert process.wait() == 0
     chance, kills = random.Random(6), 0
     parts = tmp_path / "out.parquet.parts"
@@ -371,5 +373,5 @@ def test_the_program_killed_at_random_times_leaves_the_same_file(
     assert kills > 0
     with started(out) as process:
         assert process.wait() == 0
-    assert out.read_bytes() == whole.read_bytes()
+    assert out.read_bytes() == complete.read_bytes()
     assert names(tmp_path) == ["out.parquet", "whole.parquet"]

@@ -1,4 +1,4 @@
-"""Sweeps that earlier states began: they are continued, or refused with the reason."""
+"""Sweeps begun by earlier versions are continued, or refused with the reason."""
 
 import json
 import shutil
@@ -28,23 +28,23 @@ MEMBERS, KEPT = 12, 6
 
 
 def begun(kernel: str, folder: Path) -> tuple[Path, dict[str, Any]]:
-    """A copy of a sweep that was begun, and its manifest."""
+    """A copy of a partial sweep, and its manifest."""
     parts = shutil.copytree(STORED / f"sweep-{kernel}.csv.parts", folder / "sweep.csv.parts")
     return folder / "sweep.csv", json.loads((parts / "manifest.json").read_text())
 
 
-def go_on(out: Path, **more: Any) -> WriteSummary:
-    return sweep_to_file(STUDY, out, local_engine(1), **more)
+def go_on(out: Path, **options: Any) -> WriteSummary:
+    return sweep_to_file(STUDY, out, local_engine(1), **options)
 
 
-def refused(out: Path, said: str) -> None:
+def refused(out: Path, message: str) -> None:
     parts = out.with_name("sweep.csv.parts")
 
     def stored() -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in parts.iterdir() if path.name != "lock"}
 
     before = stored()
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         go_on(out)
     assert stored() == before
     assert not out.exists()
@@ -64,7 +64,7 @@ def test_pieces_of_a_kernel_compiled_by_numba_are_refused_and_can_be_read(
     refused(out, r'begun by other versions, .* \(versions\.numba: "0\.68\.1" there, none here\)')
     rows = read_sweep(tmp_path / "sweep.csv.parts").rows
     assert len(rows) == KEPT
-    # That the last bits differ is why.
+    # The reason is a difference in the last bits.
     exact = [line.split(",")[3] for line in right.decode().splitlines()[-MEMBERS:]]
     assert [repr(row[3]) for row in rows] != exact[:KEPT]
     assert [row[3] for row in rows] == pytest.approx(list(map(float, exact[:KEPT])), rel=1e-11)

@@ -28,10 +28,10 @@ def with_roots(*at: float, factor: float = 1.0) -> list[float]:
 def test_all_simple_roots_are_found_in_order(hundredths: list[int], outside: int) -> None:
     inside = sorted(number / 100.0 for number in hundredths)
     c = with_roots(*inside, *(2.0 + n for n in range(outside)), factor=-3.0)
-    found = list(roots(c))
-    assert len(found) == len(inside)
-    for root, expected in zip(found, inside, strict=True):
-        # The coefficients are rounded: a root is known to their noise over the slope there.
+    found_roots = list(roots(c))
+    assert len(found_roots) == len(inside)
+    for root, expected in zip(found_roots, inside, strict=True):
+        # Rounded coefficients move a root by their error over the slope at the root.
         noise = 1e-14 * sum(abs(a) * expected**n for n, a in enumerate(c))
         slope = abs(evaluate(derivative(c), expected))
         assert root == pytest.approx(expected, abs=1e-13 + noise / slope)
@@ -43,9 +43,9 @@ def test_signs_between_successive_roots_alternate(c: list[float]) -> None:
     cuts = [0.0, *roots(c), 1.0]
     noise = 1e-12 * sum(map(abs, c))
     sign = math.copysign(1.0, c[0])
-    for left, right in pairwise(cuts):
+    for start, end in pairwise(cuts):
         for part in (0.1, 0.5, 0.9):
-            value = evaluate(c, left + part * (right - left))
+            value = evaluate(c, start + part * (end - start))
             assert value * sign >= -noise
         sign = -sign
 
@@ -55,10 +55,10 @@ def test_signs_between_successive_roots_alternate(c: list[float]) -> None:
 def test_a_graze_is_two_roots_however_shallow(depth: float, at: float) -> None:
     # (t − at)² − depth, on a slope-free background of higher order.
     c = [at * at - depth, -2.0 * at, 1.0, 0.0, 0.0]
-    found = list(roots(c))
+    found_roots = list(roots(c))
     half = math.sqrt(depth)
     expected = [t for t in (at - half, at + half) if 0.0 < t <= 1.0]
-    assert found == pytest.approx(expected, abs=1e-15 / half + 1e-15)
+    assert found_roots == pytest.approx(expected, abs=1e-15 / half + 1e-15)
 
 
 @pytest.mark.parametrize("at", [0.25, 0.5, 0.7])
@@ -93,7 +93,7 @@ def test_extremes_bound_the_polynomial_and_are_attained(c: list[float]) -> None:
     noise = 1e-12 * sum(map(abs, c))
     assert least - noise <= min(values)
     assert max(values) <= greatest + noise
-    # The samples miss an extremum by at most half a spacing squared times the curvature.
+    # Sampling misses an extremum by at most half the squared spacing times the curvature.
     curvature = sum(n * (n - 1) * abs(a) for n, a in enumerate(c))
     assert min(values) - least <= curvature * (1.0 / 399.0) ** 2 + noise
     assert greatest - max(values) <= curvature * (1.0 / 399.0) ** 2 + noise
@@ -101,11 +101,11 @@ def test_extremes_bound_the_polynomial_and_are_attained(c: list[float]) -> None:
 
 @given(coefficients, st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_a_restricted_polynomial_has_the_same_values(
-    c: list[float], one: float, other: float, part: float
+    c: list[float], first_end: float, second_end: float, part: float
 ) -> None:
-    left, right = min(one, other), max(one, other)
-    value = evaluate(restricted(c, left, right), part)
-    expected = evaluate(c, left + part * (right - left))
+    start, end = min(first_end, second_end), max(first_end, second_end)
+    value = evaluate(restricted(c, start, end), part)
+    expected = evaluate(c, start + part * (end - start))
     assert value == pytest.approx(expected, abs=1e-10 * (1.0 + sum(map(abs, c))))
 
 

@@ -83,7 +83,7 @@ def test_segments_join_and_keep_to_their_mode(
         try:
             segment = stepper.advance()
         except ComputationError:
-            # Linear contact that is never left may grow without bound.
+            # Motion that never leaves a linear contact may grow without bound.
             assert not separation
             return
         assert segment.start == end
@@ -143,6 +143,6 @@ def test_the_order_is_the_multiple_of_four_that_the_tolerance_asks_for() -> None
     assert [order_for(tol, by_law=True) for tol in (1e-9, 1e-12, 1e-15)] == [16, 20, MAX_LAW_ORDER]
     for exponent in np.linspace(-20.0, -1.0, 400):
         order = order_for(10.0**exponent)
-        asked = min(max(-0.655 * math.log(10.0) * exponent, MIN_ORDER), MAX_ORDER)
+        expected_order = min(max(-0.655 * math.log(10.0) * exponent, MIN_ORDER), MAX_ORDER)
         assert order % 4 == 0
-        assert asked - 1e-9 <= order < asked + 4.0
+        assert expected_order - 1e-9 <= order < expected_order + 4.0

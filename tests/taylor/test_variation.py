@@ -30,7 +30,7 @@ def test_changes_of_the_coefficients_are_their_differences(
 
 
 def test_a_deviation_passes_a_switch_of_any_field() -> None:
-    # A state that moves with constant rates before and after the plane where n·z = 1 + q.
+    # The state has constant rates before and after the plane n·z = 1 + q.
     rng = np.random.default_rng(1)
     start, normal, before, after = rng.normal(size=(4, 4))
     horizon, start_change, guard_change = 5.0, rng.normal(size=4), -1.0
@@ -43,8 +43,10 @@ def test_a_deviation_passes_a_switch_of_any_field() -> None:
     difference = (end(1e-3) - end(-1e-3)) / 2e-3
     x, vx, y, vy = start_change.tolist()
     rate = float(normal @ before)
-    found = past_switch((x, vx, y, vy), after - before, normal @ start_change + guard_change, rate)
-    assert found == pytest.approx(difference, rel=1e-10)
+    deviation = past_switch(
+        (x, vx, y, vy), after - before, normal @ start_change + guard_change, rate
+    )
+    assert deviation == pytest.approx(difference, rel=1e-10)
 
 
 def test_where_no_rate_jumps_a_deviation_passes_unchanged_even_along_the_switch() -> None:

@@ -21,24 +21,26 @@ def both(p: Parameters, **options: object) -> tuple[Transient, Transient]:
 
 
 def assert_same(
-    one: Transient, other: Transient, *, close: float, again: Transient | None = None
+    interpreted: Transient, compiled: Transient, *, close: float, again: Transient | None = None
 ) -> None:
-    # `again` is the same at another tolerance: where that moves a number, rounding may as well.
-    p, third = one.parameters, again or one
-    length = max(one.peak.x_abs, one.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
+    # `again` has another tolerance; where this moves a number, rounding may move it too.
+    p, third = interpreted.parameters, again or interpreted
+    length = max(interpreted.peak.x_abs, interpreted.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
     speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
-    scale = {"x": length, "y": length, "vx": speed, "vy": speed, "t": one.t_end}
-    # Whether there is an excursion of the height of rounding, for its root, turns on rounding.
-    excursions = max(run.events.separations for run in (one, other, third))
+    scale = {"x": length, "y": length, "vx": speed, "vy": speed, "t": interpreted.t_end}
+    # Rounding decides on excursions of its own height; they last for the square root of it.
+    excursions = max(run.events.separations for run in (interpreted, compiled, third))
     grazing = 1e-7 * length / speed * excursions if length > 0.0 else 0.0
 
     def same(unit: str, part: str, name: str) -> None:
-        found, expected, moved = (getattr(getattr(run, part), name) for run in (other, one, third))
+        value, expected, moved = (
+            getattr(getattr(run, part), name) for run in (compiled, interpreted, third)
+        )
         allowed = close * scale[unit] + 10.0 * abs(moved - expected)
         allowed += grazing if unit == "t" else 0.0
-        # Below the normal numbers there is no relative accuracy; the kernel expands 2⁻⁶⁴ of them.
+        # Subnormal numbers lack relative accuracy; the kernel's coefficients are scaled by 2⁻⁶⁴.
         allowed = max(allowed, sys.float_info.min * 2.0**64)
-        assert found == pytest.approx(expected, rel=close, abs=allowed), name
+        assert value == pytest.approx(expected, rel=close, abs=allowed), name
 
     for name in ("x", "vx", "y", "vy"):
         same(name, "final", name)
@@ -46,7 +48,7 @@ def assert_same(
         same(unit, "peak", name)
     same("y", "steady", "y_half_range")
     same("t", "events", "separated_time")
-    assert other.first_mode is one.first_mode
+    assert compiled.first_mode is interpreted.first_mode
 
 
 @example(
@@ -66,79 +68,83 @@ def test_both_kernels_agree_to_rounding(
     p: Parameters, start: State, separation: bool, tol: float
 ) -> None:
     try:
-        one = simulate(
+        interpreted = simulate(
             p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="interpreted"
         )
     except ComputationError as error:
         with pytest.raises(ComputationError, match=error.why.split(" at ")[0][:20]):
             simulate(p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="compiled")
         return
-    other = simulate(p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="compiled")
+    compiled = simulate(
+        p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="compiled"
+    )
     again = simulate(
         p, t_end=10.0, start=start, separation=separation, tol=0.3 * tol, kernel="interpreted"
     )
-    # Rounding grows with the motion, and at a loose tolerance a grazing turns on it.
-    assert_same(one, other, close=1e-9 if tol < 1e-7 else 1e-3, again=again)
+    # Rounding errors grow along the run and decide on grazing at a loose tolerance.
+    assert_same(interpreted, compiled, close=1e-9 if tol < 1e-7 else 1e-3, again=again)
 
 
 @given(wide_parameters(), st.booleans())
 def test_both_kernels_agree_over_many_orders_of_magnitude(p: Parameters, separation: bool) -> None:
     t_end = 30.0 * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
     assume(t_end < 1e7)
-    one, other = both(p, t_end=t_end, separation=separation)
+    interpreted, compiled = both(p, t_end=t_end, separation=separation)
     again = simulate(p, t_end=t_end, separation=separation, tol=5e-13, kernel="interpreted")
-    assert_same(one, other, close=1e-9, again=again)
+    assert_same(interpreted, compiled, close=1e-9, again=again)
 
 
 @given(moderate_parameters(), states(), st.floats(0.5, 20.0))
 def test_extremes_are_those_of_the_dense_output(p: Parameters, start: State, t_end: float) -> None:
     r = simulate(p, t_end=t_end, start=start, samples="dense", kernel="compiled")
     assert r.solution is not None
-    seen = r.solution(np.linspace(0.0, t_end, 4001))
+    sampled_states = r.solution(np.linspace(0.0, t_end, 4001))
     later = r.solution(np.linspace(0.5 * t_end, t_end, 4001))
     spacing = 0.5 * (t_end / 4000.0) ** 2
     bend = 2.0 * spacing * (p.k1 + p.k2 + p.k3 + 3.0 * p.k_nl * r.peak.y_min**2) / p.m
     slack = bend * (r.peak.y_abs + r.peak.x_abs + r.peak.vx_max + 1.0) * (2.0 + p.mu) + 1e-9
-    for least, found, most in (
-        (seen.y.max(), r.peak.y_max, seen.y.max() + slack),
-        (seen.y.min() - slack, r.peak.y_min, seen.y.min()),
-        (np.abs(seen.x).max(), r.peak.x_abs, np.abs(seen.x).max() + slack),
-        (seen.vx.max(), r.peak.vx_max, seen.vx.max() + 10.0 * slack),
+    for least, extreme, greatest in (
+        (sampled_states.y.max(), r.peak.y_max, sampled_states.y.max() + slack),
+        (sampled_states.y.min() - slack, r.peak.y_min, sampled_states.y.min()),
+        (np.abs(sampled_states.x).max(), r.peak.x_abs, np.abs(sampled_states.x).max() + slack),
+        (sampled_states.vx.max(), r.peak.vx_max, sampled_states.vx.max() + 10.0 * slack),
         (np.ptp(later.y) / 2.0, r.steady.y_half_range, np.ptp(later.y) / 2.0 + slack),
-        (seen.P.max(), r.contact_force.max, math.inf),
+        (sampled_states.P.max(), r.contact_force.max, math.inf),
     ):
-        assert least - 1e-9 * (1.0 + abs(least)) <= found <= most + 1e-9 * (1.0 + abs(found))
+        assert (
+            least - 1e-9 * (1.0 + abs(least)) <= extreme <= greatest + 1e-9 * (1.0 + abs(extreme))
+        )
 
 
 def test_a_crest_behind_a_start_with_almost_no_slope_is_seen() -> None:
     p = Parameters(m=1.0, k1=20.0, k2=20.0, k3=1.0, c1=0.0, c2=0.0, F=5.0, k_nl=0.0, mu=0.0)
-    one, other = both(p, t_end=1.0, start=(0.0, 0.0, -(2.0**-52), 1.0))
-    assert other.peak.vx_max == pytest.approx(one.peak.vx_max, rel=1e-12)
+    interpreted, compiled = both(p, t_end=1.0, start=(0.0, 0.0, -(2.0**-52), 1.0))
+    assert compiled.peak.vx_max == pytest.approx(interpreted.peak.vx_max, rel=1e-12)
 
 
 def test_samples_and_dense_output_are_those_of_the_interpreted_kernel() -> None:
     times = np.linspace(0.0, 40.0, 2001)
-    one, other = both(Parameters(), t_end=40.0, samples=times)
+    interpreted, compiled = both(Parameters(), t_end=40.0, samples=times)
     dense = simulate(Parameters(), t_end=40.0, samples="dense", kernel="compiled").solution
-    assert one.trajectory is not None
-    assert other.trajectory is not None
+    assert interpreted.trajectory is not None
+    assert compiled.trajectory is not None
     assert dense is not None
     for name in ("t", "x", "vx", "y", "vy", "P"):
-        expected = getattr(one.trajectory, name)
+        expected = getattr(interpreted.trajectory, name)
         scale = np.abs(expected).max()
-        for found in (other.trajectory, dense(times)):
-            assert np.abs(getattr(found, name) - expected).max() <= 1e-11 * scale
-    assert np.array_equal(one.trajectory.mode, other.trajectory.mode)
+        for numbers_at in (compiled.trajectory, dense(times)):
+            assert np.abs(getattr(numbers_at, name) - expected).max() <= 1e-11 * scale
+    assert np.array_equal(interpreted.trajectory.mode, compiled.trajectory.mode)
 
 
 def test_a_run_longer_than_every_buffer_is_whole() -> None:
-    one, other = both(Parameters(), t_end=700.0, tol=1e-6, samples="dense")
-    assert other.switch_times.size == one.switch_times.size > 512
-    assert np.all(np.diff(other.switch_times) > 0.0)
-    assert one.solution is not None
-    assert other.solution is not None
+    interpreted, compiled = both(Parameters(), t_end=700.0, tol=1e-6, samples="dense")
+    assert compiled.switch_times.size == interpreted.switch_times.size > 512
+    assert np.all(np.diff(compiled.switch_times) > 0.0)
+    assert interpreted.solution is not None
+    assert compiled.solution is not None
     times = np.linspace(0.0, 700.0, 999)
-    assert np.abs(one.solution(times).y - other.solution(times).y).max() < 1e-3
+    assert np.abs(interpreted.solution(times).y - compiled.solution(times).y).max() < 1e-3
 
 
 def test_a_horizon_on_a_switch_counts_it() -> None:
@@ -146,23 +152,23 @@ def test_a_horizon_on_a_switch_counts_it() -> None:
     for kernel in KERNELS:
         r = simulate(Parameters(), t_end=first, kernel=kernel)
         assert r.final.y == pytest.approx(0.0, abs=1e-12)
-        # The horizon is the switch to the spacing of floats.
+        # The horizon equals the time of the switch up to the spacing of floats.
         assert r.events.separated_time == pytest.approx(0.0, abs=2e-15)
 
 
 def test_what_is_found_up_to_the_horizon_does_not_depend_on_it() -> None:
-    whole = simulate(Parameters(), t_end=50.0, kernel="compiled")
-    late = np.random.default_rng(0).uniform(1e-6, 0.03, whole.switch_times.size)
-    horizons = (whole.switch_times + late)[whole.switch_times < 49.9].tolist()
+    complete = simulate(Parameters(), t_end=50.0, kernel="compiled")
+    late = np.random.default_rng(0).uniform(1e-6, 0.03, complete.switch_times.size)
+    horizons = (complete.switch_times + late)[complete.switch_times < 49.9].tolist()
     samples = simulate(Parameters(), t_end=50.0, samples=horizons, kernel="compiled").trajectory
     assert samples is not None
     assert len(horizons) > 60
-    for place, t_end in enumerate(horizons):
+    for index, t_end in enumerate(horizons):
         short = simulate(Parameters(), t_end=t_end, kernel="compiled")
         final = (short.final.x, short.final.vx, short.final.y, short.final.vy)
-        assert final == tuple(getattr(samples, name)[place] for name in ("x", "vx", "y", "vy"))
-        known = whole.switch_times[whole.switch_times <= t_end]
-        assert short.switch_times.tolist() == known.tolist()
+        assert final == tuple(getattr(samples, name)[index] for name in ("x", "vx", "y", "vy"))
+        expected = complete.switch_times[complete.switch_times <= t_end]
+        assert short.switch_times.tolist() == expected.tolist()
 
 
 @pytest.mark.parametrize("kernel", KERNELS)

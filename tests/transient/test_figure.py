@@ -65,7 +65,7 @@ def curves(axes: Axes) -> list[Line2D]:
 
 
 def shading(axes: Axes) -> list[PolyCollection]:
-    return [each for each in axes.collections if isinstance(each, PolyCollection)]
+    return [collection for collection in axes.collections if isinstance(collection, PolyCollection)]
 
 
 def legend_texts(figure: Figure) -> list[str]:
@@ -77,15 +77,15 @@ def test_the_panels_are_those_of_figures_10_to_12_beside_their_last_cycles(
     considered: Transient, ignored: Transient
 ) -> None:
     figure = transient_figure([ignored, considered], title="Base scene")
-    left, right = figure.axes[:3], figure.axes[3:]
-    assert [axes.get_ylabel() for axes in left] == [
+    left_axes, right = figure.axes[:3], figure.axes[3:]
+    assert [axes.get_ylabel() for axes in left_axes] == [
         "Contact\nforce $P$ (N)",
         "Horizontal\ndisplacement $x$ (m)",
         "Vertical\ndisplacement $y$ (m)",
     ]
-    assert [axes.get_xlim() for axes in left] == [(0.0, 100.0)] * 3
+    assert [axes.get_xlim() for axes in left_axes] == [(0.0, 100.0)] * 3
     assert [axes.get_xlim() for axes in right] == [(90.0, 100.0)] * 3
-    assert {axes.get_xlabel() for axes in (left[-1], right[-1])} == {"Time $t$ (s)"}
+    assert {axes.get_xlabel() for axes in (left_axes[-1], right[-1])} == {"Time $t$ (s)"}
     assert right[0].get_title() == "last 10 s"
     assert figure.get_suptitle() == "Base scene"
 
@@ -96,9 +96,9 @@ def test_every_curve_shows_its_column_to_the_last_extreme(
     runs = [considered, ignored]
     figure = transient_figure(runs)
     for axes, name in zip(figure.axes[:3], "Pxy", strict=True):
-        for line, each in zip(curves(axes), runs, strict=True):
-            assert each.trajectory is not None
-            values = getattr(each.trajectory, name)
+        for line, run_shown in zip(curves(axes), runs, strict=True):
+            assert run_shown.trajectory is not None
+            values = getattr(run_shown.trajectory, name)
             shown = np.asarray(line.get_ydata())
             assert shown.min() == values.min()
             assert shown.max() == values.max()
@@ -110,15 +110,15 @@ def test_every_curve_shows_its_column_to_the_last_extreme(
 def test_a_line_is_reduced_to_a_bounded_number_of_samples_without_loss_of_extremes(
     samples: int,
 ) -> None:
-    each = run(t_end=3.0, samples=samples)
-    assert each.trajectory is not None
-    figure = transient_figure([each])
+    sampled_run = run(t_end=3.0, samples=samples)
+    assert sampled_run.trajectory is not None
+    figure = transient_figure([sampled_run])
     (line,) = curves(figure.axes[2])
     t, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
     assert t.size <= 16_001
     assert (t[0], t[-1]) == (0.0, 3.0)
     assert np.all(np.diff(t) > 0.0)
-    assert (y.min(), y.max()) == (each.trajectory.y.min(), each.trajectory.y.max())
+    assert (y.min(), y.max()) == (sampled_run.trajectory.y.min(), sampled_run.trajectory.y.max())
 
 
 def test_separation_considered_is_dashed_green_and_ignored_solid_blue(
@@ -162,11 +162,11 @@ def test_a_run_of_few_cycles_is_shown_once() -> None:
 
 def test_a_crowded_run_keeps_its_dashes_and_shading_for_the_last_cycles() -> None:
     figure = transient_figure([run(t_end=300.0)])
-    whole, last = figure.axes[0], figure.axes[3]
-    assert not curves(whole)[0].is_dashed()
-    assert shading(whole) == []
-    assert curves(last)[0].is_dashed()
-    assert len(shading(last)) == 1
+    first_axes, last_axes = figure.axes[0], figure.axes[3]
+    assert not curves(first_axes)[0].is_dashed()
+    assert shading(first_axes) == []
+    assert curves(last_axes)[0].is_dashed()
+    assert len(shading(last_axes)) == 1
 
 
 def test_a_slider_at_rest_has_no_cycles_to_enlarge() -> None:
@@ -179,9 +179,7 @@ def test_runs_of_different_length_share_the_longest_time(considered: Transient) 
     assert figure.axes[0].get_xlim() == (0.0, 100.0)
 
 
-def test_labels_say_what_differs_and_nothing_else(
-    considered: Transient, ignored: Transient
-) -> None:
+def test_labels_name_only_the_differences(considered: Transient, ignored: Transient) -> None:
     assert run_labels([considered]) == ["separation considered"]
     assert run_labels([considered, ignored]) == ["separation considered", "separation ignored"]
     stiff = run(Parameters(k_nl=200.0, mu=0.5), t_end=1.0, samples=2)
@@ -192,9 +190,9 @@ def test_labels_say_what_differs_and_nothing_else(
     ]
 
 
-def test_labels_are_told_apart_by_method_start_or_number(considered: Transient) -> None:
-    other = run(t_end=1.0, samples=2, method="rk4")
-    assert run_labels([considered, other]) == [
+def test_labels_differ_by_method_start_or_number(considered: Transient) -> None:
+    rk4_run = run(t_end=1.0, samples=2, method="rk4")
+    assert run_labels([considered, rk4_run]) == [
         "separation considered, taylor",
         "separation considered, rk4",
     ]
@@ -244,7 +242,7 @@ def test_a_figure_is_saved_in_the_format_and_size_of_its_suffix_with_the_same_by
     first, second = (path.read_bytes() for path in paths)
     assert first.startswith(start)
     assert first == second
-    # What SVG, PDF and PNG call it; less than whole names occurs in compressed data by chance.
+    # Names of the date in SVG, PDF and PNG; shorter text occurs in compressed data by chance.
     assert not re.search(rb"dc:date|CreationDate|Creation Time", first)
     with pytest.raises(InputError, match="exists already"):
         save_figure(figures[0], paths[0])

@@ -243,7 +243,7 @@ def test_a_wrong_npz_gives_one_line(tmp_path: Path, content: bytes, message: str
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_what_cannot_be_read_gives_one_line(tmp_path: Path, suffix: str) -> None:
+def test_unreadable_files_give_one_line(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"run{suffix}"
     with pytest.raises(InputError, match="there is no such file"):
         load_trajectory(path)

@@ -20,7 +20,7 @@ TOLERANCES = (1e-12, 1e-6)
 
 
 class Seen(NamedTuple):
-    """What a kernel says of a run."""
+    """Result of a run, for either kernel."""
 
     separations: int
     reattachments: int
@@ -37,15 +37,15 @@ def single(kernel: KernelChoice) -> Way:
     def run(
         sets: Sequence[Parameters], starts: Sequence[State], t_end: float, tol: float
     ) -> list[Seen]:
-        found = []
+        runs_observed = []
         for p, start in zip(sets, starts, strict=True):
             r = simulate(p, start=start, t_end=t_end, tol=tol, kernel=kernel)
             e = r.events
             first = math.nan if e.first is None else e.first
-            found.append(
+            runs_observed.append(
                 Seen(e.separations, e.reattachments, e.separated_time, first, r.final.y, r.final.vy)
             )
-        return found
+        return runs_observed
 
     return run
 
@@ -66,7 +66,7 @@ WAYS: dict[str, Way] = {
     "compiled": single("compiled"),
     "batch": batch,
 }
-ways = pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
+run_methods = pytest.mark.parametrize("integrate", WAYS.values(), ids=WAYS)
 tolerances = pytest.mark.parametrize("tol", TOLERANCES)
 
 
@@ -89,48 +89,48 @@ def from_below(depth: float, lead: float) -> State:
 LEADS = np.linspace(0.02, 1.4, 9).tolist()
 
 
-@ways
+@run_methods
 @tolerances
-def test_a_contact_that_all_but_opens_stays_closed(way: Way, tol: float) -> None:
-    # At the loose tolerance the motion is not known to the least depths.
+def test_a_contact_that_nearly_opens_stays_closed(integrate: Way, tol: float) -> None:
+    # At the loose tolerance errors exceed the smallest depths.
     depths = [depth for depth in DEPTHS if depth > 100.0 * tol or tol < 1e-9]
     starts = [from_below(-d, lead) for d, lead in itertools.product(depths[:-1], LEADS)]
-    for seen in way([FREE] * len(starts), starts, 1.6, tol):
-        assert (seen.separations, seen.reattachments, seen.separated_time) == (0, 0, 0.0)
+    for motion in integrate([FREE] * len(starts), starts, 1.6, tol):
+        assert (motion.separations, motion.reattachments, motion.separated_time) == (0, 0, 0.0)
 
 
-@ways
-def test_a_contact_that_opens_by_a_hair_opens_and_closes(way: Way) -> None:
+@run_methods
+def test_a_contact_that_opens_by_a_hair_opens_and_closes(integrate: Way) -> None:
     cases = list(itertools.product(DEPTHS, LEADS))
-    # Nearer than half the flight it would have opened before the start.
+    # With a shorter lead the contact would have opened before the start.
     cases = [(depth, lead) for depth, lead in cases if lead > 2.0 * math.sqrt(depth)]
     starts = [from_below(depth, lead) for depth, lead in cases]
-    for (depth, lead), seen in zip(
-        cases, way([FREE] * len(cases), starts, 1.6, 1e-12), strict=True
+    for (depth, lead), motion in zip(
+        cases, integrate([FREE] * len(cases), starts, 1.6, 1e-12), strict=True
     ):
         speed = OMEGA * math.sqrt(depth * (2.0 * SAG + depth))
         flight = 2.0 * speed * FREE.m / FREE.F
         opening = lead - math.asin(speed / (OMEGA * (SAG + depth))) / OMEGA
-        # Depths are known to rounding alone.
+        # Depths are accurate only to rounding.
         close = 1e-10 + 2e-15 / depth
-        assert (seen.separations, seen.reattachments) == (1, 1)
-        assert seen.separated_time == pytest.approx(flight, rel=close)
-        assert seen.first == pytest.approx(opening, abs=close * flight + 1e-14)
+        assert (motion.separations, motion.reattachments) == (1, 1)
+        assert motion.separated_time == pytest.approx(flight, rel=close)
+        assert motion.first == pytest.approx(opening, abs=close * flight + 1e-14)
 
 
-@ways
-def test_a_contact_that_is_touched_exactly_is_left_for_no_time(way: Way) -> None:
-    for lead, seen in zip(
+@run_methods
+def test_a_contact_that_is_touched_exactly_is_left_for_no_time(integrate: Way) -> None:
+    for lead, motion in zip(
         LEADS,
-        way([FREE] * len(LEADS), [from_below(0.0, at) for at in LEADS], 1.6, 1e-12),
+        integrate([FREE] * len(LEADS), [from_below(0.0, at) for at in LEADS], 1.6, 1e-12),
         strict=True,
     ):
-        assert seen.separations == seen.reattachments <= 1
-        assert seen.separated_time < 1e-6
-        assert seen.y == pytest.approx(SAG * (math.cos(OMEGA * (1.6 - lead)) - 1.0), abs=1e-11)
+        assert motion.separations == motion.reattachments <= 1
+        assert motion.separated_time < 1e-6
+        assert motion.y == pytest.approx(SAG * (math.cos(OMEGA * (1.6 - lead)) - 1.0), abs=1e-11)
 
 
-# Pulled off the belt and held by the springs: the slow mode swings y down to the belt.
+# The preload pulls the slider off the belt; the slow mode swings y down to it.
 HELD = Parameters(m=1.0, k1=3.0, k2=4.0, k3=4.0, c1=0.0, c2=0.0, F=-1.2, k_nl=50.0, mu=0.7)
 
 
@@ -148,30 +148,30 @@ def from_above(depth: float, lead: float) -> tuple[State, float]:
     return (*x_state, *y_state), omega
 
 
-@ways
-def test_a_fall_that_all_but_lands_does_not(way: Way) -> None:
+@run_methods
+def test_a_fall_that_nearly_lands_does_not_land(integrate: Way) -> None:
     starts = [from_above(-d, lead)[0] for d, lead in itertools.product(DEPTHS[:-1], LEADS)]
-    for seen in way([HELD] * len(starts), starts, 3.0, 1e-12):
-        assert (seen.separations, seen.reattachments) == (0, 0)
-        assert seen.separated_time == pytest.approx(3.0, rel=1e-14)
+    for motion in integrate([HELD] * len(starts), starts, 3.0, 1e-12):
+        assert (motion.separations, motion.reattachments) == (0, 0)
+        assert motion.separated_time == pytest.approx(3.0, rel=1e-14)
 
 
-@ways
-def test_a_fall_that_lands_by_a_hair_lands_and_leaves(way: Way) -> None:
+@run_methods
+def test_a_fall_that_lands_by_a_hair_lands_and_leaves(integrate: Way) -> None:
     y_rest = -HELD.F / (0.5 * HELD.k3 * HELD.k1 / (HELD.k1 + 0.5 * HELD.k3))
     cases = list(itertools.product(DEPTHS, LEADS))
     cases = [(depth, lead) for depth, lead in cases if lead > 3.0 * math.sqrt(2.0 * depth)]
-    made = [from_above(depth, lead) for depth, lead in cases]
-    found = way([HELD] * len(cases), [start for start, _ in made], 2.0, 1e-12)
-    for (depth, lead), (_, omega), seen in zip(cases, made, found, strict=True):
+    cases_started = [from_above(depth, lead) for depth, lead in cases]
+    motions = integrate([HELD] * len(cases), [start for start, _ in cases_started], 2.0, 1e-12)
+    for (depth, lead), (_, omega), motion in zip(cases, cases_started, motions, strict=True):
         amplitude = y_rest + depth
         speed = omega * math.sqrt(depth * (2.0 * y_rest + depth))
         before = math.asin(speed / (omega * amplitude)) / omega
         close = 1e-10 + 1e-14 / depth
-        assert (seen.separations, seen.reattachments) == (1, 1)
-        assert seen.first == pytest.approx(lead - before, abs=close * before + 1e-14)
-        # As in free fall, but for the push of the contact, which is of the order of the depth.
-        contact = 2.0 - seen.separated_time
+        assert (motion.separations, motion.reattachments) == (1, 1)
+        assert motion.first == pytest.approx(lead - before, abs=close * before + 1e-14)
+        # Free fall, with a correction by the contact force of the order of the depth.
+        contact = 2.0 - motion.separated_time
         assert contact == pytest.approx(2.0 * before, rel=close + 10.0 * depth, abs=1e-14)
 
 
@@ -192,19 +192,19 @@ def test_a_grazing_of_the_nonlinear_scene_is_seen_alike() -> None:
     speeds = [touching + sign * depth / gain for depth in DEPTHS for sign in (1.0, -1.0)]
     heights = [height(speed) for speed in speeds]
     starts = [start(speed) for speed in speeds]
-    everything = [way([p] * len(starts), starts, t_end, 1e-12) for way in WAYS.values()]
-    for reached, *seen in zip(heights, *everything, strict=True):
-        for one in seen:
-            assert one.separations == (reached > 0.0)
-            assert one.reattachments == one.separations
+    everything = [integrate([p] * len(starts), starts, t_end, 1e-12) for integrate in WAYS.values()]
+    for reached, *motions in zip(heights, *everything, strict=True):
+        for switches in motions:
+            assert switches.separations == (reached > 0.0)
+            assert switches.reattachments == switches.separations
             close = 1e-10 + 1e-14 / abs(reached)
-            assert one.separated_time == pytest.approx(seen[0].separated_time, rel=close)
-            assert one.first == pytest.approx(seen[0].first, rel=1e-6, nan_ok=True)
+            assert switches.separated_time == pytest.approx(motions[0].separated_time, rel=close)
+            assert switches.first == pytest.approx(motions[0].first, rel=1e-6, nan_ok=True)
 
 
-@ways
-def test_leaving_and_landing_lie_in_one_step(way: Way) -> None:
-    # With separation ignored one step spans both crossings: none of them shows at its ends.
+@run_methods
+def test_leaving_and_landing_lie_in_one_step(integrate: Way) -> None:
+    # With separation ignored a step can span both crossings; both its ends are then in contact.
     spanned = 0
     for lead in LEADS:
         start = from_below(1e-4, lead)
@@ -212,12 +212,12 @@ def test_leaving_and_landing_lie_in_one_step(way: Way) -> None:
         around = next(step for step in iter(stepper.advance, None) if step.end > lead)
         spanned += around.y[0] < 0.0 and around.final[2] < 0.0
         if lead > 0.02:
-            seen = way([FREE], [start], 1.6, 1e-12)[0]
-            assert (seen.separations, seen.reattachments) == (1, 1)
+            motion = integrate([FREE], [start], 1.6, 1e-12)[0]
+            assert (motion.separations, motion.reattachments) == (1, 1)
     assert spanned >= 6
 
 
-# Starts at y = 0: state, F, and which derivative of y decides, with its value.
+# Starts at y = 0: state, F, and order and value of the first nonzero derivative of y.
 ON = Parameters(m=2.0, k1=10.0, k2=5.0, k3=8.0, c1=0.5, c2=0.3, k_nl=20.0, mu=0.6)
 H, A = 4.0, 14.0
 STARTS: dict[str, tuple[State, float, int, float]] = {
@@ -232,19 +232,19 @@ STARTS: dict[str, tuple[State, float, int, float]] = {
 }
 
 
-@ways
-def test_rest_at_the_switch_lasts(way: Way) -> None:
-    seen = way([Parameters(F=0.0)], [(0.0, 0.0, 0.0, 0.0)], 100.0, 1e-12)[0]
-    assert seen[:3] == (0, 0, 0.0)
-    assert (seen.y, seen.vy) == (0.0, 0.0)
+@run_methods
+def test_rest_at_the_switch_lasts(integrate: Way) -> None:
+    motion = integrate([Parameters(F=0.0)], [(0.0, 0.0, 0.0, 0.0)], 100.0, 1e-12)[0]
+    assert motion[:3] == (0, 0, 0.0)
+    assert (motion.y, motion.vy) == (0.0, 0.0)
 
 
-@ways
-def test_a_decay_towards_the_switch_ends(way: Way) -> None:
+@run_methods
+def test_a_decay_towards_the_switch_ends(integrate: Way) -> None:
     # F = 0: the equilibrium lies on the switch, and every half period crosses it.
     p = Parameters(F=0.0, c1=3.0, c2=3.0)
-    seen = way([p], [(0.0, 0.0, 0.0, 1.0)], 60.0, 1e-12)[0]
+    motion = integrate([p], [(0.0, 0.0, 0.0, 1.0)], 60.0, 1e-12)[0]
     exact = WAYS["interpreted"]([p], [(0.0, 0.0, 0.0, 1.0)], 60.0, 1e-13)[0]
-    assert seen.separations == exact.separations > 20
-    assert seen.reattachments == exact.reattachments
-    assert seen.separated_time == pytest.approx(exact.separated_time, rel=1e-9)
+    assert motion.separations == exact.separations > 20
+    assert motion.reattachments == exact.reattachments
+    assert motion.separated_time == pytest.approx(exact.separated_time, rel=1e-9)

@@ -100,14 +100,16 @@ def test_everything_a_run_reports_agrees_with_the_taylor_steps(name: str) -> Non
         ("contact_force", "min", displacement * exact.parameters.k2),
         ("contact_force", "max", displacement * exact.parameters.k2),
     ):
-        one, other = (getattr(getattr(run, part), attribute) for run in both)
-        assert one == pytest.approx(other, abs=2e-12 * size), attribute
+        exact_value, stepped_value = (getattr(getattr(run, part), attribute) for run in both)
+        assert exact_value == pytest.approx(stepped_value, abs=2e-12 * size), attribute
     assert exact.events == stepped.events
     assert exact.trajectory is not None
     assert stepped.trajectory is not None
     for column, size in (("x", displacement), ("y", displacement), ("vx", speed), ("vy", speed)):
-        one, other = (getattr(run, column) for run in (exact.trajectory, stepped.trajectory))
-        assert one == pytest.approx(other, abs=2e-12 * size), column
+        exact_value, stepped_value = (
+            getattr(run, column) for run in (exact.trajectory, stepped.trajectory)
+        )
+        assert exact_value == pytest.approx(stepped_value, abs=2e-12 * size), column
     assert np.all(exact.trajectory.mode == stepped.trajectory.mode)
 
 
@@ -156,7 +158,7 @@ def test_coalesced_modes_that_share_an_eigenvector_are_no_exception() -> None:
 
 
 def test_a_long_horizon_costs_no_more() -> None:
-    # The limit holds for the spans of time that are looked at.
+    # The limit holds for the time spans that are evaluated.
     run = simulate(linear(), t_end=1e7, separation=False, max_steps=5_000)
     assert run.stats.steps == 0
     short = simulate(linear(), t_end=100.0, separation=False)
@@ -218,7 +220,7 @@ def test_the_exact_solution_is_for_linear_scenes() -> None:
         simulate(p, separation=True, kernel="exact")
 
 
-def test_what_it_cannot_do_it_refuses() -> None:
+def test_runs_beyond_the_limits_of_the_exact_solution_are_refused() -> None:
     undamped = linear(c1=0.0, c2=0.0)
     with pytest.raises(ComputationError, match="extremes are not found in 1000 spans"):
         simulate(undamped, t_end=1e4, separation=False, max_steps=1000)

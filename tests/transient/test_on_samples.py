@@ -21,8 +21,8 @@ def test_parts_of_the_trajectory_are_handed_out_in_order(options: dict[str, Any]
     joined = Trajectory.joined(parts)
     assert run.trajectory is not None
     for column in COLUMNS:
-        whole = getattr(run.trajectory, column.name)
-        assert np.array_equal(getattr(joined, column.name), whole[: joined.t.size]), column
+        complete = getattr(run.trajectory, column.name)
+        assert np.array_equal(getattr(joined, column.name), complete[: joined.t.size]), column
     assert joined.t.size > 4000
 
 

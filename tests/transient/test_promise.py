@@ -1,4 +1,4 @@
-"""What `tol` promises (`examples/trust.md`) is kept on random scenes, against 25 digits."""
+"""Random scenes keep the error that `tol` promises (`examples/trust.md`), against 25 digits."""
 
 import numpy as np
 import pytest
@@ -12,14 +12,14 @@ TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-11, 1e-12, 1e-13)
 
 
 def share(scene: RandomScene, tol: float, kernel: Kernel) -> float:
-    """The greatest error of a run over what is promised."""
+    """Ratio of the greatest error of a run to the promised error."""
     p, options = scene.parameters, {"start": scene.start, "separation": scene.separation}
     run = simulate(p, t_end=scene.t_end, tol=tol, kernel=kernel, **options)  # type: ignore[arg-type]
-    found = (run.final.x, run.final.vx, run.final.y, run.final.vy, run.peak.x_abs, run.peak.y_abs)
+    numbers = (run.final.x, run.final.vx, run.final.y, run.final.vy, run.peak.x_abs, run.peak.y_abs)
     true = (*scene.final, *scene.peaks)
     scales = np.array([*scene.scales, scene.scales[0], scene.scales[2]])
     promised = tol * max(1.0, scene.growth / 10.0) * max(1.0, scene.fast_periods / 100.0) * scales
-    errors = np.abs(np.subtract(found, true))
+    errors = np.abs(np.subtract(numbers, true))
     return float(np.max(errors / np.where(promised > 0.0, promised, np.finfo(float).tiny)))
 
 

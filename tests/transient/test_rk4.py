@@ -27,7 +27,9 @@ def end_state(step: float, *, separation: bool = True, locate: bool = True) -> n
 
 
 def orders(errors: list[float]) -> list[float]:
-    return [float(np.log2(one / other)) for one, other in pairwise(errors)]
+    return [
+        float(np.log2(coarse_error / fine_error)) for coarse_error, fine_error in pairwise(errors)
+    ]
 
 
 @cache
@@ -35,10 +37,10 @@ def errors(*, separation: bool, locate: bool) -> list[float]:
     exact = simulate(
         Parameters(), t_end=T_END, start=(0.1, 0.0, 0.5, 1.0), separation=separation
     ).final
-    known = np.array([exact.x, exact.vx, exact.y, exact.vy])
+    expected = np.array([exact.x, exact.vx, exact.y, exact.vy])
     steps = [0.02 / 2**n for n in range(5)]
     ends = [end_state(step, separation=separation, locate=locate) for step in steps]
-    return [float(np.abs(end - known).max()) for end in ends]
+    return [float(np.abs(end - expected).max()) for end in ends]
 
 
 def test_with_bisection_the_order_is_four() -> None:
@@ -65,8 +67,8 @@ def test_base_scene_agrees_with_taylor_within_its_own_error() -> None:
     exact = simulate(Parameters(), t_end=12.0)
 
     def distance(result: Transient) -> float:
-        one, other = (np.array(run.final) for run in (result, exact))
-        return float(np.abs(one - other).max())
+        rk4_final, exact_final = (np.array(run.final) for run in (result, exact))
+        return float(np.abs(rk4_final - exact_final).max())
 
     assert fine.events.separations == exact.events.separations == 7
     assert distance(fine) < 1e-7
@@ -97,8 +99,8 @@ def test_random_scenes_agree_with_taylor(p: Parameters, start: State) -> None:
         integrator.advance()
     exact = simulate(p, t_end=250 * step, start=start).final
     size = 1.0 + np.abs(integrator.state).max()
-    known = [exact.x, exact.vx, exact.y, exact.vy]
-    assert integrator.state[:, 0] == pytest.approx(known, abs=2e-4 * size)
+    expected = [exact.x, exact.vx, exact.y, exact.vy]
+    assert integrator.state[:, 0] == pytest.approx(expected, abs=2e-4 * size)
 
 
 def test_a_step_too_large_for_the_stiffness_is_refused_with_a_smaller_one() -> None:

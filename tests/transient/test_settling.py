@@ -1,4 +1,4 @@
-"""A run that has not settled is told by the motion that follows its end."""
+"""Unsettled runs are recognized by the motion after their end."""
 
 import pytest
 
@@ -22,12 +22,12 @@ def test_the_amplitude_after_the_end_is_that_of_the_motion_that_goes_on(
     y = longer.solution(times).y
     assert later.y_half_range == pytest.approx(0.5 * (y.max() - y.min()), rel=1e-6)
     assert run.steady.y_half_range > 1.1 * later.y_half_range
-    first, *_, last = result_brief(run)
+    first, *_, last_line = result_brief(run)
     assert first == "peak |y| 10.50 m · 2nd half ±4.401 m unsettled"
-    assert last == "not settled: ±3.861 m 24.6 s after the end"
+    assert last_line == "not settled: ±3.861 m 24.6 s after the end"
     assert cli.run(["simulate"]) == 0
-    words = " ".join(capsys.readouterr().out.split())
-    assert "over the second half of the run; not settled: 3.86103 m 24.6447 s later" in words
+    printed_text = " ".join(capsys.readouterr().out.split())
+    assert "over the second half of the run; not settled: 3.86103 m 24.6447 s later" in printed_text
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_parameters_over_time_have_no_amplitude_to_settle_on() -> None:
 
 
 def test_a_motion_that_cannot_be_followed_is_not_judged() -> None:
-    # It grows without bounds and overflows soon after its end.
+    # The motion grows without bounds and overflows soon after the end of the run.
     p = Parameters(k_nl=0.0, mu=5.0)
     run = simulate(p, separation=False, t_end=440.0)
     assert run.peak.y_abs > 1e200

@@ -29,18 +29,18 @@ def test_oscillations_are_not_stiff_however_fast(p: Parameters) -> None:
 
 
 def test_a_light_slider_is_stiff_unless_the_run_is_short() -> None:
-    found = find_stiffness(System(LIGHT), t_end=100.0)
-    assert found is not None
-    assert found.decay == pytest.approx(0.32 / 1e-6, rel=1e-2)
-    assert found.motion < 1e3
-    assert found.steps == pytest.approx(3.6e6, rel=0.05)
+    stiffness = find_stiffness(System(LIGHT), t_end=100.0)
+    assert stiffness is not None
+    assert stiffness.decay == pytest.approx(0.32 / 1e-6, rel=1e-2)
+    assert stiffness.motion < 1e3
+    assert stiffness.steps == pytest.approx(3.6e6, rel=0.05)
     assert find_stiffness(System(LIGHT), t_end=0.1) is None
 
 
 def test_one_strong_damper_is_enough() -> None:
-    found = find_stiffness(System(Parameters(c1=1e6)), t_end=100.0)
-    assert found is not None
-    assert found.decay == pytest.approx(2e5, rel=1e-3)
+    stiffness = find_stiffness(System(Parameters(c1=1e6)), t_end=100.0)
+    assert stiffness is not None
+    assert stiffness.decay == pytest.approx(2e5, rel=1e-3)
 
 
 def test_running_out_of_steps_on_a_stiff_scene_says_so_and_what_helps() -> None:
@@ -72,10 +72,10 @@ def test_rk4_refuses_a_step_that_the_damping_makes_unstable() -> None:
 
 
 def test_the_command_line_says_that_a_scene_is_stiff_beside_its_result() -> None:
-    # Compiled code is there at once then; the interpreter takes seconds.
+    # Load the compiled kernel first; the interpreter would take seconds.
     simulate(t_end=1.0, kernel="compiled")
-    done = fivtui("simulate", "--set", "m=1e-6", "--t-end", "0.6")
-    assert done.returncode == 0
-    assert "the scene is stiff" in done.stderr
-    assert "--method scipy-lsoda" in done.stderr
-    assert "stiff" not in done.stdout
+    process = fivtui("simulate", "--set", "m=1e-6", "--t-end", "0.6")
+    assert process.returncode == 0
+    assert "the scene is stiff" in process.stderr
+    assert "--method scipy-lsoda" in process.stderr
+    assert "stiff" not in process.stdout

@@ -1,4 +1,4 @@
-"""Starts on the switch and within rounding of it: all kernels go on alike, and do not creep."""
+"""Starts on the switch and within rounding of it: all kernels agree, and steps stay large."""
 
 import math
 
@@ -13,13 +13,13 @@ from fivtui.model.slider_belt import State, mode_of
 from fivtui.taylor.stepper import TaylorStepper
 
 T_END = 0.7
-# Such a run takes 40 steps at most; one that creeps takes all that it may.
+# A normal run takes at most 40 steps; one with tiny steps reaches the limit.
 MOST_STEPS = 400
 Case = tuple[Parameters, State]
 
 
 def cases(seed: int, count: int) -> list[Case]:
-    """Parameter sets with a start at y = 0, or next to it, where the forces all but balance."""
+    """Parameter sets with a start at or near y = 0, where the forces nearly balance."""
     rng = np.random.default_rng(seed)
 
     def one_of(*values: float) -> float:
@@ -28,7 +28,7 @@ def cases(seed: int, count: int) -> list[Case]:
     def tiny(scale: float = 1.0) -> float:
         return one_of(-1.0, 1.0) * scale * math.pow(10.0, rng.uniform(-17.0, -14.0))
 
-    made = []
+    chosen_cases = []
     for _ in range(count):
         p = Parameters(
             m=rng.uniform(1.0, 10.0),
@@ -48,11 +48,11 @@ def cases(seed: int, count: int) -> list[Case]:
         vx = one_of(0.0, rng.normal(), 1e-3 * rng.normal(), tiny())
         y = one_of(0.0, 0.0, 0.0, tiny(), tiny(1e-10))
         vy = one_of(0.0, 0.0, tiny(), tiny(1e-8), rng.normal())
-        made.append((p, (x, vx, y, vy)))
-    return made
+        chosen_cases.append((p, (x, vx, y, vy)))
+    return chosen_cases
 
 
-# What has gone wrong: the sign of a vanishing acceleration, and a search that stands still.
+# Regressions: the sign of a vanishing acceleration, and a search without progress.
 FOUND: list[Case] = [
     (Parameters(F=5.0, k_nl=0.0), (5.0 / 30.0, 2.2246481529443, 0.0, 0.0)),
     (Parameters(F=80.0, k_nl=0.0, mu=0.0), (8.0 / 3.0, 0.00207, 0.0, 4.65e-16)),
@@ -64,30 +64,30 @@ def assert_all_go_on_alike(chosen: list[Case]) -> None:
     starts = np.array([start for _, start in chosen])
     batch = simulate_batch(table, start=starts, t_end=T_END, max_steps=MOST_STEPS)
     assert (batch.status == Status.DONE).all()
-    for place, (p, start) in enumerate(chosen):
+    for index, (p, start) in enumerate(chosen):
         options = {"start": start, "t_end": T_END, "max_steps": MOST_STEPS}
-        one, twin = (
+        run, twin = (
             simulate(p, kernel=kernel, **options)  # type: ignore[arg-type]
             for kernel in ("compiled", "interpreted")
         )
-        length = max(one.peak.x_abs, one.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
+        length = max(run.peak.x_abs, run.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
         speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
         sizes = np.array([length, speed, length, speed])
-        final = np.array([one.final.x, one.final.vx, one.final.y, one.final.vy])
-        other = (twin.final.x, twin.final.vx, twin.final.y, twin.final.vy)
-        assert (batch.final[place] == final).all(), (p, start)
-        assert (np.abs(other - final) <= 1e-9 * sizes).all(), (p, start)
+        final = np.array([run.final.x, run.final.vx, run.final.y, run.final.vy])
+        twin_state = (twin.final.x, twin.final.vx, twin.final.y, twin.final.vy)
+        assert (batch.final[index] == final).all(), (p, start)
+        assert (np.abs(twin_state - final) <= 1e-9 * sizes).all(), (p, start)
         # What is lost in the rounding of y lasts for the root of rounding; from a start next to
         # the switch, where the forces balance, for its fourth root, times the step.
-        separated, lost = one.events.separated_time, 1e-7 if start[2] == 0.0 else 1e-3
-        assert batch.events.separated_time[place] == separated
+        separated, lost = run.events.separated_time, 1e-7 if start[2] == 0.0 else 1e-3
+        assert batch.events.separated_time[index] == separated
         assert twin.events.separated_time == pytest.approx(separated, abs=lost)
 
 
-def test_what_was_found_goes_on_alike() -> None:
+def test_past_failures_agree_between_kernels() -> None:
     assert_all_go_on_alike(FOUND)
     p, start = FOUND[0]
-    # By an integrator with a stepping of its own.
+    # Compare with an integrator of independent step sizes.
     slow = simulate(p, start=start, t_end=1.5, method="rk4", step=1e-3)
     assert slow.events.separated_time == pytest.approx(0.97137, abs=1e-5)
 
@@ -103,7 +103,7 @@ def test_thousands_of_starts_within_rounding_of_the_switch_go_on_alike(seed: int
 
 
 def test_the_mode_at_the_switch_is_the_sign_that_y_takes() -> None:
-    # A step that begins at y = 0 keeps to its side until its first switch; none is skipped.
+    # From y = 0, y keeps its sign until the first switch, and no switch is skipped.
     for p, (x, vx, _, vy) in cases(12, 300):
         start = (x, vx, 0.0, vy)
         stepper = TaylorStepper(System(p), start)

@@ -35,14 +35,18 @@ def test_every_method_gives_the_same_transient(
 ) -> None:
     p = Parameters()
     exact = simulate(p, t_end=12.0, separation=separation)
-    other = simulate(p, t_end=12.0, separation=separation, method=method, **setting)
-    assert other.method == method
-    assert other.events.separations == exact.events.separations
-    assert other.events.separated_time == pytest.approx(exact.events.separated_time, abs=expected)
-    assert other.final.y == pytest.approx(exact.final.y, abs=expected)
-    assert other.peak.y_abs == pytest.approx(exact.peak.y_abs, abs=expected)
-    assert other.peak.vx_max == pytest.approx(exact.peak.vx_max, abs=10 * expected)
-    assert other.steady.y_half_range == pytest.approx(exact.steady.y_half_range, abs=expected)
+    result_of_method = simulate(p, t_end=12.0, separation=separation, method=method, **setting)
+    assert result_of_method.method == method
+    assert result_of_method.events.separations == exact.events.separations
+    assert result_of_method.events.separated_time == pytest.approx(
+        exact.events.separated_time, abs=expected
+    )
+    assert result_of_method.final.y == pytest.approx(exact.final.y, abs=expected)
+    assert result_of_method.peak.y_abs == pytest.approx(exact.peak.y_abs, abs=expected)
+    assert result_of_method.peak.vx_max == pytest.approx(exact.peak.vx_max, abs=10 * expected)
+    assert result_of_method.steady.y_half_range == pytest.approx(
+        exact.steady.y_half_range, abs=expected
+    )
 
 
 @settings(max_examples=40)
@@ -55,7 +59,7 @@ def test_extremes_bound_a_dense_sampling_and_are_attained(
     motion = result.trajectory
     assert motion is not None
     size = 1e-9 + 1e-12 * (np.abs(motion.y).max() + np.abs(motion.vx).max())
-    # Between samples an extremum is missed by at most the curvature times dt²/8.
+    # Samples miss an extremum by at most the curvature times dt²/8.
     spacing = t_end / 4000.0
     bend = np.abs(np.gradient(motion.vy, times)).max() * spacing**2 + size
     assert motion.y.max() - size <= result.peak.y_max <= motion.y.max() + bend
@@ -90,7 +94,7 @@ def test_samples_are_the_dense_solution_at_those_times() -> None:
     assert sampled.t.size == times.size
 
 
-def test_nothing_is_stored_unless_asked_for() -> None:
+def test_trajectories_are_stored_only_on_request() -> None:
     result = simulate(Parameters(), t_end=5.0)
     assert result.trajectory is None
     assert result.solution is None
@@ -115,12 +119,12 @@ def test_separated_intervals_are_where_the_slider_is_off_the_belt() -> None:
     result = simulate(Parameters(), t_end=40.0, samples="dense")
     assert result.solution is not None
     lengths = []
-    for left, right in result.separated_intervals:
-        inside = result.solution(np.linspace(left, right, 52)[1:-1])
+    for start, right in result.separated_intervals:
+        inside = result.solution(np.linspace(start, right, 52)[1:-1])
         assert np.all(inside.y > 0.0)
         assert np.all(inside.mode == Mode.SEPARATED)
         assert np.all(inside.P == 0.0)
-        lengths.append(right - left)
+        lengths.append(right - start)
     assert math.fsum(lengths) == pytest.approx(result.events.separated_time, abs=1e-10)
     assert result.events.first == result.switch_times[0]
     assert result.events.last == result.switch_times[-1]
@@ -154,25 +158,25 @@ def test_a_stable_scene_settles_without_separation() -> None:
 
 @pytest.mark.parametrize(("method", "kernel"), METHODS_AND_KERNELS)
 def test_progress_rises_to_one_and_can_cancel(method: str, kernel: KernelChoice) -> None:
-    seen: list[float] = []
+    shares: list[float] = []
 
     def note(fraction: float) -> bool:
-        seen.append(fraction)
+        shares.append(fraction)
         return True
 
     p, linear = Parameters(c1=0.0, c2=0.0, k_nl=0.0), kernel == "exact"
     t_end = 500.0 if linear else 2.0
     options: dict[str, Any] = {"method": method, "kernel": kernel, "separation": not linear}
     simulate(p, t_end=t_end, tol=1e-6, progress=note, **options)
-    assert seen == sorted(seen)
-    assert seen[0] == 0.0 or linear
-    assert seen[-1] == 1.0
+    assert shares == sorted(shares)
+    assert shares[0] == 0.0 or linear
+    assert shares[-1] == 1.0
     with pytest.raises(Cancelled):
         simulate(p, t_end=500.0, progress=lambda fraction: fraction <= 0.01, **options)
 
 
 @pytest.mark.parametrize(
-    ("request_", "said"),
+    ("request_", "message"),
     [
         ({"t_end": 0.0}, "t_end"),
         ({"t_end": math.nan}, "t_end"),
@@ -196,8 +200,8 @@ def test_progress_rises_to_one_and_can_cancel(method: str, kernel: KernelChoice)
         ({"samples": "all"}, "dense"),
     ],
 )
-def test_a_wrong_request_is_refused_in_one_line(request_: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=said) as caught:
+def test_a_wrong_request_is_refused_in_one_line(request_: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
         simulate(Parameters(), **request_)
     assert "\n" not in str(caught.value)
 
@@ -206,7 +210,7 @@ def test_a_wrong_request_is_refused_in_one_line(request_: dict[str, Any], said: 
     ("method", "start"),
     [
         *((method, "static") for method in VARIABLE_STEP if method != "scipy-radau"),
-        # From rest at the usual size it takes a hundred thousand steps.
+        # From rest with usual parameters the run takes a hundred thousand steps.
         ("scipy-radau", (0.0, 0.0, -1e140, 0.0)),
         pytest.param("scipy-radau", "static", marks=pytest.mark.whole),
     ],

@@ -28,32 +28,32 @@ def narrow(kind: BoundaryKind) -> Boundary:
     return boundary(Parameters(F=30.0), kind, NARROW)
 
 
-def at(found: Boundary, point: BoundaryPoint) -> Parameters:
-    return found.parameters.with_values(dict(zip(found.names, point.values, strict=True)))
+def at(result: Boundary, point: BoundaryPoint) -> Parameters:
+    return result.parameters.with_values(dict(zip(result.names, point.values, strict=True)))
 
 
-def crossing(curve: BoundaryCurve, place: int, value: float) -> list[tuple[float, float]]:
-    """Where straight lines between the points of a curve reach a value of one parameter."""
-    found = []
-    for one, other in zip(curve.points, curve.points[1:], strict=False):
-        begin, end = one.values[place], other.values[place]
+def crossing(curve: BoundaryCurve, column: int, value: float) -> list[tuple[float, float]]:
+    """Points where the polygon through a curve's points crosses a value of one parameter."""
+    crossings = []
+    for first, second in zip(curve.points, curve.points[1:], strict=False):
+        begin, end = first.values[column], second.values[column]
         if min(begin, end) <= value < max(begin, end):
             share = (value - begin) / (end - begin)
-            values = [a + share * (b - a) for a, b in zip(one.values, other.values, strict=True)]
-            found.append((values[0], values[1]))
-    return found
+            values = [a + share * (b - a) for a, b in zip(first.values, second.values, strict=True)]
+            crossings.append((values[0], values[1]))
+    return crossings
 
 
-def values_of(found: Boundary, kind: EventKind) -> list[tuple[float, float]]:
-    return sorted(event.values for event in found.events if event.kind is kind)
+def values_of(result: Boundary, kind: EventKind) -> list[tuple[float, float]]:
+    return sorted(event.values for event in result.events if event.kind is kind)
 
 
 def test_the_two_folds_at_30_newtons_meet_at_a_cusp() -> None:
-    found = narrow("fold")
-    (cusp,) = values_of(found, EventKind.CUSP)
+    result = narrow("fold")
+    (cusp,) = values_of(result, EventKind.CUSP)
     assert cusp == pytest.approx((36.510164339, 0.321049647), abs=1e-8)
-    curve = next(c for c in found.curves if cusp in [event.values for event in c.events])
-    # On one side of it two folds, on the other none.
+    curve = next(c for c in result.curves if cusp in [event.values for event in c.events])
+    # One side of the cusp has two folds, the other none.
     assert len(crossing(curve, 0, 30.0)) == 2
     assert max(point.values[0] for point in curve.points) == cusp[0]
     events = branch(Parameters(F=30.0), "mu", low=0.3, high=0.6).events
@@ -87,9 +87,12 @@ def test_folds_begin_where_hopf_points_turn_subcritical() -> None:
 
 
 def test_hopf_points_are_those_of_the_closed_form() -> None:
-    for found in (narrow("hopf"), boundary(BASE, "hopf", {"k1": (20.0, 300.0), "c1": (0.05, 2.0)})):
-        for point in found.points[::4]:
-            p = at(found, point)
+    for result in (
+        narrow("hopf"),
+        boundary(BASE, "hopf", {"k1": (20.0, 300.0), "c1": (0.05, 2.0)}),
+    ):
+        for point in result.points[::4]:
+            p = at(result, point)
             (critical,) = critical_mu(System(p))
             assert critical.mu == pytest.approx(p.mu, rel=1e-12)
     point = narrow("hopf").points[0]
@@ -97,13 +100,13 @@ def test_hopf_points_are_those_of_the_closed_form() -> None:
     assert not point.multipliers
 
 
-def assert_closed(found: Boundary, point: BoundaryPoint) -> None:
-    assert_closes(at(found, point), point, separation=found.separation)
+def assert_closed(result: Boundary, point: BoundaryPoint) -> None:
+    assert_closes(at(result, point), point, separation=result.separation)
 
 
-def assert_folds(found: Boundary) -> None:
-    for point in found.points:
-        assert point.multipliers or point.values in values_of(found, EventKind.BAUTIN)
+def assert_folds(result: Boundary) -> None:
+    for point in result.points:
+        assert point.multipliers or point.values in values_of(result, EventKind.BAUTIN)
         assert min((abs(value - 1.0) for value in point.multipliers), default=0.0) < 1e-6
 
 
@@ -120,23 +123,28 @@ MORE_PAIRS = [
 WHOLE = [pytest.param(*pair, marks=pytest.mark.whole) for pair in MORE_PAIRS]
 
 
-@pytest.mark.parametrize(("one", "range_of_one", "other", "range_of_other"), [*PAIRS, *WHOLE])
+@pytest.mark.parametrize(
+    ("first_name", "first_range", "second_name", "second_range"), [*PAIRS, *WHOLE]
+)
 def test_a_fold_has_a_multiplier_1_and_closes_under_another_integrator(
-    one: str, range_of_one: tuple[float, float], other: str, range_of_other: tuple[float, float]
+    first_name: str,
+    first_range: tuple[float, float],
+    second_name: str,
+    second_range: tuple[float, float],
 ) -> None:
-    found = boundary(None, "fold", {one: range_of_one, other: range_of_other})
-    assert found.warning is None
-    assert_folds(found)
-    for point in found.points:
-        assert range_of_one[0] <= point.values[0] <= range_of_one[1]
-        assert range_of_other[0] <= point.values[1] <= range_of_other[1]
-    for point in found.points[:: max(1, len(found.points) // 2)]:
-        assert_closed(found, point)
+    result = boundary(None, "fold", {first_name: first_range, second_name: second_range})
+    assert result.warning is None
+    assert_folds(result)
+    for point in result.points:
+        assert first_range[0] <= point.values[0] <= first_range[1]
+        assert second_range[0] <= point.values[1] <= second_range[1]
+    for point in result.points[:: max(1, len(result.points) // 2)]:
+        assert_closed(result, point)
 
 
 def test_the_curve_of_folds_has_those_of_the_branches() -> None:
-    found = boundary(None, "fold", {"F": (60.0, 150.0), "mu": (0.1, 0.6)})
-    (curve,) = found.curves
+    result = boundary(None, "fold", {"F": (60.0, 150.0), "mu": (0.1, 0.6)})
+    (curve,) = result.curves
     assert curve.ends == (End.BOUND, End.BOUND)
     for point in curve.points[::16]:
         events = branch(Parameters(F=point.values[0]), "mu", low=0.2, high=1.2).events
@@ -146,42 +154,45 @@ def test_the_curve_of_folds_has_those_of_the_branches() -> None:
 
 
 def test_touching_cycles_are_those_of_the_branches() -> None:
-    found = narrow("touch")
-    assert max(abs(point.y_max) for point in found.points) < 1e-9
-    for point in found.points[::20]:
+    result = narrow("touch")
+    assert max(abs(point.y_max) for point in result.points) < 1e-9
+    for point in result.points[::20]:
         events = branch(Parameters(F=point.values[0]), "mu", low=0.2, high=0.9).events
         (touch,) = (event for event in events if event.kind is EventKind.TOUCH)
         assert touch.value == pytest.approx(point.values[1], abs=1e-10)
-        assert_closed(found, point)
+        assert_closed(result, point)
 
 
 @pytest.mark.whole
-def test_curves_of_drawn_sets_end_where_there_is_a_reason() -> None:
-    # In any two parameters; no curve is lost, and every fold is one.
+def test_curves_of_random_sets_end_for_a_reason() -> None:
+    # Any two parameters: no curve is lost, and each fold has the multiplier 1.
     random, met = np.random.default_rng(3), 0
     for p in drawn(40, 9):
         (critical,) = critical_mu(System(p))
-        there = p.with_values({"mu": critical.mu * random.uniform(0.7, 1.2)})
+        shifted = p.with_values({"mu": critical.mu * random.uniform(0.7, 1.2)})
         names = ("F", "mu", "k_nl", "k1", "k2", "k3", "c1", "c2")
-        one, other = (str(name) for name in random.choice(names, 2, replace=False))
-        over = {n: (0.4 * getattr(there, n), 2.0 * getattr(there, n)) for n in (one, other)}
+        first_name, second_name = (str(name) for name in random.choice(names, 2, replace=False))
+        over = {
+            n: (0.4 * getattr(shifted, n), 2.0 * getattr(shifted, n))
+            for n in (first_name, second_name)
+        }
         for kind in BOUNDARIES:
             try:
-                found = boundary(there, kind, over)
+                result = boundary(shifted, kind, over)
             except ComputationError:
                 continue
             met += 1
-            for curve in found.curves:
+            for curve in result.curves:
                 assert set(curve.ends) <= {End.BOUND, End.EQUILIBRIUM, End.CLOSED}
             if kind == "fold":
-                assert_folds(found)
+                assert_folds(result)
     assert met > 80
 
 
 def test_where_separation_is_ignored_folds_have_no_corners() -> None:
-    found = boundary(None, "fold", {"F": (70.0, 90.0), "mu": (0.1, 1.5)}, separation=False)
-    assert {event.kind for event in found.events} <= {EventKind.CUSP, EventKind.BAUTIN}
-    assert_closed(found, found.points[len(found.points) // 2])
+    result = boundary(None, "fold", {"F": (70.0, 90.0), "mu": (0.1, 1.5)}, separation=False)
+    assert {event.kind for event in result.events} <= {EventKind.CUSP, EventKind.BAUTIN}
+    assert_closed(result, result.points[len(result.points) // 2])
 
 
 def test_a_result_prints_its_events() -> None:
@@ -189,7 +200,7 @@ def test_a_result_prints_its_events() -> None:
     assert math.isnan(narrow("fold").to_columns()["lyapunov"][5])
 
 
-def test_what_is_not_there_is_said() -> None:
+def test_missing_folds_and_cancellation_raise_errors() -> None:
     with pytest.raises(ComputationError, match="no fold was found over F and mu"):
         boundary(None, "fold", {"F": (60.0, 80.0), "mu": (0.05, 0.1)})
     with pytest.raises(Cancelled):
@@ -204,7 +215,7 @@ def test_a_belt_of_finite_speed_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "over", "separation", "said"),
+    ("kind", "over", "separation", "message"),
     [
         ("torus", NARROW, True, "must be one of hopf, fold, touch"),
         ("fold", {"F": (1.0, 2.0)}, True, "1 parameters are given; must be two"),
@@ -213,8 +224,8 @@ def test_a_belt_of_finite_speed_is_refused() -> None:
         ("touch", NARROW, False, "separation must be considered"),
     ],
 )
-def test_what_is_wrong_with_the_question_is_said_in_one_line(
-    kind: BoundaryKind, over: dict[str, tuple[float, float]], separation: bool, said: str
+def test_wrong_requests_give_an_error_of_one_line(
+    kind: BoundaryKind, over: dict[str, tuple[float, float]], separation: bool, message: str
 ) -> None:
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         boundary(None, kind, over, separation=separation)

@@ -12,7 +12,7 @@ from fivtui.orbits.curves.events import End, EventKind
 
 from .test_cycle_branches import assert_closed, drawn
 
-# One whose branch loses its stability to twice the period and gains it again, and one without.
+# The branch of `TWICE` has two period doublings, that of `ONCE` none.
 TWICE, ONCE = list(drawn(3, 5))[2], Parameters()
 
 
@@ -28,19 +28,19 @@ def test_a_doubled_branch_joins_both_period_doublings(monkeypatch: pytest.Monkey
     single = branch(TWICE, "mu", low=0.0, high=10.0)
     doublings = [event for event in single.events if event.kind is EventKind.PERIOD_DOUBLING]
     assert len(doublings) == 2
-    found = branch(TWICE, "mu", low=0.0, high=10.0, doubled=True)
-    assert found.doubled
-    assert found.ends == (End.DOUBLING, End.DOUBLING)
-    assert found.events[0] == doublings[0]
-    assert found.events[-1].kind is EventKind.PERIOD_DOUBLING
-    assert found.events[-1].value == pytest.approx(doublings[1].value, abs=1e-9)
-    assert found.events[-1].period == pytest.approx(doublings[1].period, rel=1e-9)
-    assert found.points[-1].value == pytest.approx(doublings[1].value, abs=1e-4)
-    assert found.points[0].period == pytest.approx(2.0 * doublings[0].period, rel=1e-2)
-    assert {point.stable for point in found.points} == {True, False}
-    for point in found.points[3::25]:
-        assert_closed(found, point)
-    # The eigenvector of the multiplier -1 leads from one cycle to the other.
+    doubled_branch = branch(TWICE, "mu", low=0.0, high=10.0, doubled=True)
+    assert doubled_branch.doubled
+    assert doubled_branch.ends == (End.DOUBLING, End.DOUBLING)
+    assert doubled_branch.events[0] == doublings[0]
+    assert doubled_branch.events[-1].kind is EventKind.PERIOD_DOUBLING
+    assert doubled_branch.events[-1].value == pytest.approx(doublings[1].value, abs=1e-9)
+    assert doubled_branch.events[-1].period == pytest.approx(doublings[1].period, rel=1e-9)
+    assert doubled_branch.points[-1].value == pytest.approx(doublings[1].value, abs=1e-4)
+    assert doubled_branch.points[0].period == pytest.approx(2.0 * doublings[0].period, rel=1e-2)
+    assert {point.stable for point in doubled_branch.points} == {True, False}
+    for point in doubled_branch.points[3::25]:
+        assert_closed(doubled_branch, point)
+    # The eigenvector of the multiplier -1 points from a cycle to its period-doubled one.
     ((orbit, cycle),) = pairs
     assert cycle is not None
     change = np.linalg.norm((cycle.unknowns - orbit.unknowns)[:4])
@@ -49,9 +49,9 @@ def test_a_doubled_branch_joins_both_period_doublings(monkeypatch: pytest.Monkey
 
 def test_a_doubled_branch_does_not_return_along_itself() -> None:
     p = Parameters(m=4.5, k1=170.0, k2=140.0, k3=28.0, c1=1.1, c2=0.6, F=180.0, k_nl=33.0)
-    found = branch(p, "mu", low=0.0, high=12.0, doubled=True)
-    assert found.ends == (End.DOUBLING, End.DOUBLING)
-    kinds = [event.kind for event in found.events]
+    curve = branch(p, "mu", low=0.0, high=12.0, doubled=True)
+    assert curve.ends == (End.DOUBLING, End.DOUBLING)
+    kinds = [event.kind for event in curve.events]
     assert kinds == [EventKind.PERIOD_DOUBLING, EventKind.FOLD, EventKind.PERIOD_DOUBLING]
 
 

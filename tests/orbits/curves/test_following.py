@@ -1,4 +1,4 @@
-"""Curves that are known are followed to their ends, and their folds located."""
+"""Continuation of curves in closed form: their ends and their folds."""
 
 import numpy as np
 import pytest
@@ -35,9 +35,9 @@ class Circle(Curve[PointOnCurve]):
             unknowns -= np.linalg.solve(np.array([2.0 * radius, along]), missed)
         else:
             return None
-        way = np.array([-radius[1], radius[0]])
-        way *= np.sign(way @ (along if tangent is None else tangent))
-        return PointOnCurve(unknowns, way, 1)
+        direction = np.array([-radius[1], radius[0]])
+        direction *= np.sign(direction @ (along if tangent is None else tangent))
+        return PointOnCurve(unknowns, direction, 1)
 
 
 def follow(angle: float, low: float, high: float) -> Followed[PointOnCurve]:
@@ -47,22 +47,22 @@ def follow(angle: float, low: float, high: float) -> Followed[PointOnCurve]:
 
 
 def test_a_closed_curve_ends_where_it_began_with_its_two_folds_located() -> None:
-    found = follow(0.3, 0.0, 4.0)
-    assert found.end is End.CLOSED
-    assert set(found.events.values()) == {EventKind.FOLD}
-    folds = [found.points[place].unknowns for place in found.events]
+    curve = follow(0.3, 0.0, 4.0)
+    assert curve.end is End.CLOSED
+    assert set(curve.events.values()) == {EventKind.FOLD}
+    folds = [curve.points[index].unknowns for index in curve.events]
     assert [fold[VALUE] for fold in folds] == pytest.approx([3.0, 1.0], abs=1e-12)
     assert [fold[PERIOD] for fold in folds] == pytest.approx([3.0, 3.0], abs=2e-9)
-    last = found.points[-1].unknowns
-    assert last.tolist() == pytest.approx([3.0 + np.cos(0.3), 2.0 + np.sin(0.3)])
+    end = curve.points[-1].unknowns
+    assert end.tolist() == pytest.approx([3.0 + np.cos(0.3), 2.0 + np.sin(0.3)])
 
 
 def test_a_curve_ends_at_the_bound_of_the_parameter() -> None:
-    found = follow(0.3, 1.5, 4.0)
-    assert found.end is End.BOUND
-    assert found.points[-1].unknowns[VALUE] == 1.5
-    assert found.points[-1].unknowns[PERIOD] == pytest.approx(3.0 - np.sqrt(0.75))
-    assert list(found.events.values()) == [EventKind.FOLD]
+    curve = follow(0.3, 1.5, 4.0)
+    assert curve.end is End.BOUND
+    assert curve.points[-1].unknowns[VALUE] == 1.5
+    assert curve.points[-1].unknowns[PERIOD] == pytest.approx(3.0 - np.sqrt(0.75))
+    assert list(curve.events.values()) == [EventKind.FOLD]
 
 
 def test_a_curve_that_begins_at_the_bound_and_leaves_has_no_more_points() -> None:

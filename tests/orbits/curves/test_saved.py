@@ -26,30 +26,30 @@ def saved(folder: Path, suffix: str, result: CycleBranch = WHOLE) -> Path:
 def test_from_a_cycle_in_a_file_the_same_branch_is_found_both_ways(
     tmp_path: Path, suffix: str
 ) -> None:
-    found = branch(None, "mu", low=0.25, high=0.8, origin=saved(tmp_path, suffix))
-    assert found.origin == "file"
-    assert [event.kind for event in found.events] == [event.kind for event in WHOLE.events]
-    for one, other in zip(found.events, WHOLE.events, strict=True):
-        assert one.value == pytest.approx(other.value, abs=1e-10)
-    assert found.ends == WHOLE.ends
-    assert any(point.value == 0.7 for point in found.points)
+    curve = branch(None, "mu", low=0.25, high=0.8, origin=saved(tmp_path, suffix))
+    assert curve.origin == "file"
+    assert [event.kind for event in curve.events] == [event.kind for event in WHOLE.events]
+    for curve_event, expected_event in zip(curve.events, WHOLE.events, strict=True):
+        assert curve_event.value == pytest.approx(expected_event.value, abs=1e-10)
+    assert curve.ends == WHOLE.ends
+    assert any(point.value == 0.7 for point in curve.points)
 
 
 def test_the_cycle_may_be_followed_along_another_parameter(tmp_path: Path) -> None:
     # Of the two cycles at μ = 0.35 the first in the file is the unstable one.
     p = Parameters(mu=0.35)
-    found = branch(p, "F", low=70.0, high=90.0, origin=saved(tmp_path, ".csv"))
-    start = next(point for point in found.points if point.value == 80.0)
+    curve = branch(p, "F", low=70.0, high=90.0, origin=saved(tmp_path, ".csv"))
+    start = next(point for point in curve.points if point.value == 80.0)
     assert not start.stable
-    assert {found.points[0].value, found.points[-1].value} <= {70.0, 90.0}
+    assert {curve.points[0].value, curve.points[-1].value} <= {70.0, 90.0}
 
 
-@pytest.mark.parametrize("many", [True, False])
-def test_attractors_are_taken_as_json(tmp_path: Path, many: bool) -> None:
-    found = attractors(Parameters(F=120.0))
-    cycle = found.others[0].to_dict()
+@pytest.mark.parametrize("several", [True, False])
+def test_attractors_are_taken_as_json(tmp_path: Path, several: bool) -> None:
+    coexistence = attractors(Parameters(F=120.0))
+    cycle = coexistence.others[0].to_dict()
     path = tmp_path / "a.json"
-    path.write_text(json.dumps({"attractors": [cycle]} if many else cycle), encoding="utf-8")
+    path.write_text(json.dumps({"attractors": [cycle]} if several else cycle), encoding="utf-8")
     result = branch(Parameters(F=120.0), "mu", low=0.6, high=0.8, origin=path)
     start = next(point for point in result.points if point.value == 0.7)
     assert start.stable
@@ -57,17 +57,17 @@ def test_attractors_are_taken_as_json(tmp_path: Path, many: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("p", "separation", "said"),
+    ("p", "separation", "message"),
     [
         (Parameters(F=120.0), True, "F = 120: must be 80, as in"),
         (Parameters(mu=0.9), True, "mu = 0.9: must be from 0.277877 to 0.8"),
         (Parameters(), False, "separation: must be considered, as in"),
     ],
 )
-def test_what_does_not_agree_with_the_file_is_said(
-    tmp_path: Path, p: Parameters, separation: bool, said: str
+def test_parameters_that_contradict_the_file_are_refused(
+    tmp_path: Path, p: Parameters, separation: bool, message: str
 ) -> None:
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         branch(p, "mu", origin=saved(tmp_path, ".csv"), separation=separation)
 
 
@@ -87,7 +87,7 @@ def test_a_table_of_something_else_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_branch_whose_points_are_all_at_one_value_serves_that_value(tmp_path: Path) -> None:
-    one = WHOLE.points[-1]
-    path = saved(tmp_path, ".csv", replace(WHOLE, points=(one, one)))
-    found = branch(Parameters(mu=0.8), "mu", low=0.7, high=0.9, origin=path)
-    assert any(point.value == 0.8 for point in found.points)
+    last_point = WHOLE.points[-1]
+    path = saved(tmp_path, ".csv", replace(WHOLE, points=(last_point, last_point)))
+    curve = branch(Parameters(mu=0.8), "mu", low=0.7, high=0.9, origin=path)
+    assert any(point.value == 0.8 for point in curve.points)

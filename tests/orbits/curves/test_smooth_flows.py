@@ -1,4 +1,4 @@
-"""Smooth flows with known limit cycles, through the same equations and the same follower."""
+"""Smooth flows with known limit cycles, computed by the product's equations and continuation."""
 
 import math
 from collections.abc import Callable
@@ -46,18 +46,18 @@ def curve_of(flow: SmoothFlow, low: float, high: float) -> BranchCurve:
     return BranchCurve(flow, np.ones(flow.states + 2), (low, high), touches=False)
 
 
-def cycle(curve: BranchCurve, guess: list[float], way: list[float]) -> OrbitOnCurve:
-    """The cycle near a guess with a maximum of the second variable's rate, on a plane `way`."""
+def cycle(curve: BranchCurve, guess: list[float], direction: list[float]) -> OrbitOnCurve:
+    """The cycle near a guess where the second variable's rate is greatest, on a plane."""
     across = np.eye(len(guess))[1]
-    found = curve.orbits.solve(np.array(guess), np.array([across, way]))
-    assert found is not None
-    return found
+    orbit = curve.orbits.solve(np.array(guess), np.array([across, direction]))
+    assert orbit is not None
+    return orbit
 
 
 def follow(
-    curve: BranchCurve, start: OrbitOnCurve, most: int, *until: EventKind
+    curve: BranchCurve, start: OrbitOnCurve, step_limit: int, *until: EventKind
 ) -> Followed[OrbitOnCurve]:
-    return Follower(curve, 1e-3, max_points=most).follow(start, until=until)
+    return Follower(curve, 1e-3, max_points=step_limit).follow(start, until=until)
 
 
 def van_der_pol() -> SmoothFlow:
@@ -81,11 +81,11 @@ def test_the_van_der_pol_cycle_has_its_known_period_and_amplitude() -> None:
     assert start.unknowns[0] == pytest.approx(2.0 + 0.1**2 / 96.0, abs=3e-7)
     series = 2.0 * math.pi * (1.0 + 0.1**2 / 16.0 - 5.0 * 0.1**4 / 3072.0)
     assert start.unknowns[PERIOD] == pytest.approx(series, abs=1e-8)
-    found = follow(curve, start, 5)
-    values = [float(point.unknowns[VALUE]) for point in found.points]
+    curve_points = follow(curve, start, 5)
+    values = [float(point.unknowns[VALUE]) for point in curve_points.points]
     assert values == sorted(values)
     assert values[-1] > 1.0
-    near = next(point for point in found.points if point.unknowns[VALUE] > 1.0)
+    near = next(point for point in curve_points.points if point.unknowns[VALUE] > 1.0)
     period = float(near.unknowns[PERIOD])
     upright = cycle(curve, [2.0, 0.0, period, 1.0], [0.0, 0.0, 0.0, 1.0])
     assert upright.unknowns[PERIOD] == pytest.approx(6.66328685932313, abs=1e-10)
@@ -110,10 +110,10 @@ def test_cycles_of_the_duffing_oscillator_have_the_period_of_the_elliptic_integr
     curve = curve_of(duffing(), -1.0, 1.0)
     start = cycle(curve, [0.2, 0.0, 2.0 * math.pi / math.sqrt(1.03), 0.0], [1.0, 0.0, 0.0, 0.0])
     start = start if start.tangent[0] > 0.0 else start.reversed()
-    found = follow(curve, start, 6)
-    assert not found.events
+    curve_points = follow(curve, start, 6)
+    assert not curve_points.events
     sizes = []
-    for point in (start, *found.points):
+    for point in (start, *curve_points.points):
         x, v, period, damping = point.unknowns.tolist()
         # Of the energy E = v²/2 + x²/2 + x⁴/4 the greatest x is the amplitude.
         energy = 0.5 * v * v + 0.5 * x * x + 0.25 * x**4
@@ -148,11 +148,11 @@ def test_a_fold_known_in_closed_form_is_located() -> None:
     first = 0.3
     start = cycle(curve, [first, 0.0, 2.0 * math.pi, first**4 - first**2], [1.0, 0.0, 0.0, 0.0])
     start = start if start.tangent[0] > 0.0 else start.reversed()
-    found = follow(curve, start, 20, EventKind.FOLD)
-    ((place, kind),) = found.events.items()
+    curve_points = follow(curve, start, 20, EventKind.FOLD)
+    ((index, kind),) = curve_points.events.items()
     assert kind is EventKind.FOLD
-    assert found.points[place].unknowns[VALUE] == pytest.approx(-0.25, abs=1e-12)
-    for point in found.points:
+    assert curve_points.points[index].unknowns[VALUE] == pytest.approx(-0.25, abs=1e-12)
+    for point in curve_points.points:
         square = float(point.unknowns[:2] @ point.unknowns[:2])
         assert point.unknowns[VALUE] == pytest.approx(square**2 - square, abs=1e-10)
         exponent = 2.0 * math.pi * 2.0 * square * (1.0 - 2.0 * square)
@@ -166,7 +166,7 @@ def test_a_fold_known_in_closed_form_is_located() -> None:
         pytest.param(0.5, EventKind.PERIOD_DOUBLING, marks=pytest.mark.whole),
     ],
 )
-def test_what_neighbours_do_is_located_where_it_is_known(frequency: float, kind: EventKind) -> None:
+def test_bifurcations_of_known_flows_are_located(frequency: float, kind: EventKind) -> None:
     # A circle, and beside it an oscillation that grows from λ = 0 on: its multipliers are
     # exp(2π (λ ± iω)); at ω = 1/2 one of both, which would be −1, is damped.
     def rate(z: FloatArray, growth: float) -> FloatArray:
@@ -175,7 +175,7 @@ def test_what_neighbours_do_is_located_where_it_is_known(frequency: float, kind:
         if kind is EventKind.TORUS:
             beside = [growth * a - frequency * b, frequency * a + growth * b]
         else:
-            # In a frame that turns by half while the circle turns once.
+            # The frame makes half a turn per turn of the circle.
             cos, sin = x / math.sqrt(square), y / math.sqrt(square)
             mean, half = growth - 0.5, 0.5
             beside = [
@@ -194,16 +194,23 @@ def test_what_neighbours_do_is_located_where_it_is_known(frequency: float, kind:
         steps = 1e-6 * np.eye(5)
         at = np.append(z, growth)
         columns = [
-            (rate((at + one)[:4], (at + one)[4]) - rate((at - one)[:4], (at - one)[4])) / 2e-6
-            for one in steps
+            (
+                rate((at + event_kind)[:4], (at + event_kind)[4])
+                - rate((at - event_kind)[:4], (at - event_kind)[4])
+            )
+            / 2e-6
+            for event_kind in steps
         ]
         return np.array(columns).T
 
     curve = curve_of(SmoothFlow(4, rate, slopes), -5.0, 5.0)
-    way = [0.0] * 5 + [1.0]
-    start = cycle(curve, [1.0, 0.0, 0.0, 0.0, 2.0 * math.pi, -0.05], way)
-    found = follow(curve, start, 2, kind)
-    located = {one: found.points[place].unknowns[VALUE] for place, one in found.events.items()}
+    direction = [0.0] * 5 + [1.0]
+    start = cycle(curve, [1.0, 0.0, 0.0, 0.0, 2.0 * math.pi, -0.05], direction)
+    curve_points = follow(curve, start, 2, kind)
+    located = {
+        event_kind: curve_points.points[index].unknowns[VALUE]
+        for index, event_kind in curve_points.events.items()
+    }
     assert located[kind] == pytest.approx(0.0, abs=1e-8)
 
 
@@ -217,13 +224,13 @@ def test_a_point_where_another_branch_crosses_is_noted() -> None:
     def slopes(z: FloatArray, growth: float) -> FloatArray:
         x, y, beside = z
         radial = (1.0 - x * x - y * y) * np.eye(2) - 2.0 * np.outer(z[:2], z[:2])
-        found = np.zeros((3, 4))
-        found[:2, :2] = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
-        found[2, 2:] = growth - 3.0 * beside * beside, beside
-        return found
+        curve_points = np.zeros((3, 4))
+        curve_points[:2, :2] = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
+        curve_points[2, 2:] = growth - 3.0 * beside * beside, beside
+        return curve_points
 
     curve = curve_of(SmoothFlow(3, rate, slopes), -5.0, 5.0)
     start = cycle(curve, [1.0, 0.0, 0.0, 2.0 * math.pi, -0.05], [0.0] * 4 + [1.0])
-    found = follow(curve, start, 2, EventKind.BRANCH)
-    assert list(found.events.values()) == [EventKind.BRANCH]
-    assert found.points[-1].unknowns[VALUE] == pytest.approx(0.0, abs=1e-8)
+    curve_points = follow(curve, start, 2, EventKind.BRANCH)
+    assert list(curve_points.events.values()) == [EventKind.BRANCH]
+    assert curve_points.points[-1].unknowns[VALUE] == pytest.approx(0.0, abs=1e-8)

@@ -1,4 +1,4 @@
-"""The digits of a final state that are printed hold, against 25 digits and finer runs."""
+"""The printed digits of a final state are correct, against 25 digits and finer runs."""
 
 import math
 from types import SimpleNamespace
@@ -21,7 +21,7 @@ def state_of(run: Transient) -> list[float]:
 
 
 def beyond(scene: RandomScene, tol: float) -> list[float]:
-    """By how many digits what is said to hold exceeds what holds, of each number of the state."""
+    """Reported minus correct digits of each number of the state."""
     run = simulate(
         scene.parameters,
         t_end=scene.t_end,
@@ -41,11 +41,11 @@ def beyond(scene: RandomScene, tol: float) -> list[float]:
 
 @pytest.mark.parametrize("tol", [1e-4, 1e-8, 1e-12])
 def test_digits_of_random_scenes_hold(tol: float) -> None:
-    found = np.concatenate([beyond(scene, tol) for scene in random_scenes()[::2]])
-    assert found.max() < 1.0
-    assert (found > 0.0).mean() < 0.005
-    # They are not fewer than need be.
-    assert np.median(found) > -4.0
+    digits = np.concatenate([beyond(scene, tol) for scene in random_scenes()[::2]])
+    assert digits.max() < 1.0
+    assert (digits > 0.0).mean() < 0.005
+    # The reported digits are not too few.
+    assert np.median(digits) > -4.0
 
 
 @pytest.mark.parametrize("t_end", [100.0, 5000.0])
@@ -53,9 +53,9 @@ def test_digits_of_a_short_and_of_a_long_run_hold(t_end: float) -> None:
     run, finer = simulate(t_end=t_end), simulate(t_end=t_end, tol=1e-13)
     digits = final_digits(run)
     assert digits is not None
-    for count, one, other in zip(digits, state_of(run), state_of(finer), strict=True):
+    for count, value, finer_value in zip(digits, state_of(run), state_of(finer), strict=True):
         assert 8 <= count <= 13
-        assert abs(one - other) < abs(one) * 10.0**-count
+        assert abs(value - finer_value) < abs(value) * 10.0**-count
 
 
 @pytest.mark.parametrize("p", [Parameters(), Parameters(c1=200.0), Parameters(F=0.0)])
@@ -94,16 +94,16 @@ def test_reports_and_data_say_the_digits_that_hold() -> None:
     rows = {row.label: row for row in transient_rows(run)}
     assert rows["final x"].value == f"{run.final.x:.{digits.x}g} m"
     assert rows["final x"].note == "t = 100 s, the digits that hold"
-    said = run.to_dict()
-    assert said["final_digits"] == digits._asdict()
-    assert said["final"]["x"] == run.final.x
+    data = run.to_dict()
+    assert data["final_digits"] == digits._asdict()
+    assert data["final"]["x"] == run.final.x
 
 
 @pytest.mark.parametrize(
     "options",
     [{"method": "rk4"}, {"kernel": "interpreted"}, {"method": "scipy-dop853"}],
 )
-def test_what_is_not_known_is_not_said(options: dict[str, Any]) -> None:
+def test_unknown_digits_are_not_printed(options: dict[str, Any]) -> None:
     run = simulate(t_end=2.0, **options)
     assert final_digits(run) is None
     assert run.to_dict()["final_digits"] is None

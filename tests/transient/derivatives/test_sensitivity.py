@@ -1,4 +1,4 @@
-"""Sensitivities, against differences of 25-digit runs and of runs, in Python and on the line."""
+"""Sensitivities against differences of 25-digit runs and of runs, in Python and by the command."""
 
 import dataclasses
 import json
@@ -27,9 +27,11 @@ REFERENCES: Final[dict[str, Any]] = json.loads(
 )
 
 
-def flat(found: Sensitivity) -> np.ndarray:
+def flat(sensitivity: Sensitivity) -> np.ndarray:
     """The derivatives in the order of the quantities of a reference."""
-    return np.array([*found.final, *found.peak, *found.steady, *found.contact_force])
+    return np.array(
+        [*sensitivity.final, *sensitivity.peak, *sensitivity.steady, *sensitivity.contact_force]
+    )
 
 
 @pytest.mark.parametrize("name", REFERENCES)
@@ -45,11 +47,11 @@ def test_sensitivities_are_differences_of_25_digit_runs(name: str) -> None:
     )
     assert run.sensitivities is not None
     assert list(run.sensitivities) == list(PARAMETERS)
-    for parameter, found in run.sensitivities.items():
+    for parameter, sensitivity in run.sensitivities.items():
         expected = np.array(reference["by"][parameter])
-        # Of the state and heights as a whole; each contact force of its own.
+        # One scale for state and heights together, and one for each contact force.
         scale = np.concatenate([np.full(10, np.abs(expected[:10]).max()), np.abs(expected[10:])])
-        assert (np.abs(flat(found) - expected) <= 1e-11 * scale + 1e-13).all(), parameter
+        assert (np.abs(flat(sensitivity) - expected) <= 1e-11 * scale + 1e-13).all(), parameter
 
 
 def test_without_a_compiled_kernel_they_are_interpreted() -> None:
@@ -59,8 +61,11 @@ def test_without_a_compiled_kernel_they_are_interpreted() -> None:
     assert run.stats.kernel == "interpreted"
     assert run.sensitivities is not None
     assert compiled.sensitivities is not None
-    one, other = flat(run.sensitivities["mu"]), flat(compiled.sensitivities["mu"])
-    assert one == pytest.approx(other, rel=1e-9, abs=1e-12)
+    plain_values, compiled_values = (
+        flat(run.sensitivities["mu"]),
+        flat(compiled.sensitivities["mu"]),
+    )
+    assert plain_values == pytest.approx(compiled_values, rel=1e-9, abs=1e-12)
 
 
 @settings(max_examples=20)
@@ -72,19 +77,19 @@ def test_the_static_start_changes_as_differences_say(p: Parameters) -> None:
             ends = [
                 static_start(
                     System(
-                        dataclasses.replace(p, **{name: getattr(p, name) + place * nudge}),
+                        dataclasses.replace(p, **{name: getattr(p, name) + column * nudge}),
                         separation,
                     ),
                 )
-                for place in (0, 1, 2)
+                for column in (0, 1, 2)
             ]
             difference = (4.0 * np.array(ends[1]) - 3.0 * np.array(ends[0]) - ends[2]) / 2 / nudge
-            found = static_start_change(System(p, separation), name)
-            assert found == pytest.approx(difference, rel=1e-5, abs=1e-7), name
+            change = static_start_change(System(p, separation), name)
+            assert change == pytest.approx(difference, rel=1e-5, abs=1e-7), name
 
 
 def test_a_start_in_numbers_does_not_depend_on_parameters() -> None:
-    # Over a time in which nothing moves, the derivatives are those of the start.
+    # In a time too short for motion, the derivatives are those of the start.
     p = Parameters()
     start = static_start(System(p))
     of_numbers = simulate(p, t_end=1e-9, start=start, sensitivities=["F", "k1"]).sensitivities
@@ -110,39 +115,41 @@ def test_growth_is_what_costs_digits() -> None:
 def test_at_a_kink_the_derivatives_are_those_towards_greater_values() -> None:
     # At rest on the switch without preload; a preload presses the slider down.
     run = simulate(Parameters(F=0.0, mu=0.0), t_end=2.0, sensitivities=["F"])
-    more = simulate(Parameters(F=1e-6, mu=0.0), t_end=2.0)
+    heavier = simulate(Parameters(F=1e-6, mu=0.0), t_end=2.0)
     assert run.sensitivities is not None
-    found = run.sensitivities["F"]
+    sensitivity = run.sensitivities["F"]
     assert run.peak.y_abs == run.contact_force.min == 0.0
-    assert found.peak.y_abs == pytest.approx(more.peak.y_abs / 1e-6, rel=1e-3)
-    assert found.contact_force.min == pytest.approx(more.contact_force.min / 1e-6, rel=1e-3)
-    assert found.contact_force.max > 0.0
+    assert sensitivity.peak.y_abs == pytest.approx(heavier.peak.y_abs / 1e-6, rel=1e-3)
+    assert sensitivity.contact_force.min == pytest.approx(
+        heavier.contact_force.min / 1e-6, rel=1e-3
+    )
+    assert sensitivity.contact_force.max > 0.0
 
 
-def test_what_has_decayed_is_nothing_and_costs_nothing() -> None:
-    # A thousand seconds take 1e-320 of a deviation of the start.
+def test_decayed_deviations_are_zero_and_cost_no_time() -> None:
+    # After a thousand seconds a deviation of the start has decayed to 1e-320 of its size.
     run = simulate(Parameters(m=1e-3, mu=0.2), t_end=10.0, sensitivities=["mu"])
     assert run.sensitivities is not None
     assert run.sensitivities.growth == 0.0
-    rest, more = (
+    rest, longer = (
         equilibrium(System(run.parameters)),
         equilibrium(System(Parameters(m=1e-3, mu=0.2 + 1e-6))),
     )
-    expected = ((more.x - rest.x) / 1e-6, 0.0, (more.y - rest.y) / 1e-6, 0.0)
+    expected = ((longer.x - rest.x) / 1e-6, 0.0, (longer.y - rest.y) / 1e-6, 0.0)
     assert run.sensitivities["mu"].final == pytest.approx(expected, rel=1e-5, abs=1e-9)
 
 
 def test_progress_goes_on_through_both_runs() -> None:
-    seen: list[float] = []
+    shares: list[float] = []
 
-    def progress(done: float) -> bool:
-        seen.append(done)
+    def progress(share: float) -> bool:
+        shares.append(share)
         return True
 
     plain = simulate(t_end=50.0)
     run = simulate(t_end=50.0, sensitivities=["mu"], progress=progress)
-    assert seen == sorted(seen)
-    assert seen[-1] > 0.5
+    assert shares == sorted(shares)
+    assert shares[-1] > 0.5
     assert run.final == plain.final
     assert run.stats.kernel == plain.stats.kernel
 
@@ -177,15 +184,15 @@ def test_a_stored_transient_keeps_its_sensitivities(tmp_path: Path) -> None:
 
 
 def test_the_command_prints_them_in_a_table_and_as_data() -> None:
-    words = ["simulate", "--t-end", "20", "--sensitivity", "mu", "--sensitivity", "F"]
-    table = CliRunner().invoke(commands, words).stdout
+    arguments = ["simulate", "--t-end", "20", "--sensitivity", "mu", "--sensitivity", "F"]
+    table = CliRunner().invoke(commands, arguments).stdout
     assert "small deviations grow 68.7 times until the end, where about 10 digits hold" in table
     row = next(line for line in table.splitlines() if line.startswith("peak |y|, m"))
     assert row.split()[-2:] == ["10.6029", "0.347463"]
-    data = json.loads(CliRunner().invoke(commands, [*words, "--json"]).stdout)
+    data = json.loads(CliRunner().invoke(commands, [*arguments, "--json"]).stdout)
     assert set(data["sensitivities"]["by"]) == {"mu", "F"}
     assert data["sensitivities"]["by"]["F"]["peak"]["y_abs"] == pytest.approx(0.347462548667)
     assert set(data["sensitivities"]["by"]["F"]["final"]) == {"x", "vx", "y", "vy"}
     assert "sensitivities" not in json.loads(
-        CliRunner().invoke(commands, [*words[:3], "--json"]).stdout
+        CliRunner().invoke(commands, [*arguments[:3], "--json"]).stdout
     )

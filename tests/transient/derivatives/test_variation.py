@@ -54,14 +54,14 @@ def test_derivatives_are_differences_of_25_digit_runs(name: str, kernel: Kernel)
         start=reference["start"],
         kernel=kernel,
     )
-    found = vary(request, [*PARAMETER_SEEDS, *START_SEEDS])
+    variation = vary(request, [*PARAMETER_SEEDS, *START_SEEDS])
     expected = np.array(list(reference["by"].values())).T
     assert list(reference["by"]) == [*PARAMETERS, "x0", "vx0", "y0", "vy0"]
     scale = np.abs(expected[:4]).max(axis=0)
-    assert (np.abs(found.derivatives - expected[:4]) < 1e-11 * scale).all()
-    for one in ("y_min", "y_max", "vx_max"):
-        there = found.extreme_derivatives[EXTREMES.index(one)]
-        assert (np.abs(there - expected[names.index(one)]) < 1e-11 * scale).all(), one
+    assert (np.abs(variation.derivatives - expected[:4]) < 1e-11 * scale).all()
+    for extreme in ("y_min", "y_max", "vx_max"):
+        derivatives = variation.extreme_derivatives[EXTREMES.index(extreme)]
+        assert (np.abs(derivatives - expected[names.index(extreme)]) < 1e-11 * scale).all(), extreme
 
 
 @settings(max_examples=8)
@@ -69,23 +69,25 @@ def test_derivatives_are_differences_of_25_digit_runs(name: str, kernel: Kernel)
 def test_both_kernels_give_the_same_derivatives(
     p: Parameters, start: State, duration: float, separation: bool
 ) -> None:
-    one, other = (
+    interpreted, compiled = (
         vary(
             Request(System(p, separation), t_end=duration, start=start, kernel=kernel),
             [*START_SEEDS, Seed((0.5, 0.0, -0.1, 0.0), {"mu": 1.0, "m": -0.3, "F": 2.0})],
         )
         for kernel in KERNELS
     )
-    assume(one.switch_times.size == other.switch_times.size)
-    scale = np.abs(other.derivatives).max()
-    assert np.abs(one.derivatives - other.derivatives).max() < 1e-10 * scale
-    assert one.rate == pytest.approx(other.rate, rel=1e-9, abs=1e-9)
-    same = np.abs(one.moments - other.moments) < 1e-6
+    assume(interpreted.switch_times.size == compiled.switch_times.size)
+    scale = np.abs(compiled.derivatives).max()
+    assert np.abs(interpreted.derivatives - compiled.derivatives).max() < 1e-10 * scale
+    assert interpreted.rate == pytest.approx(compiled.rate, rel=1e-9, abs=1e-9)
+    close_moments = np.abs(interpreted.moments - compiled.moments) < 1e-6
     assert (
-        np.abs(one.extreme_derivatives - other.extreme_derivatives)[same].max(initial=0.0)
+        np.abs(interpreted.extreme_derivatives - compiled.extreme_derivatives)[close_moments].max(
+            initial=0.0
+        )
         < 1e-7 * scale
     )
-    assert one.switch_times == pytest.approx(other.switch_times, abs=1e-9)
+    assert interpreted.switch_times == pytest.approx(compiled.switch_times, abs=1e-9)
 
 
 @settings(max_examples=25)
@@ -96,7 +98,7 @@ def test_volume_shrinks_by_the_divergence_along_every_flow(
     p: Parameters, start: State, duration: float, separation: bool
 ) -> None:
     derivatives = flow(p, start, duration, separation=separation).derivatives
-    # Elimination loses the digits by which the entries exceed the determinant.
+    # Elimination loses as many digits as the entries exceed the determinant by.
     contraction = np.exp(-(p.c1 + p.c2) / p.m * duration)
     assume(np.linalg.cond(derivatives) < 1e5)
     assert np.linalg.det(derivatives) == pytest.approx(contraction, rel=1e-10)
@@ -114,54 +116,56 @@ def test_volume_shrinks_by_the_divergence_along_every_flow(
 def test_the_flow_over_two_times_is_that_over_one_after_the_other(
     p: Parameters, start: State, duration: float, part: float
 ) -> None:
-    whole = flow(p, start, duration)
+    complete = flow(p, start, duration)
     first = flow(p, start, part * duration)
-    # A start that is next to nothing is at rest.
+    # The kernel treats a tiny start as rest.
     assume(all(abs(z) > 1e3 * LEAST_START or z == 0.0 for z in first.final))
     second = flow(p, first.final, duration - part * duration)
-    # Where y = 0 is but touched, as without damping, rounding decides whether it is crossed.
+    # Where motion only touches y = 0, as without damping, rounding decides whether it crosses.
     switches = [*first.switch_times, *(part * duration + second.switch_times)]
-    assume(len(switches) == whole.switch_times.size)
+    assume(len(switches) == complete.switch_times.size)
     assume(np.all(np.diff(switches) > 1e-3))
     scale = np.abs(second.derivatives) @ np.abs(first.derivatives)
     product = second.derivatives @ first.derivatives
-    assert (np.abs(product - whole.derivatives) <= 1e-9 * (scale.max() + 1.0)).all()
+    assert (np.abs(product - complete.derivatives) <= 1e-9 * (scale.max() + 1.0)).all()
     # The field is carried along by its own flow.
     ax, ay = accelerations(p, start, mode_of(p, start, separation=True))
     rate = [start[1], ax, start[3], ay]
-    assert whole.derivatives @ rate == pytest.approx(whole.rate, abs=1e-6 * (scale.max() + 1.0))
+    assert complete.derivatives @ rate == pytest.approx(
+        complete.rate, abs=1e-6 * (scale.max() + 1.0)
+    )
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("t_end", [0.01, 60.0])
 def test_at_rest_the_flow_is_the_exponential_of_the_jacobian(kernel: Kernel, t_end: float) -> None:
-    # The motion takes one step to the end; what deviates from it oscillates.
+    # Motion at rest takes a single step to the end, whereas deviations oscillate.
     p = Parameters(mu=0.3)
     rest = equilibrium(System(p))
     request = Request(
         System(p), t_end=t_end, tol=1e-13, start=(rest.x, 0.0, rest.y, 0.0), kernel=kernel
     )
     expected = expm(np.array(jacobian(p, rest.y, Mode.CONTACT)) * t_end)
-    found = vary(request, START_SEEDS).derivatives
-    assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
+    derivatives = vary(request, START_SEEDS).derivatives
+    assert np.abs(derivatives - expected).max() < 1e-11 * np.abs(expected).max()
 
 
 def test_the_flow_ends_where_a_transient_does_and_switches_when_it_does() -> None:
     run = simulate(t_end=7.3, tol=1e-13)
-    found = vary(Request(System(Parameters()), t_end=7.3, tol=1e-13), START_SEEDS)
-    assert found.final == (run.final.x, run.final.vx, run.final.y, run.final.vy)
-    assert found.switch_times.tolist() == run.switch_times.tolist()
+    variation = vary(Request(System(Parameters()), t_end=7.3, tol=1e-13), START_SEEDS)
+    assert variation.final == (run.final.x, run.final.vx, run.final.y, run.final.vy)
+    assert variation.switch_times.tolist() == run.switch_times.tolist()
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_what_cannot_be_finished_says_why(kernel: Kernel) -> None:
+def test_derivatives_that_cannot_be_computed_give_the_reason(kernel: Kernel) -> None:
     growing = Parameters(k_nl=0.0, mu=100.0)
     endless = Request(System(growing, separation=False), t_end=5000.0, kernel=kernel)
     with pytest.raises(
         ComputationError, match=r"beyond the floating-point range|cannot be followed"
     ):
         vary(endless, START_SEEDS)
-    # Deviations get there before the motion does.
+    # Deviations overflow before the motion does.
     huge = [Seed((1e300, 0.0, 0.0, 0.0))]
     with pytest.raises(ComputationError, match="deviations from the motion cannot be followed"):
         vary(Request(System(growing, separation=False), t_end=100.0, kernel=kernel), huge)
@@ -182,15 +186,15 @@ def test_numbers_of_every_size_end_in_an_answer_or_a_reason() -> None:
         p = Parameters(m=m, k1=k1, k2=k2, k3=k3, k_nl=10.0 ** rng.uniform(-6.0, 15.0))
         request = Request(System(p), t_end=float(3.0 * math.sqrt(m / k2)), max_steps=3000)
         try:
-            found = vary(request, [*START_SEEDS, *PARAMETER_SEEDS])
+            variation = vary(request, [*START_SEEDS, *PARAMETER_SEEDS])
         except ComputationError:
             continue
-        assert np.isfinite(found.derivatives).all()
+        assert np.isfinite(variation.derivatives).all()
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_linear_motion_is_derived_however_large_it_is(kernel: Kernel) -> None:
-    # Its third power is beyond the floating-point range, and plays no part.
+    # The cube of y overflows, but k_nl = 0 makes it irrelevant.
     p = Parameters(k_nl=0.0)
     small, large = (
         vary(
