@@ -65,11 +65,10 @@ async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
     monkeypatch.setattr(film, "animate", lambda *given, **more: made.append((given, more)))
     data, figure = pane.export(DATA), pane.export(FIGURE)
     assert (data.proposal, figure.proposal) == ("base-1.wav", "base-1.gif")
-    data.check(tmp_path / "a.wav", False)
-    data.write(tmp_path / "a.wav", False)
+    data.check(tmp_path / "a.wav")
+    data.write(tmp_path / "a.wav")
     with wave.open(str(tmp_path / "a.wav")) as file:
         assert file.getnframes() > 10_000
-    figure.check(tmp_path / "a.gif", False)
-    figure.write(tmp_path / "a.gif", False)
-    given = {"window": None, "speed": 2.0, "force": False}
-    assert made == [((run.result, tmp_path / "a.gif"), given)]
+    figure.check(tmp_path / "a.gif")
+    figure.write(tmp_path / "a.gif")
+    assert made == [((run.result, tmp_path / "a.gif"), {"window": None, "speed": 2.0})]
