@@ -26,14 +26,16 @@ def coarse(solver: Solver) -> Solver:
 
 
 def test_every_solver_that_is_here_computes_the_scene(tmp_path: Path) -> None:
-    own = [coarse(solver) for solver in OWN if "rk4" not in solver.name]
-    measured = measure(SCENE, own + [coarse(solver) for solver in peers()], seconds=0.0, rounds=1)
-    assert {m.solver for m in measured} >= {solver.name for solver in own}
+    solvers = [coarse(solver) for solver in OWN if "rk4" not in solver.name]
+    measured = measure(
+        SCENE, solvers + [coarse(solver) for solver in peers()], seconds=0.0, rounds=1
+    )
+    assert {m.solver for m in measured} >= {solver.name for solver in solvers}
     for entry in measured:
         assert entry.error < 5e-2, entry.solver
     draw(measured, "miniature", tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size > 10_000
-    assert len(missing()) + len({m.solver for m in measured} - {s.name for s in own}) >= 4
+    assert len(missing()) + len({m.solver for m in measured} - {s.name for s in solvers}) >= 4
 
 
 def test_a_solver_that_fails_is_left_out_and_said() -> None:
@@ -43,9 +45,9 @@ def test_a_solver_that_fails_is_left_out_and_said() -> None:
 
         return run
 
-    said: list[str] = []
-    assert measure(SCENE, [Solver("broken", [1.0], broken)], rounds=1, say=said.append) == []
-    assert "broken at 1: no" in said
+    messages: list[str] = []
+    assert measure(SCENE, [Solver("broken", [1.0], broken)], rounds=1, say=messages.append) == []
+    assert "broken at 1: no" in messages
 
 
 def test_the_cheapest_setting_that_reaches_an_error_counts() -> None:

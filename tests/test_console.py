@@ -39,8 +39,8 @@ def shown(monkeypatch: pytest.MonkeyPatch, columns: int | None) -> io.StringIO:
 
 
 def table(columns: int, rows: int) -> tuple[list[str], list[list[str]]]:
-    header = [f"name{place} of it" for place in range(columns)]
-    return header, [[f"r{row}c{place}" for place in range(columns)] for row in range(rows)]
+    header = [f"name{column} of it" for column in range(columns)]
+    return header, [[f"r{row}c{column}" for column in range(columns)] for row in range(rows)]
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -70,7 +70,7 @@ def test_the_first_column_stands_in_every_block(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_table_that_fits_is_one_block() -> None:
-    columns = [TableColumn(f"c{place}", ("1", "2")) for place in range(5)]
+    columns = [TableColumn(f"c{number}", ("1", "2")) for number in range(5)]
     width = 5 * 2 + 4 * GAP
     assert len(blocks_of(columns, 1, width)) == 1
     assert len(blocks_of(columns, 1, width - 1)) == 2
@@ -78,7 +78,7 @@ def test_a_table_that_fits_is_one_block() -> None:
 
 
 def test_keys_that_leave_no_room_are_replaced_by_the_numbers_of_rows() -> None:
-    columns = [TableColumn(f"key{place}", ("1234567890",) * 3) for place in range(4)]
+    columns = [TableColumn(f"key{number}", ("1234567890",) * 3) for number in range(4)]
     columns.append(TableColumn("value", ("1", "2", "3")))
     blocks = blocks_of(columns, 4, 40)
     assert {block[0][0].name for block in blocks} == {"row"}
@@ -86,12 +86,12 @@ def test_keys_that_leave_no_room_are_replaced_by_the_numbers_of_rows() -> None:
 
 
 def test_running_text_is_folded_and_not_cut(monkeypatch: pytest.MonkeyPatch) -> None:
-    text = " ".join(f"word{place}" for place in range(60))
+    text = " ".join(f"word{number}" for number in range(60))
     out = shown(monkeypatch, 40)
     print_rows("", ("name", "reason"), [("a", text)])
     print_list("", [("a name that is rather long", text)])
-    words = out.getvalue().split()
-    assert all(words.count(word) == 2 for word in text.split())
+    tokens = out.getvalue().split()
+    assert all(tokens.count(token) == 2 for token in text.split())
     assert max(map(len, out.getvalue().splitlines())) <= 40
 
 
@@ -109,20 +109,20 @@ def test_sweep_and_attractors_keep_their_first_columns(monkeypatch: pytest.Monke
     varied = Design({"F": (21.0, 43.0), "mu": (0.1,)})
     study = Study(varied, p, outputs=("growth_rate", "stable"))
     result = sweep_in_memory(study, local_engine(1))
-    found = Explorer(System(p)).reach("static")
-    branch = Continuation(System(p), "mu", np.array([0.7]), (BranchPoint(0.7, ("up",), found),))
+    attractor = Explorer(System(p)).reach("static")
+    branch = Continuation(System(p), "mu", np.array([0.7]), (BranchPoint(0.7, ("up",), attractor),))
     for width in (40, 60, 80, 120, None):
         out = shown(monkeypatch, width)
         print_sweep(result)
-        print_attractors([found])
+        print_attractors([attractor])
         print_continuation(branch)
         lines = out.getvalue().splitlines()
         assert width is None or max(map(len, lines)) <= width
-        words = out.getvalue().split()
-        assert {column.name for column in study.columns} - {"reason"} <= set(words)
+        tokens = out.getvalue().split()
+        assert {column.name for column in study.columns} - {"reason"} <= set(tokens)
         # Both members stand in each block, under their names.
         blocks = sum({"mu", "separation"} <= set(line.split()) for line in lines)
         assert sum(line.split()[:2] == ["21", "0.1"] for line in lines) == blocks >= 1
         assert sum(line.split()[:2] == ["43", "0.1"] for line in lines) == blocks
-        assert str(found.kind).split()[0] in words
-        assert "multipliers," in words
+        assert str(attractor.kind).split()[0] in tokens
+        assert "multipliers," in tokens

@@ -26,11 +26,11 @@ SAME = {
 
 @pytest.mark.parametrize("text", SAME)
 def test_a_distribution_is_that_of_its_text(text: str) -> None:
-    found = parse_distribution(text)
-    assert str(found) == text
-    np.testing.assert_allclose(found.at(SHARES), SAME[text].ppf(SHARES), rtol=1e-13)
-    assert found.cut == 0.0
-    assert pickle.loads(pickle.dumps(found)) == found
+    distribution = parse_distribution(text)
+    assert str(distribution) == text
+    np.testing.assert_allclose(distribution.at(SHARES), SAME[text].ppf(SHARES), rtol=1e-13)
+    assert distribution.cut == 0.0
+    assert pickle.loads(pickle.dumps(distribution)) == distribution
 
 
 def test_mean_and_sd_of_a_lognormal_are_those_of_the_quantity() -> None:
@@ -41,16 +41,16 @@ def test_mean_and_sd_of_a_lognormal_are_those_of_the_quantity() -> None:
 
 
 def test_truncation_scales_what_is_left() -> None:
-    whole = Distribution("normal", (1.0, 2.0))
-    found = whole.within(0.0, 100.0)
-    assert found.cut == pytest.approx(stats.norm.cdf(-0.5))
+    normal = Distribution("normal", (1.0, 2.0))
+    truncated = normal.within(0.0, 100.0)
+    assert truncated.cut == pytest.approx(stats.norm.cdf(-0.5))
     expected = stats.truncnorm((0.0 - 1.0) / 2.0, (100.0 - 1.0) / 2.0, 1.0, 2.0)
-    np.testing.assert_allclose(found.at(SHARES), expected.ppf(SHARES), rtol=1e-9)
-    assert found.within(-5.0, 3.0) == whole.within(0.0, 3.0)
+    np.testing.assert_allclose(truncated.at(SHARES), expected.ppf(SHARES), rtol=1e-9)
+    assert truncated.within(-5.0, 3.0) == normal.within(0.0, 3.0)
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("normal:1", "normal:MEAN:SD"),
         ("normal:1:0", "SD must be above 0"),
@@ -66,8 +66,8 @@ def test_truncation_scales_what_is_left() -> None:
         ("normal:1:1e999", "not a finite number"),
     ],
 )
-def test_what_is_no_distribution_is_refused(text: str, words: str) -> None:
-    with pytest.raises(InputError, match=words):
+def test_what_is_no_distribution_is_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
         parse_distribution(text)
 
 

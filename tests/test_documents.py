@@ -36,15 +36,15 @@ SETTINGS: Final[dict[str, Any]] = tomllib.loads(
 
 def defined_in(path: Path) -> set[str]:
     """The names of classes, functions and constants that a module defines."""
-    found = set()
+    names = set()
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
-            found.add(node.name)
+            names.add(node.name)
         elif isinstance(node, ast.Assign):
-            found.update(ast.unparse(target) for target in node.targets)
+            names.update(ast.unparse(target) for target in node.targets)
         elif isinstance(node, ast.AnnAssign):
-            found.add(ast.unparse(node.target))
-    return found
+            names.add(ast.unparse(node.target))
+    return names
 
 
 @pytest.mark.parametrize("name", TEXTS)
@@ -57,19 +57,19 @@ def test_every_path_and_module_that_is_named_exists(name: str) -> None:
     assert len(paths) >= 10 or name.startswith("examples/")
     assert not [path for path in paths if not (ROOT / path).exists()]
     modules = re.findall(r"-m ((?:tests|fivtui)(?:\.\w+)*)", text)
-    places = [ROOT.joinpath(*module.split(".")) for module in modules]
+    module_paths = [ROOT.joinpath(*module.split(".")) for module in modules]
     missing = [
-        place
-        for place in places
-        if not (place.with_suffix(".py").is_file() or (place / "__main__.py").is_file())
+        module_path
+        for module_path in module_paths
+        if not (module_path.with_suffix(".py").is_file() or (module_path / "__main__.py").is_file())
     ]
     assert not missing
 
 
 def test_every_name_is_defined_in_the_module_that_is_said_to_have_it() -> None:
-    said = re.findall(r"`(\w+)`\s+in\s+`([\w/]+\.py)`", CONTRIBUTING)
-    assert len(said) >= 20
-    assert not [(name, path) for name, path in said if name not in defined_in(ROOT / path)]
+    pairs = re.findall(r"`(\w+)`\s+in\s+`([\w/]+\.py)`", CONTRIBUTING)
+    assert len(pairs) >= 20
+    assert not [(name, path) for name, path in pairs if name not in defined_in(ROOT / path)]
 
 
 def test_the_tree_has_every_package() -> None:
@@ -102,9 +102,9 @@ def test_the_layers_are_those_of_the_contracts() -> None:
 
 
 def test_every_marker_is_explained() -> None:
-    (said,) = re.findall(r"^Markers: .*?\n\n", CONTRIBUTING, flags=re.MULTILINE | re.DOTALL)
+    (paragraph,) = re.findall(r"^Markers: .*?\n\n", CONTRIBUTING, flags=re.MULTILINE | re.DOTALL)
     for marker in SETTINGS["pytest"]["ini_options"]["markers"]:
-        assert f"`{marker.partition(':')[0]}`" in said
+        assert f"`{marker.partition(':')[0]}`" in paragraph
 
 
 def test_form_and_fmu_follow_from_the_table_of_parameters() -> None:
@@ -115,9 +115,9 @@ def test_form_and_fmu_follow_from_the_table_of_parameters() -> None:
 def test_a_line_more_of_methods_is_a_method_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(METHODS, "another", METHODS["rk4"])
     p = Parameters()
-    found = integrate(Request(System(p), t_end=1.0, method="another"))
-    assert found.method == "another"
-    assert found.final == integrate(Request(System(p), t_end=1.0, method="rk4")).final
+    result = integrate(Request(System(p), t_end=1.0, method="another"))
+    assert result.method == "another"
+    assert result.final == integrate(Request(System(p), t_end=1.0, method="rk4")).final
 
 
 def test_the_tables_of_methods_know_the_same_methods() -> None:

@@ -69,12 +69,14 @@ def test_scaled_parameters_have_the_same_motion_in_other_units(
     mass, length, time = factors
     scaled = runpy.run_path(str(ROOT / "examples" / "brake_scale.py"))["scaled"]
     x, vx, y, vy = state
-    other = (x * length, vx * length / time, y * length, vy * length / time)
-    found = accelerations(scaled(p, mass, length, time), other, mode)
+    scaled_state = (x * length, vx * length / time, y * length, vy * length / time)
+    actual = accelerations(scaled(p, mass, length, time), scaled_state, mode)
     true = accelerations(p, state, mode)
     largest = max(map(abs, (*true, p.F / p.m, p.k1 / p.m, p.k_nl / p.m)))
-    for one, another in zip(found, true, strict=True):
-        assert one * time**2 / length == pytest.approx(another, rel=1e-12, abs=1e-13 * largest)
+    for actual_value, expected_value in zip(actual, true, strict=True):
+        assert actual_value * time**2 / length == pytest.approx(
+            expected_value, rel=1e-12, abs=1e-13 * largest
+        )
 
 
 @pytest.mark.parametrize("length", [1e-6, 2e-8])
@@ -86,14 +88,14 @@ def test_a_motion_of_micrometres_has_the_digits_of_one_of_metres(
     base, time = Parameters(), 5e-4
     pad = scaled(base, 0.1, length, time)
     if kernel == "rk4":
-        one = simulate(base, t_end=5.0, method="rk4", step=2e-3)
-        other = simulate(pad, t_end=5.0 * time, method="rk4", step=2e-3 * time)
+        base_run = simulate(base, t_end=5.0, method="rk4", step=2e-3)
+        pad_run = simulate(pad, t_end=5.0 * time, method="rk4", step=2e-3 * time)
     else:
-        one = simulate(base, t_end=20.0, kernel=kernel)
-        other = simulate(pad, t_end=20.0 * time, kernel=kernel)
-    assert other.events.separations == one.events.separations > 1
-    assert other.final.y / length == pytest.approx(one.final.y, rel=1e-9)
-    assert other.peak.y_abs / length == pytest.approx(one.peak.y_abs, rel=1e-12)
+        base_run = simulate(base, t_end=20.0, kernel=kernel)
+        pad_run = simulate(pad, t_end=20.0 * time, kernel=kernel)
+    assert pad_run.events.separations == base_run.events.separations > 1
+    assert pad_run.final.y / length == pytest.approx(base_run.final.y, rel=1e-9)
+    assert pad_run.peak.y_abs / length == pytest.approx(base_run.peak.y_abs, rel=1e-12)
     growth = stability(pad).growth_rate * time
     assert growth == pytest.approx(stability(base).growth_rate, rel=1e-12)
 

@@ -83,8 +83,8 @@ def test_a_transients_panels_show_what_their_labels_say(runs: list[Transient]) -
     # A panel is high enough to read.
     assert figure.get_figheight() > 5 * 1.5
     for case, name in ((True, "separation considered"), (False, "separation ignored")):
-        t, own = own_slider.motion(3.0, separation=case)
-        for axes, column in zip(rows[0], own.T, strict=True):
+        t, motion = own_slider.motion(3.0, separation=case)
+        for axes, column in zip(rows[0], motion.T, strict=True):
             x, y = points(line_like(axes, legend[name]))
             early = x <= 3.0
             assert early.sum() == 301
@@ -98,12 +98,12 @@ def test_shading_is_where_the_slider_is_off_the_belt_and_nowhere_else(
     runs: list[Transient],
 ) -> None:
     figure = transient_figure(runs)
-    t, own = own_slider.motion(3.0, separation=True)
-    whole, late = figure.axes[0], figure.axes[3]
-    for axes in (whole, late):
+    t, motion = own_slider.motion(3.0, separation=True)
+    overview, late = figure.axes[0], figure.axes[3]
+    for axes in (overview, late):
         shaded = np.array(spans(axes))
         np.testing.assert_allclose(shaded, runs[0].separated_intervals)
-        for time, y in zip(t[5::10].tolist(), own[5::10, 2].tolist(), strict=True):
+        for time, y in zip(t[5::10].tolist(), motion[5::10, 2].tolist(), strict=True):
             if abs(y) > 0.1:
                 within = (shaded[:, 0] <= time) & (time <= shaded[:, 1])
                 assert within.any() == (y > 0.0)
@@ -114,29 +114,29 @@ def test_the_last_cycles_are_about_eight_of_the_motion_that_is_drawn(
     runs: list[Transient],
 ) -> None:
     t = np.linspace(0.0, 40.0, 4001)
-    for period, words, left in ((0.24, "last 2 s", 38.0), (0.6, "last 5 s", 35.0)):
+    for period, title, start in ((0.24, "last 2 s", 38.0), (0.6, "last 5 s", 35.0)):
         y = 3.0 + 2.0 * np.sin(2.0 * np.pi * t / period)
         assert runs[0].trajectory is not None
         motion = dataclasses.replace(runs[0].trajectory, y=y)
-        made = dataclasses.replace(runs[0], trajectory=motion)
-        whole, late = transient_figure([made], quantities=["y"]).axes
-        assert late.get_title() == words
-        assert late.get_xlim() == (left, 40.0)
-        assert whole.get_xlim() == (0.0, 40.0)
+        run = dataclasses.replace(runs[0], trajectory=motion)
+        overview, late = transient_figure([run], quantities=["y"]).axes
+        assert late.get_title() == title
+        assert late.get_xlim() == (start, 40.0)
+        assert overview.get_xlim() == (0.0, 40.0)
     long = 3.0 + 2.0 * np.sin(2.0 * np.pi * t / 2.6)
     assert runs[0].trajectory is not None
-    made = dataclasses.replace(runs[0], trajectory=dataclasses.replace(runs[0].trajectory, y=long))
-    assert len(transient_figure([made], quantities=["y"]).axes) == 1
+    run = dataclasses.replace(runs[0], trajectory=dataclasses.replace(runs[0].trajectory, y=long))
+    assert len(transient_figure([run], quantities=["y"]).axes) == 1
 
 
 def test_runs_of_several_parameters_are_named_at_their_own_lines() -> None:
     times = np.linspace(0.0, 1.0, 101)
     forces = (40.0, 60.0, 80.0)
-    made = [
+    runs = [
         simulate(Parameters(F=force, k_nl=2.0 * force), t_end=1.0, samples=times, tol=1e-9)
         for force in forces
     ]
-    figure = transient_figure(made, quantities=["y"])
+    figure = transient_figure(runs, quantities=["y"])
     # There is room for all of a name on one line.
     assert not any("\n" in text.get_text() for text in figure.legends[0].get_texts())
     legend = the_legend(figure)
@@ -152,25 +152,25 @@ def test_runs_of_several_parameters_are_named_at_their_own_lines() -> None:
 
 def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> None:
     p = Parameters()
-    found = stability(p)
-    figure = sheet_figure(modes_sheet(found, mode_scan(System(p), 1.5)))
+    result = stability(p)
+    figure = sheet_figure(modes_sheet(result, mode_scan(System(p), 1.5)))
     frequency, growth, plane = figure.axes
     assert labels(frequency) == ("Friction coefficient μ", "Frequency Im λ/(2π) (Hz)")
     assert labels(growth) == ("Friction coefficient μ", "Growth rate Re λ (1/s)")
     assert labels(plane) == ("Re λ (1/s)", "Im λ (rad/s)")
     legend = the_legend(figure)
     assert len(legend) == 6
-    for place in (0, 40, 80, 160, 240):
-        seen = []
+    for index in (0, 40, 80, 160, 240):
+        drawn = []
         for name in ("mode 1", "mode 2"):
             mu, hertz = points(line_like(frequency, legend[name]))
             also, rate = points(line_like(growth, legend[name]))
-            assert mu[place] == also[place] == pytest.approx(1.5 * place / 240)
-            seen.append(complex(rate[place], 2.0 * np.pi * hertz[place]))
-        own = own_slider.eigenvalues(mu=float(mu[place]))
-        own = own[own.imag > 0.0]
-        assert sorted(seen, key=lambda v: (round(v.imag, 4), v.real)) == pytest.approx(
-            sorted(own.tolist(), key=lambda v: (round(v.imag, 4), v.real)), abs=1e-6
+            assert mu[index] == also[index] == pytest.approx(1.5 * index / 240)
+            drawn.append(complex(rate[index], 2.0 * np.pi * hertz[index]))
+        expected = own_slider.eigenvalues(mu=float(mu[index]))
+        expected = expected[expected.imag > 0.0]
+        assert sorted(drawn, key=lambda v: (round(v.imag, 4), v.real)) == pytest.approx(
+            sorted(expected.tolist(), key=lambda v: (round(v.imag, 4), v.real)), abs=1e-6
         )
     assert plain(figure.get_suptitle()) == BASE_TITLE
 
@@ -183,17 +183,17 @@ def test_the_critical_and_the_present_friction_are_marked_where_they_are() -> No
     assert plain(figure.get_suptitle()).endswith("F = 100 N, k_nl = 500 N/m^3, μ = 1.1")
     for axes in figure.axes[:2]:
         assert axes.get_xlim() == (0.0, 2.0)
-        for words, place in ((f"μ_c = {critical:.4g}", critical), ("μ = 1.1", 1.1)):
-            x, y = points(line_like(axes, legend[words]))
-            assert x.tolist() == pytest.approx([place, place], abs=1e-9)
+        for label, position in ((f"μ_c = {critical:.4g}", critical), ("μ = 1.1", 1.1)):
+            x, y = points(line_like(axes, legend[label]))
+            assert x.tolist() == pytest.approx([position, position], abs=1e-9)
             assert y.tolist() == [0.0, 1.0]
     level = [line for line in figure.axes[1].lines if np.array_equal(line.get_ydata(), [0.0, 0.0])]
     assert len(level) == 1
     plane = figure.axes[2]
     x, y = points(line_like(plane, legend["at μ = 1.1"]))
-    own = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=1.1)
+    expected = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=1.1)
     np.testing.assert_allclose(
-        np.sort_complex(y + 1j * x), np.sort_complex(own.imag + 1j * own.real)
+        np.sort_complex(y + 1j * x), np.sort_complex(expected.imag + 1j * expected.real)
     )
     path = points(line_like(plane, legend["eigenvalues, μ = 0 to 2"]))
     start = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=0.0)
@@ -206,19 +206,19 @@ def test_the_critical_and_the_present_friction_are_marked_where_they_are() -> No
 
 def mesh_of(axes: Axes) -> tuple[QuadMesh, dict[tuple[float, float], float]]:
     # The mesh, and its values by the middle of their cells.
-    (mesh,) = [each for each in axes.collections if isinstance(each, QuadMesh)]
+    (mesh,) = [collection for collection in axes.collections if isinstance(collection, QuadMesh)]
     corners = np.asarray(mesh.get_coordinates())
     middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
     values = np.asarray(mesh.get_array()).ravel()
-    places = [tuple(place) for place in middles.reshape(-1, 2).round(9).tolist()]
-    return mesh, dict(zip(places, values.tolist(), strict=True))
+    centres = [tuple(centre) for centre in middles.reshape(-1, 2).round(9).tolist()]
+    return mesh, dict(zip(centres, values.tolist(), strict=True))
 
 
 MU, FORCE = np.linspace(0.0, 1.5, 31), np.linspace(10.0, 110.0, 5)
 
 
 @pytest.mark.parametrize(
-    ("value", "colours", "own"),
+    ("value", "colours", "reference"),
     [
         ("growth-rate", "Growth rate (1/s)", own_slider.growth_rate),
         ("critical-mu", "Critical friction coefficient", own_slider.critical_mu),
@@ -229,7 +229,7 @@ MU, FORCE = np.linspace(0.0, 1.5, 31), np.linspace(10.0, 110.0, 5)
         ),
     ],
 )
-def test_a_map_has_its_values_over_its_own_axes(value: str, colours: str, own: Any) -> None:
+def test_a_map_has_its_values_over_its_own_axes(value: str, colours: str, reference: Any) -> None:
     figure = stability_map(Parameters(c1=0.5), {"mu": MU, "F": FORCE}, value).figure()
     axes, bar = figure.axes
     assert labels(axes) == ("Friction coefficient μ", "Preload F (N)")
@@ -238,7 +238,7 @@ def test_a_map_has_its_values_over_its_own_axes(value: str, colours: str, own: A
     _, values = mesh_of(axes)
     assert set(values) == set(itertools.product(MU.round(9).tolist(), FORCE.tolist()))
     for mu, force in itertools.product((0.1, 0.65, 1.45), (10.0, 85.0, 110.0)):
-        expected = own(c1=0.5, mu=mu, F=force)
+        expected = reference(c1=0.5, mu=mu, F=force)
         assert values[mu, force] == pytest.approx(expected, abs=1e-7)
     assert plain(axes.get_title()) == (
         "m = 5 kg, k_1 = 100 N/m, k_2 = 50 N/m, k_3 = 60 N/m c_1 = 0.5 N s/m, "
@@ -295,13 +295,13 @@ def made_up(
     size = next(iter(points_.values())).size
     case = np.tile(np.array(cases), size // len(cases))
     numbers = {name: at.astype(float) for name, at in points_.items()}
-    for place, output in enumerate(outputs):
-        numbers[output] = output_value(place, case, *points_.values())
+    for number, output in enumerate(outputs):
+        numbers[output] = output_value(number, case, *points_.values())
     return Sweep(study, Rows(numbers, case, ("",) * size))
 
 
-def output_value(place: int, case: Any, *at: Any) -> Any:
-    return 1.0 + 100.0 * place + 10.0 * case + sum((1.0 + 2.0 * k) * v for k, v in enumerate(at))
+def output_value(number: int, case: Any, *at: Any) -> Any:
+    return 1.0 + 100.0 * number + 10.0 * case + sum((1.0 + 2.0 * k) * v for k, v in enumerate(at))
 
 
 def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -> None:
@@ -312,18 +312,18 @@ def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -
     shown = entries(legend)
     assert len(shown) == len(axes.lines) == 4
     for text, handle in shown.items():
-        place = 2 if text.startswith("peak of |y|") else 1
-        assert place == 2 or "half" in text
+        number = 2 if text.startswith("peak of |y|") else 1
+        assert number == 2 or "half" in text
         case = text.endswith("considered")
         assert case or text.endswith("ignored")
         line = next(
-            each
-            for each in lines_like(axes, handle)
-            if each.get_linewidth() == handle.get_linewidth()
+            candidate
+            for candidate in lines_like(axes, handle)
+            if candidate.get_linewidth() == handle.get_linewidth()
         )
         x, y = points(line)
         assert x.tolist() == [20.0, 50.0, 80.0]
-        np.testing.assert_allclose(y, output_value(place, case, x))
+        np.testing.assert_allclose(y, output_value(number, case, x))
         assert line.is_dashed() == case
     assert labels(axes) == ("Preload F (N)", "Amplitude (m)")
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
@@ -473,10 +473,10 @@ def test_attractors_along_a_parameter_stand_where_and_how_they_were_met() -> Non
         "contact limit cycle, up": ("^", "#1f4fd8", [(40.0, 0.5)]),
     }
     assert set(legend) == {*expected, "coexistence"}
-    for name, (marker, colour, places) in expected.items():
+    for name, (marker, colour, positions) in expected.items():
         line = line_like(axes, legend[name])
         assert (line.get_marker(), line.get_color()) == (marker, colour)
-        assert list(zip(*points(line), strict=True)) == places
+        assert list(zip(*points(line), strict=True)) == positions
         assert line.get_linestyle() == "None"
     # Half way to the values beside it.
     assert spans(axes) == [(15.0, 30.0)]
@@ -491,14 +491,14 @@ def test_attractors_along_a_parameter_stand_where_and_how_they_were_met() -> Non
 
 
 def test_a_basin_has_the_colour_of_the_attractor_that_its_starts_reach() -> None:
-    one, other = cycle(Kind.SEPARATING_CYCLE, 4.0), cycle(Kind.CONTACT_CYCLE, 0.5, 2.5)
+    separating, contact = cycle(Kind.SEPARATING_CYCLE, 4.0), cycle(Kind.CONTACT_CYCLE, 0.5, 2.5)
     reached = np.array([[0, 1, 1], [2, 0, 1]])
     first, second = np.array([-1.0, 1.0]), np.array([2.0, 4.0, 6.0])
     result = Basin(
         System(Parameters()),
         (0.1, 0.2, 0.3, 0.4),
         Grid((START_SPECS["y0"], START_SPECS["vx0"]), (first, second)),
-        (one, REST, other),
+        (separating, REST, contact),
         reached,
     )
     figure = result.figure()
@@ -522,17 +522,21 @@ def test_a_basin_has_the_colour_of_the_attractor_that_its_starts_reach() -> None
     ]
     assert "period 1.25 s" in next(iter(legend))
     assert "period 2.5 s" in list(legend)[2]
-    for place, patch in enumerate(legend.values()):
-        assert to_hex(mesh.to_rgba(float(place))) == to_hex(patch.get_facecolor())  # type: ignore[arg-type]
-        assert bool(patch.get_hatch()) == (place != 1)
+    for position, patch in enumerate(legend.values()):
+        assert to_hex(mesh.to_rgba(float(position))) == to_hex(patch.get_facecolor())  # type: ignore[arg-type]
+        assert bool(patch.get_hatch()) == (position != 1)
     # The hatching of a cycle covers its own starts alone; corners are looked at from inside.
-    filled = [each for each in axes.collections if isinstance(each, QuadContourSet) and each.filled]
+    filled = [
+        collection
+        for collection in axes.collections
+        if isinstance(collection, QuadContourSet) and collection.filled
+    ]
     grid = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
-    seen = np.array([0.0, 4.0]) + 0.99 * (grid.reshape(-1, 2) - np.array([0.0, 4.0]))
+    samples = np.array([0.0, 4.0]) + 0.99 * (grid.reshape(-1, 2) - np.array([0.0, 4.0]))
     hatched = [patch.get_hatch() for patch in legend.values() if patch.get_hatch()]
     for contours, hatch, index in zip(filled, hatched, (0, 2), strict=True):
         assert list(contours.hatches) == [hatch]
-        inside = sum(path.contains_points(seen) for path in contours.get_paths()) > 0
+        inside = sum(path.contains_points(samples) for path in contours.get_paths()) > 0
         np.testing.assert_array_equal(inside, reached.ravel() == index)
     assert to_hex(legend["equilibrium"].get_facecolor()) == "#ffffff"
     assert plain(axes.get_title()).endswith("x_0 = 0.1 m, vy_0 = 0.4 m/s")

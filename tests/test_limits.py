@@ -33,10 +33,10 @@ def folded() -> PeriodicOrbit:
         p, t_end=200.0, start=(0.0, 0.0, 1.5, 3.0), samples="dense", kernel="interpreted"
     )
     assert run.solution is not None
-    one, other = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
-    there = run.solution([one])
-    guess = as_state([float(there.x[0]), float(there.vx[0]), 0.0, float(there.vy[0])])
-    orbit = shoot(System(p), guess, float(other - one), Section.LIFT_OFF)
+    begin, end = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
+    motion = run.solution([begin])
+    guess = as_state([float(motion.x[0]), float(motion.vx[0]), 0.0, float(motion.vy[0])])
+    orbit = shoot(System(p), guess, float(end - begin), Section.LIFT_OFF)
     for beyond in (1e-2, 2e-3, 3e-4, 4e-5, 2e-6, 4e-8):
         at = Parameters(mu=FOLD + beyond)
         orbit = shoot(System(at), orbit.start, orbit.period, Section.LIFT_OFF)

@@ -46,8 +46,8 @@ def test_what_the_command_line_can_do_is_public() -> None:
 def test_importing_the_package_imports_nothing_heavy() -> None:
     loaded = f"sorted(set(sys.modules) & set({HEAVY!r}))"
     assert run(f"import sys, fivtui; dir(fivtui); print({loaded})") == "[]\n"
-    own = "[name for name in sys.modules if name.startswith(('fivtui.', 'fmu_src'))]"
-    assert run(f"import sys, fivtui; print({own})") == "['fivtui.lazy']\n"
+    expression = "[name for name in sys.modules if name.startswith(('fivtui.', 'fmu_src'))]"
+    assert run(f"import sys, fivtui; print({expression})") == "['fivtui.lazy']\n"
 
 
 def test_parameters_and_errors_need_no_numpy() -> None:
@@ -60,8 +60,10 @@ def test_every_function_has_a_whole_docstring_and_annotations(name: str) -> None
     function = getattr(fivtui, name)
     text = inspect.getdoc(function) or ""
     lines = text.splitlines()
-    found = [line for line, rule in pairwise(lines) if set(rule) == {"-"}]
-    assert found == [each for each in SECTIONS if each != "Returns" or name not in WITHOUT_RESULT]
+    headings = [line for line, rule in pairwise(lines) if set(rule) == {"-"}]
+    assert headings == [
+        section for section in SECTIONS if section != "Returns" or name not in WITHOUT_RESULT
+    ]
     signature = inspect.signature(function)
     for parameter in signature.parameters.values():
         assert parameter.annotation is not parameter.empty
@@ -75,8 +77,8 @@ def test_the_example_of_every_public_name_is_true(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(measure, "QUICK_S", 0.2)
-    (found,) = doctest.DocTestFinder(recurse=False).find(getattr(fivtui, name), name, globs={})
-    assert found.examples
-    told: list[str] = []
-    doctest.DocTestRunner(verbose=False).run(found, out=told.append)
-    assert not told, "".join(told)
+    (test_case,) = doctest.DocTestFinder(recurse=False).find(getattr(fivtui, name), name, globs={})
+    assert test_case.examples
+    output: list[str] = []
+    doctest.DocTestRunner(verbose=False).run(test_case, out=output.append)
+    assert not output, "".join(output)

@@ -11,9 +11,9 @@ from fivtui.ranges import NamedRange, log_spaced, parse_range, parse_ranges, ran
 
 
 def test_a_range_is_evenly_spaced_and_holds_both_ends() -> None:
-    found = parse_range("--vary", " F = 10 : 120 : 23 ")
-    assert found == NamedRange("F", 10.0, 120.0, 23)
-    assert np.diff(found.values()) == pytest.approx(np.full(22, 5.0))
+    parsed = parse_range("--vary", " F = 10 : 120 : 23 ")
+    assert parsed == NamedRange("F", 10.0, 120.0, 23)
+    assert np.diff(parsed.values()) == pytest.approx(np.full(22, 5.0))
 
 
 def test_a_logarithmic_range_has_equal_ratios() -> None:
@@ -30,12 +30,12 @@ def test_a_logarithmic_range_has_equal_ratios() -> None:
 def test_values_spaced_logarithmically_are_rounded_to_the_last_bit(
     start: float, stop: float, parts: int, seed: int
 ) -> None:
-    places = np.random.default_rng(seed).integers(0, parts, 5, endpoint=True).astype(float)
-    found = log_spaced(start, stop, places, parts)
+    positions = np.random.default_rng(seed).integers(0, parts, 5, endpoint=True).astype(float)
+    values = log_spaced(start, stop, positions, parts)
     with mpmath.workdps(60):
         ratio = mpmath.mpf(stop) / mpmath.mpf(start)
-        for place, value in zip(places.tolist(), found.tolist(), strict=True):
-            exact = mpmath.mpf(start) * ratio ** (mpmath.mpf(place) / parts)
+        for position, value in zip(positions.tolist(), values.tolist(), strict=True):
+            exact = mpmath.mpf(start) * ratio ** (mpmath.mpf(position) / parts)
             assert abs(exact - value) <= 0.51 * math.ulp(value)
 
 
@@ -63,7 +63,7 @@ def test_the_ends_are_exact_and_every_value_is_allowed(
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("F", "NAME=START:STOP:COUNT"),
         ("=1:2:3", "NAME=START:STOP:COUNT"),
@@ -81,10 +81,10 @@ def test_the_ends_are_exact_and_every_value_is_allowed(
         ("F=1:2:3:cubic", "unknown spacing 'cubic'"),
     ],
 )
-def test_a_wrong_range_is_named_with_what_is_allowed(text: str, said: str) -> None:
+def test_a_wrong_range_is_named_with_what_is_allowed(text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         parse_range("--vary", text)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
 

@@ -48,12 +48,12 @@ def blocks_of(name: str, first: str) -> list[tuple[str, str]]:
     """The blocks of a document from the one that begins so, up to where the next part begins."""
     blocks, parts = BLOCKS[name], PARTS.get(name, [""])
     begins = [
-        next(place for place, (_, text) in enumerate(blocks) if text.startswith(begin))
+        next(index for index, (_, text) in enumerate(blocks) if text.startswith(begin))
         for begin in parts
     ]
     assert begins == sorted(set(begins))
-    place = parts.index(first)
-    return blocks[begins[place] : [*begins, len(blocks)][place + 1]]
+    index = parts.index(first)
+    return blocks[begins[index] : [*begins, len(blocks)][index + 1]]
 
 
 ALL_PARTS = [(name, first) for name in DOCUMENTS for first in PARTS.get(name, [""])]
@@ -64,12 +64,12 @@ def check_blocks(
 ) -> dict[str, str]:
     """Run blocks in order in this folder; returns what scripts print, by language."""
     printed = run_blocks(blocks, change)
-    wrong = [f"{each.line}: {each.error}" for each in printed if each.code]
+    wrong = [f"{command.line}: {command.error}" for command in printed if command.code]
     assert not wrong, "\n".join(wrong)
-    assert all(each.out or "wrote" in each.error for each in printed)
+    assert all(command.out or "wrote" in command.error for command in printed)
     lines = [text.count("\nfivtui ") + text.startswith("fivtui ") for _, text in blocks]
     assert len(printed) >= sum(lines) + sum(language != "sh" for language, _ in blocks)
-    return {each.line: each.out for each in printed}
+    return {command.line: command.out for command in printed}
 
 
 def check_scripts(by_line: dict[str, str]) -> None:
@@ -109,8 +109,8 @@ def test_the_blocks_run_with_all_their_points(
 
 
 def test_reduced_commands_differ_in_counts_alone() -> None:
-    words = "map --over F=20:150:27 --over k_nl=5:50:4:log --vary mu~uniform:0.2:0.8 --samples 1024"
-    assert " ".join(reduced(words.split())) == (
+    line = "map --over F=20:150:27 --over k_nl=5:50:4:log --vary mu~uniform:0.2:0.8 --samples 1024"
+    assert " ".join(reduced(line.split())) == (
         "map --over F=20:150:2 --over k_nl=5:50:2:log --vary mu~uniform:0.2:0.8 --samples 64"
     )
     assert reduced(["branch", "--vary", "mu=0.2:1"]) == ["branch", "--vary", "mu=0.2:1"]
@@ -137,13 +137,13 @@ def test_the_source_distribution_has_every_file_that_the_readme_names(tmp_path: 
     run_python("-m", "hatchling", "build", "-t", "sdist", "-d", tmp_path)
     (archive,) = tmp_path.iterdir()
     with tarfile.open(archive) as file:
-        there = {name.partition("/")[2] for name in file.getnames()}
+        archived = {name.partition("/")[2] for name in file.getnames()}
     links = set(re.findall(r"\]\((?!http)([^)#]+)\)", README))
     commands = " ".join(text for language, text in BLOCKS["README.md"] if language == "sh")
     files = {"pyproject.toml", *re.findall(r"[\w./-]+\.txt", commands)}
     assert ".ci/constraints.txt" in files
     for name in links | files:
-        assert any(entry == name or entry.startswith(f"{name}/") for entry in there), name
+        assert any(entry == name or entry.startswith(f"{name}/") for entry in archived), name
 
 
 def test_the_table_of_parameters_is_that_of_the_code() -> None:

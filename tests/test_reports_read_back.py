@@ -51,20 +51,22 @@ def listed(printed: Printed) -> list[tuple[str, str]]:
 def tabled(text: str) -> list[dict[str, str]]:
     """The rows of a table, by what stands above: all columns but the first end alike."""
     header, *lines = [line.rstrip() for line in text.splitlines()]
-    names = [(word.end(), word[0]) for word in re.finditer(r"\S+(?: \S+)*", header)]
+    names = [(match.end(), match[0]) for match in re.finditer(r"\S+(?: \S+)*", header)]
     rows = []
     for line in lines:
         row = {name: "" for _, name in names}
-        for place, word in enumerate(re.finditer(r"\S+(?: \S+)*", line)):
-            ends = (name for end, name in names if word.end() <= end)
-            name = names[0][1] if place == 0 else next(ends)
-            row[name] = f"{row[name]} {word[0]}".strip()
+        for index, match in enumerate(re.finditer(r"\S+(?: \S+)*", line)):
+            ends = (name for end, name in names if match.end() <= end)
+            name = names[0][1] if index == 0 else next(ends)
+            row[name] = f"{row[name]} {match[0]}".strip()
         rows.append(row)
     return rows
 
 
 def numbers(text: str) -> list[float]:
-    return [float(each) for each in re.findall(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?", text)]
+    return [
+        float(literal) for literal in re.findall(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?", text)
+    ]
 
 
 # The equilibrium
@@ -75,31 +77,31 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
     changes = {"F": 100.0, "k_nl": 500.0, "mu": 1.1, "c1": 0.8}
     print_stability(stability(p))
     rows = listed(capsys)
-    known = dict(rows)
+    values = dict(rows)
     x, y, force = own_slider.equilibrium(**changes)
-    assert known["equilibrium x"] == f"{x:.6g} m  Eq. 6"
-    assert known["equilibrium y"] == f"{y:.6g} m  negative: contact is compressed"
-    assert known["contact force"] == f"{force:.6g} N  in contact"
-    own = own_slider.eigenvalues(**changes).tolist()
-    rate = max(v.real for v in own)
+    assert values["equilibrium x"] == f"{x:.6g} m  Eq. 6"
+    assert values["equilibrium y"] == f"{y:.6g} m  negative: contact is compressed"
+    assert values["contact force"] == f"{force:.6g} N  in contact"
+    eigenvalues = own_slider.eigenvalues(**changes).tolist()
+    rate = max(v.real for v in eigenvalues)
     halving = f"amplitude halves every {np.log(2.0) / -rate:.4g} s"
-    assert known["growth rate"] == f"{rate:+.6g} 1/s  {halving}"
-    assert known["verdict"] == "STABLE  small disturbances die out"
-    assert known["parameters"].split()[0:2] == ["m=5", "k1=100"]
-    assert known["parameters"].endswith("F=100  k_nl=500  mu=1.1")
+    assert values["growth rate"] == f"{rate:+.6g} 1/s  {halving}"
+    assert values["verdict"] == "STABLE  small disturbances die out"
+    assert values["parameters"].split()[0:2] == ["m=5", "k1=100"]
+    assert values["parameters"].endswith("F=100  k_nl=500  mu=1.1")
     shown = [text for name, text in rows if name.startswith("eigenvalue ")]
     assert len(shown) == 2
     for text in shown:
         real, imaginary = re.fullmatch(r"(\S+) ± (\S+)i 1/s", text).groups()  # type: ignore[union-attr]
-        assert min(abs(v - complex(float(real), float(imaginary))) for v in own) < 1e-4
+        assert min(abs(v - complex(float(real), float(imaginary))) for v in eigenvalues) < 1e-4
     modes = [text for name, text in rows if name.startswith("mode ")]
     assert len(modes) == 2
     for text in modes:
-        found = re.fullmatch(r"(\S+) Hz  damping ratio (\S+), y/x (\S+), (\S+)°", text)
-        assert found is not None
-        hertz, damping, ratio, degrees = map(float, found.groups())
+        match = re.fullmatch(r"(\S+) Hz  damping ratio (\S+), y/x (\S+), (\S+)°", text)
+        assert match is not None
+        hertz, damping, ratio, degrees = map(float, match.groups())
         angular = 2.0 * np.pi * hertz
-        value = min(own, key=lambda v: abs(v.imag - angular))
+        value = min(eigenvalues, key=lambda v: abs(v.imag - angular))
         assert value.imag == pytest.approx(angular, rel=1e-5)
         assert damping == pytest.approx(-value.real / abs(value), rel=1e-3)
         # From the vertical equation of motion: (m λ² + c2 λ + kt + h) y = h x.
@@ -111,8 +113,8 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
     linear = own_slider.critical_mu(F=100.0, c1=0.8, k_nl=0.0)
     part = 100.0 * (1.0 - 1.1 / critical)
     margin = f"μ {part:.3g} % below, margin {critical - 1.1:+.6g}"
-    assert known["critical μ"] == f"{critical:.6g} (unstable above)  {margin}"
-    assert numbers(known["critical μ, linear"])[0] == pytest.approx(linear, rel=1e-5)
+    assert values["critical μ"] == f"{critical:.6g} (unstable above)  {margin}"
+    assert numbers(values["critical μ, linear"])[0] == pytest.approx(linear, rel=1e-5)
     # Where the undamped modes meet, by bisection of their eigenvalues.
     free = {name: value for name, value in changes.items() if name != "mu"} | {"c1": 0.0, "c2": 0.0}
     low, high = 0.0, 4.0
@@ -120,22 +122,24 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
         middle = (low + high) / 2.0
         flutters = own_slider.growth_rate(**free, mu=middle) > 1e-5
         low, high = (low, middle) if flutters else (middle, high)
-    distance, meet = known["frequency distance"].split("  undamped, the modes coalesce at μ ")
+    distance, meet = values["frequency distance"].split("  undamped, the modes coalesce at μ ")
     assert float(meet) == pytest.approx(high, rel=1e-4)
-    apart = sorted(v.imag for v in own if v.imag > 0.0)
+    frequencies = sorted(v.imag for v in eigenvalues if v.imag > 0.0)
     assert distance.endswith(" Hz")
-    assert numbers(distance)[0] == pytest.approx((apart[1] - apart[0]) / 2 / np.pi, rel=1e-2)
+    assert numbers(distance)[0] == pytest.approx(
+        (frequencies[1] - frequencies[0]) / 2 / np.pi, rel=1e-2
+    )
 
 
 def test_stability_as_data_has_hertz_and_radians_apart() -> None:
     data = stability(Parameters()).to_dict()
-    own = own_slider.eigenvalues().tolist()
+    eigenvalues = own_slider.eigenvalues().tolist()
     for pair in data["eigenvalues"]:
-        assert min(abs(complex(*pair) - value) for value in own) < 1e-6
+        assert min(abs(complex(*pair) - value) for value in eigenvalues) < 1e-6
     for mode in data["modes"]:
         assert mode["angular_frequency"] == pytest.approx(2.0 * np.pi * mode["frequency"])
         value = complex(mode["growth_rate"], mode["angular_frequency"])
-        assert min(abs(value - each) for each in own) < 1e-6
+        assert min(abs(value - eigenvalue) for eigenvalue in eigenvalues) < 1e-6
     x, y, force = own_slider.equilibrium()
     assert data["equilibrium"] == pytest.approx({"x": x, "y": y, "P": force})
     assert data["linear_critical_mu"] == pytest.approx(own_slider.critical_mu(k_nl=0.0))
@@ -144,10 +148,10 @@ def test_stability_as_data_has_hertz_and_radians_apart() -> None:
 def written(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]]:
     """Comments and columns of a CSV file."""
     lines = path.read_text(encoding="utf-8").splitlines()
-    said = [line[2:].partition(": ") for line in lines if line.startswith("# ")]
-    names = lines[len(said)].split(",")
-    columns = np.loadtxt(lines[len(said) + 1 :], delimiter=",").T
-    header = {key: json.loads(text) for key, _, text in said}
+    comments = [line[2:].partition(": ") for line in lines if line.startswith("# ")]
+    names = lines[len(comments)].split(",")
+    columns = np.loadtxt(lines[len(comments) + 1 :], delimiter=",").T
+    header = {key: json.loads(text) for key, _, text in comments}
     return header, dict(zip(names, columns, strict=True))
 
 
@@ -155,11 +159,11 @@ def test_written_modes_and_maps_have_every_number_in_its_column(tmp_path: Path) 
     p = Parameters()
     save_study("stability", stability(p), tmp_path / "modes.csv")
     header, columns = written(tmp_path / "modes.csv")
-    for place in (0, 100, 240):
-        own = own_slider.eigenvalues(mu=float(columns["mu"][place]))
+    for index in (0, 100, 240):
+        eigenvalues = own_slider.eigenvalues(mu=float(columns["mu"][index]))
         for number in "1234":
-            value = columns[f"sigma_{number}"][place] + 1j * columns[f"omega_{number}"][place]
-            assert np.abs(own - value).min() < 1e-6
+            value = columns[f"sigma_{number}"][index] + 1j * columns[f"omega_{number}"][index]
+            assert np.abs(eigenvalues - value).min() < 1e-6
     assert {header["units"][f"sigma_{n}"] for n in "1234"} == {"1/s"}
     assert {header["units"][f"omega_{n}"] for n in "1234"} == {"rad/s"}
     assert header["critical_mu"] == [pytest.approx(own_slider.critical_mu())]
@@ -180,14 +184,14 @@ def test_a_printed_map_has_ranges_and_the_unstable_share(capsys: Printed) -> Non
     forces, frictions = np.linspace(20.0, 100.0, 5), np.linspace(0.1, 1.0, 4)
     study("map").show(stability_map(Parameters(), {"F": forces, "mu": frictions}))
     rows = dict(listed(capsys))
-    own = np.array([[own_slider.growth_rate(F=f, mu=m) for m in frictions] for f in forces])
+    rates = np.array([[own_slider.growth_rate(F=f, mu=m) for m in frictions] for f in forces])
     assert rows["F"] == "20 to 100 N, 5"
     assert rows["mu"] == "0.1 to 1, 4"
     assert rows["points"] == "20"
     low, high = numbers(rows["growth rate"])[:2]
-    assert (low, high) == pytest.approx((own.min(), own.max()), rel=1e-5)
+    assert (low, high) == pytest.approx((rates.min(), rates.max()), rel=1e-5)
     assert rows["growth rate"].endswith(" 1/s")
-    assert rows["unstable"] == f"{float(np.mean(own > 0.0)):.1%} of the points"
+    assert rows["unstable"] == f"{float(np.mean(rates > 0.0)):.1%} of the points"
     assert rows["points without value"] == "0"
 
 
@@ -206,8 +210,8 @@ def test_a_printed_transient_has_its_numbers_under_their_names(
     estimate = Deviation(1e-3, 2e-4, 3e-5, 4e-6, 0)
     print_run(SceneTransient(runs[0], Verified(runs[0], {}, estimate, 3)))
     rows = dict(listed(capsys))
-    t, own = own_slider.motion(3.0, separation=True)
-    x, vx, y, _, force = own.T
+    t, motion = own_slider.motion(3.0, separation=True)
+    x, vx, y, _, force = motion.T
     peak = rows["peak |y|"]
     assert numbers(peak)[0] == pytest.approx(np.abs(y).max(), rel=3e-3)
     assert peak.endswith(" m  ± 0.0002 relative")
@@ -231,7 +235,7 @@ def test_a_printed_transient_has_its_numbers_under_their_names(
     assert numbers(rows["max ẋ"]) == [pytest.approx(vx.max(), rel=3e-3)]
     assert rows["max ẋ"].endswith(" m/s  valid for faster belts")
     final = [rows[f"final {name}"].split() for name in ("x", "ẋ", "y", "ẏ")]
-    assert [float(text[0]) for text in final] == pytest.approx(own[-1, :4].tolist(), rel=5e-3)
+    assert [float(text[0]) for text in final] == pytest.approx(motion[-1, :4].tolist(), rel=5e-3)
     assert [text[1] for text in final] == ["m", "m/s", "m", "m/s"]
     assert rows["final x"].endswith(" m  ± 0.001 relative, t = 3 s")
     assert rows["separation"] == "considered"

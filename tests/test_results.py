@@ -198,15 +198,15 @@ def test_columns_are_arrays_of_one_length_that_data_frames_take(name: str, packa
     "twin", [lambda r: pickle.loads(pickle.dumps(r)), copy.copy, copy.deepcopy]
 )
 def test_a_result_can_be_pickled_and_copied(name: str, twin: Callable[[Any], Any]) -> None:
-    other = twin(made(name))
-    assert type(other) is type(made(name))
-    assert repr(other) == repr(made(name))
-    assert other == made(name)
-    assert hash(other) == hash(made(name))
+    copied = twin(made(name))
+    assert type(copied) is type(made(name))
+    assert repr(copied) == repr(made(name))
+    assert copied == made(name)
+    assert hash(copied) == hash(made(name))
     if name in PLAIN:
-        assert equal_values(other.to_dict(), made(name).to_dict())
+        assert equal_values(copied.to_dict(), made(name).to_dict())
     if name in TABULAR:
-        assert equal_values(other.to_columns(), made(name).to_columns())
+        assert equal_values(copied.to_columns(), made(name).to_columns())
 
 
 @pytest.mark.parametrize("name", DRAWN)
@@ -239,11 +239,11 @@ def test_a_failed_member_has_no_numbers_in_the_columns() -> None:
 
 
 def test_columns_of_a_map_are_its_points() -> None:
-    found = made("map")
-    columns = found.to_columns()
+    result = made("map")
+    columns = result.to_columns()
     assert list(columns) == ["F", "k_nl", "critical_mu"]
-    here = (columns["F"] == 80.0) & (columns["k_nl"] == 100.0)
-    assert columns["critical_mu"][here] == found.values[2, 1]
+    selected = (columns["F"] == 80.0) & (columns["k_nl"] == 100.0)
+    assert columns["critical_mu"][selected] == result.values[2, 1]
 
 
 def test_columns_of_a_batch_are_what_was_required() -> None:
@@ -307,8 +307,10 @@ print("matplotlib" in sys.modules)
 run.figure()
 print("matplotlib" in sys.modules)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["False", "True"]
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert process.stdout.split() == ["False", "True"]
 
 
 COMPARED: dict[str, Callable[[float], object]] = {
@@ -327,10 +329,10 @@ COMPARED: dict[str, Callable[[float], object]] = {
 @pytest.mark.parametrize("name", COMPARED)
 def test_results_of_the_same_computation_are_equal_and_others_are_not(name: str) -> None:
     make = COMPARED[name]
-    first, same, other = make(80.0), make(80.0), make(90.0)
-    assert first == same
-    assert hash(first) == hash(same)
-    assert first != other
+    first, equal, different = make(80.0), make(80.0), make(90.0)
+    assert first == equal
+    assert hash(first) == hash(equal)
+    assert first != different
     assert (first == 1) is False
 
 

@@ -84,15 +84,15 @@ FREE: Final = {
 def lint_imports(root: Path) -> str:
     """What import-linter prints of the sources in a folder."""
     code = "import sys; from importlinter.cli import lint_imports_command as c; sys.exit(c())"
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code, "--no-cache", "--no-logo"],
         cwd=root,
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode in (0, 1), done.stderr
-    return done.stdout
+    assert process.returncode in (0, 1), process.stderr
+    return process.stdout
 
 
 def sections(report: str) -> dict[str, str]:
@@ -113,19 +113,21 @@ def test_each_contract_refuses_an_import_planted_against_it(tmp_path: Path) -> N
         with path.open("a", encoding="utf-8") as file:
             file.write(f"\nimport {imported}\n")
     (tmp_path / "fivtui" / "unplaced.py").write_text("", encoding="utf-8")
-    found = sections(lint_imports(tmp_path))
+    reports = sections(lint_imports(tmp_path))
     assert list(VIOLATIONS) == [contract["name"] for contract in CONTRACTS]
     for name, (importer, imported) in VIOLATIONS.items():
-        assert f"{name} BROKEN" in "".join(found.values())
-        assert f"{importer} -> {imported} (l." in found[name], name
-    assert "unplaced" in found["Layers of fivtui"]
+        assert f"{name} BROKEN" in "".join(reports.values())
+        assert f"{importer} -> {imported} (l." in reports[name], name
+    assert "unplaced" in reports["Layers of fivtui"]
 
 
 @pytest.mark.parametrize("package", FREE)
 def test_the_contract_of_a_package_has_every_other_child_of_fivtui(package: str) -> None:
-    (contract,) = (one for one in CONTRACTS if one.get("forbidden_modules") == [package])
-    held = {name.removeprefix("fivtui.") for name in contract["source_modules"]}
-    assert held & CHILDREN == CHILDREN - FREE[package]
+    (contract,) = (
+        candidate for candidate in CONTRACTS if candidate.get("forbidden_modules") == [package]
+    )
+    modules = {name.removeprefix("fivtui.") for name in contract["source_modules"]}
+    assert modules & CHILDREN == CHILDREN - FREE[package]
 
 
 def test_no_module_bears_the_name_of_an_exported_function() -> None:
@@ -157,12 +159,12 @@ def subject(name: str) -> str:
 def imported_names(name: str) -> list[tuple[str, str]]:
     """Module and name of each import from the project's own modules."""
     package = name if is_package(name) else name.rpartition(".")[0]
-    found = []
+    imports = []
     for node in ast.walk(parsed(SOURCES[name])):
         if isinstance(node, ast.ImportFrom):
             module = resolve_name("." * node.level + (node.module or ""), package)
-            found += [(module, alias.name) for alias in node.names if module in SOURCES]
-    return found
+            imports += [(module, alias.name) for alias in node.names if module in SOURCES]
+    return imports
 
 
 def exports(package: str) -> set[str]:
@@ -183,7 +185,9 @@ def test_a_package_uses_of_another_what_that_one_exports() -> None:
 
 
 def test_every_name_that_a_package_exports_is_used_by_another() -> None:
-    used = {one for name in SOURCES for one in imported_names(name) if one[0] != name}
+    used = {
+        imported for name in SOURCES for imported in imported_names(name) if imported[0] != name
+    }
     unused = {
         (package, name)
         for package in SOURCES
@@ -204,13 +208,13 @@ def test_an_unknown_name_of_a_package_is_refused_as_python_does_it() -> None:
 
 
 def test_rk4_takes_the_form_of_a_segment_from_taylor_and_nothing_else() -> None:
-    taken = {
-        one
+    imports = {
+        imported
         for name in ("fivtui.transient.steppers.rk4", "fivtui.transient.trajectory")
-        for one in imported_names(name)
-        if one[0].startswith("fivtui.taylor")
+        for imported in imported_names(name)
+        if imported[0].startswith("fivtui.taylor")
     }
-    assert taken == {("fivtui.taylor", "Segment")}
+    assert imports == {("fivtui.taylor", "Segment")}
 
 
 IN_ORDER: Final = """
@@ -271,19 +275,19 @@ def test_the_rules_of_git_and_of_the_wheel_leave_out_no_module(tmp_path: Path) -
 @cache
 def imported_by(path: Path) -> set[str]:
     """The packages that a module imports, at its head or later, but for type checkers alone."""
-    found: set[str] = set()
+    modules: set[str] = set()
     waiting: list[ast.AST] = [parsed(path)]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.Import):
-            found.update(alias.name.partition(".")[0] for alias in node.names)
+            modules.update(alias.name.partition(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
-            found.add(node.module.partition(".")[0])
+            modules.add(node.module.partition(".")[0])
         elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
             waiting += node.orelse
         elif isinstance(node, ast.mod | ast.stmt | ast.ExceptHandler | ast.match_case):
             waiting += ast.iter_child_nodes(node)
-    return found
+    return modules
 
 
 # The modules that know a package, as a regular expression.
@@ -308,11 +312,11 @@ def test_a_package_is_known_to_its_modules_alone(package: str) -> None:
 
 def test_what_the_python_fmu_carries_imports_the_standard_library_and_its_wrapper() -> None:
     walled = re.compile(r"fivtui\.(model|taylor)(\..+)?|fmu_src\.slave(\..+)?")
-    known = {*sys.stdlib_module_names, *PACKAGES, "pythonfmu"}
+    allowed = {*sys.stdlib_module_names, *PACKAGES, "pythonfmu"}
     assert not {
-        name: imported_by(path) - known
+        name: imported_by(path) - allowed
         for name, path in SOURCES.items()
-        if walled.fullmatch(name) and imported_by(path) - known
+        if walled.fullmatch(name) and imported_by(path) - allowed
     }
 
 

@@ -74,9 +74,9 @@ def save(result: Bounce, path: Path) -> None:
 
 
 def load(path: Path) -> Bounce:
-    said = read_header(path, "bounce")
+    header = read_header(path, "bounce")
     heights = tuple(read_columns(path, "bounce")["height"].tolist())
-    return Bounce(Parameters(**said["bounce_of"]), said["separation"], heights)
+    return Bounce(Parameters(**header["bounce_of"]), header["separation"], heights)
 
 
 BOUNCE = StudyKind(

@@ -23,13 +23,13 @@ def scene(**changes: object) -> Scene:
 
 @pytest.mark.parametrize("tol", [1e-4, 1e-7, 1e-10])
 def test_the_estimate_is_of_the_size_of_the_true_error(tol: float) -> None:
-    found = accuracy(scene(tol=tol))
+    result = accuracy(scene(tol=tol))
     true = REFERENCES["base"]
     for name, value in zip(("x", "vx", "y", "vy"), true.final, strict=True):
-        estimate = found.estimates[name]
+        estimate = result.estimates[name]
         error = abs(estimate.value - value)
         assert error <= 2.0 * estimate.difference + 1e-12
-    peak = found.estimates["peak_y_abs"]
+    peak = result.estimates["peak_y_abs"]
     assert abs(peak.value - true.peak_y_abs) <= 2.0 * peak.difference + 1e-12
 
 
@@ -53,10 +53,10 @@ def test_only_digits_to_believe_are_shown(value: float, difference: float, text:
 
 
 def test_the_command_says_it_in_words_and_in_json() -> None:
-    said = CliRunner().invoke(commands, ["accuracy", "--t-end", "20", "--tol", "1e-8"])
-    assert said.exit_code == 0
-    assert "compared with tol 1e-10" in said.output
-    assert "largest Lyapunov exponent" in said.output
+    result = CliRunner().invoke(commands, ["accuracy", "--t-end", "20", "--tol", "1e-8"])
+    assert result.exit_code == 0
+    assert "compared with tol 1e-10" in result.output
+    assert "largest Lyapunov exponent" in result.output
     printed = CliRunner().invoke(
         commands, ["accuracy", "--set", "mu=0.2", "--t-end", "300", "--tol", "1e-8", "--json"]
     )
@@ -67,11 +67,11 @@ def test_the_command_says_it_in_words_and_in_json() -> None:
 
 def test_runs_that_part_leave_no_digit_to_believe() -> None:
     undamped = ["accuracy", "--set", "c1=0", "--set", "c2=0", "--t-end", "800", "--tol", "1e-8"]
-    said = CliRunner().invoke(commands, undamped)
-    assert said.exit_code == 0
-    rows = [line.split() for line in said.output.splitlines() if "e-" in line or "e+" in line]
+    result = CliRunner().invoke(commands, undamped)
+    assert result.exit_code == 0
+    rows = [line.split() for line in result.output.splitlines() if "e-" in line or "e+" in line]
     assert [row[1] for row in rows if row[0] in ("x", "peak_y_abs", "y_half_range")] == ["none"] * 3
-    assert "the runs diverge at" in said.output
+    assert "the runs diverge at" in result.output
     data = json.loads(CliRunner().invoke(commands, [*undamped, "--json"]).stdout)
     assert 0.0 < data["parted"]["t"] < 800.0
     assert "switches differ" in data["parted"]["reason"]

@@ -17,25 +17,25 @@ def growth(p: Parameters, t_end: float, *, separation: bool = True) -> ErrorGrow
 
 def test_at_a_stable_equilibrium_the_exponent_is_the_growth_rate() -> None:
     p = Parameters(mu=0.2)
-    found = growth(p, 400.0)
-    assert found.fate is Fate.DECAYS
-    assert found.exponent == pytest.approx(growth_rate(System(p)), abs=found.uncertainty / 5.0)
-    assert found.final < 1e-3
+    result = growth(p, 400.0)
+    assert result.fate is Fate.DECAYS
+    assert result.exponent == pytest.approx(growth_rate(System(p)), abs=result.uncertainty / 5.0)
+    assert result.final < 1e-3
 
 
 def test_in_a_growing_linear_scene_the_exponent_is_the_greatest_real_part() -> None:
     p = Parameters(k_nl=0.0, mu=2.0)
-    found = growth(p, 200.0, separation=False)
-    assert found.fate is Fate.UNBOUNDED
-    assert found.exponent == pytest.approx(growth_rate(System(p, separation=False)), rel=0.02)
+    result = growth(p, 200.0, separation=False)
+    assert result.fate is Fate.UNBOUNDED
+    assert result.exponent == pytest.approx(growth_rate(System(p, separation=False)), rel=0.02)
 
 
 @pytest.mark.parametrize("separation", [True, False])
 def test_on_a_limit_cycle_errors_grow_at_first_and_then_stay_bounded(separation: bool) -> None:
-    found = growth(Parameters(), 500.0, separation=separation)
-    assert found.fate is Fate.BOUNDED
-    assert abs(found.exponent) < 0.1 * found.uncertainty
-    assert 10.0 < found.greatest < 350.0
+    result = growth(Parameters(), 500.0, separation=separation)
+    assert result.fate is Fate.BOUNDED
+    assert abs(result.exponent) < 0.1 * result.uncertainty
+    assert 10.0 < result.greatest < 350.0
 
 
 def test_the_uncertainty_is_that_of_a_stretch_by_a_thousand_over_the_second_half() -> None:
@@ -47,22 +47,22 @@ def test_the_uncertainty_is_that_of_a_stretch_by_a_thousand_over_the_second_half
 
 def test_without_damping_separation_brings_sensitive_dependence() -> None:
     p = Parameters(c1=0.0, c2=0.0)
-    found = growth(p, 1500.0)
-    assert found.fate is Fate.SENSITIVE
+    result = growth(p, 1500.0)
+    assert result.fate is Fate.SENSITIVE
     # Over such a horizon it is known to about a factor of two.
-    assert 0.01 < found.exponent < 0.08
+    assert 0.01 < result.exponent < 0.08
     # The prediction holds: two runs that differ by rounding alone part that fast.
     start = np.array(simulate(p, t_end=1e-3).start)
-    one, other = (
+    first, second = (
         simulate(p, t_end=1500.0, start=tuple(start * factor)) for factor in (1.0, 1.0 + 1e-14)
     )
-    assert abs(one.final.y - other.final.y) > 0.01
+    assert abs(first.final.y - second.final.y) > 0.01
 
 
 def test_a_horizon_that_is_too_short_decides_nothing() -> None:
-    found = growth(Parameters(mu=5.0), 12.0)
-    assert found.fate is Fate.UNDECIDED
-    assert found.greatest > 1e6
+    result = growth(Parameters(mu=5.0), 12.0)
+    assert result.fate is Fate.UNDECIDED
+    assert result.greatest > 1e6
 
 
 def test_failure_and_cancellation() -> None:

@@ -86,13 +86,13 @@ def test_a_finite_answer_where_there_is_none_is_wrong() -> None:
 
 def test_the_truth_agrees_with_the_one_that_mpmath_found() -> None:
     friction = truth(STRESS_TESTS["strong-friction"])
-    other = REFERENCES["strong-friction"]
+    reference = REFERENCES["strong-friction"]
     assert friction is not None
-    assert other.t_end == STRESS_TESTS["strong-friction"].t_end
+    assert reference.t_end == STRESS_TESTS["strong-friction"].t_end
     final = (friction.x, friction.vx, friction.y, friction.vy)
-    assert final == pytest.approx(other.final, rel=1e-13)
-    assert friction.separations == other.separations
-    assert friction.separated_time == pytest.approx(other.separated_time, rel=1e-14)
+    assert final == pytest.approx(reference.final, rel=1e-13)
+    assert friction.separations == reference.separations
+    assert friction.separated_time == pytest.approx(reference.separated_time, rel=1e-14)
 
 
 def test_at_rest_on_the_switch_nothing_moves() -> None:
@@ -103,8 +103,8 @@ def test_at_rest_on_the_switch_nothing_moves() -> None:
 
 
 def test_results_are_data_and_can_be_cancelled() -> None:
-    found = run_stress_tests(["lifted", "tol-too-small"], ["taylor"])
-    data = json.loads(json.dumps(stress_tests_to_dict(found), allow_nan=False))
+    result = run_stress_tests(["lifted", "tol-too-small"], ["taylor"])
+    data = json.loads(json.dumps(stress_tests_to_dict(result), allow_nan=False))
     lifted, refused = data["trials"]
     assert lifted["parameters"]["F"] == -20.0
     assert lifted["findings"]["taylor"]["verdict"] == "right"
@@ -126,11 +126,11 @@ def test_the_command_prints_a_table_and_no_native_method_of_ours_is_ever_wrong(
     monkeypatch.setattr(
         "fivtui.assessment.run_stress_tests", partial(run_stress_tests, SHORT, OURS)
     )
-    done = CliRunner().invoke(commands, ["extremes", "--json"])
-    assert done.exit_code == 0, done.stderr
-    found = {test["name"]: test["findings"] for test in json.loads(done.stdout)["trials"]}
-    assert list(found) == SHORT
-    for name, results in found.items():
+    invocation = CliRunner().invoke(commands, ["extremes", "--json"])
+    assert invocation.exit_code == 0, invocation.stderr
+    findings = {test["name"]: test["findings"] for test in json.loads(invocation.stdout)["trials"]}
+    assert list(findings) == SHORT
+    for name, results in findings.items():
         assert set(results) == set(OURS)
         assert all(result["verdict"] != "wrong" for result in results.values()), name
 

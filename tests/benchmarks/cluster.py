@@ -32,32 +32,32 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--members", type=int, default=120_000)
     parser.add_argument("--rounds", type=int, default=3)
-    given = parser.parse_args()
-    design = Design({"F": Range(10.0, 120.0), "mu": Range(0.1, 1.0)}, "sobol", given.members)
+    args = parser.parse_args()
+    design = Design({"F": Range(10.0, 120.0), "mu": Range(0.1, 1.0)}, "sobol", args.members)
     study = Study(design, Parameters())
     size = default_piece_size(study)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        here, there = folder / "here.parquet", folder / "there.parquet"
+        local_path, dask_path = folder / "here.parquet", folder / "there.parquet"
         with loopback_cluster(folder, WORKERS) as cluster, cluster_engine(cluster.address) as dask:
             small = Study(Design({"F": Range(10.0, 120.0, 64)}), Parameters())
-            for out, engine in ((here, local_engine(WORKERS)), (there, dask)):
+            for out, engine in ((local_path, local_engine(WORKERS)), (dask_path, dask)):
                 seconds(small, out, engine, 1)
-            taken: dict[str, list[float]] = {"local": [], "dask": []}
-            for _ in range(given.rounds):
-                taken["local"].append(seconds(study, here, local_engine(WORKERS), size))
-                taken["dask"].append(seconds(study, there, dask, size))
-        same = here.read_bytes() == there.read_bytes()
+            durations: dict[str, list[float]] = {"local": [], "dask": []}
+            for _ in range(args.rounds):
+                durations["local"].append(seconds(study, local_path, local_engine(WORKERS), size))
+                durations["dask"].append(seconds(study, dask_path, dask, size))
+        identical = local_path.read_bytes() == dask_path.read_bytes()
     pieces = -(-study.members // size)
     print(f"{study.members} members, {pieces} pieces of {size}, {WORKERS} threads or workers")
-    for path, times in taken.items():
+    for path, times in durations.items():
         best, shown = min(times), ", ".join(f"{t:.2f}" for t in times)
         print(
             f"{path:5} {best:6.2f} s  {study.members / best:7.0f} members/s  "
             f"{best * WORKERS / pieces:.2f} s a piece  (rounds: {shown})"
         )
-    overhead = min(taken["dask"]) / min(taken["local"]) - 1.0
-    print(f"overhead of dask {overhead:+.1%}; files {'the same' if same else 'DIFFERENT'}")
+    overhead = min(durations["dask"]) / min(durations["local"]) - 1.0
+    print(f"overhead of dask {overhead:+.1%}; files {'the same' if identical else 'DIFFERENT'}")
 
 
 if __name__ == "__main__":

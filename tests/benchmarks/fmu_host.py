@@ -48,45 +48,45 @@ def compiled(folder: Path, name: str, *options: str) -> Path:
     """A program or library of a file in C beside this one."""
     target = folder / Path(name).stem
     compiler = shlex.split(os.environ.get("CC", "cc"))
-    given = [str(_HERE / name), f"-I{_HEADERS}", "-O2", "-o", str(target), *options]
-    subprocess.run([*compiler, *given], check=True)
+    flags = [str(_HERE / name), f"-I{_HEADERS}", "-O2", "-o", str(target), *options]
+    subprocess.run([*compiler, *flags], check=True)
     return target
 
 
 def cost(host: Path, fmu: Timed, h: float, count: int, rounds: int = ROUNDS) -> Cost:
     """The least of several measurements."""
-    words = [host, fmu.library, fmu.guid, fmu.resources, h, count]
+    command = [host, fmu.library, fmu.guid, fmu.resources, h, count]
     environment = os.environ | ({"LD_PRELOAD": fmu.preload} if fmu.preload else {})
-    found = []
+    costs = []
     for _ in range(rounds):
-        done = subprocess.run(
-            [str(word) for word in words],
+        process = subprocess.run(
+            [str(argument) for argument in command],
             env=environment,
             check=True,
             capture_output=True,
             text=True,
         )
-        found.append(Cost(*map(float, done.stdout.split())))
-    return Cost(*map(min, zip(*found, strict=True)))
+        costs.append(Cost(*map(float, process.stdout.split())))
+    return Cost(*map(min, zip(*costs, strict=True)))
 
 
 def fmus_in(folder: Path) -> dict[str, Timed]:
     """The FMUs to time, by name."""
-    found = {}
+    timed = {}
     for flavour in ("native", "python"):
         file = build_fmu(folder / f"{flavour}.fmu", flavour=flavour)
         content = folder / flavour
         fmpy.extract(str(file), str(content))
         preload = _libpython() if flavour == "python" else ""
         if flavour == "native" or preload:
-            found[flavour] = Timed(
+            timed[flavour] = Timed(
                 content / "binaries" / "linux64" / "SliderBelt.so",
                 fmpy.read_model_description(str(content)).guid,
                 (content / "resources").as_uri(),
                 preload,
             )
     ball = compiled(folder, "bouncing_ball.c", "-shared", "-fPIC")
-    return {"bouncing ball in C": Timed(ball, "ball"), **found}
+    return {"bouncing ball in C": Timed(ball, "ball"), **timed}
 
 
 def _libpython() -> str:
@@ -108,8 +108,8 @@ def main() -> None:
         rows = []
         for title, fmu in fmus_in(folder).items():
             for h in STEPS:
-                found = cost(host, fmu, h, COUNT_OF_PYTHON if fmu.preload else COUNT)
-                rows.append((title, f"{h:g} s", *(f"{value:.1f}" for value in found)))
+                costs = cost(host, fmu, h, COUNT_OF_PYTHON if fmu.preload else COUNT)
+                rows.append((title, f"{h:g} s", *(f"{value:.1f}" for value in costs)))
         header = ("FMU", "step", "doStep, ns", "with 5 outputs, ns", "instance, µs")
         print_rows("A host in C", header, rows)
 

@@ -20,17 +20,19 @@ from .solvers import Run, Solver, decades
 
 def peers() -> list[Solver]:
     """The solvers that this machine has."""
-    found = []
+    solvers = []
     if find_spec("heyoka") is not None:
-        found.append(Solver("heyoka, switch by event callback", decades(3, 16, 2), _heyoka(False)))
-        found.append(Solver("heyoka with fast_math", decades(3, 16, 2), _heyoka(True)))
+        solvers.append(
+            Solver("heyoka, switch by event callback", decades(3, 16, 2), _heyoka(False))
+        )
+        solvers.append(Solver("heyoka with fast_math", decades(3, 16, 2), _heyoka(True)))
     if find_spec("sksundae") is not None:
-        found.append(Solver("CVODE (Adams) with events", decades(4, 12), _cvode))
+        solvers.append(Solver("CVODE (Adams) with events", decades(4, 12), _cvode))
     if find_spec("numbalsoda") is not None:
-        found.append(Solver("numbalsoda DOP853 across the kink", decades(4, 13), _numbalsoda))
+        solvers.append(Solver("numbalsoda DOP853 across the kink", decades(4, 13), _numbalsoda))
     if shutil.which("gcc") is not None:
-        found.append(Solver("C RK4 with bisection", [0.02 / 2**n for n in range(11)], _c_rk4))
-    return found
+        solvers.append(Solver("C RK4 with bisection", [0.02 / 2**n for n in range(11)], _c_rk4))
+    return solvers
 
 
 def missing() -> list[str]:
@@ -130,10 +132,10 @@ def _numbalsoda(scene: Reference, start: State, tol: float) -> Run:
         rates[3] = (force - preload - c2 * vy + h * (x - y)) / m
 
     address, times = motion.address, np.array([0.0, scene.t_end])
-    kept = [motion]
+    references = [motion]
 
     def run() -> Sequence[float]:
-        assert kept
+        assert references
         states, success = dop853(address, np.array(start), times, rtol=tol, atol=tol)
         if not success:
             raise ArithmeticError("numbalsoda has failed")

@@ -25,9 +25,9 @@ class Solver:
     prepare: Callable[[Reference, State, float], Run]
 
 
-def decades(first: int, last: int, per_decade: int = 1) -> list[float]:
+def decades(first: int, end: int, per_decade: int = 1) -> list[float]:
     """Powers of ten from 1e-first down to 1e-last."""
-    return [10.0 ** (-n / per_decade) for n in range(first * per_decade, last * per_decade + 1)]
+    return [10.0 ** (-n / per_decade) for n in range(first * per_decade, end * per_decade + 1)]
 
 
 def _taylor(kernel: KernelChoice) -> Callable[[Reference, State, float], Run]:

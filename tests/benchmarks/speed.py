@@ -84,8 +84,8 @@ def least_times(chosen: str, seconds: float = _ROUND_S) -> dict[str, float]:
         while spent <= seconds:
             begin = time.process_time()
             run()
-            taken = time.process_time() - begin
-            least, spent = min(least, taken), spent + max(taken, 1e-6)
+            elapsed = time.process_time() - begin
+            least, spent = min(least, elapsed), spent + max(elapsed, 1e-6)
         times[name] = least
     return times
 
@@ -97,14 +97,14 @@ def measured_in(root: Path, chosen: str) -> dict[str, float]:
         "print(json.dumps(measure(sys.argv[2])))"
     )
     with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-c", code, __file__, chosen],
             cwd=folder,
             env=os.environ | {"PYTHONPATH": str(root)},
             check=True,
             stdout=subprocess.PIPE,
         )
-    times: dict[str, float] = json.loads(done.stdout)
+    times: dict[str, float] = json.loads(process.stdout)
     return times
 
 
@@ -139,9 +139,9 @@ def main(against: Path | None, only: str, rounds: int) -> None:
     for _ in range(rounds):
         for root, times in zip(roots, measured, strict=True):
             times.append({**measured_in(root, only), "start, help": start_time(root)})
-    own, *other = map(least_of, measured)
-    for name, seconds in own.items():
-        ratio = f"{seconds / other[0][name]:9.3f}" if other else ""
+    times_by_name, *baselines = map(least_of, measured)
+    for name, seconds in times_by_name.items():
+        ratio = f"{seconds / baselines[0][name]:9.3f}" if baselines else ""
         print(f"{name:28}{1e3 * seconds:10.3f} ms{ratio}")
 
 

@@ -92,8 +92,8 @@ def _least_cpu(run: Callable[[], object], seconds: float) -> float:
         while spent <= seconds:
             begin = time.thread_time()
             run()
-            taken = time.thread_time() - begin
-            least, spent = min(least, taken), spent + max(taken, 1e-6)
+            elapsed = time.thread_time() - begin
+            least, spent = min(least, elapsed), spent + max(elapsed, 1e-6)
     finally:
         gc.enable()
     return least
@@ -106,7 +106,7 @@ def cheapest(measured: Sequence[Measurement], solver: str, level: float) -> floa
 
 
 def ratio_to(
-    measured: Sequence[Measurement], other: str, levels: Sequence[float] = LEVELS
+    measured: Sequence[Measurement], solver: str, levels: Sequence[float] = LEVELS
 ) -> float | None:
     """How many times less CPU fivtui takes than another solver, at equal error.
 
@@ -114,9 +114,9 @@ def ratio_to(
     """
     logs = []
     for level in levels:
-        own, theirs = cheapest(measured, COMPILED, level), cheapest(measured, other, level)
-        if math.isfinite(own) and math.isfinite(theirs):
-            logs.append(math.log(theirs / own))
+        ours, theirs = cheapest(measured, COMPILED, level), cheapest(measured, solver, level)
+        if math.isfinite(ours) and math.isfinite(theirs):
+            logs.append(math.log(theirs / ours))
     return math.exp(math.fsum(logs) / len(logs)) if logs else None
 
 

@@ -24,23 +24,23 @@ def test_an_envelope_keeps_the_extremes_of_every_column_in_the_order_of_time(
     values = np.random.default_rng(seed).standard_cauchy(800)
     t = np.linspace(0.0, 1.0, values.size)
     edges = np.linspace(low, high, columns + 1)
-    kept_t, kept = envelope(t, values, edges)
-    assert kept.size <= 4 * columns + 8
+    kept_t, envelope_values = envelope(t, values, edges)
+    assert envelope_values.size <= 4 * columns + 8
     assert np.all(np.diff(kept_t) > 0.0)
     for begin, end in pairwise(edges.tolist()):
         # A hair inside, so that rounding of the edges does not decide.
         inner = (t > begin + 1e-9) & (t < end - 1e-9)
-        seen = (kept_t > begin - 1e-9) & (kept_t < end + 1e-9)
+        window = (kept_t > begin - 1e-9) & (kept_t < end + 1e-9)
         if inner.any():
-            assert kept[seen].max() >= values[inner].max()
-            assert kept[seen].min() <= values[inner].min()
+            assert envelope_values[window].max() >= values[inner].max()
+            assert envelope_values[window].min() <= values[inner].min()
 
 
 def test_few_samples_are_drawn_as_they_are() -> None:
     t = np.linspace(0.0, 1.0, 11)
-    kept_t, kept = envelope(t, np.sin(t), np.linspace(0.25, 0.55, 101))
+    kept_t, envelope_values = envelope(t, np.sin(t), np.linspace(0.25, 0.55, 101))
     assert kept_t.tolist() == pytest.approx([0.2, 0.3, 0.4, 0.5, 0.6])
-    assert kept == pytest.approx(np.sin(kept_t))
+    assert envelope_values == pytest.approx(np.sin(kept_t))
 
 
 def test_the_cost_of_drawing_does_not_grow_with_the_run() -> None:
@@ -85,12 +85,12 @@ def test_rounding_noise_is_drawn_as_a_constant() -> None:
 
 
 @given(finite, st.floats(1e-3, 1e12), st.integers(2, 12))
-def test_ticks_are_round_inside_and_never_crowded(low: float, span: float, most: int) -> None:
+def test_ticks_are_round_inside_and_never_crowded(low: float, span: float, limit: int) -> None:
     high = low + span
     if (high - low) < 1e-9 * abs(low):
         return
-    ticks = round_ticks(low, high, most)
-    assert len(ticks) <= most
+    ticks = round_ticks(low, high, limit)
+    assert len(ticks) <= limit
     slack = 1e-9 * max(abs(low), abs(high))
     assert all(low - slack <= tick <= high + slack for tick in ticks)
     for first, second in pairwise(ticks):

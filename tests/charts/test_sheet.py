@@ -16,9 +16,9 @@ def chart(label: str, *names: str) -> Chart:
 def test_labels_of_columns_of_different_numbers_of_rows_stand_beside_their_charts() -> None:
     figure = sheet_figure(Sheet([[chart("a", "x")], [chart("b"), chart("c")]], (7.2, 4.4)))
     figure.draw_without_rendering()
-    left, *right = figure.axes
+    left_axes, *right = figure.axes
     for axes in right:
-        assert axes.yaxis.label.get_window_extent().x0 > left.get_window_extent().x1
+        assert axes.yaxis.label.get_window_extent().x0 > left_axes.get_window_extent().x1
 
 
 @pytest.mark.parametrize(("count", "columns"), [(1, 1), (3, 3), (4, 2), (7, 3)])

@@ -14,7 +14,7 @@ from .test_cli import fivtui
 
 
 @pytest.mark.parametrize(
-    ("args", "said"),
+    ("args", "message"),
     [
         (["map"], "--over"),
         (["map", "--over=F=1:2:3"], "two different ones"),
@@ -51,28 +51,28 @@ from .test_cli import fivtui
         (["branch", "--curve=fold", "--over=F", "--over=mu=1"], "must be NAME or NAME=LOW:HIGH"),
     ],
 )
-def test_wrong_input_is_one_line_and_exit_2(args: list[str], said: str, tmp_path: Path) -> None:
-    done = fivtui(*args, cwd=tmp_path)
-    assert done.returncode == 2
-    assert said in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-    assert done.stdout == ""
+def test_wrong_input_is_one_line_and_exit_2(args: list[str], message: str, tmp_path: Path) -> None:
+    process = fivtui(*args, cwd=tmp_path)
+    assert process.returncode == 2
+    assert message in process.stderr
+    assert len(process.stderr.splitlines()) == 1
+    assert process.stdout == ""
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_lifted_slider_that_nothing_holds_is_exit_3() -> None:
-    done = fivtui("attractors", "--set=F=-10", "--set=k3=0")
-    assert done.returncode == 3
-    assert "no equilibrium" in done.stderr
+    process = fivtui("attractors", "--set=F=-10", "--set=k3=0")
+    assert process.returncode == 3
+    assert "no equilibrium" in process.stderr
 
 
 def test_stability_warns_of_the_attractor_that_eigenvalues_do_not_see() -> None:
-    done = fivtui("stability", "--set=F=120", "--attractors", "--json")
-    assert done.returncode == 0
-    data = json.loads(done.stdout)
+    process = fivtui("stability", "--set=F=120", "--attractors", "--json")
+    assert process.returncode == 0
+    data = json.loads(process.stdout)
     assert data["stable"] is True
     assert data["coexistence"] is True
-    assert data["warning"] in done.stderr
+    assert data["warning"] in process.stderr
     rest, cycle = data["attractors"]
     assert rest == {"kind": "equilibrium", "half_range": 0.0}
     assert cycle["kind"] == "separating limit cycle"
@@ -82,39 +82,39 @@ def test_stability_warns_of_the_attractor_that_eigenvalues_do_not_see() -> None:
 
 
 def test_stability_on_a_belt_of_finite_speed_says_what_transients_reach() -> None:
-    done = fivtui("stability", "--set=v_belt=1", "--json")
-    assert done.returncode == 0
-    data = json.loads(done.stdout)
+    process = fivtui("stability", "--set=v_belt=1", "--json")
+    assert process.returncode == 0
+    data = json.loads(process.stdout)
     assert data["safe_mu"] is None
     basis = data["safe_mu_basis"]
     assert "transients from 11 starts at μ = 0.7: a limit cycle attracts" in basis["verdict"]
     assert "not searched on a belt of finite speed" in basis["verdict"]
-    assert [one["kind"] for one in basis["attractors"]] == ["stick-slip limit cycle"]
+    assert [attractor["kind"] for attractor in basis["attractors"]] == ["stick-slip limit cycle"]
 
 
 def test_a_map_of_the_critical_friction_over_friction_is_refused() -> None:
-    done = fivtui("map", "--over=F=1:2:3", "--over=mu=0:1:3", "--value=critical-mu")
-    assert done.returncode == 2
-    assert "critical-mu over mu: must be over two other parameters" in done.stderr
+    process = fivtui("map", "--over=F=1:2:3", "--over=mu=0:1:3", "--value=critical-mu")
+    assert process.returncode == 2
+    assert "critical-mu over mu: must be over two other parameters" in process.stderr
 
 
 def test_attractors_in_words_show_what_leaves_the_equilibrium(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert run(["attractors", "coexistence"]) == 0
-    said = capsys.readouterr()
-    assert "1.3241539" in said.out
-    assert "above that leaves the equilibrium" in said.out
-    assert said.err == f"warning: {coexistence(PRESETS['coexistence'].system).warning}\n"
+    captured = capsys.readouterr()
+    assert "1.3241539" in captured.out
+    assert "above that leaves the equilibrium" in captured.out
+    assert captured.err == f"warning: {coexistence(PRESETS['coexistence'].system).warning}\n"
 
 
 def test_a_branch_that_does_not_begin_is_exit_3() -> None:
-    done = fivtui("branch", "--vary=mu=1:2")
-    assert (done.returncode, done.stdout) == (3, "")
-    assert len(done.stderr.splitlines()) == 1
+    process = fivtui("branch", "--vary=mu=1:2")
+    assert (process.returncode, process.stdout) == (3, "")
+    assert len(process.stderr.splitlines()) == 1
 
 
 def test_a_branch_is_drawn_over_a_fold(tmp_path: Path) -> None:
-    done = fivtui("branch", "--set=F=120", "--vary=mu=0.2:1", "--plot=b.svg", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "0.2779350934" in done.stdout
+    process = fivtui("branch", "--set=F=120", "--vary=mu=0.2:1", "--plot=b.svg", cwd=tmp_path)
+    assert process.returncode == 0, process.stderr
+    assert "0.2779350934" in process.stdout

@@ -24,7 +24,7 @@ def fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[s
 
 
 @pytest.mark.parametrize(
-    ("args", "said"),
+    ("args", "message"),
     [
         (["simulte"], "did you mean simulate?"),
         (["fmu", "biuld"], "did you mean build?"),
@@ -64,15 +64,15 @@ def fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[s
     ids=" ".join,
 )
 def test_wrong_input_gets_one_line_and_exit_2_and_leaves_nothing(
-    args: list[str], said: str, tmp_path: Path
+    args: list[str], message: str, tmp_path: Path
 ) -> None:
     for name in ("taken.csv", "taken.png", "taken.fmu"):
         (tmp_path / name).write_text("mine")
-    done = fivtui(*args, cwd=tmp_path)
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert said in done.stderr
-    assert done.stderr.count("\n") == 1
+    process = fivtui(*args, cwd=tmp_path)
+    assert process.returncode == 2, process.stderr
+    assert process.stdout == ""
+    assert message in process.stderr
+    assert process.stderr.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "taken.csv",
         "taken.fmu",
@@ -83,12 +83,12 @@ def test_wrong_input_gets_one_line_and_exit_2_and_leaves_nothing(
 
 def test_a_computation_that_cannot_finish_says_when_and_why_and_ends_with_3() -> None:
     unbounded = ["--set", "k2=186", "--set", "k_nl=0", "--set", "mu=2", "--ignore-separation"]
-    done = fivtui("simulate", "--t-end", "1e5", *unbounded)
-    assert done.returncode == 3
-    assert done.stdout == ""
-    assert "at t = " in done.stderr
-    assert "use separation, a cubic contact" in done.stderr
-    assert done.stderr.count("\n") == 1
+    process = fivtui("simulate", "--t-end", "1e5", *unbounded)
+    assert process.returncode == 3
+    assert process.stdout == ""
+    assert "at t = " in process.stderr
+    assert "use separation, a cubic contact" in process.stderr
+    assert process.stderr.count("\n") == 1
 
 
 def test_an_unexpected_error_is_one_line_without_a_traceback() -> None:
@@ -98,42 +98,42 @@ def test_an_unexpected_error_is_one_line_without_a_traceback() -> None:
         "del fivtui.scene.presets.PRESETS\n"
         "main(['presets'])\n"
     )
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 3
-    assert done.stderr.startswith("fivtui: unexpected ImportError")
-    assert done.stderr.count("\n") == 1
+    assert process.returncode == 3
+    assert process.stderr.startswith("fivtui: unexpected ImportError")
+    assert process.stderr.count("\n") == 1
 
 
 def test_force_replaces_an_output(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("old")
-    done = fivtui("simulate", "--t-end", "1", "--out", "run.csv", "--force", cwd=tmp_path)
-    assert done.returncode == 0
+    process = fivtui("simulate", "--t-end", "1", "--out", "run.csv", "--force", cwd=tmp_path)
+    assert process.returncode == 0
     assert "old" not in (tmp_path / "run.csv").read_text()
 
 
 def test_a_scene_file_is_a_scene(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text("fivtui_scene = 1\nt_end = 3.0\n[parameters]\nF = 33.0\n")
-    done = fivtui("simulate", "mine.toml", "--set", "mu=0.1", "--json", cwd=tmp_path)
-    data = json.loads(done.stdout)
+    process = fivtui("simulate", "mine.toml", "--set", "mu=0.1", "--json", cwd=tmp_path)
+    data = json.loads(process.stdout)
     assert (data["t_end"], data["parameters"]["F"], data["parameters"]["mu"]) == (3.0, 33.0, 0.1)
 
 
 def test_a_reader_that_goes_away_is_no_error() -> None:
     command = f"{sys.executable} -m fivtui presets | head -n 1"
-    done = subprocess.run(
+    process = subprocess.run(
         ["bash", "-o", "pipefail", "-c", command],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert "Traceback" not in done.stderr
+    assert "Traceback" not in process.stderr
 
 
 def test_help_imports_nothing_heavy() -> None:
@@ -144,11 +144,11 @@ def test_help_imports_nothing_heavy() -> None:
         "heavy = {'numpy', 'scipy', 'matplotlib', 'textual', 'rich', 'fmpy'}\n"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)\n"
     )
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=True,
     )
-    assert done.stderr.strip() == "[]"
+    assert process.stderr.strip() == "[]"

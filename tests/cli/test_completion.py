@@ -81,7 +81,7 @@ def test_what_is_typed_is_completed(
 def test_the_program_answers_the_shell_and_says_nothing_else(
     line: str, expected: list[str]
 ) -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "fivtui"],
         env=os.environ
         | typed(line)
@@ -91,7 +91,7 @@ def test_the_program_answers_the_shell_and_says_nothing_else(
         text=True,
         check=True,
     )
-    assert (done.stdout.split(), done.stderr) == (expected, "")
+    assert (process.stdout.split(), process.stderr) == (expected, "")
 
 
 @pytest.mark.host
@@ -109,7 +109,7 @@ COMP_WORDS=(fivtui stability --set k); COMP_CWORD=3
 _fivtui_completion fivtui
 printf '%s\\n' "${{COMPREPLY[@]}}"
 """
-    done = subprocess.run(
+    process = subprocess.run(
         ["bash", "--norc", "-c", script],
         env=os.environ
         | {"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(ROOT)},
@@ -117,6 +117,6 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
         text=True,
         check=True,
     )
-    first, *values = done.stdout.split("\n")
+    first, *values = process.stdout.split("\n")
     assert first.startswith("complete ")
     assert values == [*(name for name in ASSIGNED if name[0] == "k"), ""]

@@ -32,17 +32,17 @@ def restore(folder: Path, before: dict[str, bytes | None]) -> None:
             (folder / name).write_bytes(data)
 
 
-def fault(code: int, said: str, changed: set[str]) -> str:
+def fault(code: int, message: str, changed: set[str]) -> str:
     """What is wrong with how a command ended; empty if nothing is."""
     if code not in (0, 2, 3):
         return f"exit {code}"
-    if "Traceback" in said or "please report" in said:
+    if "Traceback" in message or "please report" in message:
         return "not foreseen"
     if code == 0:
         return ""
-    if said.count("\n") != 1 or not said.startswith("fivtui: "):
+    if message.count("\n") != 1 or not message.startswith("fivtui: "):
         return "not one line"
-    if not said.rstrip("\n").isprintable() or len(said) > LONGEST:
+    if not message.rstrip("\n").isprintable() or len(message) > LONGEST:
         return "not a line to be read"
     return f"left {sorted(changed)}" if changed else ""
 
@@ -59,15 +59,15 @@ def test_a_command_line_drawn_at_random_ends_as_it_should(
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
     before = content(tmp_path)
     faults, codes = [], []
-    for words in lines(seed, 150):
+    for command_line in lines(seed, 150):
         out, error = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
-            code = run(words)
+            code = run(command_line)
         after = content(tmp_path)
         changed = {name for name in before | after if before.get(name) != after.get(name)}
-        if found := fault(code, error.getvalue(), changed):
-            brief = " ".join(shlex.quote(word[:60]) for word in words)
-            faults.append(f"{found}: fivtui {brief}\n    {error.getvalue()[-300:]}")
+        if problem := fault(code, error.getvalue(), changed):
+            brief = " ".join(shlex.quote(argument[:60]) for argument in command_line)
+            faults.append(f"{problem}: fivtui {brief}\n    {error.getvalue()[-300:]}")
         codes.append(code)
         if changed:
             restore(tmp_path, before)

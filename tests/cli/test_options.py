@@ -50,8 +50,8 @@ def test_the_words_of_options_are_read_as_the_same_options(name: str) -> None:
         for key, (declared, _) in options_of(DECLARED[name]).items()
         if declared.required
     }
-    for given in (values, required):
-        options = DECLARED[name](**given)
+    for settings in (values, required):
+        options = DECLARED[name](**settings)
         read = commands.commands[name].make_context(name, words_of(options)).params
         assert {key: read[key] for key in values} == vars(options)
 

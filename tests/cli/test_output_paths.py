@@ -35,11 +35,11 @@ def commands_in(group: click.Group, above: tuple[str, ...] = ()) -> Iterator[tup
 
 
 def command_of(names: tuple[str, ...]) -> click.Command:
-    found: click.Command = commands
+    command: click.Command = commands
     for name in names:
-        assert isinstance(found, click.Group)
-        found = found.commands[name]
-    return found
+        assert isinstance(command, click.Group)
+        command = command.commands[name]
+    return command
 
 
 ALL = list(commands_in(commands))
@@ -94,11 +94,11 @@ def test_every_command_tells_what_it_reads_and_writes_and_is_checked() -> None:
     assert folders == {("figures",), ("compare",)}
 
 
-def arguments(names: tuple[str, ...], given: dict[str, str], argument: str = "") -> list[str]:
+def arguments(names: tuple[str, ...], outputs: dict[str, str], argument: str = "") -> list[str]:
     if names == ("fmu", "run"):
         argument = argument or "some.fmu"
-    options = [f"{name}={path}" for name, path in given.items()]
-    needed = [option for option in NEEDED[names] if option.partition("=")[0] not in given]
+    options = [f"{name}={path}" for name, path in outputs.items()]
+    needed = [option for option in NEEDED[names] if option.partition("=")[0] not in outputs]
     return [*names, *([argument] if argument else []), *needed, *options, "--force"]
 
 
@@ -138,14 +138,14 @@ def test_two_outputs_are_two_files(
         link(paths[how], "a.csv", how)
     if how == "dangling":
         link("d.csv", "new.csv", "soft")
-        given = {first: "d.csv", second: "new.csv"}
+        outputs = {first: "d.csv", second: "new.csv"}
     else:
-        given = {first: "a.csv", second: paths[how]}
+        outputs = {first: "a.csv", second: paths[how]}
     before = contents(tmp_path)
-    said = refused(arguments(names, given), capsys)
-    assert "is the same file as" in said
-    assert first in said
-    assert second in said
+    message = refused(arguments(names, outputs), capsys)
+    assert "is the same file as" in message
+    assert first in message
+    assert second in message
     assert contents(tmp_path) == before
 
 
@@ -165,9 +165,9 @@ def test_no_output_is_an_input(
                 args = arguments(names, {flag: out}, "in.csv")
             else:
                 args = arguments(names, {flag: out, param.opts[0]: "in.csv"})
-            said = refused(args, capsys)
-            assert "is the same file as" in said
-            assert "which is read" in said
+            message = refused(args, capsys)
+            assert "is the same file as" in message
+            assert "which is read" in message
             assert Path("in.csv").read_text() == SCENE
             assert Path(out).read_text() == SCENE
 
@@ -180,9 +180,9 @@ def test_a_sweep_has_the_folder_of_its_pieces_to_itself(
     parts.mkdir()
     (parts / "a.png").write_text(SCENE)
     path = "out.csv.parts/a.png"
-    given = [f"--plot={path}", "--force"] if flag == "--plot" else [path]
-    said = refused(["sweep", *given, "--vary=F=20:80:2", "--out=out.csv"], capsys)
-    assert "is in the folder" in said
+    options = [f"--plot={path}", "--force"] if flag == "--plot" else [path]
+    message = refused(["sweep", *options, "--vary=F=20:80:2", "--out=out.csv"], capsys)
+    assert "is in the folder" in message
     assert contents(parts) == {"a.png": SCENE}
     assert not Path("out.csv").exists()
 
@@ -247,12 +247,12 @@ def test_the_files_of_a_comparison_are_different_ones(tmp_path: Path) -> None:
 def test_a_comparison_leaves_its_scene_alone(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    for place in range(2):
-        path = comparison_files(Path("out"))[place]
+    for index in range(2):
+        path = comparison_files(Path("out"))[index]
         path.parent.mkdir(exist_ok=True)
         path.write_text(SCENE)
-        said = refused(["compare", str(path), "--out=out", "--force"], capsys)
-        assert "which is read" in said
+        message = refused(["compare", str(path), "--out=out", "--force"], capsys)
+        assert "which is read" in message
         assert path.read_text() == SCENE
 
 

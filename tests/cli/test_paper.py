@@ -8,9 +8,9 @@ from .test_cli import fivtui
 
 
 def test_figures_are_written_with_their_data(tmp_path: Path) -> None:
-    done = fivtui("figures", "2", "10", "--out", "figs", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == ""
+    process = fivtui("figures", "2", "10", "--out", "figs", cwd=tmp_path)
+    assert process.returncode == 0, process.stderr
+    assert process.stdout == ""
     assert sorted(path.name for path in (tmp_path / "figs").iterdir()) == [
         "fig-02.pdf",
         "fig-02.png",
@@ -20,13 +20,13 @@ def test_figures_are_written_with_their_data(tmp_path: Path) -> None:
         "fig-10.pdf",
         "fig-10.png",
     ]
-    assert [line.split()[0] for line in done.stderr.splitlines()] == ["wrote", "wrote"]
+    assert [line.split()[0] for line in process.stderr.splitlines()] == ["wrote", "wrote"]
 
 
 @pytest.mark.slow
 def test_amplitudes_are_drawn_in_the_formats_asked_for(tmp_path: Path) -> None:
-    done = fivtui("figures", "16", "--out", ".", "--format", "svg", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    process = fivtui("figures", "16", "--out", ".", "--format", "svg", cwd=tmp_path)
+    assert process.returncode == 0, process.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["fig-16.csv", "fig-16.svg"]
     rows = [
         line.split(",")
@@ -34,12 +34,12 @@ def test_amplitudes_are_drawn_in_the_formats_asked_for(tmp_path: Path) -> None:
         if not line.startswith("#")
     ]
     considered = [row for row in rows[1:] if row[0] == "1.0"]
-    place = rows[0].index("y_half_range")
-    assert float(considered[-1][place]) == pytest.approx(8.1367, abs=1e-3)
+    column = rows[0].index("y_half_range")
+    assert float(considered[-1][column]) == pytest.approx(8.1367, abs=1e-3)
 
 
 @pytest.mark.parametrize(
-    ("args", "said"),
+    ("args", "message"),
     [
         (["figures"], "--out"),
         (["figures", "1", "--out", "new"], "must be 2 to 16"),
@@ -57,21 +57,21 @@ def test_amplitudes_are_drawn_in_the_formats_asked_for(tmp_path: Path) -> None:
     ids=str,
 )
 def test_wrong_input_gets_one_line_and_exit_2_and_leaves_nothing(
-    args: list[str], said: str, tmp_path: Path
+    args: list[str], message: str, tmp_path: Path
 ) -> None:
     for name in ("taken", "fig-02b.csv"):
         (tmp_path / name).write_text("mine")
-    done = fivtui(*args, cwd=tmp_path)
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert said in done.stderr
-    assert done.stderr.count("\n") == 1
+    process = fivtui(*args, cwd=tmp_path)
+    assert process.returncode == 2, process.stderr
+    assert process.stdout == ""
+    assert message in process.stderr
+    assert process.stderr.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["fig-02b.csv", "taken"]
     assert (tmp_path / "fig-02b.csv").read_text() == "mine"
 
 
 def test_force_replaces_figures(tmp_path: Path) -> None:
     (tmp_path / "fig-06.png").write_text("mine")
-    done = fivtui("figures", "6", "--out", ".", "--format", "png", "--force", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    process = fivtui("figures", "6", "--out", ".", "--format", "png", "--force", cwd=tmp_path)
+    assert process.returncode == 0, process.stderr
     assert (tmp_path / "fig-06.png").read_bytes().startswith(b"\x89PNG")

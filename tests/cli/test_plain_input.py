@@ -45,23 +45,25 @@ def test_what_is_no_number_is_refused(value: object) -> None:
 
 
 def test_what_is_no_parameter_set_is_one_clear_line() -> None:
-    said = r"parameters = .*: must be a set of parameters, such as Parameters\(F=80\.0\)$"
-    with pytest.raises(InputError, match=said):
+    pattern = r"parameters = .*: must be a set of parameters, such as Parameters\(F=80\.0\)$"
+    with pytest.raises(InputError, match=pattern):
         simulate(80.0)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=pattern):
         simulate({"F": 80.0}, method="fmu")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=pattern):
         sweep(80.0, vary={"F": [1.0]})  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=pattern):
         simulate_batch({"F": [1.0]}, base=80.0)  # type: ignore[arg-type]
 
 
 def test_presets_and_scenes_in_place_of_parameters_are_told_how_they_are_used() -> None:
-    said = r"such as Parameters\(F=80\.0\); a preset .* is find_scene\('coexistence'\), with param"
+    pattern = (
+        r"such as Parameters\(F=80\.0\); a preset .* is find_scene\('coexistence'\), with param"
+    )
     computations: tuple[Callable[[Any], object], ...]
     computations = (simulate, stability, lambda name: sweep(name, vary={"F": [1.0]}))
     for compute in computations:
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=pattern):
             compute("coexistence")
     scene = find_scene("coexistence")
     with pytest.raises(InputError, match="; a scene has parameters, separation, start and t_end"):
@@ -89,8 +91,8 @@ NAMES: dict[str, Callable[[Any, Path], object]] = {
 @pytest.mark.parametrize("subject", NAMES)
 def test_a_text_in_place_of_a_list_of_names_is_told_so(subject: str, tmp_path: Path) -> None:
     name = subject.split("'")[1]
-    said = f"^{subject}: must be a list of names, such as \\['{name}'\\]$"
-    with pytest.raises(InputError, match=said):
+    pattern = f"^{subject}: must be a list of names, such as \\['{name}'\\]$"
+    with pytest.raises(InputError, match=pattern):
         NAMES[subject](name, tmp_path)
 
 
@@ -109,7 +111,7 @@ def test_plain_numbers_are_read_in_every_usual_form() -> None:
 
 
 @pytest.mark.parametrize(
-    "words",
+    "arguments",
     [
         ["simulate", "--t-end", "1", "--t-end", "2"],
         ["simulate", "--t-end=1", "--t-end", "1"],
@@ -122,9 +124,9 @@ def test_plain_numbers_are_read_in_every_usual_form() -> None:
     ids=" ".join,
 )
 def test_what_takes_one_value_is_refused_when_given_twice(
-    words: list[str], capsys: pytest.CaptureFixture[str]
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(words) == 2
+    assert run(arguments) == 2
     assert "twice" in capsys.readouterr().err
 
 
@@ -139,13 +141,13 @@ def test_a_flag_may_be_repeated(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_messages_are_one_printable_line_of_bounded_length() -> None:
-    given = "\n\x1b[31m\udcff" + 100_000 * "1" + 50_000 * " 2"
-    for error in (InputError(f"F = {given}: wrong"), ComputationError(f"at {given}", given)):
+    text = "\n\x1b[31m\udcff" + 100_000 * "1" + 50_000 * " 2"
+    for error in (InputError(f"F = {text}: wrong"), ComputationError(f"at {text}", text)):
         assert str(error).isprintable()
         assert len(str(error)) < 4200
-    assert str(InputError(f"{given}: must be short")).endswith(": must be short")
+    assert str(InputError(f"{text}: must be short")).endswith(": must be short")
     assert one_line("μ = 0.7: as it is") == "μ = 0.7: as it is"
-    assert one_line(one_line(given)) == one_line(given)
+    assert one_line(one_line(text)) == one_line(text)
 
 
 def test_a_file_is_read_up_to_its_limit(tmp_path: Path) -> None:

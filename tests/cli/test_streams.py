@@ -14,8 +14,8 @@ from fivtui.cli import run
 ROOT = Path(__file__).parents[2]
 
 
-def fivtui(*args: str, **more: Any) -> subprocess.CompletedProcess[bytes]:
-    environment = os.environ | {"PYTHONPATH": str(ROOT)} | more.pop("extra", {})
+def fivtui(*args: str, **options: Any) -> subprocess.CompletedProcess[bytes]:
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | options.pop("extra", {})
     return subprocess.run(
         [sys.executable, "-m", "fivtui", *args],
         env=environment,
@@ -23,7 +23,7 @@ def fivtui(*args: str, **more: Any) -> subprocess.CompletedProcess[bytes]:
         stderr=subprocess.PIPE,
         timeout=600,
         check=False,
-        **more,
+        **options,
     )
 
 
@@ -35,10 +35,10 @@ def test_a_full_disk_under_standard_output_is_one_line_and_exit_3(
     args: list[str], unbuffered: str
 ) -> None:
     with Path("/dev/full").open("wb") as full:
-        done = fivtui(*args, stdout=full, extra={"PYTHONUNBUFFERED": unbuffered})
-    assert done.returncode == 3
-    assert done.stderr.startswith(b"fivtui: standard output: cannot be written: No space left")
-    assert done.stderr.count(b"\n") == 1
+        process = fivtui(*args, stdout=full, extra={"PYTHONUNBUFFERED": unbuffered})
+    assert process.returncode == 3
+    assert process.stderr.startswith(b"fivtui: standard output: cannot be written: No space left")
+    assert process.stderr.count(b"\n") == 1
 
 
 def test_what_ascii_lacks_is_replaced_in_tables_and_escaped_in_json() -> None:
@@ -46,19 +46,19 @@ def test_what_ascii_lacks_is_replaced_in_tables_and_escaped_in_json() -> None:
     table = fivtui("stability", stdout=subprocess.PIPE, extra=ascii_only)
     assert (table.returncode, table.stderr) == (0, b"")
     assert "?" in table.stdout.decode("ascii")
-    done = fivtui("fmu", "check", "--json", "é.fmu", stdout=subprocess.PIPE, extra=ascii_only)
-    assert done.returncode == 2
-    assert done.stderr.decode("ascii") == "fivtui: \\xe9.fmu: there is no such file\n"
+    process = fivtui("fmu", "check", "--json", "é.fmu", stdout=subprocess.PIPE, extra=ascii_only)
+    assert process.returncode == 2
+    assert process.stderr.decode("ascii") == "fivtui: \\xe9.fmu: there is no such file\n"
     data = fivtui("presets", "--json", stdout=subprocess.PIPE, extra=ascii_only)
     assert json.loads(data.stdout.decode("ascii"))["base"]["t_end"] == 100.0
 
 
 def test_a_reader_that_has_gone_hears_nothing_and_a_closed_output_is_nobody_s() -> None:
-    there, here = os.pipe()
-    os.close(there)
-    done = fivtui("presets", stdout=here)
-    os.close(here)
-    assert (done.returncode, done.stderr) == (0, b"")
+    reader, writer = os.pipe()
+    os.close(reader)
+    process = fivtui("presets", stdout=writer)
+    os.close(writer)
+    assert (process.returncode, process.stderr) == (0, b"")
     closed = fivtui("presets", preexec_fn=lambda: os.close(1))
     assert (closed.returncode, closed.stderr) == (0, b"")
 
@@ -74,7 +74,7 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(
     (tmp_path / "folder").mkdir()
     monkeypatch.chdir(tmp_path)
     assert run(["stability", name]) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith(f"fivtui: {name}: ")
-    assert said.err.count("\n") == 1
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith(f"fivtui: {name}: ")
+    assert captured.err.count("\n") == 1

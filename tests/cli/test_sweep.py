@@ -39,11 +39,11 @@ def read_json(capsys: pytest.CaptureFixture[str]) -> Any:
 
 def test_rows_have_the_errors_that_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
     Path("scene.toml").write_text("fivtui_scene = 1\naccuracy = {peak = 1e-3}\n")
-    asked = ["--error=half_range=1e-4", "--error=final=1e-5"]
+    options = ["--error=half_range=1e-4", "--error=final=1e-5"]
     for args, columns in (
         (["scene.toml"], ["peak_error"]),
         (["scene.toml", "--tol=1e-6"], []),
-        (["scene.toml", *asked], ["half_range_error", "final_error"]),
+        (["scene.toml", *options], ["half_range_error", "final_error"]),
     ):
         assert run(["sweep", *args, "--vary=F=60,80", "--output=y_abs", "--json", *SHORT]) == 0
         data = read_json(capsys)
@@ -81,10 +81,10 @@ def test_rows_are_printed_as_a_table(capsys: pytest.CaptureFixture[str]) -> None
     assert "y_half_range (m)" in shown
     assert "vx_max" not in shown
     assert run(["sweep", "--vary=F=20:80:100", "--output=vx_max", *SHORT]) == 0
-    shown, said = capsys.readouterr()
+    shown, message = capsys.readouterr()
     assert "vx_max (m/s)" in shown
     assert len(shown.splitlines()) == 42
-    assert said == "only the first and last 20 rows are printed; --out and --json give all\n"
+    assert message == "only the first and last 20 rows are printed; --out and --json give all\n"
 
 
 @pytest.mark.parametrize("name", ["out.csv", "out.parquet"])
@@ -124,7 +124,7 @@ def test_a_sweep_too_large_for_memory_is_refused_before_it_begins(
 
 
 @pytest.mark.parametrize(
-    ("args", "said"),
+    ("args", "message"),
     [
         ([], "--vary"),
         (["--vary=knl=1:2:3"], "did you mean k_nl"),
@@ -161,22 +161,22 @@ def test_a_sweep_too_large_for_memory_is_refused_before_it_begins(
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
 def test_wrong_input_gets_one_line_and_exit_2(
-    args: list[str], said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    args: list[str], message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    given = {
+    files = {
         "taken.csv": "mine",
         "taken.png": "mine",
         "rk4.toml": 'fivtui_scene = 1\nmethod = "rk4"\n',
         "accurate.toml": "fivtui_scene = 1\naccuracy = {events = 1e-3}\n",
     }
-    for name, text in given.items():
+    for name, text in files.items():
         Path(name).write_text(text)
     assert run(["sweep", *args]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert said in captured.err
+    assert message in captured.err
     assert captured.err.count("\n") == 1
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == given
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == files
 
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path) -> None:
@@ -199,11 +199,11 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path) -> None
             assert time.monotonic() < until
             time.sleep(0.02)
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=600.0)
+        _, message = process.communicate(timeout=600.0)
     assert process.returncode == 130
-    kept = 50 * len(list(parts.glob("0*.csv")))
-    assert said == (
-        f"fivtui: cancelled: {kept} of 100000 members are kept in out.csv.parts: "
+    members = 50 * len(list(parts.glob("0*.csv")))
+    assert message == (
+        f"fivtui: cancelled: {members} of 100000 members are kept in out.csv.parts: "
         "the same command continues\n"
     )
 
@@ -217,11 +217,11 @@ def test_progress_says_how_many_how_fast_and_how_long() -> None:
 def test_without_a_terminal_progress_is_a_line_now_and_then(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    now = [100.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    clock = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
     with SweepProgress(1000) as progress:
         for second in range(65):
-            now[0] = 100.0 + second
+            clock[0] = 100.0 + second
             assert progress(0.5 + second * 0.001) is True
     # What an earlier run has computed does not count as speed.
     assert capsys.readouterr().err.splitlines() == [
@@ -245,9 +245,9 @@ def test_a_design_is_read_from_text() -> None:
 
 
 def figure_of(
-    axes: dict[str, Any], kind: Kind = "product", count: int | None = None, **more: Any
+    axes: dict[str, Any], kind: Kind = "product", count: int | None = None, **options: Any
 ) -> Figure:
-    study = Study(Design(axes, kind, count), Parameters(), t_end=5.0, **more)
+    study = Study(Design(axes, kind, count), Parameters(), t_end=5.0, **options)
     return sweep_in_memory(study, local_engine(1)).figure()
 
 

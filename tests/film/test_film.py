@@ -28,8 +28,8 @@ ORANGE: Final = (240, 180, 41)
 def shapes(run: Transient, t: float, travel: float = 0.0) -> dict[str, Shape]:
     motion = motion_at(run, np.linspace(0.0, run.t_end, 4001))
     moment = motion_at(run, np.array([t]))
-    found = shapes_at(run, layout_of(motion), moment, travel)
-    return {shape.name: shape for shape in found}
+    drawn = shapes_at(run, layout_of(motion), moment, travel)
+    return {shape.name: shape for shape in drawn}
 
 
 def middle(run: Transient, mode: Mode) -> float:
@@ -40,24 +40,24 @@ def middle(run: Transient, mode: Mode) -> float:
 
 def test_off_the_belt_the_foot_is_above_it_by_y_and_no_force_acts() -> None:
     t = middle(RUN, Mode.SEPARATED)
-    found = shapes(RUN, t)
-    assert found["foot"].y.min() == pytest.approx(motion_at(RUN, np.array([t])).y[0])
-    assert {"contact force", "friction"}.isdisjoint(found)
+    drawn = shapes(RUN, t)
+    assert drawn["foot"].y.min() == pytest.approx(motion_at(RUN, np.array([t])).y[0])
+    assert {"contact force", "friction"}.isdisjoint(drawn)
 
 
 def test_in_contact_the_foot_is_on_the_belt_and_the_arrows_are_the_forces() -> None:
     motion = motion_at(RUN, np.linspace(0.0, 100.0, 4001))
     t = float(motion.t[motion.P.argmax()])
-    found = shapes(RUN, t)
-    assert found["foot"].y.min() == 0.0
-    up = found["contact force"].y[1] - found["contact force"].y[0]
-    right = found["friction"].x[1] - found["friction"].x[0]
+    drawn = shapes(RUN, t)
+    assert drawn["foot"].y.min() == 0.0
+    up = drawn["contact force"].y[1] - drawn["contact force"].y[0]
+    right = drawn["friction"].x[1] - drawn["friction"].x[0]
     assert right / up == pytest.approx(0.7)
     # The block follows the motion to scale, and nothing reaches through the belt.
-    rise = found["block"].y.min() - shapes(RUN, 0.0)["block"].y.min()
+    rise = drawn["block"].y.min() - shapes(RUN, 0.0)["block"].y.min()
     start = motion_at(RUN, np.array([0.0, t]))
     assert rise == pytest.approx(start.y[1] - start.y[0])
-    assert found["block"].y.min() > found["foot"].y.max()
+    assert drawn["block"].y.min() > drawn["foot"].y.max()
 
 
 @pytest.mark.parametrize("name", ["contact force", "friction"])
@@ -89,8 +89,8 @@ def test_marks_travel_with_the_belt_and_everything_is_in_the_picture() -> None:
 def test_a_belt_whose_speed_follows_a_table_travels_by_its_integral() -> None:
     stop = simulate(t_end=10.0, over_time={"v_belt": [(2.0, 3.0), (6.0, 0.0)]}, samples="dense")
     timing = film_timing(stop, (0.0, 10.0), 1.0)
-    found = [timing.travel(stop, t, 1.0) for t in (0.0, 1.0, 2.0, 4.0, 6.0, 10.0)]
-    assert found == pytest.approx([0.0, 3.0, 6.0, 10.5, 12.0, 12.0])
+    travels = [timing.travel(stop, t, 1.0) for t in (0.0, 1.0, 2.0, 4.0, 6.0, 10.0)]
+    assert travels == pytest.approx([0.0, 3.0, 6.0, 10.5, 12.0, 12.0])
     start, end = max(stop.stick_intervals, key=lambda pair: pair[1] - pair[0])
     assert shapes(stop, 0.5 * (start + end))["friction"].x[1] != 0.0
 
@@ -157,9 +157,9 @@ def test_mp4_is_refused_in_one_line_without_ffmpeg(
 ) -> None:
     monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: False)
     assert command(["animate", "--out", str(tmp_path / "a.mp4")]) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
-    assert "MP4 needs ffmpeg" in said
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert "MP4 needs ffmpeg" in message
     monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: True)
     check_film_path(tmp_path / "a.mp4")
     with pytest.raises(InputError, match="suffix of a film file"):
@@ -180,9 +180,9 @@ def test_a_film_that_is_stopped_leaves_no_file(tmp_path: Path) -> None:
 
 
 def test_a_slider_at_rest_has_a_picture_too() -> None:
-    found = shapes(simulate(Parameters(mu=0.0), t_end=1.0, samples=3), 0.5)
-    assert found["contact force"].y[1] > 0.0
-    assert np.ptp(found["friction"].x) == pytest.approx(0.0)
+    drawn = shapes(simulate(Parameters(mu=0.0), t_end=1.0, samples=3), 0.5)
+    assert drawn["contact force"].y[1] > 0.0
+    assert np.ptp(drawn["friction"].x) == pytest.approx(0.0)
 
 
 def test_the_command_says_what_is_shown_and_from_frame_to_frame_the_slider_moves(
@@ -191,8 +191,8 @@ def test_the_command_says_what_is_shown_and_from_frame_to_frame_the_slider_moves
     monkeypatch.chdir(tmp_path)
     line = ["animate", "--t-end", "20", "--window", "10:10.1", "--speed", "1.25", "--out", "a.gif"]
     assert command([*line, "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said == {"path": "a.gif", "window": [10.0, 10.1], "speed": 1.25, "frames": 3}
+    report = json.loads(capsys.readouterr().out)
+    assert report == {"path": "a.gif", "window": [10.0, 10.1], "speed": 1.25, "frames": 3}
     with Image.open("a.gif") as image:
         assert isinstance(image, GifImageFile)
         frames = []

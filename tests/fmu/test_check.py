@@ -35,7 +35,7 @@ def test_checking_writes_nothing_to_the_terminal(
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         (None, "there is no such file"),
         (b"not an archive", "not a zip archive"),
@@ -43,12 +43,12 @@ def test_checking_writes_nothing_to_the_terminal(
     ],
 )
 def test_what_is_no_archive_is_wrong_input(
-    content: bytes | None, said: str, tmp_path: Path
+    content: bytes | None, message: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "model.fmu"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         check_fmu(path)
 
 
@@ -96,8 +96,8 @@ def test_a_binary_for_another_processor_is_none(tmp_path: Path) -> None:
 def test_a_damaged_file_is_reported(fmu: Path, tmp_path: Path) -> None:
     data = bytearray(fmu.read_bytes())
     with zipfile.ZipFile(fmu) as archive:
-        place = archive.getinfo(LIBRARIES[0]).header_offset
-    data[place + 2000] ^= 255
+        offset = archive.getinfo(LIBRARIES[0]).header_offset
+    data[offset + 2000] ^= 255
     path = tmp_path / "m.fmu"
     path.write_bytes(data)
     assert any(f"{LIBRARIES[0]} in the archive is damaged" in p for p in check_fmu(path))
@@ -118,7 +118,7 @@ def test_a_slave_that_cannot_be_made_is_reported(fmu: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("behaviour", "said"),
+    ("behaviour", "message"),
     [
         ("pass", None),
         ("return False", "it stops at 0 s"),
@@ -129,24 +129,24 @@ def test_a_slave_that_cannot_be_made_is_reported(fmu: Path, tmp_path: Path) -> N
     ],
 )
 def test_the_behaviour_of_any_fmu_is_tried(
-    behaviour: str, said: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    behaviour: str, message: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The description that pythonfmu writes by itself is not valid; the run is what matters here.
     monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _path: [])
     problems = check_fmu(other_fmu(tmp_path, behaviour))
-    if said is None:
+    if message is None:
         assert problems == []
     else:
-        assert re.search(said, problems[0])
+        assert re.search(message, problems[0])
 
 
 def test_an_fmu_that_hangs_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _path: [])
     monkeypatch.setattr("fivtui.fmu.check._TIMEOUT_S", 3.0)
-    place = tmp_path / "place"
-    place.mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(place))
-    monkeypatch.setenv("TMPDIR", str(place))
+    folder = tmp_path / "place"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    monkeypatch.setenv("TMPDIR", str(folder))
     (problem,) = check_fmu(other_fmu(tmp_path, "import time; time.sleep(60)"))
     assert problem == "a short run is not finished after 3 s"
-    assert list(place.iterdir()) == []
+    assert list(folder.iterdir()) == []

@@ -24,8 +24,10 @@ def assert_same(through: Transient, native: Transient) -> None:
     assert through.final == pytest.approx(native.final, rel=1e-12, abs=1e-12)
     assert through.peak == pytest.approx(native.peak, rel=1e-8, abs=1e-8)
     assert through.changes == pytest.approx(native.changes, abs=1e-12)
-    for one, other in zip(through.separated_intervals, native.separated_intervals, strict=True):
-        assert one == pytest.approx(other, abs=1e-12)
+    for actual, expected in zip(
+        through.separated_intervals, native.separated_intervals, strict=True
+    ):
+        assert actual == pytest.approx(expected, abs=1e-12)
     assert through.events.transitions == native.events.transitions
     assert through.events.sticks == native.events.sticks
     assert through.events.stick_time == pytest.approx(native.events.stick_time, abs=1e-12)
@@ -45,16 +47,16 @@ def test_the_result_is_native_at_every_communication_step(method: str, step: flo
 def test_commands_run_it(method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     native = simulate(P, t_end=3.0)
     assert run(["simulate", *GIVEN, "--t-end", "3", "--method", method, "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["events"]["sticks"] == native.events.sticks > 0
-    assert found["events"]["transitions"] == dict(native.events.transitions)
+    data = json.loads(capsys.readouterr().out)
+    assert data["events"]["sticks"] == native.events.sticks > 0
+    assert data["events"]["transitions"] == dict(native.events.transitions)
     out = f"{tmp_path}/rows.csv"
-    words = ["sweep", "--vary", "v_belt=1:2:2", *GIVEN[2:], "--t-end", "3"]
-    assert run([*words, "--method", method, "--json", "--out", out]) == 0
+    arguments = ["sweep", "--vary", "v_belt=1:2:2", *GIVEN[2:], "--t-end", "3"]
+    assert run([*arguments, "--method", method, "--json", "--out", out]) == 0
     table = json.loads(capsys.readouterr().out)
-    place = table["columns"].index("y_abs")
+    column = table["columns"].index("y_abs")
     peaks = [simulate(P.with_values({"v_belt": v}), t_end=3.0).peak.y_abs for v in (1, 2)]
-    assert [row[place] for row in table["rows"]] == pytest.approx(peaks, rel=1e-8)
+    assert [row[column] for row in table["rows"]] == pytest.approx(peaks, rel=1e-8)
 
 
 TABLES: Final[dict[str, list[tuple[float, float]]]] = {
@@ -74,11 +76,11 @@ def test_tables_over_time_are_followed_by_the_native_one(
     native = simulate(Parameters(**belt), **options)
     assert_same(through, native)
     assert through.stop == pytest.approx(native.stop, abs=1e-12)
-    one, other = through.trajectory, native.trajectory
-    assert one is not None
-    assert other is not None
-    assert one.x == pytest.approx(other.x, abs=1e-12)
-    assert np.array_equal(one.mode, other.mode)
+    actual, expected = through.trajectory, native.trajectory
+    assert actual is not None
+    assert expected is not None
+    assert actual.x == pytest.approx(expected.x, abs=1e-12)
+    assert np.array_equal(actual.mode, expected.mode)
 
 
 def test_a_slider_that_sticks_is_left_behind_where_the_belt_jumps() -> None:
@@ -110,8 +112,8 @@ def test_a_given_speed_says_that_the_belt_has_one(
     table = tmp_path / "speed.csv"
     table.write_text("time,v_belt\n0,2\n3,2\n")
     friction = {"mu_s": 0.8, "v_s": 0.4}
-    held = run_fmu(fmu, t_end=3.0, start_values=friction, input_csv=table)
-    assert held.columns["y"][-1] == pytest.approx(native.final.y, rel=1e-12)
+    result = run_fmu(fmu, t_end=3.0, start_values=friction, input_csv=table)
+    assert result.columns["y"][-1] == pytest.approx(native.final.y, rel=1e-12)
     sliding = simulate(t_end=3.0).final.y
     for values in ({}, {"v_belt": 2.0, "finite_belt": False}):
         run_of_it = run_fmu(fmu, t_end=3.0, start_values=values)

@@ -69,7 +69,7 @@ def test_a_host_agrees_with_the_scripted_master(
     script = Path(__file__).parents[1].joinpath("support", "fmu_hosts.py")
     for file in ("brake.ssp", "slider_belt.fmu", "brake_actuator.fmu"):
         shutil.copy(folder / file, tmp_path)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-I", str(script), host, str(tmp_path), str(STEPS), str(H)],
         cwd=tmp_path,
         # The thread manager of TBB, which ecos uses, is unloaded while at work when a process ends.
@@ -79,15 +79,15 @@ def test_a_host_agrees_with_the_scripted_master(
         check=False,
         timeout=600,
     )
-    assert done.returncode == 0, done.stderr[-2000:]
-    assert_same(json.loads(done.stdout.splitlines()[-1]), rows)
+    assert process.returncode == 0, process.stderr[-2000:]
+    assert_same(json.loads(process.stdout.splitlines()[-1]), rows)
 
 
-def assert_same(found: list[Row], rows: list[Row], absolute: float = 1e-9) -> None:
+def assert_same(results: list[Row], rows: list[Row], absolute: float = 1e-9) -> None:
     # Hosts sum up the time differently, in the last digit.
-    assert len(found) == len(rows)
-    for one, other in zip(found, rows, strict=True):
-        assert one == pytest.approx(other, rel=1e-9, abs=absolute)
+    assert len(results) == len(rows)
+    for actual_row, expected_row in zip(results, rows, strict=True):
+        assert actual_row == pytest.approx(expected_row, rel=1e-9, abs=absolute)
 
 
 @pytest.mark.host
@@ -114,9 +114,9 @@ def test_a_host_in_c_plus_plus_agrees_with_python_loaded_first_where_that_is_nee
     with (tmp_path / "brake.csv").open() as file:
         table = list(csv.DictReader(file, skipinitialspace=True))
     names = ("slider_belt::y[REAL]", "slider_belt::P[REAL]", "brake_actuator::F[REAL]")
-    found = [tuple(float(row[name]) for name in names) for row in table]
+    outputs = [tuple(float(row[name]) for name in names) for row in table]
     # The program writes six digits after the point.
-    assert_same([(y, P, F) for y, P, F in found[-STEPS:]], rows, absolute=1e-6)
+    assert_same([(y, P, F) for y, P, F in outputs[-STEPS:]], rows, absolute=1e-6)
 
 
 def test_fmpy_runs_the_archive_with_zeros_for_inputs_in_the_first_step(folder: Path) -> None:

@@ -34,34 +34,34 @@ print(json.dumps(found))
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_tens_of_runs_map_one_library_and_open_no_file(fmu: Path) -> None:
-    first, *others = json.loads(run_python("-c", LOADS, fmu))
+    first, *later = json.loads(run_python("-c", LOADS, fmu))
     assert first[0] > 0
-    assert others == [first] * 11
+    assert later == [first] * 11
 
 
 def test_a_folder_is_used_again_for_the_same_content_only(
     fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    copy, other = tmp_path / "copy.fmu", tmp_path / "other.fmu"
+    copy, changed = tmp_path / "copy.fmu", tmp_path / "other.fmu"
     copy.write_bytes(fmu.read_bytes())
-    other.write_bytes(fmu.read_bytes() + b"\0")
-    place = tmp_path / "place"
-    place.mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(place))
+    changed.write_bytes(fmu.read_bytes() + b"\0")
+    folder = tmp_path / "place"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
     with folder_for(fmu) as first:
-        assert Path(first.path).parent == place
+        assert Path(first.path).parent == folder
         assert list(Path(first.path).iterdir()) == []
-        with folder_for(copy) as beside, folder_for(other) as foreign:
+        with folder_for(copy) as beside, folder_for(changed) as foreign:
             assert len({first.path, beside.path, foreign.path}) == 3
-    assert list(place.iterdir()) == []
+    assert list(folder.iterdir()) == []
     with folder_for(copy) as again:
         assert again.path in (first.path, beside.path)
         # A folder that somebody else has made of the other name is not touched.
-        taken = Path(({first.path, beside.path} - {again.path}).pop())
-        taken.mkdir()
+        occupied = Path(({first.path, beside.path} - {again.path}).pop())
+        occupied.mkdir()
         with folder_for(fmu) as fresh:
-            assert fresh.path not in (str(taken), foreign.path)
+            assert fresh.path not in (str(occupied), foreign.path)
         again.spoilt = True
-    assert list(place.iterdir()) == [taken]
-    with folder_for(fmu) as last:
-        assert last.path == fresh.path
+    assert list(folder.iterdir()) == [occupied]
+    with folder_for(fmu) as reopened:
+        assert reopened.path == fresh.path

@@ -55,7 +55,7 @@ def test_inputs_that_the_table_leaves_out_keep_their_start_value(
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("time,G\n0,1\n", "unknown input"),
         ("t,F\n0,1\n", "unknown input"),
@@ -69,14 +69,14 @@ def test_inputs_that_the_table_leaves_out_keep_their_start_value(
         ("time,F\n0,1e12\n", "F = 1e+12: must be from"),
     ],
 )
-def test_a_wrong_table_is_refused(fmu: Path, table: Path, text: str, said: str) -> None:
+def test_a_wrong_table_is_refused(fmu: Path, table: Path, text: str, message: str) -> None:
     table.write_text(text)
-    with pytest.raises(InputError, match=re.escape(said)):
+    with pytest.raises(InputError, match=re.escape(message)):
         run_fmu(fmu, t_end=1.0, input_csv=table)
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"start_values": {"Mu": 0.5}}, "did you mean mu?"),
         ({"start_values": {"y": 0.5}}, "unknown variable to be set 'y'"),
@@ -95,13 +95,13 @@ def test_a_wrong_table_is_refused(fmu: Path, table: Path, text: str, said: str) 
         ({"input_csv": Path("absent.csv")}, "absent.csv: there is no such file"),
     ],
 )
-def test_a_wrong_request_is_refused(fmu: Path, options: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=re.escape(said)):
+def test_a_wrong_request_is_refused(fmu: Path, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=re.escape(message)):
         run_fmu(fmu, **options)
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"start_values": {"F": -1.0, "k3": 0.0}}, "no equilibrium"),
         (
@@ -115,9 +115,9 @@ def test_a_wrong_request_is_refused(fmu: Path, options: dict[str, Any], said: st
     ],
 )
 def test_what_the_fmu_refuses_is_said_in_its_words(
-    fmu: Path, options: dict[str, Any], said: str
+    fmu: Path, options: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(ComputationError, match=re.escape(said)):
+    with pytest.raises(ComputationError, match=re.escape(message)):
         run_fmu(fmu, **options)
 
 
@@ -135,7 +135,7 @@ def test_another_fmu_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) 
 
 
 @pytest.mark.parametrize(
-    ("behaviour", "said"),
+    ("behaviour", "message"),
     [
         ("return False", "the FMU stops at t = 0 s: it logged nothing"),
         ("raise ValueError('broken inside')", "broken inside"),
@@ -143,36 +143,36 @@ def test_another_fmu_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) 
     ],
 )
 def test_an_fmu_that_fails_is_an_error_never_half_a_result(
-    tmp_path: Path, behaviour: str, said: str
+    tmp_path: Path, behaviour: str, message: str
 ) -> None:
-    with pytest.raises(ComputationError, match=re.escape(said)):
+    with pytest.raises(ComputationError, match=re.escape(message)):
         run_fmu(other_fmu(tmp_path, behaviour), t_end=3.0)
 
 
 def test_fmus_of_other_kinds_are_refused(fmu: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(fmu) as archive:
         xml = archive.read("modelDescription.xml")
-    for old, new, said in (
+    for old, new, message in (
         (b'fmiVersion="2.0"', b'fmiVersion="1.0"', "FMU"),
         (b"CoSimulation", b"ModelExchange", "is not for co-simulation"),
         (b"<fmiModelDescription", b"<nonsense", "is not an FMU"),
     ):
         changed = {"modelDescription.xml": xml.replace(old, new)}
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=message):
             run_fmu(altered(fmu, tmp_path / "m.fmu", changed))
 
 
 def test_a_run_reports_progress_and_can_be_cancelled(fmu: Path) -> None:
-    seen: list[float] = []
+    fractions: list[float] = []
 
     def note(fraction: float) -> bool:
-        seen.append(fraction)
+        fractions.append(fraction)
         return True
 
     run_fmu(fmu, t_end=10.0, progress=note)
-    assert seen == sorted(seen)
-    assert seen[-1] == 1.0
-    assert len(seen) > 3
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
+    assert len(fractions) > 3
     with pytest.raises(Cancelled):
         run_fmu(fmu, t_end=10.0, progress=lambda fraction: fraction < 0.5)
 

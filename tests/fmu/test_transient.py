@@ -80,9 +80,9 @@ def test_samples_are_the_outputs_at_their_times(fmu: Path) -> None:
     assert native.trajectory is not None
     assert through.trajectory.t.tolist() == times
     for name in ("x", "vx", "y", "vy", "P", "mode"):
-        one, other = getattr(through.trajectory, name), getattr(native.trajectory, name)
-        assert one.dtype == other.dtype
-        assert one == pytest.approx(other, rel=1e-12, abs=1e-12)
+        actual, expected = getattr(through.trajectory, name), getattr(native.trajectory, name)
+        assert actual.dtype == expected.dtype
+        assert actual == pytest.approx(expected, rel=1e-12, abs=1e-12)
     for t, y in zip(times[1:], through.trajectory.y[1:], strict=True):
         assert interpreted(t_end=t).final.y == y
     assert_same(through, native)
@@ -104,17 +104,17 @@ def test_wrong_samples_are_refused(samples: list[float]) -> None:
 
 
 def test_progress_rises_to_one_and_can_cancel(fmu: Path) -> None:
-    seen: list[float] = []
+    fractions: list[float] = []
 
     def note(fraction: float) -> bool:
-        seen.append(fraction)
+        fractions.append(fraction)
         return True
 
     request = Request(System(Parameters()), t_end=30.0, method="fmu")
     integrate_fmu(request, fmu=fmu, progress=note)
-    assert seen == sorted(seen)
-    assert seen[-1] == 1.0
-    assert len(seen) > 5
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
+    assert len(fractions) > 5
     with pytest.raises(Cancelled):
         integrate_fmu(request, fmu=fmu, progress=lambda fraction: fraction < 0.3)
     with pytest.raises(Cancelled):
@@ -166,12 +166,12 @@ def test_too_many_parts_of_a_communication_step_are_refused(
 
 def test_a_file_that_is_not_this_fmu_is_wrong_input(fmu: Path, tmp_path: Path) -> None:
     request = Request(System(Parameters()), t_end=1.0, method="fmu")
-    for path, said in (
+    for path, message in (
         (tmp_path / "absent.fmu", "there is no such file"),
         (other_fmu(tmp_path), "unknown FMU variable"),
         (altered(fmu, tmp_path / "m.fmu", {"modelDescription.xml": b"<a/>"}), "is not an FMU"),
     ):
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=message):
             integrate_fmu(request, fmu=path)
 
 

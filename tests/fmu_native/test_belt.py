@@ -43,15 +43,15 @@ def test_an_importer_finds_the_native_switches(
     p, start = SCENES[scene]
     native = simulate(p, t_end=4.0, start=start or "static")
     with exchanged(folder, **values_of(p, start)) as instance:
-        found = integrated(instance, 4.0, late=late)
+        state = integrated(instance, 4.0, late=late)
         *counts, mode = instance.get(*COUNTS)
-        last = instance.get("last_event")
+        event_time = instance.get("last_event")
     events, final = native.events, native.final
-    assert found == pytest.approx([final.x, final.y, final.vx, final.vy], abs=error)
+    assert state == pytest.approx([final.x, final.y, final.vx, final.vy], abs=error)
     switches = sum(events.transitions.values())
     assert counts == [events.separations, events.reattachments, switches, events.sticks]
     assert mode == native.mode_changes[-1].then
-    assert last == pytest.approx([native.changes[-1, 0]], abs=1e-8)
+    assert event_time == pytest.approx([native.changes[-1, 0]], abs=1e-8)
 
 
 def test_cvode_finds_them_too(fmu: Path) -> None:
@@ -87,13 +87,13 @@ def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode
         assert put(instance, 0.0, 2.5, -0.5, 0.1) == [Mode.BACKWARD, -0.5, -0.5, 1.0, 1.0]
         assert put(instance, 0.0, 2.5, 0.5, 0.1) == [Mode.SEPARATED, 0.5, 1.0, 1.0, 1.0]
         # P = 37.5 N, f = 0.64 N + 15 N.
-        held = put(instance, 0.0, 2.0, -0.5, 0.1)
-        assert held == pytest.approx([Mode.STICK, -0.5, 1.0, 30.0 - 15.64, 30.0 + 15.64])
+        stick_values = put(instance, 0.0, 2.0, -0.5, 0.1)
+        assert stick_values == pytest.approx([Mode.STICK, -0.5, 1.0, 30.0 - 15.64, 30.0 + 15.64])
         # v_r is zero to rounding, and f is above and below what holds.
         for x, mode in ((0.3, Mode.FORWARD), (-0.5, Mode.BACKWARD)):
-            found = put(instance, x, 2.0 + 1e-12, -0.5, 0.1)
-            assert found[:2] == [mode, -0.5]
-            assert found[2] == (1 if mode is Mode.FORWARD else -1) * np.finfo(float).tiny
+            slip_values = put(instance, x, 2.0 + 1e-12, -0.5, 0.1)
+            assert slip_values[:2] == [mode, -0.5]
+            assert slip_values[2] == (1 if mode is Mode.FORWARD else -1) * np.finfo(float).tiny
             assert instance.get("vx") == [2.0]
 
 
@@ -200,27 +200,27 @@ def test_directional_derivatives_are_those_of_differences_in_every_mode(
             assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6)
 
 
-def forces(p: Parameters, place: State, mode: Mode) -> list[float]:
+def forces(p: Parameters, state: State, mode: Mode) -> list[float]:
     """Friction on the slider and horizontal acceleration, by the equations."""
-    x, vx, y, _ = place
-    friction = friction_force(p, place, mode)
+    x, vx, y, _ = state
+    friction = friction_force(p, state, mode)
     pull = p.c1 * vx + p.k1 * x + 0.5 * p.k3 * (x - y)
     return [friction, 0.0 if mode is Mode.STICK else (friction - pull) / p.m]
 
 
 @pytest.mark.parametrize("mode", PLACES)
 def test_derivatives_by_parameters_are_those_of_the_equations(folder: Path, mode: Mode) -> None:
-    place = PLACES[mode]
-    starts = values_of(ALL, place)
+    state = PLACES[mode]
+    starts = values_of(ALL, state)
     with FmuInstance(folder).begin(**starts) as instance:
         unknowns = [instance.references[name] for name in ("friction_slider", "ax")]
         for name in ("m", "k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"):
             h = 1e-5 * getattr(ALL, name)
             ends = [
-                forces(ALL.with_values({name: getattr(ALL, name) + sign * h}), place, mode)
+                forces(ALL.with_values({name: getattr(ALL, name) + sign * h}), state, mode)
                 for sign in (1.0, -1.0)
             ]
-            difference = [(one - other) / (2.0 * h) for one, other in zip(*ends, strict=True)]
+            difference = [(high - low) / (2.0 * h) for high, low in zip(*ends, strict=True)]
             exact = instance.fmi.getDirectionalDerivative(
                 unknowns, [instance.references[name]], [1.0]
             )
@@ -244,33 +244,35 @@ TABLES: Final[dict[str, list[tuple[float, float]]]] = {
 
 
 @pytest.mark.parametrize("step", [1.0, 0.25])
-@pytest.mark.parametrize("given", [{}, {"mu_s": 0.9, "v_s": 0.4}])
+@pytest.mark.parametrize("settings", [{}, {"mu_s": 0.9, "v_s": 0.4}])
 def test_ramps_of_all_inputs_are_tables_of_the_native_solver(
-    folder: Path, step: float, given: dict[str, float]
+    folder: Path, step: float, settings: dict[str, float]
 ) -> None:
-    course = course_of(Parameters(v_belt=1.0, **given), TABLES)
+    course = course_of(Parameters(v_belt=1.0, **settings), TABLES)
     p, _ = course.after(0.0)
-    held = []
+    records = []
     with FmuInstance(folder).begin(**values_of(p, None)) as instance:
         while instance.t < 10.0:
             p, rates = course.after(instance.t)
             instance.set(F=p.F, mu=p.mu, v_belt=p.v_belt or 0.0)
             instance.slope(F=rates.F, mu=rates.mu, v_belt=rates.v_belt)
-            held.append((p, rates, instance.get(*STATES, "mode", "friction_slider", "ax")))
+            records.append((p, rates, instance.get(*STATES, "mode", "friction_slider", "ax")))
             instance.step(step)
-        found = instance.get(*STATES, "separations", "switches", "sticks", "mode")
-    run = simulate(Parameters(**given), t_end=10.0, over_time=TABLES)
+        values = instance.get(*STATES, "separations", "switches", "sticks", "mode")
+    run = simulate(Parameters(**settings), t_end=10.0, over_time=TABLES)
     events = run.events
     counts = [events.separations, sum(events.transitions.values()), events.sticks]
-    assert found[:4] == pytest.approx(run.final[1:], abs=1e-9)
-    assert found[4:] == [*counts, run.mode_changes[-1].then]
+    assert values[:4] == pytest.approx(run.final[1:], abs=1e-9)
+    assert values[4:] == [*counts, run.mode_changes[-1].then]
     assert min(counts) > 0
     modes = set()
-    for p, rates, (*state, mode, friction, ax) in held:
-        now, there = Mode(int(mode)), (state[0], state[1], state[2], state[3])
-        modes.add(now)
-        assert friction == pytest.approx(friction_force(p, there, now, rates), abs=1e-9)
-        assert now is not Mode.STICK or ax == rates.v_belt
+    for p, rates, (*state, mode, friction, ax) in records:
+        current_mode, state_values = Mode(int(mode)), (state[0], state[1], state[2], state[3])
+        modes.add(current_mode)
+        assert friction == pytest.approx(
+            friction_force(p, state_values, current_mode, rates), abs=1e-9
+        )
+        assert current_mode is not Mode.STICK or ax == rates.v_belt
     assert Mode.STICK in modes
 
 
@@ -284,14 +286,14 @@ def test_at_the_end_of_a_ramp_the_hold_is_that_of_the_ramp(folder: Path) -> None
         x, vx, y, vy, mode, friction, ax = instance.get(*STATES, "mode", "friction_slider", "ax")
         assert (mode, ax) == (Mode.STICK, -0.5)
         assert vx == pytest.approx(0.4375, abs=1e-15)
-        now = p.with_values({"v_belt": 0.4375})
+        held_parameters = p.with_values({"v_belt": 0.4375})
         state = (x, vx, y, vy)
-        on_ramp = friction_force(now, state, Mode.STICK, Rates(v_belt=-0.5))
+        on_ramp = friction_force(held_parameters, state, Mode.STICK, Rates(v_belt=-0.5))
         assert friction == pytest.approx(on_ramp, rel=1e-12)
         instance.slope(v_belt=0.0)
         instance.set(F=81.0)
         assert instance.get("friction_slider") == pytest.approx(
-            [friction_force(now, state, Mode.STICK)], rel=1e-12
+            [friction_force(held_parameters, state, Mode.STICK)], rel=1e-12
         )
 
 
@@ -313,21 +315,21 @@ def test_a_state_saved_on_a_ramp_in_stick_goes_on_bit_by_bit(folder: Path) -> No
     p = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
     names = [*STATES, "mode", "switches", "sticks", "last_event", "friction_slider"]
     with (
-        FmuInstance(folder).begin(**values_of(p, None)) as one,
-        FmuInstance(folder).begin() as other,
+        FmuInstance(folder).begin(**values_of(p, None)) as source,
+        FmuInstance(folder).begin() as restored,
     ):
         for number in range(40):
-            one.slope(v_belt=0.2 if number % 2 else -0.2, F=3.0 if number % 2 else -3.0)
-            saved = one.fmi.getFMUstate()
-            copy = other.fmi.deSerializeFMUstate(one.fmi.serializeFMUstate(saved))
-            other.fmi.setFMUstate(copy)
-            other.t = one.t
-            for instance in (one, other):
+            source.slope(v_belt=0.2 if number % 2 else -0.2, F=3.0 if number % 2 else -3.0)
+            saved = source.fmi.getFMUstate()
+            copy = restored.fmi.deSerializeFMUstate(source.fmi.serializeFMUstate(saved))
+            restored.fmi.setFMUstate(copy)
+            restored.t = source.t
+            for instance in (source, restored):
                 instance.step(0.05)
-            assert one.get(*names) == other.get(*names)
-            other.fmi.freeFMUstate(copy)
-            one.fmi.freeFMUstate(saved)
-        assert one.get("sticks")[0] > 1.0
+            assert source.get(*names) == restored.get(*names)
+            restored.fmi.freeFMUstate(copy)
+            source.fmi.freeFMUstate(saved)
+        assert source.get("sticks")[0] > 1.0
 
 
 def test_steps_in_parts_have_the_same_bits(folder: Path) -> None:
@@ -337,5 +339,5 @@ def test_steps_in_parts_have_the_same_bits(folder: Path) -> None:
             for _ in range(round(4.0 / h)):
                 instance.step(h)
             runs.append(instance.get(*STATES, *COUNTS, "last_event", "friction_slider"))
-    for one, other in itertools.pairwise(runs):
-        assert one == other
+    for first, second in itertools.pairwise(runs):
+        assert first == second

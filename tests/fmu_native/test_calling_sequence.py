@@ -153,28 +153,28 @@ class Instance:
         rate = next(r for r, v in enumerate(table.variables) if v.name in ("ax", "F_rate"))
         self.rate, self.time = ctypes.c_uint(rate), ctypes.c_uint(len(table.variables))
         self.states, self.indicators = STATES[model], INDICATORS[model]
-        self.room, self.place = (ctypes.c_double * 8)(), ctypes.c_void_p()
+        self.room, self.saved_state = (ctypes.c_double * 8)(), ctypes.c_void_p()
         self.flags, self.size = (ctypes.c_bool * 32)(), ctypes.c_size_t()
         token = token_of(model)
         self.component = ctypes.c_void_p(
-            self._made_2(token) if version == "2" else self._made_3(token)
+            self._instantiate_2(token) if version == "2" else self._instantiate_3(token)
         )
         assert self.component.value
         if version == "2":
             assert self.call("SetupExperiment") == 0
 
-    def _made_2(self, token: bytes) -> int | None:
+    def _instantiate_2(self, token: bytes) -> int | None:
         logger = _LOG_2(lambda *call: self.log.append(call[-1].decode()))
-        self.kept: Any = _Callbacks(logger)
+        self.callbacks: Any = _Callbacks(logger)
         make = self.library.fmi2Instantiate
         make.restype = ctypes.c_void_p
         kind = int(self.kind == CO_SIMULATION)
-        return make(b"i", kind, token, None, ctypes.byref(self.kept), 0, 0)  # type: ignore[no-any-return]
+        return make(b"i", kind, token, None, ctypes.byref(self.callbacks), 0, 0)  # type: ignore[no-any-return]
 
-    def _made_3(self, token: bytes) -> int | None:
+    def _instantiate_3(self, token: bytes) -> int | None:
         logger = _LOG_3(lambda *call: self.log.append(call[-1].decode()))
         update = _UPDATE(lambda _, __, asks, *___: self.in_update(asks))
-        self.kept = logger, update
+        self.callbacks = logger, update
         head = (b"i", token, None, False, False)
         if self.kind == MODEL_EXCHANGE:
             make = self.library.fmi3InstantiateModelExchange
@@ -187,7 +187,7 @@ class Instance:
 
     def arguments(self, name: str) -> tuple[Any, ...]:
         """Arguments of a function that are right in the states in which it is allowed."""
-        zero, step, one, none = map(ctypes.c_double, (0.0, 0.01, 1.0, 0.0))
+        zero, step, unit, none = map(ctypes.c_double, (0.0, 0.01, 1.0, 0.0))
         count = ctypes.c_size_t(1)
         room, flags = self.room, self.flags
         start = (
@@ -195,29 +195,29 @@ class Instance:
         )
         counted = (count,) if self.version == "3" else ()
         of_input = ctypes.byref(self.input), count
-        derivative = ctypes.byref(self.rate), count, *of_input, ctypes.byref(one), *counted
+        derivative = ctypes.byref(self.rate), count, *of_input, ctypes.byref(unit), *counted
         states, indicators = ctypes.c_size_t(self.states), ctypes.c_size_t(self.indicators)
-        known: dict[str, tuple[Any, ...]] = {
+        calls: dict[str, tuple[Any, ...]] = {
             "SetDebugLogging": (0, ctypes.c_size_t(0), None),
             "SetupExperiment": start,
             "EnterInitializationMode": start if self.version == "3" else (),
             "GetReal": (*of_input, room),
             "GetInteger": (*of_input, room),
             "GetBoolean": (*of_input, room),
-            "SetReal": (*of_input, ctypes.byref(one)),
-            "SetReal of a parameter": (ctypes.byref(self.parameter), count, ctypes.byref(one)),
+            "SetReal": (*of_input, ctypes.byref(unit)),
+            "SetReal of a parameter": (ctypes.byref(self.parameter), count, ctypes.byref(unit)),
             "GetFloat64": (*of_input, room, count),
             "GetFloat64 of the time": (ctypes.byref(self.time), count, room, count),
-            "SetFloat64": (*of_input, ctypes.byref(one), count),
+            "SetFloat64": (*of_input, ctypes.byref(unit), count),
             "SetFloat64 of a parameter": (
-                *(ctypes.byref(self.parameter), count, ctypes.byref(one), count),
+                *(ctypes.byref(self.parameter), count, ctypes.byref(unit), count),
             ),
-            "GetFMUstate": (ctypes.byref(self.place),),
-            "SetFMUstate": (self.place,),
+            "GetFMUstate": (ctypes.byref(self.saved_state),),
+            "SetFMUstate": (self.saved_state,),
             "FreeFMUstate": (ctypes.byref(ctypes.c_void_p()),),
-            "SerializedFMUstateSize": (self.place, ctypes.byref(self.size)),
-            "GetFMUState": (ctypes.byref(self.place),),
-            "SetFMUState": (self.place,),
+            "SerializedFMUstateSize": (self.saved_state, ctypes.byref(self.size)),
+            "GetFMUState": (ctypes.byref(self.saved_state),),
+            "SetFMUState": (self.saved_state,),
             "GetDirectionalDerivative": (*derivative, room, *counted),
             "GetAdjointDerivative": (*derivative, room, *counted),
             "GetAdjointDerivative of nothing": (None, ctypes.c_size_t(0)) * 4,
@@ -244,8 +244,8 @@ class Instance:
             "GetStringStatus": (1, room),
         }
         if name == "DoStep" and self.version == "3":
-            return (*known[name], *(ctypes.byref(flags, n) for n in range(3)), room)
-        return known.get(name, ())
+            return (*calls[name], *(ctypes.byref(flags, n) for n in range(3)), room)
+        return calls.get(name, ())
 
     def call(self, name: str) -> int:
         """The status of a function of the table."""
@@ -272,7 +272,9 @@ class Instance:
 
     def free(self) -> None:
         free = f"FreeFMU{'state' if self.version == '2' else 'State'}"
-        getattr(self.library, f"fmi{self.version}{free}")(self.component, ctypes.byref(self.place))
+        getattr(self.library, f"fmi{self.version}{free}")(
+            self.component, ctypes.byref(self.saved_state)
+        )
         getattr(self.library, f"fmi{self.version}FreeInstance")(self.component)
 
 

@@ -107,13 +107,13 @@ def test_a_second_build_finds_the_text_and_the_cache_of_the_first(
     compiler = Commands(monkeypatch)
     for _ in range(2):
         cross.compiled_for("SliderBelt", "win64")
-    places = {(cwd, env["ZIG_GLOBAL_CACHE_DIR"]) for cwd, env, _ in compiler.calls}
+    folders = {(cwd, env["ZIG_GLOBAL_CACHE_DIR"]) for cwd, env, _ in compiler.calls}
     if folder is None:
         # The cache is in the temporary folder of the build.
-        assert len(places) == 2
-        assert not any(Path(cache).exists() for _, cache in places)
+        assert len(folders) == 2
+        assert not any(Path(cache).exists() for _, cache in folders)
         return
-    ((text, cache),) = places
+    ((text, cache),) = folders
     assert cache == str(tmp_path / folder)
     assert text is not None
     assert text.is_relative_to(cache)
@@ -122,7 +122,7 @@ def test_a_second_build_finds_the_text_and_the_cache_of_the_first(
     )
     half = len(compiler.calls) // 2
     first, second = (
-        [[Path(word).name for word in command] for _, _, command in calls]
+        [[Path(argument).name for argument in command] for _, _, command in calls]
         for calls in (compiler.calls[:half], compiler.calls[half:])
     )
     assert first == second
@@ -131,12 +131,12 @@ def test_a_second_build_finds_the_text_and_the_cache_of_the_first(
 def load_commands(library: bytes) -> dict[int, bytes]:
     """The load commands of a Mach-O library of 64 bits, by their numbers."""
     (count,) = struct.unpack_from("<16xI", library)
-    found, at = {}, 32
+    commands, at = {}, 32
     for _ in range(count):
         number, size = struct.unpack_from("<II", library, at)
-        found[number] = library[at : at + size]
+        commands[number] = library[at : at + size]
         at += size
-    return found
+    return commands
 
 
 @needs_zig
@@ -147,12 +147,12 @@ def test_libraries_for_macos_are_for_version_11_and_the_same_from_any_folder(
 ) -> None:
     libraries, files = [], []
     for folder in ("first", "second", "second"):
-        place = tmp_path / folder
-        place.mkdir(exist_ok=True)
-        monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(place / "cache"))
-        monkeypatch.setattr(tempfile, "tempdir", str(place))
+        root = tmp_path / folder
+        root.mkdir(exist_ok=True)
+        monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(root / "cache"))
+        monkeypatch.setattr(tempfile, "tempdir", str(root))
         libraries.append(cross.compiled_for("BrakeActuator", name))
-        files.append({file: file.stat().st_mtime_ns for file in place.rglob("*.o")})
+        files.append({file: file.stat().st_mtime_ns for file in root.rglob("*.o")})
     assert libraries == [libraries[0]] * 3
     # Nothing is compiled again.
     assert files[2] == files[1] != {}
@@ -168,21 +168,21 @@ def test_without_ziglang_its_extra_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cross, "find_spec", lambda _name: None)
-    other = "win64" if fmpy.platform != "win64" else "linux64"
-    with pytest.raises(InputError, match=f"platform {other}: needs the package ziglang, of the"):
-        build_fmu(tmp_path / "m.fmu", flavour="native", platforms=[other])
+    platform = "win64" if fmpy.platform != "win64" else "linux64"
+    with pytest.raises(InputError, match=f"platform {platform}: needs the package ziglang, of the"):
+        build_fmu(tmp_path / "m.fmu", flavour="native", platforms=[platform])
 
 
 @needs_zig
 @pytest.mark.whole
 def test_one_fmu_holds_binaries_of_several_platforms(tmp_path: Path) -> None:
     fmu = tmp_path / "all.fmu"
-    words = ["fmu", "build", "--flavour", "native", "--platform", ",".join(PLATFORMS[::-1])]
-    assert run([*words, "--out", str(fmu)]) == 0
+    arguments = ["fmu", "build", "--flavour", "native", "--platform", ",".join(PLATFORMS[::-1])]
+    assert run([*arguments, "--out", str(fmu)]) == 0
     assert check_fmu(fmu) == []
     with zipfile.ZipFile(fmu) as archive:
-        found = {name for name in archive.namelist() if name.startswith("binaries/")}
-        assert found == {f"binaries/{name}" for name in BEGIN}
+        binaries = {name for name in archive.namelist() if name.startswith("binaries/")}
+        assert binaries == {f"binaries/{name}" for name in BEGIN}
         for name, begin in BEGIN.items():
             binary = archive.read(f"binaries/{name}")
             assert binary.startswith(begin), name
@@ -202,9 +202,9 @@ def test_on_arm_binaries_stand_where_importers_look_for_them(
     monkeypatch.setattr(native, "_binary", lambda model: model.encode())
     fmu = build_fmu(tmp_path / "arm.fmu", flavour="native", fmi=fmi)
     with zipfile.ZipFile(fmu) as archive:
-        found = {name for name in archive.namelist() if name.startswith("binaries/")}
-        assert found == {f"binaries/{folder}/SliderBelt.so" for folder in folders}
-        assert {archive.read(name) for name in found} == {b"SliderBelt"}
+        binaries = {name for name in archive.namelist() if name.startswith("binaries/")}
+        assert binaries == {f"binaries/{folder}/SliderBelt.so" for folder in folders}
+        assert {archive.read(name) for name in binaries} == {b"SliderBelt"}
 
 
 def test_on_other_processors_there_is_no_native_flavour(
@@ -217,14 +217,14 @@ def test_on_other_processors_there_is_no_native_flavour(
 
 
 def assert_native_bits(program: str, host: Path) -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         [program, str(host)], cwd=host.parent, capture_output=True, text=True, check=False
     )
-    *found, switches = done.stdout.split()
+    *digits, switches = process.stdout.split()
     native_run = simulate(t_end=9999 * 0.01 + 0.01, kernel="compiled")
     final = native_run.final
     exact = [final.x, final.vx, final.y, final.vy]
-    assert [float.fromhex(number) for number in found] == [*exact, *exact]
+    assert [float.fromhex(number) for number in digits] == [*exact, *exact]
     assert int(switches) == native_run.switch_times.size
 
 
@@ -250,8 +250,8 @@ def test_the_binary_for_windows_has_the_native_bits(
         pytest.skip("there is no wine")
     host, library = tmp_path / "host.exe", tmp_path / "SliderBelt.dll"
     library.write_bytes(cross.compiled_for("SliderBelt", "win64"))
-    given = ["-target", "x86_64-windows-gnu", *sources_of_host, str(library)]
-    cross._run(tmp_path, *given, "-o", str(host))
+    flags = ["-target", "x86_64-windows-gnu", *sources_of_host, str(library)]
+    cross._run(tmp_path, *flags, "-o", str(host))
     assert_native_bits(wine, host)
 
 
@@ -264,6 +264,6 @@ def test_on_arm_it_has_the_native_bits(tmp_path: Path, sources_of_host: list[str
         pytest.skip("there is no qemu-aarch64")
     host = tmp_path / "host"
     units = [str(path) for path in tmp_path.glob("*.c")]
-    given = ["-target", "aarch64-linux-musl", "-static", *sources_of_host, *units, "-lm"]
-    cross._run(tmp_path, *given, "-o", str(host))
+    flags = ["-target", "aarch64-linux-musl", "-static", *sources_of_host, *units, "-lm"]
+    cross._run(tmp_path, *flags, "-o", str(host))
     assert_native_bits(qemu, host)

@@ -86,10 +86,10 @@ class Slave:
         values: list[float] = read([REFERENCES[name] for name in names])
         return values
 
-    def derivatives(self, knowns: tuple[str, ...], given: Any) -> list[float]:
+    def derivatives(self, knowns: tuple[str, ...], seeds: Any) -> list[float]:
         references = [[REFERENCES[name] for name in names] for names in (UNKNOWNS, knowns)]
-        found: list[float] = self.fmi.getDirectionalDerivative(*references, list(given))
-        return found
+        values: list[float] = self.fmi.getDirectionalDerivative(*references, list(seeds))
+        return values
 
     def matrix(self, knowns: tuple[str, ...]) -> Any:
         return np.array([self.derivatives(knowns, row) for row in np.eye(len(knowns))]).T
@@ -97,9 +97,9 @@ class Slave:
 
 @contextmanager
 def slave(folder: Path, **values: float | bool) -> Iterator[Slave]:
-    made = Slave(folder, values)
-    yield made
-    made.fmi.freeInstance()
+    instance = Slave(folder, values)
+    yield instance
+    instance.fmi.freeInstance()
 
 
 def interpreted(values: Mapping[str, float | bool]) -> Any:
@@ -128,31 +128,31 @@ def difference(at: Mapping[str, float | bool], name: str) -> Any:
 def test_at_a_communication_point_they_are_those_of_the_interpreted_model(
     extracted: Path, t: float
 ) -> None:
-    with slave(extracted, **VALUES) as made:
-        made.fmi.exitInitializationMode()
-        made.fmi.doStep(0.0, t)
-        there = dict(zip(STATES, made.get(*STATES), strict=True))
-        found = made.matrix(KNOWNS)
+    with slave(extracted, **VALUES) as instance:
+        instance.fmi.exitInitializationMode()
+        instance.fmi.doStep(0.0, t)
+        states = dict(zip(STATES, instance.get(*STATES), strict=True))
+        partials = instance.matrix(KNOWNS)
         mixed = np.arange(1.0, len(KNOWNS) + 1.0)
-        assert made.derivatives(KNOWNS, mixed) == pytest.approx((found @ mixed).tolist())
+        assert instance.derivatives(KNOWNS, mixed) == pytest.approx((partials @ mixed).tolist())
         for column, name in enumerate(INPUTS, start=len(STATES)):
             # Outputs follow an input at once.
             ends = []
             for sign in (1.0, -1.0):
-                made.set({name: VALUES[name] + sign * 1e-3})
-                ends.append(np.array(made.get(*UNKNOWNS)))
-            made.set({name: VALUES[name]})
-            assert found[:, column] == pytest.approx((ends[0] - ends[1]) / 2e-3, abs=1e-9), name
-    starts = {f"{name}_start": value for name, value in there.items()}
+                instance.set({name: VALUES[name] + sign * 1e-3})
+                ends.append(np.array(instance.get(*UNKNOWNS)))
+            instance.set({name: VALUES[name]})
+            assert partials[:, column] == pytest.approx((ends[0] - ends[1]) / 2e-3, abs=1e-9), name
+    starts = {f"{name}_start": value for name, value in states.items()}
     at = {**VALUES, **starts, "start_static": False}
     for column, name in enumerate(KNOWNS):
         exact = difference(at, f"{name}_start" if name in STATES else name)
-        assert found[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
-    mode = Mode.CONTACT if there["y"] < 0.0 else Mode.SEPARATED
+        assert partials[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
+    mode = Mode.CONTACT if states["y"] < 0.0 else Mode.SEPARATED
     assert (mode is Mode.CONTACT) == (t == 0.4)
     rows = [UNKNOWNS.index(name) for name in ("vx", "ax", "vy", "ay")]
-    by_states = jacobian(P, there["y"], mode)
-    assert found[rows, :4] == pytest.approx(np.array(by_states))
+    by_states = jacobian(P, states["y"], mode)
+    assert partials[rows, :4] == pytest.approx(np.array(by_states))
 
 
 @pytest.mark.parametrize("force", [60.0, -20.0])
@@ -161,28 +161,28 @@ def test_in_initialization_mode_they_are_those_of_the_initial_values(
 ) -> None:
     knowns = (*INPUTS, *PARAMETERS)
     values = {**VALUES, "F": force}
-    with slave(extracted, **values) as made:
-        found = made.matrix(knowns)
+    with slave(extracted, **values) as instance:
+        jacobian = instance.matrix(knowns)
     for column, name in enumerate(knowns):
         exact = difference(values, name)
-        assert found[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
+        assert jacobian[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
         change = static_start_change(System(Parameters(**values)), name)
         at = [UNKNOWNS.index(state) for state in STATES]
-        assert found[at, column] == pytest.approx(change, rel=1e-12), name
+        assert jacobian[at, column] == pytest.approx(change, rel=1e-12), name
 
 
 def test_given_start_values_are_knowns_of_the_initial_values(extracted: Path) -> None:
     starts = {"x_start": 0.2, "vx_start": -1.0, "y_start": -0.7, "vy_start": 0.3}
     values = {**VALUES, **starts, "start_static": False}
     knowns = (*starts, *INPUTS, *PARAMETERS)
-    with slave(extracted, **values) as made:
-        found = made.matrix(knowns)
+    with slave(extracted, **values) as instance:
+        jacobian = instance.matrix(knowns)
         with pytest.raises(FMICallException):
-            made.derivatives(("x",), [1.0])
-        assert "must be that of an input or Real parameter" in made.log[-1]
+            instance.derivatives(("x",), [1.0])
+        assert "must be that of an input or Real parameter" in instance.log[-1]
     for column, name in enumerate(knowns):
         exact = difference(values, name)
-        assert found[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
+        assert jacobian[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
 
 
 def dependencies(folder: Path, tag: str) -> dict[str, set[str]]:
@@ -207,25 +207,25 @@ def test_the_description_says_which_derivatives_there_are(extracted: Path) -> No
     is_3 = 'fmiVersion="3.0"' in (extracted / "modelDescription.xml").read_text()
     parameters = (*PARAMETERS, "mu_s", "v_s") if is_3 else ()
     knowns = (*STATES, *INPUTS, "v_belt", *parameters)
-    found: dict[str, set[str]] = {unknown: set() for unknown in UNKNOWNS}
+    nonzero: dict[str, set[str]] = {unknown: set() for unknown in UNKNOWNS}
     for mode, scene in _SCENES:
-        with slave(extracted, **{**VALUES, **scene}) as made:
-            made.fmi.exitInitializationMode()
+        with slave(extracted, **{**VALUES, **scene}) as instance:
+            instance.fmi.exitInitializationMode()
             if not scene:
-                made.fmi.doStep(0.0, 0.4)
-            assert made.get("mode") == [mode]
-            for row, unknown in zip(made.matrix(knowns), UNKNOWNS, strict=True):
-                there = zip(knowns, row, strict=True)
-                found[unknown] |= {name for name, value in there if value}
+                instance.fmi.doStep(0.0, 0.4)
+            assert instance.get("mode") == [mode]
+            for row, unknown in zip(instance.matrix(knowns), UNKNOWNS, strict=True):
+                pairs = zip(knowns, row, strict=True)
+                nonzero[unknown] |= {name for name, value in pairs if value}
     for unknown in UNKNOWNS:
         # vx is a derivative and, as an output, a state.
-        assert found[unknown] == claimed[unknown], unknown
+        assert nonzero[unknown] == claimed[unknown], unknown
 
 
 def test_what_has_no_derivative_is_refused(extracted: Path) -> None:
-    with slave(extracted, **VALUES) as made:
-        made.fmi.exitInitializationMode()
-        for knowns, given, said in (
+    with slave(extracted, **VALUES) as instance:
+        instance.fmi.exitInitializationMode()
+        for knowns, seeds, message in (
             (("separation",), [1.0], "must be that of an input, state or Real parameter"),
             (("P",), [1.0], "must be that of an input, state or Real parameter"),
             (("y",), [np.inf], "seed of y = inf: must be a finite number"),
@@ -233,8 +233,8 @@ def test_what_has_no_derivative_is_refused(extracted: Path) -> None:
             (("x", "x"), [1e308, 1e308], "the derivative of x is no finite number"),
         ):
             with pytest.raises(FMICallException):
-                made.derivatives(knowns, given)
-            assert said in made.log[-1]
+                instance.derivatives(knowns, seeds)
+            assert message in instance.log[-1]
 
 
 def test_those_of_the_brake_actuator_are_of_its_equation(tmp_path: Path) -> None:
@@ -245,10 +245,10 @@ def test_those_of_the_brake_actuator_are_of_its_equation(tmp_path: Path) -> None
         rate = [actuator.references["F_rate"]]
 
         def by(name: str) -> float:
-            found: list[float] = actuator.fmi.getDirectionalDerivative(
+            derivative: list[float] = actuator.fmi.getDirectionalDerivative(
                 rate, [actuator.references[name]], [1.0]
             )
-            return found[0]
+            return derivative[0]
 
         actuator.set(**values)
         actuator.fmi.setupExperiment()

@@ -43,11 +43,11 @@ def test_the_same_project_builds_the_same_bytes(fmu: Path, tmp_path: Path) -> No
 def test_its_reference_run_is_reproduced(fmu: Path, folder: Path) -> None:
     table = np.genfromtxt(folder / "extra" / "SliderBelt_ref.csv", delimiter=",", names=True)
     rows = np.genfromtxt(folder / "extra" / "SliderBelt_in.csv", delimiter=",", names=True)
-    found = fmpy.simulate_fmu(
+    result = fmpy.simulate_fmu(
         str(fmu), stop_time=20.0, output_interval=0.01, input=rows, fmi_type="CoSimulation"
     )
     for name in ("x", "y", "separations"):
-        assert found[name] == pytest.approx(table[name], rel=1e-8, abs=1e-8)
+        assert result[name] == pytest.approx(table[name], rel=1e-8, abs=1e-8)
 
 
 @pytest.mark.skipif(fmpy.platform != "linux64", reason="nm reads libraries of Linux")
@@ -55,10 +55,10 @@ def test_its_reference_run_is_reproduced(fmu: Path, folder: Path) -> None:
 def test_nothing_but_the_functions_of_fmi_is_visible(folder: Path) -> None:
     library = str(folder / "binaries" / "linux64" / "SliderBelt.so")
     try:
-        done = subprocess.run(["nm", "-D", library], capture_output=True, text=True, check=True)
+        process = subprocess.run(["nm", "-D", library], capture_output=True, text=True, check=True)
     except FileNotFoundError:
         pytest.skip("there is no nm")
-    lines = [line.split() for line in done.stdout.splitlines()]
+    lines = [line.split() for line in process.stdout.splitlines()]
     exported = {line[2] for line in lines if line[1:2] == ["T"]}
     headers = Path(fmpy.__file__).parent / "c-code"
     texts = [file.read_text(encoding="utf-8") for file in headers.glob("fmi[23]FunctionTypes.h")]
@@ -72,7 +72,7 @@ def test_nothing_but_the_functions_of_fmi_is_visible(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"flavour": "rust"}, "unknown flavour 'rust'"),
         ({"flavour": "native", "fmi": "1"}, "FMI 1: must be 2 or 3"),
@@ -82,8 +82,10 @@ def test_nothing_but_the_functions_of_fmi_is_visible(folder: Path) -> None:
         ({"flavour": "native", "component": "wheel"}, "unknown component 'wheel'"),
     ],
 )
-def test_what_there_is_not_is_refused(options: dict[str, Any], said: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=re.escape(said)):
+def test_what_there_is_not_is_refused(
+    options: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=re.escape(message)):
         build_fmu(tmp_path / "m.fmu", **options)
 
 

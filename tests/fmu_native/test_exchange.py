@@ -37,18 +37,18 @@ def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) ->
     assert run["separations"][-1] == native.events.separations
     assert run["reattachments"][-1] == native.events.reattachments
     assert run["last_event"][-1] == pytest.approx(native.switch_times[-1], abs=error)
-    found = (run["x"][-1], run["y"][-1])
-    assert found == pytest.approx((native.final.x, native.final.y), abs=error)
+    state = (run["x"][-1], run["y"][-1])
+    assert state == pytest.approx((native.final.x, native.final.y), abs=error)
     assert np.all(run["P"] >= -1e-6)
 
 
 def test_an_importer_that_restarts_only_on_request_is_right(folder: Path) -> None:
     native = simulate(t_end=20.0)
     with exchanged(folder) as instance:
-        found = integrated(instance, 20.0)
+        state = integrated(instance, 20.0)
         counts = instance.get("separations", "reattachments", "last_event")
     final = native.final
-    assert found == pytest.approx([final.x, final.y, final.vx, final.vy], abs=1e-7)
+    assert state == pytest.approx([final.x, final.y, final.vx, final.vy], abs=1e-7)
     assert counts[:2] == [native.events.separations, native.events.reattachments]
     assert counts[2] == pytest.approx(native.events.last, abs=1e-8)
 
@@ -126,10 +126,10 @@ def test_what_is_not_allowed_is_refused_and_changes_nothing(folder: Path) -> Non
                 [references["m"]], [references["x"]], [1.0]
             ),
         }
-        for said, call in wrong.items():
+        for message, call in wrong.items():
             with pytest.raises(FMICallException):
                 call()
-            assert said in instance.log[-1]
+            assert message in instance.log[-1]
         step = ctypes.c_double(1.0)
         assert fmi.dll.fmi2DoStep(ctypes.c_void_p(fmi.component), step, step, 1) == ERROR
         assert "do_step is for co-simulation" in instance.log[-1]
@@ -137,8 +137,8 @@ def test_what_is_not_allowed_is_refused_and_changes_nothing(folder: Path) -> Non
 
 
 def test_values_beyond_the_floating_point_range_are_discarded(folder: Path) -> None:
-    held = {"finite_belt": True, "v_belt": 0.0}
-    with exchanged(folder, **held) as instance:
+    parameters = {"finite_belt": True, "v_belt": 0.0}
+    with exchanged(folder, **parameters) as instance:
         fmi = instance.fmi
         assert instance.get("mode") == [Mode.STICK]
         near = read(fmi.getContinuousStates, 4)
@@ -161,19 +161,19 @@ def test_values_beyond_the_floating_point_range_are_discarded(folder: Path) -> N
 
 
 def test_a_saved_state_brings_back_mode_and_counts(folder: Path) -> None:
-    with exchanged(folder) as instance, exchanged(folder) as other:
+    with exchanged(folder) as instance, exchanged(folder) as restored:
         integrated(instance, 5.0)
         saved = instance.fmi.getFMUstate()
         data = instance.fmi.serializeFMUstate(saved)
-        there = instance.get(*STATES, "mode", "separations", "last_event")
+        saved_values = instance.get(*STATES, "mode", "separations", "last_event")
         integrated(instance, 9.0)
         instance.fmi.setFMUstate(saved)
-        assert instance.get(*STATES, "mode", "separations", "last_event") == there
+        assert instance.get(*STATES, "mode", "separations", "last_event") == saved_values
         instance.fmi.freeFMUstate(saved)
-        copy = other.fmi.deSerializeFMUstate(data)
-        other.fmi.setFMUstate(copy)
-        assert other.get(*STATES, "mode", "separations", "last_event") == there
-        other.fmi.freeFMUstate(copy)
+        copy = restored.fmi.deSerializeFMUstate(data)
+        restored.fmi.setFMUstate(copy)
+        assert restored.get(*STATES, "mode", "separations", "last_event") == saved_values
+        restored.fmi.freeFMUstate(copy)
 
 
 def forged(state: bytes, index: int, value: float) -> bytes:

@@ -48,7 +48,7 @@ def instance(
 ) -> Iterator[Any]:
     """An initialized instance, in step mode or event mode."""
     log: list[str] = []
-    made = fmpy.instantiate_fmu(
+    model = fmpy.instantiate_fmu(
         str(folder),
         fmpy.read_model_description(str(folder)),
         fmi_type=kind,
@@ -58,17 +58,17 @@ def instance(
         early_return_allowed=events,
     )
     for name, value in values.items():
-        setter = made.setBoolean if isinstance(value, bool) else made.setFloat64
+        setter = model.setBoolean if isinstance(value, bool) else model.setFloat64
         setter([REFERENCES[name]], [value])
-    made.enterInitializationMode(tolerance=None, startTime=0.0, stopTime=None)
-    made.exitInitializationMode()
-    made.log = log
-    yield made
-    made.freeInstance()
+    model.enterInitializationMode(tolerance=None, startTime=0.0, stopTime=None)
+    model.exitInitializationMode()
+    model.log = log
+    yield model
+    model.freeInstance()
 
 
-def read(made: Any, *names: str) -> list[float]:
-    values: list[float] = made.getFloat64([REFERENCES[name] for name in names])
+def read(model: Any, *names: str) -> list[float]:
+    values: list[float] = model.getFloat64([REFERENCES[name] for name in names])
     return values
 
 
@@ -86,44 +86,47 @@ def test_it_follows_the_schema_and_is_sound(component: str, tmp_path: Path) -> N
 def test_event_indicators_are_local_variables_of_their_own(folder: Path) -> None:
     description = fmpy.read_model_description(str(folder))
     indicators = [unknown.variable for unknown in description.eventIndicators]
-    places = [indicator.valueReference for indicator in indicators]
-    own = [indicator.name for indicator in indicators]
-    assert (own[0], places) == ("event_indicator", [INDICATOR + n for n in range(4)])
+    references = [indicator.valueReference for indicator in indicators]
+    indicator_names = [indicator.name for indicator in indicators]
+    assert (indicator_names[0], references) == (
+        "event_indicator",
+        [INDICATOR + n for n in range(4)],
+    )
     assert {(v.causality, v.variability) for v in indicators} == {("local", "continuous")}
     names = [v.name for v in description.modelVariables]
-    assert names == [*(v.name for v in VARIABLES), "time", *own]
+    assert names == [*(v.name for v in VARIABLES), "time", *indicator_names]
     for speed in (None, 0.0, 1.0):
         values: dict[str, Any] = {"finite_belt": True, "v_belt": speed} if speed is not None else {}
-        with instance(folder, events=False, kind="ModelExchange", **values) as made:
-            found = made.getFloat64(places)
-            given = (ctypes.c_double * 4)()
-            made.getEventIndicators(given, 4)
-            assert found == list(given)
-            (y,) = read(made, "y")
+        with instance(folder, events=False, kind="ModelExchange", **values) as model:
+            read_values = model.getFloat64(references)
+            buffer = (ctypes.c_double * 4)()
+            model.getEventIndicators(buffer, 4)
+            assert read_values == list(buffer)
+            (y,) = read(model, "y")
             guards = [y, 1.0, 1.0, 1.0]
             if speed == 1.0:
-                guards[1] = 1.0 - read(made, "vx")[0]
+                guards[1] = 1.0 - read(model, "vx")[0]
             elif speed == 0.0:
-                friction, P = read(made, "friction_slider", "P")
+                friction, P = read(model, "friction_slider", "P")
                 guards[2:] = [0.7 * P - friction, 0.7 * P + friction]
-            assert found == pytest.approx(guards, rel=1e-14)
+            assert read_values == pytest.approx(guards, rel=1e-14)
 
 
 def run_to_events(folder: Path, t_end: float, **values: Any) -> list[tuple[float, ...]]:
     """Time, mode before and after, and number of sticks, at every event of a run."""
-    found = []
-    with instance(folder, events=True, **values) as made:
-        made.enterStepMode()
+    events = []
+    with instance(folder, events=True, **values) as model:
+        model.enterStepMode()
         t = 0.0
         while t < t_end:
-            event, _, _, t = made.doStep(t, t_end - t)
+            event, _, _, t = model.doStep(t, t_end - t)
             if event:
-                (before,) = read(made, "mode")
-                made.enterEventMode()
-                found.append((t, before, *read(made, "mode", "sticks")))
-                made.updateDiscreteStates()
-                made.enterStepMode()
-    return found
+                (before,) = read(model, "mode")
+                model.enterEventMode()
+                events.append((t, before, *read(model, "mode", "sticks")))
+                model.updateDiscreteStates()
+                model.enterStepMode()
+    return events
 
 
 def test_stick_and_slip_are_announced_as_other_switches_are(folder: Path) -> None:
@@ -132,10 +135,10 @@ def test_stick_and_slip_are_announced_as_other_switches_are(folder: Path) -> Non
     flags = {"finite_belt": True, "start_static": False}
     values: dict[str, Any] = {**p.as_dict(), **starts, **flags}
     native = simulate(p, t_end=6.0, start=start)
-    found = run_to_events(folder, 6.0, **values)
-    assert [event[:3] for event in found] == [tuple(change) for change in native.mode_changes]
-    assert found[-1][3] == native.events.sticks
-    assert {event[2] for event in found} == {Mode.SEPARATED, *list(Mode)[2:]}
+    events = run_to_events(folder, 6.0, **values)
+    assert [event[:3] for event in events] == [tuple(change) for change in native.mode_changes]
+    assert events[-1][3] == native.events.sticks
+    assert {event[2] for event in events} == {Mode.SEPARATED, *list(Mode)[2:]}
 
 
 @pytest.mark.parametrize("h", [0.01, 1.0])
@@ -163,21 +166,21 @@ def test_whoever_knows_events_or_not_gets_the_native_bits(folder: Path, events: 
     native = simulate(t_end=times[-1], samples=times, kernel="compiled").trajectory
     assert native is not None
     t, rows, early_returns = 0.0, [], 0
-    with instance(folder, events=events) as made:
+    with instance(folder, events=events) as model:
         if events:
-            made.enterStepMode()
+            model.enterStepMode()
         for end in times:
             while t < end:
-                event, stops, early, t = made.doStep(t, end - t)
+                event, stops, early, t = model.doStep(t, end - t)
                 assert not stops
                 assert event == early or t == end
                 early_returns += early
                 if event:
-                    made.enterEventMode()
-                    made.updateDiscreteStates()
-                    made.enterStepMode()
-            assert made.getFloat64([TIME]) == [t]
-            rows.append(read(made, *STATES, "P", "mode"))
+                    model.enterEventMode()
+                    model.updateDiscreteStates()
+                    model.enterStepMode()
+            assert model.getFloat64([TIME]) == [t]
+            rows.append(read(model, *STATES, "P", "mode"))
     assert (early_returns > 10) == events
     for row, t_row, *exact in zip(
         rows, times, *(getattr(native, name) for name in (*STATES, "P", "mode")), strict=True
@@ -191,49 +194,49 @@ def test_whoever_knows_events_or_not_gets_the_native_bits(folder: Path, events: 
 def test_mode_and_counts_change_in_the_event_mode(folder: Path) -> None:
     native = simulate(t_end=5.0, kernel="compiled")
     first = float(native.switch_times[0])
-    with instance(folder, events=True) as made:
-        made.enterStepMode()
-        assert made.doStep(0.0, 5.0) == (True, False, True, first)
-        state = made.getFMUState()
-        data = made.serializeFMUState(state)
-        assert read(made, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
-        assert read(made, "y")[0] == pytest.approx(0.0, abs=1e-13)
-        made.enterEventMode()
-        assert read(made, *COUNTS) == [0.0, 1.0, 0.0, first]
-        made.updateDiscreteStates()
-        made.enterStepMode()
-        made.setFMUState(state)
-        made.freeFMUState(state)
-        assert read(made, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
-        with instance(folder, events=True) as other:
-            copy = other.deserializeFMUState(data)
-            other.setFMUState(copy)
-            other.freeFMUState(copy)
-            assert read(other, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
-            other.enterEventMode()
-            assert read(other, *COUNTS) == [0.0, 1.0, 0.0, first]
+    with instance(folder, events=True) as model:
+        model.enterStepMode()
+        assert model.doStep(0.0, 5.0) == (True, False, True, first)
+        state = model.getFMUState()
+        data = model.serializeFMUState(state)
+        assert read(model, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
+        assert read(model, "y")[0] == pytest.approx(0.0, abs=1e-13)
+        model.enterEventMode()
+        assert read(model, *COUNTS) == [0.0, 1.0, 0.0, first]
+        model.updateDiscreteStates()
+        model.enterStepMode()
+        model.setFMUState(state)
+        model.freeFMUState(state)
+        assert read(model, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
+        with instance(folder, events=True) as restored:
+            copy = restored.deserializeFMUState(data)
+            restored.setFMUState(copy)
+            restored.freeFMUState(copy)
+            assert read(restored, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
+            restored.enterEventMode()
+            assert read(restored, *COUNTS) == [0.0, 1.0, 0.0, first]
         # A step that passes over the event mode is right, too.
-        made.doStep(first, 0.01)
-        assert read(made, *COUNTS) == [0.0, 1.0, 0.0, first]
+        model.doStep(first, 0.01)
+        assert read(model, *COUNTS) == [0.0, 1.0, 0.0, first]
 
 
 def test_a_step_that_ends_at_a_switch_is_no_early_return(folder: Path) -> None:
     first = float(simulate(t_end=5.0, kernel="compiled").switch_times[0])
-    with instance(folder, events=True) as made:
-        made.enterStepMode()
-        assert made.doStep(0.0, first) == (True, False, False, first)
+    with instance(folder, events=True) as model:
+        model.enterStepMode()
+        assert model.doStep(0.0, first) == (True, False, False, first)
 
 
 def test_a_step_in_event_mode_is_refused_however_short(folder: Path) -> None:
-    with instance(folder, events=True) as made:
-        made.enterStepMode()
-        made.doStep(0.0, 1e-3)
-        made.enterEventMode()
+    with instance(folder, events=True) as model:
+        model.enterStepMode()
+        model.doStep(0.0, 1e-3)
+        model.enterEventMode()
         with pytest.raises(FMICallException):
-            made.doStep(1e-3, 1e-3)
-        assert made.log[-1] == "do_step is not allowed in event mode"
-        made.enterStepMode()
-        assert made.doStep(1e-3, 1e-3)[3] == 2e-3
+            model.doStep(1e-3, 1e-3)
+        assert model.log[-1] == "do_step is not allowed in event mode"
+        model.enterStepMode()
+        assert model.doStep(1e-3, 1e-3)[3] == 2e-3
 
 
 @pytest.mark.parametrize(("tol", "error"), [(1e-6, 0.2), (1e-10, 1e-4)])
@@ -254,12 +257,12 @@ def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) ->
 def test_adjoint_and_directional_derivatives_are_of_one_jacobian(folder: Path) -> None:
     unknowns = [REFERENCES[name] for name in ("vx", "vy", "ax", "ay", "P", "friction_slider")]
     knowns = [REFERENCES[name] for name in (*STATES, "F", "mu")]
-    with instance(folder, events=False, kind="ModelExchange") as made:
+    with instance(folder, events=False, kind="ModelExchange") as model:
         matrix = np.array(
-            [made.getDirectionalDerivative(unknowns, knowns, row.tolist()) for row in np.eye(6)]
+            [model.getDirectionalDerivative(unknowns, knowns, row.tolist()) for row in np.eye(6)]
         ).T
         adjoint = np.array(
-            [made.getAdjointDerivative(unknowns, knowns, row.tolist()) for row in np.eye(6)]
+            [model.getAdjointDerivative(unknowns, knowns, row.tolist()) for row in np.eye(6)]
         )
     assert np.array_equal(matrix, adjoint)
     assert np.count_nonzero(matrix) == 13
@@ -270,42 +273,42 @@ def test_a_derivative_that_is_not_finite_is_discarded(folder: Path, function: st
     unknowns, knowns = ("ax", "ay"), ("x", "y")
     seeded = knowns if function == "getDirectionalDerivative" else unknowns
     references = [[REFERENCES[name] for name in names] for names in (unknowns, knowns)]
-    with instance(folder, events=False) as made:
-        for place, seed in itertools.product(range(2), (math.nan, math.inf, -math.inf, 1e308)):
+    with instance(folder, events=False) as model:
+        for index, seed in itertools.product(range(2), (math.nan, math.inf, -math.inf, 1e308)):
             seeds = [0.0, 0.0]
-            seeds[place] = seed
+            seeds[index] = seed
             with pytest.raises(FMICallException) as refused:
-                getattr(made, function)(*references, seeds)
+                getattr(model, function)(*references, seeds)
             assert refused.value.status == DISCARD
-            said = (
+            message = (
                 "is no finite number"
                 if seed == 1e308
-                else f"seed of {seeded[place]} = {seed}: must"
+                else f"seed of {seeded[index]} = {seed}: must"
             )
-            assert said in made.log[-1]
+            assert message in model.log[-1]
 
 
 def test_variables_are_read_by_their_types(folder: Path) -> None:
-    with instance(folder, events=False) as made:
-        assert made.getInt32([REFERENCES["mode_integer"]]) == [1]
-        assert made.getInt64([REFERENCES["mode_enumeration"]]) == [1]
-        assert made.getBoolean([REFERENCES["separation"]]) == [True]
+    with instance(folder, events=False) as model:
+        assert model.getInt32([REFERENCES["mode_integer"]]) == [1]
+        assert model.getInt64([REFERENCES["mode_enumeration"]]) == [1]
+        assert model.getBoolean([REFERENCES["separation"]]) == [True]
 
 
 def test_what_there_is_not_is_refused(folder: Path) -> None:
-    with instance(folder, events=False) as made:
+    with instance(folder, events=False) as model:
         wrong = {
-            "no variable is of type Float32": lambda: made.getFloat32([0]),
-            "no variable of type UInt16 can be set": lambda: made.setUInt16([0], [1]),
-            "there are no clocks": lambda: made.getClock([0]),
-            "enter_event_mode: it is not used": made.enterEventMode,
-            "enter_step_mode is not allowed while stepping": made.enterStepMode,
-            "m cannot be set while stepping": lambda: made.setFloat64([0], [2.0]),
-            "there are no structural parameters": made.enterConfigurationMode,
-            "mu = -1: must be from 0 to 100": lambda: made.setFloat64([REFERENCES["mu"]], [-1.0]),
+            "no variable is of type Float32": lambda: model.getFloat32([0]),
+            "no variable of type UInt16 can be set": lambda: model.setUInt16([0], [1]),
+            "there are no clocks": lambda: model.getClock([0]),
+            "enter_event_mode: it is not used": model.enterEventMode,
+            "enter_step_mode is not allowed while stepping": model.enterStepMode,
+            "m cannot be set while stepping": lambda: model.setFloat64([0], [2.0]),
+            "there are no structural parameters": model.enterConfigurationMode,
+            "mu = -1: must be from 0 to 100": lambda: model.setFloat64([REFERENCES["mu"]], [-1.0]),
         }
-        for said, call in wrong.items():
+        for message, call in wrong.items():
             with pytest.raises(FMICallException):
                 call()
-            assert said in made.log[-1]
-        assert made.doStep(0.0, 1.0) == (False, False, False, 1.0)
+            assert message in model.log[-1]
+        assert model.doStep(0.0, 1.0) == (False, False, False, 1.0)

@@ -40,15 +40,15 @@ def compiler() -> list[str]:
 
 
 def built(program: Path, compiler: list[str], *arguments: str) -> Path:
-    done = subprocess.run(
+    process = subprocess.run(
         [*compiler, *OPTIONS, *arguments, "-o", str(program)],
         capture_output=True,
         text=True,
         check=False,
     )
-    if done.returncode != 0 and "libasan" in done.stderr:
+    if process.returncode != 0 and "libasan" in process.stderr:
         pytest.skip("there are no sanitizers here")
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (process.returncode, process.stderr) == (0, "")
     return program
 
 
@@ -58,7 +58,7 @@ def attacked(folder: Path, compiler: list[str], *arguments: str) -> Path:
         folder.joinpath(name).write_text(text, encoding="utf-8")
     units = [str(path) for path in folder.glob("*.c")]
     attack = str(Path(__file__).with_name("attack.c"))
-    given = [
+    flags = [
         f"-I{folder}",
         "-DMOST_STEPS=3000",
         "-DMOST_PARTS=3000",
@@ -67,12 +67,12 @@ def attacked(folder: Path, compiler: list[str], *arguments: str) -> Path:
         attack,
         "-lm",
     ]
-    return built(folder / "attack", compiler, *given)
+    return built(folder / "attack", compiler, *flags)
 
 
 def run(program: Path, *arguments: object) -> str:
     environment = {name: value for name, value in os.environ.items() if "PYTHON" not in name}
-    done = subprocess.run(
+    process = subprocess.run(
         [str(program), *map(str, arguments)],
         env=environment,
         cwd=program.parent,
@@ -81,8 +81,8 @@ def run(program: Path, *arguments: object) -> str:
         check=False,
         timeout=600.0,
     )
-    assert (done.returncode, done.stderr) == (0, "")
-    return done.stdout
+    assert (process.returncode, process.stderr) == (0, "")
+    return process.stdout
 
 
 def test_a_host_in_c_gets_the_native_bits_without_python(
@@ -115,8 +115,8 @@ def test_it_calls_no_function_of_its_host(
 def exported(library: Path) -> set[str]:
     """Names that a library defines for others."""
     command = ["nm", "-D", "--defined-only", str(library)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return {line.split()[-1] for line in done.stdout.splitlines()}
+    process = subprocess.run(command, capture_output=True, text=True, check=True)
+    return {line.split()[-1] for line in process.stdout.splitlines()}
 
 
 @pytest.mark.whole
@@ -131,13 +131,13 @@ def test_its_sources_compile_to_the_same_bits(component: str, fmi: str, tmp_path
     assert validate_fmu(str(fmu)) == []
     runs = [fmpy.simulate_fmu(str(fmu), stop_time=10.0, fmi_type="CoSimulation")]
     with zipfile.ZipFile(fmu) as archive:
-        left = {n: archive.read(n) for n in archive.namelist() if not n.startswith("binaries")}
+        sources = {n: archive.read(n) for n in archive.namelist() if not n.startswith("binaries")}
     with zipfile.ZipFile(fmu, "w") as archive:
-        for name, content in left.items():
+        for name, content in sources.items():
             archive.writestr(name, content)
     command = [sys.executable, "-m", "fmpy", "compile", str(fmu)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stdout + process.stderr
     runs.append(fmpy.simulate_fmu(str(fmu), stop_time=10.0, fmi_type="CoSimulation"))
     assert runs[0].tolist() == runs[1].tolist()
     # Others could be taken for functions of the host, or of its libraries.

@@ -37,9 +37,9 @@ Answer = Callable[[Any, Update], float | None]
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("intermediate")
-    fmpy.extract(str(build_fmu(made / "m.fmu", flavour="native", fmi="3")), str(made / "m"))
-    return made / "m"
+    root = tmp_path_factory.mktemp("intermediate")
+    fmpy.extract(str(build_fmu(root / "m.fmu", flavour="native", fmi="3")), str(root / "m"))
+    return root / "m"
 
 
 @contextmanager
@@ -66,15 +66,15 @@ def updated(
     )
     slave.log, slave.updates, slave.answered = [], [], 0
 
-    def update(_: Any, *said: Any) -> None:
-        *flags, asked, at = said
-        found = Update(*flags)
-        slave.updates.append(found)
+    def update(_: Any, *arguments: Any) -> None:
+        *flags, requested, at = arguments
+        received = Update(*flags)
+        slave.updates.append(received)
         # What raises within ctypes is printed, not raised: its answer is then missing.
-        when = answer(slave, found)
+        when = answer(slave, received)
         slave.answered += 1
         if when is not None:
-            asked[0], at[0] = True, when
+            requested[0], at[0] = True, when
 
     slave.instantiate(
         eventModeUsed=events,
@@ -103,26 +103,26 @@ def read(slave: Any, *names: str) -> list[float]:
 
 
 def test_outputs_are_read_where_steps_of_the_motion_end(folder: Path) -> None:
-    found: list[tuple[float, list[float]]] = []
+    recorded: list[tuple[float, list[float]]] = []
 
     def record(slave: Any, update: Update) -> None:
         assert update == (update.time, False, True, True, False)
-        found.append((update.time, read(slave, *STATES)))
+        recorded.append((update.time, read(slave, *STATES)))
 
     points = [0.5, 1.75, 6.0]
     with updated(folder, record) as slave:
         t = 0.0
         for end in points:
             assert slave.doStep(t, end - t) == (False, False, False, end)
-            assert found[-1] == (end, read(slave, *STATES))
+            assert recorded[-1] == (end, read(slave, *STATES))
             t = end
-    times = [time for time, _ in found]
+    times = [time for time, _ in recorded]
     assert times == sorted(set(times))
     assert len(times) > 30
     native = simulate(t_end=30.0, samples=[0.0, *times], kernel="compiled").trajectory
     assert native is not None
     exact = list(zip(*(getattr(native, name)[1:].tolist() for name in STATES), strict=True))
-    assert [tuple(row) for _, row in found] == exact
+    assert [tuple(row) for _, row in recorded] == exact
 
 
 def force(t: float) -> float:
@@ -141,17 +141,17 @@ def test_inputs_are_interpolated_as_by_input_derivatives(folder: Path, tmp_path:
     h, count = 0.01, 300
     with (
         updated(folder, follow, needs=("F",), values={"F": force(0.0)}) as slave,
-        FmuInstance(tmp_path / "2").begin(F=force(0.0)) as other,
+        FmuInstance(tmp_path / "2").begin(F=force(0.0)) as ramped,
     ):
         for n in range(count):
             t = n * h
             slave.doStep(t, h)
-            other.set(F=force(t))
-            other.slope(F=(force(t + h) - force(t)) / h)
-            other.fmi.doStep(t, h)
+            ramped.set(F=force(t))
+            ramped.slope(F=(force(t + h) - force(t)) / h)
+            ramped.fmi.doStep(t, h)
         assert read(slave, "F")[0] == pytest.approx(force(count * h), rel=1e-14)
         # A communication step in which one of the motion ends has two parts.
-        assert read(slave, *STATES) == pytest.approx(other.get(*STATES), rel=1e-5)
+        assert read(slave, *STATES) == pytest.approx(ramped.get(*STATES), rel=1e-5)
 
 
 def test_long_steps_follow_inputs_that_change_in_them(folder: Path) -> None:
@@ -161,8 +161,8 @@ def test_long_steps_follow_inputs_that_change_in_them(folder: Path) -> None:
             for n in range(round(4.0 / h)):
                 slave.doStep(n * h, h)
             ends.append(read(slave, "y")[0])
-    exact, long, held = ends
-    assert abs(long - exact) < 0.02 < abs(held - exact)
+    exact, long, constant = ends
+    assert abs(long - exact) < 0.02 < abs(constant - exact)
 
 
 @pytest.mark.parametrize("h", [0.5, 3.0])
@@ -178,10 +178,10 @@ def test_a_belt_that_slows_down_within_a_step_is_a_table_of_the_native_solver(
     with updated(folder, slow_down, needs=("v_belt",), values=values) as slave:
         for n in range(round(6.0 / h)):
             slave.doStep(n * h, h)
-        found = read(slave, *STATES, "sticks", "switches")
+        end_values = read(slave, *STATES, "sticks", "switches")
     run = simulate(Parameters(**friction), t_end=6.0, over_time={"v_belt": [(0, 2), (6, 0.5)]})
-    assert found[:4] == pytest.approx(run.final[1:], abs=1e-9)
-    assert found[4:] == [run.events.sticks, sum(run.events.transitions.values())]
+    assert end_values[:4] == pytest.approx(run.final[1:], abs=1e-9)
+    assert end_values[4:] == [run.events.sticks, sum(run.events.transitions.values())]
     assert run.events.sticks > 2
 
 
@@ -192,22 +192,22 @@ def test_inputs_that_stay_leave_the_bits_as_they_are(folder: Path) -> None:
 
     with updated(folder, stay, needs=INPUTS) as slave:
         slave.doStep(0.0, 7.0)
-        asked = [update.time for update in slave.updates if update.set_requested]
+        requests = [update.time for update in slave.updates if update.set_requested]
         reached = [update.time for update in slave.updates if update.finished]
-        assert asked == reached
+        assert requests == reached
         final = simulate(t_end=7.0, kernel="compiled").final
         assert read(slave, *STATES) == [final.x, final.vx, final.y, final.vy]
 
 
 @pytest.mark.parametrize("needs", [STATES, INPUTS])
 @pytest.mark.parametrize(
-    ("asked", "reached"), [(0.777, 0.777), (0.0, None), (math.nan, None), (-5.0, None)]
+    ("requested", "reached"), [(0.777, 0.777), (0.0, None), (math.nan, None), (-5.0, None)]
 )
 def test_the_importer_is_returned_to_where_it_asks(
-    folder: Path, needs: tuple[str, ...], asked: float, reached: float | None
+    folder: Path, needs: tuple[str, ...], requested: float, reached: float | None
 ) -> None:
     def leave(slave: Any, _: Update) -> float | None:
-        return asked if len(slave.updates) == 3 else None
+        return requested if len(slave.updates) == 3 else None
 
     with updated(folder, leave, needs=needs, early=True) as slave:
         event, stops, early, t = slave.doStep(0.0, 2.0)
@@ -244,7 +244,7 @@ def test_switches_are_announced_beside_updates(folder: Path) -> None:
 
 
 def test_what_an_update_is_not_for_is_refused_in_it(folder: Path) -> None:
-    said: list[str] = []
+    messages: list[str] = []
 
     def misuse(slave: Any, update: Update) -> None:
         calls: list[Callable[[], Any]] = [
@@ -264,9 +264,9 @@ def test_what_an_update_is_not_for_is_refused_in_it(folder: Path) -> None:
         for call in calls:
             with pytest.raises(FMICallException):
                 call()
-            said.append(slave.log[-1])
+            messages.append(slave.log[-1])
         slave.fmi3FreeInstance(slave.component)
-        said.append(slave.log[-1])
+        messages.append(slave.log[-1])
 
     with updated(folder, misuse, needs=("F",)) as slave:
         assert slave.doStep(0.0, 1.0) == (False, False, False, 1.0)
@@ -283,7 +283,7 @@ def test_what_an_update_is_not_for_is_refused_in_it(folder: Path) -> None:
         "free_instance is not allowed during an intermediate update",
         "get_directional_derivative is not allowed during an intermediate update",
         "values cannot be read while inputs are asked for",
-    } <= set(said)
+    } <= set(messages)
 
 
 def test_a_step_that_fails_in_a_later_part_leaves_the_instance_as_it_was(folder: Path) -> None:
@@ -310,11 +310,11 @@ def test_a_step_that_fails_in_a_later_part_leaves_the_instance_as_it_was(folder:
 
 def test_an_importer_that_requires_all_variables_gets_the_continuous_ones(folder: Path) -> None:
     every = fmpy.read_model_description(str(folder)).modelVariables
-    found: list[list[float]] = []
+    states: list[list[float]] = []
 
     def record(slave: Any, update: Update) -> None:
         if update.get_allowed:
-            found.append(read(slave, *STATES, "mode"))
+            states.append(read(slave, *STATES, "mode"))
 
     with updated(folder, record, needs=tuple(v.name for v in every)) as slave:
         ignored = [v.name for v in VARIABLES if v.variability != "continuous"]
@@ -324,7 +324,7 @@ def test_an_importer_that_requires_all_variables_gets_the_continuous_ones(folder
         ]
         slave.doStep(0.0, 2.0)
         final = simulate(t_end=2.0, kernel="compiled").final
-        assert found[-1][:4] == [final.x, final.vx, final.y, final.vy]
+        assert states[-1][:4] == [final.x, final.vx, final.y, final.vy]
 
 
 def test_what_is_no_variable_cannot_be_required(folder: Path) -> None:
@@ -355,8 +355,8 @@ def test_the_brake_actuator_follows_a_command_that_ramps(tmp_path: Path) -> None
         if update.set_requested:
             slave.setFloat64([references["command"]], [80.0 + 100.0 * update.time])
 
-    given = {"F_start": 80.0, "gain": 0.0, "tau": tau}
-    with updated(tmp_path / "a", ramp, needs=("command", "F"), values=given) as slave:
+    start_values = {"F_start": 80.0, "gain": 0.0, "tau": tau}
+    with updated(tmp_path / "a", ramp, needs=("command", "F"), values=start_values) as slave:
         slave.doStep(0.0, 0.25)
         assert [update.time for update in slave.updates] == [0.25, 0.25]
         exact = 80.0 + 100.0 * (0.25 - tau * (1.0 - math.exp(-0.25 / tau)))

@@ -19,8 +19,8 @@ STATES = COLUMNS[:4]
 
 def assert_same_bits(folder: Path, steps: list[float], tol: float, p: Parameters) -> None:
     times, rows = [0.0], []
-    given = {**p.as_dict(), "finite_belt": p.v_belt is not None}
-    with FmuInstance(folder).begin(tol=tol, **given) as instance:
+    start_values = {**p.as_dict(), "finite_belt": p.v_belt is not None}
+    with FmuInstance(folder).begin(tol=tol, **start_values) as instance:
         rows.append(instance.get(*COLUMNS))
         for h in steps:
             instance.step(h)
@@ -30,8 +30,8 @@ def assert_same_bits(folder: Path, steps: list[float], tol: float, p: Parameters
     native = simulate(p, t_end=times[-1], tol=tol, samples=times, kernel="compiled")
     assert native.trajectory is not None
     for column, name in enumerate(COLUMNS):
-        found = np.array([row[column] for row in rows])
-        assert np.array_equal(found, getattr(native.trajectory, name)), name
+        samples = np.array([row[column] for row in rows])
+        assert np.array_equal(samples, getattr(native.trajectory, name)), name
     assert sum(counts[:2]) == native.switch_times.size
     events = native.switch_times if p.v_belt is None else native.changes[:, 0]
     assert counts[2] == (events[-1] if events.size else 0.0)
@@ -79,13 +79,13 @@ def test_a_jump_of_inputs_restarts_the_native_solver(folder: Path) -> None:
 
 
 def test_an_input_that_is_set_and_set_back_changes_no_bit(folder: Path) -> None:
-    with FmuInstance(folder).begin() as plain, FmuInstance(folder).begin() as other:
+    with FmuInstance(folder).begin() as plain, FmuInstance(folder).begin() as disturbed:
         for _ in range(30):
-            other.set(F=10.0)
-            other.set(F=80.0)
-            for instance in (plain, other):
+            disturbed.set(F=10.0)
+            disturbed.set(F=80.0)
+            for instance in (plain, disturbed):
                 instance.step(0.01)
-        assert plain.get(*COLUMNS) == other.get(*COLUMNS)
+        assert plain.get(*COLUMNS) == disturbed.get(*COLUMNS)
 
 
 def test_instances_in_threads_do_not_see_each_other(folder: Path) -> None:
@@ -124,8 +124,8 @@ def ramped(folder: Path, count: int, slopes: bool) -> list[float]:
 
 def test_with_input_derivatives_a_ramp_is_followed_whatever_the_step(folder: Path) -> None:
     runs = [ramped(folder, count, True) for count in (1, 7, 100, 1000)]
-    for one, other in itertools.pairwise(runs):
-        assert one == pytest.approx(other, rel=1e-10, abs=1e-10)
+    for first, second in itertools.pairwise(runs):
+        assert first == pytest.approx(second, rel=1e-10, abs=1e-10)
     # Held at its mean, an input has an error of second order in the step.
     coarse, fine = (ramped(folder, count, False) for count in (1000, 2000))
     limit = [f + (f - c) / 3.0 for c, f in zip(coarse, fine, strict=True)]
@@ -149,9 +149,11 @@ def test_after_a_ramp_the_motion_is_that_under_held_inputs(folder: Path, count: 
         state, (F, mu) = instance.get(*STATES), instance.get("F", "mu")
         for _ in range(count):
             instance.step(0.0625 / count)
-        found = instance.get(*STATES)
-    held = simulate(Parameters(F=F, mu=mu), t_end=0.0625, start=state, kernel="compiled").final
-    assert found == pytest.approx([held.x, held.vx, held.y, held.vy], rel=1e-13, abs=1e-14)
+        values = instance.get(*STATES)
+    expected = simulate(Parameters(F=F, mu=mu), t_end=0.0625, start=state, kernel="compiled").final
+    assert values == pytest.approx(
+        [expected.x, expected.vx, expected.y, expected.vy], rel=1e-13, abs=1e-14
+    )
 
 
 def test_a_ramp_out_of_the_range_of_its_input_is_refused(folder: Path) -> None:

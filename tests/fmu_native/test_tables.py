@@ -27,14 +27,14 @@ def assert_same(run: Transient, expected: Transient) -> None:
 
 
 def both(p: Parameters, tables: Tables, t_end: float) -> tuple[Transient, Transient]:
-    found, expected = (
+    actual, expected = (
         simulate(p, t_end=t_end, over_time=tables, method=method, samples=9)
         for method in ("fmu-native", "taylor")
     )
     for name, values in expected.to_columns().items():
         if name != "mode":
-            assert found.to_columns()[name] == pytest.approx(values, abs=1e-8)
-    return found, expected
+            assert actual.to_columns()[name] == pytest.approx(values, abs=1e-8)
+    return actual, expected
 
 
 def test_preload_and_friction_follow_tables() -> None:
@@ -70,20 +70,20 @@ def test_inputs_that_jump_change_the_mode_at_once() -> None:
     for later in (0.2, 3.0):
         rows = [(0.0, 1.0), (1.0, 1.0), (1.0, later)]
         tables: Tables = {"v_belt": rows}
-        found, expected = (
+        actual, expected = (
             simulate(p, t_end=1.5, start=(0.0, 1.0, -1.0, 0.0), over_time=tables, method=method)
             for method in ("fmu-native", "taylor")
         )
         assert expected.mode_changes[0].t == 1.0
-        assert_same(found, expected)
+        assert_same(actual, expected)
 
 
 def test_a_preset_over_time_runs_through_the_fmu() -> None:
     scene = find_scene("brake-stop")
     tables = {name: table.rows() for name, table in scene.over_time}
-    found, expected = (
+    actual, expected = (
         simulate(scene.parameters, t_end=12.0, over_time=tables, method=method, step=step)
         for method, step in (("fmu-native", 0.1), ("taylor", None))
     )
-    assert_same(found, expected)
-    assert found.stop == pytest.approx(expected.stop)
+    assert_same(actual, expected)
+    assert actual.stop == pytest.approx(expected.stop)

@@ -66,7 +66,7 @@ def test_rollback_and_serialisation_are_exact(driver: Driver) -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "message"),
     [
         ({"tau": 0.0}, "tau = 0: must be from 1e-12"),
         ({"gain": -1.0}, "gain = -1: must be from 0"),
@@ -74,10 +74,10 @@ def test_rollback_and_serialisation_are_exact(driver: Driver) -> None:
         ({"P": math.nan}, "P = nan: not a finite number"),
     ],
 )
-def test_a_wrong_value_is_refused(driver: Driver, values: dict[str, float], said: str) -> None:
+def test_a_wrong_value_is_refused(driver: Driver, values: dict[str, float], message: str) -> None:
     answers = driver.drive(("a", "new"), ("a", "init", values), ("a", "step", 0.0, 0.1))
     assert answers[-1].status == "discard"
-    assert said in "".join(line for answer in answers for line in answer.log)
+    assert message in "".join(line for answer in answers for line in answer.log)
 
 
 def test_a_preload_out_of_the_range_of_numbers_is_refused_with_advice(driver: Driver) -> None:

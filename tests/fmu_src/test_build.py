@@ -132,10 +132,10 @@ def test_the_core_in_the_fmu_is_the_core_of_the_project(fmu: Path) -> None:
     assert len(files) >= 8
     for name, content in files.items():
         # But for the name of the package, which is the FMU's own.
-        said = re.sub(
+        source = re.sub(
             rb"^from fivtui_[0-9a-f]+\.(?=fivtui\.)", b"from ", content, flags=re.MULTILINE
         )
-        assert said == (ROOT / "fivtui" / name.partition("/fivtui/")[2]).read_bytes()
+        assert source == (ROOT / "fivtui" / name.partition("/fivtui/")[2]).read_bytes()
 
 
 def test_the_archive_is_compressed_and_documented(fmu: Path) -> None:
@@ -179,11 +179,11 @@ def test_two_builds_live_side_by_side(
         return original(package, name).replace('"mass of the slider"', '"another meaning"')
 
     monkeypatch.setattr(bundle, "_text", altered)
-    other = build_fmu(tmp_path / "other.fmu")
+    copy = build_fmu(tmp_path / "other.fmu")
     monkeypatch.undo()
-    one, two = read_model_description(fmu), read_model_description(other)
-    assert one.guid != two.guid
-    with Driver(fmu, other) as driver:
+    first, two = read_model_description(fmu), read_model_description(copy)
+    assert first.guid != two.guid
+    with Driver(fmu, copy) as driver:
         answers = driver.drive(
             ("a", "new", 0),
             ("b", "new", 1),
@@ -204,7 +204,7 @@ def test_two_builds_live_side_by_side(
 
 def test_hundreds_of_instances_live_in_one_process(fmu: Path) -> None:
     with Driver(fmu) as driver:
-        many, _, before, _, after = driver.drive(
+        outputs, _, before, _, after = driver.drive(
             ("a", "many", 60),
             ("a", "many", 1),
             ("", "path_length"),
@@ -212,13 +212,13 @@ def test_hundreds_of_instances_live_in_one_process(fmu: Path) -> None:
             ("", "path_length"),
         )
         for _ in range(200):
-            assert driver.drive(("a", "many", 1))[0].value == many.value[:1]
+            assert driver.drive(("a", "many", 1))[0].value == outputs.value[:1]
         assert driver.drive(("", "path_length"))[0].value == before.value == after.value
-    assert len(set(many.value)) == 1
+    assert len(set(outputs.value)) == 1
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("model.zip", ".fmu"),
         ("model", ".fmu"),
@@ -228,11 +228,11 @@ def test_hundreds_of_instances_live_in_one_process(fmu: Path) -> None:
     ],
 )
 def test_a_wrong_target_is_refused_and_nothing_is_written(
-    name: str, said: str, tmp_path: Path
+    name: str, message: str, tmp_path: Path
 ) -> None:
     (tmp_path / "taken.fmu").write_text("mine")
     (tmp_path / "folder.fmu").mkdir()
-    with pytest.raises(InputError, match=re.escape(said)):
+    with pytest.raises(InputError, match=re.escape(message)):
         build_fmu(tmp_path / name)
     assert (tmp_path / "taken.fmu").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 2
@@ -275,19 +275,21 @@ def test_what_builds_fmus_is_not_in_one_and_the_wrapper_is_as_it_is(tmp_path: Pa
     assert "builder" not in wrapper["__init__"]
     for name in ("fmi2slave", "variables", "enums", "default_experiment"):
         assert wrapper[name] == inspect.getsource(import_module(f"pythonfmu.{name}"))
-    whole = inspect.getsource(import_module("pythonfmu")).splitlines()
-    assert set(whole) - set(wrapper["__init__"].splitlines()) == {"from .builder import FmuBuilder"}
+    source_lines = inspect.getsource(import_module("pythonfmu")).splitlines()
+    assert set(source_lines) - set(wrapper["__init__"].splitlines()) == {
+        "from .builder import FmuBuilder"
+    }
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"fmi": "1"}, "FMI 1: must be 2 or 3"),
         ({"fmi": "3"}, "FMI 3 in the python flavour: must be in the native flavour"),
     ],
 )
 def test_a_version_that_there_is_not_is_refused(
-    options: dict[str, str], said: str, tmp_path: Path
+    options: dict[str, str], message: str, tmp_path: Path
 ) -> None:
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         build_fmu(tmp_path / "m.fmu", fmi=options["fmi"])

@@ -38,8 +38,8 @@ class Expected:
     tol: float | None = None
     t: float = 0.0
     values: dict[str, float] = field(default_factory=lambda: dict(STARTS))
-    # What a fresh instance must be told to come to the same point.
-    begun: dict[str, float] | None = None
+    # Values set before the end of the initialization, to repeat the run on a fresh instance.
+    initial_values: dict[str, float] | None = None
     history: tuple[tuple[dict[str, float], float, float], ...] = ()
     refused: frozenset[str] = frozenset()
 
@@ -54,29 +54,29 @@ class Calls(RuleBasedStateMachine):
     """One instance, driven at random, and what is expected of it."""
 
     driver: ClassVar[Driver]
-    # Whether a refused call says so itself, and not the step that follows it.
-    told_at_once: ClassVar[bool]
+    # Whether a refused call itself returns an error, rather than the next step.
+    reported_at_once: ClassVar[bool]
     expected: Expected
 
     def call(self, *call: Any) -> Answer:
         return self.driver.go_on(("a", *call))[0]
 
     def refused(self, answer: Answer, *calls: str) -> None:
-        """A call is to be refused: by its own status, or by that of the next step."""
-        if self.told_at_once:
+        """Check that a call is refused, by its own status or by that of the next step."""
+        if self.reported_at_once:
             assert answer.status in ("discard", "error")
             assert answer.log
         else:
             assert answer.status == "ok"
             self.expected = self.expected.refusing(*calls)
 
-    @initialize(begun=st.booleans(), tol=st.sampled_from([None, 1e-6]))
-    def instantiate(self, begun: bool, tol: float | None) -> None:
+    @initialize(initialized=st.booleans(), tol=st.sampled_from([None, 1e-6]))
+    def instantiate(self, initialized: bool, tol: float | None) -> None:
         self.driver.go_on(("", "free_all"))
         assert self.call("new").status == "ok"
         self.expected = Expected()
         self.saved: list[Expected] = []
-        if begun:
+        if initialized:
             self.begin(tol)
 
     def begin(self, tol: float | None) -> None:
@@ -112,8 +112,10 @@ class Calls(RuleBasedStateMachine):
         if e.phase == "initialization" and not e.refused - {"exit"}:
             assert answer.status == "ok"
             assert e.start is not None
-            begun = dict(e.values)
-            self.expected = replace(e.without("exit"), phase="stepping", t=e.start, begun=begun)
+            initial_values = dict(e.values)
+            self.expected = replace(
+                e.without("exit"), phase="stepping", t=e.start, initial_values=initial_values
+            )
         else:
             self.refused(answer, "exit")
 
@@ -163,19 +165,19 @@ class Calls(RuleBasedStateMachine):
     def set_a_reasonable_value(self, name: str, data: st.DataObject) -> None:
         self.set(name, data.draw(REASONABLE[name]))
 
-    @rule(what=st.sampled_from(["F", "mu", "y", "mode", "unknown"]), value=WRONG)
-    def set_what_is_wrong(self, what: str, value: float) -> None:
-        if what in STARTS:
-            self.set(what, value)
+    @rule(name=st.sampled_from(["F", "mu", "y", "mode", "unknown"]), value=WRONG)
+    def set_a_wrong_value(self, name: str, value: float) -> None:
+        if name in STARTS:
+            self.set(name, value)
         else:
-            reference = REFERENCES.get(what, 10_000)
+            reference = REFERENCES.get(name, 10_000)
             answer = self.call("set_raw", "Real", [reference], [0.0])
             self.refused(answer, f"reference {reference}")
 
     @rule(kind=st.sampled_from(["Real", "Integer", "Boolean", "String"]))
     def read_what_is_not_there(self, kind: str) -> None:
         answer = self.call("get_raw", kind, [10_000])
-        assert (answer.status, len(answer.log)) == ("error" if self.told_at_once else "ok", 1)
+        assert (answer.status, len(answer.log)) == ("error" if self.reported_at_once else "ok", 1)
 
     @rule(h=st.one_of(st.floats(1e-6, 1.5), st.sampled_from([1e-3, 1e-2])))
     def step(self, h: float, late: float = 0.0) -> None:
@@ -184,7 +186,9 @@ class Calls(RuleBasedStateMachine):
         end = e.t + late + h
         legal = abs(late) < 1e-9 and 0.0 < h < math.inf and e.t < end <= e.stop
         if e.refused or e.phase != "stepping" or not legal:
-            assert status == ("error" if self.told_at_once and e.phase != "stepping" else "discard")
+            assert status == (
+                "error" if self.reported_at_once and e.phase != "stepping" else "discard"
+            )
             if e.phase == "stepping":
                 self.expected = replace(e, refused=frozenset())
         else:
@@ -224,31 +228,31 @@ class Calls(RuleBasedStateMachine):
 
     @rule()
     def look(self) -> None:
-        # Not after every rule: what nobody reads is computed another way.
+        # Not after every rule: outputs that nobody reads take another path in the code.
         answer = self.call("get", [*STARTS, *OUTPUTS])
         assert answer.value[: len(STARTS)] == list(self.expected.values.values())
 
     def teardown(self) -> None:
-        """What was refused has left no trace: the accepted calls alone give the same outputs."""
+        """Refused calls have no effect: the accepted calls alone give the same outputs."""
         self.look()
         e = self.expected
-        if e.begun is None:
+        if e.initial_values is None:
             return
-        wanted = self.call("get", OUTPUTS).value
+        expected = self.call("get", OUTPUTS).value
         calls: list[Any] = [("b", "new"), ("b", "setup", e.start, None, e.tol)]
-        calls += [("b", "set", e.begun), ("b", "enter"), ("b", "exit")]
+        calls += [("b", "set", e.initial_values), ("b", "enter"), ("b", "exit")]
         for inputs, points in itertools.groupby(e.history, lambda step: step[0]):
             calls.append(("b", "set", {n: inputs[n] for n in ("F", "mu")}))
             calls += [("b", "step", t, h) for t, h in _fewest_steps([p[1:] for p in points])]
         calls += [("b", "set", {n: e.values[n] for n in ("F", "mu")}), ("b", "get", OUTPUTS)]
-        assert self.driver.go_on(*calls)[-1].value == wanted
+        assert self.driver.go_on(*calls)[-1].value == expected
 
 
 def _fewest_steps(steps: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """One step in place of many, where its end is the same float: the result is to be the same."""
-    (begin, _), (last, h) = steps[0], steps[-1]
-    whole = (last + h) - begin
-    return [(begin, whole)] if begin + whole == last + h > begin else steps
+    """One step in place of several if its end is the same float: outputs must be the same."""
+    (begin, _), (final_start, h) = steps[0], steps[-1]
+    length = (final_start + h) - begin
+    return [(begin, length)] if begin + length == final_start + h > begin else steps
 
 
 @pytest.mark.parametrize("examples", [40, pytest.param(400, marks=pytest.mark.whole)])
@@ -256,7 +260,7 @@ def _fewest_steps(steps: list[tuple[float, float]]) -> list[tuple[float, float]]
 def test_any_sequence_of_calls_does_what_the_standard_says(
     flavour: str, examples: int, tmp_path: Path
 ) -> None:
-    Calls.told_at_once = flavour == NATIVE
+    Calls.reported_at_once = flavour == NATIVE
     with Driver(build_fmu(tmp_path / "slider_belt.fmu", flavour=flavour)) as Calls.driver:
         run_state_machine_as_test(
             Calls, settings=settings(max_examples=examples, stateful_step_count=30, deadline=None)

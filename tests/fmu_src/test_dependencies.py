@@ -54,8 +54,8 @@ def values_after(which: str, values: Mapping[str, Any], later: Mapping[str, Any]
     instance = made(which)
     references = instance.TABLE.references
 
-    def put(given: Mapping[str, Any]) -> None:
-        for name, value in given.items():
+    def put(changes: Mapping[str, Any]) -> None:
+        for name, value in changes.items():
             setter = instance.set_boolean if isinstance(value, bool) else instance.set_real
             setter([references[name]], [value])
 
@@ -75,12 +75,12 @@ def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[str
 
 def dependencies(root: ET.Element, tag: str) -> dict[str, set[str]]:
     names = [v["name"] for v in variables_of(root)]
-    found, key, first = {}, "index", 1
+    result, key, first = {}, "index", 1
     for unknown in root.iterfind(f"ModelStructure/{tag}/Unknown"):
-        known = str(unknown.get("dependencies")).split()
-        assert str(unknown.get("dependenciesKind")).split() == ["dependent"] * len(known)
-        found[names[int(str(unknown.get(key))) - first]] = {names[int(k) - first] for k in known}
-    return found
+        knowns = str(unknown.get("dependencies")).split()
+        assert str(unknown.get("dependenciesKind")).split() == ["dependent"] * len(knowns)
+        result[names[int(str(unknown.get(key))) - first]] = {names[int(k) - first] for k in knowns}
+    return result
 
 
 @pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
@@ -92,7 +92,7 @@ def test_initial_values_depend_on_what_changes_them(
         r.name for r in rows_of(which) if r.causality == "output" or r.name in DERIVATIVE_OF
     }
     assert claimed.keys() == unknowns
-    found: dict[str, set[str]] = {name: set() for name in claimed}
+    influences: dict[str, set[str]] = {name: set() for name in claimed}
     for point in POINTS[which]:
         start = values_after(which, point, {})
         settable = [r.name for r in rows_of(which) if r.causality in ("parameter", "input")]
@@ -101,16 +101,16 @@ def test_initial_values_depend_on_what_changes_them(
             changes |= {name: not start[name] for name in FLAGS}
         for name, value in changes.items():
             for output in changed(start, values_after(which, {**point, name: value}, {})):
-                if output in found:
-                    found[output].add(name)
-    for output, known in claimed.items():
+                if output in influences:
+                    influences[output].add(name)
+    for output, knowns in claimed.items():
         if output in AT_SWITCH_ONLY:
-            assert found[output] <= known, output
+            assert influences[output] <= knowns, output
             damped = set() if output in AT_GRIP_ONLY else {"m", "c1", "c2"}
-            assert known - found[output] <= {*PUSHED, *FLAGS} - damped, output
-            assert {"finite_belt", "v_belt", "mu_s"} & known <= found[output], output
+            assert knowns - influences[output] <= {*PUSHED, *FLAGS} - damped, output
+            assert {"finite_belt", "v_belt", "mu_s"} & knowns <= influences[output], output
         else:
-            assert found[output] == known, output
+            assert influences[output] == knowns, output
     if which == "slider-belt":
         grip = {"finite_belt", "v_belt", "mu", "mu_s", "c1"}
         assert claimed["friction_belt"] - claimed["P"] == {*grip, "v_s"}
@@ -126,7 +126,7 @@ def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
     claimed = dependencies(descriptions[which], "Outputs")
     assert list(claimed) == [row.name for row in rows_of(which) if row.causality == "output"]
     inputs = [row.name for row in rows_of(which) if row.causality == "input"]
-    found: dict[str, set[str]] = {name: set() for name in claimed}
+    influences: dict[str, set[str]] = {name: set() for name in claimed}
     # Where static friction follows mu, so does the hold of the belt.
     following = [{**HELD, "mu_s": 0.0}] if which == "slider-belt" else []
     for point in (*POINTS[which], *following):
@@ -134,9 +134,9 @@ def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
         for name in inputs:
             after = values_after(which, point, {name: start[name] + PUSHED[name]})
             for output in changed(start, after):
-                if output in found:
-                    found[output].add(name)
-    assert found == claimed
+                if output in influences:
+                    influences[output].add(name)
+    assert influences == claimed
 
 
 def test_derivatives_depend_on_the_states_and_inputs_that_change_them(
@@ -144,16 +144,16 @@ def test_derivatives_depend_on_the_states_and_inputs_that_change_them(
 ) -> None:
     claimed = dependencies(descriptions["slider-belt"], "Derivatives")
     assert claimed.keys() == {"vx", "vy", "ax", "ay"}
-    found: dict[str, set[str]] = {name: set() for name in claimed}
+    influences: dict[str, set[str]] = {name: set() for name in claimed}
     for point in (*POINTS["slider-belt"][2:4], POINTS["slider-belt"][4]):
         start = values_after("slider-belt", point, {})
-        for known in (*STATES, "F", "mu", "v_belt"):
-            name = f"{known}_start" if known in STATES else known
+        for quantity in (*STATES, "F", "mu", "v_belt"):
+            name = f"{quantity}_start" if quantity in STATES else quantity
             after = values_after("slider-belt", {**point, name: start[name] + PUSHED[name]}, {})
             for derivative in changed(start, after):
-                if derivative in found:
-                    found[derivative].add(known)
-    assert found == claimed
+                if derivative in influences:
+                    influences[derivative].add(quantity)
+    assert influences == claimed
     assert dependencies(descriptions["brake-actuator"], "Derivatives") == {
         "F_rate": {"F", "command", "P"}
     }

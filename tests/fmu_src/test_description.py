@@ -83,7 +83,7 @@ class Row(NamedTuple):
     max: str
     nominal: str
     start: str
-    said: str
+    description: str
 
 
 def rows_of(which: str) -> list[Row]:
@@ -124,9 +124,9 @@ def test_every_real_variable_is_what_the_table_says(described: tuple[str, ET.Ele
         assert v.get("initial") == initial, name
         assert v["unit"] == v["displayUnit"] == row.unit, name
         for attribute in ("min", "max", "nominal", "start"):
-            given, right = number(v.get(attribute)), number(getattr(row, attribute))
-            assert given == right, (name, attribute)
-        assert row.said in v["description"], name
+            actual, right = number(v.get(attribute)), number(getattr(row, attribute))
+            assert actual == right, (name, attribute)
+        assert row.description in v["description"], name
         assert "quantity" not in v, name
         assert "declaredType" not in v, name
 

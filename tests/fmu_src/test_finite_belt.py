@@ -53,15 +53,15 @@ def native_run(name: str, **options: Any) -> Transient:
 def switches_until(run: Transient, t: float) -> tuple[list[float], float]:
     """Separations, reattachments, changes of the mode and sticks up to a time, and the last one."""
     modes = [run.first_mode]
-    last = 0.0
+    switch_time = 0.0
     lifts = lands = 0
     for change in run.mode_changes:
         if change.t <= t:
             modes.append(change.then)
-            last = change.t
+            switch_time = change.t
             lifts += change.then is Mode.SEPARATED
             lands += change.first is Mode.SEPARATED
-    return [lifts, lands, len(modes) - 1, modes.count(Mode.STICK)], last
+    return [lifts, lands, len(modes) - 1, modes.count(Mode.STICK)], switch_time
 
 
 @pytest.mark.parametrize("h", [1e-3, 1e-2, 0.1])
@@ -75,9 +75,16 @@ def test_it_has_the_native_motion_at_every_communication_step(
         times.append(times[-1] + h)
     rows = [answer.value for answer in driver.drive(*calls)[1::2]]
     native = native_run(scene, t_end=times[-1], samples=times, kernel=KERNELS[flavour])
-    there = native.trajectory
-    assert there is not None
-    columns = (there.x, there.vx, there.y, there.vy, there.P, there.mode)
+    trajectory = native.trajectory
+    assert trajectory is not None
+    columns = (
+        trajectory.x,
+        trajectory.vx,
+        trajectory.y,
+        trajectory.vy,
+        trajectory.P,
+        trajectory.mode,
+    )
     samples = np.transpose(columns).tolist()
     for row, t, sample in zip(rows, times, samples, strict=True):
         if flavour == NATIVE:
@@ -88,8 +95,8 @@ def test_it_has_the_native_motion_at_every_communication_step(
         friction = friction_force(SCENES[scene][0], state, Mode(int(row[5])))
         assert row[6] == pytest.approx(friction, rel=1e-12, abs=1e-12)
         assert row[7] == -row[6]
-        counts, last = switches_until(native, t)
-        assert row[8:] == [*counts, last]
+        counts, last_event = switches_until(native, t)
+        assert row[8:] == [*counts, last_event]
 
 
 def test_the_scenes_have_all_modes() -> None:
@@ -132,11 +139,11 @@ def test_inputs_that_jump_are_tables_with_jumps_of_the_native_solver(
     calls: list[Call] = [("a", "begin", {**p.as_dict(), **start, "finite_belt": True})]
     for number in range(60):
         t = 0.1 * number
-        now = {
+        inputs = {
             name: [value for time, value in rows if time <= t + 1e-9][-1]
             for name, rows in JUMPS.items()
         }
-        calls += [("a", "set", now), ("a", "step", t, 0.1)]
+        calls += [("a", "set", inputs), ("a", "step", t, 0.1)]
     *state, mode, switches, sticks, separations = driver.drive(
         *calls, ("a", "get", [*STATES, "mode", "switches", "sticks", "separations"])
     )[-1].value
@@ -157,9 +164,9 @@ def test_outputs_follow_a_jump_of_the_belt_at_once(driver: Driver) -> None:
     ]
     for speed, mode in ((2.0, Mode.FORWARD), (0.5, Mode.BACKWARD), (1.0, Mode.STICK)):
         calls += [("a", "set", {"v_belt": speed}), ("a", "get", read)]
-        x, vx, y, vy, _, found, friction, *_, ax = driver.drive(*calls)[-1].value
+        x, vx, y, vy, _, read_mode, friction, *_, ax = driver.drive(*calls)[-1].value
         p = Parameters(v_belt=speed, mu_s=0.9)
-        assert (found, vx) == (mode, 1.0)
+        assert (read_mode, vx) == (mode, 1.0)
         assert friction == pytest.approx(friction_force(p, (x, vx, y, vy), mode), rel=1e-14)
         sliding = (friction - 0.32 * vx - 130.0 * x + 30.0 * y) / 5.0
         assert ax == pytest.approx(sliding, abs=1e-12)
@@ -177,8 +184,8 @@ def test_without_a_finite_belt_what_belongs_to_one_changes_nothing(driver: Drive
             ("a", "steps", 3.0, 0.3, 10),
             ("a", "get", EVERYTHING),
         ]
-        *done, read = driver.drive(*calls)
-        assert {answer.status for answer in done} == {"ok"}
+        *earlier, read = driver.drive(*calls)
+        assert {answer.status for answer in earlier} == {"ok"}
         answers.append([v for n, v in enumerate(read.value) if n not in left_out])
     assert answers[0] == answers[1]
     native = simulate(t_end=6.0, kernel="interpreted").final
@@ -202,15 +209,15 @@ def test_an_input_set_and_set_back_changes_no_bit(driver: Driver) -> None:
 def test_states_come_back_bit_by_bit_in_every_mode(driver: Driver, mode: Mode) -> None:
     run = native_run("all", t_end=6.0)
     changes = run.mode_changes
-    place = next(n for n, change in enumerate(changes[:-1]) if change.then is mode)
-    t = 0.6 * changes[place].t + 0.4 * changes[place + 1].t
+    index = next(n for n, change in enumerate(changes[:-1]) if change.then is mode)
+    t = 0.6 * changes[index].t + 0.4 * changes[index + 1].t
     goes_on: list[Call] = [
         ("a", "steps", t, 0.01, 30),
         ("a", "set", {"v_belt": 0.5, "F": 60.0}),
         ("a", "steps", t + 0.3, 0.07, 30),
         ("a", "get", EVERYTHING),
     ]
-    other: list[Call] = [("b", *call[1:]) for call in goes_on]
+    restored_calls: list[Call] = [("b", *call[1:]) for call in goes_on]
     calls: list[Call] = [
         *(("a", "begin", values_of("all")), ("a", "step", 0.0, t), ("a", "get", EVERYTHING)),
         ("a", "save", "there"),
@@ -220,7 +227,7 @@ def test_states_come_back_bit_by_bit_in_every_mode(driver: Driver, mode: Mode) -
         ("a", "serialize", "there", "copy"),
         *(("b", "begin"), ("b", "step", 0.0, 1.0), ("b", "restore", "copy")),
         ("b", "get", EVERYTHING),
-        *other,
+        *restored_calls,
         *(("a", "reset"), ("a", "init", values_of("all")), ("a", "step", 0.0, t)),
         ("a", "get", EVERYTHING),
         *goes_on,
@@ -235,7 +242,7 @@ def test_states_come_back_bit_by_bit_in_every_mode(driver: Driver, mode: Mode) -
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "message"),
     [
         ({"v_belt": -0.1}, "v_belt = -0.1: must be from 0 to 1e+09 m/s"),
         ({"v_belt": math.nan}, "v_belt = nan: not a finite number"),
@@ -247,7 +254,7 @@ def test_states_come_back_bit_by_bit_in_every_mode(driver: Driver, mode: Mode) -
     ],
 )
 def test_what_is_wrong_mid_run_is_refused_and_changes_nothing(
-    driver: Driver, flavour: str, values: dict[str, Any], said: str
+    driver: Driver, flavour: str, values: dict[str, Any], message: str
 ) -> None:
     calls: list[Call] = [
         ("a", "begin", values_of("falling")),
@@ -260,7 +267,7 @@ def test_what_is_wrong_mid_run_is_refused_and_changes_nothing(
         ("a", "get", EVERYTHING),
     ]
     *_, before, refused, after, first, second, end = driver.drive(*calls)
-    assert said in refused.log[0]
+    assert message in refused.log[0]
     assert before.value == after.value
     if flavour == PYTHON:
         assert (refused.status, first.status, second.status) == ("ok", "discard", "ok")
@@ -281,9 +288,9 @@ def test_static_friction_below_friction_is_refused_where_it_counts(
             ("a", "begin", {**wrong, "finite_belt": finite}),
             ("a", "step", 0.0, 0.1),
         ]
-        begun, step = driver.drive(*calls)
-        said = any("mu = 0.6: must be at most mu_s = 0.5" in line for line in begun.log)
-        assert said is finite
+        initialized, step = driver.drive(*calls)
+        reported = any("mu = 0.6: must be at most mu_s = 0.5" in line for line in initialized.log)
+        assert reported is finite
         assert (step.status == "ok") is not finite
     equal = dict.fromkeys(order, 0.6)
     start, step = driver.drive(
@@ -293,7 +300,7 @@ def test_static_friction_below_friction_is_refused_where_it_counts(
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "messages"),
     [
         ({"mu_s": 0.9}, ["mu_s has no effect without finite_belt"]),
         ({"v_belt": 2.0, "v_s": 0.4}, ["v_belt, v_s have no effect without finite_belt"]),
@@ -304,8 +311,8 @@ def test_static_friction_below_friction_is_refused_where_it_counts(
     ],
 )
 def test_values_without_effect_are_logged_once(
-    driver: Driver, values: dict[str, float | bool], said: list[str]
+    driver: Driver, values: dict[str, float | bool], messages: list[str]
 ) -> None:
     answers = driver.drive(("a", "begin", values), ("a", "steps", 0.0, 0.1, 3))
     assert [answer.status for answer in answers] == ["ok", "ok"]
-    assert [text for answer in answers for text in answer.log] == said
+    assert [text for answer in answers for text in answer.log] == messages

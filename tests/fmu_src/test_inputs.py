@@ -33,23 +33,23 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
     start = {"start_static": False, "separation": separation, "x_start": 0.5, "vx_start": -1.0}
     calls: list[Any] = [("a", "begin", {**VALUES, **start, "y_start": -0.9, "vy_start": 0.3})]
     t, at, reads = 0.0, [0.0, 0.31, 0.87, 1.62, 2.2, 2.9, 3.7, 4.4], []
-    for number, (now, later) in enumerate(pairwise([*at, 5.0])):
+    for number, (begin, later) in enumerate(pairwise([*at, 5.0])):
         F, mu = PUSHES[number % len(PUSHES)]
         calls += [("a", "get", STATES), ("a", "set", {"F": F, "mu": mu})]
         reads.append(len(calls) - 1)
         calls += [("a", "get", [*STATES, *OTHERS])]
-        calls += [("a", "step", now, H), ("a", "get", STATES)]
-        calls += [("a", "step", now + H, H), ("a", "get", STATES)]
-        calls += [("a", "step", now + 2 * H, later - (now + 2 * H))]
+        calls += [("a", "step", begin, H), ("a", "get", STATES)]
+        calls += [("a", "step", begin + H, H), ("a", "get", STATES)]
+        calls += [("a", "step", begin + 2 * H, later - (begin + 2 * H))]
         t = later
     answers = driver.drive(*calls)
     assert {answer.status for answer in answers} == {"ok"}
     modes = set()
-    for number, place in enumerate(reads):
+    for number, index in enumerate(reads):
         F, mu = PUSHES[number % len(PUSHES)]
-        before = answers[place - 1].value
-        read = dict(zip([*STATES, *OTHERS], answers[place + 1].value, strict=True))
-        first, middle, last = before, answers[place + 3].value, answers[place + 5].value
+        before = answers[index - 1].value
+        read = dict(zip([*STATES, *OTHERS], answers[index + 1].value, strict=True))
+        first, middle, final = before, answers[index + 3].value, answers[index + 5].value
         contact = read["y"] < 0.0 or not separation
         modes.add(read["mode"])
         # The state does not jump, and what depends on the inputs follows them at once.
@@ -63,7 +63,7 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
         derivative = rates(before, F, mu, contact=contact)
         assert [read["ax"], read["ay"]] == pytest.approx(derivative[1::2], rel=1e-12, abs=1e-11)
         # The trajectory's own slope in the middle of two short steps is that of the equations.
-        slope = [(b - a) / (2.0 * H) for a, b in zip(first, last, strict=True)]
+        slope = [(b - a) / (2.0 * H) for a, b in zip(first, final, strict=True)]
         exact = rates(middle, F, mu, contact=contact)
         assert slope == pytest.approx(exact, rel=2e-4, abs=2e-3), (number, t)
     assert modes == ({0.0, 1.0} if separation else {1.0})

@@ -60,18 +60,18 @@ print(json.dumps([runs, grown]))
 
 
 @pytest.fixture(scope="module")
-def seen(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, list[list[str]]]:
+def printed(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, list[list[str]]]:
     """What the script prints: its results, and standard error for each run."""
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-I", "-c", SCRIPT, str(fmu)],
         cwd=tmp_path_factory.mktemp("elsewhere"),
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    _, *parts = done.stderr.split("--\n")
-    return json.loads(done.stdout), [part.splitlines() for part in parts]
+    assert process.returncode == 0, process.stderr
+    _, *parts = process.stderr.split("--\n")
+    return json.loads(process.stdout), [part.splitlines() for part in parts]
 
 
 @pytest.mark.parametrize(
@@ -79,31 +79,31 @@ def seen(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, list
     [(0, "k_nl = -1: must be from 0"), (1, "no equilibrium: F = -1 N")],
 )
 def test_a_refused_start_is_printed_and_gives_no_number_that_looks_like_a_result(
-    seen: tuple[Any, list[list[str]]], which: int, why: str
+    printed: tuple[Any, list[list[str]]], which: int, why: str
 ) -> None:
-    (runs, _), errors = seen
+    (runs, _), errors = printed
     assert runs[which].pop("time") == [0.0, 0.0]
     assert all(math.isnan(value) for column in runs[which].values() for value in column)
     assert all(line.startswith("SliderBelt: ") and why in line for line in errors[which])
     assert any("not initialized" in line or "no equilibrium" in line for line in errors[which])
 
 
-@pytest.mark.parametrize(("which", "given", "taken"), [(2, "0", 1e-13), (3, "1", 1e-2)])
+@pytest.mark.parametrize(("which", "requested", "used"), [(2, "0", 1e-13), (3, "1", 1e-2)])
 def test_a_tolerance_out_of_range_is_the_nearest_possible_and_printed(
-    seen: tuple[Any, list[list[str]]], which: int, given: str, taken: float
+    printed: tuple[Any, list[list[str]]], which: int, requested: str, used: float
 ) -> None:
-    (runs, _), errors = seen
+    (runs, _), errors = printed
     assert errors[which] == [
-        f"SliderBelt: tolerance = {given}: must be from 1e-13 to 0.01, {taken:g} is used"
+        f"SliderBelt: tolerance = {requested}: must be from 1e-13 to 0.01, {used:g} is used"
     ]
-    assert runs[which]["y"][-1] == interpreted(t_end=20.0, tol=taken).final.y
+    assert runs[which]["y"][-1] == interpreted(t_end=20.0, tol=used).final.y
     assert runs[which]["y"][-1] != interpreted(t_end=20.0).final.y
 
 
 def test_thousands_of_refused_steps_take_no_memory_and_some_lines(
-    seen: tuple[Any, list[list[str]]],
+    printed: tuple[Any, list[list[str]]],
 ) -> None:
-    (_, grown), errors = seen
+    (_, grown), errors = printed
     # 100 bytes each would be 300 kB.
     assert max(grown) < 200
     assert len(errors[4]) == 21

@@ -26,7 +26,7 @@ def final_state(flavour: str, t_end: float) -> list[float]:
 
 
 @pytest.mark.parametrize(
-    ("step", "said"),
+    ("step", "message"),
     [
         ((1.0, 0.0), "step size = 0.0"),
         ((1.0, -0.5), "step size = -0.5"),
@@ -39,7 +39,7 @@ def final_state(flavour: str, t_end: float) -> list[float]:
     ],
 )
 def test_a_wrong_step_is_refused_and_the_run_can_go_on(
-    driver: Driver, flavour: str, step: tuple[float, float], said: str
+    driver: Driver, flavour: str, step: tuple[float, float], message: str
 ) -> None:
     calls: list[Call] = [
         ("a", "begin"),
@@ -53,14 +53,14 @@ def test_a_wrong_step_is_refused_and_the_run_can_go_on(
     _, _, before, refused, after, _, end = driver.drive(*calls)
     assert refused.status == "discard"
     assert len(refused.log) == 1
-    assert said in refused.log[0]
+    assert message in refused.log[0]
     assert "\n" not in refused.log[0]
     assert before.value == after.value
     assert end.value == final_state(flavour, 2.0)
 
 
 @pytest.mark.parametrize(
-    ("kind", "reference", "value", "said"),
+    ("kind", "reference", "value", "message"),
     [
         ("Real", F, float("nan"), "F = nan: not a finite number"),
         ("Real", F, float("inf"), "F = inf"),
@@ -78,7 +78,7 @@ def test_a_wrong_step_is_refused_and_the_run_can_go_on(
     ],
 )
 def test_a_wrong_value_is_refused_and_changes_nothing(
-    driver: Driver, flavour: str, kind: str, reference: int, value: Any, said: str
+    driver: Driver, flavour: str, kind: str, reference: int, value: Any, message: str
 ) -> None:
     # The wrapper of Python cannot refuse a call: the next step says it, once.
     steps = [("a", "step", 1.0, 1.0)] * (2 if flavour == PYTHON else 1)
@@ -90,12 +90,12 @@ def test_a_wrong_value_is_refused_and_changes_nothing(
         ("a", "get", STATES),
     ]
     _, _, refused, after, *_, end = driver.drive(*calls)
-    assert said in refused.log[0]
+    assert message in refused.log[0]
     if flavour == PYTHON:
         assert after.status == "discard"
-        assert said in after.log[0]
+        assert message in after.log[0]
     else:
-        out_of_range = said.startswith(("F =", "mu ="))
+        out_of_range = message.startswith(("F =", "mu ="))
         assert refused.status == ("discard" if out_of_range else "error")
         assert len(refused.log) == 1
         assert after.status == "ok"
@@ -121,7 +121,7 @@ def test_a_refused_call_sets_nothing_and_a_good_value_makes_up_for_a_bad_one(
 
 
 @pytest.mark.parametrize(
-    ("calls", "said"),
+    ("calls", "message"),
     [
         ([("a", "new")], "do_step is not allowed before initialization"),
         ([("a", "new"), ("a", "setup")], "do_step is not allowed before initialization"),
@@ -146,12 +146,12 @@ def test_a_refused_call_sets_nothing_and_a_good_value_makes_up_for_a_bad_one(
     ],
 )
 def test_a_wrong_order_or_a_wrong_setting_is_refused(
-    driver: Driver, flavour: str, calls: list[Call], said: str
+    driver: Driver, flavour: str, calls: list[Call], message: str
 ) -> None:
     steps = [("a", "step", 0.0, 0.1)] * 8
     answers = driver.drive(*[*calls, *steps])
     logged = [line for answer in answers for line in answer.log]
-    assert any(said in line for line in logged)
+    assert any(message in line for line in logged)
     if flavour == PYTHON:
         assert answers[len(calls)].status == "discard"
     else:

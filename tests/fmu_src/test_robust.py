@@ -28,15 +28,15 @@ def bare_run(folder: Path, steps: int) -> tuple[float, list[int]]:
     """y at 5 s and the memory along further steps, in a Python without packages."""
     guid = fmpy.read_model_description(folder).guid
     references = [str(REFERENCES["y"]), str(REFERENCES["F"])]
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-I", "-S", str(HOST), str(folder), guid, *references, str(steps)],
         cwd="/",
         capture_output=True,
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stderr) == (0, "")
-    y, memory = done.stdout.splitlines()
+    assert (process.returncode, process.stderr) == (0, "")
+    y, memory = process.stdout.splitlines()
     return float.fromhex(y), [int(kb) for kb in memory.split()]
 
 
@@ -99,7 +99,7 @@ def test_the_wrapper_is_unloaded_by_its_host_or_released_before_the_process_ends
     # Extracted files have the path by which the host loads them, whatever the link leads to.
     tmp_path.joinpath("real").mkdir()
     tmp_path.joinpath("link").symlink_to(tmp_path / "real")
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", ENDING, str(fmu), str(tmp_path / "instance")],
         env={**os.environ, "TMPDIR": str(tmp_path / "link")},
         capture_output=True,
@@ -107,8 +107,8 @@ def test_the_wrapper_is_unloaded_by_its_host_or_released_before_the_process_ends
         check=False,
         timeout=300.0,
     )
-    assert done.returncode == 0, done.stderr
-    counts, loaded, released = json.loads(done.stdout)
+    assert process.returncode == 0, process.stderr
+    counts, loaded, released = json.loads(process.stdout)
     # fmpy extracts the archive anew for every run. The first of the libraries stays: they share its
     # unique symbols.
     assert set(counts) <= {0, 1}

@@ -32,9 +32,9 @@ def test_rollback_in_any_phase_is_exact(driver: Driver, t: float) -> None:
         ("a", "forget", "there"),
     ]
     answers = driver.drive(*calls)
-    first, there, second = answers[5].value, answers[7].value, answers[10].value
-    assert first == second != there
-    assert there[EVERYTHING.index("F")] == 80.0
+    first, changed, second = answers[5].value, answers[7].value, answers[10].value
+    assert first == second != changed
+    assert changed[EVERYTHING.index("F")] == 80.0
 
 
 def test_a_serialised_state_goes_on_in_another_instance(driver: Driver) -> None:
@@ -116,9 +116,9 @@ def test_a_step_of_too_many_taylor_steps_is_given_up_with_the_reason(
     monkeypatch.setattr("fmu_src.slave.motion._MOST_STEPS", 100)
     instance = slave()
     assert not instance.slave.do_step(0.0, 1e6)
-    (said,) = caplog.messages
-    assert "needs more than 100 Taylor steps, it is given up at t = " in said
-    assert "use shorter communication steps, or the native FMU" in said
+    (message,) = caplog.messages
+    assert "needs more than 100 Taylor steps, it is given up at t = " in message
+    assert "use shorter communication steps, or the native FMU" in message
     assert instance.slave.do_step(0.0, 1.0)
 
 
@@ -186,7 +186,7 @@ def test_going_back_and_on_gives_the_same_bits(
     for h in before:
         instance.step(h)
     saved_state, t = instance.saved_state(), instance.t
-    kept = instance.read()
+    saved = instance.read()
     ends = []
     for _ in range(2):
         instance.set(F=F)
@@ -195,7 +195,7 @@ def test_going_back_and_on_gives_the_same_bits(
         ends.append(instance.read())
         instance.recall(copied(saved_state) if through_bytes else saved_state, t)
     assert ends[0] == ends[1]
-    assert instance.read() == kept
+    assert instance.read() == saved
     assert instance.saved_state() == saved_state
 
 
@@ -228,13 +228,13 @@ def test_switches_alternate_whatever_the_inputs_do(
         changes = [(first * (1.0 - 1e-16), changes[0][1]), *changes]
     instance.set(**p.as_dict())
     instance.begin()
-    begun = instance.get("mode")
+    first_mode = instance.get("mode")
     for h, F in changes:
         instance.step(h)
         instance.set(F=F)
         instance.step(1e-3)
         y, mode = instance.get("y"), instance.get("mode")
         separations, reattachments = instance.get("separations"), instance.get("reattachments")
-        assert mode == begun - separations + reattachments
+        assert mode == first_mode - separations + reattachments
         assert mode in (0.0, 1.0)
         assert (y <= 1e-12) if mode else (y >= -1e-12)

@@ -25,19 +25,19 @@ STORED = Path(__file__).parents[1] / "data" / "stored"
     ],
 )
 def test_a_stored_table_is_read(suffix: str, kind: str, columns: list[str], key: str) -> None:
-    path, other = STORED / f"{kind}{suffix}", STORED / f"{kind}.csv"
-    found = read_columns(path, kind)
-    assert list(found)[: len(columns)] == columns
-    for name, values in read_columns(other, kind).items():
-        np.testing.assert_array_equal(found[name], values)
-    assert read_header(path, kind)[key] == read_header(other, kind)[key]
+    path, csv_path = STORED / f"{kind}{suffix}", STORED / f"{kind}.csv"
+    actual = read_columns(path, kind)
+    assert list(actual)[: len(columns)] == columns
+    for name, values in read_columns(csv_path, kind).items():
+        np.testing.assert_array_equal(actual[name], values)
+    assert read_header(path, kind)[key] == read_header(csv_path, kind)[key]
 
 
 def test_a_run_that_the_laboratory_kept_is_read() -> None:
-    found = restore_transient(STORED / "kept-run.npz")
-    assert (found.method, found.stats.cpu_s, found.final.t) == ("rk4", 0.125, 0.6)
-    assert found.trajectory is not None
-    assert found.trajectory.t.size == 31
+    run = restore_transient(STORED / "kept-run.npz")
+    assert (run.method, run.stats.cpu_s, run.final.t) == ("rk4", 0.125, 0.6)
+    assert run.trajectory is not None
+    assert run.trajectory.t.size == 31
 
 
 def test_stored_outputs_and_events_of_an_fmu_are_read() -> None:

@@ -68,11 +68,11 @@ def end(process: subprocess.Popen[str], *, kill: bool) -> None:
 
 
 def test_what_a_killed_run_leaves_the_next_run_of_the_same_output_removes(tmp_path: Path) -> None:
-    path, other = tmp_path / "map.csv", tmp_path / "other.csv"
+    path, second_path = tmp_path / "map.csv", tmp_path / "other.csv"
     end(start_writing(path), kill=True)
     (temporary,) = names(tmp_path)
     assert temporary.endswith(".tmp")
-    save_bytes(b"another output", other)
+    save_bytes(b"another output", second_path)
     assert names(tmp_path) == [temporary, "other.csv"]
     save_bytes(b"new", path)
     assert names(tmp_path) == ["map.csv", "other.csv"]
@@ -207,7 +207,7 @@ def test_other_errors_of_the_system_are_unexpected() -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "limit", "said"),
+    ("command", "limit", "expected"),
     [
         ("compare --out .", 5_000, "the folder for temporary files"),
         ("animate --window 0:1 --speed 5 --out film.gif", 5_000, "the folder for temporary files"),
@@ -218,7 +218,7 @@ def test_other_errors_of_the_system_are_unexpected() -> None:
 def test_a_limit_on_the_size_of_files_is_told_in_one_line_and_leaves_nothing(
     command: str,
     limit: int,
-    said: str,
+    expected: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -227,7 +227,7 @@ def test_a_limit_on_the_size_of_files_is_told_in_one_line_and_leaves_nothing(
     with file_size_limit(limit):
         assert run(command.split()) in (2, 3)
     message = capsys.readouterr().err
-    assert said in message.splitlines()[-1]
+    assert expected in message.splitlines()[-1]
     assert "report" not in message
     assert "unexpected" not in message
     assert names(tmp_path) == []

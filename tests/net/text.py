@@ -89,10 +89,10 @@ def _plain(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False, default=str)
 
 
-def _chosen(count: int, most: int) -> list[int]:
-    if count <= most:
+def _chosen(count: int, limit: int) -> list[int]:
+    if count <= limit:
         return list(range(count))
-    return sorted({round(k * (count - 1) / (most - 1)) for k in range(most)})
+    return sorted({round(k * (count - 1) / (limit - 1)) for k in range(limit)})
 
 
 def sections_of(text: str) -> dict[str, list[str]]:
@@ -116,9 +116,9 @@ def same_line(recorded: str, fresh: str) -> bool:
     if recorded == fresh:
         return True
     texts = _NUMBER.findall(recorded), _NUMBER.findall(fresh)
-    words = (" ".join(_NUMBER.sub("#", line).split()) for line in (recorded, fresh))
+    normalized = (" ".join(_NUMBER.sub("#", line).split()) for line in (recorded, fresh))
     # Numbers of another length move what stands beside them; without them no blank may differ.
-    if texts[0] == texts[1] or len(texts[0]) != len(texts[1]) or len({*words}) > 1:
+    if texts[0] == texts[1] or len(texts[0]) != len(texts[1]) or len({*normalized}) > 1:
         return False
     pairs = [(float(a), float(b)) for a, b in zip(*texts, strict=True)]
     finite = [abs(number) for pair in pairs for number in pair if math.isfinite(number)]
@@ -153,6 +153,6 @@ def differences(recorded: str, fresh: str) -> list[str]:
 
 def _unlike_parts(old: str, new: str) -> list[str]:
     # A long line is shown from shortly before where it differs.
-    place = next((k for k, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), 0)
-    begin = max(place - 60, 0) if max(len(old), len(new)) > 160 else 0
+    index = next((k for k, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), 0)
+    begin = max(index - 60, 0) if max(len(old), len(new)) > 160 else 0
     return [f"  - {old[begin : begin + 160]}", f"  + {new[begin : begin + 160]}"]

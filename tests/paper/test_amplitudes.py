@@ -15,7 +15,7 @@ BASE = dataclasses.replace(PRESETS["base"], t_end=4.0, tol=1e-9)
 
 
 def scenes(count: int) -> list[Scene]:
-    return [BASE.with_values({"F": 20.0 + place}) for place in range(count)]
+    return [BASE.with_values({"F": 20.0 + number}) for number in range(count)]
 
 
 def measure(scene: Scene) -> Amplitude:
@@ -37,24 +37,24 @@ def test_an_amplitude_is_that_of_the_run() -> None:
 
 
 def test_several_threads_give_the_same_in_the_same_order() -> None:
-    asked = scenes(40)
-    seen: list[float] = []
+    requested = scenes(40)
+    fractions: list[float] = []
 
     def progress(fraction: float) -> bool:
-        seen.append(fraction)
+        fractions.append(fraction)
         return True
 
-    several = measure_all(asked, workers=2, progress=progress)
-    assert several == [measure(scene) for scene in asked]
-    assert seen == sorted(seen)
-    assert seen[-1] == 1.0
+    several = measure_all(requested, workers=2, progress=progress)
+    assert several == [measure(scene) for scene in requested]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
 
 
 def test_scenes_of_different_lengths_and_tolerances_are_measured_in_their_order() -> None:
-    asked = scenes(4)
-    asked[1] = dataclasses.replace(asked[1], tol=1e-10)
-    asked[2] = dataclasses.replace(asked[2], t_end=3.0)
-    assert measure_all(asked, workers=2) == [measure(scene) for scene in asked]
+    requested = scenes(4)
+    requested[1] = dataclasses.replace(requested[1], tol=1e-10)
+    requested[2] = dataclasses.replace(requested[2], t_end=3.0)
+    assert measure_all(requested, workers=2) == [measure(scene) for scene in requested]
 
 
 @pytest.mark.parametrize("count", [8, 40])
@@ -79,11 +79,11 @@ def test_no_scenes_give_no_amplitudes() -> None:
 
 
 def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[int] = []
+    counts: list[int] = []
 
-    def counting(given: list[Scene], **more: object) -> object:
-        asked.append(len(given))
-        return measure_all(given, workers=1)
+    def counting(members: list[Scene], **options: object) -> object:
+        counts.append(len(members))
+        return measure_all(members, workers=1)
 
     monkeypatch.setattr("fivtui.paper.results.measure_all", counting)
     results = PaperResults()
@@ -94,4 +94,4 @@ def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
         measure(three[0]),
         measure(three[2]),
     ]
-    assert asked == [2, 1]
+    assert counts == [2, 1]

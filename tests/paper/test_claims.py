@@ -96,9 +96,9 @@ HOLD = {
 }
 
 
-def alike(scenes: Sequence[Scene], **more: Any) -> list[Amplitude]:
+def alike(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
     # Amplitudes on which nothing depends: what the paper says of them must then fail.
-    progress = more.get("progress")
+    progress = options.get("progress")
     if progress is not None and not progress(1.0):
         raise Cancelled
     return [Amplitude(2.0, 1.0, 0, 0.0) for _ in scenes]
@@ -113,12 +113,12 @@ def early() -> list[CheckedClaim]:
 
 @pytest.mark.slow
 def test_every_claim_has_its_verdict_on_the_command_line() -> None:
-    done = fivtui("claims", "--json")
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
-    rows = {row["id"]: row for row in json.loads(done.stdout)}
-    found = {name: row["verdict"] for name, row in rows.items()}
-    assert found == (
+    process = fivtui("claims", "--json")
+    assert process.returncode == 0, process.stderr
+    assert process.stderr == ""
+    rows = {row["id"]: row for row in json.loads(process.stdout)}
+    verdicts = {name: row["verdict"] for name, row in rows.items()}
+    assert verdicts == (
         dict.fromkeys(HOLD, "holds")
         | dict.fromkeys(DO_NOT_HOLD, "does not hold")
         | dict.fromkeys(NOT_TESTABLE, "not testable")
@@ -171,7 +171,7 @@ def test_claims_that_need_no_runs_hold_but_for_two(early: list[CheckedClaim]) ->
 
 def test_computed_values_are_the_known_ones(early: list[CheckedClaim]) -> None:
     values = {(e.claim.id, q.name): q.value for e in early for q in e.quantities}
-    known = {
+    expected = {
         ("critical-friction-falls-at-small-preload", "μ_c(linear)"): 1.0181,
         ("critical-friction-falls-at-small-preload", "μ_c(k_nl = 50 N/m³)"): 0.7650,
         ("critical-friction-falls-at-small-preload", "μ_c(k_nl = 100 N/m³)"): 0.5985,
@@ -182,7 +182,7 @@ def test_computed_values_are_the_known_ones(early: list[CheckedClaim]) -> None:
         ("one-real-part-passes-zero", "μ_c(linear)"): 0.9434,
         ("soft-horizontal-more-stable", "μ_c(linear)"): 0.5091,
     }
-    for key, value in known.items():
+    for key, value in expected.items():
         assert values[key] == pytest.approx(value, abs=5e-5)
     needed = values["stabilised-at-1-2", "k_nl needed"]
     assert needed == pytest.approx(307.2, abs=0.05)
@@ -289,7 +289,7 @@ def test_trends() -> None:
 
 
 @pytest.mark.parametrize(
-    ("excess", "place"),
+    ("excess", "expected"),
     [
         ([-1.0, -1.0, 1.0, 2.0], 15.0),
         ([0.0, -1.0, 3.0, 2.0], 12.5),
@@ -300,8 +300,8 @@ def test_trends() -> None:
         ([1.0, -1.0, -1.0, -1.0], None),
     ],
 )
-def test_a_crossing_is_found_if_there_is_one(excess: list[float], place: float | None) -> None:
-    assert crossing(np.array([0.0, 10.0, 20.0, 30.0]), np.array(excess)) == place
+def test_a_crossing_is_found_if_there_is_one(excess: list[float], expected: float | None) -> None:
+    assert crossing(np.array([0.0, 10.0, 20.0, 30.0]), np.array(excess)) == expected
 
 
 def test_what_was_checked_is_stored_and_read_again_unless_its_words_changed(tmp_path: Path) -> None:
@@ -318,6 +318,6 @@ def test_what_was_checked_is_stored_and_read_again_unless_its_words_changed(tmp_
 
 def test_a_verdict_by_counting_is_kept_as_plain_numbers() -> None:
     # NumPy's integers are no JSON: the session could not be saved with them.
-    claim = next(one for one in CLAIMS if one.id == "contact-means-negative-y")
+    claim = next(candidate for candidate in CLAIMS if candidate.id == "contact-means-negative-y")
     stored = claims_to_stored([check(claim, PaperResults(workers=1))])
     assert json.loads(json.dumps(stored)) == stored

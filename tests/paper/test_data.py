@@ -31,11 +31,11 @@ def points(*keys: str) -> list[dict[str, Any]]:
 
 
 def row(data: FigureData, changes: dict[str, float]) -> int:
-    found = np.all(
+    matches = np.all(
         [np.isclose(data[name], value, rtol=1e-12) for name, value in changes.items()], axis=0
     )
-    (place,) = np.flatnonzero(found)
-    return int(place)
+    (index,) = np.flatnonzero(matches)
+    return int(index)
 
 
 @pytest.fixture(scope="module")
@@ -48,41 +48,41 @@ def test_equilibria_and_eigenvalues_are_those_of_the_papers_equations(
     key: str, results: PaperResults
 ) -> None:
     data = results.table(key)
-    own = points(key)
-    assert own
-    for point in own:
-        place = row(data, point["changes"])
+    stored_points = points(key)
+    assert stored_points
+    for point in stored_points:
+        index = row(data, point["changes"])
         for name in ("x_e", "y_e", "mu_c"):
             if name in point:
-                assert data[name][place] == pytest.approx(point[name], rel=1e-9, abs=1e-12)
+                assert data[name][index] == pytest.approx(point[name], rel=1e-9, abs=1e-12)
         if "modes" in point:
             lower, upper = point["modes"]
             # Of merged frequencies the growing mode is the first.
             if np.isclose(lower[1], upper[1], rtol=1e-9) and upper[0] > lower[0]:
                 lower, upper = upper, lower
             for number, (growth, frequency) in ((1, lower), (2, upper)):
-                assert data[f"sigma_{number}"][place] == pytest.approx(growth, abs=1e-7)
-                assert data[f"omega_{number}"][place] == pytest.approx(frequency, abs=1e-7)
+                assert data[f"sigma_{number}"][index] == pytest.approx(growth, abs=1e-7)
+                assert data[f"omega_{number}"][index] == pytest.approx(frequency, abs=1e-7)
 
 
 def test_runs_are_those_of_the_papers_method(results: PaperResults) -> None:
     for point in points("base"):
         for time, (x, _, y, _) in point["states"].items():
-            place = {"separation": point["changes"]["separation"], "t": float(time)}
+            condition = {"separation": point["changes"]["separation"], "t": float(time)}
             for key, name, expected in (("11", "x", x), ("12", "y", y)):
                 data = results.table(key)
-                assert data[name][row(data, place)] == pytest.approx(expected, abs=1e-6)
+                assert data[name][row(data, condition)] == pytest.approx(expected, abs=1e-6)
             force = results.table("10")
             base = Parameters()
             pressed = y < 0.0 or not point["changes"]["separation"]
             expected = -base.k2 * y - base.k_nl * y**3 if pressed else 0.0
-            assert force["P"][row(force, place)] == pytest.approx(expected, abs=1e-3)
+            assert force["P"][row(force, condition)] == pytest.approx(expected, abs=1e-3)
 
 
 def test_amplitudes_are_those_of_the_papers_method() -> None:
-    own = points("13", "14", "15", "16")
-    scenes = [scene_at(point) for point in own]
-    for point, amplitude in zip(own, measure_all(scenes, workers=1), strict=True):
+    stored_points = points("13", "14", "15", "16")
+    scenes = [scene_at(point) for point in stored_points]
+    for point, amplitude in zip(stored_points, measure_all(scenes, workers=1), strict=True):
         assert amplitude.y_peak == pytest.approx(point["y_peak"], rel=2e-5)
         assert amplitude.y_half_range == pytest.approx(point["y_half_range"], rel=2e-5)
 
@@ -140,8 +140,8 @@ def test_shared_parameters_are_those_of_the_captions(
     key: str, parameters: dict[str, float]
 ) -> None:
     for line in PANELS[key].lines:
-        own = line.scene.parameters.as_dict()
-        assert own | parameters == own
+        line_values = line.scene.parameters.as_dict()
+        assert line_values | parameters == line_values
 
 
 def test_data_are_written_with_units_and_read_back_exactly(

@@ -25,9 +25,9 @@ from tests.support.reading import transient_figure
 EIGENVALUES, CRITICAL, TRANSIENTS, AMPLITUDES = (3, 4, 5), (6, 7, 8, 9), (10, 11, 12), (13, 16)
 
 
-def invented(scenes: Sequence[Scene], **more: Any) -> list[Amplitude]:
+def invented(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
     # Amplitudes that cost nothing: drawing does not ask where they come from.
-    progress = more.get("progress")
+    progress = options.get("progress")
     if progress is not None and not progress(1.0):
         raise Cancelled
     return [
@@ -46,10 +46,10 @@ def draw(number: int, results: PaperResults) -> Figure:
 def results() -> PaperResults:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fivtui.paper.results.measure_all", invented)
-        made = PaperResults()
+        paper = PaperResults()
         for key in ("13", "14", "15", "16"):
-            made.table(key)
-        return made
+            paper.table(key)
+        return paper
 
 
 def curves(axes: Axes) -> list[Line2D]:
@@ -101,7 +101,9 @@ def test_a_figure_belongs_to_no_window_and_fits_its_frame(
 
 def legend(figure: Figure) -> list[str]:
     holders = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
-    return [text.get_text() for each in holders if each is not None for text in each.get_texts()]
+    return [
+        text.get_text() for holder in holders if holder is not None for text in holder.get_texts()
+    ]
 
 
 def test_legends_name_what_the_lines_are(results: PaperResults) -> None:
@@ -120,30 +122,30 @@ def test_legends_name_what_the_lines_are(results: PaperResults) -> None:
 def test_lines_are_those_of_the_data(number: int, results: PaperResults) -> None:
     data = results.table(str(number))
     (axes,) = draw(number, results).axes
-    for line, (_, own) in zip(curves(axes), data.lines(), strict=True):
-        np.testing.assert_array_equal(line.get_xdata(), own[data.along])
-        np.testing.assert_array_equal(line.get_ydata(), own["mu_c"])
+    for line, (_, columns) in zip(curves(axes), data.lines(), strict=True):
+        np.testing.assert_array_equal(line.get_xdata(), columns[data.along])
+        np.testing.assert_array_equal(line.get_ydata(), columns["mu_c"])
 
 
 @pytest.mark.parametrize("number", EIGENVALUES)
 def test_merged_modes_are_drawn_once(number: int, results: PaperResults) -> None:
     data = results.table(str(number))
     frequencies, _ = draw(number, results).axes
-    for line, (_, own) in zip(curves(frequencies), data.lines(), strict=True):
-        second = np.asarray(line.get_ydata(), dtype=float)[own["omega_1"].size + 1 :]
+    for line, (_, columns) in zip(curves(frequencies), data.lines(), strict=True):
+        second = np.asarray(line.get_ydata(), dtype=float)[columns["omega_1"].size + 1 :]
         hidden = np.isnan(second)
-        merged = np.isclose(own["omega_1"], own["omega_2"], rtol=1e-6)
+        merged = np.isclose(columns["omega_1"], columns["omega_2"], rtol=1e-6)
         assert np.all(merged[hidden])
         assert hidden.any() == (number != 5)
-        np.testing.assert_array_equal(second[~hidden], own["omega_2"][~hidden])
+        np.testing.assert_array_equal(second[~hidden], columns["omega_2"][~hidden])
 
 
 def test_critical_friction_is_marked_where_the_growth_rate_is_zero(results: PaperResults) -> None:
     _, growth = draw(4, results).axes
     marks = [line for line in growth.get_lines() if line.get_marker() == "o"]
     # The last is the entry of the legend.
-    places = [float(np.asarray(line.get_xdata())[0]) for line in marks[:-1]]
-    assert places == pytest.approx([1.0181, 0.3738, 0.5976, 1.5473], abs=5e-5)
+    positions = [float(np.asarray(line.get_xdata())[0]) for line in marks[:-1]]
+    assert positions == pytest.approx([1.0181, 0.3738, 0.5976, 1.5473], abs=5e-5)
 
 
 @pytest.mark.parametrize("number", AMPLITUDES)
@@ -158,8 +160,8 @@ def test_amplitudes_show_peak_and_half_range(number: int, results: PaperResults)
 
 
 def test_runs_are_drawn_over_the_whole_time_and_enlarged(results: PaperResults) -> None:
-    whole, late = draw(10, results).axes
-    assert whole.get_xlim() == (0.0, 100.0)
+    overview, late = draw(10, results).axes
+    assert overview.get_xlim() == (0.0, 100.0)
     assert late.get_xlim() == (90.0, 100.0)
 
 
@@ -170,10 +172,10 @@ def test_an_unknown_quantity_of_a_run_is_refused(results: PaperResults) -> None:
 
 @pytest.mark.slow
 def test_all_figures_are_written_with_their_data(results: PaperResults, tmp_path: Path) -> None:
-    seen: list[float] = []
+    fractions: list[float] = []
 
     def progress(fraction: float) -> bool:
-        seen.append(fraction)
+        fractions.append(fraction)
         return True
 
     written = save_figures(
@@ -184,8 +186,8 @@ def test_all_figures_are_written_with_their_data(results: PaperResults, tmp_path
     assert names == {f"fig-{n:02d}.svg" for n in range(2, 17)} | {
         f"fig-{n:02d}.csv" for n in range(3, 17)
     } | {"fig-02a.csv", "fig-02b.csv"}
-    assert seen == sorted(seen)
-    assert seen[-1] == pytest.approx(1.0)
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == pytest.approx(1.0)
 
 
 def test_the_same_figure_has_the_same_bytes(results: PaperResults, tmp_path: Path) -> None:
@@ -218,15 +220,19 @@ def test_a_folder_that_is_a_file_is_refused(results: PaperResults, tmp_path: Pat
         save_figures([6], tmp_path / "taken", results=results)
 
 
-@pytest.mark.parametrize("last", [0.0, 0.5])
+@pytest.mark.parametrize("stop_share", [0.0, 0.5])
 def test_cancelled_work_leaves_whole_files_alone(
-    results: PaperResults, tmp_path: Path, last: float
+    results: PaperResults, tmp_path: Path, stop_share: float
 ) -> None:
     with pytest.raises(Cancelled):
         save_figures(
-            [6, 8], tmp_path, formats=["png"], results=results, progress=lambda done: done < last
+            [6, 8],
+            tmp_path,
+            formats=["png"],
+            results=results,
+            progress=lambda share: share < stop_share,
         )
-    expected = set() if last == 0.0 else {"fig-06.png", "fig-06.csv"}
+    expected = set() if stop_share == 0.0 else {"fig-06.png", "fig-06.csv"}
     assert {path.name for path in tmp_path.iterdir()} == expected
 
 

@@ -97,10 +97,10 @@ def results() -> PaperResults:
         patch.setattr(paper_results, "measure_all", invented)
         patch.setattr(paper_results, "PANELS", thin)
         patch.setattr(paper_results, "_POINTS", 2001)
-        made = PaperResults()
+        paper = PaperResults()
         for key in PANELS:
-            made.table(key)
-    return made
+            paper.table(key)
+    return paper
 
 
 def legend_names(key: str) -> dict[str, float]:
@@ -115,8 +115,8 @@ def legend_names(key: str) -> dict[str, float]:
 def check_ends(key: str, x: FloatArray) -> None:
     (_, low, high), *_ = FIGURES[key]
     assert x[0] == low
-    last = PANELS[key].lines[0].values[-1]
-    assert last == high
+    last_value = PANELS[key].lines[0].values[-1]
+    assert last_value == high
     assert np.all(np.diff(x) > 0.0)
 
 
@@ -124,18 +124,18 @@ def check_line(
     key: str,
     line: tuple[FloatArray, FloatArray],
     value: float,
-    own: Callable[..., float],
+    reference: Callable[..., float],
     skipped: bool = False,
 ) -> None:
     # A line's points, computed anew from what its legend and its figure's caption say.
     (along, *_), by, _, shared = FIGURES[key]
     x, y = line
     check_ends(key, x)
-    for place in {0, x.size // 3, x.size // 2, x.size - 1}:
-        if skipped and np.isnan(y[place]):
+    for index in {0, x.size // 3, x.size // 2, x.size - 1}:
+        if skipped and np.isnan(y[index]):
             continue
-        changes = {**shared, **({by: value} if by else {}), along: float(x[place])}
-        assert y[place] == pytest.approx(own(**changes), rel=1e-7, abs=1e-7), (key, changes)
+        changes = {**shared, **({by: value} if by else {}), along: float(x[index])}
+        assert y[index] == pytest.approx(reference(**changes), rel=1e-7, abs=1e-7), (key, changes)
 
 
 def named(axes: Axes, holder: Mapping[str, Any]) -> list[tuple[str, tuple[FloatArray, FloatArray]]]:
@@ -181,13 +181,13 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
     key: str, results: PaperResults
 ) -> None:
     figure = draw(int(key), results)
-    left, right = figure.axes
-    assert labels(left) == (ALONG["mu"], "Frequency Im λ (rad/s)")
+    left_axes, right = figure.axes
+    assert labels(left_axes) == (ALONG["mu"], "Frequency Im λ (rad/s)")
     assert labels(right) == (ALONG["mu"], "Growth rate Re λ (1/s)")
     names, shown = legend_names(key), the_legend(figure)
     assert list(shown) == [*names, "μ_c"]
     for name, value in names.items():
-        for axes, part in ((left, "imag"), (right, "real")):
+        for axes, part in ((left_axes, "imag"), (right, "real")):
             first, second = modes_of(line_like(axes, shown[name]))
             check_line(key, first, value, lambda part=part, **p: getattr(modes(**p)[0], part))
             check_line(
@@ -205,7 +205,7 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
         assert (x.tolist(), y.tolist()) == ([pytest.approx(critical, abs=1e-8)], [0.0])
     level = [line for line in right.lines if points(line)[1].tolist() == [0.0, 0.0]]
     assert len(level) == 1
-    assert not any(line.get_marker() == "o" for line in left.lines)
+    assert not any(line.get_marker() == "o" for line in left_axes.lines)
 
 
 @pytest.mark.parametrize("key", ["6", "7", "8", "9"])
@@ -235,13 +235,13 @@ def test_figs_10_to_12_have_the_motions_of_the_papers_method(
     number: int, label: str, column: int | None, results: PaperResults
 ) -> None:
     figure = draw(number, results)
-    whole, late = figure.axes
-    assert labels(whole) == ("Time t (s)", label)
+    overview, late = figure.axes
+    assert labels(overview) == ("Time t (s)", label)
     assert labels(late)[0] == "Time t (s)"
     shown = the_legend(figure)
     assert list(shown) == [*CASES, "off the belt"]
     for name, case in CASES.items():
-        for axes, times in ((whole, (5.0, 25.0, 50.0)), (late, (99.0,))):
+        for axes, times in ((overview, (5.0, 25.0, 50.0)), (late, (99.0,))):
             line = line_like(axes, shown[name])
             x, drawn = points(line)
             assert x[-1] == 100.0
@@ -251,23 +251,23 @@ def test_figs_10_to_12_have_the_motions_of_the_papers_method(
                 pressed = y < 0.0 or not case
                 force = -50.0 * y - 100.0 * y**3 if pressed else 0.0
                 expected = force if column is None else state[column]
-                (place,) = np.flatnonzero(np.isclose(x, time))
-                assert drawn[place] == pytest.approx(expected, abs=2e-3)
+                (index,) = np.flatnonzero(np.isclose(x, time))
+                assert drawn[index] == pytest.approx(expected, abs=2e-3)
             assert line.is_dashed() == case
 
 
 @pytest.mark.parametrize("key", ["13", "14", "15", "16"])
 def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: PaperResults) -> None:
     figure = draw(int(key), results)
-    left, right = figure.axes
+    left_axes, right = figure.axes
     along = ALONG[FIGURES[key][0][0]]
-    assert labels(left) == (along, "Peak |y| (m)")
+    assert labels(left_axes) == (along, "Peak |y| (m)")
     assert labels(right)[0] == along
     assert "half" in labels(right)[1]
     assert labels(right)[1].endswith("(m)")
     shown = the_legend(figure)
     assert list(shown) == list(CASES)
-    for axes, place in ((left, 0), (right, 1)):
+    for axes, index in ((left_axes, 0), (right, 1)):
         assert axes.get_ylim()[0] == 0.0
         assert len(axes.lines) == 2
         for name, line in named(axes, shown):
@@ -276,7 +276,7 @@ def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: Pap
                 key,
                 line,
                 float(case),
-                lambda case=case, place=place, **p: amplitude(case, own_slider.BASE | p)[place],
+                lambda case=case, index=index, **p: amplitude(case, own_slider.BASE | p)[index],
             )
             assert line_like(axes, shown[name]).is_dashed() == case
 
@@ -332,20 +332,20 @@ def test_charts_of_the_paper_have_every_line_under_its_name(
             size = (trace.x.size - 1) // 2 if both else trace.x.size
             assert np.isnan(trace.y).sum() == both
             check_ends(key, trace.x[:size])
-            for place in (0, size // 2, size - 1):
-                p = {**shared, by: value, along: float(trace.x[place])}
+            for index in (0, size // 2, size - 1):
+                p = {**shared, by: value, along: float(trace.x[index])}
                 if both:
-                    seen = [trace.y[place], trace.y[size + 1 + place]]
-                    own = [getattr(mode, part) for mode in modes(**p)]
-                    assert trace.x[size + 1 + place] == trace.x[place]
-                    assert sorted(seen) == pytest.approx(sorted(own), abs=1e-7)
+                    drawn = [trace.y[index], trace.y[size + 1 + index]]
+                    expected = [getattr(mode, part) for mode in modes(**p)]
+                    assert trace.x[size + 1 + index] == trace.x[index]
+                    assert sorted(drawn) == pytest.approx(sorted(expected), abs=1e-7)
                     continue
                 own_y = (
                     own_slider.equilibrium(**p)[1]
                     if panel.kind == "equilibrium"
                     else own_slider.critical_mu(**p)
                 )
-                assert trace.y[place] == pytest.approx(own_y, abs=1e-7)
+                assert trace.y[index] == pytest.approx(own_y, abs=1e-7)
 
 
 def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults) -> None:
@@ -355,12 +355,12 @@ def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults)
         assert peak.y_label == "peak |y| (m)"
         assert "half" in steady.y_label
         assert steady.y_label.endswith("(m)")
-        for chart, place in ((peak, 0), (steady, 1)):
+        for chart, index in ((peak, 0), (steady, 1)):
             assert chart.x_label == X_LABELS[along]
             for trace, case in zip(chart.traces, (False, True), strict=True):
                 assert trace.name == f"separation {'considered' if case else 'ignored'}"
                 p = {**own_slider.BASE, **shared, along: float(trace.x[1])}
-                assert trace.y[1] == pytest.approx(amplitude(case, p)[place])
+                assert trace.y[1] == pytest.approx(amplitude(case, p)[index])
     for key, label, column in (("10", "P (N)", None), ("11", "x (m)", 0), ("12", "y (m)", 2)):
         (chart,) = figure_charts(PANELS[key], results.table(key))
         assert (chart.x_label, chart.y_label) == ("t (s)", label)
@@ -403,12 +403,12 @@ def test_data_beside_a_figure_have_its_parameters_and_units(
         path = tmp_path / f"{panel.key}.csv"
         save_data(results.table(panel.key), path)
         lines = path.read_text(encoding="utf-8").splitlines()
-        said = {
+        header = {
             name: json.loads(text)
             for name, text in re.findall(r"^# (\w+): (.*)$", "\n".join(lines), re.MULTILINE)
         }
-        names = lines[len(said)].split(",")
-        assert said["figure"] == panel.key
+        names = lines[len(header)].split(",")
+        assert header["figure"] == panel.key
         for name in names:
             expected = {
                 "F": "N", "k_nl": "N/m^3", "mu": "1", "t": "s", "P": "N", "x": "m", "y": "m",
@@ -416,27 +416,27 @@ def test_data_beside_a_figure_have_its_parameters_and_units(
                 "separated_time": "s", "growth_rate": "1/s", "y_peak": "m", "y_half_range": "m",
                 "omega_1": "rad/s", "omega_2": "rad/s", "sigma_1": "1/s", "sigma_2": "1/s",
             }[name]  # fmt: skip
-            assert said["units"][name] == expected
-            assert said["meanings"][name] == DATA_COLUMNS[name].meaning
+            assert header["units"][name] == expected
+            assert header["meanings"][name] == DATA_COLUMNS[name].meaning
         shared = FIGURES[panel.key][3] if panel.key in FIGURES else {}
-        known = {**own_slider.BASE, **shared}
-        assert said["parameters"] == {
+        parameters = {**own_slider.BASE, **shared}
+        assert header["parameters"] == {
             name: value
-            for name, value in known.items()
+            for name, value in parameters.items()
             if name not in names and not (name == "mu" and panel.kind == "critical mu")
         }
         if panel.kind in ("transient", "amplitude"):
-            assert (said["start"], said["t_end"]) == ("static", 100.0)
+            assert (header["start"], header["t_end"]) == ("static", 100.0)
         if panel.kind == "amplitude":
-            rows = np.loadtxt(lines[len(said) + 1 :], delimiter=",")
-            place = rows.shape[0] // 3
-            values = dict(zip(names, rows[place].tolist(), strict=True))
+            rows = np.loadtxt(lines[len(header) + 1 :], delimiter=",")
+            index = rows.shape[0] // 3
+            values = dict(zip(names, rows[index].tolist(), strict=True))
             p = {name: values[name] for name in own_slider.BASE if name in values}
             assert values["growth_rate"] == pytest.approx(
                 own_slider.growth_rate(**{**shared, **p}), abs=1e-8
             )
             assert (values["y_peak"], values["y_half_range"]) == pytest.approx(
-                amplitude(bool(values["separation"]), {**known, **p})
+                amplitude(bool(values["separation"]), {**parameters, **p})
             )
             assert (values["separations"], values["separated_time"]) == (7.0, 1.0)
 
@@ -444,8 +444,8 @@ def test_data_beside_a_figure_have_its_parameters_and_units(
 def test_captions_say_what_their_axes_show(results: PaperResults) -> None:
     for key, (along, by, _, _) in FIGURES.items():
         caption = results.table(key).caption
-        word = {"F": "preload", "k_nl": "stiffness", "mu": "friction coefficient"}[along[0]]
-        assert word in caption.partition(" against ")[2], key
+        term = {"F": "preload", "k_nl": "stiffness", "mu": "friction coefficient"}[along[0]]
+        assert term in caption.partition(" against ")[2], key
         assert plain(caption) == caption
         assert PANELS[key].by == (by or "separation")
     for key in ("3", "4", "8", "9"):

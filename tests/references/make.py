@@ -113,12 +113,12 @@ def turning_values(c: list[Number], duration: Number) -> list[Number]:
     d = slope(c)
     grid = [duration * i / SAMPLES for i in range(SAMPLES + 1)]
     signs = [value(d, t) for t in grid]
-    found = [value(c, grid[0]), value(c, grid[-1])]
-    for (left, right), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
+    values = [value(c, grid[0]), value(c, grid[-1])]
+    for (start, right), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
         if s0 * s1 < 0:
             rising = d if s1 > 0 else [-coefficient for coefficient in d]
-            found.append(value(c, root_of_increasing(partial(value, rising), left, right)))
-    return found
+            values.append(value(c, root_of_increasing(partial(value, rising), start, right)))
+    return values
 
 
 def longest_step(
@@ -128,9 +128,9 @@ def longest_step(
     size = max(abs(s) for s in (*state, p["F"] / (p["k1"] + p["k2"])))
     steps = [limit, mpf(1)]
     for n in (ORDER + 1, ORDER):
-        last = max(abs(x[n]), abs(y[n]))
-        if last > 0:
-            steps.append((TOLERANCE * size / last) ** (mpf(1) / n))
+        term = max(abs(x[n]), abs(y[n]))
+        if term > 0:
+            steps.append((TOLERANCE * size / term) ** (mpf(1) / n))
     return min(steps)
 
 
@@ -173,14 +173,14 @@ def transient(
 def main() -> None:
     result = {}
     for name, (changes, separation, t_end, start) in SCENES.items():
-        given = BASE | changes
-        p = {key: number(entry) for key, entry in given.items()} | {"separation": separation}
+        parameters = BASE | changes
+        p = {key: number(entry) for key, entry in parameters.items()} | {"separation": separation}
         state = [number(s) for s in start] if start else static_start(p)
         first_contact = in_contact(p, state)
         final, switches, separated, peak = transient(p, list(state), mpf(t_end))
         ups = len(switches[0 if first_contact else 1 :: 2])
         result[name] = {
-            "parameters": {key: float(number(entry)) for key, entry in given.items()},
+            "parameters": {key: float(number(entry)) for key, entry in parameters.items()},
             "separation": separation,
             "start": [float(s) for s in start] if start else "static",
             "t_end": float(t_end),

@@ -82,26 +82,26 @@ def mode_of(p: Table, state: list[Number]) -> str:
         return "separated"
     if vx != p["v_belt"]:
         return "forward" if vx < p["v_belt"] else "backward"
-    held, grip = holding(p, x, y), p["mu_s"] * pressing(p, y)
-    if abs(held) <= grip:
+    holding_force, grip = holding(p, x, y), p["mu_s"] * pressing(p, y)
+    if abs(holding_force) <= grip:
         return "stick"
-    return "forward" if held > 0 else "backward"
+    return "forward" if holding_force > 0 else "backward"
 
 
 def guards(p: Table, mode: str) -> dict[str, Callable[[list[Number]], Number]]:
     # What is positive while a mode lasts, of (x, ẋ, y), by the mode that follows; "?": to be seen.
-    found: dict[str, Callable[[list[Number]], Number]] = {}
+    functions: dict[str, Callable[[list[Number]], Number]] = {}
     if mode == "separated":
         return {"?land": lambda z: z[2]}
     if p["separation"]:
-        found["separated"] = lambda z: -z[2]
+        functions["separated"] = lambda z: -z[2]
     if mode == "stick":
-        found["forward"] = lambda z: p["mu_s"] * pressing(p, z[2]) - holding(p, z[0], z[2])
-        found["backward"] = lambda z: p["mu_s"] * pressing(p, z[2]) + holding(p, z[0], z[2])
+        functions["forward"] = lambda z: p["mu_s"] * pressing(p, z[2]) - holding(p, z[0], z[2])
+        functions["backward"] = lambda z: p["mu_s"] * pressing(p, z[2]) + holding(p, z[0], z[2])
     else:
         sign = 1 if mode == "forward" else -1
-        found["?stop"] = lambda z: sign * (p["v_belt"] - z[1])
-    return found
+        functions["?stop"] = lambda z: sign * (p["v_belt"] - z[1])
+    return functions
 
 
 def first_end(
@@ -129,14 +129,18 @@ def first_end(
 
 
 def longest(
-    p: Table, mode: str, state: list[Number], z: tuple[list[Number], list[Number]], left: Number
+    p: Table,
+    mode: str,
+    state: list[Number],
+    z: tuple[list[Number], list[Number]],
+    remaining: Number,
 ) -> Number:
     size = max(abs(s) for s in (*state, p["F"] / (p["k1"] + p["k2"])))
-    steps = [left, mpf(1)]
+    steps = [remaining, mpf(1)]
     for n in (ORDER + 1, ORDER):
-        last = max(abs(c[n]) for c in z)
-        if last > 0:
-            steps.append((TOLERANCE * size / last) ** (mpf(1) / n))
+        term = max(abs(c[n]) for c in z)
+        if term > 0:
+            steps.append((TOLERANCE * size / term) ** (mpf(1) / n))
     h = min(steps)
     if p["v_s"] is not None and mode in ("forward", "backward"):
         sizes = [n * abs(c) for n, c in enumerate(z[0])]
@@ -159,31 +163,31 @@ def transient(p: Table, state: list[Number], t_end: Number) -> tuple[list[Number
         if mode == "stick":
             state[1] = p["v_belt"]
         if ended is not None:
-            then = ended[1]
-            if then in ("separated", "?land"):
+            successor = ended[1]
+            if successor in ("separated", "?land"):
                 state[2] = mpf(0)
-            if then == "?stop":
+            if successor == "?stop":
                 state[1] = p["v_belt"]
-            then = mode_of(p, state) if then.startswith("?") else then
-            changes.append((t, mode, then))
-            mode = then
+            successor = mode_of(p, state) if successor.startswith("?") else successor
+            changes.append((t, mode, successor))
+            mode = successor
     return state, changes
 
 
 def main() -> None:
     result = {}
     for name, (changed, separation, t_end, start) in SCENES.items():
-        given = BASE | changed
-        p = {key: None if entry is None else mpf(float(entry)) for key, entry in given.items()}
+        parameters = BASE | changed
+        p = {key: None if entry is None else mpf(float(entry)) for key, entry in parameters.items()}
         p |= {"separation": separation, "mu_s": p["mu"] if p["mu_s"] is None else p["mu_s"]}
         final, changes = transient(p, [mpf(float(s)) for s in start], mpf(t_end))
         result[name] = {
-            "parameters": given,
+            "parameters": parameters,
             "separation": separation,
             "start": list(start),
             "t_end": t_end,
             "final": [mp.nstr(s, DIGITS) for s in final],
-            "changes": [[mp.nstr(t, DIGITS), one, then] for t, one, then in changes],
+            "changes": [[mp.nstr(t, DIGITS), before, after] for t, before, after in changes],
         }
         print(name, len(changes), result[name]["final"], file=sys.stderr, flush=True)
         target = Path(__file__).with_name("belt.json")

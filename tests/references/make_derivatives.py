@@ -86,7 +86,7 @@ def observed(p: Table, state: list[Number], t_end: Number) -> list[Number]:
             contact = not contact
     low, high = min(ys), max(ys)
     weak, strong = (min(high, 0), min(low, 0)) if p["separation"] else (high, low)
-    forces = [-p["k2"] * one - p["k_nl"] * one**3 for one in (weak, strong)]
+    forces = [-p["k2"] * deflection - p["k_nl"] * deflection**3 for deflection in (weak, strong)]
     range_of_x = max(map(abs, xs))
     swing = (max(late) - min(late)) / 2
     return [*state, max(high, -low), high, low, range_of_x, max(speeds), swing, *forces]
@@ -101,21 +101,21 @@ def derivatives(name: str, p: Table, start: list[Number], t_end: Number) -> list
         else:
             changed[name] += sign * NUDGE
         ends.append(observed(changed, begin or static_start(changed), t_end))
-    return [float((one - other) / (2 * NUDGE)) for one, other in zip(*ends, strict=True)]
+    return [float((plus - minus) / (2 * NUDGE)) for plus, minus in zip(*ends, strict=True)]
 
 
 def main() -> None:
     target = Path(__file__).with_name("derivatives.json")
     result: Table = {}
     for scene, (changes, separation, t_end, start) in SCENES.items():
-        given = BASE | changes
-        p = {key: number(entry) for key, entry in given.items()} | {"separation": separation}
-        names = [*given, *(START if start else ())]
-        begin = [number(one) for one in start]
+        parameters = BASE | changes
+        p = {key: number(entry) for key, entry in parameters.items()} | {"separation": separation}
+        names = [*parameters, *(START if start else ())]
+        begin = [number(value) for value in start]
         result[scene] = {
-            "parameters": {key: float(entry) for key, entry in given.items()},
+            "parameters": {key: float(entry) for key, entry in parameters.items()},
             "separation": separation,
-            "start": [float(one) for one in start] if start else "static",
+            "start": [float(value) for value in start] if start else "static",
             "t_end": t_end,
             "quantities": QUANTITIES,
             "by": {name: derivatives(name, p, begin, mpf(t_end)) for name in names},

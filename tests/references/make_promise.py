@@ -88,18 +88,18 @@ def growth(p: Parameters, start: State, separation: bool, t_end: float, units: F
     for _ in range(TIMES):
         after = ends(p, state, separation, t_end / TIMES)
         columns = []
-        for place in range(4):
+        for index in range(4):
             moved = state.copy()
-            moved[place] += PERTURBATION * weights[place]
-            share = (moved[place] - state[place]) / weights[place]
+            moved[index] += PERTURBATION * weights[index]
+            share = (moved[index] - state[index]) / weights[index]
             columns.append((ends(p, moved, separation, t_end / TIMES) - after) / weights / share)
         maps.append(np.column_stack(columns))
         state = after
     greatest = 1.0
     for first in range(TIMES):
         total = np.eye(4)
-        for one in maps[first:]:
-            total = one @ total
+        for matrix in maps[first:]:
+            total = matrix @ total
             greatest = max(greatest, float(np.abs(total).sum(axis=1).max()))
     return greatest
 
@@ -121,15 +121,15 @@ def main() -> None:
                 continue
             if not grown < MOST_GROWTH:
                 continue
-            given = [*p.values(), float(separation), t_end, *start]
-            done = subprocess.run(
+            arguments = [*p.values(), float(separation), t_end, *start]
+            process = subprocess.run(
                 [str(program)],
-                input=" ".join(map(repr, map(float, given))),
+                input=" ".join(map(repr, map(float, arguments))),
                 capture_output=True,
                 text=True,
                 check=True,
             )
-            x, vx, y, vy, y_abs, x_abs, *_ = map(float, done.stdout.split())
+            x, vx, y, vy, y_abs, x_abs, *_ = map(float, process.stdout.split())
             deepest = run.peak.y_min if separation else run.peak.y_abs
             period = 2.0 * math.pi * time_scale(p, min(deepest, 0.0) if separation else deepest)
             entry = {

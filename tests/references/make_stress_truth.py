@@ -24,15 +24,15 @@ def solve(program: Path, name: str) -> dict[str, str]:
     test = STRESS_TESTS[name]
     p = test.parameters
     start = resolve_start(System(p, test.separation), test.start)
-    given = (*p.values(), float(test.separation), test.t_end, *start)
-    done = subprocess.run(
+    arguments = (*p.values(), float(test.separation), test.t_end, *start)
+    process = subprocess.run(
         [str(program)],
-        input=" ".join(map(repr, map(float, given))),
+        input=" ".join(map(repr, map(float, arguments))),
         capture_output=True,
         text=True,
         check=True,
     )
-    return dict(zip(FIELDS, done.stdout.split(), strict=True))
+    return dict(zip(FIELDS, process.stdout.split(), strict=True))
 
 
 def main(names: list[str]) -> None:

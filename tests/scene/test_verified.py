@@ -38,9 +38,9 @@ def test_the_errors_are_within_those_asked_and_those_estimated(name: str, wish: 
     )
     run, estimate = result.transient, result.estimate
     final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
-    apart = max(abs(a - b) for a, b in zip(final, reference.final, strict=True))
+    distance = max(abs(a - b) for a, b in zip(final, reference.final, strict=True))
     size = max(map(abs, reference.final))
-    assert apart <= estimate.final * size + 1e-11 * size
+    assert distance <= estimate.final * size + 1e-11 * size
     assert abs(run.peak.y_abs - reference.peak_y_abs) <= (estimate.peak + 1e-11) * run.peak.y_abs
     assert max(estimate.final, estimate.peak) <= wish
 
@@ -66,10 +66,10 @@ UNDAMPED = Parameters(c1=0.0, c2=0.0)
 def test_numbers_after_two_runs_part_are_refused_with_the_time_and_the_reason(wish: float) -> None:
     with pytest.raises(ComputationError, match=r"part at t = .* switches differ") as caught:
         simulate_to({"half_range": wish}, Request(System(UNDAMPED), t_end=1000.0))
-    found = re.search(r"t = ([\d.]+) s", caught.value.why)
-    assert found is not None
+    match = re.search(r"t = ([\d.]+) s", caught.value.why)
+    assert match is not None
     # What is advised is right: before that time the same number is verified.
-    shorter = Request(System(UNDAMPED), t_end=0.8 * float(found[1]))
+    shorter = Request(System(UNDAMPED), t_end=0.8 * float(match[1]))
     before = simulate_to({"half_range": wish}, shorter)
     assert before.estimate.half_range <= wish
 
@@ -90,11 +90,11 @@ def test_what_is_fixed_before_two_runs_part_is_printed_all_the_same(
     assert before["t_end"] == pytest.approx(longer.switch_times[-2:].mean(), abs=1e-3)
     error = before["accuracy"]["estimate"]
     assert error["peak"] <= 1e-6
-    own = simulate(UNDAMPED, t_end=before["t_end"], tol=3e-13)
-    assert before["peak"]["y_abs"] == pytest.approx(own.peak.y_abs, rel=1e-6)
-    assert before["events"]["separations"] == own.events.separations > 100
-    assert before["events"]["first"] == pytest.approx(own.events.first, abs=1e-9)
-    assert before["events"]["last"] == pytest.approx(own.events.last, abs=10.0 * error["events"])
+    exact = simulate(UNDAMPED, t_end=before["t_end"], tol=3e-13)
+    assert before["peak"]["y_abs"] == pytest.approx(exact.peak.y_abs, rel=1e-6)
+    assert before["events"]["separations"] == exact.events.separations > 100
+    assert before["events"]["first"] == pytest.approx(exact.events.first, abs=1e-9)
+    assert before["events"]["last"] == pytest.approx(exact.events.last, abs=10.0 * error["events"])
     assert run(args) == 3
     printed = capsys.readouterr()
     title, *_ = printed.out.splitlines()
@@ -123,7 +123,7 @@ def observed(final: float, *times: float) -> Observation:
 
 
 @pytest.mark.parametrize(
-    ("one", "other", "at"),
+    ("first", "second", "at"),
     [
         (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.0), None),
         (observed(1.0, 2.0, 3.0), observed(1.009, 2.0, 3.0009), None),
@@ -134,26 +134,26 @@ def observed(final: float, *times: float) -> Observation:
     ],
 )
 def test_runs_part_at_the_first_switch_that_differs_or_at_the_end(
-    one: Observation, other: Observation, at: float | None
+    first: Observation, second: Observation, at: float | None
 ) -> None:
-    for found in (
-        divergence(one, other, t_end=9.0, time_scale=0.1),
-        divergence(other, one, t_end=9.0, time_scale=0.1),
+    for result in (
+        divergence(first, second, t_end=9.0, time_scale=0.1),
+        divergence(second, first, t_end=9.0, time_scale=0.1),
     ):
-        assert (None if found is None else found.t) == at
+        assert (None if result is None else result.t) == at
 
 
 @pytest.mark.parametrize(
-    ("asked", "message"),
+    ("requested", "message"),
     [
         ({"peek": 1e-3}, "peak"),
         ({"peak": 0.0}, "must be above 0 and at most 1"),
         ({"peak": float("nan")}, "peak"),
     ],
 )
-def test_a_wrong_wish_is_refused(asked: dict[str, float], message: str) -> None:
+def test_a_wrong_wish_is_refused(requested: dict[str, float], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        check_accuracy(asked)
+        check_accuracy(requested)
 
 
 def test_a_scene_states_the_accuracy_it_needs(tmp_path: Path) -> None:
@@ -176,9 +176,9 @@ def test_a_file_with_accuracy_and_tolerance_is_refused(tmp_path: Path) -> None:
 
 def test_the_command_reports_the_errors(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["simulate", "--t-end", "10", "--error", "peak=1e-4", "--json"]) == 0
-    known = json.loads(capsys.readouterr().out)["accuracy"]
-    assert known["asked"] == {"peak": 1e-4}
-    assert 0.0 <= known["estimate"]["peak"] <= 1e-4
+    data = json.loads(capsys.readouterr().out)["accuracy"]
+    assert data["asked"] == {"peak": 1e-4}
+    assert 0.0 <= data["estimate"]["peak"] <= 1e-4
     assert run(["simulate", "--t-end", "10", "--error", "peak=1e-4"]) == 0
     assert "±" in capsys.readouterr().out
     assert run(["simulate", "--tol", "1e-4", "--error", "peak=1e-4"]) == 2
@@ -199,14 +199,14 @@ def test_a_stability_scene_integrates_nothing(monkeypatch: pytest.MonkeyPatch) -
 def test_no_samples_are_stored_unasked_and_asking_takes_no_more_steps() -> None:
     def run(*outputs: str) -> tuple[int, int]:
         scene = dataclasses.replace(PRESETS["base"], t_end=20.0, outputs=outputs)
-        found = run_scene(scene).run
-        assert found is not None
-        trajectory = found.transient.trajectory
+        result = run_scene(scene).run
+        assert result is not None
+        trajectory = result.transient.trajectory
         stored = 0
         if trajectory is not None:
             stored = sum(getattr(trajectory, n).nbytes for n in ("t", "x", "vx", "y", "vy", "P"))
-        assert found.transient.solution is None
-        return found.transient.stats.steps, stored
+        assert result.transient.solution is None
+        return result.transient.stats.steps, stored
 
     steps, nothing = run("transient")
     assert nothing == 0

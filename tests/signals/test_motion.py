@@ -23,11 +23,11 @@ STICKING = Parameters(v_belt=3.0, mu_s=0.9, v_s=0.4)
 def test_between_samples_the_motion_is_that_of_the_dense_solution() -> None:
     dense, sampled = simulate(t_end=20.0, samples="dense"), simulate(t_end=20.0, samples=2001)
     times = np.linspace(0.0, 20.0, 777)
-    there, found = motion_at(dense, times), motion_at(sampled, times)
+    expected, actual = motion_at(dense, times), motion_at(sampled, times)
     for name, size in (("x", 1e-5), ("y", 1e-5), ("vx", 5e-3), ("vy", 5e-3), ("P", 0.02)):
-        assert np.abs(getattr(found, name) - getattr(there, name)).max() < size, name
-    assert np.array_equal(found.mode, there.mode)
-    assert found.P[found.mode == Mode.SEPARATED].max() == 0.0
+        assert np.abs(getattr(actual, name) - getattr(expected, name)).max() < size, name
+    assert np.array_equal(actual.mode, expected.mode)
+    assert actual.P[actual.mode == Mode.SEPARATED].max() == 0.0
     with pytest.raises(InputError, match="compute it with sample times"):
         motion_at(simulate(t_end=1.0), times[:1])
 
@@ -45,9 +45,9 @@ def test_a_motion_below_a_billionth_of_the_displacement_is_rest() -> None:
 def test_at_a_sample_the_motion_is_the_sample() -> None:
     run = simulate(t_end=5.0, samples=51)
     assert run.trajectory is not None
-    found = motion_at(run, run.trajectory.t)
+    motion = motion_at(run, run.trajectory.t)
     for name in ("x", "vx", "y", "vy", "P"):
-        assert getattr(found, name) == pytest.approx(getattr(run.trajectory, name), abs=1e-9)
+        assert getattr(motion, name) == pytest.approx(getattr(run.trajectory, name), abs=1e-9)
 
 
 def test_modes_between_samples_are_those_of_the_switches_located() -> None:

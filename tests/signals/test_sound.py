@@ -23,34 +23,34 @@ def heard(path: Path) -> tuple[np.ndarray, int]:
 
 
 def test_the_sound_is_the_signal_with_its_time_compressed(tmp_path: Path) -> None:
-    made = sound(RUN, tmp_path / "a.wav", signal="y", factor=100.0, window=(50.0, 100.0))
-    values, rate = heard(made.path)
+    audio = sound(RUN, tmp_path / "a.wav", signal="y", factor=100.0, window=(50.0, 100.0))
+    values, rate = heard(audio.path)
     assert values.size == round(0.5 * rate)
-    assert made.duration == 0.5
+    assert audio.duration == 0.5
     middle = slice(values.size // 4, 3 * values.size // 4)
     assert RUN.solution is not None
     y = RUN.solution(50.0 + 100.0 / rate * np.arange(values.size)).y
     expected = 0.9 * 32_767 * (y - y.mean()) / np.abs(y - y.mean()).max()
     assert np.abs(values[middle] - expected[middle]).max() < 1.0
-    assert made.full_scale == pytest.approx(np.abs(y - y.mean()).max())
+    assert audio.full_scale == pytest.approx(np.abs(y - y.mean()).max())
     # Both ends begin in silence.
     assert abs(int(values[0])) < 100 > abs(int(values[-1]))
 
 
 def test_unless_a_factor_is_given_the_late_motion_is_heard_at_110_hz(tmp_path: Path) -> None:
-    made = sound(RUN, tmp_path / "a.wav")
-    assert made.pitch == pytest.approx(110.0, rel=0.01)
-    values, rate = heard(made.path)
+    audio = sound(RUN, tmp_path / "a.wav")
+    assert audio.pitch == pytest.approx(110.0, rel=0.01)
+    values, rate = heard(audio.path)
     late = values[values.size // 2 :].astype(float)
     lines = np.abs(np.fft.rfft(late * np.hanning(late.size)))
     assert lines.argmax() * rate / late.size == pytest.approx(110.0, abs=rate / late.size)
 
 
 def test_rest_is_silence(tmp_path: Path) -> None:
-    made = sound(simulate(Parameters(mu=0.0), t_end=2.0, samples=3), tmp_path / "a.wav")
-    assert made.full_scale == 0.0
-    assert made.pitch is None
-    assert not heard(made.path)[0].any()
+    audio = sound(simulate(Parameters(mu=0.0), t_end=2.0, samples=3), tmp_path / "a.wav")
+    assert audio.full_scale == 0.0
+    assert audio.pitch is None
+    assert not heard(audio.path)[0].any()
 
 
 @pytest.mark.parametrize(
@@ -88,10 +88,10 @@ def test_the_command_says_what_is_heard(
     monkeypatch.chdir(tmp_path)
     line = ["sound", "--t-end", "20", "--factor", "50", "--signal", "P", "--out", "a.wav"]
     assert command([*line, "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said["factor"] == 50.0
-    assert said["window"] == [0.0, 20.0]
-    assert said["duration"] == pytest.approx(0.4)
+    report = json.loads(capsys.readouterr().out)
+    assert report["factor"] == 50.0
+    assert report["window"] == [0.0, 20.0]
+    assert report["duration"] == pytest.approx(0.4)
     assert heard(tmp_path / "a.wav")[0].size == round(0.4 * 44_100)
     assert command([*line, "--force", "--method", "rk4", "--step", "0.01"]) == 0
     assert "compressed 50 times" in capsys.readouterr().out

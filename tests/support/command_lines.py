@@ -118,13 +118,13 @@ def _arguments(draw: random.Random, names: Sequence[str], command: click.Command
     if draw.random() < 0.05:
         groups.append([draw.choice(HOSTILE)])
     draw.shuffle(groups)
-    words = [word for group in groups for word in group]
-    if words and draw.random() < 0.05:
-        words.pop()
-    if not names or names[-1] in HEAVY or "--attractors" in words:
+    arguments = [argument for group in groups for argument in group]
+    if arguments and draw.random() < 0.05:
+        arguments.pop()
+    if not names or names[-1] in HEAVY or "--attractors" in arguments:
         # Before all others, one of which may say that what follows is no option.
-        words = [draw.choice(WRONG), *words]
-    return words
+        arguments = [draw.choice(WRONG), *arguments]
+    return arguments
 
 
 def _given(draw: random.Random, parameter: click.Parameter) -> list[str]:

@@ -30,10 +30,10 @@ class Cluster:
 
 @contextmanager
 def loopback_cluster(folder: Path, workers: int = 2, path: str = str(ROOT)) -> Iterator[Cluster]:
-    said = folder / "scheduler.json"
+    address_file = folder / "scheduler.json"
     scheduler = _dask(
         path, folder, "scheduler", "--host=127.0.0.1", "--port=0", "--no-dashboard",
-        "--no-show", f"--scheduler-file={said}",
+        "--no-show", f"--scheduler-file={address_file}",
     )  # fmt: skip
     cluster = Cluster("", scheduler)
     try:
@@ -43,7 +43,7 @@ def loopback_cluster(folder: Path, workers: int = 2, path: str = str(ROOT)) -> I
             assert time.monotonic() < until, "the scheduler does not say its address"
             time.sleep(0.05)
             with suppress(OSError, ValueError):
-                cluster.address = json.loads(said.read_text(encoding="utf-8"))["address"]
+                cluster.address = json.loads(address_file.read_text(encoding="utf-8"))["address"]
         cluster.workers += [
             _dask(
                 path, folder, "worker", cluster.address, "--nworkers=1", "--nthreads=1",

@@ -103,8 +103,8 @@ class _Host:
         self.instances.pop(name).freeInstance()
 
     def free_all(self, name: str) -> None:
-        for each in list(self.instances):
-            self.free(each)
+        for key in list(self.instances):
+            self.free(key)
         self.states.clear()
 
     def setup(self, name: str, start: float = 0.0, stop: Any = None, tol: Any = None) -> None:
@@ -141,8 +141,10 @@ class _Host:
 
     def set(self, name: str, values: dict[str, Any]) -> None:
         for variable, value in values.items():
-            known = self.references[name][variable]
-            getattr(self.instances[name], f"set{known.type}")([known.valueReference], [value])
+            reference = self.references[name][variable]
+            getattr(self.instances[name], f"set{reference.type}")(
+                [reference.valueReference], [value]
+            )
 
     def set_raw(self, name: str, kind: str, references: list[int], values: list[Any]) -> None:
         getattr(self.instances[name], f"set{kind}")(references, values)
@@ -222,14 +224,14 @@ def main() -> None:
     # What the FMU would print to standard error, a script sees in the log.
     logging.getLogger("fivtui.fmu").addHandler(logging.NullHandler())
     fmus = [(fmpy.extract(path), fmpy.read_model_description(path)) for path in sys.argv[1:]]
-    kept = _Host(fmus)
+    fmu_host = _Host(fmus)
     for line in sys.stdin:
         request = json.loads(line)
         answer: list[Any]
         if "runs" in request:
             answer = _simulate(sys.argv[1], request["runs"])
         elif "keep" in request:
-            answer = _drive(kept, request["calls"])
+            answer = _drive(fmu_host, request["calls"])
         else:
             host = _Host(fmus)
             answer = _drive(host, request["calls"])

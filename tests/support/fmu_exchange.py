@@ -59,31 +59,33 @@ def integrated(
         start = np.array(read(fmi.getContinuousStates, 4))
         return DOP853(rates, t, start, t_end, rtol=tol, atol=tol)
 
-    def crossing(place: int, between: Any, first: float, last: float) -> float:
+    def crossing(index: int, between: Any, first: float, end: float) -> float:
         def value(t: float) -> float:
-            return indicators(t, between(t))[place]
+            return indicators(t, between(t))[index]
 
-        t: float = brentq(value, first, last, xtol=1e-14)
+        t: float = brentq(value, first, end, xtol=1e-14)
         return t
 
     solver = solver_from(0.0)
-    known = signs()
+    known_signs = signs()
     while solver.status == "running":
         solver.step()
         assert solver.t_old is not None
-        first, last = solver.t_old, solver.t
-        now = [value > 0.0 for value in indicators(last, solver.y)]
-        crossed = [place for place in range(INDICATORS) if now[place] != known[place]]
+        first, end = solver.t_old, solver.t
+        current_signs = [value > 0.0 for value in indicators(end, solver.y)]
+        crossed = [
+            index for index in range(INDICATORS) if current_signs[index] != known_signs[index]
+        ]
         if crossed:
             between = solver.dense_output()
-            t = min(crossing(place, between, first, last) for place in crossed)
-            t = min(t + late, last)
+            t = min(crossing(index, between, first, end) for index in crossed)
+            t = min(t + late, end)
             rates(t, between(t))
             fmi.enterEventMode()
-            more, stops, _, changed, timed, _ = fmi.newDiscreteStates()
-            assert (more, stops, timed) == (0, 0, 0)
+            needed, stops, _, changed, timed, _ = fmi.newDiscreteStates()
+            assert (needed, stops, timed) == (0, 0, 0)
             fmi.enterContinuousTimeMode()
-            known = signs()
+            known_signs = signs()
             if changed:
                 solver = solver_from(t)
     return instance.get("x", "y", "vx", "vy")

@@ -77,11 +77,11 @@ def ecos_ssp(folder: Path, steps: int, h: float) -> Rows:
 
 def _stepped(simulation: Any, steps: int) -> Rows:
     simulation.init()
-    wanted = (f"{_SLIDER_BELT}::y", f"{_SLIDER_BELT}::P", f"{_ACTUATOR}::F")
+    names = (f"{_SLIDER_BELT}::y", f"{_SLIDER_BELT}::P", f"{_ACTUATOR}::F")
     rows: Rows = []
     for _ in range(steps):
         simulation.step()
-        rows.append(tuple(simulation.get_real(name) for name in wanted))
+        rows.append(tuple(simulation.get_real(name) for name in names))
     simulation.terminate()
     return rows
 

@@ -63,12 +63,12 @@ async def _until_nothing_is_left(min_sleep: float = 0.0, max_sleep: float = 1.0)
         await asyncio.sleep(0)
         while loop._ready and loop.time() < end:  # type: ignore[attr-defined]
             await asyncio.sleep(0)
-        now = loop.time()
+        current = loop.time()
         scheduled = loop._scheduled  # type: ignore[attr-defined]
-        due = min((each.when() for each in scheduled if not each.cancelled()), default=end)
-        if due > now + _FRAME_S:
+        due = min((handle.when() for handle in scheduled if not handle.cancelled()), default=end)
+        if due > current + _FRAME_S:
             return
-        await asyncio.sleep(max(due - now, 0.0))
+        await asyncio.sleep(max(due - current, 0.0))
 
 
 for _module in (textual.app, textual.pilot):
@@ -114,11 +114,11 @@ _parsed: Final[dict[tuple[Any, ...], list[RuleSet]]] = {}
 
 
 def _parse_once(
-    self: Stylesheet, css: str, read_from: CSSLocation, *more: Any, **named: Any
+    self: Stylesheet, css: str, read_from: CSSLocation, *rest: Any, **named: Any
 ) -> Any:
-    key = (css, read_from, more, *named.items(), *self._variables.items())
+    key = (css, read_from, rest, *named.items(), *self._variables.items())
     if key not in _parsed:
-        _parsed[key] = _parse_rules(self, css, read_from, *more, **named)
+        _parsed[key] = _parse_rules(self, css, read_from, *rest, **named)
     return _parsed[key]
 
 
@@ -155,17 +155,17 @@ def flat_text_of(pilot: Pilot[None]) -> str:
 
 async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
     """Wait until something holds."""
-    begin = last = time.monotonic()
+    begin = previous = time.monotonic()
     idle = 0
     while not holds():
-        now = time.monotonic()
+        current = time.monotonic()
         busy = any(worker.is_running for worker in pilot.app.workers)
         if busy:
             idle = 0
-        elif now - last < _LATE_S:
+        elif current - previous < _LATE_S:
             idle += 1
-        last = now
-        in_vain = idle > _IDLE_LOOKS or now - begin > HANG_S
+        previous = current
+        in_vain = idle > _IDLE_LOOKS or current - begin > HANG_S
         assert not in_vain, "waited in vain; the screen:\n" + text_of(pilot)
         await asyncio.sleep(_LOOK_S)
     await pilot.pause()
@@ -173,23 +173,23 @@ async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
 
 async def until_screen(pilot: Pilot[None], holds: Callable[[str], bool]) -> None:
     """Wait until something holds of what the screen shows."""
-    seen = -1
+    previous = -1
 
     def look() -> bool:
         # To render the screen costs more than all else; what it shows changes only when painted.
-        nonlocal seen
+        nonlocal previous
         paints = _paints[id(pilot.app)]
-        if paints == seen:
+        if paints == previous:
             return False
-        seen = paints
+        previous = paints
         return holds(text_of(pilot))
 
     await until(pilot, look)
 
 
-async def until_shown(pilot: Pilot[None], words: str) -> None:
+async def until_shown(pilot: Pilot[None], phrase: str) -> None:
     """Wait until the screen shows some words."""
-    await until_screen(pilot, lambda text: words in " ".join(text.split()))
+    await until_screen(pilot, lambda text: phrase in " ".join(text.split()))
 
 
 async def until_still(pilot: Pilot[None], looks: int = 4) -> None:
@@ -215,10 +215,10 @@ async def clear_notices(pilot: Pilot[None]) -> None:
     await pilot.pause()
 
 
-async def until_told(pilot: Pilot[None], words: str) -> None:
+async def until_told(pilot: Pilot[None], phrase: str) -> None:
     """Wait until a notice says some words; on the screen its lines are wrapped."""
-    await until(pilot, lambda: any(words in n.text for n in notices_of(pilot).notices))
-    await until_shown(pilot, words.split(maxsplit=1)[0])
+    await until(pilot, lambda: any(phrase in n.text for n in notices_of(pilot).notices))
+    await until_shown(pilot, phrase.split(maxsplit=1)[0])
 
 
 def app_of(pilot: Pilot[None]) -> FivtuiApp:
@@ -248,17 +248,17 @@ async def answer(pilot: Pilot[None], path: Path | str) -> None:
     await pilot.press("enter")
 
 
-async def palette(pilot: Pilot[None], words: str) -> None:
+async def palette(pilot: Pilot[None], query: str) -> None:
     """Open the command palette and search for some words."""
     await pilot.press("ctrl+p")
     await until(pilot, lambda: bool(pilot.app.screen.query("CommandInput")))
-    pilot.app.screen.query_one("CommandInput", Input).value = words
+    pilot.app.screen.query_one("CommandInput", Input).value = query
     await pilot.pause()
 
 
-async def choose(pilot: Pilot[None], words: str, title: str) -> None:
+async def choose(pilot: Pilot[None], query: str, title: str) -> None:
     """Run the first entry that the palette has for some words, once a title is in sight."""
-    await palette(pilot, words)
+    await palette(pilot, query)
     await until_shown(pilot, title)
     await pilot.press("enter")
 

@@ -33,9 +33,9 @@ class OwnBelt:
 
     def slope(self, t: float) -> float:
         """Acceleration of the belt."""
-        for (begin, first), (end, last) in itertools.pairwise(self.tables.get("v_belt", [])):
+        for (begin, first), (end, second) in itertools.pairwise(self.tables.get("v_belt", [])):
             if begin <= t < end:
-                return (last - first) / (end - begin)
+                return (second - first) / (end - begin)
         return 0.0
 
     def spring(self, y: float) -> float:
@@ -89,10 +89,10 @@ class OwnBelt:
             return "separated"
         if z[1] != speed:
             return "forward" if z[1] < speed else "backward"
-        held = self.hold(t, z)
-        if abs(held) <= self.grip(t, z[2]):
+        holding_force = self.hold(t, z)
+        if abs(holding_force) <= self.grip(t, z[2]):
             return "stick"
-        return "forward" if held > 0.0 else "backward"
+        return "forward" if holding_force > 0.0 else "backward"
 
     def after(self, mode: str, end: str, t: float, z: FloatArray) -> str:
         """The mode behind an end, or a row of a table; the state is put on the switch."""

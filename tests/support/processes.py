@@ -19,7 +19,7 @@ def run_python(
 
     Fails with what it writes to standard error unless it ends with 0.
     """
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, *map(str, arguments)],
         cwd=cwd,
         env=os.environ | {"PYTHONPATH": str(ROOT), **(environment or {})},
@@ -28,5 +28,5 @@ def run_python(
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    assert process.returncode == 0, process.stderr
+    return process.stdout

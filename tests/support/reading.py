@@ -62,8 +62,10 @@ def points(line: Line2D) -> tuple[FloatArray, FloatArray]:
 
 def spans(axes: Axes) -> list[tuple[float, float]]:
     """The shaded intervals along x."""
-    shaded = [each for each in axes.collections if isinstance(each, PolyCollection)]
-    boxes = [path.get_extents() for each in shaded for path in each.get_paths()]
+    shaded = [
+        collection for collection in axes.collections if isinstance(collection, PolyCollection)
+    ]
+    boxes = [path.get_extents() for collection in shaded for path in collection.get_paths()]
     assert all((box.y0, box.y1) == (0.0, 1.0) for box in boxes)
     return [(float(box.x0), float(box.x1)) for box in boxes]
 

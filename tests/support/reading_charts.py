@@ -15,19 +15,21 @@ class Reading:
 
     def __init__(self, picture: Picture, *, log_x: bool = False, log_y: bool = False) -> None:
         self.lines = picture.text().splitlines()
-        left, top, columns, rows = picture.plot
-        assert left == MARGIN
-        self.cells = [line[left : left + columns] for line in self.lines[top : top + rows]]
+        first_column, top, columns, rows = picture.plot
+        assert first_column == MARGIN
+        self.cells = [
+            line[first_column : first_column + columns] for line in self.lines[top : top + rows]
+        ]
         beside = [
             (row + 0.5, float(line[: MARGIN - 1]))
             for row, line in enumerate(self.lines[top : top + rows])
             if line[MARGIN - 1] == "┤"
         ]
         below = [
-            (0.5 * (word.start() + word.end()), float(word[0]))
-            for word in re.finditer(r"\S+", self.lines[-1][MARGIN:])
+            (0.5 * (match.start() + match.end()), float(match[0]))
+            for match in re.finditer(r"\S+", self.lines[-1][MARGIN:])
             # A label at an edge is moved inwards.
-            if re.fullmatch(r"[-+.e\d]+", word[0]) and word.start() > 0 and word.end() < columns
+            if re.fullmatch(r"[-+.e\d]+", match[0]) and match.start() > 0 and match.end() < columns
         ]
         self.x, self.x_per_column = self._scale(below, log_x)
         self.y, self.y_per_row = self._scale(beside, log_y)
@@ -37,25 +39,25 @@ class Reading:
         ticks: list[tuple[float, float]], log: bool
     ) -> tuple[Callable[[float], float], float]:
         assert len(ticks) > 1
-        places, values = np.array(ticks).T
-        slope, start = np.polyfit(places, np.log10(values) if log else values, 1).tolist()
+        positions, values = np.array(ticks).T
+        slope, start = np.polyfit(positions, np.log10(values) if log else values, 1).tolist()
         # Every tick stands in its cell.
-        off = start + slope * places - (np.log10(values) if log else values)
+        off = start + slope * positions - (np.log10(values) if log else values)
         assert np.abs(off).max() <= 1.1 * abs(slope)
-        return lambda place: start + slope * place, abs(slope)
+        return lambda position: start + slope * position, abs(slope)
 
     def dots(self) -> list[tuple[float, float]]:
         """Where the dots are, in the scales of the axes: logarithms where those are."""
-        found = []
+        points = []
         for row, cells in enumerate(self.cells):
             for column, cell in enumerate(cells):
                 if 0x2800 <= ord(cell) < 0x2900:
                     down, right = np.nonzero(BITS & (ord(cell) - 0x2800))
-                    found += [
+                    points += [
                         (self.x(column + 0.25 + 0.5 * r), self.y(row + 0.125 + 0.25 * d))
                         for d, r in zip(down.tolist(), right.tolist(), strict=True)
                     ]
-        return found
+        return points
 
     def marks(self, character: str) -> list[tuple[float, float]]:
         """Where a character stands."""
@@ -66,9 +68,9 @@ class Reading:
             if cell == character
         ]
 
-    def near(self, found: tuple[float, float], expected: tuple[float, float]) -> bool:
+    def near(self, actual: tuple[float, float], expected: tuple[float, float]) -> bool:
         """Whether a place is another but for a cell or so."""
         return (
-            abs(found[0] - expected[0]) <= 1.6 * self.x_per_column
-            and abs(found[1] - expected[1]) <= 1.6 * self.y_per_row
+            abs(actual[0] - expected[0]) <= 1.6 * self.x_per_column
+            and abs(actual[1] - expected[1]) <= 1.6 * self.y_per_row
         )

@@ -74,21 +74,24 @@ def shorten_searches(patch: pytest.MonkeyPatch) -> None:
     patch.setattr("fivtui.orbits.explorer._OFFSETS", _STARTS)
 
 
-def reduced(words: list[str]) -> list[str]:
+def reduced(arguments: list[str]) -> list[str]:
     """A command with fewer points and samples."""
     shorter = [
-        _COUNT.sub(lambda match: f"{match[1]}:{min(int(match[2]), _AXIS)}", word) for word in words
+        _COUNT.sub(lambda match: f"{match[1]}:{min(int(match[2]), _AXIS)}", argument)
+        for argument in arguments
     ]
-    for place, word in enumerate(words[:-1]):
-        if word == "--samples":
-            shorter[place + 1] = str(_SAMPLES)
+    for index, argument in enumerate(arguments[:-1]):
+        if argument == "--samples":
+            shorter[index + 1] = str(_SAMPLES)
     return shorter
 
 
 def commands_of(text: str) -> list[list[str]]:
     """The commands of fivtui in a block of shell lines, those after an installation too."""
-    words = [shlex.split(part) for line in text.splitlines() for part in line.split("&&")]
-    return [command[1:] for command in words if command[0].removeprefix(".venv/bin/") == "fivtui"]
+    commands = [shlex.split(part) for line in text.splitlines() for part in line.split("&&")]
+    return [
+        command[1:] for command in commands if command[0].removeprefix(".venv/bin/") == "fivtui"
+    ]
 
 
 def _printed(line: str, action: Callable[[], int | None]) -> Printed:
@@ -106,9 +109,9 @@ def run_blocks(
     for language, text in blocks:
         if language == "sh":
             for command in commands_of(text):
-                words = change(command)
-                line = shlex.join(["fivtui", *words])
-                printed.append(_printed(line, partial(run, words)))
+                arguments = change(command)
+                line = shlex.join(["fivtui", *arguments])
+                printed.append(_printed(line, partial(run, arguments)))
         else:
             printed.append(_printed(language, partial(exec, text, {"__name__": "__main__"})))
     return printed

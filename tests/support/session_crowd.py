@@ -101,14 +101,14 @@ class Tab:
             command, env=self._environment, stderr=subprocess.PIPE, text=True
         )
         assert self._server.stderr is not None
-        said = await asyncio.to_thread(self._server.stderr.readline)
-        found = re.search(r"(http://[\d.:]+)/\?token=([\w-]+)", said)
-        assert found is not None, said
-        self._address = found[1]
+        line = await asyncio.to_thread(self._server.stderr.readline)
+        match = re.search(r"(http://[\d.:]+)/\?token=([\w-]+)", line)
+        assert match is not None, line
+        self._address = match[1]
         self._client = aiohttp.ClientSession(cookie_jar=aiohttp.CookieJar(unsafe=True))
         while True:
             with suppress(aiohttp.ClientConnectorError):
-                async with self._client.get(f"{found[1]}/?token={found[2]}") as page:
+                async with self._client.get(f"{match[1]}/?token={match[2]}") as page:
                     assert page.status == 200
                 return
             await asyncio.sleep(_PAUSE_S)
@@ -149,12 +149,12 @@ def _kill(pids: list[int]) -> None:
 
 
 def environment(folder: Path) -> dict[str, str]:
-    here = str(Path(__file__).parents[2])
+    root = str(Path(__file__).parents[2])
     return {
         **os.environ,
         "XDG_STATE_HOME": str(folder),
         "XDG_CONFIG_HOME": str(folder / "config"),
-        "PYTHONPATH": here,
+        "PYTHONPATH": root,
         "TERM": "xterm-256color",
     }
 
@@ -162,11 +162,11 @@ def environment(folder: Path) -> dict[str, str]:
 def below(pid: int) -> list[int]:
     """All processes that a process has started."""
     try:
-        words = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+        fields = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     except OSError:
         return []
-    children = [int(word) for word in words]
-    return [each for child in children for each in (child, *below(child))]
+    children = [int(field) for field in fields]
+    return [process for child in children for process in (child, *below(child))]
 
 
 class Observer:
@@ -174,23 +174,23 @@ class Observer:
 
     def __init__(self, folder: Path) -> None:
         self._first = folder / "fivtui" / "session.json"
-        self.known: dict[int, set[int]] = {}
+        self.stored_runs: dict[int, set[int]] = {}
 
     def look(self) -> None:
         """Note what is kept now; fail if something of before is not."""
         for slot in saved_slots(self._first):
             state: dict[str, Any] = json.loads(slot.path.read_bytes())
-            kept = {int(key.removeprefix("run-")) for key in state["results"] if "run-" in key}
-            for number in kept:
+            stored = {int(key.removeprefix("run-")) for key in state["results"] if "run-" in key}
+            for number in stored:
                 name = state["results"][f"run-{number}"]["file"]
                 gone = not (slot.results / name).is_file()
                 # A state that another one has replaced since may have lost its files.
                 assert not gone or json.loads(slot.path.read_bytes()) != state, (slot, name)
-            before = self.known.get(slot.number, set())
+            before = self.stored_runs.get(slot.number, set())
             count = state["runs"]["count"]
             expected = {number for number in before if number > count - MAX_RUNS}
-            assert expected <= kept, (slot.number, expected - kept)
-            self.known[slot.number] = kept
+            assert expected <= stored, (slot.number, expected - stored)
+            self.stored_runs[slot.number] = stored
 
     def read_all(self) -> int:
         """Read every result of every session as the program does; their number."""
@@ -203,12 +203,12 @@ class Observer:
                 assert not autosave.notices, autosave.notices
                 opened.callback(autosave.close, state)
                 runs = {key for key in state.results if key.startswith("run-")}
-                assert {int(key.removeprefix("run-")) for key in runs} == self.known[
+                assert {int(key.removeprefix("run-")) for key in runs} == self.stored_runs[
                     autosave.number
                 ]
                 for key in runs:
-                    kept: Any = state.results[key]
-                    assert autosave.result(key, kept) is not None
+                    stored: Any = state.results[key]
+                    assert autosave.result(key, stored) is not None
                     read += 1
         return read
 
@@ -222,7 +222,7 @@ async def crowd(folder: Path, kills: int) -> int:
             await user.start()
         # None is killed before a session of each is kept.
         async with asyncio.timeout(HANG_S):
-            while len(observer.known) < len(users):
+            while len(observer.stored_runs) < len(users):
                 await press_all(users, observer)
         for _ in range(kills):
             async with asyncio.timeout(HANG_S):
@@ -237,7 +237,7 @@ async def crowd(folder: Path, kills: int) -> int:
         for user in users:
             await user.end()
     observer.look()
-    assert len(observer.known) <= len(users) + 1, observer.known
+    assert len(observer.stored_runs) <= len(users) + 1, observer.stored_runs
     return observer.read_all()
 
 

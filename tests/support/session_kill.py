@@ -48,7 +48,7 @@ def restored(autosave: Autosave) -> Session:
     if state is not None:
         restore_session(session, state)
         restore_results(
-            session, {key: autosave.result(key, kept) for key, kept in session.unread.items()}
+            session, {key: autosave.result(key, stored) for key, stored in session.unread.items()}
         )
     return session
 
@@ -111,7 +111,7 @@ def kill_labs(folder: Path, times: int) -> int:
     # Runs are interpreted, and nobody waits long for the session to be kept.
     INTERPRETED.start()
     mock.patch.object(app_module, "_SAVE_PERIOD", 0.01).start()
-    known: set[int] = set()
+    recorded: set[int] = set()
     killed = 0
     while killed < times:
         operation = chosen.randrange(1, OPERATIONS + 1)
@@ -125,15 +125,15 @@ def kill_labs(folder: Path, times: int) -> int:
         killed += code != 0
         session = look(path)
         # None is deleted by anyone but the user; a run under way is none yet.
-        done = {run.number for run in session.runs if run.result is not None}
-        assert known <= done, (known, done)
-        known = done
+        finished = {run.number for run in session.runs if run.result is not None}
+        assert recorded <= finished, (recorded, finished)
+        recorded = finished
         if len(list(session.runs)) > MOST:
             autosave = Autosave(path)
             autosave.load()
             autosave.close(state_of(Session(), ""))
-            assert not known & {run.number for run in look(path).runs}
-            known = set()
+            assert not recorded & {run.number for run in look(path).runs}
+            recorded = set()
     return killed
 
 

@@ -29,13 +29,13 @@ def run(out: Path, force: bool) -> None:
 
 
 def kill_at(operation: int, folder: Path) -> None:
-    seen = 0
+    count = 0
 
     def hook(event: str, args: tuple[Any, ...]) -> None:
-        nonlocal seen
+        nonlocal count
         if event.startswith(OPERATIONS) and str(folder) in str(args):
-            seen += 1
-            if seen == operation:
+            count += 1
+            if count == operation:
                 os.kill(os.getpid(), signal.SIGKILL)
 
     sys.addaudithook(hook)
@@ -74,9 +74,9 @@ def check(folder: Path, suffix: str, right: bytes, operation: int, force: bool) 
 
 def main() -> None:
     folder, suffix, stride = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
-    whole = folder / f"whole{suffix}"
-    run(whole, False)
-    right = whole.read_bytes()
+    complete = folder / f"whole{suffix}"
+    run(complete, False)
+    right = complete.read_bytes()
     counts = []
     # What replaces a file differs in this alone, and not by the format.
     for force in (False, True) if suffix == ".csv" else (False,):

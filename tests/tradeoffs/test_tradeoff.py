@@ -30,8 +30,8 @@ SHORT = replace(PRESETS["base"], t_end=4.0)
 
 
 def row(cpu_s: float, error: float | None) -> MeasuredSetting:
-    found = None if error is None else Deviation(error, error, error, error, 0)
-    return MeasuredSetting(Setting("rk4", "", "step", 0.1), cpu_s, 1, found)
+    errors = None if error is None else Deviation(error, error, error, error, 0)
+    return MeasuredSetting(Setting("rk4", "", "step", 0.1), cpu_s, 1, errors)
 
 
 measured = st.lists(
@@ -45,10 +45,10 @@ def test_no_setting_beats_one_on_the_front_and_every_other_is_beaten(
 ) -> None:
     front = pareto(rows, "peak")
 
-    def beats(one: MeasuredSetting, other: MeasuredSetting) -> bool:
-        assert one.error is not None
-        assert other.error is not None
-        return one.cpu_s <= other.cpu_s and one.error.peak <= other.error.peak
+    def beats(first: MeasuredSetting, second: MeasuredSetting) -> bool:
+        assert first.error is not None
+        assert second.error is not None
+        return first.cpu_s <= second.cpu_s and first.error.peak <= second.error.peak
 
     for better in rows:
         if better.error is not None:
@@ -60,11 +60,11 @@ def test_no_setting_beats_one_on_the_front_and_every_other_is_beaten(
 def test_the_cheapest_setting_has_the_error_and_no_cheaper_one_has(
     rows: list[MeasuredSetting], error: float
 ) -> None:
-    fit = [each for each in rows if each.error is not None and each.error.peak <= error]
+    fit = [entry for entry in rows if entry.error is not None and entry.error.peak <= error]
     best = cheapest(rows, "peak", error)
     assert (best is None) == (not fit)
     if best is not None:
-        assert best.cpu_s == min(each.cpu_s for each in fit)
+        assert best.cpu_s == min(entry.cpu_s for entry in fit)
 
 
 def test_errors_within_the_uncertainty_are_equal() -> None:
@@ -86,23 +86,23 @@ def test_a_deviation_is_the_error_against_a_stored_reference() -> None:
     coarse = integrate(
         Request(System(reference.parameters), t_end=reference.t_end, method="rk4", step=0.02)
     )
-    found = deviation(observation(coarse), observation(fine))
-    assert found.peak == pytest.approx(
+    result = deviation(observation(coarse), observation(fine))
+    assert result.peak == pytest.approx(
         abs(coarse.peak.y_abs / reference.peak_y_abs - 1.0), rel=1e-6
     )
     late = max(abs(a - b) for a, b in zip(coarse.switch_times, reference.switch_times, strict=True))
-    assert found.events == pytest.approx(late, rel=1e-6)
+    assert result.events == pytest.approx(late, rel=1e-6)
     assert deviation(observation(fine), observation(fine)) == Deviation(0.0, 0.0, 0.0, 0.0, 0)
 
 
 def test_missed_switches_have_no_finite_error() -> None:
     p = Parameters()
-    found = deviation(
+    result = deviation(
         observation(integrate(Request(System(p, separation=False), t_end=20.0))),
         observation(integrate(Request(System(p), t_end=20.0))),
     )
-    assert found.separations < 0
-    assert math.isinf(found.events)
+    assert result.separations < 0
+    assert math.isinf(result.events)
 
 
 def test_rk4_across_the_switch_converges_but_loses_its_order() -> None:
@@ -192,21 +192,23 @@ def test_without_a_compiled_kernel_the_interpreted_one_is_measured(
 ) -> None:
     monkeypatch.setattr(measure, "QUICK_S", 0.1)
     with INTERPRETED:
-        found = measure_tradeoff(replace(SHORT, t_end=2.0))
-    assert {one.setting.kernel for one in found.rows} == {"", "interpreted"}
+        result = measure_tradeoff(replace(SHORT, t_end=2.0))
+    assert {entry.setting.kernel for entry in result.rows} == {"", "interpreted"}
 
 
 @pytest.mark.slow
 def test_every_method_is_measured_and_the_finer_setting_has_less_error(short: Tradeoff) -> None:
     by_method: dict[str, list[MeasuredSetting]] = {}
-    for each in short.rows:
-        by_method.setdefault(each.setting.label, []).append(each)
+    for entry in short.rows:
+        by_method.setdefault(entry.setting.label, []).append(entry)
     assert len(by_method) == 9
     for method, rows in by_method.items():
-        errors = [each.error.peak for each in rows if each.error is not None]
+        errors = [entry.error.peak for entry in rows if entry.error is not None]
         assert errors, method
         assert errors[-1] <= errors[0] or errors[-1] <= short.floor.peak
-        assert all(each.cpu_s > 0.0 and each.steps > 0 for each in rows if each.error is not None)
+        assert all(
+            entry.cpu_s > 0.0 and entry.steps > 0 for entry in rows if entry.error is not None
+        )
     assert short.floor.final < 1e-10
 
 
@@ -215,8 +217,8 @@ def test_every_method_is_measured_and_the_finer_setting_has_less_error(short: Tr
 def test_the_fmu_has_the_final_state_at_any_communication_step_and_samples_its_peak(
     short: Tradeoff, method: str
 ) -> None:
-    rows = [each for each in short.rows if each.setting.method == method]
-    errors = [each.error for each in rows if each.error is not None]
+    rows = [entry for entry in short.rows if entry.setting.method == method]
+    errors = [entry.error for entry in rows if entry.error is not None]
     assert len(errors) > 1
     assert all(error.final < 1e-10 and error.events < 1e-10 for error in errors)
     assert errors[0].peak > errors[-1].peak > 0.0
@@ -227,7 +229,7 @@ def test_a_tradeoff_is_drawn(short: Tradeoff) -> None:
     figure = short.figure()
     assert [axes.get_xscale() for axes in figure.axes] == ["log"] * 3
     legend = {text.get_text() for text in figure.legends[0].get_texts()}
-    assert legend == {each.setting.label for each in short.rows if each.error is not None}
+    assert legend == {entry.setting.label for entry in short.rows if entry.error is not None}
 
 
 def test_a_reference_that_cannot_be_verified_is_refused_with_the_time() -> None:

@@ -41,7 +41,7 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
     await until_shown(pilot, "0.439 0.7")
     await run_to_end(pilot)
     shown = text_of(pilot)
-    for words in (
+    for phrase in (
         "peak |y| 10.50 m · 2nd half ±4.401 m",
         "74 separations · off belt 71.01 s (71 %)",
         "run 1 done in",
@@ -50,7 +50,7 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
         "P (N)",
         "⣿",
     ):
-        assert words in shown, words
+        assert phrase in shown, phrase
     assert any(line.endswith("100│") for line in shown.splitlines())
     strip = next(line for line in shown.splitlines() if "off belt" in line)
     assert "▓▓▓" in strip
@@ -76,8 +76,8 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
     await pilot.press("r", "minus", "minus", "l", "l")
     await pilot.pause()
     assert plot.chart is not None
-    whole, _ = plot.view.axes(plot.chart)
-    assert (whole.low, whole.high) == (0.0, 100.0)
+    full_axis, _ = plot.view.axes(plot.chart)
+    assert (full_axis.low, full_axis.high) == (0.0, 100.0)
 
     def background() -> object:
         return next(iter(plot.render_line(2))).style
@@ -182,7 +182,7 @@ async def test_the_button_works_and_failures_are_told_and_logged(
 
 async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> None:
     await run_to_end(pilot)
-    for size, words in (
+    for size, phrases in (
         ((80, 24), ("P (N)", "x (m)", "off belt", "kg", "74 separations", " 0.7 ")),
         ((200, 60), ("P (N)", "off belt", "friction coefficient", "P 0 to 2071 N")),
         ((200, 60), ("±y 2nd half", "shown native 10.50")),
@@ -193,9 +193,9 @@ async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> N
         ((100, 30), ("UNSTABLE", "F5 Run", "P (N)")),
     ):
         await pilot.resize_terminal(*size)
-        for word in words:
-            await until_shown(pilot, word)
-        if "too small" not in words[0] and size[1] > 12:
+        for phrase in phrases:
+            await until_shown(pilot, phrase)
+        if "too small" not in phrases[0] and size[1] > 12:
             await until(pilot, lambda: frame_reaches_the_edge(text_of(pilot)))
 
 

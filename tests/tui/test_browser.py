@@ -23,10 +23,10 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")
 
 
-def until(holds: Callable[[], bool], what: str) -> None:
+def until(holds: Callable[[], bool], description: str) -> None:
     deadline = time.monotonic() + HANG_S
     while not holds():
-        assert time.monotonic() < deadline, f"waited in vain for {what}"
+        assert time.monotonic() < deadline, f"waited in vain for {description}"
         time.sleep(0.1)
 
 
@@ -58,13 +58,13 @@ def served(tmp_path: Path) -> Iterator[tuple[int, str]]:
         command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stderr is not None
-        said = process.stderr.readline()
+        line = process.stderr.readline()
         try:
             address = rf"http://127\.0\.0\.1:{port}/\?token=([\w-]{{43}})"
-            found = re.fullmatch(rf"fivtui is at {address}; Ctrl\+C stops it\n", said)
-            assert found is not None, said
+            match = re.fullmatch(rf"fivtui is at {address}; Ctrl\+C stops it\n", line)
+            assert match is not None, line
             until(lambda: reachable(port), "the server")
-            yield port, found[1]
+            yield port, match[1]
         finally:
             process.terminate()
         assert process.wait(HANG_S) == 0
@@ -115,10 +115,10 @@ def test_only_who_knows_the_token_is_answered_on_pages_of_its_own(served: tuple[
         policy = page.getheader("Content-Security-Policy") or ""
         assert f"ws://{host};" in policy
         assert f'data-session-websocket-url="ws://{host}/ws"' in page.body
-    known = {"Cookie": cookie[0]}
-    assert answer(port, "/", Host="elsewhere.example", **known).status == 403
+    cookies = {"Cookie": cookie[0]}
+    assert answer(port, "/", Host="elsewhere.example", **cookies).status == 403
     elsewhere = {"Origin": "http://elsewhere.example"}
-    assert answer(port, "/ws", **WEBSOCKET, **elsewhere, **known).status == 403
+    assert answer(port, "/ws", **WEBSOCKET, **elsewhere, **cookies).status == 403
     with pytest.raises(InputError, match=f"--port {port}: cannot be used"):
         serve(port, say=print)
 
@@ -127,7 +127,7 @@ def test_only_who_knows_the_token_is_answered_on_pages_of_its_own(served: tuple[
 async def test_a_page_of_localhost_reads_and_types(served: tuple[int, str], tmp_path: Path) -> None:
     aiohttp = pytest.importorskip("aiohttp")
     port, token = served
-    origin, kept = f"http://localhost:{port}", tmp_path / "fivtui" / "session.json"
+    origin, session_path = f"http://localhost:{port}", tmp_path / "fivtui" / "session.json"
     async with (
         aiohttp.ClientSession() as client,
         asyncio.timeout(HANG_S),
@@ -139,19 +139,22 @@ async def test_a_page_of_localhost_reads_and_types(served: tuple[int, str], tmp_
         async with client.ws_connect(
             f"http{address[1]}?width=80&height=24", headers={"Origin": origin}
         ) as stream:
-            seen = bytearray()
+            received = bytearray()
 
             async def read() -> None:
                 async for message in stream:
-                    seen.extend(message.data if isinstance(message.data, bytes) else b"")
+                    received.extend(message.data if isinstance(message.data, bytes) else b"")
 
             reading = asyncio.create_task(read())
             for key, mu in (("", "0.7"), ("\x1b[A", "0.71")):
                 if key:
                     await stream.send_json(["stdin", key])
-                while not kept.is_file() or json.loads(kept.read_bytes())["texts"]["mu"] != mu:
+                while (
+                    not session_path.is_file()
+                    or json.loads(session_path.read_bytes())["texts"]["mu"] != mu
+                ):
                     await asyncio.sleep(0.1)
-            assert b"UNSTABLE" in seen
+            assert b"UNSTABLE" in received
             reading.cancel()
 
 
@@ -168,15 +171,15 @@ async def test_an_export_comes_to_the_browser_and_not_to_the_disk_of_the_server(
         client.get(f"{origin}/?token={token}"),
         client.ws_connect(f"{origin}/ws?width=100&height=30", headers={"Origin": origin}) as stream,
     ):
-        seen = bytearray()
+        received = bytearray()
         # What is pressed once something is on the screen: the tab, F7, and Enter.
         keys = [("UNSTABLE", "\x1b1"), ("Re λ", "\x1b[18~"), ("Download", "\r")]
         async for message in stream:
             if isinstance(message.data, bytes):
-                seen.extend(message.data)
-                if keys and keys[0][0].encode() in seen:
+                received.extend(message.data)
+                if keys and keys[0][0].encode() in received:
                     await stream.send_json(["stdin", keys.pop(0)[1]])
-                    seen.clear()
+                    received.clear()
                 continue
             kind, key = json.loads(message.data)
             if kind == "deliver_file_start":
@@ -194,10 +197,10 @@ def test_on_port_80_its_own_page_names_no_port() -> None:
     test_utils = pytest.importorskip("aiohttp.test_utils")
     make_mocked_request = test_utils.make_mocked_request
     door = _Door(80)
-    asked = {"Cookie": f"{door.cookie}={door.token}"}
+    headers = {"Cookie": f"{door.cookie}={door.token}"}
     for host in ("localhost", "127.0.0.1:80"):
         request = make_mocked_request(
-            "GET", "/", {**asked, "Host": host, "Origin": f"http://{host}"}
+            "GET", "/", {**headers, "Host": host, "Origin": f"http://{host}"}
         )
         assert door.refusal(request) == ""
     assert _Door(8000).refusal(make_mocked_request("GET", "/", {"Host": "localhost"}))
@@ -210,8 +213,8 @@ def browser(tmp_path: Path) -> Iterator[Any]:
         pytest.skip("no Chromium with its driver")
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
-    for word in ("headless=new", "no-sandbox", "disable-gpu", "window-size=1000,700"):
-        options.add_argument(f"--{word}")
+    for flag in ("headless=new", "no-sandbox", "disable-gpu", "window-size=1000,700"):
+        options.add_argument(f"--{flag}")
     options.add_argument(f"--user-data-dir={tmp_path / 'chromium'}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     service = webdriver.ChromeService(DRIVER)
@@ -228,11 +231,13 @@ def test_a_browser_shows_the_laboratory_and_passes_keys_on(
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
 
-    kept = tmp_path / "fivtui" / "session.json"
+    session_path = tmp_path / "fivtui" / "session.json"
 
     def texts() -> dict[str, str]:
-        found: dict[str, str] = json.loads(kept.read_bytes())["texts"] if kept.is_file() else {}
-        return found
+        session_texts: dict[str, str] = (
+            json.loads(session_path.read_bytes())["texts"] if session_path.is_file() else {}
+        )
+        return session_texts
 
     port, token = served
     browser.get(f"http://localhost:{port}/?token={token}")
@@ -248,4 +253,4 @@ def test_a_browser_shows_the_laboratory_and_passes_keys_on(
     assert len({tuple(pixel) for pixel in pixels[::7].tolist()}) > 20
     severe = [e["message"] for e in browser.get_log("browser") if e["level"] == "SEVERE"]
     # The page asks for a font from elsewhere, which it is not allowed to, and for an icon.
-    assert all("fonts.googleapis" in words or "favicon" in words for words in severe)
+    assert all("fonts.googleapis" in message or "favicon" in message for message in severe)

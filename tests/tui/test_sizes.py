@@ -28,14 +28,14 @@ async def test_panes_are_whole_and_no_title_is_cut_at_any_size() -> None:
             await show_tab(pilot, "alt+1")
             await until_shown(pilot, "Im λ/(2π) (Hz)")
             check_panes(pilot, size)
-            for key, words in (
+            for key, phrase in (
                 ("alt+5", "State Peak ±2nd ½ Events"),
                 ("alt+5", "F10: measure (about 7 s)"),
                 ("alt+4", "Growth μ_c Modes Safe μ Regions"),
                 ("alt+6", "Enter: figure, F10: claims, o: scene"),
             ):
                 await show_tab(pilot, key)
-                await until_shown(pilot, words)
+                await until_shown(pilot, phrase)
         # Titles of views are shorter as long as there is no room.
         await show_tab(pilot, "alt+2")
         await until_shown(pilot, "Difference")
@@ -125,7 +125,7 @@ async def test_notifications_lie_over_nothing_that_is_clicked(size: tuple[int, i
 def test_the_picture_shows_what_is_there() -> None:
     texts = re.findall(r"<text[^>]*>(.*?)</text>", PICTURE.read_text(encoding="utf-8"))
     shown = " ".join(html.unescape(" ".join(texts)).split())
-    for words in (
+    for phrase in (
         *(tab.title for tab in TABS),
         *(FIELDS[name].symbol for name in PARAMETERS),
         "Parameters",
@@ -136,4 +136,4 @@ def test_the_picture_shows_what_is_there() -> None:
         "separation considered",
         "F5 Run F1 Help",
     ):
-        assert words in shown, words
+        assert phrase in shown, phrase

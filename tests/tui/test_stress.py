@@ -57,11 +57,11 @@ def _no_fmu(*_: object, **__: object) -> None:
 
 @pytest.mark.whole
 def test_every_frame_of_all_tests_of_the_laboratory_is_rendered() -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-n", "0", str(Path(__file__).parent)],
         env=os.environ | {EVERY_FRAME: "1"},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stdout
+    assert process.returncode == 0, process.stdout

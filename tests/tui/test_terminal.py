@@ -38,10 +38,10 @@ class Terminal:
         begin = f"cd {folder} && {sys.executable} -m fivtui; echo {ENDED} $?; cat"
         self._tmux("new-session", "-d", "-x", "80", "-y", "24", begin, env=environment)
 
-    def _tmux(self, *words: str, env: dict[str, str] | None = None) -> str:
-        command = [*self._base, *words]
-        done = subprocess.run(command, check=True, capture_output=True, text=True, env=env)
-        return done.stdout
+    def _tmux(self, *arguments: str, env: dict[str, str] | None = None) -> str:
+        command = [*self._base, *arguments]
+        process = subprocess.run(command, check=True, capture_output=True, text=True, env=env)
+        return process.stdout
 
     def press(self, *keys: str) -> None:
         self._tmux("send-keys", *keys)
@@ -49,21 +49,21 @@ class Terminal:
     def screen(self) -> str:
         return self._tmux("capture-pane", "-p")
 
-    def until_shown(self, words: str) -> str:
-        begin = last = time.monotonic()
+    def until_shown(self, phrase: str) -> str:
+        begin = previous = time.monotonic()
         looks = 0
-        while words not in " ".join((shown := self.screen()).split()):
-            now = time.monotonic()
-            looks += now - last < LATE_S
-            last = now
-            ended = ENDED in shown and ENDED not in words
-            in_vain = ended or looks > LOOKS or now - begin > HANG_S
-            assert not in_vain, f"{words!r} did not come; the screen:\n{shown}"
+        while phrase not in " ".join((shown := self.screen()).split()):
+            current = time.monotonic()
+            looks += current - previous < LATE_S
+            previous = current
+            ended = ENDED in shown and ENDED not in phrase
+            in_vain = ended or looks > LOOKS or current - begin > HANG_S
+            assert not in_vain, f"{phrase!r} did not come; the screen:\n{shown}"
             time.sleep(LOOK_S)
         return shown
 
-    def format(self, words: str) -> str:
-        return self._tmux("display-message", "-p", words).strip()
+    def format(self, template: str) -> str:
+        return self._tmux("display-message", "-p", template).strip()
 
     def program(self) -> int:
         children = ["pgrep", "-P", self.format("#{pane_pid}")]

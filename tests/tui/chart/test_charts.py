@@ -30,9 +30,9 @@ SINE = Chart("t (s)", "y (m)", (Trace("one", T, np.sin(T)), Trace("two", T, 2.0 
 
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.floats(0.0, 1.0))
-def test_a_place_on_an_axis_is_found_again(low: float, span: float, place: float) -> None:
+def test_a_place_on_an_axis_is_found_again(low: float, span: float, position: float) -> None:
     axis = Axis(low, low + span)
-    assert axis.place([axis.value(place)])[0] == pytest.approx(place, abs=1e-6)
+    assert axis.place([axis.value(position)])[0] == pytest.approx(position, abs=1e-6)
 
 
 def test_a_logarithmic_axis_has_decades_and_no_place_for_what_is_not_positive() -> None:
@@ -119,9 +119,9 @@ def test_hidden_traces_are_not_drawn_and_limits_follow_the_others() -> None:
 
 def test_the_cursor_reads_the_nearest_sample_of_every_trace() -> None:
     view = View(cursors=Cursors((3.0001, 0.0)))
-    found = nearest(SINE, view, view.cursors.first)
-    assert [(point.trace, point.x) for point in found] == [(0, 3.0), (1, 3.0)]
-    assert found[0].y == pytest.approx(np.sin(3.0))
+    readings = nearest(SINE, view, view.cursors.first)
+    assert [(point.trace, point.x) for point in readings] == [(0, 3.0), (1, 3.0)]
+    assert readings[0].y == pytest.approx(np.sin(3.0))
     assert draw(SINE, view, 80, 20).text().startswith("t 3 s  y one 0.14112 m two -1.98 m")
     plane = Chart("a", "b", (Trace("", np.cos(T), np.sin(T), ordered=False),))
     (point,) = nearest(plane, View(), (0.0, 0.9))
@@ -222,11 +222,11 @@ def test_a_million_samples_are_reduced() -> None:
 
 def test_a_spectrum_finds_amplitude_and_period() -> None:
     t = np.append(np.arange(0.0, 50.0, 0.01), 50.003)
-    found = spectrum(t[:-1], 3.0 + 0.5 * np.sin(2.0 * np.pi * 1.234 * t[:-1]))
-    assert found.fundamental == pytest.approx(1.234, abs=0.05 * found.resolution)
-    assert found.amplitude.max() == pytest.approx(3.0, rel=1e-3)
-    assert found.amplitude[1:].max() == pytest.approx(0.5, rel=0.2)
-    assert found.period == pytest.approx(1.0 / 1.234, rel=1e-3)
+    result = spectrum(t[:-1], 3.0 + 0.5 * np.sin(2.0 * np.pi * 1.234 * t[:-1]))
+    assert result.fundamental == pytest.approx(1.234, abs=0.05 * result.resolution)
+    assert result.amplitude.max() == pytest.approx(3.0, rel=1e-3)
+    assert result.amplitude[1:].max() == pytest.approx(0.5, rel=0.2)
+    assert result.period == pytest.approx(1.0 / 1.234, rel=1e-3)
     assert spectrum(t[:64], np.full(64, 2.0)).period is None
     with pytest.raises(InputError, match="9 samples; must be at least 16"):
         spectrum(t[:9], t[:9])
@@ -248,9 +248,9 @@ def test_the_charts_of_the_base_scene() -> None:
     assert "f₁ 0.753" in peaks.note
     assert [guide.label for guide in peaks.guides] == ["f₁", "2f₁", "3f₁"]
     assert run.trajectory is not None
-    seen = growing_run(run.trajectory, run.system, run.t_end).separated
-    assert len(seen) == pytest.approx(len(run.separated_intervals), abs=2)
-    assert sum(b - a for a, b in seen) == pytest.approx(71.0, abs=1.0)
+    intervals = growing_run(run.trajectory, run.system, run.t_end).separated
+    assert len(intervals) == pytest.approx(len(run.separated_intervals), abs=2)
+    assert sum(b - a for a, b in intervals) == pytest.approx(71.0, abs=1.0)
 
 
 def test_a_trajectory_grows_by_its_parts_and_begins_anew() -> None:
@@ -266,13 +266,13 @@ def test_a_trajectory_grows_by_its_parts_and_begins_anew() -> None:
     for count, part in enumerate(parts, start=1):
         partial.append(part)
         if count % 3 == 0:
-            known = partial.trajectory()
-            assert known is not None
-            assert known.t.size == 100 * count
+            trajectory = partial.trajectory()
+            assert trajectory is not None
+            assert trajectory.t.size == 100 * count
     partial.append(parts[0])
-    known = partial.trajectory()
-    assert known is not None
-    assert known.t.size == 100
+    trajectory = partial.trajectory()
+    assert trajectory is not None
+    assert trajectory.t.size == 100
 
 
 def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -> None:
@@ -282,15 +282,15 @@ def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -
         motion = plotted_run(simulate(t_end=10.0, samples=samples), name)
         assert motion is not None
         motions.append(motion)
-    same = difference_chart("y", motions[0], motions[1], strip=False, x_axis=True)
-    assert same.note == "a − b"
-    assert not same.traces[0].y.any()
-    assert "Δy (m) a − b" in draw(same, View(), 60, 10).text()
-    other = difference_chart("P", motions[0], motions[2], strip=False, x_axis=True)
-    assert other.note == "a − c, interpolated"
-    assert other.traces[0].x[-1] == 8.0
+    exact = difference_chart("y", motions[0], motions[1], strip=False, x_axis=True)
+    assert exact.note == "a − b"
+    assert not exact.traces[0].y.any()
+    assert "Δy (m) a − b" in draw(exact, View(), 60, 10).text()
+    interpolated = difference_chart("P", motions[0], motions[2], strip=False, x_axis=True)
+    assert interpolated.note == "a − c, interpolated"
+    assert interpolated.traces[0].x[-1] == 8.0
     peak = motions[0].trajectory.P.max()
-    assert np.abs(other.traces[0].y).max() < 0.01 * peak
+    assert np.abs(interpolated.traces[0].y).max() < 0.01 * peak
 
 
 def test_every_part_of_a_chart_but_its_ground_has_a_style_of_the_theme() -> None:
@@ -299,9 +299,9 @@ def test_every_part_of_a_chart_but_its_ground_has_a_style_of_the_theme() -> None
 
 def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
     view = View(cursors=Cursors((3.0, 0.0), (5.0, 0.0)))
-    one = np.sin([3.0, 5.0])
+    sine = np.sin([3.0, 5.0])
     heading = draw(SINE, view, 80, 20).text().splitlines()[0]
-    assert f"one ◆{one[0]:.5g} ◇{one[1]:.5g} Δ{one[1] - one[0]:.5g} m" in heading
+    assert f"one ◆{sine[0]:.5g} ◇{sine[1]:.5g} Δ{sine[1] - sine[0]:.5g} m" in heading
     assert cursor_words("t (s)", 3.0, 5.0) == ["t ◆3 ◇5 s", "Δt 2 s", "1/Δt 0.5 Hz"]
     assert cursor_words("f (Hz)", 3.0, 2.5) == ["f ◆3 ◇2.5 Hz", "Δf -0.5 Hz", "1/Δf 2 s"]
     assert cursor_words("μ", 1.0, 1.0) == ["μ ◆1 ◇1", "Δμ 0"]
@@ -322,7 +322,7 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
     assert chart.cursor_label == "t (s)"
     view = View(cursors=Cursors((0.0, 0.0), (4.71, 0.0)))
     first, second = (
-        nearest(chart, view, place) for place in (view.cursors.first, view.cursors.second)
+        nearest(chart, view, cursor) for cursor in (view.cursors.first, view.cursors.second)
     )
     assert [(p.x, p.y) for p in first + second] == [
         pytest.approx((1.0, 0.0)),
@@ -338,11 +338,11 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
 
 
 def test_a_note_without_room_goes_on_below_by_parts() -> None:
-    words = "f₁ 0.7538 Hz, period 1.327 s, t 50 to 100 s"
-    chart = dataclasses.replace(SINE, note=words)
+    note = "f₁ 0.7538 Hz, period 1.327 s, t 50 to 100 s"
+    chart = dataclasses.replace(SINE, note=note)
     lines = draw(chart, View(), 46, 14, reserved=18).text().splitlines()
     assert lines[0].rstrip() == "y (m) f₁ 0.7538 Hz,"
-    assert words in " ".join(" ".join(lines[:3]).split())
+    assert note in " ".join(" ".join(lines[:3]).split())
 
 
 def test_limits_say_that_they_are_kept_and_what_they_leave_out() -> None:

@@ -60,10 +60,10 @@ def test_logarithmic_scales_straighten_powers() -> None:
 
 
 def test_points_guides_and_shades_stand_at_their_coordinates() -> None:
-    here = Trace("now", np.array([7.0]), np.array([210.0]), look="points", ordered=False, mark="◆")
+    point = Trace("now", np.array([7.0]), np.array([210.0]), look="points", ordered=False, mark="◆")
     line = Trace("line", np.array([5.0, 9.0]), np.array([100.0, 400.0]), ordered=False)
     guides = (Guide(6.0, "at six"), Guide(300.0, "three hundred", vertical=False))
-    read = Reading(draw(Chart("a (N)", "b (m)", (line, here), guides=guides), View(), 80, 30))
+    read = Reading(draw(Chart("a (N)", "b (m)", (line, point), guides=guides), View(), 80, 30))
     (mark,) = read.marks("◆")
     assert read.near(mark, (7.0, 210.0))
     for at in ((6.5, 212.5), (8.0, 325.0)):
@@ -106,8 +106,8 @@ def test_shades_lie_over_their_own_axes() -> None:
     assert max(at for at, _ in shaded) == pytest.approx(10.0, abs=0.3 + read.x_per_column)
     assert max(up for _, up in shaded) == pytest.approx(160.0, abs=8.0 + read.y_per_row)
     assert min(up for _, up in shaded) == pytest.approx(100.0, abs=8.0 + read.y_per_row)
-    told = draw(chart, View(cursors=Cursors((7.6, 199.0))), 80, 30).text()
-    assert told.startswith("a 7.5 m  b 200 kg  sum 207.5 N")
+    heading = draw(chart, View(cursors=Cursors((7.6, 199.0))), 80, 30).text()
+    assert heading.startswith("a 7.5 m  b 200 kg  sum 207.5 N")
 
 
 def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None:
@@ -116,9 +116,9 @@ def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None
     view = View(x=Axis(0.0, 8.0), y=Axis(0.0, 400.0))
     read = Reading(draw(Chart("a (m)", "b (kg)", (), backdrop=backdrop), view, 90, 30))
     shaded = np.array(read.marks("█"))
-    for place, ends, cell in ((0, (2.0, 6.0), read.x_per_column), (1, (100, 300), read.y_per_row)):
-        assert shaded[:, place].min() == pytest.approx(ends[0], abs=1.5 * cell)
-        assert shaded[:, place].max() == pytest.approx(ends[1], abs=1.5 * cell)
+    for axis, ends, cell in ((0, (2.0, 6.0), read.x_per_column), (1, (100, 300), read.y_per_row)):
+        assert shaded[:, axis].min() == pytest.approx(ends[0], abs=1.5 * cell)
+        assert shaded[:, axis].max() == pytest.approx(ends[1], abs=1.5 * cell)
 
 
 def test_the_strip_marks_its_intervals_under_their_times() -> None:

@@ -112,27 +112,27 @@ async def test_a_click_on_a_key_presses_it(pilot: Pilot[None]) -> None:
 async def test_the_keys_fill_one_line_and_groups_are_whole(pilot: Pilot[None]) -> None:
     for width in (40, 57, 80, 140):
         await pilot.resize_terminal(width, 24)
-        for place in ("#row-mu TextEditor", "#growth"):
-            pilot.app.screen.query_one(place).focus()
+        for selector in ("#row-mu TextEditor", "#growth"):
+            pilot.app.screen.query_one(selector).focus()
             await until(pilot, lambda: len(text_of(pilot).splitlines()[-1]) == width)  # noqa: B023
             line = text_of(pilot).splitlines()[-1]
             assert "^p" in line
-            assert line.rstrip().endswith("^p palette") or place == "#growth"
+            assert line.rstrip().endswith("^p palette") or selector == "#growth"
             assert ("+ - Zoom" in line) is ("+" in line)
 
 
 async def test_no_timer_of_a_tab_is_lost() -> None:
     # A timer that nobody holds is found by the collector, pending.
-    told: list[str] = []
+    errors: list[str] = []
     asyncio.get_running_loop().set_exception_handler(
-        lambda _loop, context: told.append(str(context))
+        lambda _loop, context: errors.append(str(context))
     )
     async with FivtuiApp().run_test(size=(80, 24)) as pilot:
         for tab in TABS:
             await pilot.press(tab.key)
             await pilot.pause()
             gc.collect()
-    assert told == []
+    assert errors == []
 
 
 async def test_keys_after_the_one_that_quits_are_dropped() -> None:

@@ -59,14 +59,14 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     # Another name takes the question back.
     await answer(pilot, "b.csv")
     await until_shown(pilot, "b.csv exists. Overwrite it?")
-    for path, words in (
+    for path, message in (
         ("a.doc", "suffix of a trajectory file must be one of"),
         ("missing/a.csv", "there is no folder"),
         (".", "suffix"),
         ("", "type a path"),
     ):
         await answer(pilot, path)
-        await until_shown(pilot, words)
+        await until_shown(pilot, message)
     assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text() == "mine"
     await answer(pilot, "a.csv")
     await until_shown(pilot, "a.csv exists. Overwrite it?")
@@ -89,19 +89,19 @@ async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[No
     await pilot.press("question_mark")
     await until_shown(pilot, "Keys that work now")
     shown = flat_text_of(pilot)
-    for words in ("F5 Ctrl+R Run the scene", "F1 ? All keys", "↑ Increase", "Shift+F2"):
-        assert words in shown, words
-    seen = []
+    for phrase in ("F5 Ctrl+R Run the scene", "F1 ? All keys", "↑ Increase", "Shift+F2"):
+        assert phrase in shown, phrase
+    pages = []
     while "Eq. 4" not in shown:
-        seen.append(shown)
+        pages.append(shown)
         await pilot.press("pagedown")
         shown = flat_text_of(pilot)
-        assert shown not in seen
-    whole = " ".join([*seen, shown])
-    assert whole.index("Go to the plot") < whole.index("k_nl: cubic contact stiffness")
-    for words in ("symbol k_nl", "unit N/m^3", "from 0 to 1e+24 N/m^3", "default 100"):
-        assert words in whole, words
-    assert "Eq. 1 P = −k2 y − k_nl y³" in whole
+        assert shown not in pages
+    help_text = " ".join([*pages, shown])
+    assert help_text.index("Go to the plot") < help_text.index("k_nl: cubic contact stiffness")
+    for phrase in ("symbol k_nl", "unit N/m^3", "from 0 to 1e+24 N/m^3", "default 100"):
+        assert phrase in help_text, phrase
+    assert "Eq. 1 P = −k2 y − k_nl y³" in help_text
     await pilot.press("escape")
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
     await pilot.press("alt+p", "question_mark")
@@ -115,7 +115,7 @@ async def test_keys_jump_to_every_part_and_have_room_in_the_bar(
 ) -> None:
     screen = pilot.app.screen
     await pilot.press("alt+3")
-    for key, place in (
+    for key, selector in (
         ("alt+p", "#sweep-chart"),
         ("alt+i", "#vary"),
         ("alt+t", "Tabs"),
@@ -123,11 +123,11 @@ async def test_keys_jump_to_every_part_and_have_room_in_the_bar(
         ("alt+f", "#row-mu TextEditor"),
     ):
         await pilot.press(key)
-        widget = screen.query_one(place)
+        widget = screen.query_one(selector)
         await until(pilot, partial(getattr, widget, "has_focus"))
     # Every key of the bar has room in 80 columns.
     await pilot.resize_terminal(80, 24)
-    for tab, place, last in (
+    for tab, selector, label in (
         ("alt+1", "#growth", "v View"),
         ("alt+2", "#plot-y", "e End"),
         ("alt+3", "#sweep-chart", "g Limits"),
@@ -136,8 +136,8 @@ async def test_keys_jump_to_every_part_and_have_room_in_the_bar(
         ("f3", "RunsTable", "x Delete"),
     ):
         await show_tab(pilot, tab)
-        screen.query_one(place).focus()
-        await until_shown(pilot, f" {last} ")
+        screen.query_one(selector).focus()
+        await until_shown(pilot, f" {label} ")
         assert text_of(pilot).splitlines()[-1].startswith("F5 Run F1 Help F2 Tab ")
 
 
@@ -159,15 +159,15 @@ async def test_the_palette_finds_by_meaning_edits_and_works_in_the_plot(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
-    for words, title in (
+    for query, title in (
         ("csv", "Export the data of run 1"),
         ("plot", "Export the figure of run 1"),
         ("phase", "Transient: Phase"),
         ("help", "Help: keys that work now"),
     ):
-        await palette(pilot, words)
+        await palette(pilot, query)
         await until_shown(pilot, title)
-        if words != "phase":
+        if query != "phase":
             await pilot.press("escape")
             await until(pilot, lambda: pilot.app.screen is pilot.app.screen_stack[0])
         else:
@@ -176,10 +176,12 @@ async def test_the_palette_finds_by_meaning_edits_and_works_in_the_plot(
             await until_shown(pilot, "ẏ")
     provider = LabCommands(pilot.app.screen)
     await provider.startup()
-    for words, title in MEANT.items():
-        hits = sorted([hit async for hit in provider.search(words)], key=lambda hit: -hit.score)
+    for query, title in MEANT.items():
+        hits = sorted([hit async for hit in provider.search(query)], key=lambda hit: -hit.score)
         titles = [str(getattr(hit, "match_display", "")) for hit in hits[:3]]
-        assert any(each.startswith(title) for each in titles) if title else not titles, words
+        assert any(candidate.startswith(title) for candidate in titles) if title else not titles, (
+            query
+        )
     await pilot.click("#view-time")
     await choose(pilot, "mass", "Edit m")
     editor = pilot.app.screen_stack[0].query_one("#row-m TextEditor")
@@ -237,8 +239,8 @@ async def test_the_palette_does_what_applies_now(
     session = app_of(pilot).session
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Run the transient")
-    for words in ("of run", "Undo", "Stop the run"):
-        assert words not in text_of(pilot)
+    for query in ("of run", "Undo", "Stop the run"):
+        assert query not in text_of(pilot)
     await pilot.press("escape")
     with monkeypatch.context() as patched:
         patched.setattr("fivtui.scene.run.compute", endless_simulate)

@@ -32,8 +32,8 @@ async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[N
     assert "no run yet" in shown
     assert shown.splitlines()[-1].startswith("F5 Run F1 Help")
     lines = [" ".join(line.strip("│").split()) for line in shown.splitlines()]
-    for words in ("k_nl 100 − + N/m^3", "μ 0.7 − +", "c1 0.32 − + N s/m", "tol 1e-12 − +"):
-        assert any(line.startswith(words) for line in lines), words
+    for label in ("k_nl 100 − + N/m^3", "μ 0.7 − +", "c1 0.32 − + N s/m", "tol 1e-12 − +"):
+        assert any(line.startswith(label) for line in lines), label
     await focus(pilot, "c2")
     assert "vertical damping" in text_of(pilot)
     assert "from 0 to 1e+09 N s/m" in text_of(pilot)

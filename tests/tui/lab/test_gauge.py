@@ -43,8 +43,8 @@ def test_zones_stand_at_their_values_in_words_and_glyphs(width: int, value: floa
     assert f"{value:g}" in numbers.split()
     if width == 196:
         assert numbers.split() == sorted({"0", "0.278", "0.439", "1.5", f"{value:g}"}, key=float)
-        for words in ("safe", "after a knock", "squeals by itself"):
-            assert f" {words} " in zones
+        for label in ("safe", "after a knock", "squeals by itself"):
+            assert f" {label} " in zones
 
 
 @pytest.mark.parametrize("value", [0.0, 0.13, 0.28, 0.35, 0.9, 1.5])
@@ -109,11 +109,11 @@ def test_ranges_are_round_and_stay_while_a_value_is_stepped() -> None:
 async def test_the_gauge_follows_what_is_edited(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    entered, known = threading.Event(), threading.Event()
+    entered, released = threading.Event(), threading.Event()
 
     def slow(*args: Any, progress: Any = None, **named: Any) -> Zones:
         entered.set()
-        known.wait()
+        released.wait()
         return safety_zones(*args, **named)
 
     monkeypatch.setattr("fivtui.safety.safety_zones", slow)
@@ -125,7 +125,7 @@ async def test_the_gauge_follows_what_is_edited(
     await until_screen(pilot, lambda text: " 0.71 " in text)
     await until(pilot, entered.is_set)
     assert "safe" not in gauge_of(text_of(pilot))
-    known.set()
+    released.set()
     await until_screen(pilot, lambda text: " safe " in gauge_of(text))
     before = gauge_of(text_of(pilot)).index("●")
     await pilot.press(*["down"] * 5)
@@ -154,8 +154,8 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     controller = GaugeController(Mock(spec=LabScreen, session=session))
     controller.focus("F")
     safe = None if confirmed_to is None else Mock(spec=SafeFriction, safe_to=confirmed_to)
-    known = Coexisting(safe=safe, searched=safe is not None)
-    (first,) = controller.gauges(session.stability(), known, both=False)
+    coexisting = Coexisting(safe=safe, searched=safe is not None)
+    (first,) = controller.gauges(session.stability(), coexisting, both=False)
     assert isinstance(first, Gauge)
     # Eigenvalues alone call no value safe.
     assert first.searching
@@ -163,12 +163,12 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     (key,) = controller._queue
     continued = Zones("F", (key.low, 60.0, 100.0, key.high), (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS))
     controller.store(key, continued)
-    (gauge,) = controller.gauges(session.stability(), known, both=False)
+    (gauge,) = controller.gauges(session.stability(), coexisting, both=False)
     assert isinstance(gauge, Gauge)
     assert [gauge.zones.at(F) for F in (50.0, 80.0, 120.0)] == [Zone.KNOCK, zone, Zone.SQUEALS]
     # At a value that continuation calls unsafe the search does not contradict it.
     session.set_text("F", "50")
-    (elsewhere,) = controller.gauges(session.stability(), known, both=False)
+    (elsewhere,) = controller.gauges(session.stability(), coexisting, both=False)
     assert isinstance(elsewhere, Gauge)
     assert elsewhere.zones.at(80.0) is Zone.SAFE
 

@@ -105,7 +105,7 @@ async def test_the_engine_is_switched_and_both_are_compared(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Stands for the FMU, whose agreement other tests hold: a run with a visible error.
-    def through(request: Request, **_given: object) -> Transient:
+    def through(request: Request, **_options: object) -> Transient:
         coarse = integrate(dataclasses.replace(request, method="taylor", tol=1e-6))
         return dataclasses.replace(coarse, method="fmu")
 
@@ -157,15 +157,17 @@ async def test_the_session_is_there_again_at_the_next_start(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    kept = tmp_path / "state" / "session.json"
-    app = FivtuiApp(state=kept)
+    session_path = tmp_path / "state" / "session.json"
+    app = FivtuiApp(state=session_path)
     async with app.run_test(size=SIZE) as pilot:
         await type_into(pilot, "F", "-")
         await type_into(pilot, "mu", "0.3")
         await pilot.press("alt+8")
         app.theme = "gruvbox"
         # It is kept while the program runs, too.
-        await until(pilot, lambda: kept.is_file() and '"gruvbox"' in kept.read_text())
+        await until(
+            pilot, lambda: session_path.is_file() and '"gruvbox"' in session_path.read_text()
+        )
         await type_into(pilot, "F", "91")
         await pilot.press("ctrl+s")
         await until_shown(pilot, "Save the scene as")
@@ -173,7 +175,7 @@ async def test_the_session_is_there_again_at_the_next_start(
         await until_told(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         await focus(pilot, "k1")
         await pilot.press("up")
-    again = FivtuiApp(state=kept)
+    again = FivtuiApp(state=session_path)
     assert again.theme == "gruvbox"
     async with again.run_test(size=SIZE) as pilot:
         await until_shown(pilot, "mine (changed)")
@@ -201,16 +203,16 @@ async def test_the_session_is_there_again_at_the_next_start(
 
 
 async def test_a_damaged_session_and_a_given_scene_leave_what_they_must(tmp_path: Path) -> None:
-    kept = tmp_path / "session.json"
-    kept.write_text("{")
-    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+    session_path = tmp_path / "session.json"
+    session_path.write_text("{")
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await until_told(pilot, "the last session could not be restored (damaged)")
         assert (tmp_path / "session.damaged-1.json").read_text() == "{"
         assert "UNSTABLE" in flat_text_of(pilot)
-    before = load_state(kept)
+    before = load_state(session_path)
     assert before is not None
-    save_state(State(before.edited, (str(tmp_path / "old.toml"),), "log", "nord"), kept)
-    given = FivtuiApp(PRESETS["linear"], "linear", state=kept)
-    assert given.session.name == "linear"
-    assert given.session.recent == (str(tmp_path / "old.toml"),)
-    assert json.loads(kept.read_text())["scene"]["name"] == "base"
+    save_state(State(before.edited, (str(tmp_path / "old.toml"),), "log", "nord"), session_path)
+    second_app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
+    assert second_app.session.name == "linear"
+    assert second_app.session.recent == (str(tmp_path / "old.toml"),)
+    assert json.loads(session_path.read_text())["scene"]["name"] == "base"

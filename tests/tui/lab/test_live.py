@@ -65,11 +65,11 @@ async def test_every_step_is_drawn_over_the_curve_before_it_and_no_run_is_kept(
     await focus(pilot, "m")
     await pilot.press("up")
     await until_live(pilot)
-    kept, first = session.runs.displayed, live.curve
-    assert kept is not None
+    displayed, first = session.runs.displayed, live.curve
+    assert displayed is not None
     assert first is not None
     assert first.scene.parameters.m == 5.1
-    assert live.ghost is kept.result
+    assert live.ghost is displayed.result
     await until(pilot, lambda: traces(pilot) == ["before", "live"])
     await until_shown(pilot, "ms; F5 keeps a run")
     # The list of runs does not call a run shown that is the curve before, or not plotted.
@@ -107,8 +107,8 @@ async def test_every_step_is_drawn_over_the_curve_before_it_and_no_run_is_kept(
     await until_shown(pilot, "run 2 done")
 
 
-class Held:
-    """Stands for runs that end when they are told to."""
+class PausableRuns:
+    """Stands in for runs: each ends once `may_end` is set or it is stopped."""
 
     def __init__(self) -> None:
         self.jobs: list[LiveJob] = []
@@ -123,10 +123,10 @@ class Held:
 
 
 @pytest.fixture
-def held(monkeypatch: pytest.MonkeyPatch) -> Held:
-    runs = Held()
+def pausable(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
+    runs = PausableRuns()
     monkeypatch.setattr(live_control, "execute_live", runs)
-    # However slow the machine is, a run is as short as it is said to be.
+    # Edits start runs at once, even on a slow machine.
     monkeypatch.setattr(live_control, "AT_ONCE_S", HANG_S)
     # A pause lasts until `end_pause`.
     monkeypatch.setattr(live_control, "_PAUSE", HANG_S)
@@ -141,9 +141,11 @@ async def end_pause(pilot: Pilot[None]) -> None:
     lab._live._idle()
 
 
-async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held) -> None:
+async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
+    pausable: PausableRuns,
+) -> None:
     async with FivtuiApp().run_test(size=SIZE) as pilot:
-        session, live, jobs = app_of(pilot).session, live_of(pilot), held.jobs
+        session, live, jobs = app_of(pilot).session, live_of(pilot), pausable.jobs
         await show_tab(pilot, "alt+2")
         await focus(pilot, "m")
         # Of the edits during a short run the newest is run after it.
@@ -151,12 +153,12 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held)
         await until(pilot, lambda: len(jobs) == 1)
         await pilot.press("up", "up", "up")
         assert session.texts["m"] == "5.4"
-        held.may_end.set()
+        pausable.may_end.set()
         await until_live(pilot)
         assert [job.scene.parameters.m for job in jobs] == [5.1, 5.4]
         assert not any(job.stopped for job in jobs)
         # A longer one waits for a pause, and is stopped by an edit.
-        held.may_end.clear()
+        pausable.may_end.clear()
         live.learn(BASE, 2.0)
         await pilot.press("up", "up")
         await until_shown(pilot, "live: follows in about 2 s")
@@ -164,7 +166,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held)
         await until(pilot, lambda: len(jobs) == 3)
         await pilot.press("up")
         await until(pilot, lambda: jobs[2].stopped)
-        held.may_end.set()
+        pausable.may_end.set()
         await end_pause(pilot)
         await until_live(pilot)
         assert [job.scene.parameters.m for job in jobs[2:]] == [5.6, 5.7]
@@ -182,7 +184,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held)
         await until_live(pilot)
         # The figure has what is seen; data are those of the live curve.
         pane = pilot.app.screen.query_one(TransientPane)
-        assert [pane.export(what).proposal for what in (FIGURE, DATA)] == [
+        assert [pane.export(kind).proposal for kind in (FIGURE, DATA)] == [
             "base-live.svg",
             "base-live.csv",
         ]
@@ -197,7 +199,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held)
         await type_into(pilot, "t_end", "4")
         assert not live.shown
         assert len(jobs) == count
-        held.may_end.clear()
+        pausable.may_end.clear()
         await pilot.press("alt+l")
         await until(pilot, lambda: len(jobs) > count)
         assert session.lives
@@ -210,8 +212,8 @@ async def test_an_error_is_a_quiet_line_over_the_curve_before(
 ) -> None:
     await run_to_end(pilot)
     live = live_of(pilot)
-    told: list[str] = []
-    monkeypatch.setattr(NoticeView, "add", lambda _, words, error: told.append(words))
+    notes: list[str] = []
+    monkeypatch.setattr(NoticeView, "add", lambda _, text, error: notes.append(text))
     # Linear and unstable: it grows without end.
     fields = {"k_nl": 0.0, "mu": 1.5}
     scene = dataclasses.replace(
@@ -222,12 +224,12 @@ async def test_an_error_is_a_quiet_line_over_the_curve_before(
     await until_shown(pilot, "live: no result")
     assert live.error.split()[0] in flat_text_of(pilot)
     assert traces(pilot) == ["before"]
-    assert told == ["grows"]
+    assert notes == ["grows"]
     # So is what nobody expects.
     monkeypatch.setattr(live_control, "execute_live", lambda _: 1 / 0)
     await type_into(pilot, "t_end", "10")
     await until(pilot, lambda: "unexpected ZeroDivisionError" in live.error)
-    assert told == ["grows"]
+    assert notes == ["grows"]
     monkeypatch.undo()
     # Wrong inputs are said in the form alone.
     await type_into(pilot, "t_end", "-")

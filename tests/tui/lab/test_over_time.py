@@ -90,13 +90,13 @@ async def test_tables_are_read_said_in_the_form_and_dropped(
 
 
 async def test_tables_are_there_at_the_next_start_and_tell_runs_apart(tmp_path: Path) -> None:
-    kept = tmp_path / "session.json"
+    session_path = tmp_path / "session.json"
     session = Session(BASE, "base")
     tables = (("F", time_table("F", [(0.0, 20.0), (4.0, 90.0)])),)
     session.set_text("mu", "0.5")
     session.set_tables(tables)
-    save_state(state_of(session, ""), kept)
-    state = load_state(kept)
+    save_state(state_of(session, ""), session_path)
+    state = load_state(session_path)
     assert state is not None
     assert state.edited == session.edited
     again = Session(state.edited.loaded, state.edited.source)
@@ -105,6 +105,8 @@ async def test_tables_are_there_at_the_next_start_and_tell_runs_apart(tmp_path: 
     with_table = again.scene()
     again.set_tables(())
     dropped = again.scene()
-    assert [str(each) for each in differences(with_table, dropped)] == ["F over time"]
-    assert [str(each) for each in differences(dropped, with_table)] == ["nothing over time"]
+    assert [str(difference) for difference in differences(with_table, dropped)] == ["F over time"]
+    assert [str(difference) for difference in differences(dropped, with_table)] == [
+        "nothing over time"
+    ]
     assert names_of({1: with_table, 2: dropped}) == ["F over time", "F 20 N"]

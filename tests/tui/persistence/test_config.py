@@ -31,7 +31,7 @@ def test_a_file_that_is_not_there_changes_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("colour = 1", "unknown key 'colour'"),
         ("keys = 1", "keys: must be a table"),
@@ -45,10 +45,10 @@ def test_a_file_that_is_not_there_changes_nothing(tmp_path: Path) -> None:
         ("= 1", "not TOML"),
     ],
 )
-def test_what_the_file_must_not_have_is_named(tmp_path: Path, text: str, words: str) -> None:
+def test_what_the_file_must_not_have_is_named(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "config.toml"
     path.write_text(text)
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         load_config(path, KEY_IDS)
 
 

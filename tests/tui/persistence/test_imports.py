@@ -33,8 +33,8 @@ from tests.support.laboratory import (
 MU = "mu=0.2:0.8:4"
 
 
-def command(*words: str) -> None:
-    cli.commands.main([*words], standalone_mode=False)
+def command(*arguments: str) -> None:
+    cli.commands.main([*arguments], standalone_mode=False)
 
 
 @pytest.fixture(scope="module")
@@ -63,11 +63,11 @@ async def pilot(written: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
         yield started
 
 
-async def read(pilot: Pilot[None], name: str, words: str) -> None:
+async def read(pilot: Pilot[None], name: str, message: str) -> None:
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")
     await answer(pilot, name)
-    await until_told(pilot, words)
+    await until_told(pilot, message)
 
 
 def test_what_cannot_be_read_or_displayed_is_refused(written: Path) -> None:
@@ -78,8 +78,8 @@ def test_what_cannot_be_read_or_displayed_is_refused(written: Path) -> None:
         check_readable(written / "a.doc")
     with pytest.raises(InputError, match="no such file"):
         check_readable(written / "a.csv")
-    many = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
-    command("sweep", *many, "--output=stable", "--out", str(written / "many.csv"))
+    ranges = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
+    command("sweep", *ranges, "--output=stable", "--out", str(written / "many.csv"))
     with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1: shown are"):
         load_displayed("sweep", written / "many.csv")
 
@@ -103,11 +103,11 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
     assert scene.parameters.mu in (0.6000000000000001, 0.6, 0.8)
     sweep = app_of(pilot).session.studies.get("sweep")
     assert sweep is not None
-    place = np.flatnonzero(
+    index = np.flatnonzero(
         (sweep.value.table.numbers["mu"] == scene.parameters.mu)
         & (sweep.value.table.separation == scene.separation)
     )
-    peak = sweep.value.table.numbers["y_abs"][place]
+    peak = sweep.value.table.numbers["y_abs"][index]
     assert runs.displayed.result is not None
     assert peak == pytest.approx([runs.displayed.result.peak.y_abs])
 

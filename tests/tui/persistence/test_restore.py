@@ -53,11 +53,11 @@ async def until_same(pilot: Pilot[None], screen: str) -> None:
     await until(pilot, lambda: text_of(pilot).translate(ENDS) == expected)
 
 
-async def settled(pilot: Pilot[None], name: str, words: str) -> str:
+async def settled(pilot: Pilot[None], name: str, phrase: str) -> str:
     """The screen of a tab, without what comes and goes."""
     await clear_notices(pilot)
     await show_tab(pilot, KEYS[name])
-    await until_shown(pilot, words)
+    await until_shown(pilot, phrase)
     pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
     await pilot.pause()
     return text_of(pilot)
@@ -76,8 +76,8 @@ async def test_what_was_left_is_shown_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
-    kept = tmp_path / "session.json"
-    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+    session_path = tmp_path / "session.json"
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         session = app_of(pilot).session
         await pilot.pause()
         await type_into(pilot, "t_end", "20")
@@ -85,8 +85,8 @@ async def test_what_was_left_is_shown_again(
         await type_into(pilot, "F", "60")
         await run_to_end(pilot)
         (first, second) = session.runs
-        for what in ("overlay", "colour", "baseline"):
-            pilot.app.screen.post_message(RunActionRequested(1, what))
+        for action in ("overlay", "colour", "baseline"):
+            pilot.app.screen.post_message(RunActionRequested(1, action))
         await until(pilot, lambda: session.runs.baseline is first)
         view = chart_of(pilot, "plot-y")
         view.focus()
@@ -113,7 +113,7 @@ async def test_what_was_left_is_shown_again(
         await pilot.press("x")
         await show_tab(pilot, "alt+2")
         await pilot.pause()
-        before = {name: await settled(pilot, name, words) for name, words in SHOWN.items()}
+        before = {name: await settled(pilot, name, phrase) for name, phrase in SHOWN.items()}
         await settled(pilot, "map", SHOWN["map"])
         result = second.result
     folder = tmp_path / "results"
@@ -122,12 +122,12 @@ async def test_what_was_left_is_shown_again(
     monkeypatch.setattr(
         "fivtui.tradeoffs.measure_tradeoff", lambda *_, **__: pytest.fail("measured")
     )
-    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         session = app_of(pilot).session
         await until(pilot, lambda: not session.unread)
         assert session.tab == "map"
-        for name, words in SHOWN.items():
-            await settled(pilot, name, words)
+        for name, phrase in SHOWN.items():
+            await settled(pilot, name, phrase)
             await until_same(pilot, before[name])
         (first, second) = session.runs
         assert session.runs.baseline is first
@@ -145,8 +145,8 @@ async def test_what_was_left_is_shown_again(
 
 
 async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path: Path) -> None:
-    kept = tmp_path / "session.json"
-    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+    session_path = tmp_path / "session.json"
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await pilot.pause()
         session = app_of(pilot).session
         study = sweep_request(BASE, "F=10:20:30")
@@ -165,7 +165,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
         await clear_notices(pilot)
         before = text_of(pilot)
-    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await until_told(pilot, "sweep was not saved: it is incomplete")
         await until_shown(pilot, "figure 2a computed")
         await clear_notices(pilot)
@@ -180,22 +180,22 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
 async def test_a_result_that_is_damaged_is_put_aside_and_the_rest_restored(
     tmp_path: Path,
 ) -> None:
-    kept = tmp_path / "session.json"
-    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+    session_path = tmp_path / "session.json"
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await pilot.pause()
         await type_into(pilot, "t_end", "5")
         await run_to_end(pilot)
         await run_to_end(pilot)
     first, second = (
         tmp_path / "results" / entry["file"]
-        for entry in json.loads(kept.read_text())["results"].values()
+        for entry in json.loads(session_path.read_text())["results"].values()
     )
     first.write_bytes(first.read_bytes()[:100])
-    given = FivtuiApp(PRESETS["linear"], "linear", state=kept)
-    async with given.run_test(size=SIZE) as pilot:
+    app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
+    async with app.run_test(size=SIZE) as pilot:
         await until_told(pilot, "the run 1 of the last session could not be restored (damaged)")
-        one, two = app_of(pilot).session.runs
-        assert (one.state, two.state) == (RunState.NOT_KEPT, RunState.DONE)
+        first_run, two = app_of(pilot).session.runs
+        assert (first_run.state, two.state) == (RunState.NOT_KEPT, RunState.DONE)
         await until_shown(pilot, "not kept")
         # A scene that is given takes the place of what was edited, and of nothing else.
         assert app_of(pilot).session.name == "linear"
@@ -239,28 +239,28 @@ def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: 
     # Another program may have taken it for nobody's.
     path.unlink()
     again, _ = store.put({"map": shown})
-    other = ResultStore(tmp_path)
-    read = other.get("map", again["map"])
+    second_store = ResultStore(tmp_path)
+    read = second_store.get("map", again["map"])
     assert (read.name, read.source) == ("mine", "mine.csv")
     np.testing.assert_array_equal(read.value.values, shown.value.values)
     # What is not read yet stays where it is.
-    assert other.put({"map": again["map"]}) == (again, {})
+    assert second_store.put({"map": again["map"]}) == (again, {})
     # What another session has written, or nobody knows of, stays.
     theirs, _ = ResultStore(tmp_path).put({"map": a_map()})
     (tmp_path / "mine.txt").write_text("mine")
-    newer, _ = other.put({"map": a_map()})
-    other.remove_others(newer)
-    left = {"mine.txt", theirs["map"].file, newer["map"].file}
-    assert {file.name for file in tmp_path.iterdir()} == left
+    newer, _ = second_store.put({"map": a_map()})
+    second_store.remove_others(newer)
+    remaining = {"mine.txt", theirs["map"].file, newer["map"].file}
+    assert {file.name for file in tmp_path.iterdir()} == remaining
 
 
 def test_a_study_that_is_not_kept_does_not_take_the_one_before_away(tmp_path: Path) -> None:
     store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
-    whole = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, study.members)]), "base")
-    begun = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
-    files, _ = store.put({"sweep": whole})
+    complete = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, study.members)]), "base")
+    partial = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+    files, _ = store.put({"sweep": complete})
     store.remove_others(files)
-    again, notes = store.put({"sweep": begun})
+    again, notes = store.put({"sweep": partial})
     store.remove_others(again)
     assert again == files
     assert notes == {"sweep": "it is incomplete; the previous one is kept"}
@@ -288,11 +288,11 @@ def test_what_is_too_large_is_a_note_and_foreign_names_are_refused(
 
 
 async def test_verdicts_on_the_papers_claims_outlast_a_restart(tmp_path: Path) -> None:
-    kept = tmp_path / "session.json"
-    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+    session_path = tmp_path / "session.json"
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         checked = claims(["critical-friction-of-the-example"])
         app_of(pilot).session.studies["claims"] = DisplayedStudy(checked, "claims")
-    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+    async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await show_tab(pilot, "alt+6")
         await until_shown(pilot, "1 claims: does not hold 1")
         pilot.app.screen.query_one("#figures").focus()

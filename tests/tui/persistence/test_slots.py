@@ -64,9 +64,9 @@ def load(path: Path) -> tuple[Autosave, State]:
 
 def said(autosave: Autosave, state: State) -> str:
     """What F was, of the session and of its map, which is whole."""
-    kept = state.results["map"]
-    assert isinstance(kept, StoredResult)
-    shown = autosave.result("map", kept)
+    stored = state.results["map"]
+    assert isinstance(stored, StoredResult)
+    shown = autosave.result("map", stored)
     assert shown.value.values.shape == (3, 2)
     assert shown.name == state.edited.texts["F"]
     return str(shown.name)
@@ -113,10 +113,10 @@ def test_two_at_once_have_sessions_of_their_own_and_lose_nothing(tmp_path: Path)
     os.utime(path, (1.0, 1.0))
     os.utime(path.with_name("session.lock"), (1.0, 1.0))
     # The system has let go of the lock; the one used last comes first.
-    last, state = load(path)
-    assert said(last, state) == "23"
-    other, state = load(path)
-    assert said(other, state) == "11"
+    latest, state = load(path)
+    assert said(latest, state) == "23"
+    earlier, state = load(path)
+    assert said(earlier, state) == "11"
     new = Autosave(path)
     assert new.load() is None
     assert new.number == 3
@@ -160,7 +160,7 @@ def test_a_session_of_the_layout_before_is_restored_with_its_results(tmp_path: P
 def test_the_results_of_a_session_put_aside_stay(content: str, tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     use(path, "11", 100.0)
-    whole = path.read_text()
+    original = path.read_text()
     path.write_text(content)
     autosave = Autosave(path)
     assert autosave.load() is None
@@ -168,7 +168,7 @@ def test_the_results_of_a_session_put_aside_stay(content: str, tmp_path: Path) -
     autosave.save(a_state("33"))
     autosave.close(a_state("44"))
     # Mended and put back by hand, it is all there.
-    (tmp_path / "session.damaged-1.json").write_text(whole)
+    (tmp_path / "session.damaged-1.json").write_text(original)
     (tmp_path / "session.damaged-1.json").replace(path)
     again, state = load(path)
     assert said(again, state) == "11"
@@ -178,8 +178,8 @@ def test_a_newer_session_stays_where_it_is_for_who_can_read_it(tmp_path: Path) -
     path = tmp_path / "session.json"
     use(path, "11", 100.0)
     mark = f'"fivtui_session": {STATE_VERSION}'
-    whole = path.read_text()
-    newer = whole.replace(mark, f'"fivtui_session": {STATE_VERSION + 1}')
+    content = path.read_text()
+    newer = content.replace(mark, f'"fivtui_session": {STATE_VERSION + 1}')
     path.write_text(newer)
     autosave = Autosave(path)
     assert autosave.load() is None
@@ -193,7 +193,7 @@ def test_a_newer_session_stays_where_it_is_for_who_can_read_it(tmp_path: Path) -
     # From now on this program has its own session.
     again, state = load(path)
     assert said(again, state) == "23"
-    path.write_text(whole)
+    path.write_text(content)
     theirs = Autosave(path)
     assert said(theirs, theirs.open(1)) == "11"
 
@@ -225,8 +225,8 @@ def test_without_a_lock_a_session_is_read_and_nothing_changed(
         assert os.strerror(number) in autosave.error
         assert {file: file.read_bytes() for file in before} == before
     # As soon as it can be had it is kept, unless another has used it in between.
-    other, _ = load(path)
-    other.close(a_state("33"))
+    second, _ = load(path)
+    second.close(a_state("33"))
     autosave.save(a_state("44"))
     assert "another fivtui has written it since" in autosave.error
     assert a_text(path) == "33"
@@ -251,8 +251,8 @@ def test_a_full_disk_is_said_and_takes_nothing_away(
         assert not list(tmp_path.rglob("*.tmp"))
     autosave.close(state)
     assert not autosave.error
-    again, kept = load(path)
-    assert said(again, kept) == "22"
+    again, reloaded = load(path)
+    assert said(again, reloaded) == "22"
     assert len(list((tmp_path / "results").iterdir())) == 1
 
 
@@ -270,8 +270,8 @@ def test_a_result_that_found_no_space_is_said_though_the_session_did(
     (tmp_path / "results").unlink()
     autosave.close(state)
     assert not autosave.error
-    again, kept = load(path)
-    assert said(again, kept) == "22"
+    again, reloaded = load(path)
+    assert said(again, reloaded) == "22"
 
 
 def test_a_state_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
@@ -299,15 +299,15 @@ def test_at_the_end_it_is_said_what_is_not_kept(
 
 
 def test_a_run_that_leaves_the_list_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    told: list[str] = []
+    reports: list[str] = []
     lab = RunActions(Session(), welcome=False)
     monkeypatch.setattr(lab, "post_message", lambda _: None)
     monkeypatch.setattr(lab, "run_worker", lambda *_, **__: None)
     monkeypatch.setattr(lab, "action_show_tab", lambda _: None)
-    monkeypatch.setattr(lab, "report", told.append)
+    monkeypatch.setattr(lab, "report", reports.append)
     for _ in range(MAX_RUNS + 1):
         lab.action_run()
-    assert told == [f"run 1 (the oldest) was deleted: the list holds {MAX_RUNS} runs"]
+    assert reports == [f"run 1 (the oldest) was deleted: the list holds {MAX_RUNS} runs"]
 
 
 async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Path) -> None:
@@ -371,9 +371,9 @@ def test_a_hundred_kills_beside_others_and_a_browser_lose_no_run(tmp_path: Path)
     assert int(killed("100", folder=tmp_path, module="session_crowd")) > 0
 
 
-def killed(*words: str, folder: Path | None = None, module: str = "session_kill") -> str:
-    given = words if folder is None else (str(folder), *words)
-    command = [sys.executable, "-m", f"tests.support.{module}", *given]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+def killed(*arguments: str, folder: Path | None = None, module: str = "session_kill") -> str:
+    all_arguments = arguments if folder is None else (str(folder), *arguments)
+    command = [sys.executable, "-m", f"tests.support.{module}", *all_arguments]
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stderr
+    return process.stdout.strip()

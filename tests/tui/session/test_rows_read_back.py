@@ -35,10 +35,10 @@ def number_of(text: str) -> float:
 def test_rows_of_the_equilibrium_say_what_they_are() -> None:
     rows = {row.label: row for row in stability_rows(stability(Parameters()))}
     x, y, force = own_slider.equilibrium()
-    own = own_slider.eigenvalues()
-    upper = sorted((v for v in own.tolist() if v.imag > 0.0), key=lambda v: v.imag)
+    eigenvalues = own_slider.eigenvalues()
+    upper = sorted((v for v in eigenvalues.tolist() if v.imag > 0.0), key=lambda v: v.imag)
     expected = {
-        "growth rate": (own.real.max(), "1/s"),
+        "growth rate": (eigenvalues.real.max(), "1/s"),
         "critical μ": (own_slider.critical_mu(), "(unstable above)"),
         "critical μ, linear": (own_slider.critical_mu(k_nl=0.0), ""),
         "equilibrium x": (x, "m"),
@@ -49,7 +49,7 @@ def test_rows_of_the_equilibrium_say_what_they_are() -> None:
         assert number_of(rows[label].value) == pytest.approx(value, rel=5e-4), label
         assert rows[label].value.endswith(unit)
     assert rows["verdict"].value == "UNSTABLE"
-    doubling = np.log(2.0) / own.real.max()
+    doubling = np.log(2.0) / eigenvalues.real.max()
     assert rows["growth rate"].note == f"amplitude doubles every {doubling:.4g} s"
     for number in (1, 2):
         eigenvalue, mode = rows[f"eigenvalue {number}"], rows[f"mode {number}"]
@@ -67,17 +67,17 @@ def test_rows_of_the_equilibrium_say_what_they_are() -> None:
         assert mode.value.endswith(" Hz")
     # At μ = 0.7 the modes of the base scene have merged; below they are apart.
     low = Parameters(mu=0.2)
-    apart = {row.label: row for row in stability_rows(stability(low))}["frequency distance"]
+    distance = {row.label: row for row in stability_rows(stability(low))}["frequency distance"]
     free = [v.imag for v in own_slider.eigenvalues(mu=0.2, c1=0.0, c2=0.0).tolist() if v.imag > 0]
-    assert number_of(apart.value) == pytest.approx(abs(free[0] - free[1]) / 2 / np.pi, rel=1e-3)
-    assert apart.value.endswith(" Hz")
+    assert number_of(distance.value) == pytest.approx(abs(free[0] - free[1]) / 2 / np.pi, rel=1e-3)
+    assert distance.value.endswith(" Hz")
 
 
 def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
     p = Parameters()
     first, second, third, fourth = stability_brief(stability(p))
-    own = own_slider.eigenvalues()
-    leading = max((v for v in own.tolist() if v.imag > 0.0), key=lambda v: v.real)
+    eigenvalues = own_slider.eigenvalues()
+    leading = max((v for v in eigenvalues.tolist() if v.imag > 0.0), key=lambda v: v.real)
     rate, hertz = f"{leading.real:+.4g} 1/s", f"{leading.imag / 2 / np.pi:.4g} Hz"
     assert first.startswith("UNSTABLE")
     assert rate in first
@@ -87,9 +87,9 @@ def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
     assert f"{above:.3g} % above" in second
     x, y, force = own_slider.equilibrium()
     for part, value, unit in (("x_e", x, "m"), ("y_e", y, "m"), ("P_e", force, "N")):
-        found = re.search(rf"{part} (\S+) {unit}\b", third)
-        assert found is not None
-        assert float(found[1]) == pytest.approx(value, rel=5e-4)
+        match = re.search(rf"{part} (\S+) {unit}\b", third)
+        assert match is not None
+        assert float(match[1]) == pytest.approx(value, rel=5e-4)
     assert hertz in fourth
     calm = Parameters(mu=0.2)
     brief = stability_brief(stability(calm))
@@ -102,8 +102,8 @@ def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
 
 def test_rows_of_a_run_say_what_they_are(runs: tuple[Transient, Transient]) -> None:
     rows = transient_rows(runs[0], "asked")
-    t, own = own_slider.motion(3.0, separation=True)
-    x, vx, y, vy, force = own.T
+    t, motion = own_slider.motion(3.0, separation=True)
+    x, vx, y, vy, force = motion.T
     second = y[t >= 1.5]
     units = {"m": 2e-3, "m/s": 5e-3, "N": 5e-3, "s": 5e-3}
     expected = {
@@ -144,29 +144,29 @@ def test_rows_of_a_run_say_what_they_are(runs: tuple[Transient, Transient]) -> N
 
 
 def test_a_run_in_brief_has_its_numbers_and_units(runs: tuple[Transient, Transient]) -> None:
-    t, own = own_slider.motion(3.0, separation=True)
+    t, motion = own_slider.motion(3.0, separation=True)
     first, _, third, fourth, *_ = result_brief(runs[0])
     peak, steady = first.split(" · ")
-    assert number_of(peak.replace("|y|", "")) == pytest.approx(np.abs(own[:, 2]).max(), rel=2e-3)
+    assert number_of(peak.replace("|y|", "")) == pytest.approx(np.abs(motion[:, 2]).max(), rel=2e-3)
     assert peak.endswith(" m")
-    half = 0.5 * np.ptp(own[t >= 1.5, 2])
+    half = 0.5 * np.ptp(motion[t >= 1.5, 2])
     assert number_of(steady.partition("±")[2]) == pytest.approx(half, rel=2e-3)
     assert re.search(r"\d m\b", steady)
     force, across = third.split(" · ")
-    assert number_of(force.partition(" to ")[2]) == pytest.approx(own[:, 4].max(), rel=2e-3)
+    assert number_of(force.partition(" to ")[2]) == pytest.approx(motion[:, 4].max(), rel=2e-3)
     assert force.endswith(" N")
     assert number_of(across.partition("|x| ")[2]) == pytest.approx(
-        np.abs(own[:, 0]).max(), rel=2e-3
+        np.abs(motion[:, 0]).max(), rel=2e-3
     )
-    assert number_of(fourth) == pytest.approx(own[:, 1].max(), rel=5e-3)
+    assert number_of(fourth) == pytest.approx(motion[:, 1].max(), rel=5e-3)
     assert fourth.endswith(" m/s")
 
 
 def test_a_run_beside_a_baseline_has_differences_of_the_same_figures(
     runs: tuple[Transient, Transient],
 ) -> None:
-    one, other = (own_slider.motion(3.0, separation=case)[1] for case in (True, False))
-    found = {change.label: change for change in changes(*runs)}
+    considered, ignored = (own_slider.motion(3.0, separation=case)[1] for case in (True, False))
+    differences = {change.label: change for change in changes(*runs)}
     figures: Sequence[tuple[str, str, Callable[[NDArray[np.float64]], Any]]] = (
         ("peak |y|", "m", lambda r: np.abs(r[:, 2]).max()),
         ("peak |x|", "m", lambda r: np.abs(r[:, 0]).max()),
@@ -178,18 +178,18 @@ def test_a_run_beside_a_baseline_has_differences_of_the_same_figures(
         ("final ẏ", "m/s", lambda r: r[-1, 3]),
     )
     for label, unit, of in figures:
-        change = found[label]
+        change = differences[label]
         assert change.unit == unit
         assert (change.value, change.baseline) == pytest.approx(
-            (float(of(one)), float(of(other))), rel=5e-3
+            (float(of(considered)), float(of(ignored))), rel=5e-3
         )
         assert change.difference == change.value - change.baseline
         assert float(percent_text(change)) == pytest.approx(
             100.0 * (change.value - change.baseline) / abs(change.baseline), rel=6e-3
         )
-    (half,) = [change for label, change in found.items() if "half" in label]
-    assert half.value == pytest.approx(0.5 * np.ptp(one[750:, 2]), rel=5e-3)
+    (half,) = [change for label, change in differences.items() if "half" in label]
+    assert half.value == pytest.approx(0.5 * np.ptp(considered[750:, 2]), rel=5e-3)
     row = next(row for row in change_rows(*runs) if row.label == "peak |y|")
-    assert number_of(row.value) == pytest.approx(found["peak |y|"].difference, rel=1e-3)
+    assert number_of(row.value) == pytest.approx(differences["peak |y|"].difference, rel=1e-3)
     assert row.note.startswith("from ")
-    assert number_of(row.note) == pytest.approx(found["peak |y|"].baseline, rel=1e-3)
+    assert number_of(row.note) == pytest.approx(differences["peak |y|"].baseline, rel=1e-3)

@@ -107,9 +107,9 @@ def test_the_time_left_follows_from_the_part_done() -> None:
     assert run.words == "0 %"
     run._begin -= 10.0
     run.report(0.25)
-    words = re.fullmatch(r"25 %, ([\d.]+) s left", run.words)
-    assert words is not None
-    assert float(words[1]) >= 30.0
+    match = re.fullmatch(r"25 %, ([\d.]+) s left", run.words)
+    assert match is not None
+    assert float(match[1]) >= 30.0
     # The finer run that verifies it begins anew.
     run.report(0.1)
     assert run.words.startswith("10 %, ")
@@ -192,13 +192,13 @@ def test_a_run_without_separation_says_so() -> None:
 
 def test_a_stable_equilibrium_with_lasting_separation_is_remarked() -> None:
     scene = PRESETS["coexistence"]
-    found = stability(scene.parameters)
+    result = stability(scene.parameters)
     lasting = simulate(scene.parameters, t_end=scene.t_end)
-    assert remark(lasting, found).startswith("stable equilibrium, but still separating at t = 79")
+    assert remark(lasting, result).startswith("stable equilibrium, but still separating at t = 79")
     decaying = simulate(
         scene.parameters, t_end=scene.t_end, start=PRESETS["coexistence-decay"].start
     )
-    assert remark(decaying, found) == ""
+    assert remark(decaying, result) == ""
     assert remark(simulate(t_end=100.0), stability(Parameters())) == ""
 
 

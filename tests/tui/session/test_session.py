@@ -73,7 +73,7 @@ def test_a_value_that_follows_a_table_over_time_is_not_edited() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "words"),
+    ("name", "text", "message"),
     [
         ("m", "0", "m = 0: must be from 1e-12 to 1e+09 kg"),
         ("k_nl", "stiff", "k_nl = 'stiff': not a number"),
@@ -89,11 +89,11 @@ def test_a_value_that_follows_a_table_over_time_is_not_edited() -> None:
     ],
 )
 def test_a_wrong_text_is_named_in_words_and_stops_the_scene(
-    name: str, text: str, words: str
+    name: str, text: str, message: str
 ) -> None:
     session = Session()
     session.set_text(name, text)
-    assert words in session.errors[name]
+    assert message in session.errors[name]
     assert list(session.errors) == [name]
     with pytest.raises(InputError, match=r"must be|known|chooses"):
         session.scene()

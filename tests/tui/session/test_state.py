@@ -138,13 +138,13 @@ def test_the_difference_of_engines_is_said_with_its_size() -> None:
     exact = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0])
     coarse = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0], method="rk4", step=0.01)
     assert "final state 0 (m, m/s), peak |y| 0 m" in engine_words(exact, exact)
-    words = engine_words(exact, coarse)
+    text = engine_words(exact, coarse)
     state = max(
         abs(getattr(exact.final, name) - getattr(coarse.final, name))
         for name in ("x", "vx", "y", "vy")
     )
-    assert f"final state {state:.2g}" in words
-    assert words.endswith("separations equal")
+    assert f"final state {state:.2g}" in text
+    assert text.endswith("separations equal")
 
 
 # Runs
@@ -152,14 +152,14 @@ def test_the_difference_of_engines_is_said_with_its_size() -> None:
 
 def test_the_baseline_is_compared_by_difference_and_percent() -> None:
     runs = Runs()
-    base, other = finished(runs), finished(runs, F=100.0)
+    base, second = finished(runs), finished(runs, F=100.0)
     assert base.result is not None
-    assert other.result is not None
-    peak = changes(other.result, base.result)[0]
-    assert peak.difference == other.result.peak.y_abs - base.result.peak.y_abs
+    assert second.result is not None
+    peak = changes(second.result, base.result)[0]
+    assert peak.difference == second.result.peak.y_abs - base.result.peak.y_abs
     assert percent_text(peak) == f"{100.0 * peak.difference / base.result.peak.y_abs:+.3g}"
     assert percent_text(changes(base.result, base.result)[0]) == "0"
-    row = change_rows(other.result, base.result)[0]
+    row = change_rows(second.result, base.result)[0]
     assert row.label == "peak |y|"
     assert row.value[0] in "+-"
     assert "%" in row.note
@@ -299,15 +299,15 @@ def test_files_are_found_again_from_another_folder(
     session = Session(base_scene(), "mine.toml")
     session.remember("mine.toml")
     save_state(state(session), tmp_path / "session.json")
-    kept = load_state(tmp_path / "session.json")
-    assert kept is not None
-    assert kept.edited.source == kept.recent[0] == str(tmp_path / "mine.toml")
-    session.remember(kept.recent[0])
+    loaded = load_state(tmp_path / "session.json")
+    assert loaded is not None
+    assert loaded.edited.source == loaded.recent[0] == str(tmp_path / "mine.toml")
+    session.remember(loaded.recent[0])
     assert len(session.recent) == 1
 
 
 @pytest.mark.parametrize(
-    ("content", "words"),
+    ("content", "reason"),
     [
         (b"{", "damaged"),
         (b"\xff\xfe", "damaged"),
@@ -317,7 +317,7 @@ def test_files_are_found_again_from_another_folder(
     ],
 )
 def test_a_session_that_cannot_be_read_is_kept_aside(
-    content: bytes, words: str, tmp_path: Path
+    content: bytes, reason: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "session.json"
     for number in (1, 2):
@@ -326,7 +326,7 @@ def test_a_session_that_cannot_be_read_is_kept_aside(
         assert autosave.load() is None
         (notice,) = autosave.notices
         aside = tmp_path / f"session.damaged-{number}.json"
-        assert f"could not be restored ({words}); it is kept as {aside}" in notice
+        assert f"could not be restored ({reason}); it is kept as {aside}" in notice
         assert f"its results stay in {tmp_path / 'results'}" in notice
         assert aside.read_bytes() == content
         assert not path.exists()

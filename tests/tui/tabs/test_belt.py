@@ -61,8 +61,10 @@ async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
     assert view.t == run.result.t_end
 
     pane.query_one("#plot-y", ChartView).view.x = None
-    made: list[tuple[object, ...]] = []
-    monkeypatch.setattr(film, "animate", lambda *given, **more: made.append((given, more)))
+    calls: list[tuple[object, ...]] = []
+    monkeypatch.setattr(
+        film, "animate", lambda *arguments, **options: calls.append((arguments, options))
+    )
     data, figure = pane.export(DATA), pane.export(FIGURE)
     assert (data.proposal, figure.proposal) == ("base-1.wav", "base-1.gif")
     data.check(tmp_path / "a.wav")
@@ -71,4 +73,4 @@ async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
         assert file.getnframes() > 10_000
     figure.check(tmp_path / "a.gif")
     figure.write(tmp_path / "a.gif")
-    assert made == [((run.result, tmp_path / "a.gif"), {"window": None, "speed": 2.0})]
+    assert calls == [((run.result, tmp_path / "a.gif"), {"window": None, "speed": 2.0})]

@@ -40,16 +40,16 @@ def test_stable_cycles_are_full_unstable_ones_dashed_and_events_marked() -> None
     fold = traces["fold"]
     assert fold.x[0] == pytest.approx(0.277876613, rel=1e-8)
     # Stable from the fold on; dashes have gaps, and lie between fold and Hopf point.
-    known = np.isfinite(traces["stable"].x)
-    assert known.all()
+    finite = np.isfinite(traces["stable"].x)
+    assert finite.all()
     assert traces["stable"].x.max() == pytest.approx(1.0)
     dashes = traces["unstable"].x
     assert 5 < np.count_nonzero(np.diff(np.isfinite(dashes).astype(int)) == 1) < 100
     assert np.nanmin(dashes) >= fold.x[0] - 1e-9
     assert np.nanmax(dashes) <= traces["Hopf"].x[0] + 1e-9
     picture = draw(chart, View(), 90, 25).text()
-    for words in ("1●stable", "2○unstable", "3 H Hopf", "5 F fold", "limit cycles", "now"):
-        assert words in picture
+    for label in ("1●stable", "2○unstable", "3 H Hopf", "5 F fold", "limit cycles", "now"):
+        assert label in picture
 
 
 def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
@@ -62,11 +62,11 @@ def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
         assert view.cursors.first == (point.x, point.y)
         return point.x, point.y
 
-    for place in ((0.3, 0.3), (0.8, 0.2), (0.6, 0.9)):
-        move_cursor(chart, view, place)
+    for position in ((0.3, 0.3), (0.8, 0.2), (0.6, 0.9)):
+        move_cursor(chart, view, position)
         at = read()
         # A place that was kept from another chart is drawn at the point that is read, too.
-        x, y = (axis.value(part) for axis, part in zip(view.axes(chart), place, strict=True))
+        x, y = (axis.value(part) for axis, part in zip(view.axes(chart), position, strict=True))
         away = replace(view, cursors=Cursors((x, y)))
         assert draw(chart, view, 90, 25).lines[1:] == draw(chart, away, 90, 25).lines[1:]
         picture = draw(chart, view, 90, 25).text().splitlines()[:-1]
@@ -77,7 +77,7 @@ def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
         for key, coordinate, sign in (
             ((1, 0), 0, 1.0), ((-1, 0), 0, -1.0), ((0, 1), 1, 1.0), ((0, -1), 1, -1.0),
         ):  # fmt: skip
-            move_cursor(chart, view, place)
+            move_cursor(chart, view, position)
             assert not step_cursor(chart, view, key, (columns, rows))
             assert sign * read()[coordinate] > sign * at[coordinate]
     # At the end of the branch there is none; the axes stay.

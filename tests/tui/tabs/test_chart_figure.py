@@ -66,12 +66,12 @@ def check_panel(axes: Axes, chart: Chart, view: View) -> None:
         if trace.x.size < 4000:
             assert set(trace.x[inside]) <= set(across)
     texts = [text.get_text() for text in axes.texts]
-    seen = [
+    visible = [
         guide
         for guide in chart.guides
         if 0.0 <= (x if guide.vertical else y).place([guide.value])[0] <= 1.0
     ]
-    assert texts == [guide.label for guide in seen if guide.label]
+    assert texts == [guide.label for guide in visible if guide.label]
 
 
 def trace(name: str, values: Any, **options: Any) -> Trace:
@@ -79,19 +79,21 @@ def trace(name: str, values: Any, **options: Any) -> Trace:
 
 
 def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
-    one = trace("run 1", np.sin(T), mark="●", colour="#E69F00")
-    other = trace("run 2", np.cos(T), mark="■", colour="#56B4E9")
-    chart = Chart("t (s)", "y (m)", (one, other), (Guide(2.5, "here"), Guide(0.0, vertical=False)))
+    sine = trace("run 1", np.sin(T), mark="●", colour="#E69F00")
+    cosine = trace("run 2", np.cos(T), mark="■", colour="#56B4E9")
+    chart = Chart(
+        "t (s)", "y (m)", (sine, cosine), (Guide(2.5, "here"), Guide(0.0, vertical=False))
+    )
     figure = charts_figure(VisibleCharts([(chart, View(x=Axis(1.0, 4.0), y=Axis(-0.5, 2.0)))]))
     (axes,) = panels_of(figure)
     first, second = lines_of(axes)
-    for line, drawn, marker in ((first, one, "o"), (second, other, "s")):
+    for line, drawn, marker in ((first, sine, "o"), (second, cosine, "s")):
         assert to_hex(line.get_color()) == drawn.colour.lower()
         assert line.get_marker() == marker
         # The line reaches the edges: a sample beyond each.
-        kept = (drawn.x >= 0.9 - 1e-9) & (drawn.x <= 4.1 + 1e-9)
-        np.testing.assert_array_equal(line.get_xdata(), drawn.x[kept])
-        np.testing.assert_array_equal(line.get_ydata(), drawn.y[kept])
+        inside = (drawn.x >= 0.9 - 1e-9) & (drawn.x <= 4.1 + 1e-9)
+        np.testing.assert_array_equal(line.get_xdata(), drawn.x[inside])
+        np.testing.assert_array_equal(line.get_ydata(), drawn.y[inside])
     assert axes.get_xlim() == (1.0, 4.0)
     assert axes.get_ylim() == (-0.5, 2.0)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("t (s)", "y (m)")
@@ -131,11 +133,11 @@ def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
     (axes,) = panels_of(figure)
     assert [line.get_label() for line in lines_of(axes)] == ["a", "c"]
     # Traces keep the looks that they have beside the hidden one.
-    whole = charts_figure(VisibleCharts([(chart, View())])).axes[0]
-    a, _, c = lines_of(whole)
-    for kept, line in zip((a, c), lines_of(axes), strict=True):
-        assert kept.get_color() == line.get_color()
-        assert kept.get_linestyle() == line.get_linestyle()
+    full_axes = charts_figure(VisibleCharts([(chart, View())])).axes[0]
+    a, _, c = lines_of(full_axes)
+    for shown_line, line in zip((a, c), lines_of(axes), strict=True):
+        assert shown_line.get_color() == line.get_color()
+        assert shown_line.get_linestyle() == line.get_linestyle()
 
 
 def test_logarithmic_axes_stay_logarithmic() -> None:
@@ -160,20 +162,20 @@ def test_times_off_the_belt_are_shaded_where_they_are() -> None:
 def test_points_keep_the_letters_and_colours_that_tell_them_apart() -> None:
     at = np.array([1.0])
     events = [
-        Trace(name, at, at + place, look="points", ordered=False, mark=name[0].upper())
-        for place, name in enumerate(("hopf", "fold"))
+        Trace(name, at, at + shift, look="points", ordered=False, mark=name[0].upper())
+        for shift, name in enumerate(("hopf", "fold"))
     ]
     samples = [
-        Trace(mark, T, T + place, look="points", ordered=False, mark=mark)
-        for place, mark in enumerate("○▫▲")
+        Trace(mark, T, T + shift, look="points", ordered=False, mark=mark)
+        for shift, mark in enumerate("○▫▲")
     ]
     (axes,) = panels_of(
         charts_figure(VisibleCharts([(Chart("a", "b", (*events, *samples)), View())]))
     )
-    hopf, fold, *others = lines_of(axes)
+    hopf, fold, *rest = lines_of(axes)
     assert (hopf.get_marker(), fold.get_marker()) == ("$\\mathrm{H}$", "$\\mathrm{F}$")
-    assert [line.get_marker() for line in others] == ["o", "s", "^"]
-    assert len({to_hex(line.get_color()) for line in others}) == 3
+    assert [line.get_marker() for line in rest] == ["o", "s", "^"]
+    assert len({to_hex(line.get_color()) for line in rest}) == 3
 
 
 def test_what_has_no_place_on_an_axis_is_left_out() -> None:
@@ -181,14 +183,14 @@ def test_what_has_no_place_on_an_axis_is_left_out() -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", np.sin(T)),), guides)
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View(log_y=True))])))
     (drawn,) = lines_of(axes)
-    places: Any = axes.transScale.transform_path(drawn.get_path()).vertices
-    assert not np.isfinite(places[np.sin(T) <= 0.0, 1]).any()
-    assert np.isfinite(places[np.sin(T) > 0.0, 1]).all()
+    vertices: Any = axes.transScale.transform_path(drawn.get_path()).vertices
+    assert not np.isfinite(vertices[np.sin(T) <= 0.0, 1]).any()
+    assert np.isfinite(vertices[np.sin(T) > 0.0, 1]).all()
     assert [text.get_text() for text in axes.texts] == ["one"]
 
 
 def test_labels_of_neighbours_do_not_cover_each_other() -> None:
-    guides = tuple(Guide(place, f"at {place:g}") for place in (5.0, 5.1, 9.0))
+    guides = tuple(Guide(position, f"at {position:g}") for position in (5.0, 5.1, 9.0))
     chart = Chart("t (s)", "y (m)", (trace("a", T),), guides)
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
     first, second, third = (text.xyann[1] for text in axes.texts)  # type: ignore[attr-defined]
@@ -209,11 +211,11 @@ def test_a_heading_says_what_all_have(tmp_path: Path) -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T),))
     both = [Parameters(), Parameters(F=70.0)]
     figure = charts_figure(VisibleCharts([(chart, View())]), Heading(both, ("mu",), ignored=True))
-    words = figure.get_suptitle()
-    assert "100\N{NO-BREAK SPACE}N/m" in words
-    assert words.endswith("separation ignored")
-    assert "F" not in words
-    assert "mu" not in words
+    heading = figure.get_suptitle()
+    assert "100\N{NO-BREAK SPACE}N/m" in heading
+    assert heading.endswith("separation ignored")
+    assert "F" not in heading
+    assert "mu" not in heading
 
 
 def test_cursors_are_drawn_with_what_they_read() -> None:
@@ -222,8 +224,8 @@ def test_cursors_are_drawn_with_what_they_read() -> None:
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, view)])))
     note, *read = axes.get_title().split("\n")
     assert note == "of a run"
-    for words in ("Δt 2.5 s", "1/Δt 0.4 Hz", "a ◆2.5 ◇5 Δ2.5 m", "b ◆5 ◇10 Δ5 m"):
-        assert words in " ".join(read)
+    for label in ("Δt 2.5 s", "1/Δt 0.4 Hz", "a ◆2.5 ◇5 Δ2.5 m", "b ◆5 ◇10 Δ5 m"):
+        assert label in " ".join(read)
     dark = [line for line in axes.get_lines() if line.get_color() == "0.1"]
     upright = [line.get_xdata() for line in dark if line.get_marker() == "None"]
     assert np.asarray(upright).tolist() == [[2.5, 2.5], [5.0, 5.0]]
@@ -235,11 +237,13 @@ def test_regions_of_a_map_keep_their_names_and_colours() -> None:
     over = {"F": np.array([100.0, 110.0, 120.0]), "mu": np.linspace(0.1, 0.9, 9)}
     chart = map_chart(safety_map(None, over, "coexistence"), None)
     figure = charts_figure(VisibleCharts([(chart, View())]))
-    (mesh,) = [each for each in figure.axes[0].collections if isinstance(each, QuadMesh)]
+    (mesh,) = [
+        collection for collection in figure.axes[0].collections if isinstance(collection, QuadMesh)
+    ]
     bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
     scale = [label.get_text() for label in bar.get_yticklabels()]
     assert (scale[0], scale[-1]) == ("safe", "squeals")
-    assert all(words.startswith("≥") for words in scale[1:-1])
+    assert all(tick.startswith("≥") for tick in scale[1:-1])
     colours: Any = mesh.cmap(mesh.norm(np.asarray(mesh.get_array())))
     assert len({to_hex(colour) for colour in colours.reshape(-1, 4)}) == len(scale)
 
@@ -263,7 +267,7 @@ def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> N
     chart = map_chart(result, Parameters())
     figure = charts_figure(VisibleCharts([(chart, View(x=Axis(0.2, 1.0), y=Axis(20.0, 90.0)))]))
     (axes,) = panels_of(figure)
-    (mesh,) = [each for each in axes.collections if isinstance(each, QuadMesh)]
+    (mesh,) = [collection for collection in axes.collections if isinstance(collection, QuadMesh)]
     assert chart.backdrop is not None
     used = np.unique(chart.backdrop.levels)
     shown = np.asarray(mesh.get_array(), dtype=int)
@@ -273,9 +277,9 @@ def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> N
     red, green, _ = np.moveaxis(colours[..., :3], -1, 0)
     assert np.all((red > green) == (result.values.T >= 0.0) | (red == green))
     assert (axes.get_xlim(), axes.get_ylim()) == ((0.2, 1.0), (20.0, 90.0))
-    boundary, now = lines_of(axes)
+    boundary, marker = lines_of(axes)
     assert boundary.get_linestyle() == "None"
-    assert np.asarray(now.get_xydata()).tolist() == [[0.7, 80.0]]
+    assert np.asarray(marker.get_xydata()).tolist() == [[0.7, 80.0]]
     bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
     assert bar.get_ylabel() == "growth rate (1/s)"
     scale = [label.get_text() for label in bar.get_yticklabels()]
@@ -290,9 +294,9 @@ def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     save_charts(VisibleCharts([(chart, view)]), path)
     columns, header = read_columns(path, "chart's data"), read_header(path, "chart's data")
-    kept = (T >= 2.0) & (T <= 3.0) & (2.0 * T <= 5.0)
-    np.testing.assert_array_equal(columns["x"], T[kept])
-    np.testing.assert_array_equal(columns["y"], 2.0 * T[kept])
+    inside = (T >= 2.0) & (T <= 3.0) & (2.0 * T <= 5.0)
+    np.testing.assert_array_equal(columns["x"], T[inside])
+    np.testing.assert_array_equal(columns["y"], 2.0 * T[inside])
     assert set(columns["trace"]) == {2.0}
     panels = json.loads(json.dumps(header["panels"]))
     assert panels == [{"x": "t (s)", "y": "y (m)", "traces": {"2": "b", "3": "c"}}]
@@ -384,16 +388,16 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
         if view == "time":
             assert " t " in f" {figure.axes[0].get_title()}"
             chart.action_cursor_off()
-        said = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+        labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
         runs = ["separation considered", "separation ignored"]
         if view == "difference":
             assert [axes.get_ylabel() for axes in figure.axes] == ["Δy (m)", "ΔP (N)"]
             assert figure.axes[0].get_title() == "run 2 − run 1"
         elif view == "belt":
-            assert said[:3] == ["belt", "springs", "slider"]
+            assert labels[:3] == ["belt", "springs", "slider"]
         else:
             # Of the spectra, the first is hidden.
-            assert said == (runs[1:] if view == "spectrum" else runs)
+            assert labels == (runs[1:] if view == "spectrum" else runs)
 
     for every in pane.query(ChartView):
         every.view.reset()
@@ -407,8 +411,8 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
     assert columns["time"].keys() == columns["phase"].keys() >= {"t", "x", "vx", "y", "vy", "P"}
     shown = pane.query_one("#difference-P", ChartView).chart
     assert shown is not None
-    last = columns["difference"]["panel"] == 2
-    np.testing.assert_array_equal(columns["difference"]["y"][last], shown.traces[0].y)
+    in_panel = columns["difference"]["panel"] == 2
+    np.testing.assert_array_equal(columns["difference"]["y"][in_panel], shown.traces[0].y)
     assert set(columns["spectrum"]["trace"]) == {2.0}
 
     app_of(pilot).session.runs.baseline = None

@@ -50,7 +50,7 @@ SMALL, LARGE = cycle(1.5), cycle(7.25)
 
 
 @pytest.mark.parametrize(
-    ("attractors", "reached", "stable", "words"),
+    ("attractors", "reached", "stable", "phrase"),
     [
         ((REST,), (0,) * 11, True, "no limit cycle found from 11 starts"),
         (
@@ -81,13 +81,13 @@ def test_the_words_claim_no_more_than_was_found(
     attractors: tuple[Attractor, ...],
     reached: tuple[int, ...],
     stable: bool,
-    words: str,
+    phrase: str,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    found = Coexistence(System(P), attractors, reached, stable, None)
-    assert coexistence_words(found) == words
-    print_coexistence(found)
-    assert words in " ".join(capsys.readouterr().out.split())
+    result = Coexistence(System(P), attractors, reached, stable, None)
+    assert coexistence_words(result) == phrase
+    print_coexistence(result)
+    assert phrase in " ".join(capsys.readouterr().out.split())
 
 
 Search = Callable[..., Coexistence]
@@ -97,18 +97,18 @@ class Searches:
     """Stands for searches: each waits until it is told what it finds, or is cancelled."""
 
     def __init__(self) -> None:
-        self.begun: list[Parameters] = []
+        self.started: list[Parameters] = []
         self.cancelled: list[Parameters] = []
         self.answers: dict[float, Coexistence | Exception] = {}
-        self.told = threading.Event()
+        self.answered = threading.Event()
         # Counts the cancelled ones.
         self.ended = threading.Semaphore(0)
 
-    def __call__(self, system: System, *, progress: Callable[[float], bool], **said: Any) -> Any:
+    def __call__(self, system: System, *, progress: Callable[[float], bool], **options: Any) -> Any:
         p = system.parameters
-        self.begun.append(p)
+        self.started.append(p)
         while p.F not in self.answers:
-            self.told.wait(0.005)
+            self.answered.wait(0.005)
             if not progress(0.0):
                 self.cancelled.append(p)
                 self.ended.release()
@@ -116,7 +116,7 @@ class Searches:
         answer = self.answers[p.F]
         if isinstance(answer, Exception):
             raise answer
-        said["on_found"](replace(answer, escape=None))
+        options["on_found"](replace(answer, escape=None))
         return answer
 
 
@@ -157,7 +157,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
 ) -> None:
     await edit(pilot, "120")
     assert f"STABLE, {SEARCHING}" in headline(pilot)
-    await until(pilot, lambda: searches.begun == [P])
+    await until(pilot, lambda: searches.started == [P])
     searches.answers[120.0] = Coexistence(
         System(P), (REST, LARGE), (0, 1), True, EscapeOffset(0.25, None)
     )
@@ -186,11 +186,11 @@ async def test_it_says_so_where_none_is_found_or_the_search_fails(
     assert "too many steps" in now_known(pilot).text
     await edit(pilot, "120")
     await until(pilot, lambda: now_known(pilot).complete)
-    assert [p.F for p in searches.begun] == [130.0, 125.0, 120.0]
+    assert [p.F for p in searches.started] == [130.0, 125.0, 120.0]
     # What was found is known when an edit is undone.
-    for preload, words in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
+    for preload, phrase in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
         await edit(pilot, preload)
-        assert words in headline(pilot)
+        assert phrase in headline(pilot)
 
 
 async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_friction_is_not(
@@ -202,26 +202,26 @@ async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_fricti
     await until_shown(pilot, "STABLE, but a limit cycle coexists")
     await until(pilot, lambda: now_known(pilot).searched)
     assert now_known(pilot).safe is None
-    assert searches.begun == [P.with_values({"v_belt": 10.0})]
+    assert searches.started == [P.with_values({"v_belt": 10.0})]
 
 
 async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches) -> None:
     async with FivtuiApp().run_test(size=(80, 24)) as pilot:
         await edit(pilot, "120")
-        await until(pilot, lambda: searches.begun == [P])
+        await until(pilot, lambda: searches.started == [P])
         # Keys are answered while it goes on.
         await edit(pilot, "125")
         await until(pilot, lambda: searches.cancelled == [P])
         searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
-        await until(pilot, lambda: len(searches.begun) == 2)
-        assert searches.begun[1].F == 125.0
+        await until(pilot, lambda: len(searches.started) == 2)
+        assert searches.started[1].F == 125.0
         assert f"STABLE, {SEARCHING}" in headline(pilot)
         # Unstable: nothing is searched beside it.
         await edit(pilot, "80")
         assert "UNSTABLE: growth rate" in headline(pilot)
         await until(pilot, lambda: len(searches.cancelled) == 2)
         await edit(pilot, "130")
-        await until(pilot, lambda: len(searches.begun) == 3)
+        await until(pilot, lambda: len(searches.started) == 3)
     for _ in range(3):
         assert searches.ended.acquire(timeout=HANG_S)
     assert [p.F for p in searches.cancelled] == [120.0, 125.0, 130.0]
@@ -235,14 +235,14 @@ def safe() -> SafeFriction:
 @pytest.fixture
 def safe_searches(monkeypatch: pytest.MonkeyPatch, safe: SafeFriction) -> list[Parameters]:
     """Searches for the safe friction: each finds that at F = 120 N, of its parameter set."""
-    begun: list[Parameters] = []
+    started: list[Parameters] = []
 
     def found(p: Parameters, **_: object) -> SafeFriction:
-        begun.append(p)
+        started.append(p)
         return replace(safe, system=System(p))
 
     monkeypatch.setattr("fivtui.safety.safe_friction", found)
-    return begun
+    return started
 
 
 async def test_the_verdict_says_from_which_friction_on_a_cycle_coexists(

@@ -44,10 +44,10 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     await until_shown(pilot, "t ◆50 ◇75 s Δt 25 s 1/Δt 0.04 Hz")
     at = [int(abs(motion.t - t).argmin()) for t in (50.0, 75.0)]
     for quantity, unit in (("y", "m"), ("x", "m"), ("P", "N")):
-        one, other = (float(getattr(motion, quantity)[place]) for place in at)
+        a, b = (float(getattr(motion, quantity)[index]) for index in at)
         read, *plot = lines_of(pilot, f"plot-{quantity}")
-        words = f"{quantity} ◆{one:.5g} ◇{other:.5g} Δ{other - one:.5g} {unit}"
-        assert read.strip() == words
+        reading = f"{quantity} ◆{a:.5g} ◇{b:.5g} Δ{b - a:.5g} {unit}"
+        assert read.strip() == reading
         assert any("◆" in line for line in plot)
         assert any("◇" in line for line in plot)
     # The strip, too.
@@ -69,9 +69,9 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     await until_shown(pilot, "ẏ ◆")
     assert chart_of(pilot, "phase-y").view.cursors is cursors
     assert chart_of(pilot, "phase-x").view.cursors is cursors
-    place = int(abs(motion.t - cursors.first[0]).argmin())
-    assert f"y ◆{motion.y[place]:.5g} " in flat_text_of(pilot)
-    assert f"ẋ ◆{motion.vx[place]:.5g} " in flat_text_of(pilot)
+    index = int(abs(motion.t - cursors.first[0]).argmin())
+    assert f"y ◆{motion.y[index]:.5g} " in flat_text_of(pilot)
+    assert f"ẋ ◆{motion.vx[index]:.5g} " in flat_text_of(pilot)
     before = cursors.first
     await pilot.press("left")
     assert before is not None
@@ -111,9 +111,9 @@ async def test_nothing_that_cursors_read_is_cut(size: tuple[int, int]) -> None:
         for name, unit in (("plot-y", "m"), ("plot-x", "m"), ("plot-P", "N")):
             shown = " ".join(" ".join(lines_of(pilot, name)).split())
             for trace in ("before", "live"):
-                _, _, words = shown.partition(f"{trace} ◆")
-                value, other, difference, of = words.split()[:4]
-                assert float(other.removeprefix("◇")) - float(value) == pytest.approx(
+                _, _, reading = shown.partition(f"{trace} ◆")
+                value, second, difference, of = reading.split()[:4]
+                assert float(second.removeprefix("◇")) - float(value) == pytest.approx(
                     float(difference.removeprefix("Δ")), rel=1e-2, abs=1e-3
                 )
                 assert of == unit

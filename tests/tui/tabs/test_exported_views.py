@@ -37,24 +37,24 @@ TABLES = {"facts", "settings", "indices", "figures", "claims"}
 
 def words_of(path: Path) -> list[str]:
     """The texts of an SVG, which draws them as shapes and names each line in a comment."""
-    found = re.findall(r"<!-- (.*?) -->", path.read_text(), re.DOTALL)
-    return [" ".join(unescape(text).split()) for text in found]
+    comments = re.findall(r"<!-- (.*?) -->", path.read_text(), re.DOTALL)
+    return [" ".join(unescape(text).split()) for text in comments]
 
 
 def shown_words(chart: Chart, view: View) -> set[str]:
     """What a chart says on the screen besides the numbers of its axes."""
     x, y = view.axes(chart)
-    words = {chart.y_label, chart.note}
+    labels = {chart.y_label, chart.note}
     for guide in chart.guides:
-        place = float((x if guide.vertical else y).place([guide.value])[0])
-        words |= {guide.label} if 0.0 <= place <= 1.0 else set()
-    words |= {chart.x_label} if chart.x_axis else set()
-    words |= {strip.meaning for strip in chart.strips if strip.intervals}
+        position = float((x if guide.vertical else y).place([guide.value])[0])
+        labels |= {guide.label} if 0.0 <= position <= 1.0 else set()
+    labels |= {chart.x_label} if chart.x_axis else set()
+    labels |= {strip.meaning for strip in chart.strips if strip.intervals}
     if len(chart.traces) > 1:
-        words |= {trace.name for _, trace in view.visible(chart)}
+        labels |= {trace.name for _, trace in view.visible(chart)}
     if chart.backdrop is not None:
-        words |= {chart.backdrop.label, *(shade.text for shade in chart.backdrop.shades)}
-    return {" ".join(text.split()) for text in words} - {""}
+        labels |= {chart.backdrop.label, *(shade.text for shade in chart.backdrop.shades)}
+    return {" ".join(text.split()) for text in labels} - {""}
 
 
 @pytest.fixture
@@ -98,8 +98,8 @@ async def add_runs(pilot: Pilot[None]) -> None:
 
 
 def add_studies(session: Any) -> None:
-    found = branch(BASE.parameters, "mu", low=0.25, high=0.45)
-    session.studies["branch"] = DisplayedStudy(found, "base")
+    curve = branch(BASE.parameters, "mu", low=0.25, high=0.45)
+    session.studies["branch"] = DisplayedStudy(curve, "base")
     scattered = uncertainty(
         vary={"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, samples=64, indices=False
     )
@@ -113,32 +113,32 @@ async def check(pilot: Pilot[None], name: str) -> set[str]:
     """Write the view in sight and compare; what all its charts and its file say."""
     pane = pane_of(pilot)
     charts = [
-        (each.chart, each.view)
-        for each in pane.query_one(f"#{pane.view}").query(ChartView)
-        if each.display and each.chart is not None
+        (widget.chart, widget.view)
+        for widget in pane.query_one(f"#{pane.view}").query(ChartView)
+        if widget.display and widget.chart is not None
     ]
     assert charts, name
     figures = []
     draw = charts_figure
 
-    def keep(*given: Any) -> Any:
-        figures.append(draw(*given))
+    def keep(*arguments: Any) -> Any:
+        figures.append(draw(*arguments))
         return figures[-1]
 
     path = Path(f"{name}.svg")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fivtui.charts.charts_figure", keep)
         pane.export(FIGURE).write(path)
-    said = words_of(path)
+    written = words_of(path)
     lines = [
         " ".join(part)
         for count in (2, 3)
-        for part in zip(*(said[n:] for n in range(count)), strict=False)
+        for part in zip(*(written[n:] for n in range(count)), strict=False)
     ]
     for chart, view in charts:
         # Labels of several lines are texts of their own.
-        lacking = {text for text in shown_words(chart, view) - set(said) if text not in lines}
-        assert not lacking, (name, lacking, said)
+        lacking = {text for text in shown_words(chart, view) - set(written) if text not in lines}
+        assert not lacking, (name, lacking, written)
     panels = [axes for axes in figures[0].axes if axes.get_label() != "<colorbar>"]
     for axes, (chart, view) in zip(panels, charts, strict=True):
         for limits, scale, axis in zip(
@@ -149,7 +149,7 @@ async def check(pilot: Pilot[None], name: str) -> set[str]:
         ):
             assert limits == pytest.approx((axis.low, axis.high)), name
             assert scale == ("log" if axis.log else "linear"), name
-    return set(said)
+    return set(written)
 
 
 @pytest.mark.whole
@@ -159,7 +159,7 @@ async def test_every_view_is_written_as_it_is_seen(
     monkeypatch.setattr(measure, "QUICK_S", 0.02)
     await add_runs(pilot)
     add_studies(app_of(pilot).session)
-    seen: dict[str, set[str]] = {}
+    shown: dict[str, set[str]] = {}
     for tab in TABS:
         if tab.id in ("result", "log"):
             continue
@@ -174,35 +174,35 @@ async def test_every_view_is_written_as_it_is_seen(
                 continue
             pane.show_view(view)
             await until(pilot, lambda pane=pane: pane.visible_charts() is not None)  # type: ignore[misc]
-            seen[f"{tab.id}-{view}"] = await check(pilot, f"{tab.id}-{view}")
+            shown[f"{tab.id}-{view}"] = await check(pilot, f"{tab.id}-{view}")
             await zoom(pilot, pane)
             await check(pilot, f"{tab.id}-{view}-zoomed")
         if isinstance(pane, MapPane):
             for value in VALUES:
                 pane.choose(value)
                 await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
-                seen[value] = await check(pilot, value)
+                shown[value] = await check(pilot, value)
         if isinstance(pane, SweepPane):
             pane.query_one("#vary", Input).value = "F=60,100 mu=0.3,0.7"
             await pilot.press("f10")
             await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
-            seen["plane"] = await check(pilot, "plane")
-    assert "squeals" in seen["coexistence"]
-    assert seen["transient-time"] >= {
+            shown["plane"] = await check(pilot, "plane")
+    assert "squeals" in shown["coexistence"]
+    assert shown["transient-time"] >= {
         "F 80 N, separation considered",
         "F 100 N, separation ignored",
     }
-    assert seen["map-map-view"] >= {"growth rate (1/s)", "now", "boundary"}
+    assert shown["map-map-view"] >= {"growth rate (1/s)", "now", "boundary"}
     # The parameters that all curves have stand above them.
-    assert any("$m$ = 5 kg" in " ".join(text.split()) for text in seen["transient-time"])
+    assert any("$m$ = 5 kg" in " ".join(text.split()) for text in shown["transient-time"])
 
 
 async def zoom(pilot: Pilot[None], pane: ViewsPane) -> None:
     """Zoom, log axes and a hidden trace in the charts of a view."""
-    for each in pane.query_one(f"#{pane.view}").query(ChartView):
-        if each.chart is None or each.chart.backdrop is not None or each.chart.to_scale:
+    for widget in pane.query_one(f"#{pane.view}").query(ChartView):
+        if widget.chart is None or widget.chart.backdrop is not None or widget.chart.to_scale:
             continue
-        each.action_zoom(-1)
-        each.action_trace(1)
-        each.action_log("y")
+        widget.action_zoom(-1)
+        widget.action_trace(1)
+        widget.action_log("y")
     await pilot.pause()

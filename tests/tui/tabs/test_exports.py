@@ -70,9 +70,9 @@ async def write(pilot: Pilot[None], key: str, name: str, title: str) -> Path:
     return Path(name)
 
 
-async def refused(pilot: Pilot[None], key: str, words: str) -> None:
+async def refused(pilot: Pilot[None], key: str, message: str) -> None:
     await pilot.press(key)
-    await until_told(pilot, words)
+    await until_told(pilot, message)
     assert not pilot.app.screen.query("#path")
 
 
@@ -80,13 +80,13 @@ async def copied(pilot: Pilot[None]) -> list[str]:
     pilot.app.copy_to_clipboard("")
     lab_of(pilot).book.when_ready(lab_of(pilot).files.copy_command)
     await until(pilot, lambda: bool(pilot.app.clipboard))
-    words = shlex.split(pilot.app.clipboard)
-    assert words[0] == "fivtui"
-    return words[1:]
+    command = shlex.split(pilot.app.clipboard)
+    assert command[0] == "fivtui"
+    return command[1:]
 
 
-def run_command(words: Sequence[str], *more: str) -> None:
-    cli.commands.main([*words, *more], standalone_mode=False)
+def run_command(arguments: Sequence[str], *options: str) -> None:
+    cli.commands.main([*arguments, *options], standalone_mode=False)
 
 
 def is_picture(path: Path) -> bool:
@@ -98,9 +98,9 @@ async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
     await until_shown(pilot, "Re λ (1/s)")
     assert is_picture(await write(pilot, "f6", "a.png", "Export the figure of the stability"))
     ours = await write(pilot, "f7", "a.csv", "Export the data of the stability")
-    words = await copied(pilot)
-    assert words == ["stability", "--set", "F=60"]
-    run_command(words, "--no-search", "--out", "b.csv")
+    arguments = await copied(pilot)
+    assert arguments == ["stability", "--set", "F=60"]
+    run_command(arguments, "--no-search", "--out", "b.csv")
     assert ours.read_bytes() == Path("b.csv").read_bytes()
     data = json.loads((await write(pilot, "f7", "a.json", "Export the data of")).read_text())
     assert data["growth_rate"] == app_of(pilot).session.stability().growth_rate
@@ -128,15 +128,15 @@ async def test_a_sweep_is_written_and_copied(pilot: Pilot[None]) -> None:
     before = await copied(pilot)
     await pilot.press("f10")
     await until_shown(pilot, "8 transients")
-    words = await copied(pilot)
-    assert words == before
+    arguments = await copied(pilot)
+    assert arguments == before
     assert is_picture(await write(pilot, "f6", "a.svg", "Export the figure of the sweep"))
     ours = await write(pilot, "f7", "a.csv", "Export the data of the sweep")
-    run_command(words, "--out", "b.csv")
+    run_command(arguments, "--out", "b.csv")
     assert ours.read_bytes() == Path("b.csv").read_bytes()
     # What is shown is copied, not what has been edited since.
     app_of(pilot).session.set_text("F", "70")
-    assert await copied(pilot) == words
+    assert await copied(pilot) == arguments
     await pilot.press("f7")
     await until_shown(pilot, "base-sweep-mu.csv")
     await answer(pilot, "a.csv")
@@ -154,12 +154,12 @@ async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
     await pilot.click("#value-critical-mu")
     await until_shown(pilot, "k_nl (N/m^3)")
     await until(pilot, lambda: "critical-mu" in lab_of(pilot).pane.command_line())  # type: ignore[union-attr]
-    words = await copied(pilot)
+    arguments = await copied(pilot)
     assert is_picture(await write(pilot, "f6", "a.pdf", "Export the figure of the map"))
     for suffix in (".csv", ".json"):
         ours = await write(pilot, "f7", f"a{suffix}", "Export the data of the map")
         assert load_map(ours).parameters.F == 60.0
-    run_command(words, "--out", "b.csv")
+    run_command(arguments, "--out", "b.csv")
     assert Path("a.csv").read_bytes() == Path("b.csv").read_bytes()
     # The palette lists what the tab in sight has.
     await pilot.press("ctrl+p")
@@ -184,8 +184,8 @@ async def test_a_trade_off_is_written_and_copied(
     assert is_picture(await write(pilot, "f6", "a.svg", "Export the figure of the trade-off"))
     await write(pilot, "f7", "a.json", "Export the data of the trade-off")
     await write(pilot, "f7", "a.csv", "Export the data of the trade-off")
-    words = await copied(pilot)
-    run_command(words, "--out", "b.csv")
+    arguments = await copied(pilot)
+    run_command(arguments, "--out", "b.csv")
     scenes = [load_tradeoff(Path(name)).scene for name in ("a.json", "a.csv", "b.csv")]
     for scene in scenes:
         assert dataclasses.replace(scene, name="x") == dataclasses.replace(scenes[0], name="x")
@@ -203,9 +203,9 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     await until_shown(pilot, "figure 2b computed")
     assert is_picture(await write(pilot, "f6", "a.png", "Export the figure of Fig. 2"))
     ours = await write(pilot, "f7", "a.csv", "Export the data of Fig. 2b")
-    words = await copied(pilot)
-    assert words == ["figures", "2", "--out", "figures"]
-    run_command(words)
+    arguments = await copied(pilot)
+    assert arguments == ["figures", "2", "--out", "figures"]
+    run_command(arguments)
     assert ours.read_bytes() == Path("figures/fig-02b.csv").read_bytes()
     # From the list, the figure is the paper's.
     await pilot.click("#view-figures")
@@ -264,7 +264,7 @@ def test_lines_begin_with_the_scene_that_they_can_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("texts", "more", "expected"),
+    ("texts", "options", "expected"),
     [
         (["F=20:80:4"], {}, "--vary F=20:80:4"),
         (["F=1:80:4:log", "x0=0.5,1"], {}, "--vary F=1:80:4:log --vary x0=0.5,1"),
@@ -279,13 +279,13 @@ def test_lines_begin_with_the_scene_that_they_can_name() -> None:
 @pytest.mark.parametrize("cases", [(True,), (False,), (True, False)])
 def test_the_line_of_a_sweep_is_read_as_the_sweep(
     texts: list[str],
-    more: dict[str, Any],
+    options: dict[str, Any],
     expected: str,
     cases: tuple[bool, ...],
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    design = parse_design(texts, **{"kind": "product", **more})
+    design = parse_design(texts, **{"kind": "product", **options})
     scene = dataclasses.replace(BASE.with_values({"k1": 90.0}), t_end=5.0, tol=1e-8)
     study = study_of(scene, design, cases=cases, outputs=("stable",))
     read: list[Any] = []
@@ -321,8 +321,8 @@ def test_the_lines_of_an_accuracy_ask_for_it_and_for_nothing_that_follows_from_i
         with pytest.raises(AttributeError):
             run_command(line_words(study_line("sweep", study, origin)))
         assert read == [study]
-        words = line_words(study_line("run", scene, origin))
-        run_command(words, "--json")
+        arguments = line_words(study_line("run", scene, origin))
+        run_command(arguments, "--json")
         data = json.loads(capsys.readouterr().out)
         assert set(data.get("accuracy", {}).get("asked", {})) == set(dict(accuracy))
 

@@ -28,26 +28,28 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     run = pane.session.runs.displayed
     assert run is not None
     assert run.result is not None
-    known = run.result.trajectory
-    assert known is not None
-    late = (known.t > 50.0) & (known.t < 70.0)
-    data = np.column_stack([known.t[late] - known.t[late][0], 1e3 * known.y[late] + 1.0])
+    trajectory = run.result.trajectory
+    assert trajectory is not None
+    late = (trajectory.t > 50.0) & (trajectory.t < 70.0)
+    data = np.column_stack(
+        [trajectory.t[late] - trajectory.t[late][0], 1e3 * trajectory.y[late] + 1.0]
+    )
     np.savetxt("rig.csv", data, delimiter=";", header="t;y_mm", comments="")
     view = pane.query_one(MeasuredView)
 
-    words = view.query_one("#overlay-words", Static)
+    label = view.query_one("#overlay-words", Static)
     overlay = view.query_one("#overlay-time", ChartView)
 
     def said() -> str:
-        return f"{words.render()} {overlay.chart.note if overlay.chart else ''}"
+        return f"{label.render()} {overlay.chart.note if overlay.chart else ''}"
 
-    async def put(told: str, **texts: str) -> None:
+    async def put(message: str, **texts: str) -> None:
         for name, text in texts.items():
             field = view.query_one(f"#measured-{name.replace('_', '-')}", Input)
             field.value = text
             field.focus()
         await pilot.press("enter")
-        await until(pilot, lambda: told in said())
+        await until(pilot, lambda: message in said())
 
     await put("missing.csv", file="missing.csv")
     await put("signal column", file="rig.csv", signal="z_mm")
@@ -61,7 +63,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     assert spectrum is not None
     traces = {trace.name: trace for trace in time.traces}
     np.testing.assert_allclose(traces["measured"].y, traces["computed"].y, atol=1e-4)
-    np.testing.assert_allclose(traces["measured"].x, known.t[late], atol=1e-4)
+    np.testing.assert_allclose(traces["measured"].x, trajectory.t[late], atol=1e-4)
     assert "Hz measured" in spectrum.note
     assert pane.export(FIGURE).proposal == "base-1-validation-y.svg"
     pane.export(DATA).write(Path("rig.json"))
@@ -75,8 +77,8 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     assert line[-6:] == ["--share", "99%", "--frequency", "1%", "--amplitude", "1%"]
     cli.commands.main([*line, "--json"], standalone_mode=False)
     theirs, ours = json.loads(capsys.readouterr().out), view.validation.to_dict()
-    assert [each["name"] for each in theirs["criteria"]] == [
-        each["name"] for each in ours["criteria"]
+    assert [criterion["name"] for criterion in theirs["criteria"]] == [
+        criterion["name"] for criterion in ours["criteria"]
     ]
     assert theirs["passed"] is ours["passed"] is True
     assert theirs["shift"] == pytest.approx(ours["shift"], abs=1e-6)

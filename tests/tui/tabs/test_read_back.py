@@ -56,12 +56,12 @@ def runs() -> tuple[Transient, Transient]:
 @pytest.fixture(scope="module")
 def motions(runs: tuple[Transient, Transient]) -> list[PlottedRun]:
     names = (("run 1", "■"), ("run 2", "●"))
-    made = [plotted_run(run, *name) for run, name in zip(runs, names, strict=True)]
-    return [motion for motion in made if motion is not None]
+    plotted = [plotted_run(run, *name) for run, name in zip(runs, names, strict=True)]
+    return [motion for motion in plotted if motion is not None]
 
 
 def test_charts_over_time_have_the_quantity_of_their_label(motions: list[PlottedRun]) -> None:
-    own = {case: own_slider.motion(3.0, separation=case) for case in (True, False)}
+    expected = {case: own_slider.motion(3.0, separation=case) for case in (True, False)}
     for quantity, label, column in (
         ("x", "x (m)", 0),
         ("vx", "ẋ (m/s)", 1),
@@ -75,7 +75,7 @@ def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Plotted
         assert [trace.name for trace in chart.traces] == ["run 2", "run 1"]
         assert [trace.mark for trace in chart.traces] == ["●", "■"]
         for trace, case in zip(chart.traces, (False, True), strict=True):
-            t, rows = own[case]
+            t, rows = expected[case]
             scale = np.abs(rows[:, column]).max()
             np.testing.assert_allclose(
                 trace.y, np.interp(trace.x, t, rows[:, column]), rtol=0.0, atol=5e-4 * scale
@@ -83,7 +83,7 @@ def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Plotted
         (guide,) = chart.guides
         assert (guide.value, guide.vertical) == (0.0, False)
         (strip,) = chart.strips
-        t, rows = own[True]
+        t, rows = expected[True]
         off = [time for time, y in zip(t, rows[:, 2], strict=True) if y > 0.1]
         assert all(any(a < time < b for a, b in strip.intervals) for time in off[::20])
         assert sum(b - a for a, b in strip.intervals) == pytest.approx(
@@ -148,10 +148,10 @@ def test_a_spectrum_without_vibration_marks_no_frequency(motions: list[PlottedRu
 def test_a_difference_is_the_run_minus_its_baseline(motions: list[PlottedRun]) -> None:
     chart = difference_chart("P", motions[0], motions[1], strip=False, x_axis=True)
     assert (chart.x_label, chart.y_label, chart.note) == ("t (s)", "ΔP (N)", "run 1 − run 2")
-    _, one = own_slider.motion(3.0, separation=True)
-    _, other = own_slider.motion(3.0, separation=False)
+    _, considered = own_slider.motion(3.0, separation=True)
+    _, ignored = own_slider.motion(3.0, separation=False)
     (trace,) = chart.traces
-    np.testing.assert_allclose(trace.y, one[:, 4] - other[:, 4], atol=0.5)
+    np.testing.assert_allclose(trace.y, considered[:, 4] - ignored[:, 4], atol=0.5)
     assert chart.x_range == (0.0, 3.0)
 
 
@@ -160,18 +160,18 @@ def test_a_difference_is_the_run_minus_its_baseline(motions: list[PlottedRun]) -
 
 def test_modes_over_mu_are_drawn_in_hertz_and_one_over_seconds() -> None:
     p = Parameters()
-    found, scan = stability(p), mode_scan(System(p), 1.5)
-    growth, frequency = growth_chart(scan, p, found), frequency_chart(scan, p, found)
+    result, scan = stability(p), mode_scan(System(p), 1.5)
+    growth, frequency = growth_chart(scan, p, result), frequency_chart(scan, p, result)
     assert (growth.x_label, growth.y_label) == ("μ", "Re λ (1/s)")
     assert (frequency.x_label, frequency.y_label) == ("μ", "Im λ/(2π) (Hz)")
     assert [trace.name for trace in growth.traces] == ["mode 1", "mode 2"]
-    for place in (0, 40, 160):
-        mu = growth.traces[0].x[place]
-        assert mu == frequency.traces[0].x[place] == pytest.approx(1.5 * place / 240)
-        own = own_slider.eigenvalues(mu=float(mu))
+    for index in (0, 40, 160):
+        mu = growth.traces[0].x[index]
+        assert mu == frequency.traces[0].x[index] == pytest.approx(1.5 * index / 240)
+        eigenvalues = own_slider.eigenvalues(mu=float(mu))
         for rate, hertz in zip(growth.traces, frequency.traces, strict=True):
-            seen = complex(rate.y[place], 2.0 * np.pi * hertz.y[place])
-            assert np.abs(own - seen).min() < 1e-6
+            drawn = complex(rate.y[index], 2.0 * np.pi * hertz.y[index])
+            assert np.abs(eigenvalues - drawn).min() < 1e-6
     marks = [(own_slider.critical_mu(), "μ_c 0.4394", True), (0.7, "μ 0.7", True)]
     level = (0.0, "", False)
     for chart, expected in ((growth, [level, *marks]), (frequency, marks)):
@@ -184,12 +184,12 @@ def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
     p = Parameters()
     chart = plane_chart(stability(p), mode_scan(System(p), 1.5))
     assert (chart.x_label, chart.y_label) == ("Re λ (1/s)", "Im λ (rad/s)")
-    path, now = chart.traces
-    assert (path.name, now.name) == ("μ 0 to 1.5", "now")
-    own = own_slider.eigenvalues()
+    path, current = chart.traces
+    assert (path.name, current.name) == ("μ 0 to 1.5", "now")
+    expected = own_slider.eigenvalues()
     np.testing.assert_allclose(
-        np.sort_complex((now.y + 1j * now.x).round(7)),
-        np.sort_complex((own.imag + 1j * own.real).round(7)),
+        np.sort_complex((current.y + 1j * current.x).round(7)),
+        np.sort_complex((expected.imag + 1j * expected.real).round(7)),
         atol=2e-7,
     )
     for value in own_slider.eigenvalues(mu=0.0):
@@ -197,7 +197,7 @@ def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
     read = Reading(draw(chart, View(), 90, 40))
     marks = read.marks("◆")
     assert len(marks) == 4
-    for value in own:
+    for value in expected:
         assert any(read.near(mark, (value.real, value.imag)) for mark in marks)
     assert any("unstable →" in cells for cells in read.cells)
 
@@ -212,16 +212,16 @@ def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
     assert chart.y_label.endswith("(m)")
     assert len({trace.mark for trace in chart.traces}) == len(chart.traces) == 4
     for index, trace in enumerate(chart.traces):
-        what, case = trace.name.split(", separation ")
-        place = 2 if what == "peak" else 1
+        quantity, case = trace.name.split(", separation ")
+        output = 2 if quantity == "peak" else 1
         assert trace.x.tolist() == [20.0, 50.0, 80.0]
-        np.testing.assert_allclose(trace.y, output_value(place, case == "considered", trace.x))
+        np.testing.assert_allclose(trace.y, output_value(output, case == "considered", trace.x))
         assert case_of(result.study, NearestPoint(index, 1.0, 1.0), False) == (case == "considered")
     (guide,) = chart.guides
     assert (guide.value, guide.label, guide.vertical) == (33.0, "33", True)
-    other = sweep_chart(made_up({"mu": (0.1, 0.2)}, ("P_max",)))
-    assert (other.x_label, other.y_label) == ("μ", "greatest contact force (N)")
-    assert other.guides == ()
+    second = sweep_chart(made_up({"mu": (0.1, 0.2)}, ("P_max",)))
+    assert (second.x_label, second.y_label) == ("μ", "greatest contact force (N)")
+    assert second.guides == ()
 
 
 def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
@@ -239,13 +239,13 @@ def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
             for j, mu in enumerate((0.1, 0.9)):
                 assert backdrop.values[i, j] == pytest.approx(output_value(1, case, force, mu))
         assert np.all(np.diff(backdrop.levels[:, 0]) >= 0)
-        (now,) = chart.traces
-        assert (now.x.tolist(), now.y.tolist()) == ([30.0], [0.4])
-        found = nearest(chart, View(), (57.0, 0.2))[0]
-        scene = point_scene(result.study, found, case)
+        (current,) = chart.traces
+        assert (current.x.tolist(), current.y.tolist()) == ([30.0], [0.4])
+        point = nearest(chart, View(), (57.0, 0.2))[0]
+        scene = point_scene(result.study, point, case)
         assert (scene.parameters.F, scene.parameters.mu, scene.separation) == (60.0, 0.1, case)
         moved = dataclasses.replace(result.study, start=(0.1, 0.2, -0.3, 0.4), t_end=7.0, tol=1e-6)
-        opened = point_scene(moved, found, case)
+        opened = point_scene(moved, point, case)
         assert (opened.start, opened.t_end, opened.tol) == ((0.1, 0.2, -0.3, 0.4), 7.0, 1e-6)
 
 
@@ -259,21 +259,21 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
     assert backdrop is not None
     assert backdrop.label == chart.note == "growth rate (1/s)"
     for i, j in ((2, 1), (20, 4), (29, 0)):
-        own = own_slider.growth_rate(mu=float(mu[i]), F=float(force[j]))
-        assert backdrop.values[i, j] == pytest.approx(own, abs=1e-7)
+        expected = own_slider.growth_rate(mu=float(mu[i]), F=float(force[j]))
+        assert backdrop.values[i, j] == pytest.approx(expected, abs=1e-7)
         shade = backdrop.shades[backdrop.levels[i, j]]
-        assert shade[1] == ("unstable" if own > 0.0 else "stable")
-    boundary, now = chart.traces
+        assert shade[1] == ("unstable" if expected > 0.0 else "stable")
+    boundary, current = chart.traces
     for at in force.tolist():
         critical = own_slider.critical_mu(F=at)
         assert np.abs(boundary.x[np.isclose(boundary.y, at)] - critical).min() < 0.05
-    assert (now.x.tolist(), now.y.tolist()) == ([1.2], [45.0])
+    assert (current.x.tolist(), current.y.tolist()) == ([1.2], [45.0])
     read = Reading(draw(chart, View(), 90, 30))
     (mark,) = read.marks("◆")
     assert read.near(mark, (1.2, 45.0))
-    told = draw(chart, View(cursors=Cursors((1.0, 60.0))), 90, 30).text().splitlines()[0]
+    heading = draw(chart, View(cursors=Cursors((1.0, 60.0))), 90, 30).text().splitlines()[0]
     rate = own_slider.growth_rate(mu=1.0, F=60.0)
-    assert told.split() == ["μ", "1", "F", "60", "N", "growth", "rate", f"{rate:.5g}", "1/s"]
+    assert heading.split() == ["μ", "1", "F", "60", "N", "growth", "rate", f"{rate:.5g}", "1/s"]
     texts = point_texts(result, NearestPoint(-1, 0.65, 85.0))
     assert (texts["mu"], texts["F"], texts["k1"]) == ("0.65", "85", "100")
     modes = map_chart(stability_map(Parameters(), {"mu": mu, "F": force}, "unstable-modes"), None)

@@ -49,10 +49,10 @@ def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -
 
 
 def test_the_displacement_that_escapes_is_zero_where_it_squeals(regions: StabilityMap) -> None:
-    found = offsets(regions)
-    assert np.isnan(found[regions.regions == 0.0]).all()
-    assert np.all(found[regions.regions == 2.0] == 0.0)
-    inside = found[regions.regions == 1.0]
+    values = offsets(regions)
+    assert np.isnan(values[regions.regions == 0.0]).all()
+    assert np.all(values[regions.regions == 2.0] == 0.0)
+    inside = values[regions.regions == 1.0]
     assert np.all((inside > 0.0) & np.isfinite(inside))
 
 
@@ -105,9 +105,9 @@ def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: Stability
     partly = replace(flat, quantities=quantities, searched=())
     assert partly.unknown.tolist() == [[False, True], [False, False]]
     assert scale_of(partly).endswith("? none × not known")
-    for place, words in (((80.0, 95.0), "none"), ((80.0, 105.0), "not known")):
-        view = View(cursors=Cursors(place))
-        assert f"safe μ {words}" in draw(map_chart(partly, None), view, 80, 24).text()
+    for position, reading in (((80.0, 95.0), "none"), ((80.0, 105.0), "not known")):
+        view = View(cursors=Cursors(position))
+        assert f"safe μ {reading}" in draw(map_chart(partly, None), view, 80, 24).text()
     (legend,) = partly.figure().legends
     assert {"none", "not known"} <= {text.get_text() for text in legend.get_texts()}
     # Without critical μ a search that contradicts makes it unknown as well.

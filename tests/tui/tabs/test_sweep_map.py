@@ -49,15 +49,15 @@ BASE = PRESETS["base"]
 def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     study = sweep_request(BASE, "F=100:20:21")
     assert study.members == 42
-    seen: list[float] = []
+    fractions: list[float] = []
 
     def go_on(fraction: float) -> bool:
-        seen.append(fraction)
+        fractions.append(fraction)
         return True
 
     parts = list(sweep_parts(study, go_on))
     assert len(parts) == 3
-    assert seen == sorted(seen)
+    assert fractions == sorted(fractions)
     result = sweep_of(study, parts)
     chart = sweep_chart(result, 80.0)
     peaks, late, *_ = chart.traces
@@ -75,11 +75,11 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     picture = draw(chart, View(), 80, 20).text()
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursors=Cursors((60.2, 0.0)))
-    found = nearest(chart, view, view.cursors.first)
-    assert case_of(study, found[0], False)
-    assert point_scene(study, found[0], True).parameters == Parameters(F=60.0)
-    assert not case_of(study, found[3], True)
-    texts = point_texts(point_scene(study, found[3], False))
+    points = nearest(chart, view, view.cursors.first)
+    assert case_of(study, points[0], False)
+    assert point_scene(study, points[0], True).parameters == Parameters(F=60.0)
+    assert not case_of(study, points[3], True)
+    texts = point_texts(point_scene(study, points[3], False))
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
 
@@ -101,9 +101,9 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_as_far_as_it_is_known() -> No
         assert case_of(study, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
     part = compute_rows(study, 0, 7)
-    known = grid_chart(sweep_of(study, [part]), True, None).backdrop
-    assert known is not None
-    assert np.isnan(known.values).sum() == known.values.size - 4
+    shades = grid_chart(sweep_of(study, [part]), True, None).backdrop
+    assert shades is not None
+    assert np.isnan(shades.values).sum() == shades.values.size - 4
     with pytest.raises(InputError, match="shown are sweeps over one name"):
         sweep_request(BASE, "F=1,2 mu=1,2 k1=1,2")
 

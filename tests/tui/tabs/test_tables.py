@@ -48,10 +48,10 @@ async def test_columns_forget_what_was_listed_before() -> None:
         assert lines_of(table) == fresh
 
 
-@pytest.mark.parametrize("way", [[], ["alt+4"], ["f3"]])
-async def test_the_list_of_figures_has_room_for_its_headings(way: list[str]) -> None:
+@pytest.mark.parametrize("keys", [[], ["alt+4"], ["f3"]])
+async def test_the_list_of_figures_has_room_for_its_headings(keys: list[str]) -> None:
     async with FivtuiApp().run_test(size=(80, 24)) as pilot:
-        for key in way:
+        for key in keys:
             await pilot.press(key)
         await show_tab(pilot, "alt+6")
         await until_shown(pilot, "what it shows")

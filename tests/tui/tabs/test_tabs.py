@@ -153,10 +153,10 @@ def measured() -> Tradeoff:
 async def test_the_trade_off_is_measured_and_shown(
     pilot: Pilot[None], measured: Tradeoff, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked = []
+    scenes = []
 
     def measure(scene: Any, progress: Any) -> Tradeoff:
-        asked.append(scene)
+        scenes.append(scene)
         assert progress(0.5)
         return measured
 
@@ -174,7 +174,7 @@ async def test_the_trade_off_is_measured_and_shown(
     monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure)
     await pilot.press("f10")
     await until_shown(pilot, "error of final state")
-    assert asked == [app_of(pilot).session.scene()]
+    assert scenes == [app_of(pilot).session.scene()]
     assert "the scene has changed since" in flat_text_of(pilot)
     assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)
     await type_into(pilot, "t_end", "10")
@@ -207,10 +207,10 @@ def test_the_modes_over_mu_agree_with_the_stability_of_each_point() -> None:
     scan = mode_scan(System(p), scan_top(stability(p)))
     assert scan.mu[0] == 0.0
     assert scan.mu[-1] == 1.5
-    for place in (0, 60, 240):
-        there = stability(p.with_values({"mu": float(scan.mu[place])}))
-        assert np.sort(scan.eigenvalues[place].real) == pytest.approx(
-            np.sort(there.eigenvalues.real), abs=1e-9
+    for index in (0, 60, 240):
+        expected = stability(p.with_values({"mu": float(scan.mu[index])}))
+        assert np.sort(scan.eigenvalues[index].real) == pytest.approx(
+            np.sort(expected.eigenvalues.real), abs=1e-9
         )
     above = scan.mu > 0.45
     assert np.all(scan.eigenvalues[above, 0].real > scan.eigenvalues[above, 1].real)
@@ -220,8 +220,8 @@ def test_the_present_setting_and_what_would_do_as_well(measured: Tradeoff) -> No
     present = present_row(measured, BASE)
     assert present is not None
     assert present.setting.text == "tol=1e-12"
-    words = present_words(measured, BASE, "final", present)
-    assert words.startswith("now taylor (compiled) tol=1e-12, error ")
+    text = present_words(measured, BASE, "final", present)
+    assert text.startswith("now taylor (compiled) tol=1e-12, error ")
     rows = table_rows(measured, "peak", present)
     assert len(rows) == len(measured.rows)
     remarks = [row[COLUMNS.index("remark")] for row in rows]
@@ -229,9 +229,9 @@ def test_the_present_setting_and_what_would_do_as_well(measured: Tradeoff) -> No
     assert any("best" in remark for remark in remarks)
     drawn = tradeoff_chart(measured, "final", present)
     assert drawn.traces[-1].name == "now"
-    asked = dataclasses.replace(BASE, accuracy=(("peak", 1e-3),))
-    assert present_row(measured, asked) is None
-    assert present_words(measured, asked, "final", None).startswith("peak to 0.001: ")
+    request = dataclasses.replace(BASE, accuracy=(("peak", 1e-3),))
+    assert present_row(measured, request) is None
+    assert present_words(measured, request, "final", None).startswith("peak to 0.001: ")
     rk4 = dataclasses.replace(BASE, method="rk4")
     assert "enter a step" in present_words(measured, rk4, "final", present_row(measured, rk4))
 

@@ -101,8 +101,8 @@ async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
     await until_shown(pilot, "with others")
     await until_shown(pilot, "256 samples, indices above 1: sampling error")
     assert "████" in text_of(pilot)
-    whole = pane.export("data")
-    whole.write(tmp_path / "rows.csv")
+    export = pane.export("data")
+    export.write(tmp_path / "rows.csv")
     assert pane.command_line() == ("fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256")
     read = DisplayedStudy(result_of(tmp_path / "rows.csv"), "a", "rows.csv")
     app_of(pilot).session.studies["uncertainty"] = read
@@ -113,9 +113,9 @@ async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
 def result_of(path: Path) -> Uncertainty:
     from fivtui.studies import load_study
 
-    found = load_study("uncertainty", path)
-    assert isinstance(found, Uncertainty)
-    return found
+    result = load_study("uncertainty", path)
+    assert isinstance(result, Uncertainty)
+    return result
 
 
 def test_an_engine_that_cannot_scatter_names_the_key_that_changes_it() -> None:
