@@ -1,4 +1,4 @@
-"""Settings of all tests."""
+"""Configuration of all tests."""
 
 import gc
 import os
@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, is_hypothesis_test, settings
 
-# No test depends on how fast the machine is; the checks run the same examples every time. With
-# `-m whole` the tests of random examples run too, with many more.
+# No test depends on the machine's speed; CI runs the same examples every time. `-m whole` also runs
+# the tests of random examples, with many more examples.
 settings.register_profile(
     "fivtui",
     max_examples=40,
@@ -21,16 +21,16 @@ settings.register_profile(
 )
 settings.register_profile("whole", settings.get_profile("fivtui"), max_examples=1000)
 
-# Most of what a test of the laboratory makes stays until its end: collect garbage rarely.
+# Most objects of a laboratory test live until its end, so collect garbage rarely.
 gc.set_threshold(200_000, 20, 50)
 
-# Hundreds of processes import the same modules, which are compiled once, whatever is set.
+# Hundreds of processes import the same modules: allow cached bytecode, so they compile once.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 @pytest.hookimpl(wrapper=True, optionalhook=True)
 def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
-    """One process more than processors, as some tests wait for others."""
+    """One worker more than processors, as some tests wait for others."""
     return (yield) + 1
 
 
@@ -50,7 +50,7 @@ sys.exit(bool(why_interpreted()) or "another text" in why or "not installed" in 
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile in the sources what is of another text than these, once for all processes."""
+    """Rebuild compiled files that do not match the sources, once for all processes."""
     if not hasattr(session.config, "workerinput"):
         stale = subprocess.run([sys.executable, "-c", _STALE], cwd=_ROOT, check=False)
         if stale.returncode:
@@ -59,20 +59,20 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 @pytest.fixture(scope="session")
 def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The Python FMU of the slider-belt, which tests read alone."""
+    """The Python FMU of the slider-belt, which tests only read."""
     from fmu_src.build.builder import build_fmu
 
     return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
 
 
 def pytest_collection_finish() -> None:
-    """Leave what was imported to collect the tests out of every collection of garbage."""
+    """Exclude objects created by collection from garbage collection."""
     gc.freeze()
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Tests of whole counts may take an hour."""
+    """Allow an hour for tests marked `whole`."""
     for item in items:
         if config.option.markexpr == "whole" and is_hypothesis_test(getattr(item, "obj", None)):
             item.add_marker(pytest.mark.whole)

@@ -1,4 +1,4 @@
-"""The harness of the benchmarks in miniature: what it measures is right; no time is judged."""
+"""The benchmark harness at small scale: results are right; times are not judged."""
 
 import math
 import shutil

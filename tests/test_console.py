@@ -1,4 +1,4 @@
-"""What the command line prints: no column and no key is lost, whatever the terminal is."""
+"""Printed tables: no column and no key is lost at any terminal width."""
 
 import io
 import re
@@ -120,7 +120,7 @@ def test_sweep_and_attractors_keep_their_first_columns(monkeypatch: pytest.Monke
         assert width is None or max(map(len, lines)) <= width
         tokens = out.getvalue().split()
         assert {column.name for column in study.columns} - {"reason"} <= set(tokens)
-        # Both members stand in each block, under their names.
+        # Both members appear in each block, below the column names.
         blocks = sum({"mu", "separation"} <= set(line.split()) for line in lines)
         assert sum(line.split()[:2] == ["21", "0.1"] for line in lines) == blocks >= 1
         assert sum(line.split()[:2] == ["43", "0.1"] for line in lines) == blocks

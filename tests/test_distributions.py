@@ -1,4 +1,4 @@
-"""Distributions: what engineers' terms mean, truncation, and what is refused."""
+"""Distributions: definitions, truncation, and refused texts."""
 
 import math
 import pickle

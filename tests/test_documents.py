@@ -1,4 +1,4 @@
-"""README and CONTRIBUTING name what there is, and what they say of tables is so."""
+"""README and CONTRIBUTING name only things that exist, and agree with the tables of the code."""
 
 import ast
 import re
@@ -35,7 +35,7 @@ SETTINGS: Final[dict[str, Any]] = tomllib.loads(
 
 
 def defined_in(path: Path) -> set[str]:
-    """The names of classes, functions and constants that a module defines."""
+    """Names of classes, functions and constants that a module defines."""
     names = set()
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef):

@@ -17,9 +17,9 @@ from tests.support.strategies import magnitudes, moderate_parameters, states
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-# All scenes that break solvers are tried by `pytest -m whole` in tests/assessment.
+# `pytest -m whole` in tests/assessment runs all scenes that break solvers.
 ARGUMENTS = {"extremes": ["lifted", "start-on-switch", "tol-too-small"]}
-# A ramp over the same preloads, five times as fast.
+# Shorten the run: a ramp over the same preloads, five times as fast.
 SHORTER = {"fmu_ramp": ("0.25, 200.0", "1.25, 40.0")}
 RUN_ALL = """
 import runpy, sys

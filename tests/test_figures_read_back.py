@@ -1,4 +1,4 @@
-"""Figures read back: the lines, meshes, labels and units that they are drawn with."""
+"""Figures: their lines, meshes, labels and units agree with the results."""
 
 import dataclasses
 import itertools
@@ -80,7 +80,7 @@ def test_a_transients_panels_show_what_their_labels_say(runs: list[Transient]) -
         "Contact force P (N)",
     ]
     assert {plain(axes[-1].get_xlabel()) for axes in rows} == {"Time t (s)"}
-    # A panel is high enough to read.
+    # Panels are tall enough to read.
     assert figure.get_figheight() > 5 * 1.5
     for case, name in ((True, "separation considered"), (False, "separation ignored")):
         t, motion = own_slider.motion(3.0, separation=case)
@@ -137,7 +137,7 @@ def test_runs_of_several_parameters_are_named_at_their_own_lines() -> None:
         for force in forces
     ]
     figure = transient_figure(runs, quantities=["y"])
-    # There is room for all of a name on one line.
+    # A whole name fits on one line.
     assert not any("\n" in text.get_text() for text in figure.legends[0].get_texts())
     legend = the_legend(figure)
     for force in forces:
@@ -205,7 +205,7 @@ def test_the_critical_and_the_present_friction_are_marked_where_they_are() -> No
 
 
 def mesh_of(axes: Axes) -> tuple[QuadMesh, dict[tuple[float, float], float]]:
-    # The mesh, and its values by the middle of their cells.
+    # The mesh, and its values by the centres of the cells.
     (mesh,) = [collection for collection in axes.collections if isinstance(collection, QuadMesh)]
     corners = np.asarray(mesh.get_coordinates())
     middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
@@ -286,7 +286,7 @@ def test_a_maps_legend_of_critical_friction_says_for_which_friction() -> None:
 def made_up(
     axes: dict[str, Any], outputs: Sequence[str], cases: Sequence[bool] = (True, False)
 ) -> Sweep:
-    # Every output is another function of what varies and of the case.
+    # Every output is a different function of the axes and the case.
     study = Study(Design(axes), Parameters(), tuple(cases), outputs=tuple(outputs))
     grids: Sequence[Any] = np.meshgrid(*axes.values(), indexing="ij")
     points_ = {
@@ -478,7 +478,7 @@ def test_attractors_along_a_parameter_stand_where_and_how_they_were_met() -> Non
         assert (line.get_marker(), line.get_color()) == (marker, colour)
         assert list(zip(*points(line), strict=True)) == positions
         assert line.get_linestyle() == "None"
-    # Half way to the values beside it.
+    # Half-way to the neighbouring values.
     assert spans(axes) == [(15.0, 30.0)]
     x, y = labels(axes)
     assert x == "Cubic contact stiffness k_nl (N/m^3)"
@@ -525,7 +525,7 @@ def test_a_basin_has_the_colour_of_the_attractor_that_its_starts_reach() -> None
     for position, patch in enumerate(legend.values()):
         assert to_hex(mesh.to_rgba(float(position))) == to_hex(patch.get_facecolor())  # type: ignore[arg-type]
         assert bool(patch.get_hatch()) == (position != 1)
-    # The hatching of a cycle covers its own starts alone; corners are looked at from inside.
+    # The hatching of a cycle covers exactly its starts; corners are tested slightly inside.
     filled = [
         collection
         for collection in axes.collections

@@ -1,4 +1,4 @@
-"""What CONTRIBUTING says of adding something is done to a copy of the sources, as it is said."""
+"""Each recipe of CONTRIBUTING for adding something works on a copy of the sources."""
 
 import re
 import shutil
@@ -18,7 +18,7 @@ CONTRIBUTING: Final = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 @dataclass(frozen=True)
 class Edit:
-    """A change of a file: everywhere `old`, a regular expression, is `new`; or a file is new."""
+    """A change of a file: replace the regular expression `old` by `new`, or write a new file."""
 
     path: str
     old: str
@@ -36,14 +36,14 @@ class Edit:
 
 
 def said(subject: str) -> str:
-    """The paragraph on adding something."""
+    """The paragraph on adding a subject."""
     (text,) = re.findall(rf"^\*\*{subject}\.\*\*.*?\n\n", CONTRIBUTING, re.MULTILINE | re.DOTALL)
     assert text.count("\n") <= 7
     return str(text)
 
 
 def add(subject: str, edits: Iterable[Edit], root: Path) -> None:
-    """Make changes of files that the paragraph names, or of new files in folders that it names."""
+    """Apply edits of files that the paragraph names, or of new files in folders that it names."""
     text = said(subject)
     for edit in edits:
         folder = edit.path.rpartition("/")[0]
@@ -68,7 +68,7 @@ PARAMETER: Final = (
     Edit("fivtui/transient/steppers/rk4_on_belts.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
     Edit("fivtui/tui/session/equations.py", r"= P − F\"", '= P − F − m g"'),
 )
-# What a preload that is more by 10 N changes is changed alike.
+# Gravity has the same effect as a preload that is larger by 10 N.
 WITH_PARAMETER: Final = """
 import math
 from fivtui import *
@@ -334,7 +334,7 @@ MODE: Final = (
         r"OF(w, drag, lane) = \g<0>",
     ),
 )
-# Off the belt it is what twice the damping gives without the mode, and in contact what it was.
+# Separated motion agrees with doubled damping without the mode; in contact it is unchanged.
 WITH_MODE: Final = """
 import math
 import numpy as np
@@ -444,7 +444,7 @@ assert "midpoint" in tried and tried == set(_SHARES)
 assert "midpoint" in {entry.name for entry in METHODS_UNDER_TEST.values()}
 """
 
-# A tab: the parameters, as a command says them.
+# A tab: the preload in words.
 HELLO: Final = '''"""The words tab."""
 
 from textual.app import ComposeResult
@@ -464,7 +464,7 @@ class WordsPane(Pane):
         """Say the preload."""
         self.query_one("#words", Static).update(f"a preload of {self.session.texts['F']} newtons")
 '''
-# The tab of a study: the stability of the edited scene at a friction coefficient that is typed.
+# The tab of a study: stability of the edited scene at a given friction coefficient.
 STUDY_TAB: Final = '''"""The tab of the stability at a friction coefficient."""
 
 import numpy as np
@@ -560,7 +560,7 @@ async def look():
 asyncio.run(look())
 """
 
-# A file format: a line of JSON a row, below one of the header.
+# A file format: one JSON line per row, after a header line.
 LINES: Final = '''"""Tables as lines of JSON: the header, the names with their units, the rows."""
 
 import json
@@ -665,13 +665,13 @@ assert run(["sweep", "--vary=F=10:20:3", "--out=bad.jsonl"]) == 2
 def tree(tmp_path: Path) -> Path:
     root = tmp_path / "tree"
     for package in ("fivtui", "fmu_src"):
-        # With what is compiled, which holds for all but the files that are edited.
+        # Include compiled files: they stay valid for all files that are not edited.
         shutil.copytree(ROOT / package, root / package)
     return root
 
 
 def try_out(root: Path, code: str) -> str:
-    """What a program prints that runs on a tree."""
+    """Output of a program that imports the packages of a tree."""
     return run_python(
         "-c", code, cwd=root, environment={"PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
     )
@@ -679,7 +679,7 @@ def try_out(root: Path, code: str) -> str:
 
 def test_a_parameter(tree: Path) -> None:
     add("A parameter", PARAMETER, tree)
-    # What is compiled is of another text.
+    # Only the Python flavour: compiled files do not have the edit.
     try_out(tree, f"FLAVOURS = ['python']\n{WITH_PARAMETER}")
 
 

@@ -1,4 +1,4 @@
-"""Numerical limits by what they deliver: ten thousand times as loose, each of them shows here."""
+"""Each numerical limit matters: ten thousand times larger, it makes a test here fail."""
 
 import math
 
@@ -15,8 +15,8 @@ from fivtui.taylor.polynomial import roots
 from fivtui.transient.derivatives.variation import START_SEEDS, vary
 from fivtui.transient.request import Request
 
-# F = 80 N: where the separating cycle is born, and its lift-off and period there, by a
-# continuation with other code.
+# F = 80 N: friction at the fold of separating cycles, and the period from lift-off there, by an
+# independent continuation.
 FOLD, FOLD_PERIOD = 0.277876613, 1.1945636
 
 
@@ -27,7 +27,7 @@ def as_state(values: list[float]) -> State:
 
 @pytest.fixture(scope="module")
 def folded() -> PeriodicOrbit:
-    """The cycle next to the fold, followed down from a transient."""
+    """The cycle near the fold, continued downwards from a transient."""
     p = Parameters(mu=0.3)
     run = simulate(
         p, t_end=200.0, start=(0.0, 0.0, 1.5, 3.0), samples="dense", kernel="interpreted"
@@ -45,7 +45,7 @@ def folded() -> PeriodicOrbit:
 
 def test_next_to_the_fold_there_is_an_orbit_and_below_it_none(folded: PeriodicOrbit) -> None:
     assert folded.period == pytest.approx(FOLD_PERIOD, abs=5e-5)
-    # Here the return map misses by 1e-9 to 1e-8 of the orbit, and by no less.
+    # Here the return map misses by 1e-9 to 1e-8 of the orbit's size.
     for below in (1e-9, 3e-9, 1e-8):
         with pytest.raises(ComputationError, match="no periodic orbit"):
             shoot(
@@ -66,7 +66,7 @@ def test_an_orbit_closes_and_its_numbers_are_those_of_a_run_over_it(folded: Peri
 
 @pytest.mark.parametrize("beyond", [1e-4, 1e-6, 1e-9])
 def test_a_small_cycle_is_told_from_rest(beyond: float) -> None:
-    # A cycle born at a supercritical boundary grows like the root of the distance from it.
+    # At a supercritical Hopf point the amplitude grows as the square root of the distance.
     critical = stability(Parameters(F=40.0)).critical_mu[0].mu
     p = Parameters(F=40.0, mu=critical + beyond)
     verdict = stability(p)
@@ -99,7 +99,7 @@ def test_errors_grow_as_the_derivative_of_the_flow_says(
 
 
 def test_the_derivative_of_the_flow_contracts_volume_to_rounding() -> None:
-    # Liouville; the trace of the matrix is the divergence everywhere, −(c1 + c2)/m.
+    # Liouville's formula: the trace of the Jacobian is −(c1 + c2)/m everywhere.
     p = Parameters()
     request = Request(System(p), t_end=3.0, tol=1e-13, start=(0.3, 1.0, -0.5, 2.0))
     derivative = vary(request, START_SEEDS).derivatives
@@ -116,7 +116,7 @@ def test_the_least_damping_makes_stable_and_none_does_not(damping: float) -> Non
 
 
 def test_two_roots_next_to_each_other_and_to_the_start_are_two() -> None:
-    # (t − δ)(t − 2 δ): a flight of the length δ of a step after the start.
+    # (t − δ)(t − 2 δ): a flight that lasts the fraction δ of a step, soon after its start.
     for part in (1e-9, 1e-11, 1e-13):
         assert list(roots([2.0 * part * part, -3.0 * part, 1.0])) == pytest.approx(
             [part, 2.0 * part], rel=1e-14

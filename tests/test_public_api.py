@@ -1,4 +1,4 @@
-"""What `import fivtui` offers a script: every name, its example, and what importing it costs."""
+"""The public API: every name, its example, and the cost of `import fivtui`."""
 
 import doctest
 import inspect
@@ -15,7 +15,7 @@ from tests.support.processes import run_python
 FUNCTIONS = [name for name in fivtui.__all__ if isinstance(getattr(fivtui, name), FunctionType)]
 CLASSES_WITH_EXAMPLES = ["Design", "Distribution", "Range", "Scene"]
 SECTIONS = ["Parameters", "Returns", "Raises", "Examples"]
-# Imported on first use alone.
+# Imported only on first use.
 HEAVY = ["numpy", "scipy", "matplotlib", "rich", "textual", "click", "fmpy", "tomlkit"]
 WITHOUT_RESULT = ["save_scene"]
 

@@ -1,4 +1,4 @@
-"""The blocks of README and examples/*.md run, and what the README repeats of the code is so."""
+"""Blocks of README and examples/*.md run, and statements in README agree with the code."""
 
 import re
 import tarfile
@@ -27,12 +27,12 @@ DOCUMENTS = {
 
 
 def blocks_in(text: str) -> list[tuple[str, str]]:
-    """Language and text of the blocks that are run."""
+    """Language and text of the blocks to run."""
     return re.findall(r"^```(sh|python|py)\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
 BLOCKS = {name: blocks_in(text) for name, text in DOCUMENTS.items()}
-# The blocks of documents that take long, in about equal shares.
+# First lines of parts of long documents, which take about equal time.
 PARTS = {
     "README.md": [
         "python3 -m venv",
@@ -45,7 +45,7 @@ PARTS = {
 
 
 def blocks_of(name: str, first: str) -> list[tuple[str, str]]:
-    """The blocks of a document from the one that begins so, up to where the next part begins."""
+    """Blocks of a document from the one that starts with `first` up to the next part."""
     blocks, parts = BLOCKS[name], PARTS.get(name, [""])
     begins = [
         next(index for index, (_, text) in enumerate(blocks) if text.startswith(begin))
@@ -62,7 +62,7 @@ ALL_PARTS = [(name, first) for name in DOCUMENTS for first in PARTS.get(name, ["
 def check_blocks(
     blocks: list[tuple[str, str]], change: Callable[[list[str]], list[str]] = list
 ) -> dict[str, str]:
-    """Run blocks in order in this folder; returns what scripts print, by language."""
+    """Run blocks in order in this folder; return outputs by command line, scripts by language."""
     printed = run_blocks(blocks, change)
     wrong = [f"{command.line}: {command.error}" for command in printed if command.code]
     assert not wrong, "\n".join(wrong)
@@ -92,7 +92,7 @@ def test_the_blocks_run_in_order_in_one_folder_as_installed_there(
     hide_extras(monkeypatch)
     shorten(monkeypatch)
     if name == "belt.md":
-        # On belts of finite speed cycles are followed by interpreted code.
+        # On belts of finite speed interpreted code follows cycles, which is slow.
         shorten_searches(monkeypatch)
     check_scripts(check_blocks(blocks_of(name, first), reduced))
 

@@ -1,4 +1,4 @@
-"""What is printed and written, read back: numbers of independent equations stand in their places.
+"""Printed and written reports: their numbers agree with independent equations.
 
 The text of all reports is recorded (`tests/net`).
 """
@@ -37,19 +37,19 @@ Printed = pytest.CaptureFixture[str]
 
 
 def text_of(printed: Printed) -> str:
-    """What was printed, without the blanks that fill lines."""
+    """Printed text without trailing blanks."""
     return re.sub(r" +$", "", printed.readouterr().out, flags=re.MULTILINE)
 
 
 def listed(printed: Printed) -> list[tuple[str, str]]:
-    """The rows of a list: name and text."""
+    """Rows of a list: name and text."""
     lines = printed.readouterr().out.splitlines()
     parts = [re.split(r"\s{2,}", line.strip(), maxsplit=1) for line in lines]
     return [(part[0], part[1]) for part in parts if len(part) == 2]
 
 
 def tabled(text: str) -> list[dict[str, str]]:
-    """The rows of a table, by what stands above: all columns but the first end alike."""
+    """Rows of a table by column names; all columns but the first are right-aligned."""
     header, *lines = [line.rstrip() for line in text.splitlines()]
     names = [(match.end(), match[0]) for match in re.finditer(r"\S+(?: \S+)*", header)]
     rows = []
@@ -115,7 +115,7 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
     margin = f"μ {part:.3g} % below, margin {critical - 1.1:+.6g}"
     assert values["critical μ"] == f"{critical:.6g} (unstable above)  {margin}"
     assert numbers(values["critical μ, linear"])[0] == pytest.approx(linear, rel=1e-5)
-    # Where the undamped modes meet, by bisection of their eigenvalues.
+    # The friction at which undamped modes coalesce, by bisection of eigenvalues.
     free = {name: value for name, value in changes.items() if name != "mu"} | {"c1": 0.0, "c2": 0.0}
     low, high = 0.0, 4.0
     for _ in range(40):
@@ -259,7 +259,7 @@ def test_of_a_long_sweep_the_ends_are_printed_and_some_outputs(capsys: Printed) 
 
 def test_the_progress_of_a_sweep_counts_members_rate_and_time_left() -> None:
     assert progress_text(200, 0.25, 0.0, 0.0) == "50 of 200 members (25.0%)"
-    # 40 members in 8 s are 5 a second; 150 are left.
+    # 40 members in 8 s are 5 per second; 150 remain.
     assert progress_text(200, 0.25, 0.2, 8.0) == "50 of 200 members (25.0%), 5/s, 30 s left"
     assert progress_text(10**5, 0.5, 0.5, 1e4).endswith("5/s, 2.8 h left")
     assert progress_text(10**6, 0.5, 0.5, 1e5).endswith("5/s, 1.2 d left")

@@ -1,4 +1,4 @@
-"""Results in a session: their lines, data, columns and figures, and that they can be stored."""
+"""Results: their summary lines, data, columns and figures; results can be pickled."""
 
 import copy
 import json
@@ -62,7 +62,7 @@ def _validation() -> Result:
     return fivtui.validate(run, measured, tolerances=fivtui.Tolerances(frequency=0.1))
 
 
-# Results, and the studies that write them; empty for those that are parts of a result.
+# Results, and the studies that write them; no study if they are parts of another result.
 RESULTS: Final[dict[str, tuple[str, Callable[[], Result]]]] = {
     "transient": ("run", lambda: fivtui.simulate(_P, t_end=20.0, samples=201)),
     "dense": ("", lambda: fivtui.simulate(t_end=20.0, samples="dense")),

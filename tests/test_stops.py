@@ -1,4 +1,4 @@
-"""Whatever takes long looks at whether to go on within every piece of work that it is made of."""
+"""Long computations check for cancellation within every piece of work."""
 
 from collections.abc import Callable
 from typing import Any

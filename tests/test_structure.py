@@ -1,4 +1,4 @@
-"""The layout of the sources: contracts that refuse, names, folders, who knows which package."""
+"""The layout of the sources: import contracts, names, folders, and packages by importer."""
 
 import ast
 import re
@@ -30,7 +30,7 @@ CONTRACTS: Final[list[dict[str, Any]]] = tomllib.loads(
     (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 )["tool"]["importlinter"]["contracts"]
 
-# For each contract an import that it must refuse: who imports, and what.
+# For each contract an import that it must refuse: importer and imported module.
 VIOLATIONS: Final = {
     "Layers of fivtui": ("fivtui.transient.steppers.rk4", "fivtui.orbits.decay"),
     "Layers of the laboratory": ("fivtui.tui.session.editing", "fivtui.tui.tabs.messages"),
@@ -54,7 +54,7 @@ VIOLATIONS: Final = {
     "click is known to the command line alone": ("fivtui.sweeps.options", "click"),
     "matplotlib is known to figures alone": ("fivtui.batch.result", "matplotlib"),
 }
-# The children of fivtui that a contract of one package leaves free to import it.
+# Children of fivtui that may import a package in spite of the contract about it.
 FREE: Final = {
     "textual": {"__main__", "tui", "lazy", "version"},
     "click": {"__main__", "cli", "lazy", "version"},
@@ -82,7 +82,7 @@ FREE: Final = {
 
 
 def lint_imports(root: Path) -> str:
-    """What import-linter prints of the sources in a folder."""
+    """Output of import-linter for the sources in a folder."""
     code = "import sys; from importlinter.cli import lint_imports_command as c; sys.exit(c())"
     process = subprocess.run(
         [sys.executable, "-c", code, "--no-cache", "--no-logo"],
@@ -96,7 +96,7 @@ def lint_imports(root: Path) -> str:
 
 
 def sections(report: str) -> dict[str, str]:
-    """What a report says of each broken contract, by its name."""
+    """The report on each broken contract, by contract."""
     parts = re.split(r"^(.+)\n-+\n", report, flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
@@ -134,14 +134,14 @@ def test_no_module_bears_the_name_of_an_exported_function() -> None:
     assert not CHILDREN.intersection(fivtui.__all__)
 
 
-# The FMU carries modules of these without what their packages export, and the kernel's text is made
-# of the model's.
+# Importers use modules of these packages directly: the FMU contains single modules without the
+# packages' exports, and the kernel is generated from the model's modules.
 BY_MODULE: Final = {"fivtui.model", "fivtui.taylor", "fivtui.kernel", "fmu_src.slave"}
 
 
 @cache
 def parsed(path: Path) -> ast.Module:
-    """A module's syntax tree, for all tests."""
+    """Syntax tree of a module, cached for all tests."""
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
@@ -251,7 +251,7 @@ def test_every_folder_of_modules_says_in_a_line_what_it_is(package: str) -> None
         assert docstring.splitlines()[0].endswith("."), folder
 
 
-# Nothing is compiled: there is no compiler beside that of CC.
+# Without a compiler the build compiles nothing; CC is invalid too.
 BUILD = """
 import sys
 sys.modules["ziglang"] = None
@@ -274,7 +274,7 @@ def test_the_rules_of_git_and_of_the_wheel_leave_out_no_module(tmp_path: Path) -
 
 @cache
 def imported_by(path: Path) -> set[str]:
-    """The packages that a module imports, at its head or later, but for type checkers alone."""
+    """Packages that a module imports anywhere, except for type checkers."""
     modules: set[str] = set()
     waiting: list[ast.AST] = [parsed(path)]
     while waiting:
@@ -290,7 +290,7 @@ def imported_by(path: Path) -> set[str]:
     return modules
 
 
-# The modules that know a package, as a regular expression.
+# Modules that may import a package, as a regular expression.
 KNOWN_TO: Final = {
     "click": r"fivtui\.cli(\..+)?",
     "distributed": r"fivtui\.sweeps\.cluster",
@@ -337,5 +337,5 @@ def test_a_class_name_has_one_meaning() -> None:
 
 def test_a_test_that_hangs_is_ended_in_compiled_code_too(pytestconfig: pytest.Config) -> None:
     assert 0.0 < float(pytestconfig.getini("timeout")) <= 300.0
-    # The alarm of the other method waits until compiled code returns.
+    # The signal method would wait until compiled code returns.
     assert pytestconfig.getini("timeout_method") == "thread"

@@ -1,4 +1,4 @@
-"""The registry of studies: files of every study, and that one entry more is one study more."""
+"""The registry of studies: files of every study, and adding a study by one entry."""
 
 import json
 import sys
@@ -100,7 +100,7 @@ def bounce(monkeypatch: pytest.MonkeyPatch) -> None:
     package = ModuleType("bounces")
     package.BOUNCE = BOUNCE  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "bounces", package)
-    # The one line.
+    # The only registration that a study needs.
     monkeypatch.setitem(STUDIES, "bounce", "bounces:BOUNCE")
 
 
@@ -162,10 +162,10 @@ def test_every_entry_says_what_its_files_are_called_and_can_be_read_where_it_is_
         if kind.suffixes:
             assert kind.stem is not str or kind.load is not None, name
     kept_alone = {name for name, kind in studies() if kind.stored is not None and not kind.load}
-    # What is kept between two starts can be opened from a file, too; claims are computed anew.
+    # All stored studies can also be opened from files, except claims, which are recomputed.
     assert kept_alone == {"claims"}
     names = [name for name, kind in studies() if kind.header]
-    # A map says least: whatever has its keys and more must be recognised before it.
+    # The header of a map has the fewest keys, so other kinds must be recognised before it.
     assert names[-1] == "map"
 
 
@@ -233,7 +233,7 @@ def test_a_file_is_recognised_and_read_or_refused_with_the_reason(
     assert type(loaded) is type(result)
     assert equal_values(loaded.to_columns(), result.to_columns())
     if kind != "run":
-        # What a trajectory does not say, such as peaks, is that of its samples.
+        # A trajectory file lacks some entries of a run, such as peaks, which are then from samples.
         assert loaded.to_dict() == result.to_dict()
     if kind == "map":
         assert equal_values(loaded.excess, result.excess)

@@ -49,9 +49,9 @@ def test_without_damping_separation_brings_sensitive_dependence() -> None:
     p = Parameters(c1=0.0, c2=0.0)
     result = growth(p, 1500.0)
     assert result.fate is Fate.SENSITIVE
-    # Over such a horizon it is known to about a factor of two.
+    # Over such a horizon the exponent is accurate to about a factor of two.
     assert 0.01 < result.exponent < 0.08
-    # The prediction holds: two runs that differ by rounding alone part that fast.
+    # Two runs that differ only by rounding diverge at the predicted rate.
     start = np.array(simulate(p, t_end=1e-3).start)
     first, second = (
         simulate(p, t_end=1500.0, start=tuple(start * factor)) for factor in (1.0, 1.0 + 1e-14)

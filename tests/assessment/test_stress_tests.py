@@ -1,4 +1,4 @@
-"""The tests at the extremes: right or refused, never wrong without a word."""
+"""Stress tests at extreme parameters: a method is right or refuses, and is never silently wrong."""
 
 import json
 from functools import partial
@@ -34,7 +34,7 @@ def test_the_default_method_is_right_on_every_scene_that_has_an_answer(name: str
     result = run_stress_test(STRESS_TESTS[name], METHODS_UNDER_TEST["taylor"])
     assert result.verdict is StressVerdict.RIGHT
     assert result.error is not None
-    # Without damping and over 1e5 s the tolerance is that of a hundred periods no longer.
+    # Without damping, errors over 1e5 s exceed the tolerance that holds over a hundred periods.
     assert result.error <= max(3.0 * STRESS_TESTS[name].tol, 1e-14) or name == "long"
 
 
@@ -71,7 +71,7 @@ def test_the_stiff_scene_is_solved_by_the_implicit_methods_and_refused_by_those_
 
 
 def test_a_wrong_result_is_called_wrong() -> None:
-    # SciPy holds its tolerance locally, which is not the accuracy of the end state.
+    # SciPy's tolerance is local, per step, and does not bound the error of the end state.
     result = run_stress_test(STRESS_TESTS["tol-0.001"], METHODS_UNDER_TEST["scipy-lsoda"])
     assert result.verdict is StressVerdict.WRONG
     assert result.error is not None
@@ -116,7 +116,7 @@ def test_results_are_data_and_can_be_cancelled() -> None:
 
 
 OURS = ("taylor", "taylor-interpreted", "rk4", "fmu")
-# Some seconds each, by RK4 above all.
+# Takes some seconds for each test, most of it for RK4.
 SHORT = ["lifted", "tol-too-small"]
 
 

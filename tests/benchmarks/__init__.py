@@ -1,4 +1,4 @@
-"""Benchmarks: what this solver costs, by itself and beside others, on one machine.
+"""Benchmarks: CPU time of this solver, alone and compared with other solvers, on one machine.
 
 ``python -m tests.benchmarks`` prints work and precision of single runs beside other solvers, which
 ``pip install '.[peers]'`` brings, and draws them. ``python -m tests.benchmarks.speed`` compares two

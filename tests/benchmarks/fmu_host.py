@@ -1,4 +1,4 @@
-"""What a communication step costs a host in C: ``python -m tests.benchmarks.fmu_host``.
+"""CPU time of a communication step in a host written in C: ``python -m tests.benchmarks.fmu_host``.
 
 Both flavours of the FMU and, beside them, a bouncing ball in C; CPU time, the best of a few. The
 Python flavour needs the library of this Python.
@@ -22,13 +22,13 @@ _HERE: Final = Path(__file__).parent
 _HEADERS: Final = Path(fmpy.__file__).parent / "c-code"
 STEPS: Final = (1e-3, 1e-2)
 ROUNDS: Final = 5
-# So many steps that the start of a process does not count, fewer of what takes microseconds.
+# Enough steps that the start of a process is negligible; fewer for steps that take microseconds.
 COUNT: Final = 500_000
 COUNT_OF_PYTHON: Final = 20_000
 
 
 class Cost(NamedTuple):
-    """CPU time of a step, of a step and five outputs, ns, and of an instance, µs."""
+    """CPU time of a step, of a step with five outputs (both ns), and of an instance (µs)."""
 
     step: float
     read: float
@@ -36,7 +36,7 @@ class Cost(NamedTuple):
 
 
 class Timed(NamedTuple):
-    """An FMU's library, GUID, resources, and a library that its host needs first."""
+    """Library, GUID and resources of an FMU, and a library that its host loads first."""
 
     library: Path
     guid: str
@@ -45,7 +45,7 @@ class Timed(NamedTuple):
 
 
 def compiled(folder: Path, name: str, *options: str) -> Path:
-    """A program or library of a file in C beside this one."""
+    """Compile a C file of this folder to a program or library."""
     target = folder / Path(name).stem
     compiler = shlex.split(os.environ.get("CC", "cc"))
     flags = [str(_HERE / name), f"-I{_HEADERS}", "-O2", "-o", str(target), *options]
@@ -54,7 +54,7 @@ def compiled(folder: Path, name: str, *options: str) -> Path:
 
 
 def cost(host: Path, fmu: Timed, h: float, count: int, rounds: int = ROUNDS) -> Cost:
-    """The least of several measurements."""
+    """The minimum over several measurements."""
     command = [host, fmu.library, fmu.guid, fmu.resources, h, count]
     environment = os.environ | ({"LD_PRELOAD": fmu.preload} if fmu.preload else {})
     costs = []

@@ -1,4 +1,4 @@
-"""Solvers of others, each used as its own documentation would have it; those that are installed."""
+"""Other packages' solvers, each used as its documentation recommends, if installed."""
 
 import ctypes
 import shutil
@@ -19,7 +19,7 @@ from .solvers import Run, Solver, decades
 
 
 def peers() -> list[Solver]:
-    """The solvers that this machine has."""
+    """Solvers that are installed on this machine."""
     solvers = []
     if find_spec("heyoka") is not None:
         solvers.append(
@@ -36,7 +36,7 @@ def peers() -> list[Solver]:
 
 
 def missing() -> list[str]:
-    """The packages and programs that would add solvers."""
+    """Packages and programs that are missing and would add solvers."""
     packages = [n for n in ("heyoka", "sksundae", "numbalsoda") if find_spec(n) is None]
     return packages + (["gcc"] if shutil.which("gcc") is None else [])
 

@@ -1,4 +1,4 @@
-"""What a benchmark measures: solvers with settings from coarse to fine."""
+"""Solvers of a benchmark, with settings from coarse to fine."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

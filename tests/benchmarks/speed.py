@@ -17,12 +17,12 @@ from typing import Any, Final, Literal
 import click
 
 ROOT: Final = Path(__file__).parents[2]
-# Repetitions within a round last about so long, s.
+# Target duration of the repetitions within a round, s.
 _ROUND_S: Final = 0.3
 
 
 def workloads() -> dict[str, Callable[[], Any]]:
-    """What is measured, by name."""
+    """Workloads by name."""
     import numpy as np
 
     from fivtui import (
@@ -74,7 +74,7 @@ def workloads() -> dict[str, Callable[[], Any]]:
 
 
 def least_times(chosen: str, seconds: float = _ROUND_S) -> dict[str, float]:
-    """The least CPU time of each workload that has a text in its name, s, after a first run."""
+    """Least CPU time, s, of each workload whose name contains a text, after a warm-up run."""
     times = {}
     for name, run in workloads().items():
         if chosen not in name:
@@ -91,7 +91,7 @@ def least_times(chosen: str, seconds: float = _ROUND_S) -> dict[str, float]:
 
 
 def measured_in(root: Path, chosen: str) -> dict[str, float]:
-    """The times of a checkout, measured in a process of its own by this file."""
+    """Run this file on a checkout in a process of its own and return its times."""
     code = (
         "import json, runpy, sys; measure = runpy.run_path(sys.argv[1])['least_times']; "
         "print(json.dumps(measure(sys.argv[2])))"

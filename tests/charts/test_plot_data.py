@@ -24,13 +24,13 @@ def test_an_envelope_keeps_the_extremes_of_every_column_in_the_order_of_time(
     values = np.random.default_rng(seed).standard_cauchy(800)
     t = np.linspace(0.0, 1.0, values.size)
     edges = np.linspace(low, high, columns + 1)
-    kept_t, envelope_values = envelope(t, values, edges)
+    envelope_t, envelope_values = envelope(t, values, edges)
     assert envelope_values.size <= 4 * columns + 8
-    assert np.all(np.diff(kept_t) > 0.0)
+    assert np.all(np.diff(envelope_t) > 0.0)
     for begin, end in pairwise(edges.tolist()):
-        # A hair inside, so that rounding of the edges does not decide.
+        # Slightly inside, so that rounding of the edges does not matter.
         inner = (t > begin + 1e-9) & (t < end - 1e-9)
-        window = (kept_t > begin - 1e-9) & (kept_t < end + 1e-9)
+        window = (envelope_t > begin - 1e-9) & (envelope_t < end + 1e-9)
         if inner.any():
             assert envelope_values[window].max() >= values[inner].max()
             assert envelope_values[window].min() <= values[inner].min()
@@ -38,9 +38,9 @@ def test_an_envelope_keeps_the_extremes_of_every_column_in_the_order_of_time(
 
 def test_few_samples_are_drawn_as_they_are() -> None:
     t = np.linspace(0.0, 1.0, 11)
-    kept_t, envelope_values = envelope(t, np.sin(t), np.linspace(0.25, 0.55, 101))
-    assert kept_t.tolist() == pytest.approx([0.2, 0.3, 0.4, 0.5, 0.6])
-    assert envelope_values == pytest.approx(np.sin(kept_t))
+    envelope_t, envelope_values = envelope(t, np.sin(t), np.linspace(0.25, 0.55, 101))
+    assert envelope_t.tolist() == pytest.approx([0.2, 0.3, 0.4, 0.5, 0.6])
+    assert envelope_values == pytest.approx(np.sin(envelope_t))
 
 
 def test_the_cost_of_drawing_does_not_grow_with_the_run() -> None:

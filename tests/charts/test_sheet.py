@@ -1,4 +1,4 @@
-"""Charts on a sheet: their labels beside them, and the legend below."""
+"""Chart sheets: axis labels beside the axes, and the legend below."""
 
 import numpy as np
 import pytest

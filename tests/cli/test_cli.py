@@ -1,4 +1,4 @@
-"""The command line: what it prints, where, and how it ends."""
+"""The command line: its output, streams and exit status."""
 
 import io
 import json
@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """What a command prints and returns, run in this process, which has imported all already."""
+    """Output and exit status of a command, run in this process, which has imported every module."""
     out, error = io.StringIO(), io.StringIO()
     with chdir(cwd or Path.cwd()), redirect_stdout(out), redirect_stderr(error):
         code = run(args)

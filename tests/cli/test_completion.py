@@ -1,4 +1,4 @@
-"""What Tab completes in a shell: commands, options, presets, files and names behind options."""
+"""Shell completion by Tab: commands, options, presets, files and names after options."""
 
 import os
 import shutil
@@ -54,7 +54,7 @@ VARIED = [f"{name}=" for name in (*ALL_PARAMETERS, *START_SPECS)]
         ("fivtui simulate --out r", ["file,r"]),
         ("fivtui fmu check s", ["file,s"]),
         ("fivtui figures --out f", ["dir,f"]),
-        # What is wrong with the line is said when it runs.
+        # A wrong line completes as usual; errors are reported when it runs.
         ("fivtui no-such-command ", plain(sorted(commands.commands))),
         ("fivtui simulate --tol 1 --tol 2 --set m", plain(["m=", "mu=", "mu_s="])),
         ("fivtui simulate --tol '' --set m", plain(["m=", "mu=", "mu_s="])),

@@ -1,4 +1,4 @@
-"""Whatever is typed: exit 0, 2 or 3; what fails says so on one line and leaves nothing."""
+"""Any command line exits with 0, 2 or 3; a failure prints one line and leaves no files."""
 
 import contextlib
 import io
@@ -33,7 +33,7 @@ def restore(folder: Path, before: dict[str, bytes | None]) -> None:
 
 
 def fault(code: int, message: str, changed: set[str]) -> str:
-    """What is wrong with how a command ended; empty if nothing is."""
+    """Describe what is wrong with how a command ended; empty if nothing is."""
     if code not in (0, 2, 3):
         return f"exit {code}"
     if "Traceback" in message or "please report" in message:
@@ -72,6 +72,6 @@ def test_a_command_line_drawn_at_random_ends_as_it_should(
         if changed:
             restore(tmp_path, before)
     assert not faults, "\n".join(faults)
-    # Lines that do something, and lines that are refused, are both among them.
+    # The sample contains both lines that run and lines that are refused.
     assert codes.count(0) > 2
     assert codes.count(2) > 50

@@ -1,4 +1,4 @@
-"""Options declared once: what a copied command line says is what the command reads."""
+"""Declared options: the command reads back what a copied command line contains."""
 
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ DECLARED = {
 
 
 def another_value(declared: Option, default: Any) -> Any:
-    """A value that is not the default."""
+    """A value that differs from the default."""
     if declared.integers is not None:
         return 7
     if declared.choices:

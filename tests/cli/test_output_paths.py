@@ -1,4 +1,4 @@
-"""What commands write is never what they read, never twice the same file, never half there."""
+"""Output paths: never an input, never the same file twice, never a partial file."""
 
 import os
 from collections.abc import Iterator
@@ -43,7 +43,7 @@ def command_of(names: tuple[str, ...]) -> click.Command:
 
 
 ALL = list(commands_in(commands))
-# What each command that writes files needs besides them.
+# Arguments that each command needs besides its output paths.
 NEEDED: dict[tuple[str, ...], list[str]] = {
     ("stability",): [],
     ("attractors",): ["--vary=F=20:80:2"],

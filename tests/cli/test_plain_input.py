@@ -1,4 +1,4 @@
-"""Numbers, names and messages as they are given: plain ones are taken, others are one line."""
+"""Plain numbers, names and messages are accepted; any other input is a one-line error."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -156,7 +156,7 @@ def test_a_file_is_read_up_to_its_limit(tmp_path: Path) -> None:
     assert read_bytes(path, limit=2048) == bytes(2048)
     with pytest.raises(InputError, match=r"file: must be of at most 2047 bytes$"):
         read_bytes(path, limit=2047)
-    # Files of the kernel say that they are empty.
+    # Files of the compiled kernel report that they are empty.
     with pytest.raises(InputError, match="at most 16 bytes"):
         read_bytes(Path("/proc/self/status"), limit=16)
 

@@ -1,4 +1,4 @@
-"""What a command computes tells its progress bar how far it is, from the beginning to the end."""
+"""Commands report their progress from 0 to 1."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ LINES = {
 
 
 class Told(printing.ProgressBar):
-    """Stands where the bar is: keeps what it is told."""
+    """Stands in for the progress bar and records what it receives."""
 
     def __init__(self, label: str) -> None:
         super().__init__(label)

@@ -1,4 +1,4 @@
-"""Standard output that is full, closed, without a reader or in ASCII, and files that never end."""
+"""Standard output that is full, closed, without a reader or in ASCII, and endless input files."""
 
 import json
 import os

@@ -223,7 +223,7 @@ def test_without_a_terminal_progress_is_a_line_now_and_then(
         for second in range(65):
             clock[0] = 100.0 + second
             assert progress(0.5 + second * 0.001) is True
-    # What an earlier run has computed does not count as speed.
+    # Members that an earlier run computed do not count towards the speed.
     assert capsys.readouterr().err.splitlines() == [
         "fivtui: 530 of 1000 members (53.0%), 1/s, 8 min left".replace("8 min", "7.8 min"),
         "fivtui: 560 of 1000 members (56.0%), 1/s, 7.3 min left",

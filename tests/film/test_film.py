@@ -1,4 +1,4 @@
-"""Films of the slider on the belt: what their frames show, read back."""
+"""Films of the slider on the belt: positions and arrows of their frames."""
 
 import json
 import math
@@ -53,7 +53,7 @@ def test_in_contact_the_foot_is_on_the_belt_and_the_arrows_are_the_forces() -> N
     up = drawn["contact force"].y[1] - drawn["contact force"].y[0]
     right = drawn["friction"].x[1] - drawn["friction"].x[0]
     assert right / up == pytest.approx(0.7)
-    # The block follows the motion to scale, and nothing reaches through the belt.
+    # The block moves to scale, and no part overlaps the belt.
     rise = drawn["block"].y.min() - shapes(RUN, 0.0)["block"].y.min()
     start = motion_at(RUN, np.array([0.0, t]))
     assert rise == pytest.approx(start.y[1] - start.y[0])
@@ -111,7 +111,7 @@ def test_a_film_shows_the_modes_by_the_colour_of_the_foot(tmp_path: Path) -> Non
             image.seek(1)
             pixels = np.asarray(image.convert("RGB")).reshape(-1, 3).astype(int)
         counts[name] = int((np.abs(pixels - ORANGE).max(axis=1) < 40).sum())
-    # Beside the key and the curve, which are in both.
+    # Besides the key and the curve, which both pictures show.
     assert counts["stick"] > counts["off"] + 300
 
 

@@ -1,4 +1,4 @@
-"""The FMU, run by fmpy where the project is absent, gives the native results."""
+"""The FMU, run by fmpy without the project installed, gives the native results."""
 
 from collections.abc import Iterator
 from pathlib import Path

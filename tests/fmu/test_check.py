@@ -1,4 +1,4 @@
-"""Checking FMUs: sound ones have no problem, broken ones are described and do no harm."""
+"""Checks of FMUs: valid ones have no problem; faults of broken ones are described, without harm."""
 
 import re
 import tempfile
@@ -131,7 +131,7 @@ def test_a_slave_that_cannot_be_made_is_reported(fmu: Path, tmp_path: Path) -> N
 def test_the_behaviour_of_any_fmu_is_tried(
     behaviour: str, message: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # The description that pythonfmu writes by itself is not valid; the run is what matters here.
+    # The description that pythonfmu writes is not valid; only the run matters in this test.
     monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _path: [])
     problems = check_fmu(other_fmu(tmp_path, behaviour))
     if message is None:

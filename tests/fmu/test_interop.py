@@ -1,4 +1,4 @@
-"""Every host that couples slider-belt and brake actuator comes to the same motion."""
+"""Every host that couples slider-belt and brake actuator computes the same motion."""
 
 import csv
 import json
@@ -72,7 +72,7 @@ def test_a_host_agrees_with_the_scripted_master(
     process = subprocess.run(
         [sys.executable, "-I", str(script), host, str(tmp_path), str(STEPS), str(H)],
         cwd=tmp_path,
-        # The thread manager of TBB, which ecos uses, is unloaded while at work when a process ends.
+        # ecos uses TBB, whose thread manager may be unloaded while still at work at process exit.
         env=os.environ | {"LD_LIBRARY_PATH": LIBRARIES, "TCM_ENABLE": "0"},
         capture_output=True,
         text=True,
@@ -84,7 +84,7 @@ def test_a_host_agrees_with_the_scripted_master(
 
 
 def assert_same(results: list[Row], rows: list[Row], absolute: float = 1e-9) -> None:
-    # Hosts sum up the time differently, in the last digit.
+    # Hosts accumulate the time differently, in the last digit.
     assert len(results) == len(rows)
     for actual_row, expected_row in zip(results, rows, strict=True):
         assert actual_row == pytest.approx(expected_row, rel=1e-9, abs=absolute)
@@ -115,7 +115,7 @@ def test_a_host_in_c_plus_plus_agrees_with_python_loaded_first_where_that_is_nee
         table = list(csv.DictReader(file, skipinitialspace=True))
     names = ("slider_belt::y[REAL]", "slider_belt::P[REAL]", "brake_actuator::F[REAL]")
     outputs = [tuple(float(row[name]) for name in names) for row in table]
-    # The program writes six digits after the point.
+    # The program writes six decimals.
     assert_same([(y, P, F) for y, P, F in outputs[-STEPS:]], rows, absolute=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""Loading an FMU again takes no further room in the process, and disturbs no other run."""
+"""Loading an FMU again takes no more memory in the process and disturbs no other run."""
 
 import json
 import sys
@@ -56,7 +56,7 @@ def test_a_folder_is_used_again_for_the_same_content_only(
     assert list(folder.iterdir()) == []
     with folder_for(copy) as again:
         assert again.path in (first.path, beside.path)
-        # A folder that somebody else has made of the other name is not touched.
+        # A folder of the expected name that another program made stays unchanged.
         occupied = Path(({first.path, beside.path} - {again.path}).pop())
         occupied.mkdir()
         with folder_for(fmu) as fresh:

@@ -1,4 +1,4 @@
-"""Running any FMU: values and inputs are checked first, results are complete or an error."""
+"""Runs of any FMU: inputs are checked first; results are complete, or an error is raised."""
 
 import re
 import zipfile

@@ -1,4 +1,4 @@
-"""Transients through the FMU are the native ones, and leave nothing behind."""
+"""Transients through the FMU equal the native ones and leave no files or processes."""
 
 import os
 import signal
@@ -45,7 +45,7 @@ def assert_same(through: Transient, native: Transient, rel: float = 1e-9) -> Non
 def test_the_result_is_native_at_every_communication_step(
     method: str, kernel: KernelChoice, step: float | None, separation: bool
 ) -> None:
-    # After the first switches; longer in long steps, which cost little.
+    # Times after the first switches; the horizon is longer for long steps, which are cheap.
     t_end = 20.0 if step is not None and step >= 1.0 else 5.0
     through = simulate(separation=separation, t_end=t_end, method=method, step=step)
     assert_same(through, simulate(separation=separation, t_end=t_end, kernel=kernel))

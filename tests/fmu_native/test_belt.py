@@ -70,7 +70,7 @@ def test_cvode_finds_them_too(fmu: Path) -> None:
 
 
 def put(instance: FmuInstance, x: float, vx: float, y: float, vy: float) -> list[float]:
-    """Set the states and handle an event; returns the mode that follows, and the indicators."""
+    """Set the states and handle an event; return the new mode and the indicators."""
     states = np.array([x, y, vx, vy])
     instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
     instance.fmi.enterEventMode()
@@ -89,7 +89,7 @@ def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode
         # P = 37.5 N, f = 0.64 N + 15 N.
         stick_values = put(instance, 0.0, 2.0, -0.5, 0.1)
         assert stick_values == pytest.approx([Mode.STICK, -0.5, 1.0, 30.0 - 15.64, 30.0 + 15.64])
-        # v_r is zero to rounding, and f is above and below what holds.
+        # v_r is zero to rounding, and f is above or below the limit of static friction.
         for x, mode in ((0.3, Mode.FORWARD), (-0.5, Mode.BACKWARD)):
             slip_values = put(instance, x, 2.0 + 1e-12, -0.5, 0.1)
             assert slip_values[:2] == [mode, -0.5]
@@ -100,16 +100,16 @@ def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode
 @pytest.mark.parametrize(
     ("mode", "first_vx", "vx", "expected"),
     [
-        # Past v_r = 0 within the error of a low tolerance: the belt's speed.
+        # Past v_r = 0 within the error of a low tolerance: v is set to the belt's speed.
         (Mode.FORWARD, 1.5, 2.01, (Mode.STICK, 2.0)),
         (Mode.BACKWARD, 2.5, 1.99, (Mode.STICK, 2.0)),
-        # As near, but on the side of the mode: it slides on.
+        # As near, but on the side of the mode: the slider keeps sliding.
         (Mode.FORWARD, 1.5, 1.99, (Mode.FORWARD, 1.99)),
         (Mode.BACKWARD, 2.5, 2.01, (Mode.BACKWARD, 2.01)),
-        # Far past it, the importer has put the slider there.
+        # Far past v_r = 0: the importer set the state, so it is kept.
         (Mode.FORWARD, 1.5, 2.2, (Mode.BACKWARD, 2.2)),
         (Mode.BACKWARD, 2.5, 1.8, (Mode.FORWARD, 1.8)),
-        # A mode in which v_r has no sign.
+        # From stick the sign of v_r decides the new mode.
         (Mode.STICK, 2.0, 2.01, (Mode.BACKWARD, 2.01)),
         (Mode.STICK, 2.0, 1.99, (Mode.FORWARD, 1.99)),
     ],
@@ -117,7 +117,7 @@ def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode
 def test_a_slider_gone_past_the_belt_s_speed_is_put_at_it_by_the_mode_it_was_in(
     folder: Path, mode: Mode, first_vx: float, vx: float, expected: tuple[Mode, float]
 ) -> None:
-    # The belt holds the slider here.
+    # Static friction would hold the slider in this state.
     with exchanged(folder, **values_of(ALL, START)) as instance:
         assert put(instance, 0.0, first_vx, -0.5, 0.1)[0] == mode
         assert put(instance, 0.0, vx, -0.5, 0.1)[0] == expected[0]
@@ -201,7 +201,7 @@ def test_directional_derivatives_are_those_of_differences_in_every_mode(
 
 
 def forces(p: Parameters, state: State, mode: Mode) -> list[float]:
-    """Friction on the slider and horizontal acceleration, by the equations."""
+    """Friction on the slider and horizontal acceleration, by the equations of motion."""
     x, vx, y, _ = state
     friction = friction_force(p, state, mode)
     pull = p.c1 * vx + p.k1 * x + 0.5 * p.k3 * (x - y)

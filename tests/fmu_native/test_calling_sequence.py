@@ -1,4 +1,4 @@
-"""Which functions of the native FMUs may be called in which states, by FMI 2.0 and 3.0."""
+"""Functions of the native FMUs that may be called in each state, by FMI 2.0 and 3.0."""
 
 import ctypes
 from collections.abc import Callable
@@ -22,9 +22,9 @@ PHASES: Final = {
     ("3", CO_SIMULATION): "INESTUV",
     ("3", MODEL_EXCHANGE): "INECT",
 }
-# Where the standard allows a call, in co-simulation and in model exchange. Two calls are allowed
-# beyond it: values may be read when instantiated in FMI 2.0, too, since importers show parameters
-# then, and the time may be set in event mode, as in the Reference FMUs.
+# Where the standard allows a call, in co-simulation and in model exchange. Two more calls are
+# allowed: FMI 2.0 values may be read when instantiated, as importers then show parameters, and
+# the time may be set in event mode, as in the Reference FMUs.
 ALLOWED: Final[dict[str, dict[str, tuple[str, str]]]] = {
     "2": {
         "SetDebugLogging": ("INST", "INECT"),
@@ -128,7 +128,7 @@ _UPDATE: Final = ctypes.CFUNCTYPE(
 
 @cache
 def token_of(model: str) -> bytes:
-    """The GUID or instantiation token, for which the whole text is read."""
+    """GUID or instantiation token of a model; cached, as it depends on all sources."""
     return guid_of(model).encode()
 
 
@@ -137,7 +137,7 @@ class _Callbacks(ctypes.Structure):
 
 
 class Instance:
-    """An instance of a model by the functions of the library, in any state."""
+    """An instance of a model in a given state, driven by the library's functions."""
 
     def __init__(self, model: str, version: str, kind: str) -> None:
         self.library = ctypes.CDLL(str(next(NATIVE.glob(f"{model}.[sd]*"))))
@@ -186,7 +186,7 @@ class Instance:
         return make(*head, True, True, *required, None, logger, update)  # type: ignore[no-any-return]
 
     def arguments(self, name: str) -> tuple[Any, ...]:
-        """Arguments of a function that are right in the states in which it is allowed."""
+        """Valid arguments of a function in the states in which it is allowed."""
         zero, step, unit, none = map(ctypes.c_double, (0.0, 0.01, 1.0, 0.0))
         count = ctypes.c_size_t(1)
         room, flags = self.room, self.flags
@@ -248,12 +248,12 @@ class Instance:
         return calls.get(name, ())
 
     def call(self, name: str) -> int:
-        """The status of a function of the table."""
+        """Status of a function of the table."""
         function = getattr(self.library, f"fmi{self.version}{name.partition(' ')[0]}")
         return int(function(self.component, *self.arguments(name)))
 
     def call_in(self, phase: str, name: str) -> int:
-        """The status of a function in a state, where a state of the FMU has been saved."""
+        """Status of a function in a state, after an FMU state was saved."""
         save = "GetFMUstate" if self.version == "2" else "GetFMUState"
         for step in PATHS[self.version, self.kind].get(phase, ()):
             assert self.call(step) == 0, step

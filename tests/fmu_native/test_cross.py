@@ -30,7 +30,7 @@ needs_zig = pytest.mark.skipif(
 )
 # First bytes of a binary: ELF and its processor, DOS, Mach-O of 64 bits and its processor.
 _X86, _ARM = 0x01000007, 0x0100000C
-# Load commands of Mach-O: the library's own name, and the least version of the system.
+# Load commands of Mach-O: the library's install name, and the minimum version of the system.
 _ID_DYLIB, _BUILD_VERSION = 0x0D, 0x32
 BEGIN = {
     "linux64/SliderBelt.so": b"\x7fELF",
@@ -45,13 +45,13 @@ _ELF_ARM = 183
 
 
 def processor_of(library: bytes) -> int:
-    """The processor that an ELF library is for."""
+    """The processor of an ELF library."""
     (machine,) = struct.unpack_from("<H", library, 18)
     return int(machine)
 
 
 class Commands:
-    """Stands for a compiler: notes what it is called with, and writes an empty output."""
+    """Stands in for a compiler: records its calls and writes an empty output file."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.calls: list[tuple[Path | None, Mapping[str, str], list[str]]] = []
@@ -154,7 +154,7 @@ def test_libraries_for_macos_are_for_version_11_and_the_same_from_any_folder(
         libraries.append(cross.compiled_for("BrakeActuator", name))
         files.append({file: file.stat().st_mtime_ns for file in root.rglob("*.o")})
     assert libraries == [libraries[0]] * 3
-    # Nothing is compiled again.
+    # The second build compiles nothing.
     assert files[2] == files[1] != {}
     commands = load_commands(libraries[0])
     (least,) = struct.unpack_from("<12xI", commands[_BUILD_VERSION])
@@ -230,7 +230,7 @@ def assert_native_bits(program: str, host: Path) -> None:
 
 @pytest.fixture
 def sources_of_host(tmp_path: Path) -> list[str]:
-    """What a program in C that runs the FMU is compiled from."""
+    """C sources of a program that runs the FMU."""
     for name, text in sources("SliderBelt").items():
         tmp_path.joinpath(name).write_text(text, encoding="utf-8")
     headers = Path(fmpy.__file__).parent / "c-code"

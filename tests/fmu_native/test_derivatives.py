@@ -32,7 +32,7 @@ UNKNOWNS: Final = tuple(
 )
 P: Final = Parameters(m=3.0, k1=90.0, k2=40.0, k3=50.0, c1=0.7, c2=0.4, F=60.0, k_nl=120.0, mu=0.9)
 VALUES: Final = P.as_dict()
-# Starts of slip and of stick on a belt of finite speed.
+# Initial values for slip and stick on a belt of finite speed.
 _BELT: Final[dict[str, float | bool]] = {
     "finite_belt": True,
     "v_belt": 1.5,
@@ -51,7 +51,7 @@ _SCENES: Final[list[tuple[Mode, dict[str, float | bool]]]] = [
 
 @pytest.fixture(scope="module", params=["2", "3"])
 def extracted(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The FMU's folder, by version of FMI."""
+    """The extracted FMU's folder, by version of FMI."""
     folder = tmp_path_factory.mktemp("derivatives")
     fmu = build_fmu(folder / "m.fmu", flavour="native", fmi=request.param)
     fmpy.extract(str(fmu), str(folder / "m"))
@@ -59,7 +59,7 @@ def extracted(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
 
 
 class Slave:
-    """An instance in co-simulation, by FMI 2.0 and FMI 3.0 alike, in initialization mode."""
+    """An instance in co-simulation, for FMI 2.0 and FMI 3.0, in initialization mode."""
 
     def __init__(self, folder: Path, values: Mapping[str, float | bool]) -> None:
         self.log: list[str] = []
@@ -103,7 +103,7 @@ def slave(folder: Path, **values: float | bool) -> Iterator[Slave]:
 
 
 def interpreted(values: Mapping[str, float | bool]) -> Any:
-    """The unknowns at the start by the Python flavour's model."""
+    """The unknowns at the start, by the model of the Python FMU."""
     instance = SliderBeltInstance(instance_name="twin")
     for name, value in values.items():
         if isinstance(value, bool):
@@ -118,7 +118,7 @@ def interpreted(values: Mapping[str, float | bool]) -> Any:
 
 
 def difference(at: Mapping[str, float | bool], name: str) -> Any:
-    """The derivative of the unknowns by a start value or parameter, by central differences."""
+    """Derivative of the unknowns by a start value or parameter, from central differences."""
     h = 1e-5 * max(abs(at[name]), 1.0)
     ends = [interpreted({**at, name: at[name] + sign * h}) for sign in (1.0, -1.0)]
     return (ends[0] - ends[1]) / (2.0 * h)
@@ -136,7 +136,7 @@ def test_at_a_communication_point_they_are_those_of_the_interpreted_model(
         mixed = np.arange(1.0, len(KNOWNS) + 1.0)
         assert instance.derivatives(KNOWNS, mixed) == pytest.approx((partials @ mixed).tolist())
         for column, name in enumerate(INPUTS, start=len(STATES)):
-            # Outputs follow an input at once.
+            # Outputs follow a change of an input at once.
             ends = []
             for sign in (1.0, -1.0):
                 instance.set({name: VALUES[name] + sign * 1e-3})
@@ -218,7 +218,7 @@ def test_the_description_says_which_derivatives_there_are(extracted: Path) -> No
                 pairs = zip(knowns, row, strict=True)
                 nonzero[unknown] |= {name for name, value in pairs if value}
     for unknown in UNKNOWNS:
-        # vx is a derivative and, as an output, a state.
+        # vx is both a derivative and a state that is an output.
         assert nonzero[unknown] == claimed[unknown], unknown
 
 

@@ -1,4 +1,4 @@
-"""The native FMU as a file: what it holds, and what cannot be built."""
+"""The native FMU as a file: its content, and builds that are refused."""
 
 import re
 import subprocess

@@ -1,4 +1,4 @@
-"""Model exchange by the native FMU: states, switches, derivatives, whoever integrates."""
+"""Model exchange by the native FMU: states, switches and derivatives, with any integrator."""
 
 import ctypes
 import math
@@ -55,7 +55,7 @@ def test_an_importer_that_restarts_only_on_request_is_right(folder: Path) -> Non
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e7])
 def test_the_nearness_of_a_switch_scales_with_the_motion(folder: Path, scale: float) -> None:
-    # y, ẏ and mode after it: within rounding of the switch the direction of motion decides.
+    # y, ẏ and the mode after the event: within rounding of y = 0 the sign of ẏ decides.
     cases = [(1e-12, -1.0, 1.0), (-1e-12, 1.0, 0.0), (1e-4, -1.0, 0.0), (-1e-4, 1.0, 1.0)]
     for y, vy, mode in cases:
         with exchanged(folder, F=80.0 * scale, k_nl=0.0) as instance:
@@ -177,7 +177,7 @@ def test_a_saved_state_brings_back_mode_and_counts(folder: Path) -> None:
 
 
 def forged(state: bytes, index: int, value: float) -> bytes:
-    """A serialised state with a number replaced and a checksum that fits."""
+    """A serialised state with one number replaced and the checksum updated."""
     head = 48 + 8 * index
     changed = state[:head] + struct.pack("<d", value) + state[head + 8 : -4]
     return changed + struct.pack("<I", zlib.crc32(changed))

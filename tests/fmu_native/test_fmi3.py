@@ -1,4 +1,4 @@
-"""The native FMU of FMI 3.0: events announced, or not, and the same motion either way."""
+"""The native FMU of FMI 3.0: the motion is the same with and without announced events."""
 
 import ctypes
 import itertools
@@ -185,7 +185,7 @@ def test_whoever_knows_events_or_not_gets_the_native_bits(folder: Path, events: 
     for row, t_row, *exact in zip(
         rows, times, *(getattr(native, name) for name in (*STATES, "P", "mode")), strict=True
     ):
-        # A step from a switch may end one rounding beside the point.
+        # A step from a switch may end one rounding error beside the communication point.
         assert row == pytest.approx(exact, rel=1e-13, abs=1e-13), t_row
     if not events:
         assert [row[0] for row in rows] == pytest.approx(native.x.tolist(), rel=1e-13)
@@ -215,7 +215,7 @@ def test_mode_and_counts_change_in_the_event_mode(folder: Path) -> None:
             assert read(restored, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
             restored.enterEventMode()
             assert read(restored, *COUNTS) == [0.0, 1.0, 0.0, first]
-        # A step that passes over the event mode is right, too.
+        # A step that skips the event mode gives the right motion as well.
         model.doStep(first, 0.01)
         assert read(model, *COUNTS) == [0.0, 1.0, 0.0, first]
 

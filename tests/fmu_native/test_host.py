@@ -1,4 +1,4 @@
-"""The native FMU in processes without Python, and its text in C under attack."""
+"""The native FMU in processes without Python, and its C sources under attack."""
 
 import os
 import re
@@ -25,7 +25,7 @@ pytestmark = [
 ]
 ROOT = Path(__file__).parents[2]
 HEADERS = Path(fmpy.__file__).parent / "c-code"
-# The bits of a run are decided by what is written.
+# Without fused multiply-add the bits of a run are those of the source.
 OPTIONS = ("-std=c11", "-Wall", "-Wno-psabi", "-ffp-contract=off", f"-I{HEADERS}")
 
 
@@ -53,7 +53,7 @@ def built(program: Path, compiler: list[str], *arguments: str) -> Path:
 
 
 def attacked(folder: Path, compiler: list[str], *arguments: str) -> Path:
-    """A program of the FMU's text and the attack on it."""
+    """Compile the FMU's sources together with the attack on them."""
     for name, text in sources("SliderBelt").items():
         folder.joinpath(name).write_text(text, encoding="utf-8")
     units = [str(path) for path in folder.glob("*.c")]
@@ -95,7 +95,7 @@ def test_a_host_in_c_gets_the_native_bits_without_python(
     assert "python" not in libraries.stdout
     printed = re.match(r"y = (\S+) m, separations: (\d+)", run(program, folder))
     assert printed is not None
-    # Where its last step ends.
+    # End of the last step.
     native = simulate(t_end=9999 * 0.01 + 0.01, kernel="compiled")
     assert float.fromhex(printed[1]) == native.final.y
     assert int(printed[2]) == native.events.separations
@@ -113,7 +113,7 @@ def test_it_calls_no_function_of_its_host(
 
 
 def exported(library: Path) -> set[str]:
-    """Names that a library defines for others."""
+    """Names that a library exports."""
     command = ["nm", "-D", "--defined-only", str(library)]
     process = subprocess.run(command, capture_output=True, text=True, check=True)
     return {line.split()[-1] for line in process.stdout.splitlines()}
@@ -140,7 +140,7 @@ def test_its_sources_compile_to_the_same_bits(component: str, fmi: str, tmp_path
     assert process.returncode == 0, process.stdout + process.stderr
     runs.append(fmpy.simulate_fmu(str(fmu), stop_time=10.0, fmi_type="CoSimulation"))
     assert runs[0].tolist() == runs[1].tolist()
-    # Others could be taken for functions of the host, or of its libraries.
+    # Other exported names could clash with functions of the host or its libraries.
     fmpy.extract(str(fmu), str(tmp_path / "compiled"))
     (library,) = (tmp_path / "compiled" / "binaries").rglob("*.so")
     assert {name[:4] for name in exported(library)} == {"fmi2", "fmi3"}

@@ -22,7 +22,7 @@ INPUTS: Final = ("F", "mu")
 
 
 class Update(NamedTuple):
-    """What the FMU says in an update."""
+    """Flags of an intermediate update."""
 
     time: float
     set_requested: bool
@@ -31,7 +31,7 @@ class Update(NamedTuple):
     can_return: bool
 
 
-# Returns when to return early, None for not at all.
+# Returns the time of an early return, or None.
 Answer = Callable[[Any, Update], float | None]
 
 
@@ -54,7 +54,7 @@ def updated(
 ) -> Iterator[Any]:
     """An instance in step mode whose importer answers updates; `log` has messages.
 
-    `needs` are variables that it requires, by name or value reference.
+    `needs` are the variables that the importer requires, by name or value reference.
     """
     description = fmpy.read_model_description(str(folder))
     references = {v.name: v.valueReference for v in description.modelVariables}
@@ -70,7 +70,7 @@ def updated(
         *flags, requested, at = arguments
         received = Update(*flags)
         slave.updates.append(received)
-        # What raises within ctypes is printed, not raised: its answer is then missing.
+        # ctypes prints exceptions of callbacks instead of raising them; then an answer is missing.
         when = answer(slave, received)
         slave.answered += 1
         if when is not None:
@@ -130,7 +130,7 @@ def force(t: float) -> float:
 
 
 def follow(slave: Any, update: Update) -> None:
-    """Say the inputs at the end of a part."""
+    """Set the inputs at the end of a part of the step."""
     if update.set_requested:
         assert (update.get_allowed, update.finished) == (False, False)
         slave.setFloat64([REFERENCES["F"]], [force(update.time)])
@@ -150,7 +150,7 @@ def test_inputs_are_interpolated_as_by_input_derivatives(folder: Path, tmp_path:
             ramped.slope(F=(force(t + h) - force(t)) / h)
             ramped.fmi.doStep(t, h)
         assert read(slave, "F")[0] == pytest.approx(force(count * h), rel=1e-14)
-        # A communication step in which one of the motion ends has two parts.
+        # A communication step that contains the end of an integrator step has two parts.
         assert read(slave, *STATES) == pytest.approx(ramped.get(*STATES), rel=1e-5)
 
 
@@ -214,7 +214,7 @@ def test_the_importer_is_returned_to_where_it_asks(
         assert slave.updates[0].can_return
         assert (event, stops, early) == (False, False, True)
         finished = [update.time for update in slave.updates if update.finished]
-        # A part that was asked for is not taken where the return is at once.
+        # With an immediate early return no further part of the step is computed.
         assert t == (finished[-1] if reached is None else reached)
         assert slave.doStep(t, 2.0 - t) == (False, False, False, 2.0)
         assert read(slave, "y") == [simulate(t_end=2.0, kernel="compiled").final.y]

@@ -72,7 +72,7 @@ def test_a_jump_of_inputs_restarts_the_native_solver(folder: Path) -> None:
         instance.step(3.7)
         instance.set(F=120.0, mu=0.4)
         instance.step(2.5)
-        # Time is counted from another start, which is rounding alone.
+        # The time starts elsewhere, which changes results only by rounding.
         assert instance.get(*STATES) == pytest.approx(
             [second.x, second.vx, second.y, second.vy], rel=1e-12, abs=1e-12
         )
@@ -126,7 +126,7 @@ def test_with_input_derivatives_a_ramp_is_followed_whatever_the_step(folder: Pat
     runs = [ramped(folder, count, True) for count in (1, 7, 100, 1000)]
     for first, second in itertools.pairwise(runs):
         assert first == pytest.approx(second, rel=1e-10, abs=1e-10)
-    # Held at its mean, an input has an error of second order in the step.
+    # An input held at its mean causes an error of second order in the step.
     coarse, fine = (ramped(folder, count, False) for count in (1000, 2000))
     limit = [f + (f - c) / 3.0 for c, f in zip(coarse, fine, strict=True)]
     assert runs[0] == pytest.approx(limit, abs=1e-7)

@@ -1,4 +1,4 @@
-"""Transients through the native FMU over tables: its inputs follow them by values and slopes."""
+"""Transients through the native FMU with tables: inputs follow them by values and slopes."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The FMU in each flavour, driven in a process of its own, and what describes it."""
+"""The FMU in each flavour, driven in a process of its own, and its model descriptions."""
 
 import zipfile
 from collections.abc import Iterator

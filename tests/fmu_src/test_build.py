@@ -1,4 +1,4 @@
-"""Building the FMU: what it holds, that it is always the same, and how it fails."""
+"""Builds of the FMU: content, reproducibility and errors."""
 
 import ast
 import inspect
@@ -61,7 +61,7 @@ def test_the_reference_run_in_the_fmu_can_be_repeated(component: str, tmp_path: 
     options = read_ref_opt_file(tmp_path / "ref.opt")
     reference = read_csv(tmp_path / "ref.csv")
     inputs = read_csv(tmp_path / "in.csv")
-    # Hosts extrapolate inputs differently: they are given from the first time to the last.
+    # Hosts extrapolate inputs differently, so the table covers the whole run.
     assert inputs["time"].tolist() == [0.0, 10.0, 10.0, 20.0]
     assert (options["StartTime"], options["StopTime"]) == (0.0, 20.0)
     assert reference["time"] == pytest.approx(np.arange(2001) * 0.01)
@@ -131,7 +131,7 @@ def test_the_core_in_the_fmu_is_the_core_of_the_project(fmu: Path) -> None:
     files = {name: content for name, content in carried.items() if content}
     assert len(files) >= 8
     for name, content in files.items():
-        # But for the name of the package, which is the FMU's own.
+        # The files differ only in the package name, which is specific to the FMU.
         source = re.sub(
             rb"^from fivtui_[0-9a-f]+\.(?=fivtui\.)", b"from ", content, flags=re.MULTILINE
         )
@@ -181,8 +181,8 @@ def test_two_builds_live_side_by_side(
     monkeypatch.setattr(bundle, "_text", altered)
     copy = build_fmu(tmp_path / "other.fmu")
     monkeypatch.undo()
-    first, two = read_model_description(fmu), read_model_description(copy)
-    assert first.guid != two.guid
+    first, second = read_model_description(fmu), read_model_description(copy)
+    assert first.guid != second.guid
     with Driver(fmu, copy) as driver:
         answers = driver.drive(
             ("a", "new", 0),

@@ -30,7 +30,7 @@ WRONG = st.sampled_from([math.nan, math.inf, -math.inf, -1e10, 1e12])
 
 @dataclass(frozen=True)
 class Expected:
-    """What the instance ought to be."""
+    """Expected state of the instance."""
 
     phase: str = "instantiated"
     start: float | None = None
@@ -51,7 +51,7 @@ class Expected:
 
 
 class Calls(RuleBasedStateMachine):
-    """One instance, driven at random, and what is expected of it."""
+    """An instance driven at random, with its expected state."""
 
     driver: ClassVar[Driver]
     # Whether a refused call itself returns an error, rather than the next step.
@@ -122,7 +122,7 @@ class Calls(RuleBasedStateMachine):
     def terminate(self) -> None:
         answer = self.call("terminate")
         e = self.expected
-        # Hosts of the Python flavour do not learn that their initialization is refused.
+        # Hosts of the Python FMU are not notified when initialization is refused.
         if e.phase == "stepping" or (e.phase != "terminated" and "exit" in e.refused):
             assert answer.status == "ok"
             self.expected = replace(self.expected, phase="terminated")

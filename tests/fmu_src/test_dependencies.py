@@ -1,4 +1,4 @@
-"""Dependencies in the model descriptions: what a variable depends on is what changes it."""
+"""Dependencies in the model descriptions are the variables whose change has an effect."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
@@ -21,8 +21,8 @@ PUSHED: Final = {
 MOVING: Final = {"start_static": False, "x_start": 0.2, "vx_start": -0.3, "vy_start": 0.4}
 SLOW: Final = {**MOVING, "finite_belt": True, "mu_s": 0.9, "v_s": 0.4}
 HELD: Final = {**SLOW, "vx_start": 1.0, "vy_start": 0.0, "y_start": -0.5, "x_start": 0.1}
-# In contact and separated, at rest and moving, with separation and without, and on a belt of finite
-# speed slower and faster than that, held, and about to be held.
+# In contact and separated, at rest and moving, with and without separation; on a belt of finite
+# speed, slower and faster than the slider, sticking, and about to stick.
 POINTS: Final[Mapping[str, list[dict[str, Any]]]] = {
     "slider-belt": [
         {**start, "separation": separation}
@@ -40,7 +40,7 @@ POINTS: Final[Mapping[str, list[dict[str, Any]]]] = {
     ],
     "brake-actuator": [{"command": 60.0, "P": 40.0}],
 }
-# Only at the switch itself does the start's direction decide the mode, and with it the force.
+# Only exactly at the switch does the initial velocity decide the mode, and thus the force.
 AT_SWITCH_ONLY: Final = {"P", "friction_slider", "friction_belt", "mode", "sticks"}
 AT_GRIP_ONLY: Final = {"mode", "sticks"}
 
@@ -50,7 +50,7 @@ def made(which: str) -> Instance:
 
 
 def values_after(which: str, values: Mapping[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:
-    """All values of an instance initialized with some, after some others are set."""
+    """All values of an instance initialized with `values` and then changed by `later`."""
     instance = made(which)
     references = instance.TABLE.references
 
@@ -127,7 +127,7 @@ def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
     assert list(claimed) == [row.name for row in rows_of(which) if row.causality == "output"]
     inputs = [row.name for row in rows_of(which) if row.causality == "input"]
     influences: dict[str, set[str]] = {name: set() for name in claimed}
-    # Where static friction follows mu, so does the hold of the belt.
+    # Where static friction follows mu, the limit of sticking does too.
     following = [{**HELD, "mu_s": 0.0}] if which == "slider-belt" else []
     for point in (*POINTS[which], *following):
         start = values_after(which, point, {})

@@ -1,8 +1,8 @@
-"""Every attribute of the model descriptions against tables and units of their own.
+"""Every attribute of the model descriptions, compared with independent tables and units.
 
-The tables below are written from the equations and from the paper's base set, not from the code;
-units are held against the dimensions of the equations, display units against what a millimetre is,
-and nominals against the base scene's motion.
+The tables below come from the equations and the paper's base set, not from the code. Units are
+checked by the dimensions of the equations, display units by their factors, and nominals by the base
+scene's motion.
 """
 
 import re
@@ -16,7 +16,7 @@ import pytest
 
 from fivtui import simulate
 
-# Name, causality, variability, unit, min, max, nominal, start, and what the description says.
+# Name, causality, variability, unit, min, max, nominal, start, and a part of the description.
 PARAMETERS: Final = """
 m       parameter fixed      kg    1e-12 1e9  5    5    mass of the slider
 k1      parameter fixed      N/m   1e-12 1e12 100  100  horizontal stiffness
@@ -99,7 +99,7 @@ def described(request: pytest.FixtureRequest, descriptions: Any) -> tuple[str, E
 
 
 def variables_of(root: ET.Element) -> list[dict[str, str]]:
-    """Attributes of the variables, those of FMI 2.0's inner element included, and its type."""
+    """Attributes of the variables, including those of FMI 2.0's inner element, and the type."""
     variables = []
     for element in root.iterfind("ModelVariables/*"):
         typed = element[0] if element.tag == "ScalarVariable" else element

@@ -20,7 +20,7 @@ STATES: Final = ["x", "vx", "y", "vy"]
 READ: Final = [*STATES, "P", "mode", "friction_slider", "friction_belt"]
 COUNTS: Final = ["separations", "reattachments", "switches", "sticks", "last_event"]
 KERNELS: Final[Mapping[str, KernelChoice]] = {PYTHON: "interpreted", NATIVE: "compiled"}
-# Stick and slip; friction that falls with speed; all modes; a belt at rest.
+# Stick and slip; friction that falls with speed; a start through all modes; a belt at rest.
 SCENES: Final = {
     "stick-slip": (Parameters(v_belt=1.0), None),
     "falling": (Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4), None),
@@ -51,7 +51,7 @@ def native_run(name: str, **options: Any) -> Transient:
 
 
 def switches_until(run: Transient, t: float) -> tuple[list[float], float]:
-    """Separations, reattachments, changes of the mode and sticks up to a time, and the last one."""
+    """Separations, reattachments, mode changes and sticks up to `t`; time of the last change."""
     modes = [run.first_mode]
     switch_time = 0.0
     lifts = lands = 0
@@ -75,21 +75,14 @@ def test_it_has_the_native_motion_at_every_communication_step(
         times.append(times[-1] + h)
     rows = [answer.value for answer in driver.drive(*calls)[1::2]]
     native = native_run(scene, t_end=times[-1], samples=times, kernel=KERNELS[flavour])
-    trajectory = native.trajectory
-    assert trajectory is not None
-    columns = (
-        trajectory.x,
-        trajectory.vx,
-        trajectory.y,
-        trajectory.vy,
-        trajectory.P,
-        trajectory.mode,
-    )
+    motion = native.trajectory
+    assert motion is not None
+    columns = (motion.x, motion.vx, motion.y, motion.vy, motion.P, motion.mode)
     samples = np.transpose(columns).tolist()
     for row, t, sample in zip(rows, times, samples, strict=True):
         if flavour == NATIVE:
             assert row[:6] == sample
-        # What sticks has the speed of the belt, where a polynomial has it to rounding.
+        # A sticking slider has exactly the belt's speed; the polynomial has it to rounding.
         assert row[:6] == pytest.approx(sample, rel=1e-14, abs=1e-14)
         state: State = (row[0], row[1], row[2], row[3])
         friction = friction_force(SCENES[scene][0], state, Mode(int(row[5])))
@@ -204,7 +197,7 @@ def test_an_input_set_and_set_back_changes_no_bit(driver: Driver) -> None:
     assert ends[0] == ends[1]
 
 
-# Times in each mode of the scene with all of them, inside steps of the integrator.
+# Times in each mode of the scene "all", inside integrator steps.
 @pytest.mark.parametrize("mode", [Mode.SEPARATED, Mode.FORWARD, Mode.BACKWARD, Mode.STICK])
 def test_states_come_back_bit_by_bit_in_every_mode(driver: Driver, mode: Mode) -> None:
     run = native_run("all", t_end=6.0)

@@ -1,4 +1,4 @@
-"""Inputs that change inside of the integrator's step, against derivatives written anew here."""
+"""Inputs that change within an integrator step, compared with derivatives written independently."""
 
 from itertools import pairwise
 from typing import Any
@@ -11,7 +11,7 @@ from tests.support.fmu_driver import Driver
 
 STATES = ["x", "vx", "y", "vy"]
 OTHERS = ["P", "friction_slider", "friction_belt", "mode", "switching", "ax", "ay", "F", "mu"]
-# Not the base set, so that no two parameters can be mistaken for each other.
+# Not the base set: all values differ, so that swapped parameters are noticed.
 VALUES = {"m": 3.0, "k1": 90.0, "k2": 40.0, "k3": 50.0, "c1": 0.7, "c2": 0.4, "k_nl": 120.0}
 PUSHES = [(100.0, 0.9), (30.0, 0.2), (-40.0, 1.5), (150.0, 0.0)]
 H = 2e-4
@@ -52,7 +52,7 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
         first, middle, final = before, answers[index + 3].value, answers[index + 5].value
         contact = read["y"] < 0.0 or not separation
         modes.add(read["mode"])
-        # The state does not jump, and what depends on the inputs follows them at once.
+        # The state does not jump; quantities that depend on inputs change at once.
         assert [read[name] for name in STATES] == before
         assert (read["F"], read["mu"]) == (F, mu)
         P = -40.0 * read["y"] - 120.0 * read["y"] ** 3 if contact else 0.0
@@ -62,7 +62,7 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
         assert (read["mode"], read["switching"]) == (float(contact), read["y"])
         derivative = rates(before, F, mu, contact=contact)
         assert [read["ax"], read["ay"]] == pytest.approx(derivative[1::2], rel=1e-12, abs=1e-11)
-        # The trajectory's own slope in the middle of two short steps is that of the equations.
+        # The slope in the middle of two short steps agrees with the equations of motion.
         slope = [(b - a) / (2.0 * H) for a, b in zip(first, final, strict=True)]
         exact = rates(middle, F, mu, contact=contact)
         assert slope == pytest.approx(exact, rel=2e-4, abs=2e-3), (number, t)

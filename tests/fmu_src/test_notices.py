@@ -1,4 +1,4 @@
-"""What a script sees that drives the FMU through fmpy alone, without debug logging."""
+"""Messages seen by a script that drives the FMU through fmpy alone, without debug logging."""
 
 import json
 import math
@@ -61,7 +61,7 @@ print(json.dumps([runs, grown]))
 
 @pytest.fixture(scope="module")
 def printed(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, list[list[str]]]:
-    """What the script prints: its results, and standard error for each run."""
+    """Results of the script, and its standard error for each run."""
     process = subprocess.run(
         [sys.executable, "-I", "-c", SCRIPT, str(fmu)],
         cwd=tmp_path_factory.mktemp("elsewhere"),
@@ -104,7 +104,7 @@ def test_thousands_of_refused_steps_take_no_memory_and_some_lines(
     printed: tuple[Any, list[list[str]]],
 ) -> None:
     (_, grown), errors = printed
-    # 100 bytes each would be 300 kB.
+    # A leak of 100 bytes for each step would be 300 kB.
     assert max(grown) < 200
     assert len(errors[4]) == 21
     assert "step size = -1.0" in errors[4][0]
@@ -118,7 +118,7 @@ def test_a_run_of_the_project_says_what_is_refused_once_in_its_error(
         run_fmu(fmu, t_end=1.0, start_values={"F": -1.0, "k3": 0.0})
     assert caplog.record_tuples == []
     assert capfd.readouterr() == ("", "")
-    # Other instances in the same process are not silenced.
+    # Messages of other instances in the process still appear.
     fmpy.simulate_fmu(str(fmu), stop_time=1.0, start_values={"k_nl": -1.0})
     assert "k_nl = -1" in caplog.text
     assert {record[0] for record in caplog.record_tuples} == {"fivtui.fmu"}

@@ -1,4 +1,4 @@
-"""What the FMU refuses is logged, changes nothing, and makes the next step fail."""
+"""Refused calls are logged, change nothing, and make the next step fail."""
 
 import math
 from typing import Any
@@ -19,7 +19,7 @@ X, F, SEPARATION = (REFERENCES[name] for name in ("x", "F", "separation"))
 
 
 def final_state(flavour: str, t_end: float) -> list[float]:
-    """The state of a native run by the very text that the FMU is made of."""
+    """Final state of a native run by the kernel that the FMU flavour uses."""
     kernel = KERNELS[flavour]
     final = simulate(t_end=t_end, kernel=kernel).final
     return [final.x, final.vx, final.y, final.vy]
@@ -80,7 +80,7 @@ def test_a_wrong_step_is_refused_and_the_run_can_go_on(
 def test_a_wrong_value_is_refused_and_changes_nothing(
     driver: Driver, flavour: str, kind: str, reference: int, value: Any, message: str
 ) -> None:
-    # The wrapper of Python cannot refuse a call: the next step says it, once.
+    # The Python wrapper cannot refuse a call: the next step reports it, once.
     steps = [("a", "step", 1.0, 1.0)] * (2 if flavour == PYTHON else 1)
     calls: list[Call] = [
         ("a", "begin"),

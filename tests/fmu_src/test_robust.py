@@ -1,4 +1,4 @@
-"""The FMU in bulk and in bare surroundings: many instances, many steps, no packages at all."""
+"""The FMU with many instances, many steps, and in a Python without any packages."""
 
 import json
 import os
@@ -25,7 +25,7 @@ def extracted(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def bare_run(folder: Path, steps: int) -> tuple[float, list[int]]:
-    """y at 5 s and the memory along further steps, in a Python without packages."""
+    """y at 5 s and the memory growth over further steps, in a Python without packages."""
     guid = fmpy.read_model_description(folder).guid
     references = [str(REFERENCES["y"]), str(REFERENCES["F"])]
     process = subprocess.run(
@@ -96,7 +96,7 @@ left = fmpy.instantiate_fmu(folder, fmpy.read_model_description(folder))
 def test_the_wrapper_is_unloaded_by_its_host_or_released_before_the_process_ends(
     fmu: Path, tmp_path: Path
 ) -> None:
-    # Extracted files have the path by which the host loads them, whatever the link leads to.
+    # The host loads libraries by the path of the extracted files, even through a symbolic link.
     tmp_path.joinpath("real").mkdir()
     tmp_path.joinpath("link").symlink_to(tmp_path / "real")
     process = subprocess.run(
@@ -109,8 +109,8 @@ def test_the_wrapper_is_unloaded_by_its_host_or_released_before_the_process_ends
     )
     assert process.returncode == 0, process.stderr
     counts, loaded, released = json.loads(process.stdout)
-    # fmpy extracts the archive anew for every run. The first of the libraries stays: they share its
-    # unique symbols.
+    # fmpy extracts the archive anew for every run. The first library stays loaded, because the
+    # libraries share its unique symbols.
     assert set(counts) <= {0, 1}
     assert str(tmp_path / "instance" / "binaries" / "linux64" / "SliderBelt.so") in loaded
     assert sorted(map(os.path.realpath, released)) == loaded

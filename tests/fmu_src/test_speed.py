@@ -1,4 +1,4 @@
-"""A communication step inside a Taylor step computes nothing."""
+"""A communication step within a Taylor step computes no new Taylor step."""
 
 from pathlib import Path
 
@@ -32,7 +32,7 @@ def test_steps_without_outputs_move_the_time_alone(monkeypatch: pytest.MonkeyPat
     counts.update(advance=0, state_at=0, move_to=0)
     for step in range(2000):
         assert slave.do_step(step * 1e-3, 1e-3)
-    # A period is a second or so, and a Taylor step a good part of it.
+    # A period is about a second, and a Taylor step is a large part of it.
     assert counts["advance"] < 100
     assert counts["move_to"] <= counts["advance"] + 1
     assert counts["state_at"] == 0

@@ -14,7 +14,7 @@ from tests.support.strategies import moderate_parameters
 EVERYTHING = [v.name for v in VARIABLES if v.type == "Real"]
 
 
-# At 3.9 s the slider is off the belt, at 2.5 s on it; 1/7 s is inside of a Taylor step.
+# At 3.9 s the slider is separated, at 2.5 s in contact; 1/7 s lies within a Taylor step.
 @pytest.mark.parametrize("t", [2.5, 3.9, 1.0 / 7.0])
 def test_rollback_in_any_phase_is_exact(driver: Driver, t: float) -> None:
     calls: list[Call] = [
@@ -222,7 +222,7 @@ def test_switches_alternate_whatever_the_inputs_do(
     p: Parameters, changes: list[tuple[float, float]], on_switches: bool
 ) -> None:
     instance, native = Instance(), simulate(p, t_end=3.0)
-    # Inputs that change on a switch, to rounding, are where a switch could be lost or doubled.
+    # If inputs change at a switch, to rounding, the switch could be lost or counted twice.
     if on_switches and native.switch_times.size:
         first = float(native.switch_times[0])
         changes = [(first * (1.0 - 1e-16), changes[0][1]), *changes]

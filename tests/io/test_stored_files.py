@@ -1,6 +1,6 @@
-"""Files that the registry does not read: those of version 0.1 keep their columns and headers.
+"""Stored files that are read without the registry: version 0.1 files keep columns and headers.
 
-What is read of all other stored files is recorded (`tests/net`).
+The content read from all other stored files is recorded (`tests/net`).
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Files written whole, alone or together, and what killed runs leave."""
+"""Atomic writing of one or several files, and temporary files that killed runs leave."""
 
 import errno
 import os
@@ -25,7 +25,7 @@ from fivtui.tui.session import crash_words
 
 from .test_files import file_size_limit, names
 
-# Writes half of a file, says so, and waits to be killed.
+# Writes half of a file, prints a line, and waits to be killed.
 HALF = """
 import sys
 from pathlib import Path
@@ -42,7 +42,7 @@ write_atomically(Path(sys.argv[1]), write)
 
 
 def start_writing(path: Path) -> subprocess.Popen[str]:
-    """A process that has written half of a file; `path` ends it."""
+    """A process that has written half of the file `path` and waits."""
     process = subprocess.Popen(
         [sys.executable, "-c", HALF, str(path)],
         stdin=subprocess.PIPE,
@@ -106,7 +106,7 @@ def test_many_that_write_the_same_output_at_once_all_finish(tmp_path: Path) -> N
 def test_a_temporary_file_taken_for_abandoned_is_not_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Between creation and lock another run removes it.
+    # Another run removes the file between its creation and the lock.
     from fivtui.io import writing
 
     removed: list[str] = []

@@ -1,4 +1,4 @@
-"""The bits of random runs, as one hash for each block of runs with its seed."""
+"""Bits of random runs, as one hash for each block of runs and seed."""
 
 import hashlib
 import itertools
@@ -21,14 +21,14 @@ from tests.support.fmu_instance import FmuInstance
 
 RUNS: Final = 50
 T_END: Final = 15.0
-# Of the numbers that follow from the base set by a factor, none needs a function of a library.
+# Values are multiples of the base set's: they need no library functions.
 _BASE: Final = Parameters().as_dict()
 _STARTS: Final = ("x", "vx", "y", "vy")
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A random run: values of parameters, whether separation is considered, and start."""
+    """A random run: parameter values, whether separation is considered, and start."""
 
     values: Mapping[str, float]
     separation: bool
@@ -36,7 +36,7 @@ class Scene:
 
 
 def draw_scene(draw: random.Random, *, belt: bool = False, law: bool = False) -> Scene:
-    """A random run, on a belt of finite speed and with a friction law where that is asked."""
+    """A random run, optionally on a belt of finite speed and with a friction law."""
     values = {name: value * draw.uniform(0.3, 3.0) for name, value in _BASE.items()}
     values |= {"F": draw.uniform(-50.0, 300.0), "mu": draw.uniform(0.0, 1.5)}
     values["k3"] *= draw.random() < 0.9
@@ -57,7 +57,7 @@ def record_bits() -> str:
     lines = []
     for kind, (count, run) in KINDS.items():
         for seed in range(count):
-            # Zeros of both signs are the same, and so are all that are not numbers.
+            # Zeros of both signs count as equal, and so do all NaN.
             numbers = [value + 0.0 if value == value else math.nan for value in run(seed)]
             digest = hashlib.sha256(struct.pack(f"<{len(numbers)}d", *numbers)).hexdigest()
             lines += [f"{SECTION}{kind}, {RUNS} runs, seed {seed}", f"bits {digest[:20]}"]
@@ -90,7 +90,7 @@ def _over_time(seed: int) -> Iterator[float]:
 
 
 def _rows(draw: random.Random, high: float) -> list[tuple[float, float]]:
-    # Ramps, and now and then a jump.
+    # Ramps, and occasionally a jump.
     rows: list[tuple[float, float]] = []
     for t in sorted(draw.uniform(0.0, 6.0) for _ in range(draw.randint(1, 4))):
         rows += [(t, draw.uniform(0.0, high)) for _ in range(1 + (draw.random() < 0.3))]
@@ -149,7 +149,7 @@ def _fmu_steps(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[
             values = {**scene.values, **start, "start_static": False, "finite_belt": belt}
             instance.begin(tol=1e-10, **values, separation=scene.separation)
             for _ in range(40):
-                # Preload steps and ramps, friction jumps now and then.
+                # Preload steps and ramps, and occasionally a jump of the friction.
                 if draw.random() < 0.2:
                     instance.set(F=draw.uniform(-20.0, 150.0))
                 instance.slope(F=draw.uniform(-20.0, 20.0))
@@ -167,7 +167,7 @@ def _kinds(
     yield f"{name} on belts with a friction law", (counts[2], partial(run, belt=True, law=True))
 
 
-# The kinds of runs, with their number of blocks.
+# The kinds of runs, with their numbers of blocks.
 KINDS: Final[Mapping[str, tuple[int, Callable[[int], Iterable[float]]]]] = dict(
     itertools.chain(
         _kinds("single", _single, (6, 3, 3)),

@@ -1,4 +1,4 @@
-"""What command lines print and write, group by group."""
+"""Output and files of command lines, by group."""
 
 import contextlib
 import functools
@@ -20,7 +20,7 @@ from tests.net.files import file_lines
 from tests.net.text import SECTION, data_lines, masked
 
 FOLDER: Final = Path(__file__).parent
-# Of the stress tests, which take minutes, these are recorded.
+# The stress tests that are recorded; all of them would take minutes.
 STRESS_TESTS: Final = ("rest-on-switch", "lifted", "tol-too-small")
 STRESSED_METHODS: Final = ("taylor", "taylor-interpreted", "rk4", "fmu")
 # A power of two, so that differences of times are exact.
@@ -39,7 +39,7 @@ def read_groups() -> dict[str, list[str]]:
 
 
 def record_commands(group: str) -> str:
-    """What the command lines of a group print and write, run in one folder."""
+    """Output and files of the command lines of a group, run in one folder."""
     parts = []
     with reproducible(), tempfile.TemporaryDirectory(prefix="fivtui-net-") as name:
         folder = Path(name).resolve()
@@ -53,7 +53,7 @@ def record_commands(group: str) -> str:
 
 @contextlib.contextmanager
 def reproducible() -> Iterator[None]:
-    """Clocks that count calls, help of a fixed width, and part of what takes minutes."""
+    """Use clocks that count calls, help of a fixed width, and shortened long computations."""
     ticks = itertools.count()
 
     def clock() -> float:

@@ -1,4 +1,4 @@
-"""The content of written files as lines: tables by column, pictures by size and text."""
+"""Content of written files as lines: tables by column, pictures by size and text."""
 
 import csv
 import html
@@ -84,7 +84,7 @@ def _svg(path: Path) -> Iterator[str]:
     text = path.read_text(encoding="utf-8")
     size = re.search(r'<svg [^>]*?width="(\S+)" height="(\S+)"|<svg [^>]*viewBox="(.*?)"', text)
     yield f"size {' '.join(filter(None, size.groups())) if size else 'unknown'}"
-    # Where texts are drawn as outlines, comments say what they are.
+    # Texts are drawn as outlines; their content stands in comments.
     for outlined, written in re.findall(r"<!-- (.*?) -->|<text[^>]*>(.*?)</text>", text, re.DOTALL):
         plain = " ".join(html.unescape(outlined or re.sub(r"<[^>]*>", "", written)).split())
         yield f"text {plain}"
@@ -126,7 +126,7 @@ def _archive(path: Path) -> Iterator[str]:
 
 
 def _entries(archive: zipfile.ZipFile) -> list[str]:
-    # Of the sources in an FMU, which are not for users, the folder alone.
+    # Sources in an FMU are not for users: record only their folder.
     names = (name.split("/") for name in archive.namelist())
     inner = ("resources", "sources")
     return sorted({f"{name[0]}/…" if name[0] in inner else "/".join(name) for name in names})

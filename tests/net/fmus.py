@@ -9,7 +9,7 @@ from fivtui import build_fmu
 from tests.net.files import xml_lines
 from tests.net.text import SECTION
 
-# Component, version of FMI, flavour. The native ones have co-simulation and model exchange.
+# Component, version of FMI, flavour. Native FMUs support co-simulation and model exchange.
 VARIANTS: Final = (
     ("slider-belt", "2", "python"),
     ("slider-belt", "2", "native"),

@@ -1,4 +1,4 @@
-"""The parts of the net: each is recorded in a file of its own."""
+"""The parts of the net; each has a file of recordings."""
 
 from collections.abc import Callable, Mapping
 from functools import partial

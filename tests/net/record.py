@@ -12,13 +12,13 @@ _PROCESSES = 2
 
 
 def record_part(name: str) -> tuple[str, float]:
-    """Record a part, and return what differs from its recording so far, and the CPU time in s."""
+    """Record a part; return the differences from its previous recording, and the CPU time in s."""
     begin = time.process_time()
     text = PARTS[name]()
     path = RECORDED / f"{name}.txt"
     before = path.read_text(encoding="utf-8") if path.exists() else ""
     unlike = differences(before, text)
-    # A recording that is the same within the tolerance stays as it is.
+    # A recording that agrees within the tolerance is not rewritten.
     if unlike or not before:
         RECORDED.mkdir(exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -26,7 +26,7 @@ def record_part(name: str) -> tuple[str, float]:
 
 
 def main(names: list[str]) -> None:
-    """Record the parts that are named, or all, each in a process of its own."""
+    """Record the named parts, or all, each in a process of its own."""
     if unknown := [name for name in names if name not in PARTS]:
         sys.exit(f"unknown part {unknown[0]!r} (known: {', '.join(PARTS)})")
     if not names:

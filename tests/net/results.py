@@ -1,4 +1,4 @@
-"""Every result type of the public API: what it prints, its dictionary and its columns."""
+"""Every result type of the public API: its printed text, dictionary and columns."""
 
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
@@ -112,7 +112,7 @@ def record_results() -> str:
 
 
 def result_lines(result: Any) -> Iterator[str]:
-    """What a result prints, its dictionary and its columns."""
+    """Printed text, dictionary and columns of a result."""
     yield f"type {type(result).__name__}"
     for entry in result if isinstance(result, list) else [result]:
         yield repr(entry)
@@ -129,12 +129,12 @@ def result_lines(result: Any) -> Iterator[str]:
 
 
 def record_stored_files() -> str:
-    """What is read from every stored file of results and scenes."""
+    """Content read from every stored file of results and scenes."""
     from fivtui.studies import kind_of, load_study
 
     stored = Path(__file__).parents[1] / "data" / "stored"
     lines = []
-    # The laboratory opens the session, which the recordings of its tabs show.
+    # The session is left out: the recordings of the tabs cover it.
     for path in sorted(path for path in stored.iterdir() if path.name != "session"):
         lines.append(f"{SECTION}{path.name}")
         try:

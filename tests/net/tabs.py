@@ -1,4 +1,4 @@
-"""The text of every tab of the laboratory: as it starts, and with results of a stored session."""
+"""The text of every tab of the laboratory: initially, and with results of a stored session."""
 
 import asyncio
 import shutil
@@ -27,12 +27,12 @@ from tests.support.laboratory import (
 
 SIZES: Final = ((80, 24), (120, 40))
 SESSION: Final = Path(__file__).parents[1] / "data" / "stored" / "session"
-# Ends of scroll bars, which depend on the order in which Textual lays them out.
+# Partial blocks at the ends of scroll bars depend on the order of Textual's layout.
 _BARS: Final = dict.fromkeys(map(ord, "▏▎▍▌▋▊▉"), " ")
 
 
 def record_tabs(size: tuple[int, int]) -> str:
-    """The text of all tabs in a terminal of a size."""
+    """Text of all tabs in a terminal of the size."""
     return "\n".join(asyncio.run(_record(size))) + "\n"
 
 
@@ -40,7 +40,7 @@ async def _record(size: tuple[int, int]) -> list[str]:
     lines = []
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="fivtui-net-")))
-        # What is computed in the background depends on how fast the machine is.
+        # Skip background computations: their results depend on the speed of the machine.
         for name in ("safe_friction", "safety_zones"):
             stack.enter_context(mock.patch(f"fivtui.safety.{name}", side_effect=Cancelled))
         (folder / "config.toml").write_text("live = false\n", encoding="utf-8")
@@ -51,7 +51,7 @@ async def _record(size: tuple[int, int]) -> list[str]:
                 await until(pilot, lambda: not app_of(pilot).session.unread)
                 for tab in TABS:
                     await show_tab(pilot, tab.key)
-                    # Texts are wrapped once, maybe before the width of a new tab is known.
+                    # Texts are wrapped once, possibly before the width of a new tab is known.
                     await until_still(pilot, 2)
                     app.screen.post_message(RunsChanged())
                     lines += [
@@ -63,14 +63,14 @@ async def _record(size: tuple[int, int]) -> list[str]:
 
 
 async def _views(pilot: Pilot[None]) -> list[tuple[str, list[str]]]:
-    # Title and lines of the screen for every view of the pane in sight.
+    # Title and screen lines for every view of the visible pane.
     pane = pilot.app.screen_stack[0].query_one(TabBook).pane
     assert pane is not None
     names = list(getattr(pane, "VIEWS", {})) or [""]
     views = []
     for name in names:
         await clear_notices(pilot)
-        # The keys in the last line are those of where the focus is; a cursor that blinks paints.
+        # The last line shows keys of the focused widget; a blinking cursor would cause repaints.
         (await focus(pilot, "mu")).cursor_blink = False
         await until_still(pilot)
         text = masked(text_of(pilot).translate(_BARS))

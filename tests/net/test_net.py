@@ -1,11 +1,11 @@
-"""What a user gets is what was recorded: printed text, files, results, tabs, FMUs, bits."""
+"""Text, files, results, tabs, FMUs and bits are as recorded."""
 
 import pytest
 
 from tests.net.parts import PARTS
 from tests.net.text import RECORDED, differences
 
-# What is compared by default; the rest is marked `whole`.
+# Parts compared by default; the others are marked `whole`.
 QUICK = (
     "commands-errors",
     "commands-over-time",
@@ -20,7 +20,7 @@ LONGEST_MESSAGE = 60
 
 
 def unlike_recording(name: str, text: str) -> str:
-    """What differs from a recording, and how to record it anew; empty if nothing does."""
+    """Differences from a recording, and how to record it anew; empty if there are none."""
     recorded = (RECORDED / f"{name}.txt").read_text(encoding="utf-8")
     lines = differences(recorded, text)
     if not lines:

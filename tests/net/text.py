@@ -1,4 +1,4 @@
-"""Recordings as text: sections of lines, without what differs between runs, compared by number."""
+"""Recordings as text in sections, without run-dependent parts, compared number by number."""
 
 import json
 import math
@@ -14,10 +14,10 @@ from fivtui import __version__
 
 RECORDED: Final = Path(__file__).parent / "recorded"
 RELATIVE: Final = 1e-9
-# Rounding errors: relative to the greatest number of a line, and such as are printed alone.
+# Tolerances for rounding errors: relative to the line's largest number; absolute for lone ones.
 FLOOR: Final = 1e-12
 RESIDUAL: Final = 1e-10
-# A longer list of numbers is recorded as so many of them, and a sum.
+# A longer list of numbers is recorded as its length, a selection of items, and the sum.
 LONGEST: Final = 24
 MOST_ITEMS: Final = 6
 SECTION: Final = "$ "
@@ -31,7 +31,7 @@ _MASKS: Final = (
     (r"peak to (\S+) in \S+ s", r"peak to \1 in <time>"),
     (r"(?m)^CPU time .*$", "CPU time <time>"),
     (r"(?m)^fivtui: \d+ of \d+ members .*\n", ""),
-    # Settings of a trade-off: CPU time, and which of them are best for it.
+    # Rows of a trade-off: mask the CPU time and the marks of the best settings.
     (r"(?m)^(\S.*? (?:tol|step)=\S+) +\S+(.*? [+-]\d+)(?: +[FPHE]+)?$", r"\1 <time>\2"),
 )
 _VARYING: Final = re.compile(
@@ -112,12 +112,12 @@ def sections_of(text: str) -> dict[str, list[str]]:
 
 
 def same_line(recorded: str, fresh: str) -> bool:
-    """Whether two lines have the same words, and numbers within the tolerance."""
+    """Whether two lines have equal words, and numbers within the tolerance."""
     if recorded == fresh:
         return True
     texts = _NUMBER.findall(recorded), _NUMBER.findall(fresh)
     normalized = (" ".join(_NUMBER.sub("#", line).split()) for line in (recorded, fresh))
-    # Numbers of another length move what stands beside them; without them no blank may differ.
+    # Numbers of different width shift the text beside them; otherwise blanks must agree.
     if texts[0] == texts[1] or len(texts[0]) != len(texts[1]) or len({*normalized}) > 1:
         return False
     pairs = [(float(a), float(b)) for a, b in zip(*texts, strict=True)]
@@ -130,7 +130,7 @@ def same_line(recorded: str, fresh: str) -> bool:
 
 
 def differences(recorded: str, fresh: str) -> list[str]:
-    """What differs between two recordings, in lines: titles of sections and their lines."""
+    """Differences between two recordings: titles of sections and their lines."""
     before, after = sections_of(recorded), sections_of(fresh)
     report = []
     for title in dict.fromkeys([*before, *after]):
@@ -141,7 +141,7 @@ def differences(recorded: str, fresh: str) -> list[str]:
         else:
             lines = zip_longest(before[title], after[title], fillvalue="(no line)")
             unlike = [(old, new) for old, new in lines if not same_line(old, new)]
-            # Lines that another label has moved come last.
+            # Lines that differ only by a shift come last.
             unlike.sort(key=lambda pair: pair[0].split() == pair[1].split())
             report += [title] if unlike else []
             for old, new in unlike[:4]:
@@ -152,7 +152,7 @@ def differences(recorded: str, fresh: str) -> list[str]:
 
 
 def _unlike_parts(old: str, new: str) -> list[str]:
-    # A long line is shown from shortly before where it differs.
+    # A long line is shown from shortly before the first difference.
     index = next((k for k, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), 0)
     begin = max(index - 60, 0) if max(len(old), len(new)) > 160 else 0
     return [f"  - {old[begin : begin + 160]}", f"  + {new[begin : begin + 160]}"]

@@ -97,7 +97,7 @@ HOLD = {
 
 
 def alike(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
-    # Amplitudes on which nothing depends: what the paper says of them must then fail.
+    # Constant amplitudes: claims about amplitudes must then fail.
     progress = options.get("progress")
     if progress is not None and not progress(1.0):
         raise Cancelled
@@ -106,7 +106,7 @@ def alike(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
 
 @pytest.fixture(scope="module")
 def early() -> list[CheckedClaim]:
-    # The claims that need no amplitudes.
+    # Claims that need no amplitudes.
     results = PaperResults(workers=1)
     return [check(claim, results) for claim in CLAIMS if claim.id in stability.TESTS]
 
@@ -193,7 +193,7 @@ def test_claims_about_amplitudes_fail_where_nothing_depends_on_anything(
 ) -> None:
     monkeypatch.setattr("fivtui.paper.results.measure_all", alike)
     results = PaperResults()
-    # Whether the figures lie where the equilibrium is unstable does not depend on amplitudes.
+    # Whether an equilibrium in the figures is unstable does not depend on amplitudes.
     spared = {"figures-show-unstable-motion"}
     amplitudes = CLAIMS[[claim.id for claim in CLAIMS].index("figures-show-unstable-motion") :]
     for claim in amplitudes:
@@ -317,7 +317,7 @@ def test_what_was_checked_is_stored_and_read_again_unless_its_words_changed(tmp_
 
 
 def test_a_verdict_by_counting_is_kept_as_plain_numbers() -> None:
-    # NumPy's integers are no JSON: the session could not be saved with them.
+    # NumPy integers are not JSON: the session could not be saved with them.
     claim = next(candidate for candidate in CLAIMS if candidate.id == "contact-means-negative-y")
     stored = claims_to_stored([check(claim, PaperResults(workers=1))])
     assert json.loads(json.dumps(stored)) == stored

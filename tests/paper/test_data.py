@@ -1,4 +1,4 @@
-"""Numbers behind the paper's figures, against points computed independently."""
+"""Data of the paper's figures, compared with independently computed points."""
 
 import json
 from pathlib import Path
@@ -57,7 +57,7 @@ def test_equilibria_and_eigenvalues_are_those_of_the_papers_equations(
                 assert data[name][index] == pytest.approx(point[name], rel=1e-9, abs=1e-12)
         if "modes" in point:
             lower, upper = point["modes"]
-            # Of merged frequencies the growing mode is the first.
+            # Of modes with merged frequencies, the growing one comes first.
             if np.isclose(lower[1], upper[1], rtol=1e-9) and upper[0] > lower[0]:
                 lower, upper = upper, lower
             for number, (growth, frequency) in ((1, lower), (2, upper)):

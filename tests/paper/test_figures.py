@@ -26,7 +26,7 @@ EIGENVALUES, CRITICAL, TRANSIENTS, AMPLITUDES = (3, 4, 5), (6, 7, 8, 9), (10, 11
 
 
 def invented(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
-    # Amplitudes that cost nothing: drawing does not ask where they come from.
+    # Invented amplitudes, which cost no time: drawing does not depend on their origin.
     progress = options.get("progress")
     if progress is not None and not progress(1.0):
         raise Cancelled
@@ -38,7 +38,7 @@ def invented(scenes: Sequence[Scene], **options: Any) -> list[Amplitude]:
 
 @cache
 def draw(number: int, results: PaperResults) -> Figure:
-    """Draw a figure once for all tests, which look at it alone."""
+    """Draw a figure once for all tests; they only read it."""
     return paper_figure(number, results)
 
 
@@ -53,12 +53,12 @@ def results() -> PaperResults:
 
 
 def curves(axes: Axes) -> list[Line2D]:
-    # Lines over many points; the others mark single places or zero.
+    # Lines with many points; others mark single points or zero.
     return [line for line in axes.get_lines() if np.size(line.get_xdata()) > 2]
 
 
 def look(line: Line2D) -> tuple[Any, ...]:
-    # What is seen of a line in black and white.
+    # Properties of a line that are visible in black and white.
     dashes = line._unscaled_dash_pattern  # type: ignore[attr-defined]
     return (line.get_marker(), str(dashes))
 
@@ -143,7 +143,7 @@ def test_merged_modes_are_drawn_once(number: int, results: PaperResults) -> None
 def test_critical_friction_is_marked_where_the_growth_rate_is_zero(results: PaperResults) -> None:
     _, growth = draw(4, results).axes
     marks = [line for line in growth.get_lines() if line.get_marker() == "o"]
-    # The last is the entry of the legend.
+    # The last mark is the legend's entry.
     positions = [float(np.asarray(line.get_xdata())[0]) for line in marks[:-1]]
     assert positions == pytest.approx([1.0181, 0.3738, 0.5976, 1.5473], abs=5e-5)
 

@@ -1,4 +1,4 @@
-"""Figs. 2 to 16 read back: every line is that of its entry in the legend, in print and terminal."""
+"""Figs. 2 to 16: every line agrees with its legend entry, in print and in the terminal."""
 
 import dataclasses
 import json
@@ -39,8 +39,8 @@ STATES: Final = {
 }
 CASES: Final = {"separation ignored": False, "separation considered": True}
 
-# What stands in the captions and the text: what varies along x and over which range, what tells
-# the lines apart, and what all share.
+# From the captions and the text: the parameter along x with its range, the parameter that
+# distinguishes the lines with its values, and the shared parameters.
 PRELOADS, STIFFNESSES, FRICTION = ("F", 0.0, 100.0), ("k_nl", 0.0, 500.0), ("mu", 0.0, 2.0)
 SOFT: Final = {"k1": 50.0, "k2": 100.0}
 FIGURES: Final[Mapping[str, tuple[Any, str, Sequence[float], Mapping[str, float]]]] = {
@@ -64,12 +64,12 @@ ALONG: Final = {
     "mu": "Friction coefficient μ",
 }
 UNITS: Final = {"F": " N", "k_nl": " N/m^3"}
-# Every so many points of a line are computed here; the ends are.
+# The step between points of thinned lines, which include both ends.
 EVERY: Final = 25
 
 
 def amplitude(case: bool, p: Mapping[str, float]) -> tuple[float, float]:
-    # Another number for every scene: that the amplitudes themselves are right is tested elsewhere.
+    # A different number for every scene; other tests check the amplitudes themselves.
     at = p["F"] + 0.1 * p["k_nl"] + 7.0 * p["mu"]
     return at + 3.0 * case, 0.5 * at + 5.0 * case
 
@@ -83,7 +83,7 @@ def invented(scenes: Sequence[Scene], **_: Any) -> list[Amplitude]:
 
 @pytest.fixture(scope="module")
 def results() -> PaperResults:
-    # All lines, but fewer points on each.
+    # All lines with fewer points.
     thin = {
         key: dataclasses.replace(
             panel,
@@ -127,7 +127,7 @@ def check_line(
     reference: Callable[..., float],
     skipped: bool = False,
 ) -> None:
-    # A line's points, computed anew from what its legend and its figure's caption say.
+    # Compare points of a line with values computed from its legend and the figure's caption.
     (along, *_), by, _, shared = FIGURES[key]
     x, y = line
     check_ends(key, x)
@@ -143,7 +143,7 @@ def named(axes: Axes, holder: Mapping[str, Any]) -> list[tuple[str, tuple[FloatA
 
 
 def modes_of(line: Line2D) -> list[tuple[FloatArray, FloatArray]]:
-    # Of both modes, between which a point is missing.
+    # Split a line into its two modes, which a missing point separates.
     x, y = points(line)
     half = x.size // 2
     return [(x[:half], y[:half]), (x[half + 1 :], y[half + 1 :])]
@@ -153,7 +153,7 @@ def test_fig_2_has_the_equilibria_of_its_lines(results: PaperResults) -> None:
     figure = draw(2, results)
     for key, axes in zip(("2a", "2b"), figure.axes, strict=True):
         assert axes.get_title() == f"({key[1]})"
-        # Both panels have the y axis of the first.
+        # Both panels share the y axis of the first.
         label = "Vertical displacement y_e (m)" if key == "2a" else ""
         assert labels(axes) == (ALONG[FIGURES[key][0][0]], label)
         assert axes.get_ylim() == figure.axes[0].get_ylim()
@@ -170,7 +170,7 @@ def test_fig_2_has_the_equilibria_of_its_lines(results: PaperResults) -> None:
 def modes(**p: float) -> tuple[complex, complex]:
     values = [value for value in own_slider.eigenvalues(**p).tolist() if value.imag > 0.0]
     lower, upper = sorted(values, key=lambda value: value.imag)
-    # Of merged frequencies the growing mode is the first.
+    # Of modes with merged frequencies, the growing one comes first.
     if upper.imag - lower.imag < 1e-6 * upper.imag and upper.real > lower.real:
         return upper, lower
     return lower, upper
@@ -198,7 +198,7 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
             line
             for line in right.lines
             if line.get_marker() == "o" and line.get_color() == shown[name].get_color()
-            # Besides the entry of the legend, which is nowhere.
+            # Skip the legend's entry, which has no finite points.
             if np.isfinite(points(line)[0]).all()
         ]
         x, y = points(mark)
@@ -304,7 +304,7 @@ def test_figures_name_their_fixed_parameters(number: int, results: PaperResults)
     ]
 
 
-# In the terminal
+# Charts in the terminal
 
 Y_LABELS: Final = {
     "equilibrium": ("y_e (m)",),
@@ -392,7 +392,7 @@ def test_the_list_of_figures_says_what_tells_their_lines_apart() -> None:
     assert "contact force" in rows["10"][2].lower()
 
 
-# The data beside the figures
+# Data files beside the figures
 
 
 @pytest.mark.parametrize("number", range(2, 17))

@@ -26,9 +26,9 @@ class Reference:
 
 @dataclass(frozen=True)
 class RandomScene:
-    """A random scene: its end and peaks to 25 digits, as doubles, and what an error is measured by.
+    """A random scene: final state and peaks to 25 digits, as doubles, and measures of its errors.
 
-    `scales` are those of x, ẋ, y, ẏ and `growth` and `fast_periods` G and N of `examples/trust.md`.
+    `scales` belong to x, ẋ, y, ẏ; `growth` and `fast_periods` are G and N of `examples/trust.md`.
     """
 
     parameters: Parameters

@@ -43,7 +43,7 @@ SCENES: dict[str, tuple[Table, bool, float, tuple[str | float, ...]]] = {
 
 
 def number(value: str | float) -> Number:
-    # The double that the package sees, exactly.
+    # Exactly the double that the package uses.
     return mpf(float(value))
 
 
@@ -109,22 +109,22 @@ def in_contact(p: Table, state: list[Number]) -> bool:
 
 
 def turning_values(c: list[Number], duration: Number) -> list[Number]:
-    """Values at both ends and wherever the slope changes its sign."""
+    """Values at both ends and at every sign change of the slope."""
     d = slope(c)
     grid = [duration * i / SAMPLES for i in range(SAMPLES + 1)]
     signs = [value(d, t) for t in grid]
     values = [value(c, grid[0]), value(c, grid[-1])]
-    for (start, right), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
+    for (start, end), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
         if s0 * s1 < 0:
             rising = d if s1 > 0 else [-coefficient for coefficient in d]
-            values.append(value(c, root_of_increasing(partial(value, rising), start, right)))
+            values.append(value(c, root_of_increasing(partial(value, rising), start, end)))
     return values
 
 
 def longest_step(
     p: Table, state: list[Number], x: list[Number], y: list[Number], limit: Number
 ) -> Number:
-    """The longest step, at most `limit` and 1 s, whose last terms of the series are negligible."""
+    """The longest step, up to `limit` and 1 s, at which the last series terms are negligible."""
     size = max(abs(s) for s in (*state, p["F"] / (p["k1"] + p["k2"])))
     steps = [limit, mpf(1)]
     for n in (ORDER + 1, ORDER):
@@ -135,7 +135,7 @@ def longest_step(
 
 
 def first_root(y: list[Number], h: Number, contact: bool) -> Number | None:
-    """Where the slider leaves the belt or lands within a step; None where it does not."""
+    """Time in a step at which the slider separates or lands; None if it does neither."""
     beyond = y if contact else [-coefficient for coefficient in y]
     previous = mpf(0)
     for i in range(1, SAMPLES + 1):

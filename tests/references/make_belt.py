@@ -89,7 +89,7 @@ def mode_of(p: Table, state: list[Number]) -> str:
 
 
 def guards(p: Table, mode: str) -> dict[str, Callable[[list[Number]], Number]]:
-    # What is positive while a mode lasts, of (x, ẋ, y), by the mode that follows; "?": to be seen.
+    # Functions of (x, ẋ, y) that are positive during a mode, by successor; "?": found afterwards.
     functions: dict[str, Callable[[list[Number]], Number]] = {}
     if mode == "separated":
         return {"?land": lambda z: z[2]}

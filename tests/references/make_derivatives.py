@@ -32,7 +32,7 @@ QUANTITIES = (
     *("y_abs", "y_max", "y_min", "x_abs", "vx_max"),
     *("y_half_range", "force_min", "force_max"),
 )
-# Changes to the base set, whether separation is considered, the horizon, the start unless static.
+# Changes to the base set, whether separation is considered, the horizon, and the start or None.
 SCENES: dict[str, tuple[Table, bool, float, tuple[str, ...]]] = {
     "base": ({}, True, 20, ()),
     "separation-ignored": ({}, False, 8, ()),

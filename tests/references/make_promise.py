@@ -23,13 +23,13 @@ COUNT = 400
 SEED = 2026
 # Scenes in which perturbations grow more than this are left out.
 MOST_GROWTH = 300.0
-# Times of a run between which the growth of perturbations is measured, and the perturbation.
+# Number of intervals over which the growth of perturbations is measured; relative perturbation.
 TIMES, PERTURBATION = 24, 1e-6
 Floats = NDArray[np.float64]
 
 
 def scene(rng: np.random.Generator) -> tuple[Parameters, bool, State, float]:
-    """A random scene: masses, springs and sizes over orders of magnitude, in short numbers."""
+    """A random scene: masses, springs and sizes over orders of magnitude, in few digits."""
     wide = rng.random() < 0.5
 
     def number(low: float, high: float) -> float:
@@ -72,7 +72,7 @@ def ends(p: Parameters, start: Floats, separation: bool, t_end: float) -> Floats
 
 
 def scales(p: Parameters, start: State, separation: bool, t_end: float) -> Floats:
-    """Greatest |x| and |ẋ|/ω of a run, that times ω, and the same of y."""
+    """Scales of x, ẋ, y and ẏ: max of |x| and |ẋ|/ω, that times ω, and the same for y."""
     run = simulate(p, t_end=t_end, start=start, separation=separation, samples=3000)
     assert run.trajectory is not None
     motion, omega = run.trajectory, 1.0 / time_scale(p)
@@ -82,7 +82,7 @@ def scales(p: Parameters, start: State, separation: bool, t_end: float) -> Float
 
 
 def growth(p: Parameters, start: State, separation: bool, t_end: float, units: Floats) -> float:
-    """The greatest factor by which a perturbation grows from one time to another, in `units`."""
+    """The largest growth factor of a perturbation between two times, in `units`."""
     state, maps = np.array(start), []
     weights = np.where(units > 0.0, units, 1.0)
     for _ in range(TIMES):

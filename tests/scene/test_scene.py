@@ -72,7 +72,7 @@ def test_a_saved_scene_loads_as_the_same_scene(
 ) -> None:
     path = tmp_path_factory.mktemp("scene") / "scene.toml"
     save_scene(scene, path)
-    # The representation, unlike equality, tells -0.0 from 0.0.
+    # Unlike equality, the representation distinguishes -0.0 from 0.0.
     assert repr(load_scene(path)) == repr(scene)
 
 

@@ -58,7 +58,7 @@ def test_an_error_below_rounding_is_refused_with_what_can_be_had() -> None:
         simulate_to({"final": 1e-16}, Request(System(Parameters())))
 
 
-# Without damping an error grows for ever: two runs part after some hundred seconds.
+# Without damping, errors grow without bound: two runs diverge after some hundred seconds.
 UNDAMPED = Parameters(c1=0.0, c2=0.0)
 
 
@@ -68,7 +68,7 @@ def test_numbers_after_two_runs_part_are_refused_with_the_time_and_the_reason(wi
         simulate_to({"half_range": wish}, Request(System(UNDAMPED), t_end=1000.0))
     match = re.search(r"t = ([\d.]+) s", caught.value.why)
     assert match is not None
-    # What is advised is right: before that time the same number is verified.
+    # The advice is correct: before the stated time the same quantity is verified.
     shorter = Request(System(UNDAMPED), t_end=0.8 * float(match[1]))
     before = simulate_to({"half_range": wish}, shorter)
     assert before.estimate.half_range <= wish
@@ -85,7 +85,7 @@ def test_what_is_fixed_before_two_runs_part_is_printed_all_the_same(
     assert f"part at t = {data['parted']['t']:.6g} s: {data['parted']['reason']}" in printed.err
     before = data["before"]
     assert 0.0 < before["t_end"] < data["parted"]["t"]
-    # Between the last two switches that both runs make.
+    # Midway between the last two switches that both runs have.
     longer = simulate(UNDAMPED, t_end=data["parted"]["t"], tol=3e-13)
     assert before["t_end"] == pytest.approx(longer.switch_times[-2:].mean(), abs=1e-3)
     error = before["accuracy"]["estimate"]
@@ -103,7 +103,7 @@ def test_what_is_fixed_before_two_runs_part_is_printed_all_the_same(
 
 
 def test_agreement_by_chance_is_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Every number agrees but the state at the end, at all settings.
+    # All quantities agree at all settings, except the final state.
     true = simulate(Parameters(), t_end=10.0)
 
     shifts = itertools.cycle((0.0, 0.02 * true.peak.y_abs))
@@ -255,7 +255,7 @@ def test_tolerances_that_verify_each_other_are_a_decade_apart(error: float) -> N
 
 
 def test_a_run_to_a_stated_accuracy_hands_out_its_samples_while_it_goes_on() -> None:
-    # RK4 hands out parts however short a run is, the compiled kernel those of long runs.
+    # RK4 delivers parts of any run, the compiled kernel only parts of long runs.
     scene = dataclasses.replace(
         PRESETS["base"], t_end=5.0, method="rk4", accuracy=(("peak", 1e-3),)
     )

@@ -1,4 +1,4 @@
-"""A run at any time, its period and windows."""
+"""Motion of a run at any time, its period, and time windows."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Runs as sound files, read back."""
+"""Runs as sound files."""
 
 import json
 import math
@@ -33,7 +33,7 @@ def test_the_sound_is_the_signal_with_its_time_compressed(tmp_path: Path) -> Non
     expected = 0.9 * 32_767 * (y - y.mean()) / np.abs(y - y.mean()).max()
     assert np.abs(values[middle] - expected[middle]).max() < 1.0
     assert audio.full_scale == pytest.approx(np.abs(y - y.mean()).max())
-    # Both ends begin in silence.
+    # The sound begins and ends in silence.
     assert abs(int(values[0])) < 100 > abs(int(values[-1]))
 
 

@@ -1,4 +1,4 @@
-"""Command lines drawn at random over all commands and options, with values that nobody expects."""
+"""Random command lines over all commands and options, with unusual values."""
 
 import os
 import random
@@ -10,7 +10,7 @@ import click
 
 from fivtui.cli import commands
 
-# What takes long, or serves, is given something that is wrong for certain.
+# Slow commands, and the server, always get an invalid argument.
 HEAVY = {"attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "build"}
 HEAVY |= {"system", "accuracy", "methods", "uncertainty", "animate"}
 WRONG = ("--colour", "--colour=red", "-q", "--force=3", "--\x00")
@@ -61,7 +61,7 @@ HOSTILE = (
 
 
 def prepare(folder: Path) -> None:
-    """Put files into a folder that lines name: sound ones, and such as nobody should read."""
+    """Create files that lines name in a folder: valid ones, and unreadable ones."""
     texts = {
         "own.toml": "fivtui_scene = 1\nt_end = 0.5\n[parameters]\nF = 33.0\n",
         "bare.toml": "fivtui_scene = 1\nt_end = 1\n",
@@ -90,7 +90,7 @@ def prepare(folder: Path) -> None:
 
 
 def lines(seed: int, count: int) -> Iterator[list[str]]:
-    """Command lines, the same for a seed."""
+    """Reproducible random command lines."""
     draw = random.Random(seed)
     paths = list(_commands(commands, ()))
     for _ in range(count):
@@ -122,7 +122,7 @@ def _arguments(draw: random.Random, names: Sequence[str], command: click.Command
     if arguments and draw.random() < 0.05:
         arguments.pop()
     if not names or names[-1] in HEAVY or "--attractors" in arguments:
-        # Before all others, one of which may say that what follows is no option.
+        # At the front, as `--` could turn later arguments into operands.
         arguments = [draw.choice(WRONG), *arguments]
     return arguments
 

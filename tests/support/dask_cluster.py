@@ -1,4 +1,4 @@
-"""A Dask scheduler with workers on the loopback interface, as processes of their own."""
+"""A Dask scheduler with workers on the loopback interface, in separate processes."""
 
 import json
 import os
@@ -17,7 +17,7 @@ PATIENCE_S = 600.0
 
 @dataclass
 class Cluster:
-    """Address of a scheduler, and the processes."""
+    """Address of a scheduler, and its processes."""
 
     address: str
     scheduler: subprocess.Popen[bytes]

@@ -1,4 +1,4 @@
-"""The scripted master that other hosts are held against: slider-belt and actuator through fmpy."""
+"""The scripted reference master for other hosts: slider-belt and actuator through fmpy."""
 
 import shutil
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 import fmpy
 
-# y and P of the slider-belt, F of the actuator, at the end of every communication step.
+# y and P of the slider-belt and F of the actuator at the end of every communication step.
 Row = tuple[float, float, float]
 
 
@@ -25,7 +25,7 @@ def coupled(
 ) -> list[Row]:
     """Step both in parallel and exchange preload and contact force in between.
 
-    `first` is what the inputs are in the first step, if not the outputs at the start.
+    `first` has the inputs of the first step; by default they are the outputs at the start.
     """
     s_folder, s, s_names = _instance(slider_belt)
     a_folder, a, a_names = _instance(actuator)

@@ -14,7 +14,7 @@ Call = tuple[Any, ...]
 
 
 class Answer(NamedTuple):
-    """What one call of the script came to."""
+    """Result of one call of the script."""
 
     status: str
     value: Any
@@ -59,11 +59,11 @@ class Driver:
         return [Answer(*answer) for answer in self._ask({"calls": calls})]
 
     def go_on(self, *calls: Call) -> list[Answer]:
-        """As `drive`, but with the instances and states that the last `go_on` left."""
+        """As `drive`, but keep instances and states of the previous `go_on`."""
         return [Answer(*answer) for answer in self._ask({"calls": calls, "keep": True})]
 
     def simulate(self, *runs: dict[str, Any]) -> list[dict[str, float]]:
-        """Last outputs of fmpy's ``simulate_fmu`` for each set of options."""
+        """Final outputs of fmpy's ``simulate_fmu`` for each set of options."""
         ends: list[dict[str, float]] = self._ask({"runs": runs})
         return ends
 
@@ -78,7 +78,7 @@ class Driver:
 
 
 class _Host:
-    # The FMUs, their instances by name and saved states by name, in the process of its own.
+    # Runs in the driven process: the FMUs, instances by name, and saved states by name.
 
     def __init__(self, fmus: list[tuple[Any, Any]]) -> None:
         self.fmus = fmus
@@ -212,8 +212,8 @@ def _simulate(path: str, runs: list[dict[str, Any]]) -> list[dict[str, float]]:
 
 
 def main() -> None:
-    """Serve requests, one a line, until there are no more."""
-    # Absent even where the project is installed beside fmpy.
+    """Serve requests, one per line, until the input ends."""
+    # Block the project's packages even where they are installed beside fmpy.
     for project in ("fivtui", "fmu_src"):
         sys.modules[project] = None  # type: ignore[assignment]
         with contextlib.suppress(ImportError):
@@ -221,7 +221,7 @@ def main() -> None:
             raise AssertionError(project)
     import fmpy
 
-    # What the FMU would print to standard error, a script sees in the log.
+    # A script sees the FMU's messages in its log instead of on standard error.
     logging.getLogger("fivtui.fmu").addHandler(logging.NullHandler())
     fmus = [(fmpy.extract(path), fmpy.read_model_description(path)) for path in sys.argv[1:]]
     fmu_host = _Host(fmus)

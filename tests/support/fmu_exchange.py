@@ -1,4 +1,4 @@
-"""Model exchange with an FMU by an importer of our own, through fmpy."""
+"""Model exchange with an FMU by an independent importer, through fmpy."""
 
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ def exchanged(folder: Path, **values: float | bool) -> FmuInstance:
 
 
 def read(function: Any, count: int) -> list[float]:
-    """So many numbers from a function of fmpy."""
+    """Values that a function of fmpy writes to a buffer of `count` numbers."""
     values = np.empty(count)
     function(values.ctypes.data_as(FLOATS), count)
     return values.tolist()
@@ -37,9 +37,9 @@ def integrated(
     tol: float = 1e-11,
     late: float = 0.0,
 ) -> list[float]:
-    """The states x, y, ẋ, ẏ at the end; the solver is restarted where the FMU tells to.
+    """Final x, y, ẋ, ẏ; the solver restarts where the FMU requests it.
 
-    It stops `late` after the zeros of event indicators, s.
+    Each event is handled `late` seconds after the zero of its indicator.
     """
     fmi = instance.fmi
 

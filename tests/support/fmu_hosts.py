@@ -87,14 +87,14 @@ def _stepped(simulation: Any, steps: int) -> Rows:
 
 
 def container(folder: Path, steps: int, h: float) -> Rows:
-    """Through the FMU that fmu-manipulation-toolbox makes of both, run by fmpy."""
+    """Through a container FMU that fmu-manipulation-toolbox makes of both, run by fmpy."""
     import fmpy
     from fmu_manipulation_toolbox.assembly import AssemblyNode
 
     node = AssemblyNode(
         "pair.fmu", step_size=h, auto_link=False, auto_input=False, auto_output=False
     )
-    # Its loop of links is cut before the first FMU, here the actuator: F does not wait for P.
+    # The loop of links is cut before the first FMU, the actuator, so F does not wait for P.
     s, a = f"{_SLIDER_BELT}.fmu", f"{_ACTUATOR}.fmu"
     node.add_fmu(a)
     node.add_fmu(s)
@@ -107,12 +107,12 @@ def container(folder: Path, steps: int, h: float) -> Rows:
 
 
 def container_ssp(folder: Path, steps: int, h: float) -> Rows:
-    """Through the FMU that fmu-manipulation-toolbox makes of the archive, run by fmpy."""
+    """Through a container FMU that fmu-manipulation-toolbox makes of the archive, run by fmpy."""
     import fmpy
     from fmu_manipulation_toolbox.assembly import Assembly
 
     assembly = Assembly("brake.ssp", fmu_directory=folder, default_step_size=h)
-    # Without ports of the system in the archive, its outputs are named here.
+    # The archive declares no system ports, so the outputs are named here.
     a, s = assembly.root.fmu_names_list
     for fmu, name in ((s, "y"), (s, "P"), (a, "F")):
         assembly.root.add_output(fmu, name, name)
@@ -131,7 +131,7 @@ HOSTS = (libcosim, libcosim_ssp, ecos, ecos_ssp, container, container_ssp)
 
 
 def main() -> None:
-    """Run the host that is named."""
+    """Run the named host."""
     run = {host.__name__: host for host in HOSTS}[sys.argv[1]]
     rows = run(Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[4]))
     print("\n" + json.dumps(rows), flush=True)

@@ -1,4 +1,4 @@
-"""Instances of an extracted FMU in this process, through fmpy, by names of variables."""
+"""Instances of an extracted FMU in this process, through fmpy, accessed by variable names."""
 
 from pathlib import Path
 from typing import Any, Self

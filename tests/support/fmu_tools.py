@@ -1,4 +1,4 @@
-"""FMUs for tests: altered copies, and one that is not of this project."""
+"""FMUs for tests: modified copies, and an FMU of another project."""
 
 import zipfile
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from pythonfmu import FmuBuilder
 
 from fivtui import simulate
 
-# A native run by the very code that the FMU carries.
+# Native runs by the kernel that the FMU contains.
 interpreted: Final = partial(simulate, kernel="interpreted")
 
 _OTHER = """
@@ -50,7 +50,7 @@ def altered(fmu: Path, target: Path, changes: Mapping[str, bytes | None]) -> Pat
 
 
 def other_fmu(folder: Path, behaviour: str = "pass") -> Path:
-    """An FMU with inputs and outputs of all types, whose `do_step` begins with `behaviour`."""
+    """An FMU with inputs and outputs of all types; its `do_step` begins with `behaviour`."""
     script = folder / f"accumulator_{abs(hash(behaviour))}.py"
     script.write_text(_OTHER.replace("BEHAVIOUR", behaviour))
     return Path(

@@ -1,4 +1,4 @@
-"""Stands in for an installation without a compiled kernel."""
+"""Simulates an installation without a compiled kernel."""
 
 from unittest import mock
 
@@ -12,5 +12,5 @@ def _missing() -> ComputationError:
     return ComputationError(WHY, "install one")
 
 
-# A context manager, and a decorator; `.start()` is for good.
+# A context manager and decorator; `.start()` applies it permanently.
 INTERPRETED = mock.patch.object(native, "_loaded", _missing)

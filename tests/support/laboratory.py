@@ -1,4 +1,4 @@
-"""What the tests of the terminal UI share."""
+"""Helpers shared by tests of the laboratory."""
 
 import asyncio
 import os
@@ -29,9 +29,8 @@ from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.book import TabBook
 
-# A test waits for as long as something may still come. It gives up after so many looks in a row at
-# an application that computes nothing, each soon after the one before: a machine that is busy with
-# something else makes looks late, and these do not count. The other limit ends a hang.
+# A wait fails after this many consecutive polls of an idle application. Polls that come late
+# because the machine is busy are not counted. HANG_S ends a hang.
 _IDLE_LOOKS: Final = 1600
 _LOOK_S: Final = 0.01
 _LATE_S: Final = 0.1
@@ -40,22 +39,22 @@ _wait_for_screen = Pilot._wait_for_screen
 
 
 async def _wait_patiently(self: Pilot[None], timeout: float = HANG_S) -> bool:
-    # Textual gives up a screen that is not done after half a minute, which a busy machine may take.
+    # Textual gives up after half a minute, which a busy machine may need.
     return await _wait_for_screen(self, timeout)
 
 
 Pilot._wait_for_screen = _wait_patiently  # type: ignore[method-assign, assignment]
 
-# What a key brings about may wait for the next frame; a timer that is due later is waited for where
-# a test says so. Timers that follow each other closely have no end, nor has what threads report.
+# Effects of a key may need the next frame; tests wait for later timers explicitly. The number of
+# consecutive timers is limited, as threads may schedule them endlessly.
 _FRAME_S: Final = 0.02
 _TIMERS: Final = 4
 
 
 async def _until_nothing_is_left(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
-    """Wait until no task can go on and no timer is due within a frame.
+    """Wait until no task is ready and no timer is due within a frame.
 
-    Textual's own sleeps for as long as threads compute, twice after each key.
+    Textual's own version sleeps while threads compute, twice after each key.
     """
     loop = asyncio.get_running_loop()
     end = loop.time() + max_sleep
@@ -85,9 +84,8 @@ def _count_and_paint(self: App[Any], screen: Screen[Any], renderable: Any) -> No
 
 App._display = _count_and_paint  # type: ignore[method-assign]
 
-# Without a terminal a frame is thrown away as soon as it is rendered, and that takes half of the
-# time of a test: what the screen shows is rendered where a test looks. With this variable every
-# frame is.
+# Without a terminal, frames are rendered and discarded, which takes half of a test's time. Render
+# the screen only where a test reads it. With this variable set every frame is rendered.
 EVERY_FRAME: Final = "FIVTUI_TEST_EVERY_FRAME"
 every_frame = EVERY_FRAME in os.environ
 _render_update = Compositor.render_update
@@ -108,7 +106,7 @@ def _render_where_looked_at(
 
 Compositor.render_update = _render_where_looked_at  # type: ignore[method-assign]
 
-# Every application parses the same style sheets, which takes an eighth of its start.
+# Cache parsed style sheets: parsing takes an eighth of an application's start.
 _parse_rules = Stylesheet._parse_rules
 _parsed: Final[dict[tuple[Any, ...], list[RuleSet]]] = {}
 
@@ -123,14 +121,14 @@ def _parse_once(
 
 
 Stylesheet._parse_rules = _parse_once  # type: ignore[method-assign]
-# The same as Textual's, but for a call of Python for each rule at each widget.
+# Equal to Textual's, but without a Python call for each rule and widget.
 RuleSet.__hash__ = object.__hash__  # type: ignore[method-assign]
 
 _close_all = App._close_all
 
 
 async def _close_without_focus(self: App[Any]) -> None:
-    """Close all without giving the focus to what is still there, which restyles everything."""
+    """Close all screens without moving the focus, which would restyle every widget."""
     for stack in self._screen_stacks.values():
         for screen in stack:
             screen.set_reactive(Screen.focused, None)
@@ -143,18 +141,18 @@ ENDLESS: Final = "1e6"
 
 
 def text_of(pilot: Pilot[None]) -> str:
-    """What the screen shows, line by line."""
+    """The text of the screen, line by line."""
     strips = pilot.app.screen._compositor.render_strips()
     return "\n".join(strip.text for strip in strips)
 
 
 def flat_text_of(pilot: Pilot[None]) -> str:
-    """The same with line breaks and runs of blanks as one blank, for wrapped words."""
+    """The text of the screen with runs of blanks and line breaks as one blank, for wrapped text."""
     return " ".join(text_of(pilot).split())
 
 
 async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
-    """Wait until something holds."""
+    """Wait until a condition holds."""
     begin = previous = time.monotonic()
     idle = 0
     while not holds():
@@ -172,11 +170,11 @@ async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
 
 
 async def until_screen(pilot: Pilot[None], holds: Callable[[str], bool]) -> None:
-    """Wait until something holds of what the screen shows."""
+    """Wait until a condition on the screen's text holds."""
     previous = -1
 
     def look() -> bool:
-        # To render the screen costs more than all else; what it shows changes only when painted.
+        # Rendering is the most expensive part, and the text changes only with a paint.
         nonlocal previous
         paints = _paints[id(pilot.app)]
         if paints == previous:
@@ -188,12 +186,12 @@ async def until_screen(pilot: Pilot[None], holds: Callable[[str], bool]) -> None
 
 
 async def until_shown(pilot: Pilot[None], phrase: str) -> None:
-    """Wait until the screen shows some words."""
+    """Wait until the screen shows a phrase."""
     await until_screen(pilot, lambda text: phrase in " ".join(text.split()))
 
 
 async def until_still(pilot: Pilot[None], looks: int = 4) -> None:
-    """Wait until nothing is computed and the screen is not painted for several looks."""
+    """Wait until no worker runs and several polls find no new paint."""
     paints, count = -1, 0
     while count < looks:
         await asyncio.sleep(0.03)
@@ -210,13 +208,13 @@ def notices_of(pilot: Pilot[None]) -> NoticeView:
 
 
 async def clear_notices(pilot: Pilot[None]) -> None:
-    """Remove the notices, which come and go, from the screen."""
+    """Remove all notices from the screen, as they are transient."""
     notices_of(pilot).clear()
     await pilot.pause()
 
 
 async def until_told(pilot: Pilot[None], phrase: str) -> None:
-    """Wait until a notice says some words; on the screen its lines are wrapped."""
+    """Wait until a notice contains a phrase; on the screen its lines are wrapped."""
     await until(pilot, lambda: any(phrase in n.text for n in notices_of(pilot).notices))
     await until_shown(pilot, phrase.split(maxsplit=1)[0])
 
@@ -241,7 +239,7 @@ def chart_of(pilot: Pilot[None], name: str) -> ChartView:
 
 
 async def answer(pilot: Pilot[None], path: Path | str) -> None:
-    """Give a path to the dialog that asks for one, which may still open."""
+    """Enter a path in the dialog that asks for one, once it is open."""
     await until(pilot, lambda: bool(pilot.app.screen.query("#path")))
     pilot.app.screen.query_one("#path", Input).value = str(path)
     await pilot.pause()
@@ -249,7 +247,7 @@ async def answer(pilot: Pilot[None], path: Path | str) -> None:
 
 
 async def palette(pilot: Pilot[None], query: str) -> None:
-    """Open the command palette and search for some words."""
+    """Open the command palette and enter a query."""
     await pilot.press("ctrl+p")
     await until(pilot, lambda: bool(pilot.app.screen.query("CommandInput")))
     pilot.app.screen.query_one("CommandInput", Input).value = query
@@ -257,14 +255,14 @@ async def palette(pilot: Pilot[None], query: str) -> None:
 
 
 async def choose(pilot: Pilot[None], query: str, title: str) -> None:
-    """Run the first entry that the palette has for some words, once a title is in sight."""
+    """Run the palette's first entry for a query, once a title is visible."""
     await palette(pilot, query)
     await until_shown(pilot, title)
     await pilot.press("enter")
 
 
 async def show_tab(pilot: Pilot[None], key: str) -> None:
-    """Press the key of a tab, and wait until the tab is there."""
+    """Press the key of a tab, and wait until the tab is mounted."""
     await pilot.press(key)
     await until(pilot, lambda: _tab_is_there(pilot))
 
@@ -275,7 +273,7 @@ def _tab_is_there(pilot: Pilot[None]) -> bool:
 
 
 async def focus(pilot: Pilot[None], name: str) -> Input:
-    """Give the focus to the editor of a field that is edited as text."""
+    """Focus the editor of a field that is edited as text."""
     editor = pilot.app.screen.query_one(f"#row-{name}", FieldRow).query_one(Input)
     editor.focus()
     await until(pilot, lambda: editor.has_focus)
@@ -283,7 +281,7 @@ async def focus(pilot: Pilot[None], name: str) -> Input:
 
 
 async def type_into(pilot: Pilot[None], name: str, text: str) -> None:
-    """Replace the text of a field; of the keys the last one stands for all."""
+    """Replace the text of a field; only the last character is typed."""
     editor = await focus(pilot, name)
     editor.value = text[:-1]
     await pilot.press("end", {".": "full_stop", "-": "minus", ",": "comma"}.get(text[-1], text[-1]))
@@ -291,7 +289,7 @@ async def type_into(pilot: Pilot[None], name: str, text: str) -> None:
 
 
 def endless_simulate(*_: object, progress: Callable[[float], bool], **__: object) -> None:
-    """Stands for a run that goes on until it is stopped, but leaves the processor free."""
+    """Stands in for a run that continues until it is stopped, with little CPU time."""
     fraction = 0.0
     while progress(fraction):
         fraction += 1e-6
@@ -300,9 +298,9 @@ def endless_simulate(*_: object, progress: Callable[[float], bool], **__: object
 
 
 async def run_to_end(pilot: Pilot[None]) -> None:
-    """Press the key that runs, and wait for the result."""
+    """Press the run key, and wait for the result."""
     runs = app_of(pilot).session.runs
-    # What was told before may lie over the result.
+    # Earlier notices may cover the result.
     notices_of(pilot).clear()
     await pilot.press("f5")
     await until(pilot, lambda: runs.newest is not None and runs.active is None)

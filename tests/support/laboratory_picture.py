@@ -1,4 +1,4 @@
-"""Takes the README's picture: `python -m tests.support.laboratory_picture FILE`."""
+"""Draws the README's picture: `python -m tests.support.laboratory_picture FILE`."""
 
 import asyncio
 import sys
@@ -24,7 +24,7 @@ SIZE: Final = (120, 40)
 
 
 async def set_up(pilot: Pilot[None]) -> None:
-    """Two runs over each other, with separation ignored and considered, and all zones known."""
+    """Two overlaid runs, with separation ignored and considered, and all zones computed."""
     session = app_of(pilot).session
     for separation in ("ignored", "considered"):
         session.set_text("separation", separation)

@@ -1,4 +1,4 @@
-"""A slider on a belt of finite speed, written anew: one mode after the other by `solve_ivp`."""
+"""An independent model of a slider on a belt of finite speed: mode by mode with `solve_ivp`."""
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
@@ -19,14 +19,14 @@ Tables = Mapping[str, Sequence[tuple[float, float]]]
 
 @dataclass(frozen=True)
 class OwnBelt:
-    """The numbers of a system whose preload, friction and belt speed may follow tables."""
+    """A system whose preload, friction and belt speed may follow tables."""
 
     p: Parameters
     separation: bool = True
     tables: Tables = field(default_factory=dict)
 
     def at(self, name: str, t: float) -> float:
-        """The value of a parameter at a time."""
+        """Value of a parameter at time `t`."""
         if name in self.tables:
             return float(np.interp(t, *np.array(self.tables[name]).T))
         return float(getattr(self.p, name) or 0.0)
@@ -43,18 +43,18 @@ class OwnBelt:
         return -self.p.k2 * y - self.p.k_nl * y**3
 
     def grip(self, t: float, y: float) -> float:
-        """The greatest force of static friction."""
+        """The limit of static friction."""
         static = self.at("mu", t) if self.p.mu_s is None else self.p.mu_s
         return static * self.spring(y)
 
     def hold(self, t: float, z: FloatArray) -> float:
-        """What the belt exerts while it holds."""
+        """Friction force while the slider sticks."""
         p, (x, _, y, _) = self.p, z
         drive = p.c1 * self.at("v_belt", t) + p.m * self.slope(t)
         return float(drive + p.k1 * x + 0.5 * p.k3 * (x - y))
 
     def rate(self, mode: str, t: float, z: FloatArray) -> list[float]:
-        """The derivative of (x, ẋ, y, ẏ)."""
+        """Derivative of (x, ẋ, y, ẏ)."""
         p, (x, vx, y, vy) = self.p, z.tolist()
         P = 0.0 if mode == "separated" else self.spring(y)
         sign = {"forward": 1.0, "backward": -1.0}.get(mode, 0.0)
@@ -68,7 +68,7 @@ class OwnBelt:
         return [vx, self.slope(t) if mode == "stick" else ax, vy, ay]
 
     def ends(self, mode: str) -> dict[str, Function]:
-        """What falls through zero where a mode ends."""
+        """Event functions of a mode: each falls through zero where the mode ends."""
         if mode == "separated":
             return {"lands": lambda _, z: float(z[2])}
         ends: dict[str, Function] = {}
@@ -95,7 +95,7 @@ class OwnBelt:
         return "forward" if holding_force > 0.0 else "backward"
 
     def after(self, mode: str, end: str, t: float, z: FloatArray) -> str:
-        """The mode behind an end, or a row of a table; the state is put on the switch."""
+        """The mode after an event, or a table row if `end` is empty; sets `z` on the switch."""
         if end in ("lands", "lifts"):
             z[2] = 0.0
         if end == "stops" or mode == "stick":
@@ -108,7 +108,7 @@ class OwnBelt:
 
 
 def integrate(belt: OwnBelt, start: FloatArray, t_end: float) -> tuple[FloatArray, list[str]]:
-    """The state at the end, and the modes that follow each other."""
+    """Final state, and the sequence of modes."""
     solve: Any = solve_ivp
     t, z, mode = 0.0, np.array(start), belt.begin(0.0, np.array(start))
     modes = [mode]

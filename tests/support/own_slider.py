@@ -1,4 +1,4 @@
-"""The model of the paper written anew in NumPy, for what is drawn and printed."""
+"""An independent NumPy model of the paper, for checks of figures and printed reports."""
 
 import functools
 import math
@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 
 
 def equilibrium(**changes: float) -> tuple[float, float, float]:
-    """x, y and P at rest, from the only real root of the cubic of y (Eq. 6)."""
+    """x, y and P at rest, from the only real root of the cubic equation for y (Eq. 6)."""
     p = BASE | changes
     a, h, mu = p["k1"] + p["k3"] / 2, p["k3"] / 2, p["mu"]
     cubic = p["k_nl"] * (1 + h * mu / a)
@@ -34,7 +34,7 @@ def equilibrium(**changes: float) -> tuple[float, float, float]:
 
 
 def eigenvalues(**changes: float) -> NDArray[np.complex128]:
-    """The four eigenvalues at the equilibrium (Eq. 8), without order."""
+    """The four eigenvalues at the equilibrium (Eq. 8), unsorted."""
     p = BASE | changes
     a, h, m = p["k1"] + p["k3"] / 2, p["k3"] / 2, p["m"]
     _, y, _ = equilibrium(**changes)
@@ -49,13 +49,13 @@ def eigenvalues(**changes: float) -> NDArray[np.complex128]:
 
 
 def growth_rate(**changes: float) -> float:
-    """The greatest real part of the eigenvalues, 1/s."""
+    """The largest real part of the eigenvalues, 1/s."""
     return float(eigenvalues(**changes).real.max())
 
 
 @functools.cache
 def critical_mu(**changes: float) -> float:
-    """Where the growth rate passes zero, by bisection of eigenvalues."""
+    """The friction at which the growth rate is zero, by bisection of eigenvalues."""
     low, high = 0.0, 4.0
     for _ in range(40):
         middle = (low + high) / 2
@@ -69,7 +69,7 @@ def critical_mu(**changes: float) -> float:
 def motion(
     t_end: float, *, separation: bool, step: float = 0.002, **changes: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Times, and rows of x, vx, y, vy and P there, by RK4 from the static start."""
+    """Times, and rows of x, vx, y, vy and P, by RK4 from the static start."""
     p = BASE | changes
     a, h, m = p["k1"] + p["k3"] / 2, p["k3"] / 2, p["m"]
 

@@ -1,4 +1,4 @@
-"""Python with the sources of this checkout, in processes of its own."""
+"""Runs Python with the sources of this checkout in separate processes."""
 
 import os
 import subprocess
@@ -15,9 +15,9 @@ def run_python(
     stdin: str = "",
     environment: Mapping[str, str] | None = None,
 ) -> str:
-    """What Python prints that is given some arguments and variables of the environment.
+    """Standard output of Python, run with arguments and environment variables.
 
-    Fails with what it writes to standard error unless it ends with 0.
+    Fails with the standard error unless the exit status is 0.
     """
     process = subprocess.run(
         [sys.executable, *map(str, arguments)],

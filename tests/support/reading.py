@@ -1,4 +1,4 @@
-"""Reads figures back: what a legend says, and which line looks like its entry."""
+"""Reads figures: entries of a legend, and the lines that match them."""
 
 import re
 from collections.abc import Sequence
@@ -26,13 +26,13 @@ def plain(text: str) -> str:
 
 
 def look(line: Line2D) -> tuple[Any, ...]:
-    """By what a line is recognised."""
+    """Visual properties that identify a line."""
     dashes = line._unscaled_dash_pattern  # type: ignore[attr-defined]
     return line.get_color(), str(dashes), line.get_marker(), line.get_linestyle()
 
 
 def entries(legend: Legend) -> dict[str, Any]:
-    """What a legend shows beside its texts."""
+    """Handles of a legend by their texts."""
     texts = [plain(text.get_text()) for text in legend.get_texts()]
     assert len(set(texts)) == len(texts)
     return dict(zip(texts, legend.legend_handles, strict=True))
@@ -45,23 +45,23 @@ def the_legend(figure: Figure) -> dict[str, Any]:
 
 
 def lines_like(axes: Axes, entry: Line2D) -> list[Line2D]:
-    """The lines that look like an entry of a legend."""
+    """Lines that look like a legend's entry."""
     return [line for line in axes.get_lines() if look(line) == look(entry)]
 
 
 def line_like(axes: Axes, entry: Line2D) -> Line2D:
-    """The only such line."""
+    """The only line that looks like a legend's entry."""
     (line,) = lines_like(axes, entry)
     return line
 
 
 def points(line: Line2D) -> tuple[FloatArray, FloatArray]:
-    """Where a line goes."""
+    """Coordinates of a line."""
     return np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
 
 
 def spans(axes: Axes) -> list[tuple[float, float]]:
-    """The shaded intervals along x."""
+    """Shaded intervals along x."""
     shaded = [
         collection for collection in axes.collections if isinstance(collection, PolyCollection)
     ]
@@ -71,12 +71,12 @@ def spans(axes: Axes) -> list[tuple[float, float]]:
 
 
 def labels(axes: Axes) -> tuple[str, str]:
-    """What the axes are said to show."""
+    """Labels of the axes."""
     return plain(axes.get_xlabel()), plain(axes.get_ylabel())
 
 
 def transient_figure(
     runs: Sequence[Transient], quantities: Sequence[str] = ("P", "x", "y"), title: str = ""
 ) -> Figure:
-    """Runs drawn over time."""
+    """Runs of a transient figure."""
     return sheet_figure(transient_sheet(runs, quantities, title))

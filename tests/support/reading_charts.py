@@ -1,4 +1,4 @@
-"""Reads charts of the terminal back: where dots and marks are, by the ticks beside them."""
+"""Reads charts of the terminal: positions of dots and marks, by the tick labels."""
 
 import re
 from collections.abc import Callable
@@ -11,7 +11,7 @@ BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 
 
 class Reading:
-    """A drawn chart as its user reads it: places by the labels of the ticks next to them."""
+    """A drawn chart in data coordinates, by the tick labels, as a user reads it."""
 
     def __init__(self, picture: Picture, *, log_x: bool = False, log_y: bool = False) -> None:
         self.lines = picture.text().splitlines()
@@ -28,7 +28,7 @@ class Reading:
         below = [
             (0.5 * (match.start() + match.end()), float(match[0]))
             for match in re.finditer(r"\S+", self.lines[-1][MARGIN:])
-            # A label at an edge is moved inwards.
+            # Labels at the edges are shifted inwards, so they are skipped.
             if re.fullmatch(r"[-+.e\d]+", match[0]) and match.start() > 0 and match.end() < columns
         ]
         self.x, self.x_per_column = self._scale(below, log_x)
@@ -41,13 +41,13 @@ class Reading:
         assert len(ticks) > 1
         positions, values = np.array(ticks).T
         slope, start = np.polyfit(positions, np.log10(values) if log else values, 1).tolist()
-        # Every tick stands in its cell.
+        # Every tick lies in its cell.
         off = start + slope * positions - (np.log10(values) if log else values)
         assert np.abs(off).max() <= 1.1 * abs(slope)
         return lambda position: start + slope * position, abs(slope)
 
     def dots(self) -> list[tuple[float, float]]:
-        """Where the dots are, in the scales of the axes: logarithms where those are."""
+        """Positions of the dots in axis coordinates (logarithms on logarithmic axes)."""
         points = []
         for row, cells in enumerate(self.cells):
             for column, cell in enumerate(cells):
@@ -60,7 +60,7 @@ class Reading:
         return points
 
     def marks(self, character: str) -> list[tuple[float, float]]:
-        """Where a character stands."""
+        """Positions of a character."""
         return [
             (self.x(column + 0.5), self.y(row + 0.5))
             for row, cells in enumerate(self.cells)
@@ -69,7 +69,7 @@ class Reading:
         ]
 
     def near(self, actual: tuple[float, float], expected: tuple[float, float]) -> bool:
-        """Whether a place is another but for a cell or so."""
+        """Whether two positions agree within about a cell."""
         return (
             abs(actual[0] - expected[0]) <= 1.6 * self.x_per_column
             and abs(actual[1] - expected[1]) <= 1.6 * self.y_per_row

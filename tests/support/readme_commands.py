@@ -1,4 +1,4 @@
-"""Run the README's blocks in order, in this folder and process, without the packages of extras."""
+"""Runs the README's blocks in order, in this folder and process, without packages of extras."""
 
 import contextlib
 import io
@@ -17,17 +17,17 @@ from fivtui.cli import run
 from fivtui.orbits.curves.following import Follower
 from fivtui.scene import Scene, comparison
 
-# What this process itself needs is not hidden.
+# Extras that the test process itself needs stay visible.
 _OF_TESTS: Final = ("test", "dev")
 # Reduced counts: points of an axis, samples, points of a branch, starts of a search; seconds of a
-# comparison and for a trade-off.
+# comparison and of a trade-off.
 _AXIS, _SAMPLES, _BRANCH, _STARTS = 2, 64, 12, (1e-3, 1.0, 30.0)
 _COMPARED_S, _TRADEOFF_S = 20.0, 0.2
 _COUNT: Final = re.compile(r"^(\w+=[^:]+:[^:]+):(\d+)")
 
 
 class Printed(NamedTuple):
-    """What came of a command or script: exit status, standard output, standard error."""
+    """Result of a command or script: exit status, standard output, standard error."""
 
     line: str
     code: int | None
@@ -50,13 +50,13 @@ def _packages_of_extras() -> frozenset[str]:
 
 
 def hide_extras(patch: pytest.MonkeyPatch) -> None:
-    """Have the packages that extras alone install be missing."""
+    """Hide packages that only extras install."""
     for package in _packages_of_extras():
         patch.setitem(sys.modules, package, None)
 
 
 def shorten(patch: pytest.MonkeyPatch) -> None:
-    """Have comparisons and trade-offs take less time, where no option says how long."""
+    """Shorten comparisons and trade-offs without an explicit duration."""
     patch.setattr("fivtui.tradeoffs.measure.QUICK_S", _TRADEOFF_S)
     run_case = comparison._case_runs
 
@@ -67,7 +67,7 @@ def shorten(patch: pytest.MonkeyPatch) -> None:
 
 
 def shorten_searches(patch: pytest.MonkeyPatch) -> None:
-    """Have branches end after a few points, and cycles be searched from a few starts."""
+    """End branches after a few points, and search cycles from few starts."""
     defaults = Follower.__init__.__kwdefaults__
     assert defaults is not None
     patch.setitem(defaults, "most", _BRANCH)
@@ -87,7 +87,7 @@ def reduced(arguments: list[str]) -> list[str]:
 
 
 def commands_of(text: str) -> list[list[str]]:
-    """The commands of fivtui in a block of shell lines, those after an installation too."""
+    """The fivtui commands in a block of shell lines, including those after an installation."""
     commands = [shlex.split(part) for line in text.splitlines() for part in line.split("&&")]
     return [
         command[1:] for command in commands if command[0].removeprefix(".venv/bin/") == "fivtui"
@@ -104,7 +104,7 @@ def _printed(line: str, action: Callable[[], int | None]) -> Printed:
 def run_blocks(
     blocks: list[tuple[str, str]], change: Callable[[list[str]], list[str]] = list
 ) -> list[Printed]:
-    """What came of blocks, pairs of language and text, whose commands are changed before."""
+    """Results of blocks, pairs of language and text; `change` modifies commands before they run."""
     printed = []
     for language, text in blocks:
         if language == "sh":

@@ -1,9 +1,9 @@
-"""Kills laboratories at random times while others run beside them, and looks at what is left.
+"""Kills laboratories at random times while others run beside them, and checks the stored runs.
 
 ``python -m tests.support.session_crowd FOLDER KILLS`` runs two laboratories in terminals and one in
-a tab of a browser, by a client that speaks its protocol; it presses keys in all, kills one, or the
-server, at a time drawn at random, starts it again, and prints how many runs were kept at the end.
-It fails if a run that a session's file had ever named is gone.
+a browser tab, by a client that speaks its protocol. It presses keys in all of them, kills one, or
+the server, at a random time, and starts it again. It prints the number of runs stored at the end.
+It fails if a run that a session's file has named is lost.
 """
 
 import asyncio
@@ -56,7 +56,7 @@ class Terminal:
         try:
             os.read(self._screen, 65536)
         except OSError:
-            # Its program is gone.
+            # The program in the terminal has ended.
             asyncio.get_running_loop().remove_reader(self._screen)
 
     async def press(self, keys: str) -> None:
@@ -123,7 +123,7 @@ class Tab:
                 await self._socket.send_json(["stdin", keys])
 
     async def kill(self) -> None:
-        """Kill the laboratory alone, or with its server."""
+        """Kill the laboratory alone, or with its server, at random."""
         if self._chosen.random() < 0.5:
             await self.end()
         elif self._server is not None and self._socket is not None:
@@ -160,7 +160,7 @@ def environment(folder: Path) -> dict[str, str]:
 
 
 def below(pid: int) -> list[int]:
-    """All processes that a process has started."""
+    """All descendants of a process."""
     try:
         fields = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     except OSError:
@@ -170,21 +170,21 @@ def below(pid: int) -> list[int]:
 
 
 class Observer:
-    """What the files of all sessions have ever named."""
+    """Runs that the files of all sessions have named so far."""
 
     def __init__(self, folder: Path) -> None:
         self._first = folder / "fivtui" / "session.json"
         self.stored_runs: dict[int, set[int]] = {}
 
     def look(self) -> None:
-        """Note what is kept now; fail if something of before is not."""
+        """Record the stored runs; fail if an earlier one is lost."""
         for slot in saved_slots(self._first):
             state: dict[str, Any] = json.loads(slot.path.read_bytes())
             stored = {int(key.removeprefix("run-")) for key in state["results"] if "run-" in key}
             for number in stored:
                 name = state["results"][f"run-{number}"]["file"]
                 gone = not (slot.results / name).is_file()
-                # A state that another one has replaced since may have lost its files.
+                # A state that was replaced meanwhile may have lost its files.
                 assert not gone or json.loads(slot.path.read_bytes()) != state, (slot, name)
             before = self.stored_runs.get(slot.number, set())
             count = state["runs"]["count"]
@@ -193,7 +193,7 @@ class Observer:
             self.stored_runs[slot.number] = stored
 
     def read_all(self) -> int:
-        """Read every result of every session as the program does; their number."""
+        """Read every result of every session as the program does; return their number."""
         read = 0
         with ExitStack() as opened:
             for _ in saved_slots(self._first):
@@ -220,7 +220,7 @@ async def crowd(folder: Path, kills: int) -> int:
     try:
         for user in users:
             await user.start()
-        # None is killed before a session of each is kept.
+        # Kill only after each session was stored.
         async with asyncio.timeout(HANG_S):
             while len(observer.stored_runs) < len(users):
                 await press_all(users, observer)

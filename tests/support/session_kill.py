@@ -1,9 +1,9 @@
-"""Kills whoever keeps a session at its file operations, and looks at what is left.
+"""Kills a process at the file operations that store a session, and checks the stored session.
 
-``python -m tests.support.session_kill autosave FOLDER`` kills at each operation once and prints how
-many there were; ``python -m tests.support.session_kill lab FOLDER COUNT`` kills the whole
-laboratory COUNT times at one drawn at random. The kills are those of the operating system: nothing
-of the program runs after them.
+``python -m tests.support.session_kill autosave FOLDER`` kills at each operation once and prints
+their number; ``python -m tests.support.session_kill lab FOLDER COUNT`` kills the whole laboratory
+COUNT times at a random operation. The operating system kills the process, so that nothing of the
+program runs afterwards.
 """
 
 import asyncio
@@ -33,7 +33,7 @@ from tests.support.laboratory import until
 from .sweep_kill import child, kill_at
 
 SEED = 11
-# About as many as the laboratory does here, and as many runs as it does not drop by itself.
+# About the number of file operations of the laboratory here; fewer runs than its limit.
 OPERATIONS = 50
 MOST = 15
 BASE = PRESETS["base"]
@@ -54,7 +54,7 @@ def restored(autosave: Autosave) -> Session:
 
 
 def go_on(path: Path) -> None:
-    """A run is deleted, another made, and the map replaced."""
+    """Delete a run, make another, and replace the map."""
     autosave = Autosave(path)
     session = restored(autosave)
     for run in list(session.runs):
@@ -69,7 +69,7 @@ def go_on(path: Path) -> None:
 
 
 def look(path: Path) -> Session:
-    """What the next start finds: all that the session's file says, whole."""
+    """Load the session as the next start does; every result of the file must be readable."""
     autosave = Autosave(path)
     session = restored(autosave)
     state = state_of(session, "")
@@ -105,10 +105,10 @@ def kill_sessions(folder: Path) -> int:
 
 
 def kill_labs(folder: Path, times: int) -> int:
-    """Each goes on from what the one before has left."""
+    """Kill laboratories, each of which continues the session of the one before."""
     path = folder / "session.json"
     chosen = random.Random(SEED)
-    # Runs are interpreted, and nobody waits long for the session to be kept.
+    # Use interpreted runs, and store the session often.
     INTERPRETED.start()
     mock.patch.object(app_module, "_SAVE_PERIOD", 0.01).start()
     recorded: set[int] = set()
@@ -124,7 +124,7 @@ def kill_labs(folder: Path, times: int) -> int:
         assert code in (0, -signal.SIGKILL), code
         killed += code != 0
         session = look(path)
-        # None is deleted by anyone but the user; a run under way is none yet.
+        # Only the user deletes runs; an unfinished run is not counted.
         finished = {run.number for run in session.runs if run.result is not None}
         assert recorded <= finished, (recorded, finished)
         recorded = finished

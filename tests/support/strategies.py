@@ -7,7 +7,7 @@ from fivtui.model.slider_belt import State
 
 
 def magnitudes(low: float, high: float) -> st.SearchStrategy[float]:
-    """Positive numbers, evenly spread over their order of magnitude."""
+    """Positive numbers, log-uniformly distributed."""
     return st.floats(low, high).map(lambda exponent: 10.0**exponent)
 
 
@@ -32,12 +32,12 @@ def wide_parameters(*, damped_and_coupled: bool = False) -> st.SearchStrategy[Pa
 
 
 def moderate(low: float, high: float) -> st.SearchStrategy[float]:
-    """Numbers of engineering: zero, or at least 1e-9, of either sign."""
+    """Zero, or numbers of at least 1e-9, of either sign."""
     return st.floats(low, high).map(lambda value: value if abs(value) >= 1e-9 else 0.0)
 
 
 def moderate_parameters() -> st.SearchStrategy[Parameters]:
-    """Parameter sets around the base set, on which runs of seconds are cheap."""
+    """Parameter sets around the base set, for which runs of seconds are cheap."""
     return st.builds(
         Parameters,
         m=st.floats(1.0, 10.0),

@@ -1,8 +1,8 @@
-"""Kills a sweep at its file operations, and lets it go on.
+"""Kills a sweep at its file operations, and lets it continue.
 
 ``python -m tests.support.sweep_kill FOLDER SUFFIX STRIDE`` kills it at every operation whose number
-is a multiple of STRIDE, and prints the last; it fails if anything but the right file is ever left.
-The kills are those of the operating system: nothing of the program runs after them.
+is a multiple of STRIDE, and prints the last. It fails if any output but the complete file is left.
+The operating system kills the process, so that nothing of the program runs afterwards.
 """
 
 import os
@@ -78,7 +78,7 @@ def main() -> None:
     run(complete, False)
     right = complete.read_bytes()
     counts = []
-    # What replaces a file differs in this alone, and not by the format.
+    # Only CSV is tested with overwriting: replacement does not depend on the format.
     for force in (False, True) if suffix == ".csv" else (False,):
         operation = stride
         while check(folder, suffix, right, operation, force):

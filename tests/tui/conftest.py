@@ -1,4 +1,4 @@
-"""What tests of the laboratory have in common."""
+"""Fixtures shared by tests of the laboratory."""
 
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -16,7 +16,7 @@ def _not_searched(*_: object, **__: object) -> None:
 
 @pytest.fixture(autouse=True)
 def safe_friction_is_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Laboratories search for the safe friction where a test is about it alone."""
+    """Disable the search for safe friction, except in tests about it."""
     monkeypatch.setattr("fivtui.safety.safe_friction", _not_searched)
     monkeypatch.setattr("fivtui.safety.safety_zones", _not_searched)
 
@@ -25,7 +25,7 @@ def safe_friction_is_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
 async def pilot(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> AsyncIterator[Pilot[None]]:
-    """A laboratory that has begun, in a terminal of the size that the module says."""
+    """A started laboratory, in a terminal of the module's SIZE."""
     monkeypatch.chdir(tmp_path)
     size = getattr(request.module, "SIZE", (100, 30))
     async with FivtuiApp().run_test(size=size) as started:

@@ -29,7 +29,7 @@ SIZE = (80, 24)
 
 @pytest.fixture
 def interpreted() -> Iterator[None]:
-    """A long run stays long."""
+    """Use the interpreted kernel, so that long runs stay long."""
     with INTERPRETED:
         yield
 
@@ -137,7 +137,7 @@ async def test_quitting_does_not_wait_for_a_long_run() -> None:
         await type_into(pilot, "t_end", ENDLESS)
         await pilot.press("f5")
         await until(pilot, lambda: app.session.runs.active is not None)
-    # The test would hang here if the thread were not told to end.
+    # The test would hang here if the end did not stop the thread.
     assert app.session.runs.active is None
 
 
@@ -149,7 +149,7 @@ async def test_the_button_works_and_failures_are_told_and_logged(
         patched.setattr("fivtui.scene.run.compute", endless_simulate)
         await pilot.click("RunBar Button")
         await until(pilot, lambda: runs.active is not None)
-        # A button takes no second click while it is drawn as pressed.
+        # A button ignores clicks while it is drawn as pressed.
         button = pilot.app.screen.query_one("RunBar Button")
         await until(pilot, lambda: not button.has_class("-active"))
         await pilot.click("RunBar Button")

@@ -172,7 +172,7 @@ async def test_an_export_comes_to_the_browser_and_not_to_the_disk_of_the_server(
         client.ws_connect(f"{origin}/ws?width=100&height=30", headers={"Origin": origin}) as stream,
     ):
         received = bytearray()
-        # What is pressed once something is on the screen: the tab, F7, and Enter.
+        # Screen texts with the key that follows each: the tab, F7, and Enter.
         keys = [("UNSTABLE", "\x1b1"), ("Re λ", "\x1b[18~"), ("Download", "\r")]
         async for message in stream:
             if isinstance(message.data, bytes):
@@ -244,7 +244,7 @@ def test_a_browser_shows_the_laboratory_and_passes_keys_on(
     until(lambda: texts().get("mu") == "0.7", "the session of an app in the browser")
     browser.find_element(By.CSS_SELECTOR, ".xterm-helper-textarea").send_keys(Keys.ARROW_UP)
     until(lambda: texts().get("mu") == "0.71", "a key to reach the app")
-    # Text on a background is more than a few colours of pixels.
+    # Text on a background has more than a few colours.
     from matplotlib.image import imread
 
     picture = tmp_path / "page.png"
@@ -252,5 +252,5 @@ def test_a_browser_shows_the_laboratory_and_passes_keys_on(
     pixels = imread(picture).reshape(-1, 4)
     assert len({tuple(pixel) for pixel in pixels[::7].tolist()}) > 20
     severe = [e["message"] for e in browser.get_log("browser") if e["level"] == "SEVERE"]
-    # The page asks for a font from elsewhere, which it is not allowed to, and for an icon.
+    # The page requests an external font, which is blocked, and an icon.
     assert all("fonts.googleapis" in message or "favicon" in message for message in severe)

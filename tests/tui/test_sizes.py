@@ -1,4 +1,4 @@
-"""Nothing is cut at any size, and the README's picture is of the laboratory as it is."""
+"""No text is cut at any size, and the README's picture agrees with the laboratory."""
 
 import html
 import re
@@ -36,7 +36,7 @@ async def test_panes_are_whole_and_no_title_is_cut_at_any_size() -> None:
             ):
                 await show_tab(pilot, key)
                 await until_shown(pilot, phrase)
-        # Titles of views are shorter as long as there is no room.
+        # Titles of views are abbreviated in a narrow terminal.
         await show_tab(pilot, "alt+2")
         await until_shown(pilot, "Difference")
         await pilot.resize_terminal(80, 24)
@@ -48,13 +48,13 @@ async def test_panes_are_whole_and_no_title_is_cut_at_any_size() -> None:
 def check_panes(pilot: Pilot[None], size: tuple[int, int]) -> None:
     """Check edges, gauge, units and titles of the tabs."""
     lines = text_of(pilot).splitlines()
-    # Every line ends in an edge but the keys', and that of the last run.
+    # Every line ends in an edge, except the line of keys and that of the last run.
     ends = {line.rstrip()[-1] for line in lines[:-1] if len(line.rstrip()) == size[0]}
     assert ends <= set("╮│╯")
     short = [line for line in lines[:-1] if len(line.rstrip()) < size[0]]
     assert len(short) == 1
     assert "no run yet: press F5" in short[0]
-    # An edge between the units of the form and what stands beside it.
+    # An edge separates the units of the form from the tab.
     form = pilot.app.screen.query_one("Form").region
     assert {line[form.right - 1] for line in lines[form.y : form.bottom]} <= set("╮│╯")
     (gauge,) = (line for line in lines if line.startswith("│ μ ") and "●" in line)
@@ -109,7 +109,7 @@ async def test_notifications_lie_over_nothing_that_is_clicked(size: tuple[int, i
             assert not [
                 region for region in clicked if region and region.overlaps(notices.region)
             ], tab.id
-        # They give way to a click, and end.
+        # A click removes a notice, and notices expire.
         notices.clear()
         screen.post_message(Reported("one", error=True))
         await until_shown(pilot, "▌ one ")

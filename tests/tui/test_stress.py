@@ -26,7 +26,7 @@ async def test_typing_at_random_neither_crashes_nor_blocks(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("tests.support.laboratory.every_frame", True)
-    # A FMU is built and loaded by libraries that are slow to come.
+    # Building and loading an FMU would be slow.
     monkeypatch.setattr("fivtui.fmu.integrate_fmu", _no_fmu)
     chosen = random.Random(7)
     pressed: list[str] = []
@@ -36,11 +36,11 @@ async def test_typing_at_random_neither_crashes_nor_blocks(
         for _ in range(PRESSES):
             pressed.append(chosen.choice(KEYS))
             if pressed[-1] == "enter" and app.screen.query("#path"):
-                # No file is opened or written under a name typed at random.
+                # Random keys must not open or write files.
                 pressed[-1] = "escape"
             await pilot.press(pressed[-1])
             assert app._exception is None, pressed
-        # Whatever was done, the program still does what it is told.
+        # After all keys the program still works.
         while len(app.screen_stack) > 1:
             app.pop_screen()
         await pilot.press("shift+f8")

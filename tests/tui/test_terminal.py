@@ -1,4 +1,4 @@
-"""The program as it is, in a real terminal: keys go in and the screen comes out through tmux."""
+"""The program in a real terminal: tmux sends keys and returns the screen."""
 
 import os
 import shutil
@@ -14,8 +14,8 @@ import pytest
 import fivtui
 from tests.support.laboratory import HANG_S
 
-# Looks that find nothing, each soon after the one before; on a busy machine they are late, and do
-# not count. The other limit ends a hang.
+# The wait fails after this many polls. Polls that come late because the machine is busy are not
+# counted. HANG_S ends a hang.
 LOOKS = 2000
 LOOK_S = 0.05
 LATE_S = 0.2
@@ -26,7 +26,7 @@ TMUX = shutil.which("tmux")
 
 
 class Terminal:
-    """A terminal of 80 by 24 that runs the program."""
+    """An 80 by 24 terminal that runs the program."""
 
     def __init__(self, folder: Path) -> None:
         self._base = [str(TMUX), "-L", f"fivtui-{os.getpid()}-{folder.name}", "-f", os.devnull]
@@ -92,7 +92,7 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.until_shown("base (changed)")
     terminal.press("C-z")
     terminal.until_shown("μ 0.7 − +")
-    # Keys with Alt are no text, and these change nothing.
+    # Keys with Alt are not text, and these change nothing.
     terminal.press("M-7", "M-0", "M-x")
     terminal.press("M-s")
     terminal.until_shown("Save the scene as")
@@ -101,7 +101,7 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.press("F5")
     shown = terminal.until_shown("peak |y| 10.50 m · 2nd half ±4.401 m")
     assert "⣿" in shown
-    # From the plot to the fields; every step moves the curve, and two cursors read it.
+    # Move from the plot to the fields: each step updates the curve. Two cursors show values.
     terminal.press("M-p", "M-f", "Up")
     terminal.until_shown("F5 keeps a run")
     terminal.press("M-p", "c", "C")

@@ -153,14 +153,14 @@ def test_each_of_several_dense_curves_is_seen_within_the_others(ordered: bool) -
         picture = draw(Chart("x", "y", tuple(order)), View(), 100, 40)
         counts = Counter[str]()
         sparse = Counter[str]()
-        # The rows that all of them fill.
+        # Rows that all curves fill.
         for line in picture.lines[17:23]:
             for text, style in line[1:]:
                 counts[style] += len(text)
                 sparse[style] += sum(character in "⢕⢔⢅⢑⠕⢐" for character in text)
         for run in runs:
             assert counts[run.colour] > 0.15 * sum(counts.values())
-        # Without colour, too: that on top has all of its dots.
+        # Also without colour: the top curve has all of its dots.
         bottom, middle, top = (run.colour for run in order)
         assert sparse[top] < 0.1 * counts[top]
         assert min(sparse[bottom] / counts[bottom], sparse[middle] / counts[middle]) > 0.4
@@ -305,12 +305,12 @@ def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
     assert cursor_words("t (s)", 3.0, 5.0) == ["t ◆3 ◇5 s", "Δt 2 s", "1/Δt 0.5 Hz"]
     assert cursor_words("f (Hz)", 3.0, 2.5) == ["f ◆3 ◇2.5 Hz", "Δf -0.5 Hz", "1/Δf 2 s"]
     assert cursor_words("μ", 1.0, 1.0) == ["μ ◆1 ◇1", "Δμ 0"]
-    # In little room the plot gives way, and nothing of what is read is cut.
+    # In a small terminal the plot shrinks, but the cursor values are complete.
     small = " ".join(draw(SINE, view, 38, 6).text().split())
     for name, values in (("one", np.sin([3.0, 5.0])), ("two", 2.0 * np.cos([3.0, 5.0]))):
         a, b = values.tolist()
         assert f"{name} ◆{a:.5g} ◇{b:.5g} Δ{b - a:.5g} m" in small
-    # A trace that does not reach a cursor is not read there.
+    # A trace is not read at a cursor outside its range.
     short = Chart("t (s)", "y (m)", (Trace("a", T[:400], T[:400]), Trace("b", T, T)))
     heading = draw(short, view, 80, 20).text().splitlines()[0]
     assert heading.strip() == "y a ◆3 m b ◆3 ◇5 Δ2 m"
@@ -356,7 +356,7 @@ def test_limits_say_that_they_are_kept_and_what_they_leave_out() -> None:
     assert heading(low, 1, 3.0 * np.sin(T)).endswith("new partly outside, r: fit zoom y")
     assert heading(low, 0, 3.0 * np.sin(T)) == "y (m) zoom y"
     assert heading(low, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
-    # Up to the limits nothing is left out.
+    # Values exactly at the limits are not outside.
     assert heading(low, 1, np.linspace(-2.5, 2.5, T.size)) == "y (m) zoom y"
     low.since = 1
     assert heading(low, 1, 3.0 * np.sin(T)) == "y (m) zoom y"

@@ -1,4 +1,4 @@
-"""Pictures of charts read back: where curves, guides and shades are, by the ticks beside them."""
+"""Pictures of charts: positions of curves, guides and shades, by the tick labels."""
 
 import dataclasses
 from collections.abc import Callable
@@ -82,7 +82,7 @@ def test_points_guides_and_shades_stand_at_their_coordinates() -> None:
 
 
 def test_of_a_long_orbit_the_latest_points_alone_are_joined() -> None:
-    # 20 corners far apart, the first of many points; then two points, joined.
+    # First 20 corners far apart, then many points in one place, and two joined points at the end.
     x = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 2.0), [2.0, 8.0]])
     y = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 9.0), [9.0, 9.0]])
     chart = Chart("a (m)", "b (m)", (Trace("", x, y, ordered=False),), tight=False)
@@ -164,7 +164,7 @@ def test_the_cursor_stands_at_the_sample_that_it_reads() -> None:
     assert picture.text().startswith("x 16 s  y 37 m")
     (mark,) = read.marks("◆")
     assert read.near(mark, (16.0, 37.0))
-    # The middle of that cell is that place again.
+    # The centre of the mark's cell maps back to the cursor's position.
     column = next(c.index("◆") for c in read.cells if "◆" in c)
     row = next(r for r, c in enumerate(read.cells) if "◆" in c)
     across, up = picture.place(MARGIN + column, picture.plot[1] + row)

@@ -1,4 +1,4 @@
-"""Keys are answered while something is computed, and what is computed says what it waits for."""
+"""Keys are handled during computations, and computations show what they wait for."""
 
 import asyncio
 import gc
@@ -22,7 +22,7 @@ SIZE = (80, 24)
 def test_who_computes_gives_way_until_the_answer_is_there(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    # The turn of the screen lasts until it is given back, however slow the machine is.
+    # The screen keeps its turn until it is released, even on a slow machine.
     monkeypatch.setattr(jobs, "_ANSWER", HANG_S)
     turn = Precedence()
     turn.give_way()
@@ -87,7 +87,7 @@ def test_a_job_that_has_begun_speaks_of_its_progress() -> None:
 
 
 async def test_a_tab_computes_that_was_asked_to_before_it_was_there(pilot: Pilot[None]) -> None:
-    # Both keys are in the queue before the tab is made.
+    # Both keys are queued before the tab exists.
     pilot.app.simulate_key("alt+5")
     pilot.app.simulate_key("f10")
     await until_shown(pilot, "Stop")
@@ -122,7 +122,7 @@ async def test_the_keys_fill_one_line_and_groups_are_whole(pilot: Pilot[None]) -
 
 
 async def test_no_timer_of_a_tab_is_lost() -> None:
-    # A timer that nobody holds is found by the collector, pending.
+    # The garbage collector reports a pending timer that has no reference.
     errors: list[str] = []
     asyncio.get_running_loop().set_exception_handler(
         lambda _loop, context: errors.append(str(context))

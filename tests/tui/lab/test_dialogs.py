@@ -56,7 +56,7 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     await pilot.press("f7")
     await answer(pilot, "a.csv")
     await until_shown(pilot, "a.csv exists. Overwrite it?")
-    # Another name takes the question back.
+    # Another name withdraws the question.
     await answer(pilot, "b.csv")
     await until_shown(pilot, "b.csv exists. Overwrite it?")
     for path, message in (
@@ -125,7 +125,7 @@ async def test_keys_jump_to_every_part_and_have_room_in_the_bar(
         await pilot.press(key)
         widget = screen.query_one(selector)
         await until(pilot, partial(getattr, widget, "has_focus"))
-    # Every key of the bar has room in 80 columns.
+    # All keys fit into the key bar at 80 columns.
     await pilot.resize_terminal(80, 24)
     for tab, selector, label in (
         ("alt+1", "#growth", "v View"),

@@ -121,7 +121,7 @@ async def test_edits_are_reset_undone_and_done_again(pilot: Pilot[None]) -> None
     await pilot.press("ctrl+y", "ctrl+y")
     assert (session.texts["F"], session.texts["mu"]) == ("90", "0.3")
     assert "STABLE" in text_of(pilot)
-    # Typed and undone at once: nothing of it comes back.
+    # Text that is typed and undone at once does not reappear.
     await pilot.press("9", "ctrl+z")
     await pilot.pause()
     assert editor.value == session.texts["F"] == "90"
@@ -148,7 +148,7 @@ async def test_who_does_not_type_moves_and_changes_by_letters(pilot: Pilot[None]
 
 
 async def send(pilot: Pilot[None], *sequences: str) -> None:
-    """Keys as a terminal sends them."""
+    """Send key sequences as a terminal does."""
     for sequence in sequences:
         for event in XTermParser().feed(sequence):
             pilot.app.post_message(event)
@@ -159,10 +159,10 @@ async def test_alt_and_a_key_is_never_text(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     for editor in ("#row-m Input", "#row-start Input"):
         pilot.app.screen.query_one(editor).focus()
-        # The last ones are what Option types on a Mac.
+        # The last characters are those that Option types on a Mac.
         await send(pilot, *(f"\x1b{sign}" for sign in "1234567890-=x"), *"¡™£¢∞§¶•ªº")
         assert not session.changed
-    # Without a pause between, too.
+    # Also without a pause between two keys.
     await send(pilot, "\x1b2\x1b3")
     await until(pilot, lambda: session.tab == "sweep")
     await until_shown(pilot, "no sweep yet: press F10")
@@ -230,7 +230,7 @@ async def test_a_decimal_comma_is_a_point_and_invalid_text_stays_and_is_marked(
         for paste in (False, True):
             editor = await replace(pilot, name, text, text, paste=paste)
             await until(pilot, lambda: row.region.height > 1)  # noqa: B023
-            # The reason is in sight, up to what is allowed.
+            # The reason, including the allowed range, is visible.
             assert "must be" in " ".join(row.render().plain.split())
             await until(pilot, lambda: fields.region.contains_region(row.region))  # noqa: B023
             assert editor.has_class("-invalid")
@@ -265,7 +265,7 @@ async def test_keys_that_come_in_one_burst_are_handled_in_order(pilot: Pilot[Non
     texts = app_of(pilot).session.texts
     press(("ctrl+u", None), ("0", "0"), ("full_stop", "."), ("8", "8"), ("9", "9"))
     await until(pilot, lambda: texts["mu"] == "0.89")
-    # The run has what was typed before its key; what follows a shift of the focus goes there.
+    # The run uses text typed before F5; later keys go to the newly focused field.
     press(("end", None), ("backspace", None), ("f5", None), ("shift+tab", None))
     press(("ctrl+u", None), ("0", "0"), ("backspace", None))
     pilot.app.post_message(Paste("12"))
@@ -275,7 +275,7 @@ async def test_keys_that_come_in_one_burst_are_handled_in_order(pilot: Pilot[Non
     assert runs.newest is not None
     assert runs.newest.scene.parameters.mu == 0.8
     await until(pilot, lambda: texts["k_nl"] == "125")
-    # A dialog takes what is typed while it opens.
+    # A dialog receives keys that are typed while it opens.
     press(("ctrl+o", None), *((letter, letter) for letter in "abc"))
     await until(
         pilot,

@@ -1,4 +1,4 @@
-"""The gauge of safe and unsafe values: its drawing, and how it follows what is edited."""
+"""The gauge of safe and unsafe values: its drawing, and its updates after edits."""
 
 import threading
 from typing import Any
@@ -37,7 +37,7 @@ def test_zones_stand_at_their_values_in_words_and_glyphs(width: int, value: floa
     room = width - 2
     marker = zones.index("●") - 2
     assert abs(marker / (room - 1) - value / 1.5) <= 1.0 / room
-    # A glyph for each zone: colour says nothing that they do not.
+    # Each zone has a glyph of its own, so colour adds no information.
     assert zones.index("─") < zones.index("━")
     assert "╍" in zones or width == 30
     assert f"{value:g}" in numbers.split()
@@ -119,7 +119,7 @@ async def test_the_gauge_follows_what_is_edited(
     monkeypatch.setattr("fivtui.safety.safety_zones", slow)
     await type_into(pilot, "k_nl", "99")
     await focus(pilot, "mu")
-    # Eigenvalues answer at once; what is not known yet is not called safe.
+    # Eigenvalues are shown at once; values not yet searched are not called safe.
     await until_screen(pilot, lambda text: "searching…" in gauge_of(text))
     await pilot.press("up")
     await until_screen(pilot, lambda text: " 0.71 " in text)
@@ -157,7 +157,7 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     coexisting = Coexisting(safe=safe, searched=safe is not None)
     (first,) = controller.gauges(session.stability(), coexisting, both=False)
     assert isinstance(first, Gauge)
-    # Eigenvalues alone call no value safe.
+    # Eigenvalues alone do not show that a value is safe.
     assert first.searching
     assert first.zones.at(80.0) is Zone.SMALL
     (key,) = controller._queue
@@ -166,7 +166,7 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     (gauge,) = controller.gauges(session.stability(), coexisting, both=False)
     assert isinstance(gauge, Gauge)
     assert [gauge.zones.at(F) for F in (50.0, 80.0, 120.0)] == [Zone.KNOCK, zone, Zone.SQUEALS]
-    # At a value that continuation calls unsafe the search does not contradict it.
+    # Continuation finds F = 50 unsafe, so the search does not contradict it.
     session.set_text("F", "50")
     (elsewhere,) = controller.gauges(session.stability(), coexisting, both=False)
     assert isinstance(elsewhere, Gauge)
@@ -189,7 +189,7 @@ async def test_static_friction_bounds_the_gauge(pilot: Pilot[None]) -> None:
 
     for name, text in (("v_belt", "1"), ("mu_s", "0.9")):
         await type_into(pilot, name, text)
-    # Static friction is at least that of sliding.
+    # Static friction is at least the sliding friction.
     await until_screen(pilot, lambda text: "μ_s " in gauge_of(text))
     assert ends(text_of(pilot))[0] == "0.7"
     await focus(pilot, "mu")

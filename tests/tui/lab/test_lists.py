@@ -104,7 +104,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
 async def test_the_engine_is_switched_and_both_are_compared(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Stands for the FMU, whose agreement other tests hold: a run with a visible error.
+    # Stands in for the FMU: a run with a visible error. Other tests check the FMU's agreement.
     def through(request: Request, **_options: object) -> Transient:
         coarse = integrate(dataclasses.replace(request, method="taylor", tol=1e-6))
         return dataclasses.replace(coarse, method="fmu")
@@ -148,7 +148,7 @@ async def test_keys_are_answered_while_a_run_computes_and_it_stops_when_told(
     await pilot.press("up", "up")
     assert editor.value == "82"
     await pilot.press("f5")
-    # Stopped at once for whoever looks; the thread ends the next time it asks.
+    # The run shows as stopped at once; its thread ends at its next progress callback.
     assert runs.active is None
     await until(pilot, lambda: ended == [False])
 
@@ -164,7 +164,7 @@ async def test_the_session_is_there_again_at_the_next_start(
         await type_into(pilot, "mu", "0.3")
         await pilot.press("alt+8")
         app.theme = "gruvbox"
-        # It is kept while the program runs, too.
+        # The session is also stored while the program runs.
         await until(
             pilot, lambda: session_path.is_file() and '"gruvbox"' in session_path.read_text()
         )
@@ -182,7 +182,7 @@ async def test_the_session_is_there_again_at_the_next_start(
         texts = again.session.texts
         assert (texts["F"], texts["mu"], texts["k1"]) == ("91", "0.3", "110")
         await until_shown(pilot, "no result yet")
-        # Its own file is saved to without a question, unless someone else has changed it.
+        # Saving to the scene's own file asks no question unless another program changed it.
         await pilot.press("ctrl+s")
         await until_told(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         assert "(changed)" not in text_of(pilot)

@@ -1,4 +1,4 @@
-"""The live curve: the transient follows every edit, and no run is kept of it."""
+"""The live curve: the transient follows every edit and does not add to the list of runs."""
 
 import dataclasses
 import threading
@@ -72,7 +72,7 @@ async def test_every_step_is_drawn_over_the_curve_before_it_and_no_run_is_kept(
     assert live.ghost is displayed.result
     await until(pilot, lambda: traces(pilot) == ["before", "live"])
     await until_shown(pilot, "ms; F5 keeps a run")
-    # The list of runs does not call a run shown that is the curve before, or not plotted.
+    # The list does not mark a run as shown if it is the previous curve or not plotted.
     pilot.app.screen.add_class("-runs")
     await until_shown(pilot, "● 1 before")
     assert flat_text_of(pilot).count("live in ") == 1
@@ -81,7 +81,7 @@ async def test_every_step_is_drawn_over_the_curve_before_it_and_no_run_is_kept(
     assert live.ghost is first.result
     await until_shown(pilot, "● 1 off")
     assert state_of(session, "").runs == before
-    # In every view; without a baseline the difference is that to the curve before.
+    # In every view; without a baseline the difference is taken from the previous curve.
     await pilot.click("#view-phase")
     await until(pilot, lambda: traces(pilot, "phase-x") == ["before", "live"])
     await pilot.click("#view-spectrum")
@@ -91,13 +91,13 @@ async def test_every_step_is_drawn_over_the_curve_before_it_and_no_run_is_kept(
     await pilot.click("#view-belt")
     await until_shown(pilot, "▬slider")
     await pilot.click("#view-time")
-    # Back at the kept run there is no other curve.
+    # Back at the stored run's scene there is no live curve.
     await pilot.press("ctrl+z", "ctrl+z")
     await until(pilot, lambda: not session.changed and not live.shown)
     await until_shown(pilot, "run 1 done")
     assert traces(pilot) == ["run 1"]
     await until_shown(pilot, "● 1 shown")
-    # What is kept by F5 takes the place of the live curve.
+    # A run by F5 replaces the live curve.
     await focus(pilot, "m")
     await pilot.press("up")
     await until_live(pilot)
@@ -148,7 +148,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         session, live, jobs = app_of(pilot).session, live_of(pilot), pausable.jobs
         await show_tab(pilot, "alt+2")
         await focus(pilot, "m")
-        # Of the edits during a short run the newest is run after it.
+        # Of several edits during a short run, only the newest is computed.
         await pilot.press("up")
         await until(pilot, lambda: len(jobs) == 1)
         await pilot.press("up", "up", "up")
@@ -157,7 +157,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         await until_live(pilot)
         assert [job.scene.parameters.m for job in jobs] == [5.1, 5.4]
         assert not any(job.stopped for job in jobs)
-        # A longer one waits for a pause, and is stopped by an edit.
+        # A longer run waits for a pause, and an edit stops it.
         pausable.may_end.clear()
         live.learn(BASE, 2.0)
         await pilot.press("up", "up")
@@ -170,9 +170,9 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         await end_pause(pilot)
         await until_live(pilot)
         assert [job.scene.parameters.m for job in jobs[2:]] == [5.6, 5.7]
-        # What was measured since is believed.
+        # The newest measured duration replaces the earlier one.
         assert live.expected(BASE) != pytest.approx(2.0)
-        # One that takes too long is left to the user; a shorter scene is not.
+        # Runs that take too long are left to the user; a shorter scene is live again.
         live.learn(BASE, 60.0)
         await pilot.press("up")
         await until_shown(pilot, "live off, a run takes 1 min 00 s: F5 runs")
@@ -182,7 +182,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         await until_shown(pilot, "live: follows in about 3 s")
         await end_pause(pilot)
         await until_live(pilot)
-        # The figure has what is seen; data are those of the live curve.
+        # The figure contains the visible curves; the data are those of the live curve.
         pane = pilot.app.screen.query_one(TransientPane)
         assert [pane.export(kind).proposal for kind in (FIGURE, DATA)] == [
             "base-live.svg",
@@ -191,7 +191,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         pane.show_view("belt")
         with pytest.raises(InputError, match="press F5"):
             pane.export(FIGURE)
-        # Switched off, and on again.
+        # Switch live curves off and on again.
         count = len(jobs)
         await pilot.press("alt+l")
         await until_told(pilot, "live curve off")
@@ -203,7 +203,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         await pilot.press("alt+l")
         await until(pilot, lambda: len(jobs) > count)
         assert session.lives
-    # What is computed when the laboratory ends is stopped.
+    # The end of the laboratory stops running computations.
     assert jobs[-1].stopped
 
 
@@ -214,7 +214,7 @@ async def test_an_error_is_a_quiet_line_over_the_curve_before(
     live = live_of(pilot)
     notes: list[str] = []
     monkeypatch.setattr(NoticeView, "add", lambda _, text, error: notes.append(text))
-    # Linear and unstable: it grows without end.
+    # A linear unstable scene, which grows without bound.
     fields = {"k_nl": 0.0, "mu": 1.5}
     scene = dataclasses.replace(
         BASE, parameters=BASE.parameters.with_values(fields), separation=False, t_end=9e3
@@ -225,13 +225,13 @@ async def test_an_error_is_a_quiet_line_over_the_curve_before(
     assert live.error.split()[0] in flat_text_of(pilot)
     assert traces(pilot) == ["before"]
     assert notes == ["grows"]
-    # So is what nobody expects.
+    # Unexpected exceptions are shown in the same way.
     monkeypatch.setattr(live_control, "execute_live", lambda _: 1 / 0)
     await type_into(pilot, "t_end", "10")
     await until(pilot, lambda: "unexpected ZeroDivisionError" in live.error)
     assert notes == ["grows"]
     monkeypatch.undo()
-    # Wrong inputs are said in the form alone.
+    # Invalid inputs are reported only in the form.
     await type_into(pilot, "t_end", "-")
     await until_shown(pilot, "live: waits for valid inputs")
 
@@ -279,7 +279,7 @@ def test_what_a_run_is_expected_to_take_decides_when_it_is_run() -> None:
     assert live.pace(fmu) is Pace.OFF
     assert live.pace(dataclasses.replace(fmu, t_end=0.5 * fmu.t_end)) is Pace.IDLE
     assert live.pace(dataclasses.replace(fmu, separation=False)) is Pace.IDLE
-    # What comes before the first part is not counted.
+    # Time before the first progress callback counts as setup.
     job = LiveJob(scene=fmu, pace=Pace.IDLE)
     job._begin -= 2.0 * LONGEST_S
     assert job.report(0.1)

@@ -1,4 +1,4 @@
-"""Belts and tables over time: fields that are there if the scene has them, and how to add them."""
+"""Belts and tables over time: their fields, shown if the scene has them, and how to add them."""
 
 from pathlib import Path
 
@@ -41,7 +41,7 @@ async def test_fields_of_the_belt_come_and_go(pilot: Pilot[None]) -> None:
     await choose(pilot, "faster than", "Belt faster than the slider")
     await until(pilot, lambda: session.parameters().v_belt is None)
     await until(pilot, lambda: "v_belt" not in text_of(pilot))
-    # A field without effect says what it needs.
+    # A field without effect names the parameter that it needs.
     session.set_text("mu_s", "0.9")
     await pilot.press("up")
     await until_shown(pilot, "no effect without v_belt")
@@ -66,7 +66,7 @@ async def test_tables_are_read_said_in_the_form_and_dropped(
     assert "at t = 0; 20 to 90 N, table 0 to 4 s" in " ".join(form.split())
     assert dict(session.scene().over_time)["F"].values == (20.0, 90.0)
     assert session.scene().parameters.F == 20.0
-    # It is an edit as others are: marked, and of the scene that was loaded.
+    # It is an ordinary edit: marked as a change of the loaded scene.
     assert session.changed == ["F"]
     assert session.name == "base"
     await until_shown(pilot, "base (changed)")
@@ -79,7 +79,7 @@ async def test_tables_are_read_said_in_the_form_and_dropped(
     assert session.texts["F"] == "20"
     await pilot.press("ctrl+z")
     assert session.scene().over_time
-    # The field's own scene has no table.
+    # The loaded scene has no table, so F8 restores its value.
     pilot.app.screen.query_one("#row-F").query_one(Input).focus()
     await pilot.press("f8")
     await until(pilot, lambda: session.texts["F"] == "80")

@@ -1,4 +1,4 @@
-"""Keys and themes of the user's own."""
+"""User-defined keys and themes."""
 
 from pathlib import Path
 
@@ -58,7 +58,7 @@ async def test_own_keys_and_theme_hold_from_the_first_start_on(tmp_path: Path) -
     app = FivtuiApp(state=tmp_path / "session.json", config=path)
     async with app.run_test(size=(80, 24)) as pilot:
         await until_shown(pilot, "F1 or ? all keys that work now")
-        # Each on a line of its own.
+        # Each welcome text fits on one line.
         assert all(line in text_of(pilot) for line in WELCOME)
         assert app.theme == "mine"
         assert text_of(pilot).splitlines()[-1].startswith("f12 Run F1 Help ^n Tab ")

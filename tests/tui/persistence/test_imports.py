@@ -1,4 +1,4 @@
-"""What the command line writes is read and shown by the terminal UI."""
+"""The laboratory reads and shows files that the command line wrote."""
 
 import dataclasses
 import json
@@ -98,7 +98,7 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
     await until(pilot, lambda: runs.displayed is not None)
     assert runs.displayed is not None
     scene = runs.displayed.scene
-    # All of the file's scene, not of what was edited.
+    # The whole scene comes from the file, not from the edited one.
     assert (scene.parameters.F, scene.t_end) == (60.0, 20.0)
     assert scene.parameters.mu in (0.6000000000000001, 0.6, 0.8)
     sweep = app_of(pilot).session.studies.get("sweep")
@@ -159,7 +159,7 @@ async def test_a_map_is_read_and_stays_until_another_is_asked_for(
     view.focus()
     await pilot.press("c", "left", "enter")
     await until(pilot, lambda: session.runs.displayed is not None)
-    # What was edited gives way to what the file says.
+    # Values from the file replace edited ones.
     assert (session.texts["k_nl"], session.texts["c1"]) == ("50", "0.32")
     await show_tab(pilot, "alt+4")
     await pilot.press("f10")
@@ -176,7 +176,7 @@ async def test_a_trade_off_is_read_and_shown(
     await pilot.press("f7")
     await until_shown(pilot, "trade-tradeoff.csv")
     await pilot.press("escape")
-    # The dialog for scenes takes results too.
+    # The dialog for scenes also accepts results.
     await pilot.press("ctrl+o")
     await until_shown(pilot, "Open a scene or a result")
     await answer(pilot, "map.csv")

@@ -1,4 +1,4 @@
-"""What is left is there again: runs, studies, settings, limits; what is damaged is put aside."""
+"""Restart: runs, studies, settings and limits are restored; damaged files are set aside."""
 
 import dataclasses
 import json
@@ -44,7 +44,7 @@ SIZE = (100, 40)
 BASE = PRESETS["base"]
 
 
-# Ends of scroll bars: Textual lays these out before or after a neighbouring bar is hidden.
+# Ends of scroll bars depend on whether Textual lays them out before a neighbour is hidden.
 ENDS = dict.fromkeys(map(ord, "▏▎▍▌▋▊▉"), " ")
 
 
@@ -54,7 +54,7 @@ async def until_same(pilot: Pilot[None], screen: str) -> None:
 
 
 async def settled(pilot: Pilot[None], name: str, phrase: str) -> str:
-    """The screen of a tab, without what comes and goes."""
+    """The screen of a tab without transient texts."""
     await clear_notices(pilot)
     await show_tab(pilot, KEYS[name])
     await until_shown(pilot, phrase)
@@ -135,7 +135,7 @@ async def test_what_was_left_is_shown_again(
         assert second.result is not None
         assert result is not None
         assert second.result.stats == result.stats
-        # Going on from there: a new number, and the files stay as they are.
+        # New runs continue the numbering, and the stored files stay unchanged.
         files = {path.name for path in folder.iterdir()}
         await run_to_end(pilot)
         assert [run.number for run in session.runs] == [1, 2, 3]
@@ -194,10 +194,10 @@ async def test_a_result_that_is_damaged_is_put_aside_and_the_rest_restored(
     app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
     async with app.run_test(size=SIZE) as pilot:
         await until_told(pilot, "the run 1 of the last session could not be restored (damaged)")
-        first_run, two = app_of(pilot).session.runs
-        assert (first_run.state, two.state) == (RunState.NOT_KEPT, RunState.DONE)
+        first_run, second_run = app_of(pilot).session.runs
+        assert (first_run.state, second_run.state) == (RunState.NOT_KEPT, RunState.DONE)
         await until_shown(pilot, "not kept")
-        # A scene that is given takes the place of what was edited, and of nothing else.
+        # A scene on the command line replaces the edited scene only.
         assert app_of(pilot).session.name == "linear"
     assert first.with_name(f"{first.stem}.damaged-1.npz").is_file()
     assert second.is_file()
@@ -236,16 +236,16 @@ def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: 
     before = path.stat().st_mtime_ns
     assert store.put({"map": shown}) == (files, {})
     assert path.stat().st_mtime_ns == before
-    # Another program may have taken it for nobody's.
+    # Another program may have deleted the file as unused.
     path.unlink()
     again, _ = store.put({"map": shown})
     second_store = ResultStore(tmp_path)
     read = second_store.get("map", again["map"])
     assert (read.name, read.source) == ("mine", "mine.csv")
     np.testing.assert_array_equal(read.value.values, shown.value.values)
-    # What is not read yet stays where it is.
+    # Results that were not read yet keep their files.
     assert second_store.put({"map": again["map"]}) == (again, {})
-    # What another session has written, or nobody knows of, stays.
+    # Files of other sessions and unknown files stay.
     theirs, _ = ResultStore(tmp_path).put({"map": a_map()})
     (tmp_path / "mine.txt").write_text("mine")
     newer, _ = second_store.put({"map": a_map()})

@@ -1,4 +1,4 @@
-"""Every instance of the laboratory has a session of its own, and none loses what it has kept."""
+"""Each instance of the laboratory has its own session, and no instance loses stored results."""
 
 import errno
 import json
@@ -31,7 +31,7 @@ from fivtui.tui.session.studies import DisplayedStudy, StoredResult
 from tests.support.laboratory import app_of, text_of, until, until_shown, until_told
 
 BASE = PRESETS["base"]
-# A process that takes a session and says which, keeps a map with it, and waits to be killed.
+# A process that opens a session, prints its number, stores a map in it, and waits to be killed.
 OTHER = """
 import sys
 from pathlib import Path
@@ -46,7 +46,7 @@ sys.stdin.read()
 
 
 def a_state(F: str) -> State:
-    """A session that says F, with a map."""
+    """A session with preload `F` and a map."""
     session = Session()
     session.set_text("F", F)
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
@@ -63,7 +63,7 @@ def load(path: Path) -> tuple[Autosave, State]:
 
 
 def said(autosave: Autosave, state: State) -> str:
-    """What F was, of the session and of its map, which is whole."""
+    """The preload F of a session whose map agrees with it and is complete."""
     stored = state.results["map"]
     assert isinstance(stored, StoredResult)
     shown = autosave.result("map", stored)
@@ -87,7 +87,7 @@ def number_of(process: subprocess.Popen[str]) -> str:
 
 
 def use(path: Path, F: str, at: float) -> None:
-    """A start that keeps a session, and is over at some time."""
+    """Start, store a session, and close it with modification time `at`."""
     autosave = Autosave(path)
     autosave.load()
     autosave.save(a_state(F))
@@ -112,7 +112,7 @@ def test_two_at_once_have_sessions_of_their_own_and_lose_nothing(tmp_path: Path)
         first.wait()
     os.utime(path, (1.0, 1.0))
     os.utime(path.with_name("session.lock"), (1.0, 1.0))
-    # The system has let go of the lock; the one used last comes first.
+    # The system has released the lock; the session used last comes first.
     latest, state = load(path)
     assert said(latest, state) == "23"
     earlier, state = load(path)
@@ -167,7 +167,7 @@ def test_the_results_of_a_session_put_aside_stay(content: str, tmp_path: Path) -
     autosave.save(a_state("22"))
     autosave.save(a_state("33"))
     autosave.close(a_state("44"))
-    # Mended and put back by hand, it is all there.
+    # After repair by hand everything is restored.
     (tmp_path / "session.damaged-1.json").write_text(original)
     (tmp_path / "session.damaged-1.json").replace(path)
     again, state = load(path)
@@ -190,7 +190,7 @@ def test_a_newer_session_stays_where_it_is_for_who_can_read_it(tmp_path: Path) -
     autosave.save(a_state("22"))
     autosave.close(a_state("23"))
     assert path.read_text() == newer
-    # From now on this program has its own session.
+    # Later starts of this program use its own session.
     again, state = load(path)
     assert said(again, state) == "23"
     path.write_text(content)
@@ -224,7 +224,7 @@ def test_without_a_lock_a_session_is_read_and_nothing_changed(
         autosave.save(a_state("22"))
         assert os.strerror(number) in autosave.error
         assert {file: file.read_bytes() for file in before} == before
-    # As soon as it can be had it is kept, unless another has used it in between.
+    # The session is written once the lock is available, unless another process used it meanwhile.
     second, _ = load(path)
     second.close(a_state("33"))
     autosave.save(a_state("44"))
@@ -290,7 +290,7 @@ def test_at_the_end_it_is_said_what_is_not_kept(
     (tmp_path / "fivtui").write_text("")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     monkeypatch.setattr(FivtuiApp, "run", lambda _: None)
-    # What it sets for the whole process is no affair of the other tests.
+    # Settings of the whole process must not affect other tests.
     monkeypatch.setattr("gc.disable", lambda: None)
     monkeypatch.setattr(start, "answer_quickly", lambda: None)
     start.run()

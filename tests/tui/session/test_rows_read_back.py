@@ -1,4 +1,4 @@
-"""What the laboratory says of results read back: numbers and units under their names."""
+"""Rows of results in the laboratory: numbers and units under their labels."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -65,7 +65,7 @@ def test_rows_of_the_equilibrium_say_what_they_are() -> None:
         assert damping == pytest.approx(-match.real / abs(match), rel=5e-3)
         assert number_of(mode.value) == pytest.approx(match.imag / (2.0 * np.pi), rel=1e-5)
         assert mode.value.endswith(" Hz")
-    # At μ = 0.7 the modes of the base scene have merged; below they are apart.
+    # The base scene's modes have merged at μ = 0.7; at 0.2 they are separate.
     low = Parameters(mu=0.2)
     distance = {row.label: row for row in stability_rows(stability(low))}["frequency distance"]
     free = [v.imag for v in own_slider.eigenvalues(mu=0.2, c1=0.0, c2=0.0).tolist() if v.imag > 0]
@@ -97,7 +97,7 @@ def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
     assert f"{100.0 * (1.0 - 0.2 / own_slider.critical_mu()):.3g} % below" in brief[1]
 
 
-# What came out of a run
+# Results of a run
 
 
 def test_rows_of_a_run_say_what_they_are(runs: tuple[Transient, Transient]) -> None:

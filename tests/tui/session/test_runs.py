@@ -110,7 +110,7 @@ def test_the_time_left_follows_from_the_part_done() -> None:
     match = re.fullmatch(r"25 %, ([\d.]+) s left", run.words)
     assert match is not None
     assert float(match[1]) >= 30.0
-    # The finer run that verifies it begins anew.
+    # The finer verification run restarts the progress.
     run.report(0.1)
     assert run.words.startswith("10 %, ")
 

@@ -121,7 +121,7 @@ def test_the_engine_is_switched_to_either_fmu_and_back_to_the_method_before() ->
         assert (solver.method, fmu.method) == ("scipy-dop853", method)
     session.switch_engine()
     assert (session.engine, session.texts["method"]) == ("native", "scipy-dop853")
-    # The FMU to compare with is the last one.
+    # The engine pair contains the FMU that was selected last.
     assert session.engine_pair()[1].method == "fmu-native"
 
 
@@ -272,7 +272,7 @@ def test_every_figure_has_a_scene_to_begin_with() -> None:
         assert Session(scene).scene() == scene
 
 
-# The session between two starts
+# Sessions between two starts
 
 
 def state(session: Session) -> State:
@@ -359,7 +359,7 @@ def test_an_autosave_writes_only_what_differs_and_says_why_it_could_not(tmp_path
     session.set_text("F", "2")
     autosave.save(state(session))
     assert not autosave.error
-    # At the end it is tried again.
+    # Closing tries to write again.
     path.unlink()
     path.mkdir()
     session.set_text("F", "3")

@@ -1,4 +1,4 @@
-"""The end of the program waits for what is written, and for nothing that is computed."""
+"""The end of the program waits for files being written, but not for computations."""
 
 import asyncio
 import threading
@@ -25,7 +25,7 @@ def test_the_end_does_not_wait_for_a_thread() -> None:
             await loop.run_in_executor(None, fail)
         return await loop.run_in_executor(None, int, "3")
 
-    # The threads of asyncio would hold it here.
+    # The threads of asyncio's own executor would block here.
     assert asyncio.run(main()) == 3
     assert threads.busy
     released.set()
@@ -51,7 +51,7 @@ def test_what_is_written_is_waited_for() -> None:
         written.append("end")
 
     def say(names: str) -> None:
-        # It goes on only after this was said.
+        # The writer continues only after this message.
         written.append(names)
         go_on.set()
 

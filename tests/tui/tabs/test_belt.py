@@ -1,4 +1,4 @@
-"""The slider on the belt in the laboratory: at the cursor, in motion, and written."""
+"""The slider on the belt in the laboratory: at the cursor, animated, and written to a file."""
 
 import wave
 from pathlib import Path
@@ -21,7 +21,7 @@ async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
 ) -> None:
     await show_tab(pilot, "alt+2")
     pane = pilot.app.screen.query_one(TransientPane)
-    # Without a run nothing moves.
+    # Without a run there is no animation.
     pane.query_one(BeltView).action_play()
     assert not pane.query_one(BeltView).playing
     await run_to_end(pilot)
@@ -39,7 +39,7 @@ async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
     assert chart is not None
     slider = next(trace for trace in chart.traces if trace.name == "slider")
     assert slider.y[-5:].min() > 0.0
-    # Steps by keys; lower than that no further than the start.
+    # Keys step the time, not below the start.
     await pilot.press(".")
     assert view.t == 0.5 * (start + end) + 0.04
     await pilot.press("home")
@@ -47,7 +47,7 @@ async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
     await pilot.press(",")
     assert view.t == 0.0
     assert "▬slider" in text_of(pilot)
-    # In real time, then twice as fast, to the end.
+    # In real time, then at twice the speed, to the end.
     await pilot.press("space")
     await until(pilot, lambda: view.t > 0.05)
     assert view.playing

@@ -1,4 +1,4 @@
-"""The branches tab: what it draws, and the orbit that Enter loads."""
+"""The branches tab: its chart, and the orbit that Enter loads."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -39,7 +39,7 @@ def test_stable_cycles_are_full_unstable_ones_dashed_and_events_marked() -> None
     assert list(traces) == ["stable", "unstable", "Hopf", "touch", "fold"]
     fold = traces["fold"]
     assert fold.x[0] == pytest.approx(0.277876613, rel=1e-8)
-    # Stable from the fold on; dashes have gaps, and lie between fold and Hopf point.
+    # Cycles are stable above the fold; the dashes have gaps and lie between fold and Hopf point.
     finite = np.isfinite(traces["stable"].x)
     assert finite.all()
     assert traces["stable"].x.max() == pytest.approx(1.0)
@@ -65,7 +65,7 @@ def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
     for position in ((0.3, 0.3), (0.8, 0.2), (0.6, 0.9)):
         move_cursor(chart, view, position)
         at = read()
-        # A place that was kept from another chart is drawn at the point that is read, too.
+        # A cursor position stored by another chart snaps to the same point.
         x, y = (axis.value(part) for axis, part in zip(view.axes(chart), position, strict=True))
         away = replace(view, cursors=Cursors((x, y)))
         assert draw(chart, view, 90, 25).lines[1:] == draw(chart, away, 90, 25).lines[1:]
@@ -80,7 +80,7 @@ def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
             move_cursor(chart, view, position)
             assert not step_cursor(chart, view, key, (columns, rows))
             assert sign * read()[coordinate] > sign * at[coordinate]
-    # At the end of the branch there is none; the axes stay.
+    # At the end of the branch there is no next point; the axes stay.
     for _ in range(3 * columns):
         assert not step_cursor(chart, view, (1, 0), (columns, rows))
     assert read()[0] == pytest.approx(1.0)
@@ -111,7 +111,7 @@ def test_a_branch_is_stored_whole_and_a_damaged_file_refused(tmp_path: Path) -> 
     path = tmp_path / "b.json"
     store_study("branch", BRANCH, path)
     assert restore_study("branch", path) == BRANCH
-    # What the command line prints lacks the set's own value of the parameter that varies.
+    # The command's JSON lacks the set's value of the varied parameter.
     save_json(BRANCH.to_dict(), output_path(path, force=True))
     assert kind_of(path) == "branch"
     read = load_study("branch", path)

@@ -1,4 +1,4 @@
-"""What is written as a figure is what is seen: read back from its axes, against the charts."""
+"""Exported figures show the visible content: their axes agree with the charts."""
 
 import json
 from collections.abc import AsyncIterator
@@ -90,7 +90,7 @@ def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
     for line, drawn, marker in ((first, sine, "o"), (second, cosine, "s")):
         assert to_hex(line.get_color()) == drawn.colour.lower()
         assert line.get_marker() == marker
-        # The line reaches the edges: a sample beyond each.
+        # The line reaches the edges: one more sample beyond each.
         inside = (drawn.x >= 0.9 - 1e-9) & (drawn.x <= 4.1 + 1e-9)
         np.testing.assert_array_equal(line.get_xdata(), drawn.x[inside])
         np.testing.assert_array_equal(line.get_ydata(), drawn.y[inside])
@@ -132,7 +132,7 @@ def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
     figure = charts_figure(VisibleCharts([(chart, View(hidden={1}))]))
     (axes,) = panels_of(figure)
     assert [line.get_label() for line in lines_of(axes)] == ["a", "c"]
-    # Traces keep the looks that they have beside the hidden one.
+    # The other traces look as they do when all are shown.
     full_axes = charts_figure(VisibleCharts([(chart, View())])).axes[0]
     a, _, c = lines_of(full_axes)
     for shown_line, line in zip((a, c), lines_of(axes), strict=True):
@@ -370,7 +370,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
 ) -> None:
     pane = lab_of(pilot).pane
     assert isinstance(pane, TransientPane)
-    # Measured data need a file.
+    # The view of measured data needs a file.
     views = [view for view in TransientPane.VIEWS if view != "measured"]
     for view in views:
         pane.show_view(view)
@@ -396,7 +396,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
         elif view == "belt":
             assert labels[:3] == ["belt", "springs", "slider"]
         else:
-            # Of the spectra, the first is hidden.
+            # The first spectrum is hidden.
             assert labels == (runs[1:] if view == "spectrum" else runs)
 
     for every in pane.query(ChartView):

@@ -1,4 +1,4 @@
-"""The laboratory says of a stable equilibrium what else attracts, as far as it was searched."""
+"""The laboratory reports attractors beside a stable equilibrium, as far as they were searched."""
 
 import threading
 from collections.abc import AsyncIterator, Callable
@@ -94,14 +94,14 @@ Search = Callable[..., Coexistence]
 
 
 class Searches:
-    """Stands for searches: each waits until it is told what it finds, or is cancelled."""
+    """Stands in for searches: each waits for an answer or is cancelled."""
 
     def __init__(self) -> None:
         self.started: list[Parameters] = []
         self.cancelled: list[Parameters] = []
         self.answers: dict[float, Coexistence | Exception] = {}
         self.answered = threading.Event()
-        # Counts the cancelled ones.
+        # Released once for each cancelled search.
         self.ended = threading.Semaphore(0)
 
     def __call__(self, system: System, *, progress: Callable[[float], bool], **options: Any) -> Any:
@@ -145,7 +145,7 @@ def headline(pilot: Pilot[None]) -> str:
 
 
 async def edit(pilot: Pilot[None], preload: str) -> None:
-    # At once: key by key, other preloads would be searched on the way.
+    # Set the text at once: typing would start searches for the intermediate preloads.
     lab = lab_of(pilot)
     lab.session.set_text("F", preload)
     lab.show_inputs()
@@ -164,7 +164,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     await until_shown(pilot, "STABLE, but a limit cycle coexists: ±")
     await until_shown(pilot, "±7.250 m (after a knock)")
     await until(pilot, lambda: now_known(pilot).complete)
-    # The rows have the whole sentence that the command line warns with.
+    # The row shows the whole warning of the command line.
     await pilot.press("alt+1")
     pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
     await until_shown(pilot, "m above it leaves")
@@ -187,7 +187,7 @@ async def test_it_says_so_where_none_is_found_or_the_search_fails(
     await edit(pilot, "120")
     await until(pilot, lambda: now_known(pilot).complete)
     assert [p.F for p in searches.started] == [130.0, 125.0, 120.0]
-    # What was found is known when an edit is undone.
+    # Results of earlier searches are reused after an undo.
     for preload, phrase in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
         await edit(pilot, preload)
         assert phrase in headline(pilot)
@@ -209,14 +209,14 @@ async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches
     async with FivtuiApp().run_test(size=(80, 24)) as pilot:
         await edit(pilot, "120")
         await until(pilot, lambda: searches.started == [P])
-        # Keys are answered while it goes on.
+        # Keys are handled during the search.
         await edit(pilot, "125")
         await until(pilot, lambda: searches.cancelled == [P])
         searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
         await until(pilot, lambda: len(searches.started) == 2)
         assert searches.started[1].F == 125.0
         assert f"STABLE, {SEARCHING}" in headline(pilot)
-        # Unstable: nothing is searched beside it.
+        # The equilibrium is unstable: no search runs.
         await edit(pilot, "80")
         assert "UNSTABLE: growth rate" in headline(pilot)
         await until(pilot, lambda: len(searches.cancelled) == 2)
@@ -234,7 +234,7 @@ def safe() -> SafeFriction:
 
 @pytest.fixture
 def safe_searches(monkeypatch: pytest.MonkeyPatch, safe: SafeFriction) -> list[Parameters]:
-    """Searches for the safe friction: each finds that at F = 120 N, of its parameter set."""
+    """Searches for safe friction: each returns the result at F = 120 N for its parameters."""
     started: list[Parameters] = []
 
     def found(p: Parameters, **_: object) -> SafeFriction:
@@ -258,7 +258,7 @@ async def test_the_verdict_says_from_which_friction_on_a_cycle_coexists(
         await pilot.press("alt+1")
         pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
         await until_shown(pilot, "all 2048 starts at 16 values of μ")
-        # That of the first scene may have begun before the edit.
+        # The search for the first scene may have started before the edit.
         assert safe_searches.count(P) == 1
 
 

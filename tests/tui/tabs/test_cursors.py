@@ -1,4 +1,4 @@
-"""Two cursors over all plots of the transient, and limits that are kept."""
+"""Two cursors over all plots of the transient, and limits that persist."""
 
 import pytest
 from textual.pilot import Pilot
@@ -21,7 +21,7 @@ SIZE = (80, 24)
 
 
 def lines_of(pilot: Pilot[None], name: str) -> list[str]:
-    """What the screen shows of a chart."""
+    """The screen text of a chart."""
     region = chart_of(pilot, name).region
     shown = text_of(pilot).splitlines()
     return [line[region.x : region.right] for line in shown[region.y : region.bottom]]
@@ -50,11 +50,11 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
         assert read.strip() == reading
         assert any("◆" in line for line in plot)
         assert any("◇" in line for line in plot)
-    # The strip, too.
+    # The cursors also cross the strip.
     (strip,) = (line for line in lines_of(pilot, "plot-y") if "off belt" in line)
     assert "│" in strip
     assert "┊" in strip
-    # The keys move the second one, in another plot the same two.
+    # Keys move the second cursor; another plot shows the same two.
     await pilot.press("left")
     cursors = chart_of(pilot, "plot-y").view.cursors
     assert cursors.first is not None
@@ -64,7 +64,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     chart_of(pilot, "plot-P").focus()
     await pilot.press("c", "right")
     await until(pilot, lambda: cursors.first is not None and cursors.first[0] > 50.0)
-    # The same times along the curves of the phase portraits.
+    # The phase portraits mark the same times along their curves.
     await pilot.press("v")
     await until_shown(pilot, "ẏ ◆")
     assert chart_of(pilot, "phase-y").view.cursors is cursors
@@ -77,16 +77,16 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     assert before is not None
     assert cursors.first is not None
     assert 0.0 < before[0] - cursors.first[0] < 0.2
-    # The spectrum has cursors of its own, at frequencies.
+    # The spectrum has its own cursors, at frequencies.
     await pilot.press("v")
     chart_of(pilot, "plot-spectrum").focus()
     await pilot.press("c", "C")
     await until_shown(pilot, "1/Δf")
     assert "Hz Δf " in flat_text_of(pilot)
-    # The slider stands at the first one.
+    # The slider is shown at the time of the first cursor.
     await pilot.click("#view-belt")
     await until_shown(pilot, f"{cursors.first[0]:.5g} s, ")
-    # They are switched off one by one, or both.
+    # Keys switch the cursors off one by one, or both.
     await pilot.click("#view-time")
     chart_of(pilot, "plot-y").focus()
     await pilot.press("c")
@@ -133,7 +133,7 @@ async def test_the_right_button_places_the_second_cursor(pilot: Pilot[None]) -> 
     await pilot.click("#plot-y", offset=(30, 2), button=3)
     await until_shown(pilot, "Δt 26.32 s")
     assert cursors.pinned
-    # One that follows the pointer is no first one.
+    # A cursor that follows the pointer does not count as the first.
     await pilot.press("escape")
     chart_of(pilot, "plot-y").focus()
     await pilot.press("escape")
@@ -152,17 +152,17 @@ async def test_kept_limits_are_marked_and_say_which_new_run_they_leave_out(
     await until(pilot, lambda: view.view.y == Axis(-12.0, 12.0))
     await until_shown(pilot, "y (m) zoom y")
     assert "outside" not in text_of(pilot)
-    # A larger motion.
+    # A larger motion exceeds the limits.
     field = await focus(pilot, "mu")
     field.value = "1.2"
     await until(pilot, lambda: app_of(pilot).session.texts["mu"] == "1.2")
     await run_to_end(pilot)
     await until_shown(pilot, "run 2 partly outside, r: fit")
     assert "zoom" not in "".join(lines_of(pilot, "plot-x"))
-    # It is known after a restart.
+    # The state stores the run since which the limits hold.
     state = state_of(app_of(pilot).session, "")
     assert state.views["plot-y"].since == 1
-    # Once limits are chosen in sight of the run nothing is said, unless all of it is outside.
+    # Limits chosen while the run is visible give no notice, unless all of it is outside.
     view.focus()
     await pilot.press("shift+up")
     await until(pilot, lambda: "outside" not in text_of(pilot))

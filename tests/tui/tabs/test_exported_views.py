@@ -1,4 +1,4 @@
-"""Every view of every tab as a file: the texts and limits in its SVG are those on the screen."""
+"""Every view of every tab as SVG: texts and limits agree with the screen."""
 
 import dataclasses
 import re
@@ -31,18 +31,18 @@ from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.laboratory import app_of, lab_of, show_tab, until
 
 BASE = PRESETS["base"]
-# Views that are tables: their figure is that of the whole study.
+# Views that are tables; their figure is the one of the whole study.
 TABLES = {"facts", "settings", "indices", "figures", "claims"}
 
 
 def words_of(path: Path) -> list[str]:
-    """The texts of an SVG, which draws them as shapes and names each line in a comment."""
+    """Texts of an SVG, which draws them as outlines and names each line in a comment."""
     comments = re.findall(r"<!-- (.*?) -->", path.read_text(), re.DOTALL)
     return [" ".join(unescape(text).split()) for text in comments]
 
 
 def shown_words(chart: Chart, view: View) -> set[str]:
-    """What a chart says on the screen besides the numbers of its axes."""
+    """Texts of a chart on the screen, except the numbers of its axes."""
     x, y = view.axes(chart)
     labels = {chart.y_label, chart.note}
     for guide in chart.guides:
@@ -59,7 +59,7 @@ def shown_words(chart: Chart, view: View) -> set[str]:
 
 @pytest.fixture
 def safe_friction_is_not_searched() -> None:
-    """Maps of safe friction are drawn, too."""
+    """Enable maps of safe friction."""
 
 
 @pytest.fixture
@@ -110,7 +110,7 @@ def add_studies(session: Any) -> None:
 
 
 async def check(pilot: Pilot[None], name: str) -> set[str]:
-    """Write the view in sight and compare; what all its charts and its file say."""
+    """Write the visible view and compare it with its charts; return the texts of the file."""
     pane = pane_of(pilot)
     charts = [
         (widget.chart, widget.view)
@@ -136,7 +136,7 @@ async def check(pilot: Pilot[None], name: str) -> set[str]:
         for part in zip(*(written[n:] for n in range(count)), strict=False)
     ]
     for chart, view in charts:
-        # Labels of several lines are texts of their own.
+        # Each line of a multi-line label is a text of its own.
         lacking = {text for text in shown_words(chart, view) - set(written) if text not in lines}
         assert not lacking, (name, lacking, written)
     panels = [axes for axes in figures[0].axes if axes.get_label() != "<colorbar>"]
@@ -193,12 +193,12 @@ async def test_every_view_is_written_as_it_is_seen(
         "F 100 N, separation ignored",
     }
     assert shown["map-map-view"] >= {"growth rate (1/s)", "now", "boundary"}
-    # The parameters that all curves have stand above them.
+    # Parameters that all curves share are in the title.
     assert any("$m$ = 5 kg" in " ".join(text.split()) for text in shown["transient-time"])
 
 
 async def zoom(pilot: Pilot[None], pane: ViewsPane) -> None:
-    """Zoom, log axes and a hidden trace in the charts of a view."""
+    """Zoom, set a logarithmic axis, and hide a trace in the charts of a view."""
     for widget in pane.query_one(f"#{pane.view}").query(ChartView):
         if widget.chart is None or widget.chart.backdrop is not None or widget.chart.to_scale:
             continue

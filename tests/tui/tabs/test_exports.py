@@ -1,4 +1,4 @@
-"""What every tab writes, and that the command copied computes the same."""
+"""Exports of every tab, and that the copied command computes the same."""
 
 import dataclasses
 import json
@@ -104,7 +104,7 @@ async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
     assert ours.read_bytes() == Path("b.csv").read_bytes()
     data = json.loads((await write(pilot, "f7", "a.json", "Export the data of")).read_text())
     assert data["growth_rate"] == app_of(pilot).session.stability().growth_rate
-    # The scene that is open is no place for an export.
+    # The file of the open scene is refused as an export path.
     scene = Path("mine.toml")
     save_scene(BASE, scene)
     before = scene.read_bytes()
@@ -134,7 +134,7 @@ async def test_a_sweep_is_written_and_copied(pilot: Pilot[None]) -> None:
     ours = await write(pilot, "f7", "a.csv", "Export the data of the sweep")
     run_command(arguments, "--out", "b.csv")
     assert ours.read_bytes() == Path("b.csv").read_bytes()
-    # What is shown is copied, not what has been edited since.
+    # The copied command is that of the displayed result, without later edits.
     app_of(pilot).session.set_text("F", "70")
     assert await copied(pilot) == arguments
     await pilot.press("f7")
@@ -161,7 +161,7 @@ async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
         assert load_map(ours).parameters.F == 60.0
     run_command(arguments, "--out", "b.csv")
     assert Path("a.csv").read_bytes() == Path("b.csv").read_bytes()
-    # The palette lists what the tab in sight has.
+    # The palette lists the exports of the visible tab.
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Export the data of the map…")
     assert "F7: .csv, .npz, .parquet, .json" in text_of(pilot)
@@ -207,7 +207,7 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     assert arguments == ["figures", "2", "--out", "figures"]
     run_command(arguments)
     assert ours.read_bytes() == Path("figures/fig-02b.csv").read_bytes()
-    # From the list, the figure is the paper's.
+    # An export from the list is the paper's figure.
     await pilot.click("#view-figures")
     await pilot.pause()
     await write(pilot, "f6", "list.png", "Export the figure of Fig. 2")
@@ -238,7 +238,7 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     assert written[".csv"].read_text().splitlines()[1].startswith(few[0].id)
 
 
-# Lines alone
+# Command lines without files
 
 
 def line_words(line: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""A belt of finite speed in the laboratory: when the slider sticks, and its portraits."""
+"""A belt of finite speed in the laboratory: sticking phases and phase portraits."""
 
 from textual.pilot import Pilot
 
@@ -31,7 +31,7 @@ async def test_stick_is_marked_below_time_histories_and_in_three_portraits(
     ]
     assert all("stick" in [trace.name for trace in chart.traces] for chart in charts)
     assert [guide.value for guide in charts[1].guides if guide.label == "belt"] == [1.0]
-    # Where there is no room for three, the two of velocities remain.
+    # If there is no room for three portraits, the two with velocities remain.
     await pilot.resize_terminal(100, 40)
     await until(pilot, lambda: not views[2].display)
     assert views[0].display

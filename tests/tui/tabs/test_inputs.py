@@ -1,4 +1,4 @@
-"""Inputs of tabs and dialogs: no character is lost, and what is wrong is marked at once."""
+"""Inputs of tabs and dialogs: no character is lost, and errors are marked at once."""
 
 import pytest
 from textual.events import Paste
@@ -20,7 +20,7 @@ SIZE = (160, 40)
         ("F~normal:80,5:8,25 mu~uniform:0,1:,8", "F~normal:80.5:8.25 mu~uniform:0.1:.8"),
         ("-0,5:1,5e1", "-0.5:1.5e1"),
         ("0,1 : 0,5", "0.1 : 0.5"),
-        # Lists, and what may be one, stay.
+        # Lists, and texts that may become one, stay unchanged.
         ("F=20,40 mu=0,5", "F=20,40 mu=0,5"),
         ("mu=1,2,3:4:5", "mu=1,2,3:4:5"),
         ("mu=0:1,2,3", "mu=0:1,2,3"),
@@ -28,7 +28,7 @@ SIZE = (160, 40)
 )
 def test_decimal_commas_in_ranges_are_points(text: str, expected: str) -> None:
     assert decimal_points(text) == expected
-    # The same while it is typed.
+    # The result is the same while typing.
     typed = ""
     for letter in text:
         typed = decimal_points(typed + letter)

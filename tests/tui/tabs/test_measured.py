@@ -67,7 +67,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     assert "Hz measured" in spectrum.note
     assert pane.export(FIGURE).proposal == "base-1-validation-y.svg"
     pane.export(DATA).write(Path("rig.json"))
-    # What the command that is copied says is the same, from the file and its unit of time on.
+    # The copied command validates the same data, with the file and its time unit.
     await put("must fit into the run", time_scale="10")
     assert pane.command_line().startswith("fivtui validate --measured rig.csv ")
     with pytest.raises(InputError, match="must fit into the run"):

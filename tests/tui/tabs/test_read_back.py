@@ -1,4 +1,4 @@
-"""Charts of the tabs read back: what stands under which name, in which unit."""
+"""Charts of the tabs: data, names and units of their traces."""
 
 import dataclasses
 
@@ -41,7 +41,7 @@ from tests.test_figures_read_back import made_up, output_value
 FloatArray = NDArray[np.float64]
 
 
-# The motion
+# Motion
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +155,7 @@ def test_a_difference_is_the_run_minus_its_baseline(motions: list[PlottedRun]) -
     assert chart.x_range == (0.0, 3.0)
 
 
-# The equilibrium
+# Equilibrium
 
 
 def test_modes_over_mu_are_drawn_in_hertz_and_one_over_seconds() -> None:

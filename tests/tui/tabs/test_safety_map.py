@@ -39,7 +39,7 @@ def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -
     backdrop = chart.backdrop
     assert backdrop is not None
     assert np.all(np.diff(backdrop.x) > 0.0)
-    # Safe, knocked and squealing along μ, at the smallest preload.
+    # Along μ at the smallest preload: safe, unsafe after a knock, squealing.
     drawn = [backdrop.shades[level][0] for level in backdrop.levels[0]]
     assert drawn[0] == "·"
     assert set("░▒▓") & set(drawn[1:-1])
@@ -61,7 +61,7 @@ def test_a_scale_says_up_to_which_value_each_shade_goes() -> None:
     values = np.array([[0.25, 0.5], [0.75, np.nan]])
     levels = np.array([[0, 0], [1, 2]])
     assert scale_words(in_words(levels, shades, values)) == "blank ≤0.5 ░ ≤0.75 ? none"
-    # Enough digits to tell levels apart.
+    # Enough digits to distinguish levels.
     close = np.array([[0.27785, 0.27785], [0.27791, np.nan]])
     assert scale_words(in_words(levels, shades, close)) == "blank ≤0.2778 ░ ≤0.2779 ? none"
 
@@ -72,7 +72,7 @@ def flat() -> StabilityMap:
 
 
 def test_differences_without_consequence_have_one_shade(flat: StabilityMap) -> None:
-    # The folds differ by 2e-4 of themselves.
+    # The relative difference of the folds is 2e-4.
     assert 0.0 < np.ptp(flat.safe_mu) < 1e-3 * flat.safe_mu.max()
     chart = map_chart(flat, None)
     assert chart.note == "safe μ"
@@ -83,7 +83,7 @@ def test_differences_without_consequence_have_one_shade(flat: StabilityMap) -> N
     assert list(axes.texts) == []
     low, high = bar.get_ylim()
     assert high - low == pytest.approx(1e-3 * flat.safe_mu.max())
-    # What differs by more has a shade of its own, and a plateau is not divided.
+    # Larger differences have shades of their own, and a plateau has one shade.
     plateau = np.array([[0.2778, 0.27785, 0.2779, 0.4], [0.2778, 0.9, 0.9001, np.nan]])
     levels, shades = graded(plateau)
     assert len({*levels[0, :3].tolist(), levels[1, 0]}) == 1
@@ -91,7 +91,7 @@ def test_differences_without_consequence_have_one_shade(flat: StabilityMap) -> N
     assert shades[levels[1, 3]] == NO_VALUE
     ramp, _ = graded(np.linspace(0.1, 1.0, 60))
     assert np.bincount(ramp).tolist() == [10] * 6
-    # The offsets that escape are known to 2 %.
+    # The escaping offsets are accurate to 2 %.
     knock, _ = region_levels(np.ones((1, 3)), np.array([[1.0, 1.03, 3.0]]))
     assert knock.tolist() == [[knock[0, 0], knock[0, 0], 1]]
     assert knock[0, 0] > 1
@@ -110,7 +110,7 @@ def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: Stability
         assert f"safe μ {reading}" in draw(map_chart(partly, None), view, 80, 24).text()
     (legend,) = partly.figure().legends
     assert {"none", "not known"} <= {text.get_text() for text in legend.get_texts()}
-    # Without critical μ a search that contradicts makes it unknown as well.
+    # Without critical μ, a search that contradicts the result also makes it unknown.
     refuted = replace(partly, searched=(SearchedPoint((0, 0), 0.2),))
     assert refuted.unknown.tolist() == [[True, True], [False, False]]
     only = replace(partly, quantities=quantities | {"critical_mu": flat.critical_mu})
@@ -140,7 +140,7 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
     over = pilot.app.screen.query_one("#over", Input)
     usual = over.value
     assert "μ=" in usual
-    # The ranges proposed are those of a map that there is; each kind of values keeps its own.
+    # Proposed ranges are those of an existing map; each kind of values keeps its own.
     await pilot.click("#value-safe-mu")
     assert map_request(over.value, "safe-mu")
     over.value = "F=60:120:4 mu=0.1:0.2:2"

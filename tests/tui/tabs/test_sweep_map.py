@@ -1,4 +1,4 @@
-"""The tabs of sweeps and maps: what they compute, and one start of the app each."""
+"""The tabs of sweeps and maps: their results, and one start of the app for each."""
 
 from dataclasses import replace
 
@@ -191,7 +191,7 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     editor.value = "F=60:100:1"
     await pilot.press("enter")
     await until_shown(pilot, "COUNT = 1: must be")
-    # The reason stays until the text is right; then what may be typed is said again.
+    # The error stays until the text is valid; then the hint appears again.
     pilot.app.screen.query_one("#sweep-chart").focus()
     editor.focus()
     editor.value = "F=60:100:100000"
@@ -238,7 +238,7 @@ async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -
     await pilot.press("r")
     await until(pilot, lambda: view.chart.backdrop.x[0] == 0.0)  # type: ignore[union-attr]
     await pilot.press("v")
-    # Its own ranges: μ_c does not depend on μ.
+    # A map of μ_c has its own ranges, as μ_c does not depend on μ.
     await until_shown(pilot, "5673 points")
     assert view.chart is not None
     assert view.chart.y_label.startswith("k_nl")

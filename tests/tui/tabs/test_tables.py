@@ -1,4 +1,4 @@
-"""Tables look the same from their first frame on, whatever was listed before."""
+"""Tables look the same from their first frame on, whatever was listed earlier."""
 
 import pytest
 from rich.text import Text

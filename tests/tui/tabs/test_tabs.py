@@ -1,4 +1,4 @@
-"""What the tabs show and do: one start of the app a tab."""
+"""Content and actions of the tabs: one start of the app for each tab."""
 
 import dataclasses
 from typing import Any
@@ -165,7 +165,7 @@ async def test_the_trade_off_is_measured_and_shown(
 
     await pilot.press("alt+5")
     await until_shown(pilot, "not measured yet")
-    # A job is stopped at once.
+    # A running job stops at once.
     monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", endless)
     await pilot.press("f10")
     await until_shown(pilot, "Stop")

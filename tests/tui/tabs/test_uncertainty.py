@@ -42,7 +42,7 @@ def test_a_histogram_has_a_step_line_for_each_region(result: Uncertainty) -> Non
     chart = histogram_chart(result, "growth_rate")
     assert chart is not None
     assert [trace.name for trace in chart.traces] == list(result.regions())
-    # Every second value is that of a bin once.
+    # Each bin occurs once among every second value.
     assert sum(trace.y[::2].sum() for trace in chart.traces) == pytest.approx(1.0)
     unstable = chart.traces[-1]
     assert unstable.y[::2].sum() == pytest.approx(result.probabilities["unstable"].value)
