@@ -25,7 +25,7 @@ def coarse(solver: Solver) -> Solver:
     return Solver(solver.name, solver.settings[middle : middle + 1], solver.prepare)
 
 
-def test_every_solver_that_is_here_computes_the_scene(tmp_path: Path) -> None:
+def test_every_installed_solver_computes_the_scene(tmp_path: Path) -> None:
     solvers = [coarse(solver) for solver in OWN if "rk4" not in solver.name]
     measured = measure(
         SCENE, solvers + [coarse(solver) for solver in peers()], seconds=0.0, rounds=1
@@ -38,7 +38,7 @@ def test_every_solver_that_is_here_computes_the_scene(tmp_path: Path) -> None:
     assert len(missing()) + len({m.solver for m in measured} - {s.name for s in solvers}) >= 4
 
 
-def test_a_solver_that_fails_is_left_out_and_said() -> None:
+def test_a_failing_solver_is_omitted_and_reported() -> None:
     def broken(_scene: Reference, _start: State, _setting: float) -> Run:
         def run() -> Sequence[float]:
             raise ArithmeticError("no")
@@ -70,7 +70,7 @@ def test_the_cheapest_setting_that_reaches_an_error_counts() -> None:
     sys.platform != "linux" or shutil.which("cc") is None,
     reason="the host is for Linux, and needs a compiler",
 )
-def test_a_host_in_c_steps_every_fmu_that_is_here(tmp_path: Path) -> None:
+def test_a_host_in_c_steps_every_available_fmu(tmp_path: Path) -> None:
     host = fmu_host.compiled(tmp_path, "fmu_host.c", "-ldl")
     fmus = fmu_host.fmus_in(tmp_path)
     assert {"bouncing ball in C", "native"} <= set(fmus)
@@ -79,7 +79,7 @@ def test_a_host_in_c_steps_every_fmu_that_is_here(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("chosen", ["compiled", pytest.param("", marks=pytest.mark.whole)])
-def test_every_computation_whose_speed_is_measured_runs(chosen: str) -> None:
+def test_every_speed_workload_runs(chosen: str) -> None:
     times = least_times(chosen, seconds=0.0)
     assert len(times) > 1
     assert least_of([times, dict.fromkeys(times, 1e-9)]) == dict.fromkeys(times, 1e-9)

@@ -60,7 +60,7 @@ def test_every_cell_is_printed_within_the_width_beside_its_key(
             assert set(beside) <= {row[0], str(number)}
 
 
-def test_the_first_column_stands_in_every_block(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_column_is_repeated_in_every_block(monkeypatch: pytest.MonkeyPatch) -> None:
     header, rows = table(12, 2)
     out = shown(monkeypatch, 40)
     print_rows("", header, rows)

@@ -25,7 +25,7 @@ SAME = {
 
 
 @pytest.mark.parametrize("text", SAME)
-def test_a_distribution_is_that_of_its_text(text: str) -> None:
+def test_a_distribution_agrees_with_its_text(text: str) -> None:
     distribution = parse_distribution(text)
     assert str(distribution) == text
     np.testing.assert_allclose(distribution.at(SHARES), SAME[text].ppf(SHARES), rtol=1e-13)
@@ -40,7 +40,7 @@ def test_mean_and_sd_of_a_lognormal_are_those_of_the_quantity() -> None:
     assert SAME["lognormal:100:20"].std() == pytest.approx(20.0)
 
 
-def test_truncation_scales_what_is_left() -> None:
+def test_truncation_rescales_the_distribution() -> None:
     normal = Distribution("normal", (1.0, 2.0))
     truncated = normal.within(0.0, 100.0)
     assert truncated.cut == pytest.approx(stats.norm.cdf(-0.5))
@@ -66,12 +66,12 @@ def test_truncation_scales_what_is_left() -> None:
         ("normal:1:1e999", "not a finite number"),
     ],
 )
-def test_what_is_no_distribution_is_refused(text: str, message: str) -> None:
+def test_invalid_distributions_are_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         parse_distribution(text)
 
 
-def test_nothing_left_by_truncation_is_refused() -> None:
+def test_an_empty_truncation_is_refused() -> None:
     with pytest.raises(InputError, match="must have values from 0 to 100"):
         Distribution("uniform", (-2.0, -1.0)).within(0.0, 100.0)
 

@@ -66,7 +66,7 @@ def test_every_path_and_module_that_is_named_exists(name: str) -> None:
     assert not missing
 
 
-def test_every_name_is_defined_in_the_module_that_is_said_to_have_it() -> None:
+def test_every_name_is_defined_in_the_module_named_with_it() -> None:
     pairs = re.findall(r"`(\w+)`\s+in\s+`([\w/]+\.py)`", CONTRIBUTING)
     assert len(pairs) >= 20
     assert not [(name, path) for name, path in pairs if name not in defined_in(ROOT / path)]
@@ -112,7 +112,7 @@ def test_form_and_fmu_follow_from_the_table_of_parameters() -> None:
     assert {variable.name for variable in VARIABLES} >= set(PARAMETERS)
 
 
-def test_a_line_more_of_methods_is_a_method_more(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_further_entry_of_methods_is_a_further_method(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(METHODS, "another", METHODS["rk4"])
     p = Parameters()
     result = integrate(Request(System(p), t_end=1.0, method="another"))
@@ -120,7 +120,7 @@ def test_a_line_more_of_methods_is_a_method_more(monkeypatch: pytest.MonkeyPatch
     assert result.final == integrate(Request(System(p), t_end=1.0, method="rk4")).final
 
 
-def test_the_tables_of_methods_know_the_same_methods() -> None:
+def test_the_tables_of_methods_have_the_same_methods() -> None:
     compared = [row[0] for row in (*settings._TOLERANCES, *settings._STEPS)]
     assert set(ALL_METHODS) == {*METHODS, *FMU_FLAVOURS} == set(compared) == set(measure._SHARES)
     assert FIELDS["method"].choices == ALL_METHODS
@@ -130,7 +130,7 @@ def test_the_tables_of_methods_know_the_same_methods() -> None:
     }
 
 
-def test_what_is_written_in_a_format_is_read_and_its_package_is_an_extra() -> None:
+def test_every_format_is_written_and_read_and_its_package_is_an_extra() -> None:
     assert set(SWEEP_FORMATS) <= set(FORMATS)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     for form in FORMATS.values():

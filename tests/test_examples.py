@@ -81,7 +81,7 @@ def test_scaled_parameters_have_the_same_motion_in_other_units(
 
 @pytest.mark.parametrize("length", [1e-6, 2e-8])
 @pytest.mark.parametrize("kernel", ["compiled", "interpreted", "rk4"])
-def test_a_motion_of_micrometres_has_the_digits_of_one_of_metres(
+def test_a_motion_of_micrometres_is_as_accurate_as_one_of_metres(
     length: float, kernel: Literal["compiled", "interpreted", "rk4"]
 ) -> None:
     scaled = runpy.run_path(str(ROOT / "examples" / "brake_scale.py"))["scaled"]

@@ -68,7 +68,7 @@ def runs() -> list[Transient]:
     ]
 
 
-def test_a_transients_panels_show_what_their_labels_say(runs: list[Transient]) -> None:
+def test_panels_of_a_transient_agree_with_their_labels(runs: list[Transient]) -> None:
     figure = transient_figure(runs, quantities=("x", "vx", "y", "vy", "P"))
     legend = the_legend(figure)
     rows = figure.axes[:5], figure.axes[5:]
@@ -129,7 +129,7 @@ def test_the_last_cycles_are_about_eight_of_the_motion_that_is_drawn(
     assert len(transient_figure([run], quantities=["y"]).axes) == 1
 
 
-def test_runs_of_several_parameters_are_named_at_their_own_lines() -> None:
+def test_runs_that_differ_in_several_parameters_are_named_in_the_legend() -> None:
     times = np.linspace(0.0, 1.0, 101)
     forces = (40.0, 60.0, 80.0)
     runs = [
@@ -270,7 +270,7 @@ def test_the_middle_colour_of_growth_rates_is_zero() -> None:
     assert unstable[1, 2] > unstable[1, 0]
 
 
-def test_a_maps_legend_of_critical_friction_says_for_which_friction() -> None:
+def test_the_legend_of_a_map_of_critical_friction_gives_the_friction() -> None:
     over = {"k_nl": np.geomspace(10.0, 1000.0, 9), "F": FORCE}
     figure = stability_map(Parameters(mu=0.55), over, "critical-mu").figure()
     axes = figure.axes[0]
@@ -283,7 +283,7 @@ def test_a_maps_legend_of_critical_friction_says_for_which_friction() -> None:
 # Sweeps
 
 
-def made_up(
+def invented_sweep(
     axes: dict[str, Any], outputs: Sequence[str], cases: Sequence[bool] = (True, False)
 ) -> Sweep:
     # Every output is a different function of the axes and the case.
@@ -305,7 +305,7 @@ def output_value(number: int, case: Any, *at: Any) -> Any:
 
 
 def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -> None:
-    figure = made_up({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs")).figure()
+    figure = invented_sweep({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs")).figure()
     (axes,) = figure.axes
     legend = axes.get_legend()
     assert legend is not None
@@ -330,15 +330,15 @@ def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -
 
 
 def test_a_sweep_without_amplitudes_shows_its_first_output_with_its_unit() -> None:
-    (axes,) = made_up({"k1": (10.0, 20.0)}, ("vx_max", "P_max"), (True,)).figure().axes
+    (axes,) = invented_sweep({"k1": (10.0, 20.0)}, ("vx_max", "P_max"), (True,)).figure().axes
     assert labels(axes) == ("Horizontal stiffness k_1 (N/m)", "Least valid belt speed (m/s)")
     (line,) = axes.lines
     np.testing.assert_allclose(points(line)[1], output_value(0, True, np.array([10.0, 20.0])))
 
 
-def test_maps_of_a_sweep_are_over_their_own_axes_on_one_scale() -> None:
+def test_maps_of_a_sweep_have_their_axes_and_a_shared_scale() -> None:
     forces = (20.0, 40.0, 60.0)
-    result = made_up({"F": forces, "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
+    result = invented_sweep({"F": forces, "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
     figure = result.figure()
     *maps, bar = figure.axes
     assert plain(bar.get_ylabel()) == "Peak of |y| (m)"

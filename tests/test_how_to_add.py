@@ -35,7 +35,7 @@ class Edit:
         path.write_text(text, encoding="utf-8")
 
 
-def said(subject: str) -> str:
+def paragraph_on(subject: str) -> str:
     """The paragraph on adding a subject."""
     (text,) = re.findall(rf"^\*\*{subject}\.\*\*.*?\n\n", CONTRIBUTING, re.MULTILINE | re.DOTALL)
     assert text.count("\n") <= 7
@@ -44,12 +44,12 @@ def said(subject: str) -> str:
 
 def add(subject: str, edits: Iterable[Edit], root: Path) -> None:
     """Apply edits of files that the paragraph names, or of new files in folders that it names."""
-    text = said(subject)
+    text = paragraph_on(subject)
     for edit in edits:
         folder = edit.path.rpartition("/")[0]
-        assert f"`{edit.path}`" in text + said("A parameter") * (subject == "A friction law") or (
-            not edit.old and f"`{folder}/" in text
-        ), edit.path
+        assert f"`{edit.path}`" in text + paragraph_on("A parameter") * (
+            subject == "A friction law"
+        ) or (not edit.old and f"`{folder}/" in text), edit.path
         edit.make(root)
     for path in re.findall(r"`((?:fivtui|fmu_src)/[\w/]+\.\w+)`", text):
         if subject != "A tab":

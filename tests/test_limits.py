@@ -43,7 +43,7 @@ def folded() -> PeriodicOrbit:
     return orbit
 
 
-def test_next_to_the_fold_there_is_an_orbit_and_below_it_none(folded: PeriodicOrbit) -> None:
+def test_an_orbit_exists_just_above_the_fold_and_not_below(folded: PeriodicOrbit) -> None:
     assert folded.period == pytest.approx(FOLD_PERIOD, abs=5e-5)
     # Here the return map misses by 1e-9 to 1e-8 of the orbit's size.
     for below in (1e-9, 3e-9, 1e-8):
@@ -53,7 +53,7 @@ def test_next_to_the_fold_there_is_an_orbit_and_below_it_none(folded: PeriodicOr
             )
 
 
-def test_an_orbit_closes_and_its_numbers_are_those_of_a_run_over_it(folded: PeriodicOrbit) -> None:
+def test_an_orbit_closes_and_agrees_with_a_run_over_one_period(folded: PeriodicOrbit) -> None:
     p = Parameters(mu=FOLD + 4e-8)
     run = simulate(p, t_end=folded.period, start=folded.start, method="scipy-dop853", tol=1e-13)
     final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
@@ -65,7 +65,7 @@ def test_an_orbit_closes_and_its_numbers_are_those_of_a_run_over_it(folded: Peri
 
 
 @pytest.mark.parametrize("beyond", [1e-4, 1e-6, 1e-9])
-def test_a_small_cycle_is_told_from_rest(beyond: float) -> None:
+def test_a_small_cycle_is_distinguished_from_rest(beyond: float) -> None:
     # At a supercritical Hopf point the amplitude grows as the square root of the distance.
     critical = stability(Parameters(F=40.0)).critical_mu[0].mu
     p = Parameters(F=40.0, mu=critical + beyond)
@@ -87,7 +87,7 @@ def test_a_small_cycle_is_told_from_rest(beyond: float) -> None:
         (Parameters(mu=0.2), True, (0.1, 0.0, -0.5, 0.0)),
     ],
 )
-def test_errors_grow_as_the_derivative_of_the_flow_says(
+def test_errors_grow_as_the_derivative_of_the_flow(
     p: Parameters, separation: bool, start: State
 ) -> None:
     request = Request(System(p, separation), t_end=20.0, tol=1e-12, start=start)
@@ -108,14 +108,14 @@ def test_the_derivative_of_the_flow_contracts_volume_to_rounding() -> None:
 
 
 @pytest.mark.parametrize("damping", [1e-9, 1e-10])
-def test_the_least_damping_makes_stable_and_none_does_not(damping: float) -> None:
+def test_tiny_damping_is_stable_and_zero_damping_is_not(damping: float) -> None:
     verdict = stability(Parameters(c1=damping, c2=damping, mu=0.0))
     assert verdict.growth_rate == pytest.approx(-0.1 * damping, rel=1e-4)
     assert verdict.stable
     assert not stability(Parameters(c1=0.0, c2=0.0, mu=0.0)).stable
 
 
-def test_two_roots_next_to_each_other_and_to_the_start_are_two() -> None:
+def test_two_close_roots_near_the_start_are_both_found() -> None:
     # (t − δ)(t − 2 δ): a flight that lasts the fraction δ of a step, soon after its start.
     for part in (1e-9, 1e-11, 1e-13):
         assert list(roots([2.0 * part * part, -3.0 * part, 1.0])) == pytest.approx(

@@ -24,7 +24,7 @@ def run(code: str) -> str:
     return run_python("-c", code)
 
 
-def test_dir_lists_every_public_name_and_each_is_there() -> None:
+def test_dir_lists_every_public_name_and_each_exists() -> None:
     assert dir(fivtui) == sorted(fivtui.__all__)
     assert len(set(fivtui.__all__)) == len(fivtui.__all__)
     for name in fivtui.__all__:
@@ -56,7 +56,7 @@ def test_parameters_and_errors_need_no_numpy() -> None:
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_function_has_a_whole_docstring_and_annotations(name: str) -> None:
+def test_every_function_has_a_full_docstring_and_annotations(name: str) -> None:
     function = getattr(fivtui, name)
     text = inspect.getdoc(function) or ""
     lines = text.splitlines()

@@ -39,7 +39,7 @@ def test_values_spaced_logarithmically_are_rounded_to_the_last_bit(
             assert abs(exact - value) <= 0.51 * math.ulp(value)
 
 
-def test_a_range_that_a_mathematical_library_has_spaced_is_said_as_such() -> None:
+def test_a_range_spaced_by_numpy_is_recognised() -> None:
     assert range_text("k_nl", np.geomspace(1.0, 500.0, 1001)) == "1:500:1001:log"
     with pytest.raises(InputError, match="not evenly spaced"):
         range_text("k_nl", np.geomspace(1.0, 500.0, 1001) * (1.0 + 1e-9 * np.arange(1001)))
@@ -81,7 +81,7 @@ def test_the_ends_are_exact_and_every_value_is_allowed(
         ("F=1:2:3:cubic", "unknown spacing 'cubic'"),
     ],
 )
-def test_a_wrong_range_is_named_with_what_is_allowed(text: str, message: str) -> None:
+def test_a_wrong_range_is_reported_with_the_allowed_one(text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         parse_range("--vary", text)
     assert message in str(caught.value)

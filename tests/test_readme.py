@@ -116,7 +116,7 @@ def test_reduced_commands_differ_in_counts_alone() -> None:
     assert reduced(["branch", "--vary", "mu=0.2:1"]) == ["branch", "--vary", "mu=0.2:1"]
 
 
-def test_the_parts_are_all_blocks_and_write_no_file_of_one_another() -> None:
+def test_the_parts_cover_all_blocks_and_share_no_output_file() -> None:
     parts = [blocks_of(name, first) for name, first in ALL_PARTS]
     blocks = [block for blocks in parts for block in blocks]
     assert blocks == [block for blocks in BLOCKS.values() for block in blocks]
@@ -133,7 +133,7 @@ def test_the_parts_are_all_blocks_and_write_no_file_of_one_another() -> None:
     assert len(written) == len(set(written))
 
 
-def test_the_source_distribution_has_every_file_that_the_readme_names(tmp_path: Path) -> None:
+def test_the_source_distribution_has_every_file_named_in_the_readme(tmp_path: Path) -> None:
     run_python("-m", "hatchling", "build", "-t", "sdist", "-d", tmp_path)
     (archive,) = tmp_path.iterdir()
     with tarfile.open(archive) as file:

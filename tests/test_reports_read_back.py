@@ -31,7 +31,7 @@ from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 
 from .support import own_slider
-from .test_figures_read_back import made_up, output_value
+from .test_figures_read_back import invented_sweep, output_value
 
 Printed = pytest.CaptureFixture[str]
 
@@ -246,8 +246,8 @@ def test_a_printed_transient_has_its_numbers_under_their_names(
 # Sweeps
 
 
-def test_of_a_long_sweep_the_ends_are_printed_and_some_outputs(capsys: Printed) -> None:
-    result = made_up({"F": tuple(range(1, 101))}, DEFAULT_OUTPUTS, (True,))
+def test_only_the_ends_and_some_outputs_of_a_long_sweep_are_printed(capsys: Printed) -> None:
+    result = invented_sweep({"F": tuple(range(1, 101))}, DEFAULT_OUTPUTS, (True,))
     print_sweep(result)
     printed = capsys.readouterr()
     rows = tabled(printed.out.partition("\n")[2])

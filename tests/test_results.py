@@ -108,7 +108,7 @@ DRAWN: Final = [
 
 
 @cache
-def made(name: str) -> Any:
+def result_named(name: str) -> Any:
     return RESULTS[name][1]()
 
 
@@ -130,27 +130,27 @@ class _Cells(HTMLParser):
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_result_prints_in_a_few_lines(name: str) -> None:
-    lines = repr(made(name)).splitlines()
-    assert lines[0] == type(made(name)).__name__
+    lines = repr(result_named(name)).splitlines()
+    assert lines[0] == type(result_named(name)).__name__
     assert 2 <= len(lines) <= 16
     assert max(map(len, lines)) <= 180
-    assert str(made(name)) == repr(made(name))
-    assert "array(" not in repr(made(name))
+    assert str(result_named(name)) == repr(result_named(name))
+    assert "array(" not in repr(result_named(name))
 
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_notebook_shows_the_same_as_a_table(name: str) -> None:
     cells = _Cells()
-    cells.feed(made(name)._repr_html_())
+    cells.feed(result_named(name)._repr_html_())
     assert not cells.open
-    title, *rows = repr(made(name)).splitlines()
+    title, *rows = repr(result_named(name)).splitlines()
     assert cells.texts[0] == title
     shown = list(zip(cells.texts[1::2], cells.texts[2::2], strict=True))
     assert [row.split() for row in rows] == [f"{key} {text}".split() for key, text in shown]
 
 
-def test_what_a_transient_prints_are_its_numbers() -> None:
-    run = made("transient")
+def test_a_transient_prints_its_results() -> None:
+    run = result_named("transient")
     text = repr(run)
     share = run.events.separated_time / run.t_end
     assert f"{run.peak.y_abs:.6g} m" in text
@@ -160,22 +160,22 @@ def test_what_a_transient_prints_are_its_numbers() -> None:
     assert "201 samples" in text
 
 
-def test_a_sweep_of_many_columns_prints_in_a_few_lines_all_the_same() -> None:
+def test_a_sweep_of_many_columns_prints_few_lines() -> None:
     lines = repr(fivtui.sweep(vary={"F": [20.0, 80.0]}, t_end=5.0)).splitlines()
     assert len(lines) <= 16
     assert lines[-1].split() == ["and", "8", "more", "columns"]
-    assert repr(made("sweep")).splitlines()[-1].split() == ["stable", "0", "of", "3"]
+    assert repr(result_named("sweep")).splitlines()[-1].split() == ["stable", "0", "of", "3"]
 
 
-def test_the_scene_is_said_by_what_differs_from_the_base_set() -> None:
+def test_the_scene_is_described_by_its_differences_from_the_base_set() -> None:
     assert scene_text(System(Parameters())) == "base set"
     assert scene_text(System(_P), without=("mu",)) == "base set with F=120"
     assert scene_text(System(Parameters(), separation=False)) == "base set; separation ignored"
 
 
 @pytest.mark.parametrize("name", PLAIN)
-def test_to_dict_is_what_json_can_hold(name: str) -> None:
-    data = made(name).to_dict()
+def test_to_dict_returns_json_data(name: str) -> None:
+    data = result_named(name).to_dict()
     assert data
     assert json.loads(json.dumps(data, allow_nan=False)) is not None
 
@@ -183,7 +183,7 @@ def test_to_dict_is_what_json_can_hold(name: str) -> None:
 @pytest.mark.parametrize("name", TABULAR)
 @pytest.mark.parametrize("package", ["pandas", "polars"])
 def test_columns_are_arrays_of_one_length_that_data_frames_take(name: str, package: str) -> None:
-    columns = made(name).to_columns()
+    columns = result_named(name).to_columns()
     frame = pytest.importorskip(package).DataFrame(columns)
     assert list(frame.columns) == list(columns)
     assert len({values.shape for values in columns.values()}) == 1
@@ -198,27 +198,27 @@ def test_columns_are_arrays_of_one_length_that_data_frames_take(name: str, packa
     "twin", [lambda r: pickle.loads(pickle.dumps(r)), copy.copy, copy.deepcopy]
 )
 def test_a_result_can_be_pickled_and_copied(name: str, twin: Callable[[Any], Any]) -> None:
-    copied = twin(made(name))
-    assert type(copied) is type(made(name))
-    assert repr(copied) == repr(made(name))
-    assert copied == made(name)
-    assert hash(copied) == hash(made(name))
+    copied = twin(result_named(name))
+    assert type(copied) is type(result_named(name))
+    assert repr(copied) == repr(result_named(name))
+    assert copied == result_named(name)
+    assert hash(copied) == hash(result_named(name))
     if name in PLAIN:
-        assert equal_values(copied.to_dict(), made(name).to_dict())
+        assert equal_values(copied.to_dict(), result_named(name).to_dict())
     if name in TABULAR:
-        assert equal_values(copied.to_columns(), made(name).to_columns())
+        assert equal_values(copied.to_columns(), result_named(name).to_columns())
 
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_a_result_draws_itself(name: str) -> None:
-    figure = made(name).figure()
+    figure = result_named(name).figure()
     assert isinstance(figure, Figure)
     assert figure.axes
     assert figure.axes[0].has_data()
 
 
 def test_columns_of_a_sweep_have_the_values_of_its_rows() -> None:
-    table = made("sweep")
+    table = result_named("sweep")
     columns = table.to_columns()
     rows = zip(*(columns[name].tolist() for name in table.columns), strict=True)
     assert list(map(list, rows)) == table.rows
@@ -239,14 +239,14 @@ def test_a_failed_member_has_no_numbers_in_the_columns() -> None:
 
 
 def test_columns_of_a_map_are_its_points() -> None:
-    result = made("map")
+    result = result_named("map")
     columns = result.to_columns()
     assert list(columns) == ["F", "k_nl", "critical_mu"]
     selected = (columns["F"] == 80.0) & (columns["k_nl"] == 100.0)
     assert columns["critical_mu"][selected] == result.values[2, 1]
 
 
-def test_columns_of_a_batch_are_what_was_required() -> None:
+def test_columns_of_a_batch_are_the_required_ones() -> None:
     batch = fivtui.simulate_batch({"F": [60.0, 80.0]}, t_end=5.0, require={"amplitude"})
     assert list(batch.to_columns()) == ["status", "t", "steps", "y_abs", "y_max", "y_min"]
 
@@ -258,7 +258,7 @@ def test_without_samples_there_are_no_columns_and_no_figure() -> None:
             ask()
 
 
-def test_a_number_that_is_not_finite_does_not_leave_as_data() -> None:
+def test_non_finite_numbers_are_not_exported() -> None:
     run = fivtui.simulate(t_end=1.0)
     broken = replace(run, peak=run.peak._replace(y_abs=math.nan))
     with pytest.raises(ComputationError, match="not a finite number"):
@@ -289,8 +289,8 @@ def test_a_linear_scene_is_sampled_the_same_way() -> None:
     assert run.trajectory.t.tolist() == [0.0, 1.0, 2.0, 3.0]
 
 
-def test_a_solution_is_called_with_times_as_that_of_scipy() -> None:
-    run = made("dense")
+def test_a_solution_is_called_with_times_as_in_scipy() -> None:
+    run = result_named("dense")
     at = run.solution(np.array([0.0, 7.5, 20.0]))
     assert at.y.shape == (3,)
     assert at.y[-1] == pytest.approx(run.final.y, rel=1e-12)
@@ -327,7 +327,7 @@ COMPARED: dict[str, Callable[[float], object]] = {
 
 
 @pytest.mark.parametrize("name", COMPARED)
-def test_results_of_the_same_computation_are_equal_and_others_are_not(name: str) -> None:
+def test_results_are_equal_only_for_the_same_computation(name: str) -> None:
     make = COMPARED[name]
     first, equal, different = make(80.0), make(80.0), make(90.0)
     assert first == equal

@@ -101,7 +101,7 @@ def sections(report: str) -> dict[str, str]:
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
-def test_each_contract_refuses_an_import_planted_against_it(tmp_path: Path) -> None:
+def test_each_contract_refuses_a_forbidden_import(tmp_path: Path) -> None:
     for package in PACKAGES:
         shutil.copytree(
             ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__")
@@ -171,7 +171,7 @@ def exports(package: str) -> set[str]:
     return set(dir(import_module(package)))
 
 
-def test_a_package_uses_of_another_what_that_one_exports() -> None:
+def test_a_package_imports_only_exported_names_of_another() -> None:
     wrong = [
         (name, module, imported)
         for name in SOURCES
@@ -207,7 +207,7 @@ def test_an_unknown_name_of_a_package_is_refused_as_python_does_it() -> None:
         exec("from fivtui.batch import nothing")
 
 
-def test_rk4_takes_the_form_of_a_segment_from_taylor_and_nothing_else() -> None:
+def test_rk4_imports_only_the_segment_type_from_taylor() -> None:
     imports = {
         imported
         for name in ("fivtui.transient.steppers.rk4", "fivtui.transient.trajectory")
@@ -243,7 +243,7 @@ def test_modules_are_imported_in_any_order_and_hide_no_function(seed: int) -> No
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_every_folder_of_modules_says_in_a_line_what_it_is(package: str) -> None:
+def test_every_package_has_a_docstring(package: str) -> None:
     folders = {path.parent for path in (ROOT / package).rglob("*.py")}
     for folder in folders:
         docstring = ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8")))
@@ -304,13 +304,13 @@ KNOWN_TO: Final = {
 
 
 @pytest.mark.parametrize("package", KNOWN_TO)
-def test_a_package_is_known_to_its_modules_alone(package: str) -> None:
+def test_a_package_is_imported_only_by_its_allowed_modules(package: str) -> None:
     knowing = [name for name, path in SOURCES.items() if package in imported_by(path)]
     assert knowing
     assert not [name for name in knowing if not re.fullmatch(KNOWN_TO[package], name)]
 
 
-def test_what_the_python_fmu_carries_imports_the_standard_library_and_its_wrapper() -> None:
+def test_modules_in_the_python_fmu_import_only_the_standard_library_and_the_wrapper() -> None:
     walled = re.compile(r"fivtui\.(model|taylor)(\..+)?|fmu_src\.slave(\..+)?")
     allowed = {*sys.stdlib_module_names, *PACKAGES, "pythonfmu"}
     assert not {

@@ -44,7 +44,7 @@ from fivtui.tui.session.command_lines import Origin, study_line
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.exports.export import DATA, FIGURE, scene_study_export, write_export
 
-from .test_results import RESULTS, TABULAR, made
+from .test_results import RESULTS, TABULAR, result_named
 
 
 @dataclass(frozen=True, repr=False)
@@ -106,7 +106,7 @@ def bounce(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("bounce")
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
-def test_an_entry_more_is_written_recognised_and_read(suffix: str, tmp_path: Path) -> None:
+def test_a_new_study_is_written_recognised_and_read(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"b{suffix}"
     save_study("bounce", RESULT, path)
     assert kind_of(path) == "bounce"
@@ -114,7 +114,7 @@ def test_an_entry_more_is_written_recognised_and_read(suffix: str, tmp_path: Pat
 
 
 @pytest.mark.usefixtures("bounce")
-def test_an_entry_more_is_written_drawn_and_printed_by_a_command(
+def test_a_new_study_is_written_drawn_and_printed_by_a_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, plot = tmp_path / "b.csv", tmp_path / "b.svg"
@@ -135,7 +135,7 @@ def test_an_entry_more_is_written_drawn_and_printed_by_a_command(
 
 
 @pytest.mark.usefixtures("bounce")
-def test_an_entry_more_is_exported_kept_and_said_by_the_laboratory(tmp_path: Path) -> None:
+def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Path) -> None:
     data = scene_study_export(DATA, "bounce", RESULT, "mine")
     assert (data.proposal, data.of) == ("mine-bounce.csv", "the bounce")
     assert data.suffixes == (".csv", ".npz", ".parquet", ".json")
@@ -155,7 +155,7 @@ def test_an_entry_more_is_exported_kept_and_said_by_the_laboratory(tmp_path: Pat
     assert line == "fivtui bounce --set F=60"
 
 
-def test_every_entry_says_what_its_files_are_called_and_can_be_read_where_it_is_kept() -> None:
+def test_every_study_declares_its_files_and_reads_stored_ones() -> None:
     for name, kind in studies():
         assert kind.data, name
         assert callable(kind.show)
@@ -169,7 +169,7 @@ def test_every_entry_says_what_its_files_are_called_and_can_be_read_where_it_is_
     assert names[-1] == "map"
 
 
-def test_a_kind_that_is_not_read_or_said_is_refused(tmp_path: Path) -> None:
+def test_studies_without_reader_or_command_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="stress tests cannot be read"):
         load_study("extremes", tmp_path / "a.csv")
     with pytest.raises(InputError, match="no command"):
@@ -192,7 +192,7 @@ STORED = [name for name, (kind, _) in RESULTS.items() if kind and study(kind).st
 def test_a_result_is_written_with_the_same_bytes_and_its_columns(
     name: str, suffix: str, tmp_path: Path
 ) -> None:
-    kind, result = RESULTS[name][0], made(name)
+    kind, result = RESULTS[name][0], result_named(name)
     path = tmp_path / f"result{suffix}"
     if suffix in study(kind).suffixes:
         check_study_path(kind, path)
@@ -217,7 +217,7 @@ def test_a_result_is_written_with_the_same_bytes_and_its_columns(
 def test_a_file_is_recognised_and_read_or_refused_with_the_reason(
     name: str, suffix: str, tmp_path: Path
 ) -> None:
-    kind, result = RESULTS[name][0], made(name)
+    kind, result = RESULTS[name][0], result_named(name)
     entry, path = study(kind), tmp_path / f"result{suffix}"
     save_study(kind, result, path)
     if entry.load is None or (suffix == ".json" and entry.json_refusal):
@@ -240,8 +240,10 @@ def test_a_file_is_recognised_and_read_or_refused_with_the_reason(
 
 
 @pytest.mark.parametrize("name", STORED)
-def test_what_the_laboratory_stores_is_restored_whole(name: str, tmp_path: Path) -> None:
-    kind, result = RESULTS[name][0], made(name)
+def test_results_stored_by_the_laboratory_are_restored_completely(
+    name: str, tmp_path: Path
+) -> None:
+    kind, result = RESULTS[name][0], result_named(name)
     stored = study(kind).stored
     assert stored is not None
     assert stored.unfinished(result) == ""
@@ -260,7 +262,7 @@ def test_what_the_laboratory_stores_is_restored_whole(name: str, tmp_path: Path)
 @pytest.mark.parametrize(
     "content", [b"", b"[1]", b"# a: [\nx\n", b"\xff\xfe", b"a,b,c\n1,2,3\n", b"PAR1"]
 )
-def test_what_is_no_such_file_is_refused(
+def test_wrong_and_missing_files_are_refused(
     kind: str, suffix: str, content: bytes, tmp_path: Path
 ) -> None:
     path = tmp_path / f"other{suffix}"
@@ -275,7 +277,7 @@ def test_what_is_no_such_file_is_refused(
 
 @pytest.mark.parametrize("name", TABULAR)
 def test_datasets_have_the_columns_with_their_units(name: str) -> None:
-    result = made(name)
+    result = result_named(name)
     if not isinstance(result, Tabular):
         pytest.skip("its columns have no units")
     pytest.importorskip("xarray")
@@ -289,7 +291,7 @@ def test_datasets_have_the_columns_with_their_units(name: str) -> None:
 
 
 def test_a_grid_keeps_its_two_dimensions() -> None:
-    result = made("map")
+    result = result_named("map")
     dataset = result.to_xarray()
     assert dataset["critical_mu"].dims == ("F", "k_nl")
     np.testing.assert_array_equal(dataset["critical_mu"].values, result.values)
@@ -299,4 +301,4 @@ def test_a_grid_keeps_its_two_dimensions() -> None:
 def test_without_xarray_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fivtui.results.tables.find_spec", lambda _name: None)
     with pytest.raises(InputError, match=r"install fivtui\[xarray\]"):
-        made("map").to_xarray()
+        result_named("map").to_xarray()

@@ -33,7 +33,7 @@ def test_the_estimate_is_of_the_size_of_the_true_error(tol: float) -> None:
     assert abs(peak.value - true.peak_y_abs) <= 2.0 * peak.difference + 1e-12
 
 
-def test_what_it_is_held_against() -> None:
+def test_the_comparison_run_has_another_setting() -> None:
     assert accuracy(scene(tol=1e-6, t_end=5.0)).finer == "tol 1e-08"
     assert accuracy(scene(tol=1e-13, t_end=5.0)).finer == "tol 1e-11"
     assert accuracy(scene(method="rk4", step=0.01, t_end=2.0)).finer == "step 0.005 s"
@@ -52,7 +52,7 @@ def test_only_digits_to_believe_are_shown(value: float, difference: float, text:
     assert reliable_digits(Estimate(value, difference)) == text
 
 
-def test_the_command_says_it_in_words_and_in_json() -> None:
+def test_the_command_prints_text_and_json() -> None:
     result = CliRunner().invoke(commands, ["accuracy", "--t-end", "20", "--tol", "1e-8"])
     assert result.exit_code == 0
     assert "compared with tol 1e-10" in result.output

@@ -40,7 +40,7 @@ def test_the_default_method_is_right_on_every_scene_that_has_an_answer(name: str
 
 @pytest.mark.parametrize("name", REFUSED_BY_ALL)
 @pytest.mark.parametrize("method", ["taylor", "taylor-interpreted"])
-def test_what_has_no_answer_is_refused_with_the_reason(name: str, method: str) -> None:
+def test_scenes_without_an_answer_are_refused_with_the_reason(name: str, method: str) -> None:
     result = run_stress_test(STRESS_TESTS[name], METHODS_UNDER_TEST[method])
     assert result.verdict is StressVerdict.REFUSED
     assert REFUSED_BY_ALL[name] in result.reason
@@ -57,9 +57,7 @@ def test_starts_on_the_switch_and_off_the_belt_are_right_by_every_method(
     )
 
 
-def test_the_stiff_scene_is_solved_by_the_implicit_methods_and_refused_by_those_it_outlasts() -> (
-    None
-):
+def test_the_stiff_scene_is_solved_by_implicit_methods_and_refused_by_slow_ones() -> None:
     light = STRESS_TESTS["light"]
     assert run_stress_test(light, METHODS_UNDER_TEST["scipy-radau"]).verdict is StressVerdict.RIGHT
     assert run_stress_test(light, METHODS_UNDER_TEST["scipy-lsoda"]).verdict is StressVerdict.RIGHT
@@ -78,13 +76,13 @@ def test_a_wrong_result_is_called_wrong() -> None:
     assert result.error > 0.02
 
 
-def test_a_finite_answer_where_there_is_none_is_wrong() -> None:
+def test_a_finite_answer_to_a_scene_without_one_is_wrong() -> None:
     test = StressTest("none", "no answer", Parameters(), 1.0, truth_of=None)
     result = run_stress_test(test, METHODS_UNDER_TEST["taylor"])
     assert (result.verdict, result.reason) == (StressVerdict.WRONG, "no finite answer exists")
 
 
-def test_the_truth_agrees_with_the_one_that_mpmath_found() -> None:
+def test_the_reference_agrees_with_that_by_mpmath() -> None:
     friction = truth(STRESS_TESTS["strong-friction"])
     reference = REFERENCES["strong-friction"]
     assert friction is not None

@@ -36,7 +36,7 @@ def test_an_envelope_keeps_the_extremes_of_every_column_in_the_order_of_time(
             assert envelope_values[window].min() <= values[inner].min()
 
 
-def test_few_samples_are_drawn_as_they_are() -> None:
+def test_few_samples_are_drawn_unchanged() -> None:
     t = np.linspace(0.0, 1.0, 11)
     envelope_t, envelope_values = envelope(t, np.sin(t), np.linspace(0.25, 0.55, 101))
     assert envelope_t.tolist() == pytest.approx([0.2, 0.3, 0.4, 0.5, 0.6])
@@ -109,5 +109,5 @@ def test_ticks_are_round_inside_and_never_crowded(low: float, span: float, limit
         ([], []),
     ],
 )
-def test_tick_labels_are_short_and_tell_ticks_apart(ticks: list[float], labels: list[str]) -> None:
+def test_tick_labels_are_short_and_distinct(ticks: list[float], labels: list[str]) -> None:
     assert tick_labels(ticks) == labels

@@ -22,7 +22,7 @@ def test_labels_of_columns_of_different_numbers_of_rows_stand_beside_their_chart
 
 
 @pytest.mark.parametrize(("count", "columns"), [(1, 1), (3, 3), (4, 2), (7, 3)])
-def test_a_legend_has_as_few_columns_as_its_rows_leave(count: int, columns: int) -> None:
+def test_a_legend_has_as_few_columns_as_its_rows_allow(count: int, columns: int) -> None:
     names = [f"a name of some length {number}" for number in range(count)]
     (legend,) = sheet_figure(Sheet([[chart("y (m)", *names)]], (7.2, 3.0))).legends
     assert legend._ncols == columns  # type: ignore[attr-defined]

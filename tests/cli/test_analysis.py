@@ -81,7 +81,7 @@ def test_stability_warns_of_the_attractor_that_eigenvalues_do_not_see() -> None:
     assert 0.1 < data["escape_offset"]["up"] < 0.3
 
 
-def test_stability_on_a_belt_of_finite_speed_says_what_transients_reach() -> None:
+def test_stability_on_a_belt_of_finite_speed_reports_attractors_of_transients() -> None:
     process = fivtui("stability", "--set=v_belt=1", "--json")
     assert process.returncode == 0
     data = json.loads(process.stdout)
@@ -98,7 +98,7 @@ def test_a_map_of_the_critical_friction_over_friction_is_refused() -> None:
     assert "critical-mu over mu: must be over two other parameters" in process.stderr
 
 
-def test_attractors_in_words_show_what_leaves_the_equilibrium(
+def test_printed_attractors_include_the_escape_offset(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert run(["attractors", "coexistence"]) == 0

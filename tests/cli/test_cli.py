@@ -63,7 +63,7 @@ def fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[s
     ],
     ids=" ".join,
 )
-def test_wrong_input_gets_one_line_and_exit_2_and_leaves_nothing(
+def test_wrong_input_prints_one_line_exits_with_2_and_leaves_no_files(
     args: list[str], message: str, tmp_path: Path
 ) -> None:
     for name in ("taken.csv", "taken.png", "taken.fmu"):
@@ -81,7 +81,7 @@ def test_wrong_input_gets_one_line_and_exit_2_and_leaves_nothing(
     assert (tmp_path / "taken.csv").read_text() == "mine"
 
 
-def test_a_computation_that_cannot_finish_says_when_and_why_and_ends_with_3() -> None:
+def test_a_failed_computation_reports_time_and_reason_and_exits_with_3() -> None:
     unbounded = ["--set", "k2=186", "--set", "k_nl=0", "--set", "mu=2", "--ignore-separation"]
     process = fivtui("simulate", "--t-end", "1e5", *unbounded)
     assert process.returncode == 3
@@ -124,7 +124,7 @@ def test_a_scene_file_is_a_scene(tmp_path: Path) -> None:
     assert (data["t_end"], data["parameters"]["F"], data["parameters"]["mu"]) == (3.0, 33.0, 0.1)
 
 
-def test_a_reader_that_goes_away_is_no_error() -> None:
+def test_a_closed_pipe_is_no_error() -> None:
     command = f"{sys.executable} -m fivtui presets | head -n 1"
     process = subprocess.run(
         ["bash", "-o", "pipefail", "-c", command],

@@ -61,7 +61,7 @@ VARIED = [f"{name}=" for name in (*ALL_PARAMETERS, *START_SPECS)]
         ("fivtui stability no-such-scene --set m", plain(["m=", "mu=", "mu_s="])),
     ],
 )
-def test_what_is_typed_is_completed(
+def test_typed_prefixes_are_completed(
     line: str, expected: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, value in typed(line).items():
@@ -78,9 +78,7 @@ def test_what_is_typed_is_completed(
         ("fivtui simulate --tol 1 --tol 2 --method t", ["plain,taylor"]),
     ],
 )
-def test_the_program_answers_the_shell_and_says_nothing_else(
-    line: str, expected: list[str]
-) -> None:
+def test_completion_prints_only_the_candidates(line: str, expected: list[str]) -> None:
     process = subprocess.run(
         [sys.executable, "-m", "fivtui"],
         env=os.environ

@@ -48,7 +48,7 @@ def fault(code: int, message: str, changed: set[str]) -> str:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_command_line_drawn_at_random_ends_as_it_should(
+def test_a_random_command_line_exits_with_a_valid_status(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     work, scratch = tmp_path / "work", tmp_path / "scratch"

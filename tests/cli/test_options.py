@@ -40,7 +40,7 @@ def another_value(declared: Option, default: Any) -> Any:
 
 
 @pytest.mark.parametrize("name", DECLARED)
-def test_the_words_of_options_are_read_as_the_same_options(name: str) -> None:
+def test_options_survive_a_round_trip_through_the_command_line(name: str) -> None:
     values = {
         key: another_value(declared, default)
         for key, (declared, default) in options_of(DECLARED[name]).items()

@@ -79,7 +79,7 @@ def inputs_of(names: tuple[str, ...]) -> list[click.Parameter]:
     return [param for param in params if isinstance(param.type, (InputFile, SceneName))]
 
 
-def test_every_command_tells_what_it_reads_and_writes_and_is_checked() -> None:
+def test_every_command_declares_its_input_and_output_paths() -> None:
     for names in ALL:
         command = command_of(names)
         assert isinstance(command, CheckedCommand)
@@ -188,7 +188,7 @@ def test_a_sweep_has_the_folder_of_its_pieces_to_itself(
 
 
 @pytest.mark.parametrize("names", NEEDED, ids=" ".join)
-def test_what_cannot_be_written_is_one_line_before_any_work(
+def test_an_unwritable_output_is_a_one_line_error_before_any_work(
     names: tuple[str, ...], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     Path("file").write_text("mine")
@@ -244,7 +244,7 @@ def test_the_files_of_a_comparison_are_different_ones(tmp_path: Path) -> None:
     assert names_in(tmp_path) == [figure.name]
 
 
-def test_a_comparison_leaves_its_scene_alone(
+def test_a_comparison_does_not_overwrite_its_scene(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     for index in range(2):
@@ -257,7 +257,7 @@ def test_a_comparison_leaves_its_scene_alone(
 
 
 @pytest.mark.parametrize("ignored", [True, False])
-def test_capital_letters_make_another_file_where_the_folder_tells_them_apart(
+def test_upper_case_names_another_file_in_a_case_sensitive_folder(
     ignored: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     outputs = [("--out", tmp_path / "A.csv"), ("--events", tmp_path / "a.CSV")]

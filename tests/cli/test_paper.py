@@ -24,7 +24,7 @@ def test_figures_are_written_with_their_data(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_amplitudes_are_drawn_in_the_formats_asked_for(tmp_path: Path) -> None:
+def test_amplitudes_are_drawn_in_the_requested_formats(tmp_path: Path) -> None:
     process = fivtui("figures", "16", "--out", ".", "--format", "svg", cwd=tmp_path)
     assert process.returncode == 0, process.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["fig-16.csv", "fig-16.svg"]
@@ -56,7 +56,7 @@ def test_amplitudes_are_drawn_in_the_formats_asked_for(tmp_path: Path) -> None:
     ],
     ids=str,
 )
-def test_wrong_input_gets_one_line_and_exit_2_and_leaves_nothing(
+def test_wrong_input_prints_one_line_exits_with_2_and_leaves_no_files(
     args: list[str], message: str, tmp_path: Path
 ) -> None:
     for name in ("taken", "fig-02b.csv"):

@@ -38,13 +38,13 @@ def test_scalars_of_numpy_are_numbers(kind: type) -> None:
 
 
 @pytest.mark.parametrize("value", [np.True_, True, None, [80.0], 80j, np.array([80.0])])
-def test_what_is_no_number_is_refused(value: object) -> None:
+def test_texts_that_are_not_numbers_are_refused(value: object) -> None:
     with pytest.raises(InputError, match=r"F = .*: not a number"):
         Parameters(F=value)  # type: ignore[arg-type]
     assert Parameters(F=Fraction(1, 4)).F == 0.25  # type: ignore[arg-type]
 
 
-def test_what_is_no_parameter_set_is_one_clear_line() -> None:
+def test_a_wrong_parameter_set_is_a_one_line_error() -> None:
     pattern = r"parameters = .*: must be a set of parameters, such as Parameters\(F=80\.0\)$"
     with pytest.raises(InputError, match=pattern):
         simulate(80.0)  # type: ignore[arg-type]
@@ -56,7 +56,7 @@ def test_what_is_no_parameter_set_is_one_clear_line() -> None:
         simulate_batch({"F": [1.0]}, base=80.0)  # type: ignore[arg-type]
 
 
-def test_presets_and_scenes_in_place_of_parameters_are_told_how_they_are_used() -> None:
+def test_presets_and_scenes_as_parameters_are_refused_with_advice() -> None:
     pattern = (
         r"such as Parameters\(F=80\.0\); a preset .* is find_scene\('coexistence'\), with param"
     )
@@ -89,7 +89,7 @@ NAMES: dict[str, Callable[[Any, Path], object]] = {
 
 
 @pytest.mark.parametrize("subject", NAMES)
-def test_a_text_in_place_of_a_list_of_names_is_told_so(subject: str, tmp_path: Path) -> None:
+def test_a_text_instead_of_a_list_of_names_is_refused(subject: str, tmp_path: Path) -> None:
     name = subject.split("'")[1]
     pattern = f"^{subject}: must be a list of names, such as \\['{name}'\\]$"
     with pytest.raises(InputError, match=pattern):
@@ -123,7 +123,7 @@ def test_plain_numbers_are_read_in_every_usual_form() -> None:
     ],
     ids=" ".join,
 )
-def test_what_takes_one_value_is_refused_when_given_twice(
+def test_repeated_single_value_options_are_refused(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(arguments) == 2
@@ -162,7 +162,7 @@ def test_a_file_is_read_up_to_its_limit(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["a\0b", "x" * 5000, "missing", "folder", "\udcff" * 300])
-def test_a_name_that_is_no_file_is_one_line(name: str, tmp_path: Path) -> None:
+def test_a_missing_file_is_a_one_line_error(name: str, tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     with pytest.raises(InputError) as caught, opened(tmp_path / name):
         pass

@@ -41,7 +41,7 @@ def test_a_full_disk_under_standard_output_is_one_line_and_exit_3(
     assert process.stderr.count(b"\n") == 1
 
 
-def test_what_ascii_lacks_is_replaced_in_tables_and_escaped_in_json() -> None:
+def test_non_ascii_characters_are_replaced_in_tables_and_escaped_in_json() -> None:
     ascii_only = {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
     table = fivtui("stability", stdout=subprocess.PIPE, extra=ascii_only)
     assert (table.returncode, table.stderr) == (0, b"")
@@ -53,7 +53,7 @@ def test_what_ascii_lacks_is_replaced_in_tables_and_escaped_in_json() -> None:
     assert json.loads(data.stdout.decode("ascii"))["base"]["t_end"] == 100.0
 
 
-def test_a_reader_that_has_gone_hears_nothing_and_a_closed_output_is_nobody_s() -> None:
+def test_a_closed_pipe_or_standard_output_gives_no_error() -> None:
     reader, writer = os.pipe()
     os.close(reader)
     process = fivtui("presets", stdout=writer)
@@ -64,7 +64,7 @@ def test_a_reader_that_has_gone_hears_nothing_and_a_closed_output_is_nobody_s() 
 
 
 @pytest.mark.parametrize("name", ["/dev/zero", "pipe.toml", "folder"])
-def test_what_is_no_regular_file_is_refused_and_not_waited_for(
+def test_special_files_are_refused_without_waiting(
     name: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

@@ -37,7 +37,7 @@ def read_json(capsys: pytest.CaptureFixture[str]) -> Any:
     return json.loads(captured.out)
 
 
-def test_rows_have_the_errors_that_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_rows_have_the_requested_errors(capsys: pytest.CaptureFixture[str]) -> None:
     Path("scene.toml").write_text("fivtui_scene = 1\naccuracy = {peak = 1e-3}\n")
     options = ["--error=half_range=1e-4", "--error=final=1e-5"]
     for args, columns in (
@@ -179,7 +179,7 @@ def test_wrong_input_gets_one_line_and_exit_2(
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == files
 
 
-def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path) -> None:
+def test_ctrl_c_keeps_finished_members_and_prints_how_to_continue(tmp_path: Path) -> None:
     parts = tmp_path / "out.csv.parts"
     code = (
         "import signal, sys\n"
@@ -208,13 +208,13 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path) -> None
     )
 
 
-def test_progress_says_how_many_how_fast_and_how_long() -> None:
+def test_progress_shows_count_rate_and_time_left() -> None:
     assert progress_text(1000, 0.25, 0.0, 0.0) == "250 of 1000 members (25.0%)"
     assert progress_text(1000, 0.5, 0.25, 10.0) == "500 of 1000 members (50.0%), 25/s, 20 s left"
     assert progress_text(10**9, 0.1, 0.1, 3600.0).endswith("2.78e+04/s, 9.0 h left")
 
 
-def test_without_a_terminal_progress_is_a_line_now_and_then(
+def test_without_a_terminal_progress_is_printed_as_occasional_lines(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clock = [100.0]
@@ -230,7 +230,7 @@ def test_without_a_terminal_progress_is_a_line_now_and_then(
     ]
 
 
-def test_the_designs_offered_are_those_that_there_are() -> None:
+def test_the_offered_designs_are_the_implemented_ones() -> None:
     (option,) = [param for param in commands.commands["sweep"].params if param.name == "design"]
     assert isinstance(option.type, click.Choice)
     assert list(option.type.choices) == list(KINDS)

@@ -38,7 +38,7 @@ def middle(run: Transient, mode: Mode) -> float:
     return 0.5 * (start + end)
 
 
-def test_off_the_belt_the_foot_is_above_it_by_y_and_no_force_acts() -> None:
+def test_a_separated_foot_is_y_above_the_belt_without_contact_force() -> None:
     t = middle(RUN, Mode.SEPARATED)
     drawn = shapes(RUN, t)
     assert drawn["foot"].y.min() == pytest.approx(motion_at(RUN, np.array([t])).y[0])
@@ -61,7 +61,7 @@ def test_in_contact_the_foot_is_on_the_belt_and_the_arrows_are_the_forces() -> N
 
 
 @pytest.mark.parametrize("name", ["contact force", "friction"])
-def test_the_barbs_of_an_arrow_are_alike_on_both_sides_of_it(name: str) -> None:
+def test_the_barbs_of_an_arrow_are_symmetric(name: str) -> None:
     motion = motion_at(RUN, np.linspace(0.0, 100.0, 4001))
     arrow = shapes(RUN, float(motion.t[motion.P.argmax()]))[name]
     tail, tip, left_barb, _, right_barb = np.column_stack([arrow.x, arrow.y])
@@ -144,7 +144,7 @@ def test_by_default_a_film_has_ten_seconds_of_the_last_cycles() -> None:
         ((0.0, 1.0), 25.1, "1 s last less than a frame"),
     ],
 )
-def test_what_cannot_be_filmed_is_refused(
+def test_runs_that_cannot_be_filmed_are_refused(
     window: tuple[float, float] | None, speed: float | None, refusal: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=refusal):
@@ -185,7 +185,7 @@ def test_a_slider_at_rest_has_a_picture_too() -> None:
     assert np.ptp(drawn["friction"].x) == pytest.approx(0.0)
 
 
-def test_the_command_says_what_is_shown_and_from_frame_to_frame_the_slider_moves(
+def test_the_command_reports_the_window_and_the_slider_moves_between_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

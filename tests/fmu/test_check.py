@@ -42,7 +42,7 @@ def test_checking_writes_nothing_to_the_terminal(
         (b"", "not a zip archive"),
     ],
 )
-def test_what_is_no_archive_is_wrong_input(
+def test_a_file_that_is_not_an_archive_is_wrong_input(
     content: bytes | None, message: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "model.fmu"
@@ -110,7 +110,7 @@ def test_files_outside_of_the_fmu_are_reported(fmu: Path, tmp_path: Path) -> Non
     assert not (tmp_path.parent / "escaped.txt").exists()
 
 
-def test_a_slave_that_cannot_be_made_is_reported(fmu: Path, tmp_path: Path) -> None:
+def test_a_slave_that_cannot_be_instantiated_is_reported(fmu: Path, tmp_path: Path) -> None:
     name, _ = member(fmu, r"resources/fivtui_entry_.*\.py")
     path = altered(fmu, tmp_path / "m.fmu", {name: b"raise RuntimeError('no slave')\n"})
     (problem,) = check_fmu(path)
@@ -140,7 +140,7 @@ def test_the_behaviour_of_any_fmu_is_tried(
         assert re.search(message, problems[0])
 
 
-def test_an_fmu_that_hangs_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_fmu_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _path: [])
     monkeypatch.setattr("fivtui.fmu.check._TIMEOUT_S", 3.0)
     folder = tmp_path / "place"

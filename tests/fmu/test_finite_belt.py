@@ -44,7 +44,9 @@ def test_the_result_is_native_at_every_communication_step(method: str, step: flo
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_commands_run_it(method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_run_the_fmu(
+    method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     native = simulate(P, t_end=3.0)
     assert run(["simulate", *GIVEN, "--t-end", "3", "--method", method, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
@@ -68,7 +70,7 @@ TABLES: Final[dict[str, list[tuple[float, float]]]] = {
 
 @pytest.mark.parametrize("step", [None, 0.37])
 @pytest.mark.parametrize("belt", [{}, {"mu_s": 0.9, "v_s": 0.4}])
-def test_tables_over_time_are_followed_by_the_native_one(
+def test_tables_over_time_give_the_native_motion(
     step: float | None, belt: dict[str, float]
 ) -> None:
     options: dict[str, Any] = {"t_end": 10.0, "over_time": TABLES, "samples": 101}
@@ -83,7 +85,7 @@ def test_tables_over_time_are_followed_by_the_native_one(
     assert np.array_equal(actual.mode, expected.mode)
 
 
-def test_a_slider_that_sticks_is_left_behind_where_the_belt_jumps() -> None:
+def test_a_sticking_slider_starts_to_slide_when_the_belt_speed_jumps() -> None:
     p = Parameters(v_belt=1.0, mu_s=0.9)
     begin, end = simulate(p, t_end=4.0).stick_intervals[1]
     jump = 0.5 * (begin + end)
@@ -101,7 +103,7 @@ def test_tables_over_time_need_derivatives_of_inputs(fmu: Path) -> None:
         integrate_fmu(request, fmu=fmu)
 
 
-def test_a_given_speed_says_that_the_belt_has_one(
+def test_a_start_value_of_v_belt_selects_a_finite_belt(
     fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     native = simulate(P, t_end=3.0)

@@ -39,7 +39,7 @@ def test_tens_of_runs_map_one_library_and_open_no_file(fmu: Path) -> None:
     assert later == [first] * 11
 
 
-def test_a_folder_is_used_again_for_the_same_content_only(
+def test_a_folder_is_reused_only_for_the_same_content(
     fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     copy, changed = tmp_path / "copy.fmu", tmp_path / "other.fmu"

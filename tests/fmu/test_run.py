@@ -34,7 +34,7 @@ def test_outputs_and_interval_can_be_chosen(fmu: Path) -> None:
     assert run.columns["time"].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
 
 
-def test_inputs_from_a_table_jump_where_a_time_comes_twice(fmu: Path, table: Path) -> None:
+def test_inputs_from_a_table_jump_at_repeated_times(fmu: Path, table: Path) -> None:
     table.write_text("# preload\ntime, F\n0, 80\n2, 80\n2, 120\n5, 120\n")
     run = run_fmu(fmu, t_end=5.0, input_csv=table, output_interval=0.5)
     first = interpreted(t_end=2.0).final
@@ -114,7 +114,7 @@ def test_a_wrong_request_is_refused(fmu: Path, options: dict[str, Any], message:
         ),
     ],
 )
-def test_what_the_fmu_refuses_is_said_in_its_words(
+def test_an_error_contains_the_message_of_the_fmu(
     fmu: Path, options: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(ComputationError, match=re.escape(message)):
@@ -142,9 +142,7 @@ def test_another_fmu_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) 
         ("self.total = float('inf')", "total of the FMU is not a finite number"),
     ],
 )
-def test_an_fmu_that_fails_is_an_error_never_half_a_result(
-    tmp_path: Path, behaviour: str, message: str
-) -> None:
+def test_an_fmu_that_fails_raises_an_error(tmp_path: Path, behaviour: str, message: str) -> None:
     with pytest.raises(ComputationError, match=re.escape(message)):
         run_fmu(other_fmu(tmp_path, behaviour), t_end=3.0)
 
@@ -177,7 +175,7 @@ def test_a_run_reports_progress_and_can_be_cancelled(fmu: Path) -> None:
         run_fmu(fmu, t_end=10.0, progress=lambda fraction: fraction < 0.5)
 
 
-def test_events_are_what_changed_in_discrete_outputs(fmu: Path, tmp_path: Path) -> None:
+def test_events_are_changes_of_discrete_outputs(fmu: Path, tmp_path: Path) -> None:
     run = run_fmu(fmu, t_end=8.0)
     native = interpreted(t_end=8.0)
     events = run.events()

@@ -59,7 +59,7 @@ def test_the_result_is_native_for_other_parameters(p: Parameters) -> None:
     assert_same(simulate(p, t_end=10.0, method="fmu"), interpreted(p, t_end=10.0), rel=1e-8)
 
 
-def test_several_switches_within_a_communication_step_are_told_apart() -> None:
+def test_several_switches_within_a_communication_step_are_counted() -> None:
     p = Parameters(F=60.0, k_nl=1e8, mu=0.5)
     options: dict[str, Any] = {"t_end": 10.0, "start": (0.0, 0.0, 2.0, 0.0)}
     native = interpreted(p, **options)
@@ -122,7 +122,7 @@ def test_progress_rises_to_one_and_can_cancel(fmu: Path) -> None:
 
 
 @pytest.mark.parametrize("how", ["done", "cancelled", "failed"])
-def test_nothing_is_left_behind(
+def test_no_files_or_processes_remain(
     how: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))

@@ -69,7 +69,7 @@ def test_cvode_finds_them_too(fmu: Path) -> None:
     assert (run["x"][-1], run["y"][-1]) == pytest.approx((native.final.x, native.final.y), abs=1e-5)
 
 
-def put(instance: FmuInstance, x: float, vx: float, y: float, vy: float) -> list[float]:
+def set_states(instance: FmuInstance, x: float, vx: float, y: float, vy: float) -> list[float]:
     """Set the states and handle an event; return the new mode and the indicators."""
     states = np.array([x, y, vx, vy])
     instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
@@ -79,19 +79,19 @@ def put(instance: FmuInstance, x: float, vx: float, y: float, vy: float) -> list
     return [*instance.get("mode"), *read(instance.fmi.getEventIndicators, INDICATORS)]
 
 
-def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode(
+def test_every_guard_has_an_event_indicator_with_the_sign_of_the_mode(
     folder: Path,
 ) -> None:
     with exchanged(folder, **values_of(ALL, START)) as instance:
-        assert put(instance, 0.0, 1.5, -0.5, 0.1) == [Mode.FORWARD, -0.5, 0.5, 1.0, 1.0]
-        assert put(instance, 0.0, 2.5, -0.5, 0.1) == [Mode.BACKWARD, -0.5, -0.5, 1.0, 1.0]
-        assert put(instance, 0.0, 2.5, 0.5, 0.1) == [Mode.SEPARATED, 0.5, 1.0, 1.0, 1.0]
+        assert set_states(instance, 0.0, 1.5, -0.5, 0.1) == [Mode.FORWARD, -0.5, 0.5, 1.0, 1.0]
+        assert set_states(instance, 0.0, 2.5, -0.5, 0.1) == [Mode.BACKWARD, -0.5, -0.5, 1.0, 1.0]
+        assert set_states(instance, 0.0, 2.5, 0.5, 0.1) == [Mode.SEPARATED, 0.5, 1.0, 1.0, 1.0]
         # P = 37.5 N, f = 0.64 N + 15 N.
-        stick_values = put(instance, 0.0, 2.0, -0.5, 0.1)
+        stick_values = set_states(instance, 0.0, 2.0, -0.5, 0.1)
         assert stick_values == pytest.approx([Mode.STICK, -0.5, 1.0, 30.0 - 15.64, 30.0 + 15.64])
         # v_r is zero to rounding, and f is above or below the limit of static friction.
         for x, mode in ((0.3, Mode.FORWARD), (-0.5, Mode.BACKWARD)):
-            slip_values = put(instance, x, 2.0 + 1e-12, -0.5, 0.1)
+            slip_values = set_states(instance, x, 2.0 + 1e-12, -0.5, 0.1)
             assert slip_values[:2] == [mode, -0.5]
             assert slip_values[2] == (1 if mode is Mode.FORWARD else -1) * np.finfo(float).tiny
             assert instance.get("vx") == [2.0]
@@ -114,25 +114,25 @@ def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode
         (Mode.STICK, 2.0, 1.99, (Mode.FORWARD, 1.99)),
     ],
 )
-def test_a_slider_gone_past_the_belt_s_speed_is_put_at_it_by_the_mode_it_was_in(
+def test_a_slider_slightly_past_the_belt_speed_is_set_to_it_by_its_mode(
     folder: Path, mode: Mode, first_vx: float, vx: float, expected: tuple[Mode, float]
 ) -> None:
     # Static friction would hold the slider in this state.
     with exchanged(folder, **values_of(ALL, START)) as instance:
-        assert put(instance, 0.0, first_vx, -0.5, 0.1)[0] == mode
-        assert put(instance, 0.0, vx, -0.5, 0.1)[0] == expected[0]
+        assert set_states(instance, 0.0, first_vx, -0.5, 0.1)[0] == mode
+        assert set_states(instance, 0.0, vx, -0.5, 0.1)[0] == expected[0]
         assert instance.get("vx") == [expected[1]]
 
 
 @pytest.mark.parametrize(
     ("mode", "vx", "speed"), [("FORWARD", 1.99, 1.98), ("BACKWARD", 2.01, 2.02)]
 )
-def test_a_belt_that_changes_its_speed_past_the_slider_s_leaves_the_slider_its_own(
+def test_a_belt_speed_that_passes_the_slider_s_does_not_change_the_slider_s(
     folder: Path, mode: str, vx: float, speed: float
 ) -> None:
     opposite = Mode.BACKWARD if mode == "FORWARD" else Mode.FORWARD
     with exchanged(folder, **values_of(ALL, START)) as instance:
-        assert put(instance, 0.0, vx, -0.5, 0.1)[0] == Mode[mode]
+        assert set_states(instance, 0.0, vx, -0.5, 0.1)[0] == Mode[mode]
         instance.fmi.enterEventMode()
         instance.set(v_belt=speed)
         assert instance.fmi.newDiscreteStates()[3]
@@ -144,10 +144,10 @@ def test_without_a_finite_belt_the_further_indicators_stay(folder: Path) -> None
         assert read(instance.fmi.getEventIndicators, INDICATORS)[1:] == [1.0, 1.0, 1.0]
 
 
-def test_a_belt_that_holds_may_change_its_speed_in_event_mode_alone(folder: Path) -> None:
+def test_the_belt_speed_may_change_during_stick_only_in_event_mode(folder: Path) -> None:
     with exchanged(folder, **values_of(ALL, START)) as instance:
         fmi = instance.fmi
-        assert put(instance, 0.0, 2.0, -0.5, 0.1)[0] == Mode.STICK
+        assert set_states(instance, 0.0, 2.0, -0.5, 0.1)[0] == Mode.STICK
         instance.set(v_belt=2.0)
         with pytest.raises(FMICallException, match="discard"):
             instance.set(v_belt=2.1)
@@ -173,7 +173,7 @@ PLACES: Final[dict[Mode, State]] = {
 
 
 @pytest.mark.parametrize("mode", PLACES)
-def test_directional_derivatives_are_those_of_differences_in_every_mode(
+def test_directional_derivatives_agree_with_differences_in_every_mode(
     folder: Path, mode: Mode
 ) -> None:
     x, vx, y, vy = PLACES[mode]
@@ -190,7 +190,7 @@ def test_directional_derivatives_are_those_of_differences_in_every_mode(
         return outputs
 
     with exchanged(folder, **values_of(ALL, START)) as instance:
-        assert put(instance, x, vx, y, vy)[0] == mode
+        assert set_states(instance, x, vx, y, vy)[0] == mode
         references = [[instance.references[n] for n in names] for names in (UNKNOWNS, KNOWNS)]
         rng = np.random.default_rng(1)
         for direction in (*np.eye(7), rng.normal(size=7)):
@@ -227,7 +227,7 @@ def test_derivatives_by_parameters_are_those_of_the_equations(folder: Path, mode
             assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6), name
 
 
-def test_where_static_friction_follows_there_is_no_derivative_by_it(folder: Path) -> None:
+def test_derived_static_friction_has_no_derivative(folder: Path) -> None:
     values = values_of(ALL.with_values({"mu_s": None}), PLACES[Mode.FORWARD])
     with FmuInstance(folder).begin(**values) as instance:
         references = [[instance.references[n]] for n in ("friction_slider", "mu_s")]
@@ -311,7 +311,7 @@ def test_a_ramp_of_friction_above_static_friction_is_refused(folder: Path) -> No
         assert "v_belt = -98 at the end of the step: must be from 0" in instance.log[-1]
 
 
-def test_a_state_saved_on_a_ramp_in_stick_goes_on_bit_by_bit(folder: Path) -> None:
+def test_a_state_saved_on_a_ramp_in_stick_continues_with_the_same_bits(folder: Path) -> None:
     p = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
     names = [*STATES, "mode", "switches", "sticks", "last_event", "friction_slider"]
     with (

@@ -284,7 +284,7 @@ def is_real(variable: Any) -> bool:
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize(("version", "kind"), PHASES)
-def test_a_function_is_an_error_in_the_states_that_the_standard_forbids_and_in_no_other(
+def test_functions_fail_exactly_in_the_states_that_the_standard_forbids(
     model: str, version: str, kind: str
 ) -> None:
     accepted = {}

@@ -207,7 +207,7 @@ def test_on_arm_binaries_stand_where_importers_look_for_them(
         assert {archive.read(name) for name in binaries} == {b"SliderBelt"}
 
 
-def test_on_other_processors_there_is_no_native_flavour(
+def test_unsupported_processors_have_no_native_flavour(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(native, "_machine", lambda: ("linux", "riscv64"))

@@ -202,7 +202,7 @@ def dependencies(folder: Path, tag: str) -> dict[str, set[str]]:
     }
 
 
-def test_the_description_says_which_derivatives_there_are(extracted: Path) -> None:
+def test_the_description_lists_the_available_derivatives(extracted: Path) -> None:
     claimed = {**dependencies(extracted, "Output"), **dependencies(extracted, "Derivative")}
     is_3 = 'fmiVersion="3.0"' in (extracted / "modelDescription.xml").read_text()
     parameters = (*PARAMETERS, "mu_s", "v_s") if is_3 else ()
@@ -222,7 +222,7 @@ def test_the_description_says_which_derivatives_there_are(extracted: Path) -> No
         assert nonzero[unknown] == claimed[unknown], unknown
 
 
-def test_what_has_no_derivative_is_refused(extracted: Path) -> None:
+def test_unavailable_derivatives_are_refused(extracted: Path) -> None:
     with slave(extracted, **VALUES) as instance:
         instance.fmi.exitInitializationMode()
         for knowns, seeds, message in (

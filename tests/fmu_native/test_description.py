@@ -23,7 +23,7 @@ from tests.support.fmu_coupling import coupled
 
 
 @pytest.mark.parametrize("component", COMPONENTS)
-def test_it_follows_the_schema_and_is_sound(component: str, tmp_path: Path) -> None:
+def test_the_fmu_follows_the_schema_and_has_no_problems(component: str, tmp_path: Path) -> None:
     fmu = build_fmu(tmp_path / "m.fmu", component=component, flavour="native")
     assert validate_fmu(str(fmu)) == []
     assert check_fmu(fmu) == []
@@ -52,7 +52,7 @@ def test_its_reference_run_is_reproduced(fmu: Path, folder: Path) -> None:
 
 @pytest.mark.skipif(fmpy.platform != "linux64", reason="nm reads libraries of Linux")
 @pytest.mark.host
-def test_nothing_but_the_functions_of_fmi_is_visible(folder: Path) -> None:
+def test_only_functions_of_fmi_are_exported(folder: Path) -> None:
     library = str(folder / "binaries" / "linux64" / "SliderBelt.so")
     try:
         process = subprocess.run(["nm", "-D", library], capture_output=True, text=True, check=True)
@@ -89,7 +89,7 @@ def test_what_there_is_not_is_refused(
         build_fmu(tmp_path / "m.fmu", **options)
 
 
-def test_without_a_binary_the_reason_is_said(
+def test_without_a_binary_the_reason_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert why_no_native() is None

@@ -106,7 +106,7 @@ def test_directional_derivatives_are_those_of_differences(folder: Path, y: float
             assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6)
 
 
-def test_what_is_not_allowed_is_refused_and_changes_nothing(folder: Path) -> None:
+def test_forbidden_calls_are_refused_and_change_nothing(folder: Path) -> None:
     with exchanged(folder) as instance:
         fmi, references = instance.fmi, instance.references
         before = read(fmi.getContinuousStates, 4)
@@ -246,7 +246,7 @@ def test_the_brake_actuator_gives_finite_values_or_none(tmp_path: Path) -> None:
         assert actuator.get("P", "F", "F_rate") == [40.0, 1e3, 0.0]
 
 
-def test_parameters_and_the_switch_of_the_model_reach_it(fmu: Path) -> None:
+def test_parameters_and_the_separation_flag_reach_the_model(fmu: Path) -> None:
     native = simulate(Parameters(F=60.0, k_nl=50.0, mu=0.9), t_end=10.0, separation=False)
     run = fmpy.simulate_fmu(
         str(fmu),

@@ -73,7 +73,7 @@ def read(model: Any, *names: str) -> list[float]:
 
 
 @pytest.mark.parametrize("component", COMPONENTS)
-def test_it_follows_the_schema_and_is_sound(component: str, tmp_path: Path) -> None:
+def test_the_fmu_follows_the_schema_and_has_no_problems(component: str, tmp_path: Path) -> None:
     fmu = build_fmu(tmp_path / "m.fmu", component=component, flavour="native", fmi="3")
     assert validate_fmu(str(fmu)) == []
     assert check_fmu(fmu) == []
@@ -83,7 +83,7 @@ def test_it_follows_the_schema_and_is_sound(component: str, tmp_path: Path) -> N
     etree.XMLSchema(etree.parse(schema)).assertValid(etree.fromstring(text))
 
 
-def test_event_indicators_are_local_variables_of_their_own(folder: Path) -> None:
+def test_event_indicators_are_separate_local_variables(folder: Path) -> None:
     description = fmpy.read_model_description(str(folder))
     indicators = [unknown.variable for unknown in description.eventIndicators]
     references = [indicator.valueReference for indicator in indicators]
@@ -129,7 +129,7 @@ def run_to_events(folder: Path, t_end: float, **values: Any) -> list[tuple[float
     return events
 
 
-def test_stick_and_slip_are_announced_as_other_switches_are(folder: Path) -> None:
+def test_stick_and_slip_are_announced_as_events(folder: Path) -> None:
     p, start = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4), (2.0, 8.0, 1.0, 0.0)
     starts = {f"{name}_start": x for name, x in zip(STATES, start, strict=True)}
     flags = {"finite_belt": True, "start_static": False}
@@ -161,7 +161,9 @@ def test_every_switch_is_announced_at_its_time(fmu: Path, h: float) -> None:
 
 
 @pytest.mark.parametrize("events", [False, True])
-def test_whoever_knows_events_or_not_gets_the_native_bits(folder: Path, events: bool) -> None:
+def test_importers_with_and_without_event_mode_get_the_native_bits(
+    folder: Path, events: bool
+) -> None:
     times = [0.37 * number for number in range(1, 100)]
     native = simulate(t_end=times[-1], samples=times, kernel="compiled").trajectory
     assert native is not None

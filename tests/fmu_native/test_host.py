@@ -101,7 +101,7 @@ def test_a_host_in_c_gets_the_native_bits_without_python(
     assert int(printed[2]) == native.events.separations
 
 
-def test_it_calls_no_function_of_its_host(
+def test_the_library_calls_no_function_of_its_host(
     folder: Path, compiler: list[str], tmp_path: Path
 ) -> None:
     source = Path(__file__).with_name("namesake.c")
@@ -122,7 +122,7 @@ def exported(library: Path) -> set[str]:
 @pytest.mark.whole
 @pytest.mark.parametrize("fmi", ["2", "3"])
 @pytest.mark.parametrize("component", COMPONENTS)
-def test_its_sources_compile_to_the_same_bits(component: str, fmi: str, tmp_path: Path) -> None:
+def test_the_sources_compile_to_the_same_bits(component: str, fmi: str, tmp_path: Path) -> None:
     for tool in ("cmake", "nm"):
         if shutil.which(tool) is None:
             pytest.skip(f"there is no {tool}")
@@ -147,7 +147,7 @@ def test_its_sources_compile_to_the_same_bits(component: str, fmi: str, tmp_path
 
 
 @pytest.mark.parametrize("name", ["wärme", "a#b", "50%", "with a space", "%20"])
-def test_it_runs_from_any_folder(fmu: Path, tmp_path: Path, name: str) -> None:
+def test_the_library_runs_from_any_folder(fmu: Path, tmp_path: Path, name: str) -> None:
     fmpy.extract(str(fmu), str(tmp_path / name))
     with FmuInstance(tmp_path / name).begin() as instance:
         instance.step(1.0)
@@ -169,7 +169,7 @@ def test_its_library_is_unloaded(fmu: Path, tmp_path: Path) -> None:
     ("steps", "instances", "rounds"),
     [(30_000, 300, 100), pytest.param(1_000_000, 10_000, 3000, marks=pytest.mark.whole)],
 )
-def test_nothing_harms_it_and_its_memory_does_not_grow(
+def test_attacks_cause_no_fault_and_no_memory_growth(
     compiler: list[str], tmp_path: Path, steps: int, instances: int, rounds: int
 ) -> None:
     program = attacked(tmp_path, compiler, "-Og")

@@ -185,7 +185,7 @@ def test_a_belt_that_slows_down_within_a_step_is_a_table_of_the_native_solver(
     assert run.events.sticks > 2
 
 
-def test_inputs_that_stay_leave_the_bits_as_they_are(folder: Path) -> None:
+def test_constant_inputs_do_not_change_the_bits(folder: Path) -> None:
     def stay(slave: Any, update: Update) -> None:
         if update.set_requested:
             slave.setFloat64([REFERENCES[name] for name in INPUTS], [80.0, 0.7])
@@ -203,7 +203,7 @@ def test_inputs_that_stay_leave_the_bits_as_they_are(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("requested", "reached"), [(0.777, 0.777), (0.0, None), (math.nan, None), (-5.0, None)]
 )
-def test_the_importer_is_returned_to_where_it_asks(
+def test_an_early_return_ends_at_the_requested_time(
     folder: Path, needs: tuple[str, ...], requested: float, reached: float | None
 ) -> None:
     def leave(slave: Any, _: Update) -> float | None:
@@ -220,7 +220,7 @@ def test_the_importer_is_returned_to_where_it_asks(
         assert read(slave, "y") == [simulate(t_end=2.0, kernel="compiled").final.y]
 
 
-def test_no_early_return_is_taken_where_it_is_not_allowed(folder: Path) -> None:
+def test_early_returns_are_ignored_unless_allowed(folder: Path) -> None:
     with updated(folder, lambda _, update: update.time) as slave:
         assert slave.doStep(0.0, 2.0) == (False, False, False, 2.0)
         assert not any(update.can_return for update in slave.updates)
@@ -243,7 +243,7 @@ def test_switches_are_announced_beside_updates(folder: Path) -> None:
             slave.enterStepMode()
 
 
-def test_what_an_update_is_not_for_is_refused_in_it(folder: Path) -> None:
+def test_calls_that_an_intermediate_update_does_not_allow_are_refused(folder: Path) -> None:
     messages: list[str] = []
 
     def misuse(slave: Any, update: Update) -> None:
@@ -286,7 +286,7 @@ def test_what_an_update_is_not_for_is_refused_in_it(folder: Path) -> None:
     } <= set(messages)
 
 
-def test_a_step_that_fails_in_a_later_part_leaves_the_instance_as_it_was(folder: Path) -> None:
+def test_a_step_that_fails_in_a_later_part_leaves_the_instance_unchanged(folder: Path) -> None:
     rising = {"k_nl": 0.0, "mu": 90.0}
 
     def raise_force(slave: Any, update: Update) -> None:
@@ -327,7 +327,7 @@ def test_an_importer_that_requires_all_variables_gets_the_continuous_ones(folder
         assert states[-1][:4] == [final.x, final.vx, final.y, final.vy]
 
 
-def test_what_is_no_variable_cannot_be_required(folder: Path) -> None:
+def test_unknown_variables_cannot_be_required(folder: Path) -> None:
     beyond = len(fmpy.read_model_description(str(folder)).modelVariables)
     with (
         pytest.raises(Exception, match="Failed to instantiate"),
@@ -336,7 +336,7 @@ def test_what_is_no_variable_cannot_be_required(folder: Path) -> None:
         pass
 
 
-def test_what_is_continuous_is_offered_for_updates(folder: Path) -> None:
+def test_continuous_variables_are_available_in_updates(folder: Path) -> None:
     description = ET.parse(folder / "modelDescription.xml")
     variables = description.findall("ModelVariables/*[@intermediateUpdate='true']")
     offered = {str(v.get("name")) for v in variables}

@@ -58,7 +58,9 @@ def test_on_belts_of_finite_speed(folder: Path, tol: float) -> None:
 
 @settings(max_examples=25)
 @given(moderate_parameters(), st.lists(st.floats(1e-4, 2.0), min_size=1, max_size=12))
-def test_for_other_parameters(folder: Path, p: Parameters, steps: list[float]) -> None:
+def test_bits_are_native_for_random_parameters(
+    folder: Path, p: Parameters, steps: list[float]
+) -> None:
     assert_same_bits(folder, steps, 1e-12, p)
 
 
@@ -88,7 +90,7 @@ def test_an_input_that_is_set_and_set_back_changes_no_bit(folder: Path) -> None:
         assert plain.get(*COLUMNS) == disturbed.get(*COLUMNS)
 
 
-def test_instances_in_threads_do_not_see_each_other(folder: Path) -> None:
+def test_instances_in_threads_are_independent(folder: Path) -> None:
     forces = [40.0 + 5.0 * number for number in range(8)]
     instances = [FmuInstance(folder).begin(F=F) for F in forces]
 
@@ -122,7 +124,7 @@ def ramped(folder: Path, count: int, slopes: bool) -> list[float]:
         return instance.get(*STATES)
 
 
-def test_with_input_derivatives_a_ramp_is_followed_whatever_the_step(folder: Path) -> None:
+def test_input_derivatives_follow_a_ramp_at_any_step_size(folder: Path) -> None:
     runs = [ramped(folder, count, True) for count in (1, 7, 100, 1000)]
     for first, second in itertools.pairwise(runs):
         assert first == pytest.approx(second, rel=1e-10, abs=1e-10)
@@ -132,7 +134,7 @@ def test_with_input_derivatives_a_ramp_is_followed_whatever_the_step(folder: Pat
     assert runs[0] == pytest.approx(limit, abs=1e-7)
 
 
-def test_after_a_ramp_the_input_is_held_where_it_came_to(folder: Path) -> None:
+def test_after_a_ramp_the_input_keeps_its_final_value(folder: Path) -> None:
     with FmuInstance(folder).begin() as instance:
         instance.slope(F=-5.0)
         instance.step(2.0)

@@ -98,12 +98,12 @@ def test_the_reference_run_agrees_with_the_independent_integrator() -> None:
         assert reference.outputs[name] == pytest.approx(np.concatenate(both), abs=error)
 
 
-def test_a_unit_that_is_not_known_is_not_guessed() -> None:
+def test_an_unknown_unit_is_refused() -> None:
     with pytest.raises(KeyError):
         base_exponents("furlong/m")
 
 
-def test_what_the_fmu_carries_imports_the_standard_library_and_itself_alone(fmu: Path) -> None:
+def test_modules_in_the_fmu_import_only_the_standard_library_and_each_other(fmu: Path) -> None:
     with zipfile.ZipFile(fmu) as archive:
         names = [n for n in archive.namelist() if re.match(r"resources/fivtui_.*\.py", n)]
         trees = {name: ast.parse(archive.read(name)) for name in names}
@@ -238,7 +238,7 @@ def test_a_wrong_target_is_refused_and_nothing_is_written(
     assert len(list(tmp_path.iterdir())) == 2
 
 
-def test_a_component_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_an_unknown_component_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="did you mean brake-actuator"):
         build_fmu(tmp_path / "m.fmu", component="actuator")
 
@@ -264,7 +264,7 @@ def test_a_build_that_fails_leaves_the_old_file_and_no_trace(
     assert (sys.path, set(sys.modules)) == (path, modules)
 
 
-def test_what_builds_fmus_is_not_in_one_and_the_wrapper_is_as_it_is(tmp_path: Path) -> None:
+def test_the_fmu_lacks_the_builder_and_has_the_original_wrapper(tmp_path: Path) -> None:
     with zipfile.ZipFile(build_fmu(tmp_path / "slider_belt.fmu")) as archive:
         wrapper = {
             Path(name).stem: archive.read(name).decode()
@@ -288,7 +288,7 @@ def test_what_builds_fmus_is_not_in_one_and_the_wrapper_is_as_it_is(tmp_path: Pa
         ({"fmi": "3"}, "FMI 3 in the python flavour: must be in the native flavour"),
     ],
 )
-def test_a_version_that_there_is_not_is_refused(
+def test_an_unknown_version_is_refused(
     options: dict[str, str], message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=message):

@@ -175,7 +175,7 @@ class Calls(RuleBasedStateMachine):
             self.refused(answer, f"reference {reference}")
 
     @rule(kind=st.sampled_from(["Real", "Integer", "Boolean", "String"]))
-    def read_what_is_not_there(self, kind: str) -> None:
+    def read_an_unknown_reference(self, kind: str) -> None:
         answer = self.call("get_raw", kind, [10_000])
         assert (answer.status, len(answer.log)) == ("error" if self.reported_at_once else "ok", 1)
 

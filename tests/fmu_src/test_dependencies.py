@@ -45,31 +45,31 @@ AT_SWITCH_ONLY: Final = {"P", "friction_slider", "friction_belt", "mode", "stick
 AT_GRIP_ONLY: Final = {"mode", "sticks"}
 
 
-def made(which: str) -> Instance:
+def new_instance(which: str) -> Instance:
     return (SliderBeltInstance if which == "slider-belt" else BrakeActuator)(instance_name="test")
 
 
 def values_after(which: str, values: Mapping[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:
     """All values of an instance initialized with `values` and then changed by `later`."""
-    instance = made(which)
+    instance = new_instance(which)
     references = instance.TABLE.references
 
-    def put(changes: Mapping[str, Any]) -> None:
+    def set_values(changes: Mapping[str, Any]) -> None:
         for name, value in changes.items():
             setter = instance.set_boolean if isinstance(value, bool) else instance.set_real
             setter([references[name]], [value])
 
-    put(values)
+    set_values(values)
     instance.setup_experiment(0.0, None, None)
     instance.enter_initialization_mode()
     instance.exit_initialization_mode()
-    put(later)
+    set_values(later)
     refused = [message.msg for message in instance.log_queue if "no effect" not in message.msg]
     assert not refused
     return dict(zip(references, instance.get_real(list(references.values())), strict=True))
 
 
-def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[str]:
+def changed_names(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[str]:
     return (name for name in before if abs(before[name] - after[name]) > 1e-9)
 
 
@@ -84,7 +84,7 @@ def dependencies(root: ET.Element, tag: str) -> dict[str, set[str]]:
 
 
 @pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
-def test_initial_values_depend_on_what_changes_them(
+def test_initial_values_depend_on_the_variables_that_change_them(
     which: str, descriptions: dict[str, ET.Element]
 ) -> None:
     claimed = dependencies(descriptions[which], "InitialUnknowns")
@@ -100,7 +100,7 @@ def test_initial_values_depend_on_what_changes_them(
         if which == "slider-belt":
             changes |= {name: not start[name] for name in FLAGS}
         for name, value in changes.items():
-            for output in changed(start, values_after(which, {**point, name: value}, {})):
+            for output in changed_names(start, values_after(which, {**point, name: value}, {})):
                 if output in influences:
                     influences[output].add(name)
     for output, knowns in claimed.items():
@@ -133,7 +133,7 @@ def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
         start = values_after(which, point, {})
         for name in inputs:
             after = values_after(which, point, {name: start[name] + PUSHED[name]})
-            for output in changed(start, after):
+            for output in changed_names(start, after):
                 if output in influences:
                     influences[output].add(name)
     assert influences == claimed
@@ -150,7 +150,7 @@ def test_derivatives_depend_on_the_states_and_inputs_that_change_them(
         for quantity in (*STATES, "F", "mu", "v_belt"):
             name = f"{quantity}_start" if quantity in STATES else quantity
             after = values_after("slider-belt", {**point, name: start[name] + PUSHED[name]}, {})
-            for derivative in changed(start, after):
+            for derivative in changed_names(start, after):
                 if derivative in influences:
                     influences[derivative].add(quantity)
     assert influences == claimed

@@ -112,7 +112,7 @@ def number(text: str | None) -> float | None:
     return None if text in (None, "-") else float(str(text))
 
 
-def test_every_real_variable_is_what_the_table_says(described: tuple[str, ET.Element]) -> None:
+def test_every_real_variable_agrees_with_the_table(described: tuple[str, ET.Element]) -> None:
     which, root = described
     table = {row.name: row for row in rows_of(which)}
     reals = {v["name"]: v for v in variables_of(root) if v["type"] == "Real"}
@@ -169,7 +169,7 @@ def size(unit: str) -> Fraction:
     return product
 
 
-def test_units_and_display_units_are_what_their_names_say(
+def test_units_and_display_units_have_the_dimensions_of_their_names(
     described: tuple[str, ET.Element],
 ) -> None:
     _, root = described

@@ -165,7 +165,7 @@ def test_outputs_follow_a_jump_of_the_belt_at_once(driver: Driver) -> None:
         assert ax == pytest.approx(sliding, abs=1e-12)
 
 
-def test_without_a_finite_belt_what_belongs_to_one_changes_nothing(driver: Driver) -> None:
+def test_without_a_finite_belt_its_parameters_have_no_effect(driver: Driver) -> None:
     belt = {"v_belt": 0.3, "mu_s": 0.1, "v_s": 0.2}
     left_out = [EVERYTHING.index(name) for name in belt]
     answers = []
@@ -199,7 +199,7 @@ def test_an_input_set_and_set_back_changes_no_bit(driver: Driver) -> None:
 
 # Times in each mode of the scene "all", inside integrator steps.
 @pytest.mark.parametrize("mode", [Mode.SEPARATED, Mode.FORWARD, Mode.BACKWARD, Mode.STICK])
-def test_states_come_back_bit_by_bit_in_every_mode(driver: Driver, mode: Mode) -> None:
+def test_states_are_restored_bit_by_bit_in_every_mode(driver: Driver, mode: Mode) -> None:
     run = native_run("all", t_end=6.0)
     changes = run.mode_changes
     index = next(n for n, change in enumerate(changes[:-1]) if change.then is mode)
@@ -246,7 +246,7 @@ def test_states_come_back_bit_by_bit_in_every_mode(driver: Driver, mode: Mode) -
         ({"v_s": 0.1}, "v_s cannot be set while stepping"),
     ],
 )
-def test_what_is_wrong_mid_run_is_refused_and_changes_nothing(
+def test_wrong_values_during_a_run_are_refused_and_change_nothing(
     driver: Driver, flavour: str, values: dict[str, Any], message: str
 ) -> None:
     calls: list[Call] = [
@@ -272,7 +272,7 @@ def test_what_is_wrong_mid_run_is_refused_and_changes_nothing(
 
 
 @pytest.mark.parametrize("order", [("mu_s", "mu"), ("mu", "mu_s")])
-def test_static_friction_below_friction_is_refused_where_it_counts(
+def test_static_friction_below_friction_is_refused_on_a_finite_belt(
     driver: Driver, order: tuple[str, str]
 ) -> None:
     wrong = {name: {"mu_s": 0.5, "mu": 0.6}[name] for name in order}

@@ -69,7 +69,7 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
     assert modes == ({0.0, 1.0} if separation else {1.0})
 
 
-def test_the_motion_goes_on_in_the_same_step_under_the_inputs_it_has_changed_to() -> None:
+def test_the_motion_continues_within_the_step_under_changed_inputs() -> None:
     p, start = Parameters(**VALUES), (0.5, -1.0, -0.9, 0.3)
     motion = SliderBeltMotion(p, start, t=0.0, separation=True, tol=1e-9)
     motion.move_to(0.01, F=100.0, mu=0.9)

@@ -100,7 +100,7 @@ def test_a_tolerance_out_of_range_is_the_nearest_possible_and_printed(
     assert runs[which]["y"][-1] != interpreted(t_end=20.0).final.y
 
 
-def test_thousands_of_refused_steps_take_no_memory_and_some_lines(
+def test_thousands_of_refused_steps_take_no_memory_and_log_few_lines(
     printed: tuple[Any, list[list[str]]],
 ) -> None:
     (_, grown), errors = printed
@@ -111,7 +111,7 @@ def test_thousands_of_refused_steps_take_no_memory_and_some_lines(
     assert "switch on the FMU's debug logging" in errors[4][-1]
 
 
-def test_a_run_of_the_project_says_what_is_refused_once_in_its_error(
+def test_a_run_of_the_project_reports_a_refusal_only_in_its_error(
     fmu: Path, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
     with pytest.raises(ComputationError, match="no equilibrium"):

@@ -102,7 +102,7 @@ def test_a_wrong_value_is_refused_and_changes_nothing(
     assert end.value == final_state(flavour, 2.0)
 
 
-def test_a_refused_call_sets_nothing_and_a_good_value_makes_up_for_a_bad_one(
+def test_a_refused_call_sets_nothing_and_a_valid_value_clears_the_refusal(
     driver: Driver,
 ) -> None:
     references = [F, REFERENCES["mu"]]
@@ -193,7 +193,7 @@ def test_a_step_past_the_stop_time_is_refused(driver: Driver) -> None:
     assert "after the stop time 1.0 s" in answers[-2].log[0]
 
 
-def test_times_are_the_same_to_rounding_alone_however_late(driver: Driver) -> None:
+def test_step_times_must_agree_to_rounding_at_any_time(driver: Driver) -> None:
     calls: list[Call] = [
         ("a", "new"),
         ("a", "setup", 1e6),
@@ -259,7 +259,7 @@ def test_hundreds_of_refusals_leave_an_instance_sound(driver: Driver, flavour: s
     assert answers[-1].value == final_state(flavour, 1.0)
 
 
-def test_without_logging_a_refusal_is_a_failed_call_and_the_native_flavour_says_why(
+def test_without_logging_a_refused_call_fails_and_the_native_flavour_gives_the_reason(
     driver: Driver, flavour: str
 ) -> None:
     calls: list[Call] = [

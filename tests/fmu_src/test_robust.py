@@ -49,7 +49,7 @@ def test_many_instances_live_in_one_process(fmu: Path, count: int) -> None:
 
 
 @linux
-def test_it_needs_no_package_and_its_memory_does_not_grow(extracted: Path) -> None:
+def test_the_fmu_needs_no_package_and_its_memory_does_not_grow(extracted: Path) -> None:
     y, memory = bare_run(extracted, 100_000)
     assert y == interpreted(t_end=5.0).final.y
     assert memory[-1] - memory[1] < 300

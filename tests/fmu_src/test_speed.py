@@ -10,7 +10,7 @@ from fmu_src.slave.slider_belt import SliderBeltInstance
 from fmu_src.slave.variables import REFERENCES
 
 
-def test_steps_without_outputs_move_the_time_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_without_outputs_only_advance_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
     counts = {"advance": 0, "state_at": 0, "move_to": 0}
 
     def counted(kind: type, name: str) -> None:

@@ -37,7 +37,7 @@ def test_rollback_in_any_phase_is_exact(driver: Driver, t: float) -> None:
     assert changed[EVERYTHING.index("F")] == 80.0
 
 
-def test_a_serialised_state_goes_on_in_another_instance(driver: Driver) -> None:
+def test_a_serialised_state_continues_in_another_instance(driver: Driver) -> None:
     calls: list[Call] = [
         ("a", "begin", {"k_nl": 300.0, "mu": 0.9}, 1e-8),
         ("a", "steps", 0.0, 0.35, 11),
@@ -110,7 +110,7 @@ def test_a_state_of_another_build_is_refused(monkeypatch: pytest.MonkeyPatch) ->
     assert instance.read() == before
 
 
-def test_a_step_of_too_many_taylor_steps_is_given_up_with_the_reason(
+def test_a_step_of_too_many_taylor_steps_is_refused_with_the_reason(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("fmu_src.slave.motion._MOST_STEPS", 100)
@@ -177,7 +177,7 @@ steps = st.lists(st.floats(1e-3, 2.0), min_size=1, max_size=8)
 
 @settings(max_examples=40, deadline=None)
 @given(moderate_parameters(), steps, steps, st.floats(-50.0, 200.0), st.booleans())
-def test_going_back_and_on_gives_the_same_bits(
+def test_repeating_steps_from_a_saved_state_gives_the_same_bits(
     p: Parameters, before: list[float], after: list[float], F: float, through_bytes: bool
 ) -> None:
     instance = Instance()
@@ -218,7 +218,7 @@ def test_the_communication_points_do_not_matter(p: Parameters, points: list[floa
     st.lists(st.tuples(st.floats(1e-3, 1.5), st.floats(-80.0, 200.0)), min_size=1, max_size=8),
     st.booleans(),
 )
-def test_switches_alternate_whatever_the_inputs_do(
+def test_switches_alternate_for_any_inputs(
     p: Parameters, changes: list[tuple[float, float]], on_switches: bool
 ) -> None:
     instance, native = Instance(), simulate(p, t_end=3.0)

@@ -67,7 +67,7 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("force", [False, True])
-def test_what_is_no_regular_file_is_never_replaced(tmp_path: Path, force: bool) -> None:
+def test_special_files_are_never_replaced(tmp_path: Path, force: bool) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path, reason in ((tmp_path, "is a folder"), (tmp_path / "pipe", "not a regular file")):
         with pytest.raises(InputError, match=reason):
@@ -88,7 +88,7 @@ def test_the_longest_name_can_be_written(tmp_path: Path) -> None:
     assert path.read_bytes() == b"new"
 
 
-def test_a_lack_of_permission_is_told(tmp_path: Path) -> None:
+def test_missing_permission_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "out.csv"
     path.write_bytes(b"old")
     path.chmod(0o400)

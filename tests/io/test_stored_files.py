@@ -33,7 +33,7 @@ def test_a_stored_table_is_read(suffix: str, kind: str, columns: list[str], key:
     assert read_header(path, kind)[key] == read_header(csv_path, kind)[key]
 
 
-def test_a_run_that_the_laboratory_kept_is_read() -> None:
+def test_a_run_stored_by_the_laboratory_is_read() -> None:
     run = restore_transient(STORED / "kept-run.npz")
     assert (run.method, run.stats.cpu_s, run.final.t) == ("rk4", 0.125, 0.6)
     assert run.trajectory is not None

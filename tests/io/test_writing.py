@@ -67,7 +67,7 @@ def end(process: subprocess.Popen[str], *, kill: bool) -> None:
     assert (process.returncode == 0) is not kill
 
 
-def test_what_a_killed_run_leaves_the_next_run_of_the_same_output_removes(tmp_path: Path) -> None:
+def test_the_next_run_of_the_same_output_removes_files_of_a_killed_run(tmp_path: Path) -> None:
     path, second_path = tmp_path / "map.csv", tmp_path / "other.csv"
     end(start_writing(path), kill=True)
     (temporary,) = names(tmp_path)
@@ -89,7 +89,7 @@ def test_a_run_that_still_writes_the_same_output_keeps_its_file(tmp_path: Path) 
     assert names(tmp_path) == ["map.csv"]
 
 
-def test_many_that_write_the_same_output_at_once_all_finish(tmp_path: Path) -> None:
+def test_many_runs_that_write_the_same_output_at_once_all_finish(tmp_path: Path) -> None:
     path, together = tmp_path / "map.csv", Barrier(8)
 
     def write(number: int) -> None:
@@ -103,7 +103,7 @@ def test_many_that_write_the_same_output_at_once_all_finish(tmp_path: Path) -> N
     assert names(tmp_path) == ["map.csv"]
 
 
-def test_a_temporary_file_taken_for_abandoned_is_not_used(
+def test_a_temporary_file_that_another_run_removed_is_not_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Another run removes the file between its creation and the lock.
@@ -122,7 +122,7 @@ def test_a_temporary_file_taken_for_abandoned_is_not_used(
     assert len(removed) == 1
 
 
-def test_where_there_are_no_locks_nothing_is_removed_and_files_are_written(
+def test_without_file_locks_files_are_written_and_none_removed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     end(start_writing(tmp_path / "out.csv"), kill=True)
@@ -157,7 +157,7 @@ def test_of_a_set_that_does_not_fit_nothing_is_written(tmp_path: Path, force: bo
     assert {name: (tmp_path / name).read_bytes() for name in names(tmp_path)} == old
 
 
-def test_of_a_set_with_a_name_taken_meanwhile_nothing_is_written(tmp_path: Path) -> None:
+def test_no_file_of_a_set_is_written_if_one_name_exists_meanwhile(tmp_path: Path) -> None:
     def write(file: BinaryIO) -> None:
         file.write(b"2")
         (tmp_path / "second").touch()
@@ -215,7 +215,7 @@ def test_other_errors_of_the_system_are_unexpected() -> None:
         ("figures 2 --out .", 40_000, "fig-02.png: cannot be written"),
     ],
 )
-def test_a_limit_on_the_size_of_files_is_told_in_one_line_and_leaves_nothing(
+def test_a_limit_on_the_file_size_is_a_one_line_error_and_leaves_no_files(
     command: str,
     limit: int,
     expected: str,

@@ -300,7 +300,7 @@ def test_trends() -> None:
         ([1.0, -1.0, -1.0, -1.0], None),
     ],
 )
-def test_a_crossing_is_found_if_there_is_one(excess: list[float], expected: float | None) -> None:
+def test_a_crossing_is_found_if_it_exists(excess: list[float], expected: float | None) -> None:
     assert crossing(np.array([0.0, 10.0, 20.0, 30.0]), np.array(excess)) == expected
 
 

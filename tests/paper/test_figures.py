@@ -106,7 +106,7 @@ def legend(figure: Figure) -> list[str]:
     ]
 
 
-def test_legends_name_what_the_lines_are(results: PaperResults) -> None:
+def test_legends_name_the_lines(results: PaperResults) -> None:
     entries = legend(draw(6, results))
     assert [entry.replace("\N{NO-BREAK SPACE}", " ") for entry in entries] == [
         "linear, $k_{\\mathrm{nl}}$ = 0 N/m$^3$",
@@ -197,7 +197,7 @@ def test_the_same_figure_has_the_same_bytes(results: PaperResults, tmp_path: Pat
         assert path.read_bytes() == (tmp_path / "other" / path.name).read_bytes()
 
 
-def test_one_file_that_exists_stops_all_before_the_work(
+def test_an_existing_file_stops_all_figures_before_the_work(
     results: PaperResults, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(results, "prepare", lambda *_: pytest.fail("computed all the same"))
@@ -221,7 +221,7 @@ def test_a_folder_that_is_a_file_is_refused(results: PaperResults, tmp_path: Pat
 
 
 @pytest.mark.parametrize("stop_share", [0.0, 0.5])
-def test_cancelled_work_leaves_whole_files_alone(
+def test_cancelled_work_leaves_only_complete_files(
     results: PaperResults, tmp_path: Path, stop_share: float
 ) -> None:
     with pytest.raises(Cancelled):

@@ -381,7 +381,7 @@ def test_a_point_of_a_chart_opens_the_scene_of_its_line() -> None:
     assert (ignored.separation, ignored.parameters.as_dict()) == (False, own_slider.BASE)
 
 
-def test_the_list_of_figures_says_what_tells_their_lines_apart() -> None:
+def test_the_list_of_figures_names_the_parameters_of_their_lines() -> None:
     rows = {row[0].removesuffix(" ✓"): row for row in figure_rows(["3"])}
     assert list(rows) == list(PANELS)
     assert rows["3"][0] == "3 ✓"
@@ -441,7 +441,7 @@ def test_data_beside_a_figure_have_its_parameters_and_units(
             assert (values["separations"], values["separated_time"]) == (7.0, 1.0)
 
 
-def test_captions_say_what_their_axes_show(results: PaperResults) -> None:
+def test_captions_agree_with_the_axes(results: PaperResults) -> None:
     for key, (along, by, _, _) in FIGURES.items():
         caption = results.table(key).caption
         term = {"F": "preload", "k_nl": "stiffness", "mu": "friction coefficient"}[along[0]]

@@ -102,7 +102,7 @@ def test_a_scene_is_not_overwritten_unasked(tmp_path: Path) -> None:
     assert load_scene(path) == PRESETS["linear"]
 
 
-def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
+def test_keys_missing_in_a_file_have_defaults(tmp_path: Path) -> None:
     path = tmp_path / "brake.toml"
     path.write_text(VERSION + "[parameters]\nF = 120\n", encoding="utf-8")
     expected = Scene(name="brake", description="", parameters=Parameters(F=120.0))
@@ -150,7 +150,7 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
         (VERSION + f"name = '{300 * 'x'}'", "name: must be of at most 255 characters, not 300"),
     ],
 )
-def test_a_wrong_file_gives_one_line_with_file_key_and_what_is_allowed(
+def test_a_wrong_file_is_a_one_line_error_with_file_key_and_range(
     tmp_path: Path, text: str, message: str
 ) -> None:
     path = tmp_path / "brake.toml"
@@ -161,7 +161,7 @@ def test_a_wrong_file_gives_one_line_with_file_key_and_what_is_allowed(
     assert "\n" not in str(caught.value)
 
 
-def test_what_is_no_text_file_gives_one_line(tmp_path: Path) -> None:
+def test_a_binary_file_is_a_one_line_error(tmp_path: Path) -> None:
     path = tmp_path / "brake.toml"
     with pytest.raises(InputError, match=r"brake\.toml: there is no such file$"):
         load_scene(path)
@@ -205,7 +205,7 @@ def test_a_scene_is_found_by_preset_or_file(
         ("", "unknown preset ''"),
     ],
 )
-def test_a_scene_that_is_not_there_gives_one_line(
+def test_a_missing_scene_is_a_one_line_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, message: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -214,7 +214,7 @@ def test_a_scene_that_is_not_there_gives_one_line(
     assert str(caught.value).startswith(message)
 
 
-def test_presets_have_short_names_and_say_where_the_paper_has_them() -> None:
+def test_presets_have_short_names_and_cite_the_paper() -> None:
     assert PRESETS[DEFAULT_PRESET].parameters == Parameters()
     for name, scene in PRESETS.items():
         assert scene.name == name

@@ -26,7 +26,7 @@ from tests.references import REFERENCES
 
 @pytest.mark.parametrize("name", sorted(REFERENCES))
 @pytest.mark.parametrize("wish", [1e-2, 1e-6])
-def test_the_errors_are_within_those_asked_and_those_estimated(name: str, wish: float) -> None:
+def test_errors_are_within_the_requested_and_the_estimated_ones(name: str, wish: float) -> None:
     reference = REFERENCES[name]
     result = simulate_to(
         {"peak": wish, "final": wish},
@@ -53,7 +53,7 @@ def test_a_fixed_step_is_refined_until_the_error_is_met() -> None:
     assert tight.estimate.final <= 1e-5
 
 
-def test_an_error_below_rounding_is_refused_with_what_can_be_had() -> None:
+def test_an_error_below_rounding_is_refused_with_the_smallest_possible_one() -> None:
     with pytest.raises(ComputationError, match="error of final is about"):
         simulate_to({"final": 1e-16}, Request(System(Parameters())))
 
@@ -63,7 +63,7 @@ UNDAMPED = Parameters(c1=0.0, c2=0.0)
 
 
 @pytest.mark.parametrize("wish", [2e-4, 1e-2, 1.0])
-def test_numbers_after_two_runs_part_are_refused_with_the_time_and_the_reason(wish: float) -> None:
+def test_results_after_two_runs_diverge_are_refused_with_time_and_reason(wish: float) -> None:
     with pytest.raises(ComputationError, match=r"part at t = .* switches differ") as caught:
         simulate_to({"half_range": wish}, Request(System(UNDAMPED), t_end=1000.0))
     match = re.search(r"t = ([\d.]+) s", caught.value.why)
@@ -74,7 +74,7 @@ def test_numbers_after_two_runs_part_are_refused_with_the_time_and_the_reason(wi
     assert before.estimate.half_range <= wish
 
 
-def test_what_is_fixed_before_two_runs_part_is_printed_all_the_same(
+def test_results_before_two_runs_diverge_are_still_printed(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     args = ["simulate", "--set=c1=0", "--set=c2=0", "--t-end=1000", "--error=peak=1e-6"]
@@ -102,7 +102,7 @@ def test_what_is_fixed_before_two_runs_part_is_printed_all_the_same(
     assert printed.err.count("\n") == 1
 
 
-def test_agreement_by_chance_is_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_accidental_agreement_is_not_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
     # All quantities agree at all settings, except the final state.
     true = simulate(Parameters(), t_end=10.0)
 
@@ -133,7 +133,7 @@ def observed(final: float, *times: float) -> Observation:
         (observed(1.0, 2.0, 4.0, 5.0, 6.0), observed(1.0, 5.0, 6.0), 2.0),
     ],
 )
-def test_runs_part_at_the_first_switch_that_differs_or_at_the_end(
+def test_runs_diverge_at_the_first_different_switch_or_at_the_end(
     first: Observation, second: Observation, at: float | None
 ) -> None:
     for result in (
@@ -151,7 +151,7 @@ def test_runs_part_at_the_first_switch_that_differs_or_at_the_end(
         ({"peak": float("nan")}, "peak"),
     ],
 )
-def test_a_wrong_wish_is_refused(requested: dict[str, float], message: str) -> None:
+def test_a_wrong_accuracy_request_is_refused(requested: dict[str, float], message: str) -> None:
     with pytest.raises(InputError, match=message):
         check_accuracy(requested)
 
@@ -213,12 +213,12 @@ def test_no_samples_are_stored_unasked_and_asking_takes_no_more_steps() -> None:
     assert run("trajectory") == (steps, 6 * 8 * 5001)
 
 
-def test_what_a_run_keeps_does_not_grow_with_the_horizon_but_by_its_switches() -> None:
-    def kept(t_end: float) -> int:
+def test_stored_data_grow_with_the_switches_and_not_with_the_horizon() -> None:
+    def extra_bytes(t_end: float) -> int:
         run = scene_transient(dataclasses.replace(PRESETS["base"], t_end=t_end)).transient
         return run.switch_times.nbytes - 8 * (run.events.separations + run.events.reattachments)
 
-    assert kept(10.0) == kept(200.0) == 0
+    assert extra_bytes(10.0) == extra_bytes(200.0) == 0
 
 
 def test_the_linear_scene_costs_fewer_steps_than_the_cubic_one() -> None:
@@ -254,7 +254,7 @@ def test_tolerances_that_verify_each_other_are_a_decade_apart(error: float) -> N
     assert all(10.0 <= a / b <= 1000.1 for a, b in itertools.pairwise(tried))
 
 
-def test_a_run_to_a_stated_accuracy_hands_out_its_samples_while_it_goes_on() -> None:
+def test_a_run_to_a_stated_accuracy_delivers_samples_while_it_runs() -> None:
     # RK4 delivers parts of any run, the compiled kernel only parts of long runs.
     scene = dataclasses.replace(
         PRESETS["base"], t_end=5.0, method="rk4", accuracy=(("peak", 1e-3),)

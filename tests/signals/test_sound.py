@@ -37,7 +37,7 @@ def test_the_sound_is_the_signal_with_its_time_compressed(tmp_path: Path) -> Non
     assert abs(int(values[0])) < 100 > abs(int(values[-1]))
 
 
-def test_unless_a_factor_is_given_the_late_motion_is_heard_at_110_hz(tmp_path: Path) -> None:
+def test_by_default_the_late_motion_sounds_at_110_hz(tmp_path: Path) -> None:
     audio = sound(RUN, tmp_path / "a.wav")
     assert audio.pitch == pytest.approx(110.0, rel=0.01)
     values, rate = heard(audio.path)
@@ -64,7 +64,7 @@ def test_rest_is_silence(tmp_path: Path) -> None:
         ({"window": (5.0, 101.0)}, "from 0 to 100 s"),
     ],
 )
-def test_what_cannot_be_heard_is_refused(
+def test_unsuitable_sound_requests_are_refused(
     options: dict[str, float], refusal: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=refusal):
@@ -72,7 +72,7 @@ def test_what_cannot_be_heard_is_refused(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_sound_file_is_never_overwritten_unasked(tmp_path: Path) -> None:
+def test_a_sound_file_is_overwritten_only_by_request(tmp_path: Path) -> None:
     path = tmp_path / "a.wav"
     path.write_text("mine")
     with pytest.raises(InputError, match="exists already"):
@@ -82,7 +82,7 @@ def test_a_sound_file_is_never_overwritten_unasked(tmp_path: Path) -> None:
     assert path.read_text() == "mine"
 
 
-def test_the_command_says_what_is_heard(
+def test_the_command_reports_factor_and_window(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -114,7 +114,7 @@ def _arguments(draw: random.Random, names: Sequence[str], command: click.Command
     for parameter in command.params:
         needed = parameter.required and draw.random() < 0.9
         times = draw.choice((0, 0, 0, 0, 1, 1, 1, 1, 2)) or needed
-        groups += [_given(draw, parameter) for _ in range(times)]
+        groups += [_option_words(draw, parameter) for _ in range(times)]
     if draw.random() < 0.05:
         groups.append([draw.choice(HOSTILE)])
     draw.shuffle(groups)
@@ -127,7 +127,7 @@ def _arguments(draw: random.Random, names: Sequence[str], command: click.Command
     return arguments
 
 
-def _given(draw: random.Random, parameter: click.Parameter) -> list[str]:
+def _option_words(draw: random.Random, parameter: click.Parameter) -> list[str]:
     hostile = draw.random() < 0.25
     if isinstance(parameter, click.Argument):
         sane = FILES if parameter.name == "fmu_file" else SCENES

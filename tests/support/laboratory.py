@@ -51,7 +51,7 @@ _FRAME_S: Final = 0.02
 _TIMERS: Final = 4
 
 
-async def _until_nothing_is_left(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
+async def _until_idle(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
     """Wait until no task is ready and no timer is due within a frame.
 
     Textual's own version sleeps while threads compute, twice after each key.
@@ -71,7 +71,7 @@ async def _until_nothing_is_left(min_sleep: float = 0.0, max_sleep: float = 1.0)
 
 
 for _module in (textual.app, textual.pilot):
-    _module.wait_for_idle = _until_nothing_is_left  # type: ignore[attr-defined]
+    _module.wait_for_idle = _until_idle  # type: ignore[attr-defined]
 
 _paint = App._display
 _paints: Final = Counter[int]()
@@ -91,7 +91,7 @@ every_frame = EVERY_FRAME in os.environ
 _render_update = Compositor.render_update
 
 
-def _render_where_looked_at(
+def _render_on_demand(
     self: Compositor,
     full: bool = False,
     screen_stack: list[Screen[Any]] | None = None,
@@ -104,7 +104,7 @@ def _render_where_looked_at(
     return None
 
 
-Compositor.render_update = _render_where_looked_at  # type: ignore[method-assign]
+Compositor.render_update = _render_on_demand  # type: ignore[method-assign]
 
 # Cache parsed style sheets: parsing takes an eighth of an application's start.
 _parse_rules = Stylesheet._parse_rules
@@ -213,7 +213,7 @@ async def clear_notices(pilot: Pilot[None]) -> None:
     await pilot.pause()
 
 
-async def until_told(pilot: Pilot[None], phrase: str) -> None:
+async def until_notice(pilot: Pilot[None], phrase: str) -> None:
     """Wait until a notice contains a phrase; on the screen its lines are wrapped."""
     await until(pilot, lambda: any(phrase in n.text for n in notices_of(pilot).notices))
     await until_shown(pilot, phrase.split(maxsplit=1)[0])
@@ -264,10 +264,10 @@ async def choose(pilot: Pilot[None], query: str, title: str) -> None:
 async def show_tab(pilot: Pilot[None], key: str) -> None:
     """Press the key of a tab, and wait until the tab is mounted."""
     await pilot.press(key)
-    await until(pilot, lambda: _tab_is_there(pilot))
+    await until(pilot, lambda: _tab_is_mounted(pilot))
 
 
-def _tab_is_there(pilot: Pilot[None]) -> bool:
+def _tab_is_mounted(pilot: Pilot[None]) -> bool:
     book = app_of(pilot).screen_stack[0].query_one(TabBook)
     return book.pane is not None and book.pane.is_mounted
 

@@ -40,7 +40,7 @@ measured = st.lists(
 
 
 @given(measured)
-def test_no_setting_beats_one_on_the_front_and_every_other_is_beaten(
+def test_the_front_holds_exactly_the_settings_that_no_other_beats(
     rows: list[MeasuredSetting],
 ) -> None:
     front = pareto(rows, "peak")
@@ -105,7 +105,7 @@ def test_missed_switches_have_no_finite_error() -> None:
     assert math.isinf(result.events)
 
 
-def test_rk4_across_the_switch_converges_but_loses_its_order() -> None:
+def test_rk4_across_the_switch_converges_at_lower_order() -> None:
     truth = observation(integrate(Request(System(Parameters()), t_end=10.0, kernel="interpreted")))
 
     def order(method: str) -> float:

@@ -20,8 +20,8 @@ from tests.support.laboratory import (
     text_of,
     type_into,
     until,
+    until_notice,
     until_shown,
-    until_told,
 )
 
 SIZE = (80, 24)
@@ -121,7 +121,7 @@ async def test_a_long_run_is_stopped_and_the_next_one_works(pilot: Pilot[None]) 
     assert editor.value == "81"
     await pilot.press("f5")
     assert long.state is RunState.STOPPED
-    await until_told(pilot, "run 1 stopped at")
+    await until_notice(pilot, "run 1 stopped at")
     assert "F5 Run" in text_of(pilot)
     await type_into(pilot, "t_end", "100")
     await run_to_end(pilot)
@@ -141,7 +141,7 @@ async def test_quitting_does_not_wait_for_a_long_run() -> None:
     assert app.session.runs.active is None
 
 
-async def test_the_button_works_and_failures_are_told_and_logged(
+async def test_the_button_works_and_failures_are_shown_and_logged(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     runs = app_of(pilot).session.runs
@@ -159,7 +159,7 @@ async def test_the_button_works_and_failures_are_told_and_logged(
 
     await type_into(pilot, "tol", "1")
     await pilot.press("f5")
-    await until_told(pilot, "tol = 1: must be from 1e-13 to 0.01")
+    await until_notice(pilot, "tol = 1: must be from 1e-13 to 0.01")
     assert len(list(runs)) == 1
     await pilot.press("shift+f8")
 
@@ -175,7 +175,7 @@ async def test_the_button_works_and_failures_are_told_and_logged(
 
     monkeypatch.setattr("fivtui.tui.lab.run_actions.execute", broken)
     await pilot.press("f5")
-    await until_told(pilot, "unexpected ZeroDivisionError: by zero")
+    await until_notice(pilot, "unexpected ZeroDivisionError: by zero")
     assert "run 3 failed" in text_of(pilot)
     assert "Traceback" not in text_of(pilot)
 
@@ -205,7 +205,7 @@ def frame_reaches_the_edge(shown: str) -> bool:
     return bool(axes) and all(len(line) == len(lines[0]) for line in axes)
 
 
-async def test_without_colour_all_is_said_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_without_colour_everything_is_shown_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_COLOR", "1")
     app = FivtuiApp()
     assert app.no_color

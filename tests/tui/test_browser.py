@@ -42,7 +42,7 @@ def reachable(port: int) -> bool:
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-def test_without_the_extra_its_name_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_extra_its_name_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fivtui.tui.browser.find_spec", lambda _name: None)
     with pytest.raises(InputError, match=r"install fivtui\[serve\]"):
         serve(say=print)
@@ -98,7 +98,9 @@ WEBSOCKET = {
 
 
 @pytest.mark.host
-def test_only_who_knows_the_token_is_answered_on_pages_of_its_own(served: tuple[int, str]) -> None:
+def test_only_requests_with_the_token_from_its_own_pages_are_answered(
+    served: tuple[int, str],
+) -> None:
     port, token = served
     assert answer(port, "/").status == 403
     assert answer(port, "/ws", **WEBSOCKET).status == 403
@@ -159,7 +161,7 @@ async def test_a_page_of_localhost_reads_and_types(served: tuple[int, str], tmp_
 
 
 @pytest.mark.host
-async def test_an_export_comes_to_the_browser_and_not_to_the_disk_of_the_server(
+async def test_an_export_is_downloaded_by_the_browser_and_not_stored_on_the_server(
     served: tuple[int, str], tmp_path: Path
 ) -> None:
     aiohttp = pytest.importorskip("aiohttp")
@@ -193,7 +195,7 @@ async def test_an_export_comes_to_the_browser_and_not_to_the_disk_of_the_server(
     assert not list(tmp_path.glob("base*"))
 
 
-def test_on_port_80_its_own_page_names_no_port() -> None:
+def test_on_port_80_the_origin_has_no_port() -> None:
     test_utils = pytest.importorskip("aiohttp.test_utils")
     make_mocked_request = test_utils.make_mocked_request
     door = _Door(80)

@@ -14,13 +14,13 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.session import FIELDS
 from fivtui.tui.tabs import TABS, Reported
-from tests.support.laboratory import notices_of, show_tab, text_of, until, until_shown, until_told
+from tests.support.laboratory import notices_of, show_tab, text_of, until, until_notice, until_shown
 
 PICTURE = Path(__file__).parents[2] / "examples" / "laboratory.svg"
 SIZES = [(80, 24), (100, 30), (120, 35), (140, 40), (200, 60)]
 
 
-async def test_panes_are_whole_and_no_title_is_cut_at_any_size() -> None:
+async def test_panes_are_complete_and_no_title_is_cut_at_any_size() -> None:
     async with FivtuiApp().run_test(size=SIZES[0]) as pilot:
         for size in SIZES:
             await pilot.resize_terminal(*size)
@@ -87,7 +87,7 @@ async def test_notifications_lie_over_nothing_that_is_clicked(size: tuple[int, i
         long = "as long as the words of some errors are " * 20
         for number in range(5):
             screen.post_message(Reported(f"number {number}", error=bool(number % 2)))
-        await until_told(pilot, "number 4")
+        await until_notice(pilot, "number 4")
         await until_shown(pilot, "▌ number 2 ")
         shown = text_of(pilot)
         assert "▌ number 4 " in shown
@@ -122,7 +122,7 @@ async def test_notifications_lie_over_nothing_that_is_clicked(size: tuple[int, i
         await until(pilot, lambda: not notices.display)
 
 
-def test_the_picture_shows_what_is_there() -> None:
+def test_the_picture_of_the_readme_is_current() -> None:
     texts = re.findall(r"<text[^>]*>(.*?)</text>", PICTURE.read_text(encoding="utf-8"))
     shown = " ".join(html.unescape(" ".join(texts)).split())
     for phrase in (

@@ -30,12 +30,12 @@ SINE = Chart("t (s)", "y (m)", (Trace("one", T, np.sin(T)), Trace("two", T, 2.0 
 
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.floats(0.0, 1.0))
-def test_a_place_on_an_axis_is_found_again(low: float, span: float, position: float) -> None:
+def test_positions_on_an_axis_invert_its_values(low: float, span: float, position: float) -> None:
     axis = Axis(low, low + span)
     assert axis.place([axis.value(position)])[0] == pytest.approx(position, abs=1e-6)
 
 
-def test_a_logarithmic_axis_has_decades_and_no_place_for_what_is_not_positive() -> None:
+def test_a_logarithmic_axis_has_decades_and_only_positive_values() -> None:
     axis = Axis(1e-6, 1.0, log=True)
     assert axis.place([1e-3])[0] == pytest.approx(0.5)
     assert np.isnan(axis.place([0.0, -1.0])).all()
@@ -43,7 +43,7 @@ def test_a_logarithmic_axis_has_decades_and_no_place_for_what_is_not_positive() 
     assert Axis(0.2, 6.0, log=True).ticks(8)[1] == ["0.2", "0.5", "1", "2", "5"]
 
 
-def test_zooming_keeps_the_place_it_is_about_and_never_ends_in_an_empty_axis() -> None:
+def test_zooming_keeps_its_centre_and_a_nonempty_axis() -> None:
     for axis in (Axis(-1.0, 3.0), Axis(0.1, 1000.0, log=True)):
         zoomed = axis.moved(zoom=0.5, about=0.25)
         assert zoomed.value(0.25) == pytest.approx(axis.value(0.25))
@@ -93,7 +93,7 @@ def test_lines_are_cut_off_at_the_edges_and_gaps_stay_open() -> None:
     assert cells(far) == "⠀" * 4
 
 
-def test_a_picture_has_the_size_asked_for_and_says_what_is_what() -> None:
+def test_a_picture_has_the_requested_size_and_all_labels() -> None:
     for width, height in ((10, 3), (47, 8), (100, 30), (200, 60)):
         picture = draw(SINE, View(), width, height)
         lines = picture.text().splitlines()
@@ -140,7 +140,7 @@ def test_a_function_is_never_panned_off_its_data() -> None:
 
 
 @pytest.mark.parametrize("ordered", [True, False], ids=["over time", "in a plane"])
-def test_each_of_several_dense_curves_is_seen_within_the_others(ordered: bool) -> None:
+def test_several_dense_curves_stay_visible(ordered: bool) -> None:
     t = np.linspace(0.0, 100.0, 20_001)
     turns = np.sin(8.0 * t), np.cos(8.0 * t) * np.cos(0.1 * t)
     across = (t, t) if ordered else turns
@@ -194,13 +194,13 @@ def test_guides_shades_and_marks_are_drawn() -> None:
 @pytest.mark.parametrize(
     ("value", "log"), [(0.0, False), (5.0, False), (-3.0, False), (1e12, False), (5.0, True)]
 )
-def test_an_axis_of_one_value_has_it_inside(value: float, log: bool) -> None:
+def test_an_axis_of_one_value_contains_it(value: float, log: bool) -> None:
     for tight in (False, True):
         axis = axis_for([[value, value]], log=log, tight=tight)
         assert axis.low < value < axis.high
 
 
-def test_given_ranges_are_those_of_the_axes_unless_they_are_logarithmic() -> None:
+def test_chosen_ranges_set_the_axes_unless_they_are_logarithmic() -> None:
     at = np.array([1.0, 10.0])
     chart = Chart("x", "y", (Trace("", at, at),), x_range=(-2.0, 20.0), y_range=(-3.0, 30.0))
     x, y = View().axes(chart)
@@ -253,7 +253,7 @@ def test_the_charts_of_the_base_scene() -> None:
     assert sum(b - a for a, b in intervals) == pytest.approx(71.0, abs=1.0)
 
 
-def test_a_trajectory_grows_by_its_parts_and_begins_anew() -> None:
+def test_a_trajectory_grows_by_parts_and_restarts() -> None:
     run = simulate(t_end=10.0, samples=np.linspace(0.0, 10.0, 1001))
     assert run.trajectory is not None
     names = ("t", "x", "vx", "y", "vy", "P", "mode")
@@ -293,7 +293,7 @@ def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -
     assert np.abs(interpolated.traces[0].y).max() < 0.01 * peak
 
 
-def test_every_part_of_a_chart_but_its_ground_has_a_style_of_the_theme() -> None:
+def test_every_part_of_a_chart_except_its_background_has_a_theme_style() -> None:
     assert [name for name, style in CHART_STYLES.items() if not style] == ["plot"]
 
 
@@ -337,7 +337,7 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
     assert alone.startswith("t 0 s x 1 m y 0 m")
 
 
-def test_a_note_without_room_goes_on_below_by_parts() -> None:
+def test_a_long_note_continues_in_parts_on_the_next_lines() -> None:
     note = "f₁ 0.7538 Hz, period 1.327 s, t 50 to 100 s"
     chart = dataclasses.replace(SINE, note=note)
     lines = draw(chart, View(), 46, 14, reserved=18).text().splitlines()
@@ -345,7 +345,7 @@ def test_a_note_without_room_goes_on_below_by_parts() -> None:
     assert note in " ".join(" ".join(lines[:3]).split())
 
 
-def test_limits_say_that_they_are_kept_and_what_they_leave_out() -> None:
+def test_limits_are_marked_and_a_new_run_outside_of_them_is_named() -> None:
     def heading(view: View, number: int, values: np.ndarray) -> str:
         chart = Chart("t (s)", "y (m)", (Trace("new", T, values, number=number),))
         return draw(chart, view, 80, 20).text().splitlines()[0].strip()

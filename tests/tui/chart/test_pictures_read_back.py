@@ -34,7 +34,7 @@ def function_chart(y: Callable[[FloatArray], FloatArray], low: float, high: floa
     "function",
     [lambda x: 5.0 + 2.0 * x, lambda x: 40.0 - 3.0 * x, lambda x: 10.0 + 4.0 * np.sin(0.7 * x)],
 )
-def test_a_curve_passes_where_its_ticks_say(function: Callable[[FloatArray], FloatArray]) -> None:
+def test_a_curve_agrees_with_the_tick_labels(function: Callable[[FloatArray], FloatArray]) -> None:
     chart = function_chart(function, 10.0, 20.0)
     read = Reading(draw(chart, View(), 70, 24))
     dots = read.dots()
@@ -81,7 +81,7 @@ def test_points_guides_and_shades_stand_at_their_coordinates() -> None:
     assert read.x(beside - 0.5) == pytest.approx(6.0, abs=1.1 * read.x_per_column)
 
 
-def test_of_a_long_orbit_the_latest_points_alone_are_joined() -> None:
+def test_only_the_latest_points_of_a_long_orbit_are_joined() -> None:
     # First 20 corners far apart, then many points in one place, and two joined points at the end.
     x = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 2.0), [2.0, 8.0]])
     y = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 9.0), [9.0, 9.0]])
@@ -94,7 +94,7 @@ def test_of_a_long_orbit_the_latest_points_alone_are_joined() -> None:
         assert any(read.near(dot, corner) for dot in dots)
 
 
-def test_shades_lie_over_their_own_axes() -> None:
+def test_shades_agree_with_their_axes() -> None:
     x, y = np.linspace(0.0, 10.0, 41), np.linspace(100.0, 300.0, 31)
     levels = ((x[:, None] > 6.0) & (y[None, :] < 160.0)).astype(np.intp)
     shades = (Shade(" ", "plot"), Shade("█", "plot"))

@@ -19,7 +19,7 @@ from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
 SIZE = (80, 24)
 
 
-def test_who_computes_gives_way_until_the_answer_is_there(
+def test_computations_pause_until_the_screen_has_answered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # The screen keeps its turn until it is released, even on a slow machine.
@@ -42,7 +42,7 @@ def test_who_computes_gives_way_until_the_answer_is_there(
     assert passed.wait(HANG_S)
 
 
-def test_keys_without_end_do_not_stop_what_is_computed() -> None:
+def test_continuous_key_presses_do_not_stop_computations() -> None:
     turn, ended = Precedence(), threading.Event()
     turn.claim()
 
@@ -79,14 +79,14 @@ async def test_a_key_has_precedence_until_its_frame(
     assert "base (changed)" in text_of(pilot)
 
 
-def test_a_job_that_has_begun_speaks_of_its_progress() -> None:
+def test_a_started_job_shows_its_progress() -> None:
     job = Job()
     assert job.words == "0 %"
     job.report(0.5)
     assert job.words.startswith("50 %, ")
 
 
-async def test_a_tab_computes_that_was_asked_to_before_it_was_there(pilot: Pilot[None]) -> None:
+async def test_a_tab_handles_keys_pressed_before_it_exists(pilot: Pilot[None]) -> None:
     # Both keys are queued before the tab exists.
     pilot.app.simulate_key("alt+5")
     pilot.app.simulate_key("f10")
@@ -109,7 +109,7 @@ async def test_a_click_on_a_key_presses_it(pilot: Pilot[None]) -> None:
     await until_shown(pilot, "Search for commands")
 
 
-async def test_the_keys_fill_one_line_and_groups_are_whole(pilot: Pilot[None]) -> None:
+async def test_the_key_bar_fills_one_line_with_complete_groups(pilot: Pilot[None]) -> None:
     for width in (40, 57, 80, 140):
         await pilot.resize_terminal(width, 24)
         for selector in ("#row-mu TextEditor", "#growth"):
@@ -135,7 +135,7 @@ async def test_no_timer_of_a_tab_is_lost() -> None:
     assert errors == []
 
 
-async def test_keys_after_the_one_that_quits_are_dropped() -> None:
+async def test_keys_after_quitting_are_ignored() -> None:
     app = FivtuiApp()
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.pause()

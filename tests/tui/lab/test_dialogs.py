@@ -25,8 +25,8 @@ from tests.support.laboratory import (
     text_of,
     type_into,
     until,
+    until_notice,
     until_shown,
-    until_told,
 )
 
 SIZE = (100, 30)
@@ -36,19 +36,19 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await pilot.press("alt+2", "f6")
-    await until_told(pilot, "no run to export yet: press F5")
+    await until_notice(pilot, "no run to export yet: press F5")
     assert not pilot.app.screen.query("#path")
     await run_to_end(pilot)
     await pilot.press("f7")
     await until_shown(pilot, "Export the data of run 1")
     assert "base-1.csv" in text_of(pilot)
     await pilot.press("enter")
-    await until_told(pilot, f"data written to base-1.csv in {tmp_path}")
+    await until_notice(pilot, f"data written to base-1.csv in {tmp_path}")
     assert load_trajectory(tmp_path / "base-1.csv").t.size == 10_001
 
     await pilot.press("f6")
     await answer(pilot, tmp_path / "run.png")
-    await until_told(pilot, f"figure written to run.png in {tmp_path}")
+    await until_notice(pilot, f"figure written to run.png in {tmp_path}")
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
     for name in ("a.csv", "b.csv"):
@@ -71,7 +71,7 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     await answer(pilot, "a.csv")
     await until_shown(pilot, "a.csv exists. Overwrite it?")
     await pilot.press("enter")
-    await until_told(pilot, "data written to a.csv")
+    await until_notice(pilot, "data written to a.csv")
     assert load_trajectory(tmp_path / "a.csv").t.size == 10_001
 
     def broken(*_: object, **__: object) -> str:
@@ -80,11 +80,11 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     monkeypatch.setattr("fivtui.tui.lab.file_control.write_export", broken)
     await pilot.press("f7")
     await answer(pilot, "c.csv")
-    await until_told(pilot, "data: unexpected MemoryError: too large")
+    await until_notice(pilot, "data: unexpected MemoryError: too large")
     assert not (tmp_path / "c.csv").exists()
 
 
-async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[None]) -> None:
+async def test_help_describes_the_focused_field_and_the_keys(pilot: Pilot[None]) -> None:
     await focus(pilot, "k_nl")
     await pilot.press("question_mark")
     await until_shown(pilot, "Keys that work now")
@@ -110,7 +110,7 @@ async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[No
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
 
 
-async def test_keys_jump_to_every_part_and_have_room_in_the_bar(
+async def test_keys_focus_every_part_and_fit_into_the_key_bar(
     pilot: Pilot[None],
 ) -> None:
     screen = pilot.app.screen
@@ -155,7 +155,7 @@ MEANT = {
 }  # fmt: skip
 
 
-async def test_the_palette_finds_by_meaning_edits_and_works_in_the_plot(
+async def test_the_palette_searches_by_meaning_and_edits_and_works_in_the_plot(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
@@ -204,7 +204,7 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     assert "⣿" in pilot.app.clipboard
     assert "t (s)" in pilot.app.clipboard
     lab.book.when_ready(lab.files.copy_picture)
-    await until_told(pilot, "a picture cannot be copied: needs wl-copy")
+    await until_notice(pilot, "a picture cannot be copied: needs wl-copy")
     programs = tmp_path / "bin"
     programs.mkdir()
     (programs / "xclip").write_text('#!/bin/sh\ncp "$6" "$COPIED"\n')
@@ -213,11 +213,11 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setenv("COPIED", str(tmp_path / "copied.png"))
     lab.book.when_ready(lab.files.copy_picture)
-    await until_told(pilot, "the figure of run 1 is copied")
+    await until_notice(pilot, "the figure of run 1 is copied")
     assert (tmp_path / "copied.png").read_bytes().startswith(b"\x89PNG")
     (programs / "xclip").write_text("#!/bin/sh\nexit 1\n")
     lab.book.when_ready(lab.files.copy_picture)
-    await until_told(pilot, "the picture is not copied: xclip failed")
+    await until_notice(pilot, "the picture is not copied: xclip failed")
 
 
 def test_each_desktop_copies_pictures_by_its_own_program(
@@ -233,7 +233,7 @@ def test_each_desktop_copies_pictures_by_its_own_program(
         clipboard_command(path, "linux", {})
 
 
-async def test_the_palette_does_what_applies_now(
+async def test_the_palette_lists_and_runs_applicable_commands(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = app_of(pilot).session
@@ -267,7 +267,7 @@ async def test_the_palette_does_what_applies_now(
     await type_into(pilot, "F", "90")
     await choose(pilot, "copy", "Copy the command line")
     await until(pilot, lambda: pilot.app.clipboard == "fivtui simulate --set F=90")
-    await until_told(pilot, "copied: fivtui simulate --set F=90")
+    await until_notice(pilot, "copied: fivtui simulate --set F=90")
     await run_to_end(pilot)
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Export the figure of run 2")
@@ -277,7 +277,7 @@ async def test_a_scene_is_saved_and_opened_again(pilot: Pilot[None], tmp_path: P
     session = app_of(pilot).session
     await type_into(pilot, "F", "-")
     await pilot.press("ctrl+s")
-    await until_told(pilot, "F = '-': not a number")
+    await until_notice(pilot, "F = '-': not a number")
     assert not pilot.app.screen.query("#path")
     await type_into(pilot, "F", "90")
     await pilot.press("ctrl+s")

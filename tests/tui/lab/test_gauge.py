@@ -48,7 +48,7 @@ def test_zones_stand_at_their_values_in_words_and_glyphs(width: int, value: floa
 
 
 @pytest.mark.parametrize("value", [0.0, 0.13, 0.28, 0.35, 0.9, 1.5])
-def test_at_every_width_bounds_stand_at_their_values_whatever_the_words(value: float) -> None:
+def test_bounds_are_drawn_at_their_values_at_every_width(value: float) -> None:
     gauge = Gauge("μ", OVER_MU, value, f"{value:g}", searching=False, basis="")
     for width in range(20, 140):
         zones, _ = drawn(gauge, width)
@@ -89,7 +89,7 @@ def test_numbers_ascend_where_bounds_crowd(width: int) -> None:
             assert value in ascending
 
 
-def test_unknown_and_impossible_values_are_said_so() -> None:
+def test_unknown_and_impossible_values_are_labelled() -> None:
     unknown = Zones("F", (0.0, 10.0, 20.0), (Zone.SMALL, Zone.NONE))
     searching, _ = drawn(Gauge("F (N)", unknown, 5.0, "5", searching=True, basis=""), 150)
     assert "large disturbances: searching…" in searching

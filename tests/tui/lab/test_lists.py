@@ -27,8 +27,8 @@ from tests.support.laboratory import (
     text_of,
     type_into,
     until,
+    until_notice,
     until_shown,
-    until_told,
 )
 
 SIZE = (140, 48)
@@ -65,7 +65,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await pilot.press("ctrl+z")
     await until(pilot, lambda: app.session.texts["F"] == "40")
     await pilot.press("k", "x")
-    await until_told(pilot, "run 2 deleted")
+    await until_notice(pilot, "run 2 deleted")
     assert list(runs) == [first]
     await pilot.press("ctrl+z")
     await until_shown(pilot, "■ 2")
@@ -91,14 +91,14 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")
     await answer(pilot, "cli.npz")
-    await until_told(pilot, "run 3 read from cli.npz")
+    await until_notice(pilot, "run 3 read from cli.npz")
     await until_shown(pilot, "3 on file")
     assert runs.displayed is first
     (tmp_path / "bad.csv").write_text("t,y\n0,0\n")
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")
     await answer(pilot, "bad.csv")
-    await until_told(pilot, "bad.csv: not a trajectory: no column x")
+    await until_notice(pilot, "bad.csv: not a trajectory: no column x")
 
 
 async def test_the_engine_is_switched_and_both_are_compared(
@@ -113,23 +113,23 @@ async def test_the_engine_is_switched_and_both_are_compared(
     app = app_of(pilot)
     runs = app.session.runs
     await pilot.press("f4")
-    await until_told(pilot, "engine Python FMU: method fmu")
+    await until_notice(pilot, "engine Python FMU: method fmu")
     await pilot.press("f9")
     await until(pilot, lambda: runs.baseline is not None)
     native, fmu = runs
     assert (native.engine, fmu.engine) == ("native", "Python FMU")
     assert runs.baseline is native
     assert runs.drawn == [native, fmu]
-    await until_told(pilot, "Python FMU against taylor: final state")
+    await until_notice(pilot, "Python FMU against taylor: final state")
     assert "inputs changed" not in text_of(pilot)
     await until_shown(pilot, "■ 2 shown Python FMU 10.50")
     await pilot.press("f4")
-    await until_told(pilot, "engine native FMU: method fmu-native")
+    await until_notice(pilot, "engine native FMU: method fmu-native")
     await pilot.press("f4")
-    await until_told(pilot, "engine native: method taylor")
+    await until_notice(pilot, "engine native: method taylor")
 
 
-async def test_keys_are_answered_while_a_run_computes_and_it_stops_when_told(
+async def test_keys_are_handled_during_a_run_and_stop_it(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ended = []
@@ -153,7 +153,7 @@ async def test_keys_are_answered_while_a_run_computes_and_it_stops_when_told(
     await until(pilot, lambda: ended == [False])
 
 
-async def test_the_session_is_there_again_at_the_next_start(
+async def test_the_session_is_restored_at_the_next_start(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -172,7 +172,7 @@ async def test_the_session_is_there_again_at_the_next_start(
         await pilot.press("ctrl+s")
         await until_shown(pilot, "Save the scene as")
         await answer(pilot, "mine.toml")
-        await until_told(pilot, f"scene mine saved: mine.toml in {tmp_path}")
+        await until_notice(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         await focus(pilot, "k1")
         await pilot.press("up")
     again = FivtuiApp(state=session_path)
@@ -184,7 +184,7 @@ async def test_the_session_is_there_again_at_the_next_start(
         await until_shown(pilot, "no result yet")
         # Saving to the scene's own file asks no question unless another program changed it.
         await pilot.press("ctrl+s")
-        await until_told(pilot, f"scene mine saved: mine.toml in {tmp_path}")
+        await until_notice(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         assert "(changed)" not in text_of(pilot)
         text = (tmp_path / "mine.toml").read_text()
         (tmp_path / "mine.toml").write_text(text.replace("F = 91.0", "F = 92.0"))
@@ -202,11 +202,13 @@ async def test_the_session_is_there_again_at_the_next_start(
         await until(pilot, lambda: again.session.texts["F"] == "92")
 
 
-async def test_a_damaged_session_and_a_given_scene_leave_what_they_must(tmp_path: Path) -> None:
+async def test_a_damaged_session_is_set_aside_and_a_scene_argument_keeps_the_stored_one(
+    tmp_path: Path,
+) -> None:
     session_path = tmp_path / "session.json"
     session_path.write_text("{")
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
-        await until_told(pilot, "the last session could not be restored (damaged)")
+        await until_notice(pilot, "the last session could not be restored (damaged)")
         assert (tmp_path / "session.damaged-1.json").read_text() == "{"
         assert "UNSTABLE" in flat_text_of(pilot)
     before = load_state(session_path)

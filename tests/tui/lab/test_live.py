@@ -30,8 +30,8 @@ from tests.support.laboratory import (
     show_tab,
     type_into,
     until,
+    until_notice,
     until_shown,
-    until_told,
 )
 
 SIZE = (100, 34)
@@ -56,7 +56,7 @@ async def until_live(pilot: Pilot[None]) -> None:
     )
 
 
-async def test_every_step_is_drawn_over_the_curve_before_it_and_no_run_is_kept(
+async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
@@ -194,7 +194,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         # Switch live curves off and on again.
         count = len(jobs)
         await pilot.press("alt+l")
-        await until_told(pilot, "live curve off")
+        await until_notice(pilot, "live curve off")
         assert not session.lives
         await type_into(pilot, "t_end", "4")
         assert not live.shown
@@ -207,7 +207,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
     assert jobs[-1].stopped
 
 
-async def test_an_error_is_a_quiet_line_over_the_curve_before(
+async def test_an_error_is_one_line_above_the_previous_curve(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await run_to_end(pilot)
@@ -266,7 +266,7 @@ async def test_belts_of_finite_speed_and_parameters_over_time_live_too(
     assert newer.scene == stop
 
 
-def test_what_a_run_is_expected_to_take_decides_when_it_is_run() -> None:
+def test_the_expected_duration_decides_when_a_run_starts() -> None:
     live = Live()
     fmu = dataclasses.replace(BASE, method="fmu")
     assert live.pace(BASE) is Pace.AT_ONCE

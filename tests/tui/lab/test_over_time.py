@@ -19,8 +19,8 @@ from tests.support.laboratory import (
     flat_text_of,
     text_of,
     until,
+    until_notice,
     until_shown,
-    until_told,
 )
 
 SIZE = (100, 36)
@@ -50,7 +50,7 @@ async def test_fields_of_the_belt_come_and_go(pilot: Pilot[None]) -> None:
     await until(pilot, lambda: "no effect" not in flat_text_of(pilot))
 
 
-async def test_tables_are_read_said_in_the_form_and_dropped(
+async def test_tables_are_read_shown_in_the_form_and_dropped(
     pilot: Pilot[None], tmp_path: Path
 ) -> None:
     session = app_of(pilot).session
@@ -58,7 +58,7 @@ async def test_tables_are_read_said_in_the_form_and_dropped(
     await choose(pilot, "parameters over", "Parameters over time from a file…")
     await until_shown(pilot, "columns time and F")
     await answer(pilot, "ramp.csv")
-    await until_told(pilot, "tables over time from ramp.csv")
+    await until_notice(pilot, "tables over time from ramp.csv")
     await until_shown(pilot, "no zones: F changes over time")
     shown = flat_text_of(pilot)
     assert "at t = 0: STABLE" in shown or "at t = 0: UNSTABLE" in shown
@@ -73,7 +73,7 @@ async def test_tables_are_read_said_in_the_form_and_dropped(
     with pytest.raises(InputError, match="no option sets over_time"):
         session.command_line()
     await choose(pilot, "drop the", "Drop the tables over time")
-    await until_told(pilot, "tables over time dropped")
+    await until_notice(pilot, "tables over time dropped")
     await until_shown(pilot, "●")
     assert not session.scene().over_time
     assert session.texts["F"] == "20"
@@ -89,7 +89,7 @@ async def test_tables_are_read_said_in_the_form_and_dropped(
     assert not session.over_time
 
 
-async def test_tables_are_there_at_the_next_start_and_tell_runs_apart(tmp_path: Path) -> None:
+async def test_tables_are_restored_and_distinguish_runs(tmp_path: Path) -> None:
     session_path = tmp_path / "session.json"
     session = Session(BASE, "base")
     tables = (("F", time_table("F", [(0.0, 20.0), (4.0, 90.0)])),)

@@ -23,7 +23,7 @@ dark = false
 """
 
 
-def test_a_file_that_is_not_there_changes_nothing(tmp_path: Path) -> None:
+def test_a_missing_file_changes_nothing(tmp_path: Path) -> None:
     for path in (None, tmp_path / "config.toml"):
         config = load_config(path, KEY_IDS)
         assert (config.theme, config.live, config.keys, config.themes) == ("", None, {}, {})
@@ -45,14 +45,14 @@ def test_a_file_that_is_not_there_changes_nothing(tmp_path: Path) -> None:
         ("= 1", "not TOML"),
     ],
 )
-def test_what_the_file_must_not_have_is_named(tmp_path: Path, text: str, message: str) -> None:
+def test_invalid_entries_of_the_file_are_named(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "config.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=message):
         load_config(path, KEY_IDS)
 
 
-async def test_own_keys_and_theme_hold_from_the_first_start_on(tmp_path: Path) -> None:
+async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) -> None:
     path = tmp_path / "config.toml"
     path.write_text(OWN)
     app = FivtuiApp(state=tmp_path / "session.json", config=path)

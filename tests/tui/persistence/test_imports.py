@@ -26,8 +26,8 @@ from tests.support.laboratory import (
     show_tab,
     text_of,
     until,
+    until_notice,
     until_shown,
-    until_told,
 )
 
 MU = "mu=0.2:0.8:4"
@@ -67,10 +67,10 @@ async def read(pilot: Pilot[None], name: str, message: str) -> None:
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")
     await answer(pilot, name)
-    await until_told(pilot, message)
+    await until_notice(pilot, message)
 
 
-def test_what_cannot_be_read_or_displayed_is_refused(written: Path) -> None:
+def test_unreadable_and_unsuitable_files_are_refused(written: Path) -> None:
     (written / "bad.json").write_text("{")
     with pytest.raises(InputError, match="not JSON"):
         kind_of(written / "bad.json")
@@ -112,7 +112,7 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
     assert peak == pytest.approx([runs.displayed.result.peak.y_abs])
 
 
-async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
+async def test_sweeps_over_two_names_and_incomplete_ones_are_shown(
     pilot: Pilot[None], written: Path
 ) -> None:
     two = ("--vary=y0=-1:0:3", "--vary=F=20:80:4", "--output=separations", "--ignore-separation")
@@ -141,10 +141,10 @@ async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
     await read(pilot, "part.csv.parts", "sweep read from part.csv.parts")
     await until_shown(pilot, "of 6 transients, read from part.csv.parts")
     await pilot.press("f7")
-    await until_told(pilot, "the sweep is incomplete")
+    await until_notice(pilot, "the sweep is incomplete")
 
 
-async def test_a_map_is_read_and_stays_until_another_is_asked_for(
+async def test_a_map_is_read_and_stays_until_another_is_requested(
     pilot: Pilot[None], written: Path
 ) -> None:
     for name in ("map.npz", "map.csv"):
@@ -180,7 +180,7 @@ async def test_a_trade_off_is_read_and_shown(
     await pilot.press("ctrl+o")
     await until_shown(pilot, "Open a scene or a result")
     await answer(pilot, "map.csv")
-    await until_told(pilot, "map read from map.csv")
+    await until_notice(pilot, "map read from map.csv")
     await show_tab(pilot, "alt+5")
     await read(
         pilot, "modes.csv", "modes.csv: not a run, uncertainty, sweep, trade-off, branch or map"

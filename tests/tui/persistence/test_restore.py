@@ -36,8 +36,8 @@ from tests.support.laboratory import (
     text_of,
     type_into,
     until,
+    until_notice,
     until_shown,
-    until_told,
 )
 
 SIZE = (100, 40)
@@ -72,7 +72,7 @@ SHOWN = {
 }
 
 
-async def test_what_was_left_is_shown_again(
+async def test_the_previous_screen_is_restored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
@@ -144,7 +144,9 @@ async def test_what_was_left_is_shown_again(
     assert len(list(folder.iterdir())) == 5
 
 
-async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path: Path) -> None:
+async def test_read_results_and_paper_figures_are_restored_and_incomplete_studies_reported(
+    tmp_path: Path,
+) -> None:
     session_path = tmp_path / "session.json"
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await pilot.pause()
@@ -166,7 +168,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         await clear_notices(pilot)
         before = text_of(pilot)
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
-        await until_told(pilot, "sweep was not saved: it is incomplete")
+        await until_notice(pilot, "sweep was not saved: it is incomplete")
         await until_shown(pilot, "figure 2a computed")
         await clear_notices(pilot)
         await until_same(pilot, before)
@@ -177,7 +179,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         np.testing.assert_array_equal(read.value.values, written.value.values)
 
 
-async def test_a_result_that_is_damaged_is_put_aside_and_the_rest_restored(
+async def test_a_damaged_result_is_set_aside_and_the_others_are_restored(
     tmp_path: Path,
 ) -> None:
     session_path = tmp_path / "session.json"
@@ -193,7 +195,7 @@ async def test_a_result_that_is_damaged_is_put_aside_and_the_rest_restored(
     first.write_bytes(first.read_bytes()[:100])
     app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
     async with app.run_test(size=SIZE) as pilot:
-        await until_told(pilot, "the run 1 of the last session could not be restored (damaged)")
+        await until_notice(pilot, "the run 1 of the last session could not be restored (damaged)")
         first_run, second_run = app_of(pilot).session.runs
         assert (first_run.state, second_run.state) == (RunState.NOT_KEPT, RunState.DONE)
         await until_shown(pilot, "not kept")
@@ -203,7 +205,7 @@ async def test_a_result_that_is_damaged_is_put_aside_and_the_rest_restored(
     assert second.is_file()
 
 
-def test_a_run_kept_is_the_run_to_the_last_bit(tmp_path: Path) -> None:
+def test_a_stored_run_is_restored_to_the_last_bit(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     for method, step in (("taylor", None), ("rk4", 0.01)):
         run = simulate(t_end=5.0, method=method, step=step, samples=np.linspace(0.0, 5.0, 501))
@@ -254,7 +256,7 @@ def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: 
     assert {file.name for file in tmp_path.iterdir()} == remaining
 
 
-def test_a_study_that_is_not_kept_does_not_take_the_one_before_away(tmp_path: Path) -> None:
+def test_a_study_that_is_not_stored_keeps_the_previous_one(tmp_path: Path) -> None:
     store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
     complete = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, study.members)]), "base")
     partial = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
@@ -268,7 +270,7 @@ def test_a_study_that_is_not_kept_does_not_take_the_one_before_away(tmp_path: Pa
     assert len(read.value.table.reasons) == study.members
 
 
-def test_what_is_too_large_is_a_note_and_foreign_names_are_refused(
+def test_too_large_results_give_a_note_and_foreign_names_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(result_store, "_MAX_SIZE", 100)

@@ -28,7 +28,7 @@ from fivtui.tui.persistence.state_file import STATE_VERSION, State
 from fivtui.tui.session.runs import MAX_RUNS
 from fivtui.tui.session.session import Session
 from fivtui.tui.session.studies import DisplayedStudy, StoredResult
-from tests.support.laboratory import app_of, text_of, until, until_shown, until_told
+from tests.support.laboratory import app_of, text_of, until, until_notice, until_shown
 
 BASE = PRESETS["base"]
 # A process that opens a session, prints its number, stores a map in it, and waits to be killed.
@@ -62,7 +62,7 @@ def load(path: Path) -> tuple[Autosave, State]:
     return autosave, state
 
 
-def said(autosave: Autosave, state: State) -> str:
+def preload_of(autosave: Autosave, state: State) -> str:
     """The preload F of a session whose map agrees with it and is complete."""
     stored = state.results["map"]
     assert isinstance(stored, StoredResult)
@@ -97,7 +97,7 @@ def use(path: Path, F: str, at: float) -> None:
         os.utime(file, (at, at))
 
 
-def test_two_at_once_have_sessions_of_their_own_and_lose_nothing(tmp_path: Path) -> None:
+def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     with another(path, "11") as first:
         assert number_of(first) == "1"
@@ -114,9 +114,9 @@ def test_two_at_once_have_sessions_of_their_own_and_lose_nothing(tmp_path: Path)
     os.utime(path.with_name("session.lock"), (1.0, 1.0))
     # The system has released the lock; the session used last comes first.
     latest, state = load(path)
-    assert said(latest, state) == "23"
+    assert preload_of(latest, state) == "23"
     earlier, state = load(path)
-    assert said(earlier, state) == "11"
+    assert preload_of(earlier, state) == "11"
     new = Autosave(path)
     assert new.load() is None
     assert new.number == 3
@@ -135,29 +135,29 @@ def test_the_session_used_last_is_restored_and_the_others_can_be_opened(tmp_path
         for file in (slot.path, slot.lock):
             os.utime(file, (at, at))
     autosave, state = load(path)
-    assert said(autosave, state) == "22"
+    assert preload_of(autosave, state) == "22"
     assert (autosave.number, [slot.number for slot in autosave.others]) == (2, [1])
     opened = Autosave(path)
-    assert said(opened, opened.open(autosave.others[0].number)) == "11"
+    assert preload_of(opened, opened.open(autosave.others[0].number)) == "11"
     with pytest.raises(InputError, match="session 7 no longer exists"):
         Autosave(path).open(7)
 
 
-def a_text(path: Path) -> str:
+def stored_preload(path: Path) -> str:
     return str(json.loads(path.read_text())["texts"]["F"])
 
 
-def test_a_session_of_the_layout_before_is_restored_with_its_results(tmp_path: Path) -> None:
+def test_a_session_of_the_previous_layout_is_restored_with_its_results(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     use(path, "11", 100.0)
     path.with_name("session.lock").unlink()
     assert sorted(file.name for file in tmp_path.iterdir()) == ["results", "session.json"]
     autosave, state = load(path)
-    assert (autosave.number, said(autosave, state)) == (1, "11")
+    assert (autosave.number, preload_of(autosave, state)) == (1, "11")
 
 
 @pytest.mark.parametrize("content", ["{", '{"fivtui_session": 1}'])
-def test_the_results_of_a_session_put_aside_stay(content: str, tmp_path: Path) -> None:
+def test_the_results_of_a_session_set_aside_stay(content: str, tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     use(path, "11", 100.0)
     original = path.read_text()
@@ -171,10 +171,10 @@ def test_the_results_of_a_session_put_aside_stay(content: str, tmp_path: Path) -
     (tmp_path / "session.damaged-1.json").write_text(original)
     (tmp_path / "session.damaged-1.json").replace(path)
     again, state = load(path)
-    assert said(again, state) == "11"
+    assert preload_of(again, state) == "11"
 
 
-def test_a_newer_session_stays_where_it_is_for_who_can_read_it(tmp_path: Path) -> None:
+def test_a_session_of_a_newer_version_stays_unchanged(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     use(path, "11", 100.0)
     mark = f'"fivtui_session": {STATE_VERSION}'
@@ -192,14 +192,14 @@ def test_a_newer_session_stays_where_it_is_for_who_can_read_it(tmp_path: Path) -
     assert path.read_text() == newer
     # Later starts of this program use its own session.
     again, state = load(path)
-    assert said(again, state) == "23"
+    assert preload_of(again, state) == "23"
     path.write_text(content)
     theirs = Autosave(path)
-    assert said(theirs, theirs.open(1)) == "11"
+    assert preload_of(theirs, theirs.open(1)) == "11"
 
 
 @pytest.mark.parametrize("number", [errno.EROFS, errno.ENOLCK])
-def test_without_a_lock_a_session_is_read_and_nothing_changed(
+def test_without_a_lock_a_session_is_read_and_not_changed(
     number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "session.json"
@@ -214,12 +214,12 @@ def test_without_a_lock_a_session_is_read_and_nothing_changed(
         patched.setattr(locks, "lock_file", refuse)
         autosave, state = load(path)
         assert os.strerror(number) in autosave.error
-        assert said(autosave, state) == "11"
+        assert preload_of(autosave, state) == "11"
         result.write_bytes(b"PK")
         with pytest.raises(
             InputError, match=r"could not be restored \(not a map: not an NPZ file, or damaged\)$"
         ):
-            said(autosave, state)
+            preload_of(autosave, state)
         result.write_bytes(before[result])
         autosave.save(a_state("22"))
         assert os.strerror(number) in autosave.error
@@ -229,10 +229,10 @@ def test_without_a_lock_a_session_is_read_and_nothing_changed(
     second.close(a_state("33"))
     autosave.save(a_state("44"))
     assert "another fivtui has written it since" in autosave.error
-    assert a_text(path) == "33"
+    assert stored_preload(path) == "33"
 
 
-def test_a_full_disk_is_said_and_takes_nothing_away(
+def test_a_full_disk_is_reported_and_loses_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "session.json"
@@ -247,16 +247,16 @@ def test_a_full_disk_is_said_and_takes_nothing_away(
         patched.setattr("fivtui.io.writing.os.fsync", full)
         autosave.save(state)
         assert "No space left" in autosave.error
-        assert a_text(path) == "11"
+        assert stored_preload(path) == "11"
         assert not list(tmp_path.rglob("*.tmp"))
     autosave.close(state)
     assert not autosave.error
     again, reloaded = load(path)
-    assert said(again, reloaded) == "22"
+    assert preload_of(again, reloaded) == "22"
     assert len(list((tmp_path / "results").iterdir())) == 1
 
 
-def test_a_result_that_found_no_space_is_said_though_the_session_did(
+def test_a_result_that_cannot_be_written_is_reported_and_written_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "session.json"
@@ -271,10 +271,10 @@ def test_a_result_that_found_no_space_is_said_though_the_session_did(
     autosave.close(state)
     assert not autosave.error
     again, reloaded = load(path)
-    assert said(again, reloaded) == "22"
+    assert preload_of(again, reloaded) == "22"
 
 
-def test_a_state_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
+def test_a_state_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     autosave = Autosave(tmp_path / "file" / "fivtui" / "session.json")
     assert autosave.load() is None
@@ -284,7 +284,7 @@ def test_a_state_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     autosave.close(a_state("2"))
 
 
-def test_at_the_end_it_is_said_what_is_not_kept(
+def test_a_session_that_was_not_saved_is_reported_at_the_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "fivtui").write_text("")
@@ -316,15 +316,15 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
         assert number_of(first) == "1"
         app = FivtuiApp(state=path)
         async with app.run_test(size=(100, 30)) as pilot:
-            await until_told(pilot, "session 2; other saved sessions: 1 (Ctrl+P, Open)")
+            await until_notice(pilot, "session 2; other saved sessions: 1 (Ctrl+P, Open)")
             app.session.set_text("F", "22")
             await open_from_palette(pilot, "Open session 1: scene base, map")
-            await until_told(pilot, "another fivtui is at work here")
+            await until_notice(pilot, "another fivtui is at work here")
             assert app.session.texts["F"] == "22"
             first.kill()
             first.wait()
             await open_from_palette(pilot, "Open session 1: scene base, map")
-            await until_told(pilot, "session 1 opened")
+            await until_notice(pilot, "session 1 opened")
             assert app_of(pilot).session.texts["F"] == "11"
             await until(pilot, lambda: app.session.studies.get("map") is not None)
             assert "base (changed)" in text_of(pilot)
@@ -332,8 +332,8 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await until_shown(pilot, "no run yet: press F5")
             assert len(app.screen_stack) == 1
     autosave, state = load(path)
-    assert (autosave.number, said(autosave, state)) == (1, "11")
-    assert a_text(tmp_path / "session-2" / "session.json") == "22"
+    assert (autosave.number, preload_of(autosave, state)) == (1, "11")
+    assert stored_preload(tmp_path / "session-2" / "session.json") == "22"
 
 
 async def open_from_palette(pilot: Any, title: str) -> None:
@@ -345,7 +345,7 @@ async def open_from_palette(pilot: Any, title: str) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
-def test_a_session_is_whole_wherever_its_process_is_killed(tmp_path: Path) -> None:
+def test_a_session_is_complete_after_a_kill_at_any_operation(tmp_path: Path) -> None:
     assert int(killed("autosave", str(tmp_path))) > 20
 
 

@@ -32,7 +32,7 @@ def number_of(text: str) -> float:
     return float(re.findall(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?", text)[0])
 
 
-def test_rows_of_the_equilibrium_say_what_they_are() -> None:
+def test_rows_of_the_equilibrium_have_labels_values_and_units() -> None:
     rows = {row.label: row for row in stability_rows(stability(Parameters()))}
     x, y, force = own_slider.equilibrium()
     eigenvalues = own_slider.eigenvalues()
@@ -73,7 +73,7 @@ def test_rows_of_the_equilibrium_say_what_they_are() -> None:
     assert distance.value.endswith(" Hz")
 
 
-def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
+def test_the_short_verdict_has_numbers_and_units() -> None:
     p = Parameters()
     first, second, third, fourth = stability_brief(stability(p))
     eigenvalues = own_slider.eigenvalues()
@@ -100,7 +100,7 @@ def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
 # Results of a run
 
 
-def test_rows_of_a_run_say_what_they_are(runs: tuple[Transient, Transient]) -> None:
+def test_rows_of_a_run_have_labels_values_and_units(runs: tuple[Transient, Transient]) -> None:
     rows = transient_rows(runs[0], "asked")
     t, motion = own_slider.motion(3.0, separation=True)
     x, vx, y, vy, force = motion.T
@@ -143,7 +143,9 @@ def test_rows_of_a_run_say_what_they_are(runs: tuple[Transient, Transient]) -> N
     assert by_label["steps"].value == str(runs[0].stats.steps)
 
 
-def test_a_run_in_brief_has_its_numbers_and_units(runs: tuple[Transient, Transient]) -> None:
+def test_the_short_summary_of_a_run_has_numbers_and_units(
+    runs: tuple[Transient, Transient],
+) -> None:
     t, motion = own_slider.motion(3.0, separation=True)
     first, _, third, fourth, *_ = result_brief(runs[0])
     peak, steady = first.split(" · ")
@@ -162,7 +164,7 @@ def test_a_run_in_brief_has_its_numbers_and_units(runs: tuple[Transient, Transie
     assert fourth.endswith(" m/s")
 
 
-def test_a_run_beside_a_baseline_has_differences_of_the_same_figures(
+def test_a_run_with_a_baseline_shows_differences_of_the_same_quantities(
     runs: tuple[Transient, Transient],
 ) -> None:
     considered, ignored = (own_slider.motion(3.0, separation=case)[1] for case in (True, False))

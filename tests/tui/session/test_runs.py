@@ -82,7 +82,7 @@ def test_a_stopped_computation_ends_without_result() -> None:
     assert execute(run) == Outcome()
 
 
-def test_a_new_run_replaces_the_one_that_goes_on() -> None:
+def test_a_new_run_replaces_the_active_one() -> None:
     runs = Runs()
     first, second = runs.start(SHORT), runs.start(SHORT)
     assert (first.number, second.number) == (1, 2)
@@ -93,7 +93,7 @@ def test_a_new_run_replaces_the_one_that_goes_on() -> None:
     assert (second.state, second.message) == (RunState.FAILED, "why")
 
 
-def test_old_runs_are_forgotten_but_numbers_never_used_again() -> None:
+def test_old_runs_are_dropped_but_numbers_are_never_reused() -> None:
     runs = Runs()
     for _ in range(MAX_RUNS + 3):
         runs.start(SHORT)
@@ -102,7 +102,7 @@ def test_old_runs_are_forgotten_but_numbers_never_used_again() -> None:
     assert runs.find(4) is not None
 
 
-def test_the_time_left_follows_from_the_part_done() -> None:
+def test_the_time_left_follows_from_the_progress() -> None:
     run = Run(1, SHORT)
     assert run.words == "0 %"
     run._begin -= 10.0
@@ -142,7 +142,7 @@ def test_the_base_scene_is_sampled_at_plain_hundredths() -> None:
     assert sample_times(base_scene())[:4].tolist() == [0.0, 0.01, 0.02, 0.03]
 
 
-def test_verdicts_say_stable_unstable_and_neutral() -> None:
+def test_verdicts_are_stable_unstable_or_neutral() -> None:
     base = Parameters()
     assert verdict(stability(base)) == "UNSTABLE"
     assert verdict(stability(base.with_values({"mu": 0.4}))) == "STABLE"
@@ -165,7 +165,7 @@ def test_a_set_without_coupling_has_no_critical_mu() -> None:
     assert rows["critical μ, linear"] == "none"
 
 
-def test_a_separated_equilibrium_is_said_to_be_one() -> None:
+def test_a_separated_equilibrium_is_labelled() -> None:
     p = Parameters(F=-5.0)
     notes = {row.label: row.note for row in stability_rows(stability(p))}
     assert "separated" in notes["contact force"]
@@ -183,14 +183,14 @@ def test_the_summary_has_the_figures_of_the_base_scene() -> None:
     assert rows["method"].note == "tol 1e-12"
 
 
-def test_a_run_without_separation_says_so() -> None:
+def test_a_run_without_separation_is_labelled() -> None:
     quiet = simulate(Parameters(mu=0.0), t_end=5.0)
     assert "no separation: contact is never lost" in result_brief(quiet)
     ignored = simulate(t_end=5.0, separation=False)
     assert "separation ignored (Case 2)" in result_brief(ignored)
 
 
-def test_a_stable_equilibrium_with_lasting_separation_is_remarked() -> None:
+def test_a_stable_equilibrium_with_lasting_separation_gets_a_remark() -> None:
     scene = PRESETS["coexistence"]
     result = stability(scene.parameters)
     lasting = simulate(scene.parameters, t_end=scene.t_end)
@@ -208,7 +208,7 @@ def test_the_accuracy_of_a_fixed_step_is_not_claimed() -> None:
     assert Run(1, fixed).accuracy == "step 0.002 s, error not controlled"
 
 
-def test_an_export_refused_says_why_and_leaves_the_file(tmp_path: Path) -> None:
+def test_a_refused_export_gives_the_reason_and_keeps_the_file(tmp_path: Path) -> None:
     run, path = finished(), tmp_path / "a.csv"
     path.write_text("mine")
     assert "exists already" in write_export(run_export(DATA, run), path)

@@ -88,9 +88,7 @@ def test_a_value_that_follows_a_table_over_time_is_not_edited() -> None:
         ("step", "0.01", "step: the method taylor chooses its own"),
     ],
 )
-def test_a_wrong_text_is_named_in_words_and_stops_the_scene(
-    name: str, text: str, message: str
-) -> None:
+def test_an_invalid_text_gives_a_message_and_no_scene(name: str, text: str, message: str) -> None:
     session = Session()
     session.set_text(name, text)
     assert message in session.errors[name]
@@ -108,7 +106,7 @@ def test_a_step_is_checked_against_method_and_horizon() -> None:
     assert "step = 0.01: must be above 0 and at most 0.001 s" in session.errors["step"]
 
 
-def test_wrong_texts_of_the_run_leave_the_verdict_alone() -> None:
+def test_invalid_run_settings_do_not_change_the_verdict() -> None:
     session = Session()
     session.set_text("t_end", "never")
     assert session.stability().critical_mu[0].mu == pytest.approx(0.4394, abs=5e-5)
@@ -191,7 +189,7 @@ def test_a_step_that_would_leave_the_range_or_has_no_number_does_nothing() -> No
     assert session.texts["mu"] == "slippery"
 
 
-def test_the_command_line_says_what_differs_and_no_more() -> None:
+def test_the_command_line_has_only_the_differences() -> None:
     session = Session()
     assert session.command_line() == "fivtui simulate"
     for name, text in {
@@ -225,7 +223,7 @@ def test_the_command_line_starts_from_the_scene_that_it_can_name() -> None:
     assert Session(scene).command_line() == "fivtui simulate --set F=90"
 
 
-def test_separation_considered_again_is_said_from_the_base_scene() -> None:
+def test_separation_enabled_again_starts_from_the_base_scene() -> None:
     session = Session(PRESETS["linear"], "linear")
     session.set_text("separation", "considered")
     assert session.command_line() == "fivtui simulate --set k_nl=0"
@@ -238,7 +236,7 @@ def test_the_command_line_of_a_wrong_input_is_an_error() -> None:
         session.command_line()
 
 
-def test_the_fields_beside_the_parameters_say_what_they_are_and_in_which_unit() -> None:
+def test_the_fields_beside_the_parameters_have_descriptions_and_units() -> None:
     shown = {
         name: (field.symbol, field.unit, field.meaning, field.when_empty)
         for name, field in FIELDS.items()
@@ -271,7 +269,7 @@ def test_the_fields_beside_the_parameters_say_what_they_are_and_in_which_unit() 
         FIELDS["t_end"].check("0")
 
 
-def test_symbols_are_names_but_for_greek_and_may_be_typed_as_the_paper_writes_them() -> None:
+def test_symbols_are_names_except_greek_and_may_be_typed_as_in_the_paper() -> None:
     assert [symbol_of(name) for name in ("mu", "mu_s", "k1", "k_nl", "x0")] == [
         "μ",
         "μ_s",
@@ -283,7 +281,7 @@ def test_symbols_are_names_but_for_greek_and_may_be_typed_as_the_paper_writes_th
     assert plain_names(typed) == "mu=0:1:3 k1=1:2:3 c2~uniform:1:2 mu=0:1:2 k_nl=1,2 mu_s=1"
 
 
-def test_legends_say_what_differs_and_numbers_only_where_nothing_does() -> None:
+def test_legends_name_differences_and_run_numbers_only_for_equal_scenes() -> None:
     base, ignored = PRESETS["base"], PRESETS["separation-ignored"]
     assert names_of({4: base}) == ["run 4"]
     assert names_of({1: base, 2: ignored}) == ["separation considered", "separation ignored"]

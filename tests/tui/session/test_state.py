@@ -40,7 +40,7 @@ def finished(runs: Runs, **changed: object) -> Run:
 # Undo and redo
 
 
-def test_typing_is_one_step_and_so_are_steps_in_one_direction() -> None:
+def test_typing_and_steps_in_one_direction_are_one_undo_step() -> None:
     session = Session()
     for text in ("9", "91", "91.5"):
         session.set_text("F", text)
@@ -71,7 +71,7 @@ def test_a_step_closed_is_undone_by_itself() -> None:
     assert session.texts["F"] == "90"
 
 
-def test_an_edit_after_undo_ends_what_could_be_done_again() -> None:
+def test_an_edit_after_undo_clears_redo() -> None:
     session = Session()
     session.set_text("F", "90")
     session.undo()
@@ -96,7 +96,7 @@ def test_loading_and_resetting_are_undone_with_all_that_was_edited() -> None:
     assert (session.name, session.source, session.texts["F"]) == ("base", "", "x")
 
 
-def test_undo_goes_back_beyond_saving_but_keeps_the_file() -> None:
+def test_undo_continues_beyond_a_save_and_keeps_the_file() -> None:
     session = Session()
     session.set_text("F", "90")
     session.saved(dataclasses.replace(session.scene(), name="mine"), "mine.toml")
@@ -134,7 +134,7 @@ def test_a_pair_of_engines_keeps_a_step_only_where_the_method_takes_one() -> Non
     assert [scene.step for scene in session.engine_pair()] == [None, None]
 
 
-def test_the_difference_of_engines_is_said_with_its_size() -> None:
+def test_the_difference_of_engines_is_reported_with_its_size() -> None:
     exact = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0])
     coarse = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0], method="rk4", step=0.01)
     assert "final state 0 (m, m/s), peak |y| 0 m" in engine_words(exact, exact)
@@ -165,7 +165,7 @@ def test_the_baseline_is_compared_by_difference_and_percent() -> None:
     assert "%" in row.note
 
 
-def test_what_is_drawn_ends_with_the_run_shown() -> None:
+def test_the_displayed_run_is_drawn_last() -> None:
     runs = Runs()
     first, second, third = (finished(runs) for _ in range(3))
     runs.displayed = second
@@ -180,7 +180,7 @@ def test_what_is_drawn_ends_with_the_run_shown() -> None:
     assert runs.baseline is None
 
 
-def test_old_runs_go_but_not_the_one_shown_nor_the_baseline() -> None:
+def test_old_runs_are_dropped_except_the_displayed_one_and_the_baseline() -> None:
     runs = Runs()
     base, shown = finished(runs), finished(runs)
     runs.baseline, runs.displayed = base, shown
@@ -190,7 +190,7 @@ def test_old_runs_go_but_not_the_one_shown_nor_the_baseline() -> None:
     assert list(runs)[:2] == [base, shown]
 
 
-def test_a_result_goes_only_after_the_runs_that_have_none() -> None:
+def test_runs_without_results_are_dropped_first() -> None:
     runs = Runs()
     first, second, shown = (finished(runs) for _ in range(3))
     runs.displayed = shown
@@ -201,7 +201,7 @@ def test_a_result_goes_only_after_the_runs_that_have_none() -> None:
     assert list(runs) == [second, shown, running, *read]
 
 
-def test_a_run_from_a_file_does_not_stop_the_one_that_runs() -> None:
+def test_a_run_from_a_file_does_not_stop_the_active_run() -> None:
     runs = Runs()
     running = runs.start(SHORT)
     result = simulate(t_end=1.0, samples=[0.0, 1.0])
@@ -248,7 +248,7 @@ def test_a_run_read_is_the_run_written(suffix: str, separation: bool, tmp_path: 
     np.testing.assert_array_equal(read.trajectory.y, written.trajectory.y)
 
 
-def test_a_file_that_does_not_say_what_was_computed_is_refused(tmp_path: Path) -> None:
+def test_a_file_without_its_scene_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "foreign.csv"
     path.write_text("t,x,vx,y,vy,P,mode\n0,0,0,0,0,0,1\n1,0,0,0,0,0,1\n")
     with pytest.raises(InputError, match=r"foreign\.csv: does not say what was computed"):
@@ -261,7 +261,7 @@ def test_a_file_that_does_not_say_what_was_computed_is_refused(tmp_path: Path) -
 # Scenes of figures
 
 
-def test_every_figure_has_a_scene_to_begin_with() -> None:
+def test_every_figure_has_an_initial_scene() -> None:
     scenes = {scene.name: scene for scene, _ in paper_scenes()}
     numbers = {int(name.removeprefix("fig-").rstrip("ab")) for name in scenes}
     assert numbers == set(range(2, 17))
@@ -279,7 +279,7 @@ def state(session: Session) -> State:
     return State(session.edited, session.recent, "transient", "nord")
 
 
-def test_a_session_kept_is_the_session_restored(tmp_path: Path) -> None:
+def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:
     path = tmp_path / "new" / "session.json"
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("F", "not yet a number")
@@ -316,9 +316,7 @@ def test_files_are_found_again_from_another_folder(
         (b'{"fivtui_session": 1}', "version 1, not 2"),
     ],
 )
-def test_a_session_that_cannot_be_read_is_kept_aside(
-    content: bytes, reason: str, tmp_path: Path
-) -> None:
+def test_an_unreadable_session_is_set_aside(content: bytes, reason: str, tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     for number in (1, 2):
         path.write_bytes(content)
@@ -342,7 +340,7 @@ def test_an_infinite_number_of_runs_is_damage(tmp_path: Path) -> None:
         load_state(path)
 
 
-def test_an_autosave_writes_only_what_differs_and_says_why_it_could_not(tmp_path: Path) -> None:
+def test_an_autosave_writes_only_changes_and_reports_errors(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     autosave = Autosave(path)
     session = Session()
@@ -374,7 +372,7 @@ def test_an_autosave_writes_only_what_differs_and_says_why_it_could_not(tmp_path
     assert nowhere.load() is None
 
 
-def test_recent_scenes_are_each_once_and_not_too_many() -> None:
+def test_recent_scenes_are_unique_and_limited() -> None:
     session = Session()
     for number in range(MAX_RECENT + 5):
         session.remember(f"{number}.toml")
@@ -383,7 +381,7 @@ def test_recent_scenes_are_each_once_and_not_too_many() -> None:
     assert len(session.recent) == MAX_RECENT == len(set(session.recent))
 
 
-def test_the_session_is_kept_where_the_environment_says() -> None:
+def test_the_session_folder_follows_the_environment() -> None:
     assert state_path({"XDG_STATE_HOME": "/s"}) == Path("/s/fivtui/session.json")
     home = Path("~").expanduser()
     assert state_path({"XDG_STATE_HOME": "relative"}).is_relative_to(home)

@@ -31,7 +31,7 @@ def test_the_end_does_not_wait_for_a_thread() -> None:
     released.set()
 
 
-def test_what_is_written_is_waited_for() -> None:
+def test_the_end_waits_for_files_being_written() -> None:
     writing, inside, go_on = Writing(), threading.Event(), threading.Event()
     written: list[str] = []
 
@@ -47,10 +47,10 @@ def test_what_is_written_is_waited_for() -> None:
     inside.wait()
 
     def end() -> None:
-        writing.wait(say)
+        writing.wait(record)
         written.append("end")
 
-    def say(names: str) -> None:
+    def record(names: str) -> None:
         # The writer continues only after this message.
         written.append(names)
         go_on.set()

@@ -89,7 +89,7 @@ def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
     assert [read()[0]] * 2 in lines
 
 
-def test_the_scene_of_an_orbit_stays_on_it() -> None:
+def test_a_run_from_an_orbit_stays_on_it() -> None:
     stable = [point for point in BRANCH.points if point.stable]
     chosen = stable[len(stable) // 2]
     assert nearest_cycle(BRANCH, chosen.value, chosen.half_range) is chosen
@@ -107,7 +107,7 @@ def test_a_range_is_read_or_refused() -> None:
             parse_branch(text)
 
 
-def test_a_branch_is_stored_whole_and_a_damaged_file_refused(tmp_path: Path) -> None:
+def test_a_branch_is_stored_completely_and_a_damaged_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "b.json"
     store_study("branch", BRANCH, path)
     assert restore_study("branch", path) == BRANCH

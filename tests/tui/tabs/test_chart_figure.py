@@ -127,7 +127,7 @@ def test_every_point_of_a_short_line_is_marked_and_some_of_a_long_one() -> None:
             assert every[1] == max(count // 12, 1)
 
 
-def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
+def test_hidden_traces_are_not_drawn_and_not_in_the_legend() -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T), trace("c", 3.0 * T)))
     figure = charts_figure(VisibleCharts([(chart, View(hidden={1}))]))
     (axes,) = panels_of(figure)
@@ -159,7 +159,7 @@ def test_times_off_the_belt_are_shaded_where_they_are() -> None:
     np.testing.assert_allclose(edges, run.separated_intervals)
 
 
-def test_points_keep_the_letters_and_colours_that_tell_them_apart() -> None:
+def test_points_keep_their_letters_and_distinct_colours() -> None:
     at = np.array([1.0])
     events = [
         Trace(name, at, at + shift, look="points", ordered=False, mark=name[0].upper())
@@ -178,7 +178,7 @@ def test_points_keep_the_letters_and_colours_that_tell_them_apart() -> None:
     assert len({to_hex(line.get_color()) for line in rest}) == 3
 
 
-def test_what_has_no_place_on_an_axis_is_left_out() -> None:
+def test_points_outside_of_a_logarithmic_axis_are_omitted() -> None:
     guides = (Guide(0.0, "zero", vertical=False), Guide(1.0, "one", vertical=False))
     chart = Chart("t (s)", "y (m)", (trace("a", np.sin(T)),), guides)
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View(log_y=True))])))
@@ -197,7 +197,7 @@ def test_labels_of_neighbours_do_not_cover_each_other() -> None:
     assert first == third > second
 
 
-def test_a_picture_to_scale_stays_so() -> None:
+def test_a_picture_to_scale_keeps_its_aspect() -> None:
     box = np.array([0.0, 1.0, 1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0, 1.0, 0.0])
     chart = Chart(
         "x (m)", "height (m)", (Trace("slider", *box, ordered=False),), to_scale=True,
@@ -207,7 +207,7 @@ def test_a_picture_to_scale_stays_so() -> None:
     assert axes.get_aspect() == 1.0
 
 
-def test_a_heading_says_what_all_have(tmp_path: Path) -> None:
+def test_a_heading_lists_shared_parameters(tmp_path: Path) -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T),))
     both = [Parameters(), Parameters(F=70.0)]
     figure = charts_figure(VisibleCharts([(chart, View())]), Heading(both, ("mu",), ignored=True))
@@ -218,7 +218,7 @@ def test_a_heading_says_what_all_have(tmp_path: Path) -> None:
     assert "mu" not in heading
 
 
-def test_cursors_are_drawn_with_what_they_read() -> None:
+def test_cursors_are_drawn_with_their_values() -> None:
     view = View(cursors=Cursors((2.5, 0.0), (5.0, 0.0), pinned=True))
     chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T)), note="of a run")
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, view)])))
@@ -248,7 +248,7 @@ def test_regions_of_a_map_keep_their_names_and_colours() -> None:
     assert len({to_hex(colour) for colour in colours.reshape(-1, 4)}) == len(scale)
 
 
-def test_an_unordered_curve_is_drawn_whole() -> None:
+def test_an_unordered_curve_is_drawn_completely() -> None:
     run = simulate(Parameters(), t_end=10.0, samples=T)
     motion = plotted_run(run, "run 1", "●", "#E69F00")
     assert motion is not None
@@ -261,7 +261,7 @@ def test_an_unordered_curve_is_drawn_whole() -> None:
     assert axes.get_title() == "t 5 to 10 s"
 
 
-def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> None:
+def test_a_map_is_drawn_with_values_boundary_and_the_current_point() -> None:
     over = {"mu": np.linspace(0.0, 1.5, 7), "F": np.linspace(10.0, 110.0, 6)}
     result = stability_map(Parameters(), over, "growth-rate")
     chart = map_chart(result, Parameters())
@@ -288,7 +288,7 @@ def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> N
     assert largest == pytest.approx(result.values.max(), rel=5e-3)
 
 
-def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
+def test_exported_data_are_the_visible_points(tmp_path: Path) -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T), trace("c", -T)))
     view = View(x=Axis(2.0, 3.0), y=Axis(-1.0, 5.0), hidden={0})
     path = tmp_path / "a.csv"
@@ -365,7 +365,7 @@ def check_displayed(pilot: Pilot[None], figure: Figure) -> None:
         check_panel(axes, chart.chart, chart.view)
 
 
-async def test_every_view_of_a_transient_is_written_as_it_is_seen(
+async def test_every_view_of_a_transient_is_exported_as_displayed(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pane = lab_of(pilot).pane
@@ -421,7 +421,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
         pane.export(FIGURE)
 
 
-async def test_studies_are_written_as_they_are_seen(
+async def test_studies_are_exported_as_displayed(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for key, view in (("alt+1", "over-mu"), ("alt+1", "plane"), ("alt+4", "map-view")):

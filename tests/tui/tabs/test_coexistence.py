@@ -77,7 +77,7 @@ SMALL, LARGE = cycle(1.5), cycle(7.25)
         ((LARGE,), (0, 0), False, "a limit cycle attracts: half peak-to-peak 7.250 m"),
     ],
 )  # fmt: skip
-def test_the_words_claim_no_more_than_was_found(
+def test_the_verdict_claims_only_the_search_results(
     attractors: tuple[Attractor, ...],
     reached: tuple[int, ...],
     stable: bool,
@@ -134,7 +134,7 @@ async def pilot(searches: Searches) -> AsyncIterator[Pilot[None]]:
         yield started
 
 
-def now_known(pilot: Pilot[None]) -> Coexisting:
+def current_search(pilot: Pilot[None]) -> Coexisting:
     beside = app_of(pilot).session.coexisting
     assert beside is not None
     return beside
@@ -163,17 +163,17 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     )
     await until_shown(pilot, "STABLE, but a limit cycle coexists: ±")
     await until_shown(pilot, "±7.250 m (after a knock)")
-    await until(pilot, lambda: now_known(pilot).complete)
+    await until(pilot, lambda: current_search(pilot).complete)
     # The row shows the whole warning of the command line.
     await pilot.press("alt+1")
     pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
     await until_shown(pilot, "m above it leaves")
     answer = searches.answers[120.0]
     assert isinstance(answer, Coexistence)
-    assert now_known(pilot).note == answer.warning
+    assert current_search(pilot).note == answer.warning
 
 
-async def test_it_says_so_where_none_is_found_or_the_search_fails(
+async def test_a_search_without_result_or_with_an_error_is_reported(
     pilot: Pilot[None], searches: Searches
 ) -> None:
     searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
@@ -183,9 +183,9 @@ async def test_it_says_so_where_none_is_found_or_the_search_fails(
     await until_shown(pilot, "STABLE, no limit cycle found from 11 starts")
     await edit(pilot, "125")
     await until_shown(pilot, "STABLE, search for limit cycles failed:")
-    assert "too many steps" in now_known(pilot).text
+    assert "too many steps" in current_search(pilot).text
     await edit(pilot, "120")
-    await until(pilot, lambda: now_known(pilot).complete)
+    await until(pilot, lambda: current_search(pilot).complete)
     assert [p.F for p in searches.started] == [130.0, 125.0, 120.0]
     # Results of earlier searches are reused after an undo.
     for preload, phrase in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
@@ -200,12 +200,12 @@ async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_fricti
     searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
     await edit(pilot, "120")
     await until_shown(pilot, "STABLE, but a limit cycle coexists")
-    await until(pilot, lambda: now_known(pilot).searched)
-    assert now_known(pilot).safe is None
+    await until(pilot, lambda: current_search(pilot).searched)
+    assert current_search(pilot).safe is None
     assert searches.started == [P.with_values({"v_belt": 10.0})]
 
 
-async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches) -> None:
+async def test_an_edit_or_the_end_cancels_the_search(searches: Searches) -> None:
     async with FivtuiApp().run_test(size=(80, 24)) as pilot:
         await edit(pilot, "120")
         await until(pilot, lambda: searches.started == [P])
@@ -237,15 +237,15 @@ def safe_searches(monkeypatch: pytest.MonkeyPatch, safe: SafeFriction) -> list[P
     """Searches for safe friction: each returns the result at F = 120 N for its parameters."""
     started: list[Parameters] = []
 
-    def found(p: Parameters, **_: object) -> SafeFriction:
+    def compute(p: Parameters, **_: object) -> SafeFriction:
         started.append(p)
         return replace(safe, system=System(p))
 
-    monkeypatch.setattr("fivtui.safety.safe_friction", found)
+    monkeypatch.setattr("fivtui.safety.safe_friction", compute)
     return started
 
 
-async def test_the_verdict_says_from_which_friction_on_a_cycle_coexists(
+async def test_the_verdict_gives_the_friction_from_which_a_cycle_coexists(
     searches: Searches, safe_searches: list[Parameters]
 ) -> None:
     searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
@@ -262,7 +262,7 @@ async def test_the_verdict_says_from_which_friction_on_a_cycle_coexists(
         assert safe_searches.count(P) == 1
 
 
-async def test_it_says_so_of_an_unstable_equilibrium_and_of_what_was_not_found_by_transients(
+async def test_continuation_reports_cycles_that_transients_missed(
     searches: Searches, safe_searches: list[Parameters]
 ) -> None:
     searches.answers[120.0] = Coexistence(System(P), (REST,), (0, 0), True, None)

@@ -99,7 +99,7 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
 
 @pytest.mark.whole
 @pytest.mark.parametrize("size", [(80, 24), (120, 35), (200, 60)])
-async def test_nothing_that_cursors_read_is_cut(size: tuple[int, int]) -> None:
+async def test_cursor_values_are_never_cut(size: tuple[int, int]) -> None:
     async with FivtuiApp().run_test(size=size) as pilot:
         await run_to_end(pilot)
         await focus(pilot, "mu")
@@ -141,7 +141,7 @@ async def test_the_right_button_places_the_second_cursor(pilot: Pilot[None]) -> 
     await until_shown(pilot, "t ◆50 ◇59.21 s")
 
 
-async def test_kept_limits_are_marked_and_say_which_new_run_they_leave_out(
+async def test_kept_limits_are_marked_and_name_a_new_run_outside_of_them(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)

@@ -153,7 +153,7 @@ async def check(pilot: Pilot[None], name: str) -> set[str]:
 
 
 @pytest.mark.whole
-async def test_every_view_is_written_as_it_is_seen(
+async def test_every_view_is_exported_as_displayed(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(measure, "QUICK_S", 0.02)

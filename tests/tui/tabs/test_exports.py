@@ -41,8 +41,8 @@ from tests.support.laboratory import (
     show_tab,
     text_of,
     until,
+    until_notice,
     until_shown,
-    until_told,
 )
 
 BASE = PRESETS["base"]
@@ -66,13 +66,13 @@ async def write(pilot: Pilot[None], key: str, name: str, title: str) -> Path:
     await pilot.press(key)
     await until_shown(pilot, title)
     await answer(pilot, name)
-    await until_told(pilot, f"written to {name} in {Path.cwd()}")
+    await until_notice(pilot, f"written to {name} in {Path.cwd()}")
     return Path(name)
 
 
 async def refused(pilot: Pilot[None], key: str, message: str) -> None:
     await pilot.press(key)
-    await until_told(pilot, message)
+    await until_notice(pilot, message)
     assert not pilot.app.screen.query("#path")
 
 
@@ -277,7 +277,7 @@ def test_lines_begin_with_the_scene_that_they_can_name() -> None:
     ],
 )
 @pytest.mark.parametrize("cases", [(True,), (False,), (True, False)])
-def test_the_line_of_a_sweep_is_read_as_the_sweep(
+def test_the_command_line_of_a_sweep_reads_back_as_the_sweep(
     texts: list[str],
     options: dict[str, Any],
     expected: str,
@@ -302,7 +302,7 @@ def test_the_line_of_a_sweep_is_read_as_the_sweep(
 
 
 @pytest.mark.parametrize("accuracy", [(), (("peak", 1e-4), ("final", 1e-3)), (("peak", 1e-2),)])
-def test_the_lines_of_an_accuracy_ask_for_it_and_for_nothing_that_follows_from_it(
+def test_command_lines_with_an_accuracy_omit_derived_options(
     accuracy: tuple[tuple[str, float], ...],
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -327,7 +327,7 @@ def test_the_lines_of_an_accuracy_ask_for_it_and_for_nothing_that_follows_from_i
         assert set(data.get("accuracy", {}).get("asked", {})) == set(dict(accuracy))
 
 
-def test_a_map_that_no_command_can_say_is_not_copied() -> None:
+def test_a_map_without_a_command_line_is_not_copied() -> None:
     axis = np.array([0.0, 1.0, 3.0])
     uneven = StabilityMap(
         System(BASE.parameters),
@@ -356,19 +356,19 @@ async def test_in_a_browser_an_export_is_downloaded_and_nothing_stays_on_the_ser
     path = pilot.app.screen.query_one("#path", Input)
     path.value = "somewhere/no.suffix"
     await pilot.press("enter")
-    await until(pilot, lambda: "no.suffix: " in said_in(pilot))
-    assert "/" not in said_in(pilot)
+    await until(pilot, lambda: "no.suffix: " in hint_of(pilot))
+    assert "/" not in hint_of(pilot)
     path.value = "somewhere/stabilité 1.csv"
     await pilot.press("enter")
     await until(pilot, lambda: bool(delivered))
     ((name, data),) = delivered
     assert name == "stabilit--1.csv"
-    await until_told(pilot, f"data {name}: in the downloads folder of the browser")
+    await until_notice(pilot, f"data {name}: in the downloads folder of the browser")
     run_command(["stability", "--set", "F=60"], "--no-search", "--out", "b.csv")
     assert [file.name for file in tmp_path.iterdir()] == ["b.csv"]
     assert data == Path("b.csv").read_bytes()
 
 
-def said_in(pilot: Pilot[None]) -> str:
+def hint_of(pilot: Pilot[None]) -> str:
     """The hint of a dialog."""
     return str(pilot.app.screen.query_one("#dialog-hint", Static).render())

@@ -40,22 +40,22 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     label = view.query_one("#overlay-words", Static)
     overlay = view.query_one("#overlay-time", ChartView)
 
-    def said() -> str:
+    def shown_text() -> str:
         return f"{label.render()} {overlay.chart.note if overlay.chart else ''}"
 
-    async def put(message: str, **texts: str) -> None:
+    async def enter_texts(message: str, **texts: str) -> None:
         for name, text in texts.items():
             field = view.query_one(f"#measured-{name.replace('_', '-')}", Input)
             field.value = text
             field.focus()
         await pilot.press("enter")
-        await until(pilot, lambda: message in said())
+        await until(pilot, lambda: message in shown_text())
 
-    await put("missing.csv", file="missing.csv")
-    await put("signal column", file="rig.csv", signal="z_mm")
-    await put("correlation 1.000", signal="y_mm", scale="1e-3", shift="auto")
-    await put("FAIL", band="0.01%")
-    await put("PASS: share within the band 100.000%", offset="-1e-3")
+    await enter_texts("missing.csv", file="missing.csv")
+    await enter_texts("signal column", file="rig.csv", signal="z_mm")
+    await enter_texts("correlation 1.000", signal="y_mm", scale="1e-3", shift="auto")
+    await enter_texts("FAIL", band="0.01%")
+    await enter_texts("PASS: share within the band 100.000%", offset="-1e-3")
     await until_shown(pilot, "PASS: share within the band 100.000%")
     assert pane.setting("measured-file", "") == "rig.csv"
     time, spectrum = (chart.chart for chart in view.query(ChartView))
@@ -68,11 +68,11 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     assert pane.export(FIGURE).proposal == "base-1-validation-y.svg"
     pane.export(DATA).write(Path("rig.json"))
     # The copied command validates the same data, with the file and its time unit.
-    await put("must fit into the run", time_scale="10")
+    await enter_texts("must fit into the run", time_scale="10")
     assert pane.command_line().startswith("fivtui validate --measured rig.csv ")
     with pytest.raises(InputError, match="must fit into the run"):
         pane.export(FIGURE)
-    await put("PASS: share", time_scale="1", frequency="1%", amplitude="1%", share="99%")
+    await enter_texts("PASS: share", time_scale="1", frequency="1%", amplitude="1%", share="99%")
     line = shlex.split(pane.command_line())[1:]
     assert line[-6:] == ["--share", "99%", "--frequency", "1%", "--amplitude", "1%"]
     cli.commands.main([*line, "--json"], standalone_mode=False)
@@ -84,4 +84,4 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     assert theirs["shift"] == pytest.approx(ours["shift"], abs=1e-6)
     assert theirs["deviation"]["rms"] == pytest.approx(ours["deviation"]["rms"], abs=1e-4)
     assert json.loads(Path("rig.json").read_text())["columns"] == ["t", "y_mm"]
-    await put("must be a percentage", frequency="1")
+    await enter_texts("must be a percentage", frequency="1")

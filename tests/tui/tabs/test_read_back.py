@@ -36,7 +36,7 @@ from fivtui.tui.tabs.requests.sweep import case_of, point_scene
 from fivtui.tui.tabs.requests.tradeoff import COLUMNS, table_rows
 from tests.support import own_slider
 from tests.support.reading_charts import Reading
-from tests.test_figures_read_back import made_up, output_value
+from tests.test_figures_read_back import invented_sweep, output_value
 
 FloatArray = NDArray[np.float64]
 
@@ -205,8 +205,8 @@ def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
 # Sweeps, maps, trade-offs
 
 
-def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
-    result = made_up({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs"))
+def test_a_sweep_chart_names_every_output_and_case() -> None:
+    result = invented_sweep({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs"))
     chart = sweep_chart(result, 33.0)
     assert chart.x_label == "F (N)"
     assert chart.y_label.endswith("(m)")
@@ -219,13 +219,13 @@ def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
         assert case_of(result.study, NearestPoint(index, 1.0, 1.0), False) == (case == "considered")
     (guide,) = chart.guides
     assert (guide.value, guide.label, guide.vertical) == (33.0, "33", True)
-    second = sweep_chart(made_up({"mu": (0.1, 0.2)}, ("P_max",)))
+    second = sweep_chart(invented_sweep({"mu": (0.1, 0.2)}, ("P_max",)))
     assert (second.x_label, second.y_label) == ("μ", "greatest contact force (N)")
     assert second.guides == ()
 
 
 def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
-    result = made_up({"F": (20.0, 40.0, 60.0), "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
+    result = invented_sweep({"F": (20.0, 40.0, 60.0), "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
     for case in (True, False):
         chart = grid_chart(result, case, (30.0, 0.4))
         assert (chart.x_label, chart.y_label) == ("F (N)", "μ")
@@ -249,7 +249,7 @@ def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
         assert (opened.start, opened.t_end, opened.tol) == ((0.1, 0.2, -0.3, 0.4), 7.0, 1e-6)
 
 
-def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
+def test_a_map_shows_values_boundary_and_point_at_their_coordinates() -> None:
     mu, force = np.linspace(0.0, 1.5, 31), np.linspace(10.0, 110.0, 5)
     result = stability_map(Parameters(), {"mu": mu, "F": force})
     chart = map_chart(result, Parameters(F=45.0, mu=1.2))

@@ -48,7 +48,7 @@ def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -
     assert "escapes from 0" in read
 
 
-def test_the_displacement_that_escapes_is_zero_where_it_squeals(regions: StabilityMap) -> None:
+def test_the_escape_offset_is_zero_where_the_slider_squeals(regions: StabilityMap) -> None:
     values = offsets(regions)
     assert np.isnan(values[regions.regions == 0.0]).all()
     assert np.all(values[regions.regions == 2.0] == 0.0)
@@ -56,7 +56,7 @@ def test_the_displacement_that_escapes_is_zero_where_it_squeals(regions: Stabili
     assert np.all((inside > 0.0) & np.isfinite(inside))
 
 
-def test_a_scale_says_up_to_which_value_each_shade_goes() -> None:
+def test_a_scale_gives_the_upper_value_of_each_shade() -> None:
     shades = (Shade(" ", "trace-1"), Shade("░", "trace-1"), NO_VALUE)
     values = np.array([[0.25, 0.5], [0.75, np.nan]])
     levels = np.array([[0, 0], [1, 2]])
@@ -71,7 +71,7 @@ def flat() -> StabilityMap:
     return safety_map(None, {"F": [80.0, 120.0], "k_nl": [95.0, 105.0]})
 
 
-def test_differences_without_consequence_have_one_shade(flat: StabilityMap) -> None:
+def test_negligible_differences_have_one_shade(flat: StabilityMap) -> None:
     # The relative difference of the folds is 2e-4.
     assert 0.0 < np.ptp(flat.safe_mu) < 1e-3 * flat.safe_mu.max()
     chart = map_chart(flat, None)
@@ -97,7 +97,7 @@ def test_differences_without_consequence_have_one_shade(flat: StabilityMap) -> N
     assert knock[0, 0] > 1
 
 
-def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: StabilityMap) -> None:
+def test_a_map_distinguishes_missing_from_unknown_safe_friction(flat: StabilityMap) -> None:
     safe = flat.safe_mu.copy()
     critical = flat.critical_mu.copy()
     safe[0], critical[0, 0] = np.nan, np.nan

@@ -46,7 +46,7 @@ from tests.support.laboratory import (
 BASE = PRESETS["base"]
 
 
-def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
+def test_a_sweep_agrees_with_single_runs() -> None:
     study = sweep_request(BASE, "F=100:20:21")
     assert study.members == 42
     fractions: list[float] = []
@@ -83,7 +83,7 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
 
-def test_a_sweep_over_two_names_is_drawn_as_shades_as_far_as_it_is_known() -> None:
+def test_a_sweep_over_two_names_is_drawn_as_shades_of_the_finished_points() -> None:
     study = sweep_request(replace(BASE, t_end=10.0), "F=20:80:4 mu=0.2,0.5,0.8")
     parts = list(sweep_parts(study, lambda _: True))
     result = sweep_of(study, parts)
@@ -155,7 +155,7 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     assert point_words(result, point) == "F = 80, μ = 0.7"
 
 
-def test_what_is_shown_of_a_map_is_as_fine_as_all_of_it() -> None:
+def test_a_zoomed_map_has_as_many_points_as_the_full_map() -> None:
     mass, friction = map_request("m=1:9:5 mu=0:2:11", "growth-rate")
     assert values_in(mass, None).tolist() == [1.0, 3.0, 5.0, 7.0, 9.0]
     assert values_in(friction, Axis(0.5, 1.5)).tolist() == pytest.approx(np.linspace(0.5, 1.5, 11))

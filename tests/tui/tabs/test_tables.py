@@ -25,7 +25,7 @@ def lines_of(table: ListTable[str | Text]) -> list[str]:
     return [table.render_line(y).text for y in range(3)]
 
 
-async def test_columns_are_as_wide_at_once_as_they_stay() -> None:
+async def test_columns_have_their_final_width_from_the_first_frame() -> None:
     async with Tables().run_test(size=(44, 10)) as pilot:
         table: ListTable[str | Text] = pilot.app.query_one(ListTable)
         table.fill(COLUMNS, NARROW)
@@ -36,7 +36,7 @@ async def test_columns_are_as_wide_at_once_as_they_stay() -> None:
         assert at_once[2].split() == ["■", "10", "y"]
 
 
-async def test_columns_forget_what_was_listed_before() -> None:
+async def test_column_widths_do_not_depend_on_earlier_content() -> None:
     async with Tables().run_test(size=(44, 10)) as pilot:
         table: ListTable[str | Text] = pilot.app.query_one(ListTable)
         table.fill(COLUMNS, NARROW)
@@ -59,7 +59,7 @@ async def test_the_list_of_figures_has_room_for_its_headings(keys: list[str]) ->
         assert heading.rstrip("│ ").endswith("what it shows")
 
 
-async def test_where_there_is_little_room_a_column_is_dropped_and_one_wrapped() -> None:
+async def test_a_narrow_table_drops_one_column_and_wraps_another() -> None:
     columns = ("verdict", "statement", "stated")
     rows = {"1": ("holds", "the slider leaves the belt as soon as it can", "a number")}
 
@@ -94,5 +94,5 @@ async def test_where_there_is_little_room_a_column_is_dropped_and_one_wrapped() 
         (3, "fo…"),
     ],
 )
-def test_words_without_room_are_left_out_whole_and_marked(width: int, shown: str) -> None:
+def test_words_that_do_not_fit_are_omitted_and_marked(width: int, shown: str) -> None:
     assert fitted("fold 0.2779 touch 0.3; ends", width) == shown

@@ -71,7 +71,7 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     assert shown.scene.parameters.mu == float(texts["mu"])
 
 
-async def test_turning_views_comes_round_and_never_ends_in_a_text_input(
+async def test_cycling_through_views_never_focuses_a_text_input(
     pilot: Pilot[None],
 ) -> None:
     turned = []
@@ -216,7 +216,7 @@ def test_the_modes_over_mu_agree_with_the_stability_of_each_point() -> None:
     assert np.all(scan.eigenvalues[above, 0].real > scan.eigenvalues[above, 1].real)
 
 
-def test_the_present_setting_and_what_would_do_as_well(measured: Tradeoff) -> None:
+def test_the_current_setting_and_the_best_ones_are_marked(measured: Tradeoff) -> None:
     present = present_row(measured, BASE)
     assert present is not None
     assert present.setting.text == "tol=1e-12"

@@ -79,7 +79,7 @@ def pane_of(pilot: Pilot[None]) -> UncertaintyPane:
     return pane
 
 
-async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
+async def test_a_key_starts_the_study_and_the_views_show_its_results(
     pilot: Pilot[None], tmp_path: Path
 ) -> None:
     await show_tab(pilot, "alt+7")
@@ -118,6 +118,6 @@ def result_of(path: Path) -> Uncertainty:
     return result
 
 
-def test_an_engine_that_cannot_scatter_names_the_key_that_changes_it() -> None:
+def test_an_engine_without_uncertainty_studies_names_the_key_that_changes_it() -> None:
     with pytest.raises(InputError, match="F4 switches the engine"):
         charts.uncertainty_request(replace(PRESETS["base"], method="fmu"), charts.EXAMPLE)
