@@ -1,8 +1,8 @@
 """Throughput of a sweep here and on a Dask scheduler with two workers, side by side.
 
-``python -m tests.benchmarks.cluster`` computes the same pieces by two threads and by two workers of
-one thread each, in turn, and prints members per second and the overhead of the cluster. Wall time
-on a busy machine is noise: rounds alternate, and the fastest of each counts.
+``python -m tests.benchmarks.cluster`` computes the same pieces alternately by two threads and by
+two workers of one thread each. It prints members per second and the overhead of the cluster. Wall
+time varies on a busy machine, so the fastest of several alternating rounds counts.
 """
 
 import argparse

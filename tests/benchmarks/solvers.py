@@ -17,7 +17,7 @@ Run = Callable[[], Sequence[float]]
 class Solver:
     """A solver under test.
 
-    `prepare` does, untimed, what is needed once for a scene and a setting: compiling, above all.
+    `prepare` does the untimed work needed once for a scene and a setting, mainly compilation.
     """
 
     name: str

@@ -45,20 +45,20 @@ def measure(
 ) -> list[Measurement]:
     """Measure every solver at every setting.
 
-    Every round goes through all of them, so that a busy machine is busy for all.
+    Every round measures all of them, so that a busy machine affects all alike.
 
     Parameters
     ----------
     scene : Reference
-        A transient whose end is known.
+        A transient with a reference final state.
     solvers : sequence of Solver
         The solvers.
     seconds : float
         CPU time to spend on repetitions of one setting in a round, s.
     rounds : int
-        Their number.
+        Number of rounds.
     say : callable
-        Told what is being done.
+        Receives progress messages.
     """
     start = resolve_start(System(scene.parameters, scene.separation), scene.start)
     size = max(map(abs, scene.final))
