@@ -1,8 +1,7 @@
 """Co-simulation master of one transient: communication steps, switches, segments."""
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from fivtui.model import (
@@ -135,18 +134,34 @@ class Slave:
             advice if why else "check the FMU: fivtui fmu check",
         )
 
-    @contextmanager
-    def saved(self) -> Iterator[Callable[[], None]]:
-        """Save the FMU's state; yields a function that restores it while the context lasts."""
-        state = self._fmu.getFMUstate()
-        try:
-            yield lambda: self._fmu.setFMUstate(state)
-        finally:
-            self._fmu.freeFMUstate(state)
+    def saved(self) -> "SavedState":
+        """Save the FMU's state for the duration of a context."""
+        return SavedState(self._fmu)
 
     def end(self) -> None:
         """Terminate the run."""
         self._fmu.terminate()
+
+
+class SavedState:
+    """A state of an FMU; gives a function that restores it, and frees it when the context ends.
+
+    It is a class as every communication step makes one: a generator's context takes longer.
+    """
+
+    __slots__ = ("_fmu", "_state")
+
+    def __init__(self, fmu: Any) -> None:
+        self._fmu, self._state = fmu, fmu.getFMUstate()
+
+    def _restore(self) -> None:
+        self._fmu.setFMUstate(self._state)
+
+    def __enter__(self) -> Callable[[], None]:
+        return self._restore
+
+    def __exit__(self, *_error: object) -> None:
+        self._fmu.freeFMUstate(self._state)
 
 
 class Master:
