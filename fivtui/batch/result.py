@@ -17,7 +17,7 @@ from fivtui.model import (
     System,
     no_equilibrium_error,
 )
-from fivtui.results import Comparable, Result
+from fivtui.results import Comparable, Result, to_data
 from fivtui.taylor import overflow_error, stall_error
 from fivtui.transient import budget_error
 
@@ -166,11 +166,7 @@ class Batch(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Horizon, tolerance and the columns as lists, None for what does not exist."""
-        columns = {
-            name: [value if value == value else None for value in column.tolist()]  # noqa: PLR0124
-            for name, column in self.to_columns().items()
-        }
-        return {"t_end": self.t_end, "tol": self.tol, "columns": columns}
+        return {"t_end": self.t_end, "tol": self.tol, "columns": to_data(self.to_columns())}
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """The results as columns, an element a member; NaN for members that failed."""

@@ -160,4 +160,4 @@ def save_figures(
             for panel, path in zip(panels_of(files.number), files.data, strict=True):
                 save_data(source.table(panel.key), path)
         work.report(share + (1.0 - share) * count / len(plan))
-    return plan
+    return [figure_files(number, Path(folder), formats) for number in chosen]

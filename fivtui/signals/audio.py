@@ -153,7 +153,7 @@ def sound(
 
     write_atomically(path, write)
     pitch = factor / period if period else None
-    return SoundFile(path, signal, factor, (start, end), duration, full_scale, pitch)
+    return SoundFile(Path(path), signal, factor, (start, end), duration, full_scale, pitch)
 
 
 def _normalised(motion: Trajectory, signal: str) -> tuple[NDArray[np.float64], float]:

@@ -18,6 +18,7 @@ from lxml import etree
 
 from fivtui import Parameters, simulate
 from fivtui.fmu.check import check_fmu
+from fivtui.io import is_replaceable
 from fivtui.model.errors import InputError
 from fmu_src.build import bundle
 from fmu_src.build.builder import build_fmu
@@ -246,7 +247,9 @@ def test_an_unknown_component_is_refused(tmp_path: Path) -> None:
 def test_force_replaces_a_file(tmp_path: Path) -> None:
     target = tmp_path / "taken.fmu"
     target.write_text("old")
-    assert build_fmu(target, force=True) == target
+    built = build_fmu(target, force=True)
+    assert built == target
+    assert not is_replaceable(built)
     assert validate_fmu(str(target)) == []
 
 

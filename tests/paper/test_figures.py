@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fivtui.io import output_path
+from fivtui.io import is_replaceable, output_path
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.charts import draw as paper_figure
@@ -210,7 +210,10 @@ def test_an_existing_file_stops_all_figures_before_the_work(
 
 def test_force_replaces(results: PaperResults, tmp_path: Path) -> None:
     (tmp_path / "fig-06.csv").write_text("mine")
-    save_figures([6], output_path(tmp_path, force=True), formats=["png"], results=results)
+    (files,) = save_figures(
+        [6], output_path(tmp_path, force=True), formats=["png"], results=results
+    )
+    assert not any(map(is_replaceable, (*files.pictures, *files.data)))
     assert "mine" not in (tmp_path / "fig-06.csv").read_text()
 
 
