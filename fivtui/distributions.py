@@ -9,7 +9,7 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import PARAMETERS, InputError, ParameterSpec, parse_number, unknown_name
+from .model import PARAMETERS, InputError, ParameterSpec, check_known, parse_number
 from .ranges import number_text
 
 Floats = NDArray[np.float64]
@@ -211,6 +211,5 @@ def parse_scattered(
     name, tilde, rest = (part.strip() for part in text.partition("~"))
     if not tilde or not name or not rest:
         raise InputError(f"{flag} {text}: must be {_FORM}, e.g. {flag} {_EXAMPLE}")
-    if name not in specs:
-        raise unknown_name("parameter", name, specs)
+    check_known("parameter", name, specs)
     return name, parse_distribution(rest)

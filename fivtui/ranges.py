@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import PARAMETERS, InputError, ParameterSpec, parameter_spec, read_whole, unknown_name
+from .model import PARAMETERS, InputError, ParameterSpec, check_known, parameter_spec, read_whole
 
 MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
@@ -66,8 +66,7 @@ def parse_range(
         parts.insert(2, "2")
     if not equals or not name or len(parts) not in (3, 4):
         raise InputError(f"{flag} {text}: must be {form}, e.g. {flag} {example}")
-    if name not in specs:
-        raise unknown_name("parameter", name, specs)
+    check_known("parameter", name, specs)
     log = len(parts) == 4
     if log and parts[3] != _SPACING:
         raise InputError(f"{flag} {text}: unknown spacing {parts[3]!r}; must be {form}")

@@ -6,7 +6,7 @@ from typing import Final
 
 from fivtui.model import OnProgress, System, time_tables
 
-from .model import Parameters, Rows, unknown_name
+from .model import Parameters, Rows, check_known
 from .transient import (
     ALL_METHODS,
     DEFAULT_T_END,
@@ -138,8 +138,7 @@ def compute(
     request: Request, *, progress: OnProgress | None = None, on_samples: OnSamples | None = None
 ) -> Transient:
     """Compute the transient of a request; see `simulate`."""
-    if request.method not in ALL_METHODS:
-        raise unknown_name("method", request.method, ALL_METHODS)
+    check_known("method", request.method, ALL_METHODS)
     begin = time.thread_time()
     result: Transient
     if request.method in FMU_FLAVOURS:

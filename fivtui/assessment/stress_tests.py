@@ -19,7 +19,7 @@ from fivtui.model import (
     OnProgress,
     Parameters,
     Progress,
-    unknown_name,
+    check_known,
 )
 from fivtui.simulation import simulate
 from fivtui.transient import KernelChoice, Start, Transient
@@ -258,8 +258,7 @@ def run_stress_tests(
 
 def _check_names(kind: str, names: Sequence[str], allowed: Mapping[str, object]) -> None:
     for name in names:
-        if name not in allowed:
-            raise unknown_name(kind, name, allowed)
+        check_known(kind, name, allowed)
 
 
 def stress_tests_to_dict(tests: Mapping[str, Mapping[str, StressResult]]) -> dict[str, object]:

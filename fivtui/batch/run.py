@@ -19,8 +19,8 @@ from fivtui.model import (
     OnProgress,
     Parameters,
     Progress,
+    check_known,
     check_parameters,
-    unknown_name,
 )
 from fivtui.taylor import local_tolerance, order_for
 from fivtui.transient import (
@@ -117,8 +117,7 @@ def simulate_batch(
     base = Parameters() if base is None else check_parameters(base)
     table, size = columns(parameters, base)
     for name in require:
-        if name not in REQUIREMENTS:
-            raise unknown_name("requirement", name, REQUIREMENTS)
+        check_known("requirement", name, REQUIREMENTS)
     if workers is not None and workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
     work = _Work(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import read_csv
-from fivtui.model import InputError, Interval, unknown_name
+from fivtui.model import InputError, Interval, check_known, unknown_name
 
 from .instance import FmuFile
 
@@ -34,8 +34,7 @@ def start_values_of(fmu: FmuFile, start_values: Mapping[str, object]) -> dict[st
     }
     values = {}
     for name, value in start_values.items():
-        if name not in settable:
-            raise unknown_name("variable to be set", name, settable)
+        check_known("variable to be set", name, settable)
         values[name] = _start_value(settable[name], value)
     return values
 

@@ -11,8 +11,8 @@ from fivtui.model import (
     Course,
     Mode,
     State,
+    check_known,
     time_scale,
-    unknown_name,
 )
 from fivtui.transient import Recorder, Request, segment_between
 
@@ -65,8 +65,7 @@ class Slave:
         self.steps = 0
 
     def _reference(self, name: str) -> int:
-        if name not in self._references:
-            raise unknown_name("FMU variable", name, self._references)
+        check_known("FMU variable", name, self._references)
         reference: int = self._references[name]
         return reference
 

@@ -16,8 +16,8 @@ from fivtui.model import (
     InputError,
     Interval,
     OnProgress,
+    check_known,
     check_names,
-    unknown_name,
 )
 from fivtui.results import Result
 from fivtui.taylor import TOL_RANGE
@@ -206,8 +206,7 @@ def _recorded(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | None:
     names = [v.name for v in fmu.description.modelVariables]
     recorded = check_names("outputs", outputs)
     for name in recorded:
-        if name not in names:
-            raise unknown_name("output", name, names)
+        check_known("output", name, names)
     return list(recorded)
 
 

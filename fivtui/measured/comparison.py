@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import COLUMNS, Column, InputError, System, parse_number, unknown_name
+from fivtui.model import COLUMNS, Column, InputError, System, check_known, parse_number
 from fivtui.results import Drawn, Table, TableResult
 from fivtui.signals import Spectrum, motion_at, spectrum
 from fivtui.transient import Transient
@@ -218,8 +218,7 @@ def validate(
     >>> f"{found.shift:.3f} s, correlation {found.correlation:.4f}"
     '10.000 s, correlation 1.0000'
     """
-    if quantity not in QUANTITIES:
-        raise unknown_name("quantity", quantity, QUANTITIES)
+    check_known("quantity", quantity, QUANTITIES)
     limits = Tolerances() if tolerances is None else tolerances
     shift_s = best_shift(run, measurement, quantity) if shift == "auto" else float(shift)
     if not math.isfinite(shift_s):

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
         ParameterSpec,
         check_always_sliding,
         check_effect,
+        check_known,
         check_names,
         check_parameters,
         number_spec,

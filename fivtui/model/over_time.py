@@ -9,7 +9,7 @@ from typing import Final
 from .errors import InputError
 from .field import CONSTANT, Rates
 from .numbers import parse_number
-from .parameters import Parameters, parameter_spec, unknown_name
+from .parameters import Parameters, check_known, parameter_spec
 
 # The parameters that may change with time.
 TIMED: Final = ("F", "mu", "v_belt")
@@ -81,8 +81,7 @@ def time_table(name: str, rows: Rows) -> TimeTable:
     Raises `InputError` if the parameter cannot change with time, times do not ascend, or a value is
     out of range.
     """
-    if name not in TIMED:
-        raise unknown_name("parameter over time", name, TIMED)
+    check_known("parameter over time", name, TIMED)
     spec = parameter_spec(name)
     if isinstance(rows, TimeTable):
         rows = zip(rows.times, rows.values, strict=True)

@@ -103,6 +103,12 @@ def unknown_name(kind: str, name: str, allowed: Iterable[str]) -> InputError:
     return InputError(f"unknown {kind} {name!r}{hint} (known: {', '.join(names)})")
 
 
+def check_known(kind: str, name: str, allowed: Collection[str]) -> None:
+    """Raise `InputError` unless a name is one of those allowed."""
+    if name not in allowed:
+        raise unknown_name(kind, name, allowed)
+
+
 def _spec(
     symbol: str, unit: str, default: float, bounds: tuple[float, float], meaning: str
 ) -> float:
@@ -312,6 +318,5 @@ def parameter_spec(name: str) -> ParameterSpec:
 
     Raises `InputError`, with the nearest name, if there is no such parameter.
     """
-    if name not in ALL_PARAMETERS:
-        raise unknown_name("parameter", name, ALL_PARAMETERS)
+    check_known("parameter", name, ALL_PARAMETERS)
     return ALL_PARAMETERS[name]

@@ -17,8 +17,8 @@ from fivtui.model import (
     Progress,
     State,
     System,
+    check_known,
     system_of,
-    unknown_name,
 )
 from fivtui.results import Drawn, Grid, GridResult, Table, grid_of, scene_text, to_data
 from fivtui.transient import START_SPECS, Kernel, Start, resolve_start
@@ -200,8 +200,7 @@ def basin(
 
 
 def _start_spec(name: str) -> ParameterSpec:
-    if name not in START_SPECS:
-        raise unknown_name("start value", name, START_SPECS)
+    check_known("start value", name, START_SPECS)
     return START_SPECS[name]
 
 

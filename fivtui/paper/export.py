@@ -8,7 +8,7 @@ from typing import Final
 
 from fivtui.charts import FORMATS, save_figure
 from fivtui.io import check_apart, check_output, output_path, written_together
-from fivtui.model import InputError, OnProgress, Progress, check_names, unknown_name
+from fivtui.model import InputError, OnProgress, Progress, check_known, check_names
 
 from .charts import draw
 from .data import save_data
@@ -55,8 +55,7 @@ def figure_files(number: int, folder: Path, formats: Sequence[str]) -> FigureFil
     Raises `InputError` if a format is unknown.
     """
     for name in formats:
-        if name not in FORMATS:
-            raise unknown_name("format", name, FORMATS)
+        check_known("format", name, FORMATS)
     stem = f"fig-{number:02d}"
     panels = panels_of(number)
     letters = [panel.key.removeprefix(str(number)) for panel in panels]

@@ -14,7 +14,7 @@ import tomlkit
 from tomlkit.items import Item
 
 from fivtui.io import MAX_TEXT, is_there, output_path, read_bytes, write_atomically
-from fivtui.model import InputError, Parameters, parameter_spec, unknown_name
+from fivtui.model import InputError, Parameters, check_known, parameter_spec, unknown_name
 from fivtui.transient import SETTINGS, number_in_file, text_in_file
 
 from .over_time import over_time_from, over_time_to_dict
@@ -103,8 +103,7 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     _check_version(data)
     keys = (_VERSION_KEY, *_KEYS, _PARAMETERS)
     for key in data:
-        if key not in keys:
-            raise unknown_name("key", key, keys)
+        check_known("key", key, keys)
     values = {key: read(key, data[key]) for key, read in _READ.items() if key in data}
     for unused in _OF_ACCURACY:
         if values.get("accuracy") and unused in values:

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from fivtui.io import read_csv
-from fivtui.model import TIMED, InputError, TimeTable, time_table, unknown_name
+from fivtui.model import TIMED, InputError, TimeTable, check_known, time_table
 from fivtui.transient import number_in_file
 
 # Quantities that may follow a table, by parameter.
@@ -32,8 +32,7 @@ def over_time_from(key: str, value: object, folder: Path | None = None) -> OverT
             (str(name), time_table(str(name), _pairs(rows))) for name, rows in value.items()
         )
     for name in value:
-        if name not in _OF_FILE:
-            raise unknown_name(f"key of {key}", str(name), _OF_FILE)
+        check_known(f"key of {key}", str(name), _OF_FILE)
     if not isinstance(value["file"], str):
         raise InputError(f"{key}.file = {value['file']!r}: must be the name of a file in quotes")
     path = (folder or Path()) / value["file"]
@@ -54,8 +53,7 @@ def read_over_time(
         if not columns:
             raise InputError(f"{path}: must have a column of {', '.join(TIMED)}")
     for name in (time, *(column for column, _, _ in columns.values())):
-        if name not in table:
-            raise unknown_name(f"column in {path}:", name, table)
+        check_known(f"column in {path}:", name, table)
     if table[time].size > _MOST_ROWS:
         raise InputError(f"{path}: {table[time].size} rows: must be at most {_MOST_ROWS}")
     tables = []
@@ -89,8 +87,7 @@ def _column(name: str, value: object) -> tuple[str, float, float]:
             f'{name} = {value!r}: must be a column such as {{column = "p", scale = 12}}'
         )
     for key in value:
-        if key not in _OF_COLUMN:
-            raise unknown_name(f"key of {name}", str(key), _OF_COLUMN)
+        check_known(f"key of {name}", str(key), _OF_COLUMN)
     scale, offset = (
         number_in_file(f"{name}.{key}", value.get(key, default))
         for key, default in (("scale", 1.0), ("offset", 0.0))

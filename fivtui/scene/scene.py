@@ -10,10 +10,10 @@ from fivtui.model import (
     InputError,
     Parameters,
     System,
+    check_known,
     check_names,
     check_parameters,
     course_of,
-    unknown_name,
 )
 from fivtui.transient import (
     ALL_METHODS,
@@ -115,8 +115,7 @@ class Scene:
         _check_line("description", self.description, _LONGEST_DESCRIPTION)
         if not self.name.strip():
             raise InputError("name is empty: must be one line of printable characters")
-        if self.method not in ALL_METHODS:
-            raise unknown_name("method", self.method, ALL_METHODS)
+        check_known("method", self.method, ALL_METHODS)
         if self.step is not None:
             check_takes_step(self.method)
         p, over_time = check_parameters(self.parameters), dict(self.over_time)
@@ -135,8 +134,7 @@ class Scene:
         for first, second, correlated in self.correlation:
             _check_correlation(first, second, correlated)
         for name in check_names("outputs", self.outputs):
-            if name not in OUTPUTS:
-                raise unknown_name("output", name, OUTPUTS)
+            check_known("output", name, OUTPUTS)
         for key, value in checked.items():
             object.__setattr__(self, key, value)
 
@@ -168,8 +166,7 @@ class Scene:
 
 def _check_correlation(first: str, second: str, value: float) -> None:
     for name in (first, second):
-        if name not in _CORRELATED:
-            raise unknown_name("correlated name", name, _CORRELATED)
+        check_known("correlated name", name, _CORRELATED)
     if first == second or not -1.0 < value < 1.0:
         raise InputError(
             f"correlation of {first} and {second} = {value:g}: must be of two names, between "

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import check_output, check_suffix, files_text, output_path, write_atomically
-from fivtui.model import InputError, unknown_name
+from fivtui.model import InputError, check_known
 from fivtui.results import Result
 from fivtui.transient import Trajectory, Transient
 
@@ -127,8 +127,7 @@ def sound(
     """
     path = output_path(path, force=force)
     check_sound_path(path)
-    if signal not in SIGNALS:
-        raise unknown_name("signal", signal, SIGNALS)
+    check_known("signal", signal, SIGNALS)
     start, end = (0.0, run.t_end) if window is None else check_window(run, window)
     period = period_of(run)
     if factor is None:

@@ -8,7 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ALL_PARAMETERS, InputError, ParameterSpec, unknown_name
+from fivtui.model import ALL_PARAMETERS, InputError, ParameterSpec, check_known
 from fivtui.ranges import log_spaced, parse_range
 from fivtui.transient import START_SPECS
 
@@ -137,8 +137,7 @@ class Design:
     size: int = field(init=False)
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise unknown_name("design", self.kind, KINDS)
+        check_known("design", self.kind, KINDS)
         if not self.axes:
             raise InputError("sweep: nothing varies; at least one name must vary")
         axes = {name: _checked(name, axis) for name, axis in self.axes.items()}
@@ -211,8 +210,7 @@ class Design:
 
 
 def _checked(name: str, axis: object) -> Axis:
-    if name not in VARIABLES:
-        raise unknown_name("name", name, VARIABLES)
+    check_known("name", name, VARIABLES)
     spec = VARIABLES[name]
     if isinstance(axis, Range):
         return Range(spec.check(axis.start), spec.check(axis.stop), axis.count, axis.log)
@@ -301,8 +299,7 @@ def _parse_axis(text: str, *, sampled: bool) -> tuple[str, Axis]:
     name, equals, rest = text.partition("=")
     if equals and rest and ":" not in rest and not sampled:
         name = name.strip()
-        if name not in VARIABLES:
-            raise unknown_name("parameter", name, VARIABLES)
+        check_known("parameter", name, VARIABLES)
         return name, tuple(VARIABLES[name].check(part.strip()) for part in rest.split(","))
     named_range = parse_range("--vary", text, VARIABLES, counted=not sampled)
     return named_range.name, Range(

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from fivtui.model import ALL_PARAMETERS, InputError, Interval, unknown_name
+from fivtui.model import ALL_PARAMETERS, InputError, Interval, check_known
 from fivtui.options import ANY_WHOLE, Option, declaration, flag, option, option_field
 from fivtui.transient import OVER_TIME, START_SPECS, setting
 
@@ -121,6 +121,5 @@ def varied_texts(preset: str | None, texts: Sequence[str]) -> Sequence[str]:
         return texts
     if texts:
         raise InputError("--preset: must be given without --vary")
-    if preset not in SWEEP_PRESETS:
-        raise unknown_name("sweep", preset, SWEEP_PRESETS)
+    check_known("sweep", preset, SWEEP_PRESETS)
     return SWEEP_PRESETS[preset].varied

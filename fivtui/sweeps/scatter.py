@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
-from fivtui.model import InputError, unknown_name
+from fivtui.model import InputError, check_known
 
 from .design import MAX_MEMBERS, SOBOL_BITS, VARIABLES, Design, sobol_directions, sobol_points
 
@@ -82,8 +82,7 @@ class Scatter:
     size: int = field(init=False)
 
     def __post_init__(self) -> None:
-        if self.kind not in SCATTERS:
-            raise unknown_name("design", self.kind, SCATTERS)
+        check_known("design", self.kind, SCATTERS)
         if not self.axes:
             raise InputError("nothing is scattered; at least one name must be")
         object.__setattr__(
@@ -176,8 +175,7 @@ StudyDesign = Design | Scatter
 
 
 def _bounded(name: str, axis: object) -> Distribution:
-    if name not in VARIABLES:
-        raise unknown_name("name", name, VARIABLES)
+    check_known("name", name, VARIABLES)
     if not isinstance(axis, Distribution):
         raise InputError(f"{name} = {axis!r}: must be a distribution, such as normal:80:8")
     spec = VARIABLES[name]
@@ -201,8 +199,7 @@ def _triangle(names: tuple[str, ...], correlations: Correlations) -> Floats | No
     matrix = np.eye(len(names))
     for first, second, value in correlations:
         for name in (first, second):
-            if name not in names:
-                raise unknown_name("correlated name", name, names)
+            check_known("correlated name", name, names)
         if first == second or not -1.0 < value < 1.0:
             raise InputError(
                 f"correlation of {first} and {second} = {value:g}: must be of two names, between "

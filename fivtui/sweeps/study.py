@@ -9,10 +9,10 @@ from fivtui.model import (
     InputError,
     Parameters,
     check_effect,
+    check_known,
     check_names,
     check_parameters,
     course_of,
-    unknown_name,
 )
 from fivtui.safety import SafeTable
 from fivtui.scene import OverTime, Scene
@@ -144,8 +144,7 @@ class Study:
         if not 1 <= len(set(self.cases)) == len(self.cases):
             raise InputError(f"cases = {self.cases}: must be True, False, or both")
         for name in check_names("outputs", self.outputs):
-            if name not in OUTPUTS:
-                raise unknown_name("output", name, OUTPUTS)
+            check_known("output", name, OUTPUTS)
         if not 1 <= len(set(self.outputs)) == len(self.outputs):
             raise InputError("outputs: must be one or more names, each once")
         if self.method not in METHODS:

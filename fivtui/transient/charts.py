@@ -22,7 +22,7 @@ from fivtui.charts import (
     math_unit,
     value_label,
 )
-from fivtui.model import ALL_PARAMETERS, COLUMNS, InputError, Mode, System, unknown_name
+from fivtui.model import ALL_PARAMETERS, COLUMNS, InputError, Mode, System, check_known
 
 from .files import trajectory_of
 from .result import Transient
@@ -287,8 +287,7 @@ def transient_sheet(
     if not runs:
         raise InputError("figure: there is no run to draw")
     for name in quantities:
-        if name not in _COLUMNS:
-            raise unknown_name("quantity", name, list(_COLUMNS))
+        check_known("quantity", name, _COLUMNS)
     plotted = _plotted(runs)
     considered = [run for run in runs if run.separation]
     strips = contact_strips(

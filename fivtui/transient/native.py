@@ -10,8 +10,8 @@ from fivtui.model import (
     InputError,
     OnProgress,
     Progress,
+    check_known,
     horizontal_stiffness,
-    unknown_name,
 )
 
 from . import compiled
@@ -36,8 +36,7 @@ def integrate(
     request: Request, *, progress: OnProgress | None = None, on_samples: OnSamples | None = None
 ) -> Transient:
     """Compute a transient with a native method."""
-    if request.method not in METHODS:
-        raise unknown_name("method", request.method, METHODS)
+    check_known("method", request.method, METHODS)
     if request.step is not None:
         check_takes_step(request.method)
     work = Progress(progress)
@@ -60,8 +59,7 @@ def integrate(
 def _check_kernel(request: Request) -> None:
     # Raises `InputError` if the method ``taylor`` cannot do what is asked.
     kernel = request.kernel
-    if kernel not in _KERNELS:
-        raise unknown_name("kernel", kernel, _KERNELS)
+    check_known("kernel", kernel, _KERNELS)
     if request.course is not None:
         names = ", ".join(request.course.tables)
         if kernel == "exact":

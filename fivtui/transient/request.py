@@ -15,12 +15,12 @@ from fivtui.model import (
     Parameters,
     State,
     System,
+    check_known,
     check_names,
     check_parameters,
     mode_of,
     parameter_spec,
     static_start,
-    unknown_name,
 )
 from fivtui.taylor import DEFAULT_TOL as TAYLOR_TOL, TOL_RANGE as TAYLOR_TOL_RANGE
 
@@ -148,8 +148,7 @@ def check_max_steps(max_steps: object) -> int:
 
 def _sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
     if isinstance(samples, str):
-        if samples not in ("none", "dense"):
-            raise unknown_name("samples", samples, ("none", "dense"))
+        check_known("samples", samples, ("none", "dense"))
         return None
     if isinstance(samples, int | np.integer) and not isinstance(samples, bool):
         if not 2 <= samples <= _MOST_SAMPLES:

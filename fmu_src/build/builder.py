@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 from fivtui.io import check_output, check_suffix, output_path, temporary_folder, write_atomically
-from fivtui.model import InputError, unknown_name
+from fivtui.model import InputError, check_known
 
 from .bundle import IMPORT_LOCK, Bundle
 from .component import Component, documentation, reference_files
@@ -86,8 +86,7 @@ def build_fmu(
     >>> build_fmu("slider_belt.fmu").name
     'slider_belt.fmu'
     """
-    if flavour not in FLAVOURS:
-        raise unknown_name("flavour", flavour, FLAVOURS)
+    check_known("flavour", flavour, FLAVOURS)
     if flavour != NATIVE and sources:
         raise InputError(f"sources: the {flavour} flavour has no C files")
     if flavour != NATIVE and platforms:
@@ -110,8 +109,7 @@ def build_fmu(
 
 
 def _component(name: str, fmi: str, flavour: str) -> Component:
-    if name not in COMPONENTS:
-        raise unknown_name("component", name, COMPONENTS)
+    check_known("component", name, COMPONENTS)
     if fmi not in _VERSIONS:
         raise InputError(f"FMI {fmi}: must be {' or '.join(_VERSIONS)}")
     if fmi != _VERSIONS[0] and flavour != NATIVE:

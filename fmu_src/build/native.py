@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from fivtui.model import InputError, unknown_name
+from fivtui.model import InputError, check_known
 from fmu_src.slave import Type
 
 from .component import Component
@@ -87,8 +87,7 @@ def native_content(
     content: dict[str, bytes] = {}
     model, names = component.model, platforms or [_platform_name()]
     for name in names:
-        if name not in TARGETS:
-            raise unknown_name("platform", name, TARGETS)
+        check_known("platform", name, TARGETS)
     # Those of x86 first: a folder in which importers for ARM look, too, is theirs.
     for name in sorted(names, key=lambda name: bool(TARGETS[name].older)):
         target = TARGETS[name]

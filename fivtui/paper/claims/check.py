@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fivtui.io import read_bytes
-from fivtui.model import InputError, OnProgress, Progress, unknown_name
+from fivtui.model import InputError, OnProgress, Progress, check_known
 from fivtui.paper import PANELS, PaperResults
 from fivtui.results import from_data, to_data
 
@@ -70,8 +70,7 @@ def claims(ids: Sequence[str] = (), *, progress: OnProgress | None = None) -> li
     """
     by_id = {claim.id: claim for claim in CLAIMS}
     for name in ids:
-        if name not in by_id:
-            raise unknown_name("claim", name, by_id)
+        check_known("claim", name, by_id)
     chosen = [claim for claim in CLAIMS if not ids or claim.id in ids]
     return check_claims(chosen=chosen, progress=progress)
 

@@ -9,8 +9,8 @@ from fivtui.model import (
     Interval,
     ParameterSpec,
     State,
+    check_known,
     parse_number,
-    unknown_name,
 )
 
 Start = Literal["static"] | Sequence[float]
@@ -91,8 +91,7 @@ def check_step(step: float | str, t_end: float) -> float:
 
 def check_quantity(name: str) -> str:
     """The name of a quantity in `QUANTITIES`; raises `InputError` if it is unknown."""
-    if name not in QUANTITIES:
-        raise unknown_name("quantity", name, QUANTITIES)
+    check_known("quantity", name, QUANTITIES)
     return name
 
 

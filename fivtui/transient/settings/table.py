@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from fivtui.model import InputError, Interval, parse_number, unknown_name
+from fivtui.model import InputError, Interval, check_known, parse_number
 from fivtui.options import Option, option_field
 
 from .checks import (
@@ -40,8 +40,7 @@ _START_IN_FILE: Final = (
 
 def _read_choice(kind: str, choices: Callable[[], Mapping[str, str]]) -> Callable[[str], str]:
     def read(text: str) -> str:
-        if text not in choices():
-            raise unknown_name(kind, text, choices())
+        check_known(kind, text, choices())
         return text
 
     return read

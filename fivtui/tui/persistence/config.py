@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from fivtui.model import InputError, unknown_name
+from fivtui.model import InputError, check_known, unknown_name
 
 _COLOUR: Final = re.compile(r"#[0-9a-fA-F]{6}")
 # Colours of a theme; `primary` must be given.
@@ -69,12 +69,10 @@ def load_config(path: Path | None, actions: Collection[str]) -> Config:
     except (ValueError, RecursionError) as error:
         raise InputError(f"not TOML: {error}") from None
     for name in data:
-        if name not in _KEYS:
-            raise unknown_name("key", name, _KEYS)
+        check_known("key", name, _KEYS)
     keys = {name: _text(f"keys.{name}", key) for name, key in _table("keys", data).items()}
     for name in keys:
-        if name not in actions:
-            raise unknown_name("action", name, actions)
+        check_known("action", name, actions)
     keys |= {name: keys[_RUN[0]] for name in _RUN if _RUN[0] in keys}
     themes = _table("themes", data)
     return Config(
