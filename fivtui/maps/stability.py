@@ -70,8 +70,8 @@ def stability_map(
     Raises
     ------
     InputError
-        If `over` has not two parameters, a name is unknown, a value is out of range, the map has
-        more than 100 000 000 points, or is one of the critical μ over μ.
+        If `over` has not two parameters, a name is unknown, a value is out of range, or the map
+        has more than 100 000 000 points.
     Cancelled
         If `progress` returned False.
 

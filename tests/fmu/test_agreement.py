@@ -26,14 +26,15 @@ def final_state(**options: Any) -> State:
 
 
 @pytest.mark.parametrize("separation", [True, False])
+@pytest.mark.parametrize("t_end", [4.0, pytest.param(6.0, marks=pytest.mark.whole)])
 def test_the_independent_rk4_converges_to_the_fmu_in_fourth_order(
-    driver: Driver, separation: bool
+    driver: Driver, t_end: float, separation: bool
 ) -> None:
-    run = {"stop_time": 4.0, "start_values": {"separation": separation}, "output_interval": 0.5}
+    run = {"stop_time": t_end, "start_values": {"separation": separation}, "output_interval": 0.5}
     (end,) = driver.simulate(run)
     errors = []
     for step in (4e-3, 2e-3, 1e-3):
-        rk4 = final_state(t_end=4.0, separation=separation, method="rk4", step=step)
+        rk4 = final_state(t_end=t_end, separation=separation, method="rk4", step=step)
         errors.append(max(abs(end[name] - x) for name, x in zip(STATES, rk4, strict=True)))
     assert errors[2] < 1e-7
     assert errors[0] > 12.0 * errors[1] > 144.0 * errors[2]

@@ -21,6 +21,7 @@ VARIABLE_STEP = [name for name, method in METHODS.items() if not method.fixed_st
 
 
 @pytest.mark.parametrize("separation", [True, False])
+@pytest.mark.parametrize("t_end", [12.0, pytest.param(30.0, marks=pytest.mark.whole)])
 @pytest.mark.parametrize(
     ("method", "setting", "expected"),
     [
@@ -31,11 +32,11 @@ VARIABLE_STEP = [name for name, method in METHODS.items() if not method.fixed_st
     ],
 )
 def test_every_method_gives_the_same_transient(
-    method: str, setting: dict[str, Any], expected: float, separation: bool
+    method: str, setting: dict[str, Any], expected: float, t_end: float, separation: bool
 ) -> None:
     p = Parameters()
-    exact = simulate(p, t_end=12.0, separation=separation)
-    result_of_method = simulate(p, t_end=12.0, separation=separation, method=method, **setting)
+    exact = simulate(p, t_end=t_end, separation=separation)
+    result_of_method = simulate(p, t_end=t_end, separation=separation, method=method, **setting)
     assert result_of_method.method == method
     assert result_of_method.events.separations == exact.events.separations
     assert result_of_method.events.separated_time == pytest.approx(
