@@ -44,18 +44,18 @@ def check_fmu(path: str | Path) -> list[str]:
 
     path = Path(path)
     check_archive(path)
-    problems = _structural_problems(path)
+    problems = _find_structural_problems(path)
     problems += [" ".join(problem.split()) for problem in validate_fmu(str(path))]
     if not problems:
-        problems = _problems_of_a_run(path)
+        problems = _find_run_problems(path)
     return problems
 
 
-def _structural_problems(path: Path) -> list[str]:
+def _find_structural_problems(path: Path) -> list[str]:
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
-        damaged = archive.testzip()
-    problems = [] if damaged is None else [f"the file {damaged} in the archive is damaged"]
+        bad_file = archive.testzip()
+    problems = [] if bad_file is None else [f"the file {bad_file} in the archive is damaged"]
     problems += [f"the archive holds {n} twice" for n, count in Counter(names).items() if count > 1]
     for name in names:
         parts = PurePosixPath(name).parts
@@ -64,17 +64,17 @@ def _structural_problems(path: Path) -> list[str]:
     return problems
 
 
-def _problems_of_a_run(path: Path) -> list[str]:
-    # An FMU is foreign code, which may crash its process.
-    project = str(Path(__file__).parents[2])
-    search = os.pathsep.join(filter(None, (project, os.environ.get("PYTHONPATH"))))
+def _find_run_problems(path: Path) -> list[str]:
+    # An FMU is foreign code that may crash its process: run it in another one.
+    project_folder = str(Path(__file__).parents[2])
+    import_path = os.pathsep.join(filter(None, (project_folder, os.environ.get("PYTHONPATH"))))
     with tempfile.TemporaryDirectory(prefix="fivtui-check-") as folder:
         try:
             process = subprocess.run(  # noqa: S603
                 [sys.executable, "-m", "fivtui.fmu.probe", str(path.resolve())],
                 cwd=folder,
-                # A killed process leaves files, which are removed with the folder.
-                env=os.environ | {"PYTHONPATH": search, "TMPDIR": folder},
+                # Files that a killed process leaves are removed with the folder.
+                env=os.environ | {"PYTHONPATH": import_path, "TMPDIR": folder},
                 capture_output=True,
                 timeout=_TIMEOUT_S,
                 check=False,
@@ -82,8 +82,8 @@ def _problems_of_a_run(path: Path) -> list[str]:
         except subprocess.TimeoutExpired:
             return [f"a short run is not finished after {_TIMEOUT_S:g} s"]
     if process.returncode < 0:
-        name = signal.Signals(-process.returncode).name
-        return [f"the FMU crashes the process that runs it ({name})"]
+        signal_name = signal.Signals(-process.returncode).name
+        return [f"the FMU crashes the process that runs it ({signal_name})"]
     if process.returncode > 0:
         last_line = process.stderr.decode(errors="replace").strip().splitlines()[-1:]
         return [f"the FMU cannot be run: {' '.join(last_line)}"]

@@ -1,7 +1,7 @@
 """Folders to extract FMUs to, reused and with plain paths that every FMU can handle.
 
 A closed library may stay in memory. Loading it again from the same path takes no more memory, so an
-FMU is extracted to its former folder, unless a run in this process uses it.
+FMU is extracted to the folder of its last run, unless another run of this process uses it.
 """
 
 import hashlib
@@ -16,49 +16,49 @@ from typing import Final
 
 from fivtui.model import ComputationError
 
-# Where to extract if the path of the folder for temporary files is not plain.
+# Parent folders to use if the path of the folder for temporary files is not plain.
 _FALLBACKS: Final[tuple[str, ...]] = ("/tmp", "/var/tmp") if os.name == "posix" else ()  # noqa: S108
 _PREFIX: Final = "fivtui-fmu-"
 
 _lock: Final = threading.Lock()
-# Free folders, by process, parent folder and content of the FMU that was there.
-_free: Final[dict[tuple[int, str, bytes], list[str]]] = {}
+# Paths of unused folders, by process, parent folder and hash of the FMU extracted to them before.
+_unused_paths: Final[dict[tuple[int, str, bytes], list[str]]] = {}
 
 
 class Folder:
-    """A folder for one extracted FMU; `spoilt` after a fatal error: it must not be used again."""
+    """A folder for one extracted FMU; not reused if the FMU `failed_fatally`."""
 
     def __init__(self, path: str) -> None:
         self.path = path
-        self.spoilt = False
+        self.failed_fatally = False
 
 
 @contextmanager
-def folder_for(fmu: Path) -> Iterator[Folder]:
+def reserve_folder(fmu: Path) -> Iterator[Folder]:
     """Create an empty folder for an FMU; it is removed when the context ends.
 
     FMUs of the same content get the same folder, unless it is in use. Raises `OSError` if the FMU
-    cannot be read or the folder not be created, and `ComputationError` if the path of the folder
-    for temporary files is not plain.
+    cannot be read or the folder cannot be created, and `ComputationError` if no parent folder has a
+    plain path.
     """
     parent = _parent_folder()
     with fmu.open("rb") as file:
         key = (os.getpid(), parent, hashlib.file_digest(file, "sha256").digest())
     with _lock:
-        free = _free.setdefault(key, [])
-        path = free.pop() if free else None
+        unused_paths = _unused_paths.setdefault(key, [])
+        path = unused_paths.pop() if unused_paths else None
     folder = Folder(_create_folder(path, parent))
     try:
         yield folder
     finally:
         shutil.rmtree(folder.path, ignore_errors=True)
-        if not folder.spoilt:
+        if not folder.failed_fatally:
             with _lock:
-                free.append(folder.path)
+                unused_paths.append(folder.path)
 
 
 def _create_folder(path: str | None, parent: str) -> str:
-    # A different process may have created this folder meanwhile.
+    # Another process may have created this folder meanwhile.
     if path is not None:
         try:
             Path(path).mkdir(0o700)
@@ -68,12 +68,12 @@ def _create_folder(path: str | None, parent: str) -> str:
 
 
 def _parent_folder() -> str:
-    usual = str(Path(tempfile.gettempdir()).absolute())
-    for parent in (usual, *_FALLBACKS):
+    system_parent = str(Path(tempfile.gettempdir()).absolute())
+    for parent in (system_parent, *_FALLBACKS):
         if is_plain(parent) and os.access(parent, os.W_OK | os.X_OK):
             return parent
     raise ComputationError(
-        f"the folder for temporary files, {usual}, has characters that FMUs cannot handle",
+        f"the folder for temporary files, {system_parent}, has characters that FMUs cannot handle",
         "set TMPDIR to a folder of ASCII letters and digits",
     )
 
@@ -81,6 +81,6 @@ def _parent_folder() -> str:
 def is_plain(folder: str) -> bool:
     """Whether the wrapper of Python FMUs can handle an absolute path.
 
-    The wrapper decodes no percent notation but that of a space, and crashes on any other.
+    In the URI of the path the wrapper decodes only ``%20``; it crashes on other escapes.
     """
     return "%" not in Path(folder).as_uri().replace("%20", "")

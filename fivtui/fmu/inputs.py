@@ -14,14 +14,14 @@ from fivtui.model import InputError, Interval, check_known, unknown_name
 from .instance import FmuFile
 
 TIME: Final = "time"
-_WORDS: Final = ("String", "Binary")
-# Names of the belt's speed and of the flag that enables it.
-_SPEED: Final = "v_belt"
-_HAS_SPEED: Final = "finite_belt"
-_TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
+_NON_NUMERIC_TYPES: Final = ("String", "Binary")
+# Variables of the slider-belt FMU: the belt's speed, and the flag that enables it.
+_BELT_SPEED: Final = "v_belt"
+_FINITE_BELT: Final = "finite_belt"
+_BOOLEANS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
-def start_values_of(fmu: FmuFile, start_values: Mapping[str, object]) -> dict[str, Any]:
+def check_start_values(fmu: FmuFile, start_values: Mapping[str, object]) -> dict[str, Any]:
     """Check start values against the model description; return them in the types of the variables.
 
     Raises `InputError` if a name is unknown or a value out of range.
@@ -35,17 +35,17 @@ def start_values_of(fmu: FmuFile, start_values: Mapping[str, object]) -> dict[st
     values = {}
     for name, value in start_values.items():
         check_known("variable to be set", name, settable)
-        values[name] = _start_value(settable[name], value)
+        values[name] = _check_start_value(settable[name], value)
     return values
 
 
-def _start_value(variable: Any, value: object) -> Any:
+def _check_start_value(variable: Any, value: object) -> Any:
     if variable.type == "Boolean":
-        truth = _TRUTH.get(str(value).strip().lower())
-        if truth is None:
+        boolean = _BOOLEANS.get(str(value).strip().lower())
+        if boolean is None:
             raise InputError(f"{variable.name} = {value}: must be true or false")
-        return truth
-    if variable.type in _WORDS or variable.shape:
+        return boolean
+    if variable.type in _NON_NUMERIC_TYPES or variable.shape:
         return value
     lower, upper = (
         float(limit) if limit is not None else bound
@@ -59,32 +59,32 @@ def _start_value(variable: Any, value: object) -> Any:
     return int(number)
 
 
-def with_finite_belt(
+def enable_belt_speed(
     fmu: FmuFile, start: Mapping[str, Any], columns: Collection[str]
 ) -> dict[str, Any]:
-    """The start values, with the flag of a finite belt speed if a speed is set.
+    """Add the flag of a finite belt speed to the start values if a belt speed is set.
 
-    `columns` are the inputs given over time. FMUs without such a flag have their start values.
+    `columns` are the inputs given over time. If the FMU has no such flag, nothing is added.
     """
     names = {v.name for v in fmu.description.modelVariables}
-    has_speed = _SPEED in start or _SPEED in columns
-    flag = {_HAS_SPEED: True} if has_speed and _HAS_SPEED in names else {}
+    sets_speed = _BELT_SPEED in start or _BELT_SPEED in columns
+    flag = {_FINITE_BELT: True} if sets_speed and _FINITE_BELT in names else {}
     return {**flag, **start}
 
 
-def signals_from(
+def read_signals(
     fmu: FmuFile, path: Path, start: Mapping[str, Any]
 ) -> tuple[NDArray[Any], set[str]]:
     """Read values of inputs over time from a CSV file with a column ``time``, s.
 
-    Inputs without a column keep their start value. Returns a record of ``time`` and all scalar
-    inputs for each row, and the names of the columns. Raises `InputError` if the file is not such a
-    table, or a value is out of range.
+    Inputs without a column keep their start value. Returns a structured array with ``time`` and all
+    scalar inputs in every row, and the names of the columns in the file. Raises `InputError` if the
+    file is not such a table, or a value is out of range.
     """
     inputs = {
         v.name: v
         for v in fmu.description.modelVariables
-        if v.causality == "input" and v.type not in _WORDS and not v.shape
+        if v.causality == "input" and v.type not in _NON_NUMERIC_TYPES and not v.shape
     }
     table = _read_table(path)
     for name in table:
@@ -94,20 +94,20 @@ def signals_from(
         raise InputError(f"{path}: there is no column {TIME}")
     if np.any(np.diff(table[TIME]) < 0.0):
         raise InputError(f"{path}: the times must ascend")
-    names = set(table)
-    kinds: list[tuple[str, type]] = [(TIME, float)]
+    given_columns = set(table)
+    column_types: list[tuple[str, type]] = [(TIME, float)]
     for name, variable in inputs.items():
         if name not in table:
             value = start.get(name, variable.start)
-            table[name] = np.full(table[TIME].size, float(_start_value(variable, value or 0)))
+            table[name] = np.full(table[TIME].size, float(_check_start_value(variable, value or 0)))
         elif variable.type != "Boolean":
             for extreme in (table[name].min(), table[name].max()):
-                _start_value(variable, float(extreme))
-        kinds.append((name, bool if variable.type == "Boolean" else float))
-    signals = np.empty(table[TIME].size, dtype=kinds)
-    for name, _ in kinds:
+                _check_start_value(variable, float(extreme))
+        column_types.append((name, bool if variable.type == "Boolean" else float))
+    signals = np.empty(table[TIME].size, dtype=column_types)
+    for name, _ in column_types:
         signals[name] = table[name]
-    return signals, names
+    return signals, given_columns
 
 
 def _read_table(path: Path) -> dict[str, NDArray[Any]]:

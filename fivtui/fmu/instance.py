@@ -1,4 +1,4 @@
-"""FMU files and instances: loaded by fmpy, with their log and without side effects here."""
+"""Load FMUs with fmpy: extract the file, create an instance, collect its log messages."""
 
 import filecmp
 import itertools
@@ -20,7 +20,7 @@ from fivtui.io import MAX_TABLE, opened
 from fivtui.model import ComputationError, InputError
 from fmu_src.build import IMPORT_LOCK
 
-from .folders import Folder, folder_for
+from .folders import Folder, reserve_folder
 
 # FMI statuses.
 _WARNING: Final = 1
@@ -28,14 +28,14 @@ _FATAL: Final = 4
 _MAX_MESSAGES: Final = 20
 _DESCRIPTION: Final = "modelDescription.xml"
 
-_identifiers = itertools.count(1)
-_listeners: dict[int, "Messages"] = {}
-# FMUs of this project also log refusals here. Filter those that the host already receives.
+_instance_numbers = itertools.count(1)
+_messages_by_instance: dict[int, "Messages"] = {}
+# FMUs of this project also log here. Filter their records: the host receives the same messages.
 _LOGGER: Final = logging.getLogger("fivtui.fmu")
 
 
 class Messages:
-    """Log of the warnings and failed calls of one FMU instance, newest last."""
+    """Newest warnings and messages of failed calls of one FMU instance."""
 
     def __init__(self) -> None:
         self._failures: deque[str] = deque(maxlen=_MAX_MESSAGES)
@@ -49,12 +49,12 @@ class Messages:
 
     @property
     def last(self) -> str:
-        """The newest message on one line, or an empty string."""
+        """The newest message of a failed call on one line; empty if there is none."""
         return self._failures[-1] if self._failures else ""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The newest warnings, each different one once, on one line."""
+        """The newest warnings, without repetition, each on one line."""
         return tuple(dict.fromkeys(self._warnings))
 
 
@@ -67,25 +67,25 @@ class FmuFile:
         self.description = description
         self._folder = folder
 
-    def spoil(self) -> None:
-        """Have the next run load the FMU's library again."""
-        self._folder.spoilt = True
+    def discard_folder(self) -> None:
+        """Prevent reuse of the folder: the next run loads the library from another path."""
+        self._folder.failed_fatally = True
 
 
 @contextmanager
-def extracted(path: Path) -> Iterator[FmuFile]:
+def extract_fmu(path: Path) -> Iterator[FmuFile]:
     """Extract an FMU for the duration of a context."""
     check_archive(path)
     with ExitStack() as stack:
         try:
-            folder = stack.enter_context(folder_for(path))
-            description = _extracted_to(folder.path, path)
+            folder = stack.enter_context(reserve_folder(path))
+            description = _extract_to(folder.path, path)
         except OSError as error:
             raise InputError(f"{path}: cannot be extracted: {error.strerror or error}") from None
         yield FmuFile(path, folder, description)
 
 
-def _extracted_to(folder: str, path: Path) -> Any:
+def _extract_to(folder: str, path: Path) -> Any:
     import fmpy
 
     try:
@@ -98,7 +98,7 @@ def _extracted_to(folder: str, path: Path) -> Any:
 
 
 def check_archive(path: Path) -> None:
-    """Check that a file is a zip archive with a model description; `InputError` if not."""
+    """Raise `InputError` unless a file is a zip archive with a model description."""
     with opened(path) as file:
         try:
             with zipfile.ZipFile(file) as archive:
@@ -112,20 +112,20 @@ def check_archive(path: Path) -> None:
 
 
 @contextmanager
-def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
-    """One co-simulation instance of an FMU (FMI 2.0 or 3.0), freed when the context ends.
+def create_instance(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
+    """Create a co-simulation instance of an FMU (FMI 2.0 or 3.0); the context frees it at its end.
 
     The host's working directory and module path are restored.
     """
-    make = _maker(fmu)
-    identifier, messages = next(_identifiers), Messages()
-    _listeners[identifier] = messages
+    instantiate = _choose_interface(fmu)
+    number, messages = next(_instance_numbers), Messages()
+    _messages_by_instance[number] = messages
     instance, fatal = None, False
-    unprinted = _unprinted(identifier)
-    _LOGGER.addFilter(unprinted)
+    host_filter = _filter_without(number)
+    _LOGGER.addFilter(host_filter)
     try:
-        with IMPORT_LOCK, _process_restored():
-            instance = _instance_of(fmu, lambda: make(identifier, messages), messages)
+        with IMPORT_LOCK, _restore_process():
+            instance = _instantiate(fmu, lambda: instantiate(number, messages), messages)
         yield instance, messages
     except Exception as error:
         causes = (error, error.__context__)
@@ -133,25 +133,25 @@ def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
         raise
     finally:
         if fatal:
-            fmu.spoil()
+            fmu.discard_folder()
         elif instance is not None:
             with suppress(Exception):
                 instance.freeInstance()
-        _LOGGER.removeFilter(unprinted)
-        del _listeners[identifier]
+        _LOGGER.removeFilter(host_filter)
+        del _messages_by_instance[number]
 
 
-def _name_of(identifier: int) -> str:
-    return f"fivtui-{identifier}"
+def _instance_name(number: int) -> str:
+    return f"fivtui-{number}"
 
 
-def _unprinted(identifier: int) -> Callable[[logging.LogRecord], bool]:
-    name = _name_of(identifier)
+def _filter_without(number: int) -> Callable[[logging.LogRecord], bool]:
+    name = _instance_name(number)
     return lambda record: getattr(record, "fmu_instance", None) != name
 
 
 @contextmanager
-def _process_restored() -> Iterator[None]:
+def _restore_process() -> Iterator[None]:
     # The wrapper of a Python FMU extends the module path; fmpy changes the working directory.
     path, directory = sys.path[:], Path.cwd()
     try:
@@ -161,9 +161,9 @@ def _process_restored() -> Iterator[None]:
         os.chdir(directory)
 
 
-def _instance_of(fmu: FmuFile, make: Callable[[], Any], messages: Messages) -> Any:
+def _instantiate(fmu: FmuFile, instantiate: Callable[[], Any], messages: Messages) -> Any:
     try:
-        return make()
+        return instantiate()
     except Exception as error:  # noqa: BLE001
         why = messages.last or " ".join(str(error).split())
         raise ComputationError(
@@ -175,22 +175,22 @@ def has_binary(fmu: FmuFile) -> bool:
     """Whether an FMU has a binary for this platform."""
     import fmpy
 
-    is_3 = fmu.description.fmiVersion.startswith("3.")
+    is_fmi3 = fmu.description.fmiVersion.startswith("3.")
     binaries = Path(fmu.folder, "binaries")
-    folder = binaries / (fmpy.platform_tuple if is_3 else fmpy.platform)
+    folder = binaries / (fmpy.platform_tuple if is_fmi3 else fmpy.platform)
     # The x86 folder may contain a copy of the ARM binary.
-    arm = binaries / f"aarch64-{fmpy.system}"
-    foreign = fmpy.architecture != "aarch64"
+    arm_folder = binaries / f"aarch64-{fmpy.system}"
+    is_not_arm = fmpy.architecture != "aarch64"
 
     def is_for_arm(file: Path) -> bool:
-        twin = arm / file.name
-        return twin.is_file() and filecmp.cmp(file, twin, shallow=False)
+        arm_file = arm_folder / file.name
+        return arm_file.is_file() and filecmp.cmp(file, arm_file, shallow=False)
 
     files = folder.glob(f"*{fmpy.sharedLibraryExtension}")
-    return any(not (foreign and is_for_arm(file)) for file in files)
+    return any(not (is_not_arm and is_for_arm(file)) for file in files)
 
 
-def _maker(fmu: FmuFile) -> Callable[[int, Messages], Any]:
+def _choose_interface(fmu: FmuFile) -> Callable[[int, Messages], Any]:
     import fmpy
 
     version = fmu.description.fmiVersion
@@ -199,13 +199,13 @@ def _maker(fmu: FmuFile) -> Callable[[int, Messages], Any]:
     if not has_binary(fmu):
         raise InputError(f"{fmu.path}: has no binary for this platform, {fmpy.platform}")
     if version == "2.0":
-        return lambda identifier, _: _instantiate_fmi2(fmu, identifier)
+        return lambda number, _: _instantiate_fmi2(fmu, number)
     if version.startswith("3."):
         return lambda _, messages: _instantiate_fmi3(fmu, messages)
     raise InputError(f"{fmu.path}: is of FMI {version}; FMI 2.0 or 3.0 is needed")
 
 
-def _instantiate_fmi2(fmu: FmuFile, identifier: int) -> Any:
+def _instantiate_fmi2(fmu: FmuFile, number: int) -> Any:
     from fmpy.fmi2 import (
         FMU2Slave,
         calloc,
@@ -217,33 +217,33 @@ def _instantiate_fmi2(fmu: FmuFile, identifier: int) -> Any:
     from fmpy.logging import addLoggerProxy
 
     callbacks = fmi2CallbackFunctions()
-    callbacks.logger = _dispatcher()
+    callbacks.logger = _logger_callback()
     callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
     callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-    callbacks.componentEnvironment = identifier
+    callbacks.componentEnvironment = number
     addLoggerProxy(byref(callbacks))
     description = fmu.description
     instance = FMU2Slave(
         guid=description.guid,
         modelIdentifier=description.coSimulation.modelIdentifier,
         unzipDirectory=fmu.folder,
-        instanceName=_name_of(identifier),
+        instanceName=_instance_name(number),
     )
     instance.instantiate(callbacks=callbacks, loggingOn=True)
     return instance
 
 
 @lru_cache(maxsize=1)
-def _dispatcher() -> Any:
-    # fmpy has one logger for the whole process, which must serve all instances and outlive them.
+def _logger_callback() -> Any:
+    # fmpy keeps one logger per process: it must serve all instances and outlive them.
     from fmpy.fmi1 import printLogMessage
     from fmpy.fmi2 import fmi2CallbackLoggerTYPE
 
     def log(
         environment: int | None, name: bytes, status: int, category: bytes, message: bytes
     ) -> None:
-        if environment in _listeners:
-            _listeners[environment].log(status, message)
+        if environment in _messages_by_instance:
+            _messages_by_instance[environment].log(status, message)
         else:
             printLogMessage(environment, name, status, category, message)
 
@@ -263,14 +263,14 @@ def _instantiate_fmi3(fmu: FmuFile, messages: Messages) -> Any:
 
 
 @contextmanager
-def interrupts_deferred() -> Iterator[Callable[[], None]]:
-    """Defer Ctrl-C while the FMU runs, where an exception would corrupt it.
+def defer_interrupts() -> Iterator[Callable[[], None]]:
+    """Defer Ctrl-C while the FMU runs, because an exception would corrupt its state.
 
     Yields a function to call between calls of the FMU; it raises a deferred KeyboardInterrupt.
     """
     previous = signal.getsignal(signal.SIGINT)
-    main = threading.current_thread() is threading.main_thread()
-    if not main or previous is not signal.default_int_handler:
+    is_main_thread = threading.current_thread() is threading.main_thread()
+    if not is_main_thread or previous is not signal.default_int_handler:
         yield lambda: None
         return
     interrupts: list[int] = []

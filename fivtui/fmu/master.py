@@ -19,17 +19,17 @@ from fivtui.transient import Recorder, Request, segment_between
 from .instance import Messages
 
 MAX_STEPS: Final = 20_000_000
-# Longest interval of interpolation, in √(m/tangent stiffness).
-_RESOLUTION: Final = 0.06
+# Longest interval over which outputs are interpolated, in √(m/tangent stiffness).
+_LONGEST_INTERVAL: Final = 0.06
 _STATES: Final = ("x", "vx", "y", "vy")
-_READ: Final = (*_STATES, "P", "mode", "last_event")
+_READ_VARIABLES: Final = (*_STATES, "P", "mode", "last_event")
 # Counters of mode changes: without and with a finite belt speed.
 _SLIDING_SWITCHES: Final = ("separations", "reattachments")
 _BELT_SWITCHES: Final = ("switches",)
 
 
 class Point(NamedTuple):
-    """Outputs of the FMU at a communication point; `last_event` is that of the last switch, s."""
+    """Outputs of the FMU at a communication point; `last_event` is the time of the last switch."""
 
     t: float
     state: State
@@ -43,9 +43,9 @@ class Slave:
     """The slider-belt FMU as `integrate_fmu` uses it.
 
     `before_step` is called before every communication step and may raise; `steps` counts them.
-    Inputs follow `course`, if there is one.
+    Inputs follow `course`, unless it is None.
 
-    Raises `InputError` if the FMU is not one of this model.
+    Raises `InputError` if the FMU lacks a variable of this model.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Slave:
         self._before_step = before_step
         self._messages = messages
         self._references = {v.name: v.valueReference for v in description.modelVariables}
-        self._read: list[int] = []
+        self._read_references: list[int] = []
         self.steps = 0
 
     def _reference(self, name: str) -> int:
@@ -72,16 +72,16 @@ class Slave:
     def begin(self, request: Request) -> Point:
         """Initialize the FMU; `ComputationError` if it fails."""
         fmu = self._fmu
-        reals = request.parameters.as_dict()
-        reals |= {f"{n}_start": value for n, value in zip(_STATES, request.initial, strict=True)}
+        values = request.parameters.as_dict()
+        values |= {f"{n}_start": value for n, value in zip(_STATES, request.initial, strict=True)}
         flags = {"separation": request.separation, "start_static": False}
-        finite = request.parameters.v_belt is not None
-        if finite:
+        has_belt_speed = request.parameters.v_belt is not None
+        if has_belt_speed:
             flags["finite_belt"] = True
-        counts = _BELT_SWITCHES if finite else _SLIDING_SWITCHES
-        self._read = [self._reference(name) for name in (*_READ, *counts)]
+        counters = _BELT_SWITCHES if has_belt_speed else _SLIDING_SWITCHES
+        self._read_references = [self._reference(name) for name in (*_READ_VARIABLES, *counters)]
         fmu.setupExperiment(tolerance=request.tol, startTime=0.0, stopTime=request.t_end)
-        fmu.setReal([self._reference(name) for name in reals], list(reals.values()))
+        fmu.setReal([self._reference(name) for name in values], list(values.values()))
         fmu.setBoolean([self._reference(name) for name in flags], list(flags.values()))
         fmu.enterInitializationMode()
         fmu.exitInitializationMode()
@@ -105,12 +105,12 @@ class Slave:
                 self._set_inputs(self._course, t, target)
             self._fmu.doStep(t, target - t)
         except FMICallException:
-            raise self._failure(t) from None
+            raise self._failure_error(t) from None
         return self._point(target)
 
     def _set_inputs(self, course: Course, t: float, target: float) -> None:
-        # Set values, and slopes that reach the values at the target. Every step sets them, also
-        # after a return to a saved state.
+        # Set the values at `t`, and slopes that reach those at the target. Every step needs both,
+        # because a restored state has other inputs.
         references = [self._reference(name) for name in course.tables]
         values = [table.after(t)[0] for table in course.tables.values()]
         ends = [table.before(target) for table in course.tables.values()]
@@ -119,21 +119,21 @@ class Slave:
         self._fmu.setRealInputDerivatives(references, [1] * len(slopes), slopes)
 
     def _point(self, t: float) -> Point:
-        values = self._fmu.getReal(self._read)
+        values = self._fmu.getReal(self._read_references)
         if not math.isfinite(sum(values)):
-            raise self._failure(t)
-        x, vx, y, vy, force, mode, last_event, *counts = values
-        return Point(t, (x, vx, y, vy), force, Mode(int(mode)), int(sum(counts)), last_event)
+            raise self._failure_error(t)
+        x, vx, y, vy, force, mode, last_event, *counters = values
+        return Point(t, (x, vx, y, vy), force, Mode(int(mode)), int(sum(counters)), last_event)
 
-    def _failure(self, t: float) -> ComputationError:
-        # The FMU logs a failed computation as its cause and its advice.
+    def _failure_error(self, t: float) -> ComputationError:
+        # The last message of a failed computation is its cause, "; " and advice.
         why, _, advice = (self._messages.last or "it logged nothing").rpartition("; ")
         return ComputationError(
             f"the FMU stops at t = {t:.6g} s: {why or advice}",
             advice if why else "check the FMU: fivtui fmu check",
         )
 
-    def saved(self) -> "SavedState":
+    def save_state(self) -> "SavedState":
         """Save the FMU's state for the duration of a context."""
         return SavedState(self._fmu)
 
@@ -143,9 +143,9 @@ class Slave:
 
 
 class SavedState:
-    """A state of an FMU; gives a function that restores it, and frees it when the context ends.
+    """A saved state of an FMU: the context yields a function that restores it, then frees it.
 
-    It is a class as every communication step makes one: a generator's context takes longer.
+    A class, because a generator's context takes longer and every communication step enters one.
     """
 
     __slots__ = ("_fmu", "_state")
@@ -166,8 +166,8 @@ class SavedState:
 class Master:
     """Runs the FMU step by step and turns its outputs into segments.
 
-    The recorder receives the segments, which join at communication points and at switches; `point`
-    is the communication point reached. Raises `ComputationError` if the FMU fails.
+    The recorder receives one segment for each communication step, split at switches; `point` is the
+    last communication point. Raises `ComputationError` if the FMU fails.
     """
 
     def __init__(self, slave: Slave, request: Request, recorder: Recorder) -> None:
@@ -176,15 +176,15 @@ class Master:
         self._recorder = recorder
         self.point = slave.begin(request)
 
-    def move_to(self, target: float) -> None:
+    def step_to(self, target: float) -> None:
         """Take a communication step to a time, s.
 
         Raises `ComputationError` if the FMU fails, or its switches cannot be separated.
         """
-        with self._slave.saved() as go_back:
-            self.point = self._cover(go_back, self.point, target)
+        with self._slave.save_state() as restore_first:
+            self.point = self._integrate(restore_first, self.point, target)
 
-    def _cover(self, go_back: Callable[[], None], first: Point, target: float) -> Point:
+    def _integrate(self, restore_first: Callable[[], None], first: Point, target: float) -> Point:
         slave = self._slave
         final = slave.step(first.t, target)
         switches = final.switches - first.switches
@@ -194,42 +194,42 @@ class Master:
                 self._include(first, first, next_mode=final.mode)
             self._include(first._replace(mode=final.mode), final, next_mode=final.mode)
             return final
-        if switches > 1 or final.t - first.t > self._resolution(first, final):
-            self._look_inside(go_back, first, final)
+        if switches > 1 or final.t - first.t > self._longest_interval(first, final):
+            self._bisect(restore_first, first, final)
             return final
         if switches == 0 or final.last_event >= final.t:
             self._include(first, final, next_mode=final.mode)
             return final
-        with slave.saved() as go_on:
-            go_back()
+        with slave.save_state() as restore_final:
+            restore_first()
             switch = slave.step(first.t, final.last_event)
-            go_on()
+            restore_final()
         self._include(first, switch, next_mode=final.mode)
         self._include(switch._replace(mode=final.mode), final, next_mode=final.mode)
         return final
 
-    def _look_inside(self, go_back: Callable[[], None], first: Point, final: Point) -> None:
-        # The result does not depend on the communication step, so both halves end in `final`.
+    def _bisect(self, restore_first: Callable[[], None], first: Point, final: Point) -> None:
+        # Both halves end in `final`: the FMU's result does not depend on the communication step.
         slave = self._slave
-        middle = 0.5 * (first.t + final.t)
-        if not first.t < middle < final.t:
+        middle_time = 0.5 * (first.t + final.t)
+        if not first.t < middle_time < final.t:
             raise ComputationError(
                 f"at t = {first.t:.17g} s motion changes faster than floating-point time resolves",
                 "use a less stiff contact or the taylor method",
             )
-        with slave.saved() as go_on:
-            go_back()
-            half = self._cover(go_back, first, middle)
-            with slave.saved() as go_to_middle:
-                self._cover(go_to_middle, half, final.t)
-            go_on()
+        with slave.save_state() as restore_final:
+            restore_first()
+            middle_point = self._integrate(restore_first, first, middle_time)
+            with slave.save_state() as restore_middle:
+                self._integrate(restore_middle, middle_point, final.t)
+            restore_final()
 
-    def _resolution(self, first: Point, final: Point) -> float:
-        # The longest interval over which interpolation is accurate enough for the peaks, s.
+    def _longest_interval(self, first: Point, final: Point) -> float:
+        # Longest interval over which interpolation is accurate enough for peaks, s.
         p = self._request.parameters
-        contact = first.mode in IN_CONTACT or final.mode in IN_CONTACT
-        y = max(abs(first.state[2]), abs(final.state[2])) if contact else 0.0
-        return _RESOLUTION * time_scale(p, y)
+        has_contact = first.mode in IN_CONTACT or final.mode in IN_CONTACT
+        y = max(abs(first.state[2]), abs(final.state[2])) if has_contact else 0.0
+        return _LONGEST_INTERVAL * time_scale(p, y)
 
     def _include(self, first: Point, final: Point, *, next_mode: Mode) -> None:
         p, rates, course = self._request.parameters, CONSTANT, self._request.course

@@ -10,19 +10,19 @@ import numpy as np
 
 from fivtui.model import ComputationError, InputError
 
-from .instance import FmuFile, extracted, has_binary, instantiated
+from .instance import FmuFile, create_instance, extract_fmu, has_binary
 
 _STEPS: Final = 10
 
 
-def problems_of(path: Path) -> list[str]:
-    """Problems of an FMU in a run of a few steps, one line each."""
+def find_problems(path: Path) -> list[str]:
+    """Run an FMU for a few steps, and describe each problem in one line."""
     import fmpy
 
-    with extracted(path) as fmu:
+    with extract_fmu(path) as fmu:
         if not has_binary(fmu):
             return [f"there is no binary for this platform, {fmpy.platform}"]
-        start, step = _grid(fmu)
+        start, step = _start_and_step(fmu)
         stop = start + _STEPS * step
         runs = [
             fmpy.simulate_fmu(
@@ -39,31 +39,31 @@ def problems_of(path: Path) -> list[str]:
                 problems.append(f"the output {name} is not finite")
             elif not np.array_equal(first, second):
                 problems.append(f"the output {name} differs between two equal runs")
-        slave = fmu.description.coSimulation
-        if not problems and slave is not None and slave.canGetAndSetFMUstate:
-            problems += _problems_of_states(fmu, start, step)
+        interface = fmu.description.coSimulation
+        if not problems and interface is not None and interface.canGetAndSetFMUstate:
+            problems += _find_state_problems(fmu, start, step)
         return problems
 
 
-def _grid(fmu: FmuFile) -> tuple[float, float]:
-    default, slave = fmu.description.defaultExperiment, fmu.description.coSimulation
+def _start_and_step(fmu: FmuFile) -> tuple[float, float]:
+    default, interface = fmu.description.defaultExperiment, fmu.description.coSimulation
     start = float(getattr(default, "startTime", None) or 0.0)
     stop = float(getattr(default, "stopTime", None) or start + 1.0)
-    step = getattr(slave, "fixedInternalStepSize", None) or getattr(default, "stepSize", None)
+    step = getattr(interface, "fixedInternalStepSize", None) or getattr(default, "stepSize", None)
     return start, float(step or (stop - start) / 100.0)
 
 
-def _problems_of_states(fmu: FmuFile, start: float, step: float) -> list[str]:
-    with instantiated(fmu) as (instance, _):
+def _find_state_problems(fmu: FmuFile, start: float, step: float) -> list[str]:
+    with create_instance(fmu) as (instance, _):
         _initialize(fmu, instance, start)
-        _steps(instance, start, step)
+        _take_steps(instance, start, step)
         saved = instance.getFMUState()
         end = start + _STEPS * step
-        _steps(instance, end, step)
-        before = _read(fmu, instance)
+        _take_steps(instance, end, step)
+        before = _read_outputs(fmu, instance)
         instance.setFMUState(saved)
-        _steps(instance, end, step)
-        after = _read(fmu, instance)
+        _take_steps(instance, end, step)
+        after = _read_outputs(fmu, instance)
         instance.freeFMUState(saved)
         instance.terminate()
     return [] if before == after else ["continuing from a saved state gives other outputs"]
@@ -78,26 +78,26 @@ def _initialize(fmu: FmuFile, instance: Any, start: float) -> None:
     instance.exitInitializationMode()
 
 
-def _steps(instance: Any, start: float, step: float) -> None:
+def _take_steps(instance: Any, start: float, step: float) -> None:
     for count in range(_STEPS):
         instance.doStep(start + count * step, step)
 
 
-def _read(fmu: FmuFile, instance: Any) -> list[float]:
-    kind = "Real" if fmu.description.fmiVersion == "2.0" else "Float64"
+def _read_outputs(fmu: FmuFile, instance: Any) -> list[float]:
+    real_type = "Real" if fmu.description.fmiVersion == "2.0" else "Float64"
     references = [
         v.valueReference
         for v in fmu.description.modelVariables
-        if v.type == kind and v.causality == "output" and not v.shape
+        if v.type == real_type and v.causality == "output" and not v.shape
     ]
-    values: list[float] = getattr(instance, f"get{kind}")(references)
+    values: list[float] = getattr(instance, f"get{real_type}")(references)
     return values
 
 
 def main() -> None:
     """Print the problems of the FMU given on the command line as the last line of output."""
     try:
-        problems = problems_of(Path(sys.argv[1]))
+        problems = find_problems(Path(sys.argv[1]))
     except (InputError, ComputationError) as error:
         problems = [str(error)]
     except Exception as error:  # noqa: BLE001

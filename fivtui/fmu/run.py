@@ -22,11 +22,11 @@ from fivtui.model import (
 from fivtui.results import Result
 from fivtui.taylor import TOL_RANGE
 
-from .inputs import TIME, signals_from, start_values_of, with_finite_belt
-from .instance import FmuFile, extracted, instantiated, interrupts_deferred
+from .inputs import TIME, check_start_values, enable_belt_speed, read_signals
+from .instance import FmuFile, create_instance, defer_interrupts, extract_fmu
 
 _MAX_STEPS: Final = 20_000_000
-_STEPS_BY_DEFAULT: Final = 1000
+_DEFAULT_STEPS: Final = 1000
 _PROGRESS_EVERY: Final = 128
 
 
@@ -43,11 +43,11 @@ class FmuRun(Result):
     columns : dict of str to ndarray, shape (n, …)
         ``time`` and the variables recorded, by name.
     units : dict of str to str
-        Their units, if any.
+        Units of the columns that have one, by name.
     discrete : tuple of str
-        Those that change only at events.
+        Recorded variables that change only at events.
     warnings : tuple of str
-        What the FMU warned of.
+        Warnings that the FMU logged.
     """
 
     model: str
@@ -58,7 +58,7 @@ class FmuRun(Result):
     warnings: tuple[str, ...] = ()
 
     def events(self) -> list[tuple[float, str, Any]]:
-        """Changes of discrete variables: time of the first row that has it, s; name; new value."""
+        """Changes of discrete variables: time of the first row with the value, s; name; value."""
         times = self.columns[TIME]
         events = [
             (float(times[row + 1]), name, self.columns[name][row + 1].item())
@@ -111,20 +111,20 @@ def run_fmu(
     path : str or Path
         The FMU.
     t_end : float, optional
-        Stop time, s; that of the FMU's default experiment, else 1 s, if not given.
+        Stop time, s; by default that of the FMU's default experiment, else 1 s after the start.
     output_interval : float, optional
-        Communication step, s; that of the default experiment, else a thousandth of the run, if not
-        given.
+        Communication step, s; by default that of the default experiment, else a thousandth of the
+        run.
     start_values : mapping of str to number, bool or text, optional
         Parameters, inputs and start values by name. With `v_belt` the slider-belt's `finite_belt`
         is true unless it is given.
     outputs : sequence of str, optional
         Variables to record; all outputs if not given.
     input_csv : str or Path, optional
-        Values of inputs over time: a table with a column ``time`` and one for each input. Real
-        inputs are interpolated; two rows of one time are a jump. Other inputs keep their start.
+        Table of inputs over time, with a column ``time`` and one per input. Real inputs are
+        interpolated; two equal times are a jump. Inputs without a column keep their start value.
     tol : float, optional
-        Relative tolerance; that of the default experiment if not given.
+        Relative tolerance; by default that of the default experiment.
     progress : callable, optional
         Called repeatedly with the fraction done; cancels the run by returning False.
 
@@ -136,7 +136,7 @@ def run_fmu(
     Raises
     ------
     InputError
-        If the file is not such an FMU, or a name or value is wrong.
+        If the file is not an FMU for co-simulation, or a name or value is wrong.
     ComputationError
         If the FMU fails or its outputs are not finite, with the FMU's log.
     Cancelled
@@ -150,14 +150,14 @@ def run_fmu(
     >>> run.columns["y"].shape, run.units["y"]
     ((11,), 'm')
     """
-    with extracted(Path(path)) as fmu:
-        start, stop, step = _experiment(fmu, t_end, output_interval)
-        values = start_values_of(fmu, start_values or {})
-        recorded = _recorded(fmu, outputs)
+    with extract_fmu(Path(path)) as fmu:
+        start, stop, step = _check_experiment(fmu, t_end, output_interval)
+        values = check_start_values(fmu, start_values or {})
+        recorded = _check_outputs(fmu, outputs)
         signals, columns = (
-            (None, set()) if input_csv is None else signals_from(fmu, Path(input_csv), values)
+            (None, set()) if input_csv is None else read_signals(fmu, Path(input_csv), values)
         )
-        values = with_finite_belt(fmu, values, columns)
+        values = enable_belt_speed(fmu, values, columns)
         options = {
             "start_time": start,
             "stop_time": stop,
@@ -165,13 +165,13 @@ def run_fmu(
             "start_values": values,
             "output": recorded,
             "input": signals,
-            "relative_tolerance": _tolerance(fmu, tol),
+            "relative_tolerance": _check_tolerance(fmu, tol),
         }
         table, warnings = _simulate(fmu, (start, stop), options, progress)
-        return _checked_run(fmu, table, warnings)
+        return _build_run(fmu, table, warnings)
 
 
-def _experiment(
+def _check_experiment(
     fmu: FmuFile, t_end: float | None, output_interval: float | None
 ) -> tuple[float, float, float]:
     default = fmu.description.defaultExperiment
@@ -180,7 +180,7 @@ def _experiment(
     stop = Interval(start, unit="s", lower_open=True).check(
         "t_end", stop if t_end is None else t_end
     )
-    step = float(getattr(default, "stepSize", None) or (stop - start) / _STEPS_BY_DEFAULT)
+    step = float(getattr(default, "stepSize", None) or (stop - start) / _DEFAULT_STEPS)
     if output_interval is not None:
         step = Interval(0.0, stop - start, "s", lower_open=True).check(
             "output interval", output_interval
@@ -192,7 +192,7 @@ def _experiment(
     return start, stop, step
 
 
-def _tolerance(fmu: FmuFile, tol: float | None) -> float | None:
+def _check_tolerance(fmu: FmuFile, tol: float | None) -> float | None:
     if tol is None:
         return None
     is_fivtui = str(fmu.description.generationTool).startswith("fivtui")
@@ -200,7 +200,7 @@ def _tolerance(fmu: FmuFile, tol: float | None) -> float | None:
     return Interval(lower, upper, lower_open=not is_fivtui).check("tolerance", tol)
 
 
-def _recorded(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | None:
+def _check_outputs(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | None:
     if outputs is None:
         return None
     names = [v.name for v in fmu.description.modelVariables]
@@ -220,7 +220,7 @@ def _simulate(
 
     start, stop = span
     steps, cancelled = 0, False
-    with interrupts_deferred() as check_interrupt, instantiated(fmu) as (instance, messages):
+    with defer_interrupts() as check_interrupt, create_instance(fmu) as (instance, messages):
 
         def after_step(t: float, _recorder: object) -> bool:
             nonlocal steps, cancelled
@@ -244,18 +244,18 @@ def _simulate(
             raise ComputationError(f"the FMU fails: {why}", "check its values and inputs") from None
         if cancelled:
             raise Cancelled
-        reached = float(table[TIME][-1])
-        if reached < stop and not math.isclose(reached, stop):
+        final_time = float(table[TIME][-1])
+        if final_time < stop and not math.isclose(final_time, stop):
             why = messages.last or "it logged nothing"
             raise ComputationError(
-                f"the FMU stops at t = {reached:.6g} s: {why}", "check its values and inputs"
+                f"the FMU stops at t = {final_time:.6g} s: {why}", "check its values and inputs"
             )
     if progress:
         progress(1.0)
     return table, messages.warnings
 
 
-def _checked_run(fmu: FmuFile, table: NDArray[Any], warnings: tuple[str, ...]) -> FmuRun:
+def _build_run(fmu: FmuFile, table: NDArray[Any], warnings: tuple[str, ...]) -> FmuRun:
     description = fmu.description
     names = table.dtype.names or ()
     columns = {name: np.asarray(table[name]) for name in names}

@@ -1,4 +1,4 @@
-"""Transients through the FMU: fmpy is the master, this project's FMU the slave."""
+"""Transients computed by this project's FMU, run step by step through fmpy."""
 
 import dataclasses
 import heapq
@@ -29,15 +29,14 @@ from fivtui.transient import (
     Transient,
 )
 
-from .instance import extracted, instantiated, interrupts_deferred
+from .instance import create_instance, defer_interrupts, extract_fmu
 from .master import MAX_STEPS, Master, Point, Slave
 
 # Default communication step in √(m/stiffness).
 _STEP: Final = 0.05
 _PROGRESS_EVERY: Final = 128
-# Samples per call of `on_samples`.
-_PART: Final = 256
-_FILE: Final = "slider_belt.fmu"
+_SAMPLES_PER_CALL: Final = 256
+_FMU_NAME: Final = "slider_belt.fmu"
 
 
 @cache
@@ -46,7 +45,7 @@ def _fmu_content(flavour: str) -> bytes:
     from fmu_src.build import build_fmu
 
     with temporary_folder() as folder:
-        return build_fmu(folder / _FILE, flavour=flavour).read_bytes()
+        return build_fmu(folder / _FMU_NAME, flavour=flavour).read_bytes()
 
 
 def integrate_fmu(
@@ -63,47 +62,47 @@ def integrate_fmu(
             f"{request.t_end / step:.3g} communication steps of {step:g} s are needed",
             "use a larger step or a shorter horizon",
         )
-    # Samples are the FMU's own outputs: the recorder interpolates none.
-    sampled = request.times is not None
-    recorder = Recorder(dataclasses.replace(request, samples="none") if sampled else request)
+    # Samples are outputs of the FMU; the recorder must not add interpolated ones.
+    has_times = request.times is not None
+    recorder = Recorder(dataclasses.replace(request, samples="none") if has_times else request)
     times: list[float] = [] if request.times is None else request.times.tolist()
     with ExitStack() as stack:
-        check_interrupt = stack.enter_context(interrupts_deferred())
+        check_interrupt = stack.enter_context(defer_interrupts())
         if fmu is None:
-            fmu = stack.enter_context(temporary_folder()) / _FILE
+            fmu = stack.enter_context(temporary_folder()) / _FMU_NAME
             content = _fmu_content(FMU_FLAVOURS[request.method])
 
             def write(file: BinaryIO) -> None:
                 file.write(content)
 
             write_atomically(fmu, write)
-        file = stack.enter_context(extracted(fmu))
+        file = stack.enter_context(extract_fmu(fmu))
         course = request.course
         if course is not None and not file.description.coSimulation.canInterpolateInputs:
             names = ", ".join(course.tables)
             raise InputError(f"{names} over time: the FMU must take derivatives of inputs: {fmu}")
-        instance, messages = stack.enter_context(instantiated(file))
-        work = Progress(progress)
+        instance, messages = stack.enter_context(create_instance(file))
+        reporter = Progress(progress)
 
         def before_step() -> None:
             check_interrupt()
             if slave.steps % _PROGRESS_EVERY == 1:
-                work.report(recorder.t / request.t_end)
+                reporter.report(recorder.t / request.t_end)
 
         slave = Slave(instance, messages, file.description, before_step, course)
         master = Master(slave, request, recorder)
         points = [master.point] if times and times[0] == 0.0 else []
         sample_times = frozenset(times)
-        breaks = [] if course is None else course.breaks(request.t_end)
-        for t in _communication_points(request.t_end, step, [*heapq.merge(times, breaks)]):
-            master.move_to(t)
+        kinks = [] if course is None else course.breaks(request.t_end)
+        for t in _communication_points(request.t_end, step, [*heapq.merge(times, kinks)]):
+            master.step_to(t)
             if t in sample_times:
                 points.append(master.point)
-                if on_samples is not None and len(points) % _PART == 0:
-                    part = points[-_PART:]
-                    on_samples(_trajectory(part, [point.t for point in part]))
+                if on_samples is not None and len(points) % _SAMPLES_PER_CALL == 0:
+                    samples = points[-_SAMPLES_PER_CALL:]
+                    on_samples(_trajectory(samples, [point.t for point in samples]))
         slave.end()
-    work.advance(1.0)
+    reporter.advance(1.0)
     result = recorder.result()
     return dataclasses.replace(
         result,
@@ -113,7 +112,7 @@ def integrate_fmu(
 
 
 def _communication_points(t_end: float, step: float, times: Sequence[float]) -> Iterator[float]:
-    # Multiples of the step merged with given times, without repetition, up to the end.
+    # Multiples of the step merged with the given times, without repetition, up to the end.
     grid = itertools.takewhile(
         lambda t: t < t_end - 1e-9 * step, (count * step for count in itertools.count(1))
     )

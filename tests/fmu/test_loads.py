@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fivtui.fmu.folders import folder_for
+from fivtui.fmu.folders import reserve_folder
 from tests.support.processes import run_python
 
 LOADS = """
@@ -48,20 +48,20 @@ def test_a_folder_is_reused_only_for_the_same_content(
     folder = tmp_path / "place"
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    with folder_for(fmu) as first:
+    with reserve_folder(fmu) as first:
         assert Path(first.path).parent == folder
         assert list(Path(first.path).iterdir()) == []
-        with folder_for(copy) as beside, folder_for(changed) as foreign:
+        with reserve_folder(copy) as beside, reserve_folder(changed) as foreign:
             assert len({first.path, beside.path, foreign.path}) == 3
     assert list(folder.iterdir()) == []
-    with folder_for(copy) as again:
+    with reserve_folder(copy) as again:
         assert again.path in (first.path, beside.path)
         # A folder of the expected name that another program made stays unchanged.
         occupied = Path(({first.path, beside.path} - {again.path}).pop())
         occupied.mkdir()
-        with folder_for(fmu) as fresh:
+        with reserve_folder(fmu) as fresh:
             assert fresh.path not in (str(occupied), foreign.path)
-        again.spoilt = True
+        again.failed_fatally = True
     assert list(folder.iterdir()) == [occupied]
-    with folder_for(fmu) as reopened:
+    with reserve_folder(fmu) as reopened:
         assert reopened.path == fresh.path

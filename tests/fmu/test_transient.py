@@ -14,7 +14,7 @@ from hypothesis import given, settings
 
 from fivtui import Parameters, simulate
 from fivtui.fmu import master
-from fivtui.fmu.instance import interrupts_deferred
+from fivtui.fmu.instance import defer_interrupts
 from fivtui.fmu.run import run_fmu
 from fivtui.fmu.transient import integrate_fmu
 from fivtui.model import System
@@ -236,7 +236,7 @@ def test_an_interrupt_waits_until_the_fmu_has_returned(fmu: Path) -> None:
         with pytest.raises(KeyboardInterrupt):
             integrate_fmu(Request(System(Parameters()), method="fmu"), fmu=fmu, progress=interrupt)
         assert len(reached) == 1
-        with pytest.raises(KeyboardInterrupt), interrupts_deferred():
+        with pytest.raises(KeyboardInterrupt), defer_interrupts():
             os.kill(os.getpid(), signal.SIGINT)
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
