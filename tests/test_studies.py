@@ -40,7 +40,7 @@ from fivtui.studies import (
     study,
 )
 from fivtui.tui.persistence.results import ResultStore
-from fivtui.tui.session.command_lines import Origin, study_line
+from fivtui.tui.session.command_lines import Origin, study_command
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.exports.export import DATA, FIGURE, scene_study_export, write_export
 
@@ -151,7 +151,7 @@ def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Pa
     assert (again.value, again.name, again.source) == (RESULT, "mine", "here")
     store.remove_others({})
     assert list((tmp_path / "kept").iterdir()) == []
-    line = study_line("bounce", RESULT, Origin(PRESETS["base"], ""))
+    line = study_command("bounce", RESULT, Origin(PRESETS["base"], ""))
     assert line == "fivtui bounce --set F=60"
 
 

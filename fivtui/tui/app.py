@@ -22,9 +22,9 @@ from fivtui.model import InputError, unknown_name
 from fivtui.scene import Scene
 from fivtui.tui.session import StoredResult
 
-from .lab import KEY_IDS, KeyQueue, LabScreen, drop_alt_text, know_alt_keys
-from .persistence import Autosave, Slot, State, load_config, restore_session, state_of
-from .session import PRECEDENCE, ComputingThreads, Session
+from .lab import KEY_IDS, KeyQueue, LabScreen, discard_alt_character, register_alt_keys
+from .persistence import Autosave, Slot, State, load_config, restore_session, session_state
+from .session import SCREEN_PRIORITY, ComputingThreads, Session
 from .tabs import Reported, SessionRequested
 
 _SAVE_PERIOD: Final = 2.0
@@ -34,7 +34,7 @@ _TERMINATING: Final = tuple(
     signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
 # A program ended by a signal exits with this status plus the number of the signal.
-SIGNALLED: Final = 128
+SIGNAL_STATUS_BASE: Final = 128
 # Time limit for restoring the terminal after a signal, s; a closed terminal may block.
 _RESTORING_TIME: Final = 5.0
 
@@ -46,11 +46,11 @@ def _commands() -> type[Provider]:
 
 
 def _read_results(
-    autosave: Autosave, unread: Mapping[str, StoredResult]
+    autosave: Autosave, stored_results: Mapping[str, StoredResult]
 ) -> tuple[dict[str, object], list[str]]:
     results: dict[str, object] = {}
     errors: list[str] = []
-    for key, stored in unread.items():
+    for key, stored in stored_results.items():
         try:
             results[key] = autosave.result(key, stored)
         except InputError as error:
@@ -104,12 +104,12 @@ class FivtuiApp(App[None]):
         *,
         state: Path | None = None,
         config: Path | None = None,
-        when_shown: Callable[[], None] = lambda: None,
+        on_first_frame: Callable[[], None] = lambda: None,
         threads: ComputingThreads | None = None,
     ) -> None:
-        know_alt_keys()
+        register_alt_keys()
         super().__init__()
-        self._when_shown = when_shown
+        self._when_shown = on_first_frame
         self._threads = threads
         self.session = Session(scene, source)
         self._keys = KeyQueue(self, self._handle_event)
@@ -122,7 +122,7 @@ class FivtuiApp(App[None]):
         self._first_start = False
         # Theme and live curve of the configuration apply at every start.
         self._configured_theme = ""
-        self._lives: bool | None = None
+        self._live_enabled: bool | None = None
         # Reports for the screen, once it is displayed.
         self._reports: list[Reported] = []
         self._configure(config)
@@ -139,19 +139,21 @@ class FivtuiApp(App[None]):
             self._reports.append(Reported(f"{path}: {error}", error=True))
             return
         self.set_keymap(config.keys)
-        self._configured_theme, self._lives = config.theme, config.live
+        self._configured_theme, self._live_enabled = config.theme, config.live
         if config.theme:
             self.theme = config.theme
 
     def _restore(self, *, scene_given: bool) -> None:
         state = self._autosave.load()
-        self._first_start = self._autosave.enabled and state is None and not self._autosave.others
+        self._first_start = (
+            self._autosave.enabled and state is None and not self._autosave.other_slots
+        )
         self._reports += [Reported(text, error=True) for text in self._autosave.notices]
         if state is not None:
             notes = self._apply_state(state, scene_given=scene_given)
             text = "; ".join(["last session restored", *notes])
             self._reports.append(Reported(text, routine=not notes))
-        numbers = ", ".join(str(slot.number) for slot in reversed(self._autosave.others))
+        numbers = ", ".join(str(slot.number) for slot in reversed(self._autosave.other_slots))
         if numbers:
             text = (
                 f"session {self._autosave.number}; other saved sessions: {numbers} (Ctrl+P, Open)"
@@ -163,22 +165,22 @@ class FivtuiApp(App[None]):
         if state.theme in self.available_themes and not self._configured_theme:
             self.theme = state.theme
         if not scene_given:
-            self.session = Session(state.edited.loaded, state.edited.source)
-            if state.edited != self.session.edited:
-                self.session.restore(state.edited)
+            self.session = Session(state.edit_state.loaded, state.edit_state.source)
+            if state.edit_state != self.session.edit_state:
+                self.session.restore(state.edit_state)
             self.session.tab = state.tab
         restore_session(self.session, state)
         return [f"{key} was not saved: {why}" for key, why in state.notes.items()]
 
     @property
-    def not_saved(self) -> str:
+    def save_error(self) -> str:
         """Why the session or one of its results could not be saved; empty if all is saved."""
         return self._autosave.error
 
     @property
     def other_sessions(self) -> list[Slot]:
         """The other saved sessions."""
-        return self._autosave.others
+        return self._autosave.other_slots
 
     @on(SessionRequested)
     def _open_session(self, event: SessionRequested) -> None:
@@ -201,8 +203,8 @@ class FivtuiApp(App[None]):
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory's screen."""
-        if self._lives is not None:
-            self.session.lives = self._lives
+        if self._live_enabled is not None:
+            self.session.live_enabled = self._live_enabled
         screen = LabScreen(self.session, lambda: self.other_sessions, welcome=self._first_start)
         # Size classes set before the first layout avoid a second one.
         screen.set_classes(
@@ -233,7 +235,7 @@ class FivtuiApp(App[None]):
 
     def _terminate(self, number: signal.Signals) -> None:
         """Save the session, restore the terminal and quit because of a signal."""
-        status = SIGNALLED + number
+        status = SIGNAL_STATUS_BASE + number
         limit = threading.Timer(_RESTORING_TIME, os._exit, (status,))
         limit.daemon = True
         limit.start()
@@ -262,12 +264,14 @@ class FivtuiApp(App[None]):
         self._reports.clear()
         # After the first frame, because it loads the kernel.
         self.call_after_refresh(_report_interpreted, lab)
-        if self.session.unread:
-            autosave, unread = self._autosave, dict(self.session.unread)
+        if self.session.unread_results:
+            autosave, stored_results = self._autosave, dict(self.session.unread_results)
             # After the first frame, because reading files may be slow.
             self.call_after_refresh(
                 self.run_worker,
-                lambda: lab.call_later(lab.restore_results, *_read_results(autosave, unread)),
+                lambda: lab.call_later(
+                    lab.restore_results, *_read_results(autosave, stored_results)
+                ),
                 thread=True,
                 exit_on_error=False,
             )
@@ -286,9 +290,9 @@ class FivtuiApp(App[None]):
                 # A key pressed after quitting.
                 return
             if isinstance(event, Key):
-                drop_alt_text(event, option=isinstance(self.screen, LabScreen))
+                discard_alt_character(event, option=isinstance(self.screen, LabScreen))
             if not isinstance(event, MouseMove):
-                PRECEDENCE.claim()
+                SCREEN_PRIORITY.claim()
         await super().on_event(event)
 
     def on_ready(self) -> None:
@@ -296,7 +300,7 @@ class FivtuiApp(App[None]):
         self._when_shown()
 
     def _state(self) -> State:
-        return state_of(self.session, self.theme)
+        return session_state(self.session, self.theme)
 
     def _save_session(self) -> None:
         if self._autosave.error != self._reported_error:

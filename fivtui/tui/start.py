@@ -13,7 +13,7 @@ _SWITCH_INTERVAL: Final = 1e-3
 _INTERRUPTED: Final = 130
 
 
-def answer_quickly() -> None:
+def shorten_switch_interval() -> None:
     """Shorten the thread switch interval so that the screen responds quickly."""
     sys.setswitchinterval(_SWITCH_INTERVAL)
 
@@ -22,31 +22,31 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     """Run the terminal UI until the user quits; `scene` replaces that of the last session."""
     # Objects created before the first frame live until the end: no collection needed.
     gc.disable()
-    from .app import SIGNALLED, FivtuiApp
+    from .app import SIGNAL_STATUS_BASE, FivtuiApp
     from .persistence import config_path, state_path
-    from .session import WRITING, ComputingThreads
+    from .session import FILE_WRITES, ComputingThreads
 
-    answer_quickly()
+    shorten_switch_interval()
     threads = ComputingThreads()
     app = FivtuiApp(
         scene,
         source,
         state=state_path(),
         config=config_path(),
-        when_shown=_collect_later,
+        on_first_frame=_collect_later,
         threads=threads,
     )
     app.run()
     status = app.return_code or 0
-    if status > SIGNALLED:
+    if status > SIGNAL_STATUS_BASE:
         # After a signal, do not wait for threads; the terminal may be closed.
         os._exit(status)
     try:
-        WRITING.wait(_report_writing)
+        FILE_WRITES.wait(_report_writing)
     except KeyboardInterrupt:
         os._exit(_INTERRUPTED)
-    if app.not_saved:
-        sys.stderr.write(f"the session is not saved: {app.not_saved}\n")
+    if app.save_error:
+        sys.stderr.write(f"the session is not saved: {app.save_error}\n")
     if threads.busy:
         # A normal exit would stop threads inside compiled code.
         sys.stdout.flush()

@@ -167,7 +167,7 @@ def test_scenes_and_the_form_keep_it(tmp_path: pytest.TempPathFactory) -> None:
     session = Session(scene)
     assert session.scene() == scene
     session.set_text("mu_s", "0.5")
-    assert "at least mu" in session.error("mu_s")
+    assert "at least mu" in session.field_error("mu_s")
     session.set_text("mu_s", "")
     assert session.scene().parameters == Parameters(v_belt=0.5)
     session.set_text("v_belt", "")

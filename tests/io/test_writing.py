@@ -21,7 +21,7 @@ from fivtui.io import (
     written_together,
 )
 from fivtui.model import ComputationError, InputError
-from fivtui.tui.session import crash_words
+from fivtui.tui.session import crash_message
 
 from .test_files import file_size_limit, names
 
@@ -203,7 +203,7 @@ def test_other_errors_of_the_system_are_unexpected() -> None:
     assert limit_error(FileNotFoundError(errno.ENOENT, "none")) is None
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "film.gif")
     assert str(limit_error(full)) == ("film.gif: No space left on device; free space on the disk")
-    assert crash_words(full) == str(limit_error(full))
+    assert crash_message(full) == str(limit_error(full))
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ async def _record(size: tuple[int, int]) -> list[str]:
         for title, session in (("start", None), ("stored session", folder / "stored/session.json")):
             app = FivtuiApp(state=session, config=folder / "config.toml")
             async with app.run_test(size=size) as pilot:
-                await until(pilot, lambda: not app_of(pilot).session.unread)
+                await until(pilot, lambda: not app_of(pilot).session.unread_results)
                 for tab in TABS:
                     await show_tab(pilot, tab.key)
                     # Texts are wrapped once, possibly before the width of a new tab is known.

@@ -13,7 +13,7 @@ from fivtui.sweeps import parse_design, study_of
 from fivtui.sweeps.charts import sweep_chart
 from fivtui.sweeps.files import read_sweep
 from fivtui.tui.session import Session
-from fivtui.tui.session.command_lines import study_line
+from fivtui.tui.session.command_lines import study_command
 from fivtui.tui.tabs.requests.sweep import (
     sweep_of,
     sweep_parts,
@@ -68,11 +68,11 @@ def test_a_brake_stop_is_swept_into_a_file_that_knows_its_tables(tmp_path: Path)
         for c1 in (0.3, 0.6)
     ]
     assert [row[2] for row in again.rows] == [stop.final_stick for stop in stops]
-    assert study_line("sweep", again.study, Session(STOP, "brake-stop").origin) == (
+    assert study_command("sweep", again.study, Session(STOP, "brake-stop").origin) == (
         "fivtui sweep brake-stop --vary c1=0.3,0.6 --output final_stick --output y_abs"
     )
     with pytest.raises(InputError, match="no option sets over_time; save the scene"):
-        study_line("sweep", again.study, Session().origin)
+        study_command("sweep", again.study, Session().origin)
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_command_lines_of_scenes_with_tables_compute_them_or_say_that_they_canno
     session.set_text("k1", "120")
     assert session.command_line() == "fivtui simulate brake-stop --set k1=120"
     # Stability is evaluated at t = 0.
-    line = study_line("stability", session.stability(), session.origin)
+    line = study_command("stability", session.stability(), session.origin)
     assert line.startswith("fivtui stability --set")
     assert "--set F=10" in line
     with pytest.raises(InputError, match="no option sets over_time; save the scene"):

@@ -22,7 +22,7 @@ from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tui import app as app_module
 from fivtui.tui.persistence.autosave import Autosave
-from fivtui.tui.persistence.snapshot import restore_results, restore_session, state_of
+from fivtui.tui.persistence.snapshot import restore_results, restore_session, session_state
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.runs import RunState
 from fivtui.tui.session.session import Session
@@ -48,7 +48,8 @@ def restored(autosave: Autosave) -> Session:
     if state is not None:
         restore_session(session, state)
         restore_results(
-            session, {key: autosave.result(key, stored) for key, stored in session.unread.items()}
+            session,
+            {key: autosave.result(key, stored) for key, stored in session.unread_results.items()},
         )
     return session
 
@@ -59,20 +60,20 @@ def go_on(path: Path) -> None:
     session = restored(autosave)
     for run in list(session.runs):
         session.runs.remove(run)
-    autosave.save(state_of(session, ""))
+    autosave.save(session_state(session, ""))
     run = session.runs.start(BASE)
     session.runs.finish(run, Outcome(RESULT))
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
     session.studies["map"] = DisplayedStudy(stability_map(BASE.parameters, over), "base")
-    autosave.save(state_of(session, ""))
-    autosave.close(state_of(session, ""))
+    autosave.save(session_state(session, ""))
+    autosave.close(session_state(session, ""))
 
 
 def look(path: Path) -> Session:
     """Load the session as the next start does; every result of the file must be readable."""
     autosave = Autosave(path)
     session = restored(autosave)
-    state = state_of(session, "")
+    state = session_state(session, "")
     for run in session.runs:
         assert (run.result is None) is (run.state is not RunState.DONE)
     autosave.close(state)
@@ -131,7 +132,7 @@ def kill_labs(folder: Path, times: int) -> int:
         if len(list(session.runs)) > MOST:
             autosave = Autosave(path)
             autosave.load()
-            autosave.close(state_of(Session(), ""))
+            autosave.close(session_state(Session(), ""))
             assert not recorded & {run.number for run in look(path).runs}
             recorded = set()
     return killed

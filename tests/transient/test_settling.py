@@ -6,7 +6,7 @@ from fivtui import cli
 from fivtui.model.parameters import Parameters
 from fivtui.simulation import simulate
 from fivtui.transient.native import later_amplitude
-from fivtui.tui.session.report import result_brief
+from fivtui.tui.session.report import result_summary
 
 
 def test_the_amplitude_after_the_end_is_that_of_the_motion_that_goes_on(
@@ -22,7 +22,7 @@ def test_the_amplitude_after_the_end_is_that_of_the_motion_that_goes_on(
     y = longer.solution(times).y
     assert later.y_half_range == pytest.approx(0.5 * (y.max() - y.min()), rel=1e-6)
     assert run.steady.y_half_range > 1.1 * later.y_half_range
-    first, *_, last_line = result_brief(run)
+    first, *_, last_line = result_summary(run)
     assert first == "peak |y| 10.50 m · 2nd half ±4.401 m unsettled"
     assert last_line == "not settled: ±3.861 m 24.6 s after the end"
     assert cli.run(["simulate"]) == 0
@@ -43,7 +43,7 @@ def test_the_amplitude_after_the_end_is_that_of_the_motion_that_goes_on(
 def test_a_run_on_its_cycle_or_at_rest_has_settled(p: Parameters, t_end: float) -> None:
     run = simulate(p, t_end=t_end)
     assert later_amplitude(run) is None
-    assert "settled" not in result_brief(run)[0]
+    assert "settled" not in result_summary(run)[0]
 
 
 def test_parameters_over_time_have_no_amplitude_to_settle_on() -> None:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .commands import LabCommands
-    from .keyboard import KeyQueue, drop_alt_text, know_alt_keys
+    from .keyboard import KeyQueue, discard_alt_character, register_alt_keys
     from .keys import KEY_IDS
     from .screen import LabScreen
 else:

@@ -44,7 +44,7 @@ class LabActions(Screen[None]):
         self.post_message(Reported(text, error=error, routine=routine))
 
     @contextmanager
-    def errors_reported(self) -> Iterator[None]:
+    def report_errors(self) -> Iterator[None]:
         """Report errors of input or computation instead of raising them."""
         try:
             yield
@@ -112,7 +112,7 @@ class LabActions(Screen[None]):
         self.book.when_ready(lambda pane: self._export(pane, kind))
 
     def _export(self, pane: Pane, kind: str) -> None:
-        with self.errors_reported():
+        with self.report_errors():
             self.files.export(pane.export(kind))
 
     def action_open_scene(self) -> None:

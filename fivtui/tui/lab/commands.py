@@ -126,7 +126,7 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
         "shortcuts manual equations keymap config",
     )
     live = "Alt+L: the transient follows every edit; its runs are not kept"
-    switch = f"Live curve {'off' if session.lives else 'on'}"
+    switch = f"Live curve {'off' if session.live_enabled else 'on'}"
     yield PaletteEntry(switch, live, lab.action_switch_live, "ghost redraw preview background")
     yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene, "load file toml")
     yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene, "write file toml")
@@ -142,7 +142,7 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
         yield PaletteEntry("Undo", "Ctrl+Z", lab.action_undo, "back revert restore deleted run")
     if session.can_redo:
         yield PaletteEntry("Redo", "Ctrl+Y", lab.action_redo)
-    if lab.session.changed:
+    if lab.session.changed_fields:
         yield PaletteEntry(
             "Reset all fields",
             "To the values of the loaded scene",
@@ -293,7 +293,7 @@ def _content(slot: Slot) -> str:
         return str(error)
     if state is None:
         return "empty"
-    names = ["scene " + state.edited.loaded.name]
+    names = ["scene " + state.edit_state.loaded.name]
     count = len(state.runs.runs)
     if count:
         names.append(f"{count} run{'s' * (count > 1)}")

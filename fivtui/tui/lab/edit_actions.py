@@ -48,9 +48,9 @@ class EditActions(LabActions):
         """Keep the parameters over time at their values at t = 0."""
         self.set_tables((), "tables over time dropped")
 
-    def scene_saved(self, scene: Scene, path: Path) -> None:
+    def record_saved_scene(self, scene: Scene, path: Path) -> None:
         """Record that the edited scene was saved to a file."""
-        self.session.saved(scene, str(path))
+        self.session.record_saved(scene, str(path))
         self._remember(str(path))
         self.show_inputs()
         self.report(f"scene {scene.name} saved: {files_text(path)}")
@@ -111,4 +111,4 @@ class EditActions(LabActions):
 
     def _remember(self, source: str) -> None:
         if source and source not in PRESETS:
-            self.session.remember(source)
+            self.session.add_recent(source)

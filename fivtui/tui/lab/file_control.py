@@ -14,7 +14,7 @@ from fivtui.model import InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of, load_study
 from fivtui.transient import Transient
-from fivtui.tui.session import WRITING, DisplayedStudy, check_drawable
+from fivtui.tui.session import FILE_WRITES, DisplayedStudy, check_drawable
 from fivtui.tui.tabs import (
     Export,
     Pane,
@@ -98,7 +98,7 @@ class FileController:
 
     def _write(self, export: Export, target: Path) -> None:
         def work() -> None:
-            with WRITING.of(str(target)):
+            with FILE_WRITES.track(str(target)):
                 error = write_export(export, target)
             self._lab.call_later(self._exported, export.kind, target, error)
 
@@ -114,7 +114,7 @@ class FileController:
 
     def copy_command(self, pane: Pane) -> None:
         """Copy the command that computes the content of a tab."""
-        with self._lab.errors_reported():
+        with self._lab.report_errors():
             line = pane.command_line()
             self._copy(line, f"copied: {line}")
 
@@ -134,11 +134,11 @@ class FileController:
         """Copy the figure of a tab as a picture."""
 
         def work() -> None:
-            with self._lab.errors_reported():
+            with self._lab.report_errors():
                 copy_picture(export)
                 self._lab.report(f"the figure of {export.of} is copied")
 
-        with self._lab.errors_reported():
+        with self._lab.report_errors():
             export = pane.export("figure")
             self._in_thread("copying", work)
 
@@ -164,7 +164,7 @@ class FileController:
 
     def open_path(self, path: Path) -> None:
         """Load a scene file."""
-        with self._lab.errors_reported():
+        with self._lab.report_errors():
             scene = load_scene(path)
             report = f"scene {scene.name} opened: {path}"
             self._lab.post_message(SceneLoaded(scene, str(path), report))
@@ -174,7 +174,7 @@ class FileController:
 
         Asks for a path if `ask`, if the scene has no file, or if the file was changed elsewhere.
         """
-        with self._lab.errors_reported():
+        with self._lab.report_errors():
             scene = self._session.scene()
             path = Path(self._session.source)
             scene_path = path if _is_scene(path) else None
@@ -193,9 +193,9 @@ class FileController:
             return False
 
     def _save(self, scene: Scene, target: Path) -> None:
-        with self._lab.errors_reported():
+        with self._lab.report_errors():
             named = save_scene_as(scene, target)
-            self._lab.scene_saved(named, target)
+            self._lab.record_saved_scene(named, target)
 
     def read_tables(self) -> None:
         """Ask for a file with parameters over time, and add them to the scene."""
@@ -204,7 +204,7 @@ class FileController:
         self._ask(dialog, self._read_tables)
 
     def _read_tables(self, target: Path) -> None:
-        with self._lab.errors_reported():
+        with self._lab.report_errors():
             # A scene refuses tables that do not fit its parameters.
             scene = replace(self._session.scene(), over_time=read_over_time(target))
             self._lab.set_tables(scene.over_time, f"tables over time from {target}")
@@ -218,7 +218,7 @@ class FileController:
         path = target
 
         def work() -> None:
-            with self._lab.errors_reported():
+            with self._lab.report_errors():
                 kind = kind_of(path)
                 if kind == "run":
                     self._lab.call_later(self._lab.add_run, path, *load_run(path))

@@ -32,7 +32,7 @@ class _AltKey:
     value: str
 
 
-def know_alt_keys() -> None:
+def register_alt_keys() -> None:
     """Make Textual read Alt with a letter or digit as a key; by default it inserts a symbol."""
     # Versions of Textual without this table insert no symbols.
     with suppress(ImportError):
@@ -45,7 +45,7 @@ def know_alt_keys() -> None:
                 sequences[f"\x1b{sign}"] = (_AltKey(f"alt+{name}"),)
 
 
-def drop_alt_text(key: Key, *, option: bool) -> None:
+def discard_alt_character(key: Key, *, option: bool) -> None:
     """Turn a key with Alt into a key without text.
 
     `option` also reads the signs that Option and a digit type on a Mac as Alt and that digit.

@@ -9,8 +9,8 @@ from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.transient import Transient
 from fivtui.tui.session import (
-    AT_ONCE_S,
-    PRECEDENCE,
+    MAX_IMMEDIATE_S,
+    SCREEN_PRIORITY,
     LiveJob,
     LiveRun,
     Outcome,
@@ -54,7 +54,7 @@ class LiveController:
     def request(self) -> bool:
         """Follow the edited scene. Returns whether the display has changed."""
         session, live = self._session, self._session.live
-        if not session.lives or session.runs.active is not None:
+        if not session.live_enabled or session.runs.active is not None:
             self.stop()
             return False
         scene = self._edited()
@@ -65,7 +65,9 @@ class LiveController:
         if scene is None:
             self.stop()
             live.status = "live: waits for valid inputs"
-        elif displayed is not None and not differences(scene, displayed.edited or displayed.scene):
+        elif displayed is not None and not differences(
+            scene, displayed.edited_scene or displayed.scene
+        ):
             self.stop()
             live.clear()
         else:
@@ -74,7 +76,7 @@ class LiveController:
 
     def _follow(self, scene: Scene) -> None:
         live = self._session.live
-        if self._job is not None and self._job.elapsed > AT_ONCE_S:
+        if self._job is not None and self._job.elapsed > MAX_IMMEDIATE_S:
             # The run takes longer than expected: the next runs wait for a pause.
             live.learn(self._job.scene, self._job.elapsed)
         pace = live.pace(scene)
@@ -94,7 +96,7 @@ class LiveController:
 
     def _idle(self) -> None:
         self._waiting = None
-        if PRECEDENCE.claimed:
+        if SCREEN_PRIORITY.claimed:
             self._waiting = self._screen.set_timer(_PAUSE, self._idle)
         elif self._scene is not None:
             self._begin(self._scene)
@@ -143,10 +145,10 @@ class LiveController:
     def switch(self) -> None:
         """Switch the live curve on or off."""
         session = self._session
-        session.lives = not session.lives
+        session.live_enabled = not session.live_enabled
         self.stop()
         session.live.clear()
-        self._scene = None if session.lives else self._scene
+        self._scene = None if session.live_enabled else self._scene
 
     def stop(self) -> None:
         """Stop the current run and drop the waiting scene."""

@@ -9,13 +9,13 @@ from fivtui.scene import Scene
 from fivtui.transient import Transient
 from fivtui.tui.session import (
     MAX_RUNS,
-    SOLVER,
+    NATIVE_ENGINE,
     Outcome,
     Run,
     Session,
-    engine_words,
+    engine_difference_text,
     execute,
-    result_brief,
+    result_summary,
 )
 from fivtui.tui.tabs import (
     PointOpened,
@@ -40,7 +40,7 @@ class RunActions(LabActions):
 
     def action_run(self) -> None:
         """Run the edited scene."""
-        with self.errors_reported():
+        with self.report_errors():
             scene = self.session.scene()
             self._next = self._partner = None
             self._start(scene)
@@ -48,17 +48,17 @@ class RunActions(LabActions):
 
     def action_run_both(self) -> None:
         """Run the edited scene by the native solver and an FMU, and compare them."""
-        with self.errors_reported():
-            edited = self.session.scene()
+        with self.report_errors():
+            edited_scene = self.session.scene()
             native, self._next = self.session.engine_pair()
             self._partner = None
-            self._start(native, edited)
+            self._start(native, edited_scene)
             self.action_show_tab("transient")
 
-    def _start(self, scene: Scene, edited: Scene | None = None) -> None:
+    def _start(self, scene: Scene, edited_scene: Scene | None = None) -> None:
         self.session.close_step()
         before = list(self.session.runs)
-        run = self.session.runs.start(scene, edited)
+        run = self.session.runs.start(scene, edited_scene)
         self._report_deleted(before)
         compute_in_thread(self, lambda: execute(run), partial(self._ended, run))
         self.post_message(RunsChanged())
@@ -69,7 +69,7 @@ class RunActions(LabActions):
         run = self.session.runs.stop()
         if run is not None:
             self.post_message(RunsChanged())
-            self.report(f"run {run.number} {run.stop_words}")
+            self.report(f"run {run.number} {run.stop_text}")
 
     @on(RunRequested)
     def _run_requested(self) -> None:
@@ -98,7 +98,7 @@ class RunActions(LabActions):
             # The elapsed time of the first run includes loading libraries.
             cpu_s = run.result.stats.cpu_s
             self.session.live.learn(run.scene, run.elapsed if cpu_s is None else cpu_s)
-            report = "; ".join([f"run {run.number} done", *result_brief(run.result)])
+            report = "; ".join([f"run {run.number} done", *result_summary(run.result)])
             self.report(report, routine=True)
             self._go_on(run)
         self.post_message(RunsChanged())
@@ -107,18 +107,18 @@ class RunActions(LabActions):
         # Run the FMU after the native solver, then compare them.
         if self._next is not None:
             scene, self._next, self._partner = self._next, None, run
-            self._start(scene, run.edited)
+            self._start(scene, run.edited_scene)
         elif self._partner is not None:
             native, self._partner = self._partner, None
-            if native.result is not None and run.result is not None and run.engine != SOLVER:
+            if native.result is not None and run.result is not None and run.engine != NATIVE_ENGINE:
                 native.overlaid = True
                 self.session.runs.baseline = native
-                self.report(engine_words(native.result, run.result))
+                self.report(engine_difference_text(native.result, run.result))
 
     def add_run(self, path: Path, scene: Scene, result: Transient) -> None:
         """Add a run read from a file."""
         before = list(self.session.runs)
-        run = self.session.runs.add_read(scene, result, str(path))
+        run = self.session.runs.add_loaded(scene, result, str(path))
         self._report_deleted(before)
         self.report(f"run {run.number} read from {path}")
         self.post_message(RunsChanged())

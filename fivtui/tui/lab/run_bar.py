@@ -5,17 +5,17 @@ from typing import Final
 from textual import on
 from textual.widgets import Button
 
-from fivtui.tui.session import SOLVER, Run, RunState
+from fivtui.tui.session import NATIVE_ENGINE, Run, RunState
 from fivtui.tui.tabs import JobBar, RunRequested
 
-NO_RUN: Final = "no run yet: press F5"
+NO_RUN_TEXT: Final = "no run yet: press F5"
 
 
 class RunBar(JobBar):
     """The button that starts and stops runs, and the progress or state of the newest run."""
 
     def __init__(self) -> None:
-        super().__init__("Run", NO_RUN)
+        super().__init__("Run", NO_RUN_TEXT)
 
     @on(Button.Pressed)
     def _press(self, event: Button.Pressed) -> None:
@@ -33,6 +33,6 @@ def _end_words(run: Run, *, outdated: bool) -> str:
     if outdated:
         return f"{text}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
-        engine = "" if run.engine == SOLVER else f", {run.engine}"
+        engine = "" if run.engine == NATIVE_ENGINE else f", {run.engine}"
         text += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy}"
     return text

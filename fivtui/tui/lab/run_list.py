@@ -12,12 +12,12 @@ from textual.coordinate import Coordinate
 from textual.widgets import DataTable
 
 from fivtui.tui.session import (
-    SECOND_HALF,
-    Live,
+    HALF_RANGE_LABEL,
+    LiveCurve,
     Run,
     Runs,
-    base_scene,
     changes,
+    default_scene,
     differences,
     percent_text,
     quantity,
@@ -84,7 +84,7 @@ class RunsPane(Vertical):
         """The table."""
         yield RunsTable(cursor_type="row", zebra_stripes=True)
 
-    def show(self, runs: Runs, live: Live) -> None:
+    def show(self, runs: Runs, live: LiveCurve) -> None:
         """Display the runs, and mark those that are plotted."""
         self._marks = _marks(runs, live)
         table = self.query_one(RunsTable)
@@ -108,7 +108,7 @@ class RunsPane(Vertical):
             row=numbers.index(number) if number in numbers else min(row, len(numbers) - 1)
         )
 
-    def mark(self, runs: Runs, live: Live) -> None:
+    def mark(self, runs: Runs, live: LiveCurve) -> None:
         """Update the display if the set of plotted runs has changed."""
         if self._marks != _marks(runs, live):
             self.show(runs, live)
@@ -124,21 +124,21 @@ class RunsPane(Vertical):
         self.post_message(RunActionRequested(int(str(event.row_key.value)), "show"))
 
 
-def _marks(runs: Runs, live: Live) -> list[str]:
+def _marks(runs: Runs, live: LiveCurve) -> list[str]:
     return [_plotted(run, runs, live) for run in runs]
 
 
-def _plotted(run: Run, runs: Runs, live: Live) -> str:
+def _plotted(run: Run, runs: Runs, live: LiveCurve) -> str:
     # The live curve and its ghost replace the displayed run.
-    if run is runs.displayed and not live.shown:
+    if run is runs.displayed and not live.visible:
         return "shown"
     if run.overlaid:
         return "on"
-    return "before" if live.shown and run.result is live.ghost else "off"
+    return "before" if live.visible and run.result is live.ghost else "off"
 
 
-def _cells(run: Run, runs: Runs, live: Live) -> Sequence[str | Text]:
-    different = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
+def _cells(run: Run, runs: Runs, live: LiveCurve) -> Sequence[str | Text]:
+    different = ", ".join(map(str, differences(run.scene, default_scene()))) or "none"
     name = Text.assemble((run.style.marker_sign, run.style.colour_code), f" {run.number}")
     changed = run.source or different
     if run.result is None:
@@ -148,7 +148,7 @@ def _cells(run: Run, runs: Runs, live: Live) -> Sequence[str | Text]:
         compared = ("base", "base")
     elif runs.baseline is not None and runs.baseline.result is not None:
         by_label = {change.label: change for change in changes(result, runs.baseline.result)}
-        labels = ("peak |y|", SECOND_HALF)
+        labels = ("peak |y|", HALF_RANGE_LABEL)
         compared = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
     return (
         name,

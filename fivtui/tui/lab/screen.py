@@ -16,13 +16,13 @@ from fivtui.equilibrium import verdict
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
-    PRECEDENCE,
+    SCREEN_PRIORITY,
     WELCOME,
     DisplayedStudy,
     RunState,
     Session,
-    crash_words,
-    stability_brief,
+    crash_message,
+    stability_summary,
     verdict_kind,
 )
 from fivtui.tui.tabs import (
@@ -44,7 +44,7 @@ from .keys import LAB_KEYS
 from .live_control import LiveController
 from .notices import NoticeView
 from .run_actions import RunActions
-from .run_bar import NO_RUN, RunBar
+from .run_bar import NO_RUN_TEXT, RunBar
 from .run_list import RunsPane
 from .search_control import SearchController
 from .verdict.gauge_control import GaugeController
@@ -142,9 +142,11 @@ class LabScreen(EditActions, RunActions):
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""
         session = self.session
-        mark = " (changed)" if session.changed else ""
-        self.query_one(VerdictView).name_scene(f"{session.name}{mark}")
-        self.query_one(Form).show(session.texts, session.errors, session.changed, session.notes)
+        mark = " (changed)" if session.changed_fields else ""
+        self.query_one(VerdictView).show_scene_name(f"{session.name}{mark}")
+        self.query_one(Form).show(
+            session.texts, session.errors, session.changed_fields, session.notes
+        )
         self.show_verdict()
         self._show_newest()
         if not self._tab_behind:
@@ -155,7 +157,7 @@ class LabScreen(EditActions, RunActions):
     def _show_in_tab(self) -> None:
         self._tab_behind = False
         self.book.update_pane(lambda pane: pane.scene_changed())
-        self.call_after_refresh(PRECEDENCE.release)
+        self.call_after_refresh(SCREEN_PRIORITY.release)
 
     def show_verdict(self) -> None:
         """Display the stability of the edited scene, and the result of the search."""
@@ -167,13 +169,13 @@ class LabScreen(EditActions, RunActions):
             view.show("invalid", [f"NO VERDICT{why}"], [str(error)])
             self._search.stop()
             self._gauges.stop()
-            self.session.coexisting = None
+            self.session.attractor_search = None
         else:
             stable = verdict(result) == "STABLE"
-            coexisting = self._search.coexisting(result.system, stable=stable)
-            self.session.coexisting = coexisting
+            coexisting = self._search.attractor_search(result.system, stable=stable)
+            self.session.attractor_search = coexisting
             gauges = self._gauges.gauges(result, coexisting, both=self.has_class("-tall"))
-            lines = stability_brief(result, coexisting)
+            lines = stability_summary(result, coexisting)
             if self.session.over_time:
                 lines[0] = f"at t = 0: {lines[0]}"
             view.show(verdict_kind(result, coexisting), lines, gauges)
@@ -183,7 +185,7 @@ class LabScreen(EditActions, RunActions):
         # The number of gauges depends on the height.
         self.call_after_refresh(self.show_verdict)
 
-    def search_updated(self) -> None:
+    def show_search_result(self) -> None:
         """Display the result of a search."""
         self.show_verdict()
         self.book.update_pane(lambda pane: pane.scene_changed())
@@ -191,7 +193,7 @@ class LabScreen(EditActions, RunActions):
     # Runs and files
 
     def _tick(self) -> None:
-        if not PRECEDENCE.claimed:
+        if not SCREEN_PRIORITY.claimed:
             self._show_progress()
 
     @on(TabBook.TabActivated)
@@ -199,15 +201,15 @@ class LabScreen(EditActions, RunActions):
         newest, live = self.session.runs.newest, self.session.live.status
         bar = self.query_one(RunBar)
         failed = newest is not None and newest.state is RunState.FAILED
-        if failed and newest is not None and not self.session.outdated(newest):
+        if failed and newest is not None and not self.session.is_outdated(newest):
             # A scene that failed has no live curve.
             live = ""
         if live and self.book.active == _LIVE_TAB and self.session.runs.active is None:
             bar.show(None, live)
         elif newest is not None:
-            bar.show_run(newest, outdated=self.session.outdated(newest))
+            bar.show_run(newest, outdated=self.session.is_outdated(newest))
         else:
-            bar.show(None, NO_RUN)
+            bar.show(None, NO_RUN_TEXT)
 
     # The live curve
 
@@ -231,7 +233,7 @@ class LabScreen(EditActions, RunActions):
     def action_switch_live(self) -> None:
         """Switch the live curve on or off."""
         self._live.switch()
-        state = "follows every edit" if self.session.lives else "off"
+        state = "follows every edit" if self.session.live_enabled else "off"
         self.report(f"live curve {state}")
         self._show_newest()
         self.book.catch_up()
@@ -275,4 +277,4 @@ class LabScreen(EditActions, RunActions):
     @on(Worker.StateChanged)
     def _thread_failed(self, event: Worker.StateChanged) -> None:
         if event.state is WorkerState.ERROR:
-            self.report(f"{event.worker.name}: {crash_words(event.worker.error)}", error=True)
+            self.report(f"{event.worker.name}: {crash_message(event.worker.error)}", error=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from textual.timer import Timer
 
 from fivtui.model import System
-from fivtui.tui.session import Coexisting, Job, outcome_of
+from fivtui.tui.session import AttractorSearch, Job, compute_outcome
 
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
@@ -37,10 +37,10 @@ class SearchController:
         self._key: Key | None = None
         self._job: Job | None = None
         self._waiting: Timer | None = None
-        self._cache: OrderedDict[Key, Coexisting] = OrderedDict()
+        self._cache: OrderedDict[Key, AttractorSearch] = OrderedDict()
         self._result: Coexistence | None = None
 
-    def coexisting(self, system: System, *, stable: bool) -> Coexisting:
+    def attractor_search(self, system: System, *, stable: bool) -> AttractorSearch:
         """The known attractors beside the equilibrium; starts a search if it is incomplete."""
         key = (system, stable)
         if key != self._key:
@@ -48,7 +48,7 @@ class SearchController:
             self._key = key
             if key not in self._cache or not self._cache[key].searched:
                 self._waiting = self._screen.set_timer(_PAUSE, self._begin)
-        return self._cache.get(key, Coexisting() if stable else Coexisting(text=""))
+        return self._cache.get(key, AttractorSearch() if stable else AttractorSearch(text=""))
 
     def stop(self) -> None:
         """Stop the search."""
@@ -77,7 +77,7 @@ class SearchController:
             from fivtui.safety import safe_friction
 
             if stable:
-                outcome = outcome_of(
+                outcome = compute_outcome(
                     lambda: coexistence(system, progress=job.report, on_found=partial_result)
                 )
                 if outcome.error:
@@ -90,7 +90,7 @@ class SearchController:
             if p.v_belt is not None:
                 show(self._store_safe, None)
                 return
-            safe = outcome_of(
+            safe = compute_outcome(
                 lambda: safe_friction(p, separation=system.separation, progress=job.report)
             )
             if safe.result is not None or safe.error:
@@ -107,21 +107,25 @@ class SearchController:
         store(self._key, *args)
         while len(self._cache) > _CACHE_SIZE:
             self._cache.popitem(last=False)
-        self._screen.search_updated()
+        self._screen.show_search_result()
 
     def _store_error(self, key: Key, error: str) -> None:
-        self._cache[key] = Coexisting(f"search for limit cycles failed: {error}", complete=True)
+        self._cache[key] = AttractorSearch(
+            f"search for limit cycles failed: {error}", complete=True
+        )
 
     def _store_result(self, key: Key, result: "Coexistence", complete: bool) -> None:
         from fivtui.orbits import coexistence_words
 
         self._result = result
         note = (result.warning or "") if complete else ""
-        self._cache[key] = Coexisting(coexistence_words(result), note, result.coexists, complete)
+        self._cache[key] = AttractorSearch(
+            coexistence_words(result), note, result.coexists, complete
+        )
 
     def _store_safe(self, key: Key, safe: "SafeFriction | None") -> None:
         self._job = None
-        before = self._cache.get(key, Coexisting(text=""))
+        before = self._cache.get(key, AttractorSearch(text=""))
         self._cache[key] = replace(before, safe=safe, searched=True)
         if safe is None or not before.text:
             return

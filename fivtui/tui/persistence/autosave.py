@@ -45,7 +45,7 @@ class Autosave:
         return 0 if self._slot is None else self._slot.number
 
     @property
-    def others(self) -> list[Slot]:
+    def other_slots(self) -> list[Slot]:
         """The other saved sessions, last used first; other processes may have locked them."""
         if self._first is None:
             return []

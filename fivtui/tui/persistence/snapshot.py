@@ -13,7 +13,7 @@ from .state_file import SavedRun, SavedRuns, State
 _RUN: Final = "run-"
 
 
-def state_of(session: Session, theme: str) -> State:
+def session_state(session: Session, theme: str) -> State:
     """The saved state of a session: a copy that shares the results."""
     runs = session.runs
     results: dict[str, object] = {}
@@ -21,12 +21,12 @@ def state_of(session: Session, theme: str) -> State:
         key = f"{_RUN}{run.number}"
         if run.result is not None:
             results[key] = run
-        elif key in session.unread:
-            results[key] = session.unread[key]
-    results |= {k: stored for k, stored in session.unread.items() if not k.startswith(_RUN)}
+        elif key in session.unread_results:
+            results[key] = session.unread_results[key]
+    results |= {k: stored for k, stored in session.unread_results.items() if not k.startswith(_RUN)}
     results |= session.studies
     return State(
-        session.edited,
+        session.edit_state,
         session.recent,
         session.tab,
         theme,
@@ -52,7 +52,7 @@ def _saved_run(run: Run) -> SavedRun:
         scene=scene_to_dict(run.scene),
         state=state,
         message=run.message,
-        edited=None if run.edited is None else scene_to_dict(run.edited),
+        edited=None if run.edited_scene is None else scene_to_dict(run.edited_scene),
         source=run.source,
         overlaid=run.overlaid,
         colour=run.style.colour,
@@ -68,7 +68,7 @@ def restore_session(session: Session, state: State) -> None:
         name: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
         for name, view in state.views.items()
     }
-    session.unread = {
+    session.unread_results = {
         key: stored for key, stored in state.results.items() if isinstance(stored, StoredResult)
     }
     runs = session.runs
@@ -80,13 +80,13 @@ def restore_session(session: Session, state: State) -> None:
 def restore_results(session: Session, results: Mapping[str, Any]) -> None:
     """Add results read from files to a session; None if a result could not be read."""
     for key, result in results.items():
-        session.unread.pop(key, None)
+        session.unread_results.pop(key, None)
         if not key.startswith(_RUN):
             # A result computed since the start is newer.
             if result is not None and session.studies.get(key) is None:
                 session.studies[key] = result
             continue
-        run = session.runs.find_any(int(key.removeprefix(_RUN)))
+        run = session.runs.find_with_removed(int(key.removeprefix(_RUN)))
         if run is not None:
             run.result = result
             run.state = RunState.DONE if result is not None else RunState.NOT_KEPT
@@ -95,7 +95,7 @@ def restore_results(session: Session, results: Mapping[str, Any]) -> None:
 def _run(saved: SavedRun, state: State) -> Run:
     run = Run(saved.number, scene_from_dict(saved.scene), saved.state, fraction=1.0)
     run.message, run.source = saved.message, saved.source
-    run.edited = None if saved.edited is None else scene_from_dict(saved.edited)
+    run.edited_scene = None if saved.edited is None else scene_from_dict(saved.edited)
     run.overlaid = saved.overlaid
     run.style = RunStyle(saved.colour, saved.marker)
     if run.state is RunState.DONE and f"{_RUN}{run.number}" not in state.results:

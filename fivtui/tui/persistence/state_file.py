@@ -15,7 +15,7 @@ from fivtui.model import InputError
 from fivtui.results import from_data, to_data
 from fivtui.scene import over_time_from, over_time_to_dict, scene_from_dict, scene_to_dict
 from fivtui.studies import STUDIES
-from fivtui.tui.session import FIELDS, Edited, RunState, StoredResult
+from fivtui.tui.session import FIELDS, EditState, RunState, StoredResult
 
 STATE_VERSION: Final = 2
 _VERSION_KEY: Final = "fivtui_session"
@@ -57,7 +57,7 @@ class State:
 
     Attributes
     ----------
-    edited : Edited
+    edit_state : EditState
         The edited texts.
     recent : tuple of str
         As in `Session`.
@@ -74,7 +74,7 @@ class State:
         Why other results were not stored.
     """
 
-    edited: Edited
+    edit_state: EditState
     recent: tuple[str, ...] = ()
     tab: str = ""
     theme: str = ""
@@ -102,10 +102,10 @@ def save_state(state: State, path: Path) -> None:
     """Write a session file atomically; raises `InputError` if it cannot be written."""
     data = {
         _VERSION_KEY: STATE_VERSION,
-        "texts": dict(state.edited.texts),
-        "scene": scene_to_dict(state.edited.loaded),
-        "over_time": over_time_to_dict(state.edited.over_time),
-        "source": _absolute(state.edited.source),
+        "texts": dict(state.edit_state.texts),
+        "scene": scene_to_dict(state.edit_state.loaded),
+        "over_time": over_time_to_dict(state.edit_state.over_time),
+        "source": _absolute(state.edit_state.source),
         "recent": [_absolute(recent) for recent in state.recent],
         "tab": state.tab,
         "theme": state.theme,
@@ -201,7 +201,7 @@ def _state(data: Any) -> State:
         for scene in filter(None, (run.scene, run.edited)):
             scene_from_dict(scene)
     return State(
-        edited=Edited(texts, over_time, loaded, str(data["source"])),
+        edit_state=EditState(texts, over_time, loaded, str(data["source"])),
         recent=from_data(data["recent"], tuple[str, ...]),
         tab=from_data(data["tab"], str),
         theme=from_data(data["theme"], str),

@@ -3,26 +3,34 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .command_lines import study_line
-    from .comparison import change_rows, changes, engine_words, percent_text
-    from .editing import Edited
-    from .equations import plain_names, symbol_of
+    from .command_lines import study_command
+    from .comparison import change_rows, changes, engine_difference_text, percent_text
+    from .editing import EditState
+    from .equations import replace_symbols, symbol_of
     from .fields import FIELDS, FormField
     from .help import WELCOME, field_help, general_help
-    from .jobs import PRECEDENCE, WRITING, ComputingThreads, Job, Outcome, crash_words, outcome_of
-    from .live import AT_ONCE_S, Live, LiveJob, LiveRun, Pace, execute_live
+    from .jobs import (
+        FILE_WRITES,
+        SCREEN_PRIORITY,
+        ComputingThreads,
+        Job,
+        Outcome,
+        compute_outcome,
+        crash_message,
+    )
+    from .live import MAX_IMMEDIATE_S, LiveCurve, LiveJob, LiveRun, Pace, execute_live
     from .report import (
-        SECOND_HALF,
-        Coexisting,
-        coexisting_rows,
+        HALF_RANGE_LABEL,
+        AttractorSearch,
+        attractor_rows,
+        late_separation_warning,
         quantity,
-        remark,
-        result_brief,
-        stability_brief,
+        result_summary,
+        stability_summary,
         verdict_kind,
     )
-    from .runs import MAX_RUNS, SOLVER, Run, Runs, RunState, RunStyle, execute, usual_style
-    from .scene_differences import base_scene, differences, names_of
+    from .runs import MAX_RUNS, NATIVE_ENGINE, Run, Runs, RunState, RunStyle, default_style, execute
+    from .scene_differences import default_scene, differences, legend_names
     from .scenes_of_paper import paper_scenes
     from .session import Session
     from .studies import DisplayedStudy, StoredResult, check_drawable

@@ -9,7 +9,7 @@ from fivtui.results import Command
 from fivtui.scene import Scene
 from fivtui.studies import command_of
 
-from .scene_differences import base_scene, differences
+from .scene_differences import default_scene, differences
 
 # Settings that error targets replace.
 _SET_BY_ACCURACY: Final = ("tol", "step")
@@ -29,7 +29,7 @@ def _arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
     ignored = _SET_BY_ACCURACY if scene.accuracy else ()
     for difference in differences(scene, origin.scene):
         if difference.name in command.settable and difference.name not in ignored:
-            arguments += difference.words
+            arguments += difference.arguments
     return arguments
 
 
@@ -45,17 +45,17 @@ def _unset_fields(scene: Scene, begin: Scene, command: Command) -> list[str]:
     return fields
 
 
-def study_line(kind: str, of: Any, origin: Origin) -> str:
+def study_command(kind: str, of: Any, origin: Origin) -> str:
     """The command that computes a study of a kind, quoted for a POSIX shell.
 
     `of` is its result or its request, see `StudyKind.command`. Raises `InputError` if no command
     can express it.
     """
     command = command_of(kind, of)
-    scene = dataclasses.replace(base_scene(), **command.scene)
+    scene = dataclasses.replace(default_scene(), **command.scene)
     begin = origin
     if not origin.source or _unset_fields(scene, origin.scene, command):
-        begin = Origin(base_scene(), "")
+        begin = Origin(default_scene(), "")
         if unset := _unset_fields(scene, begin.scene, command):
             names = " and ".join(unset)
             raise InputError(f"{kind}: no option sets {names}; save the scene to a file first")

@@ -9,13 +9,13 @@ import numpy as np
 from fivtui.results import Row
 from fivtui.transient import Transient
 
-from .report import SECOND_HALF, quantity
+from .report import HALF_RANGE_LABEL, quantity
 from .runs import engine_of
 
 _FIGURES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
     ("peak |y|", "m", lambda r: r.peak.y_abs),
     ("peak |x|", "m", lambda r: r.peak.x_abs),
-    (SECOND_HALF, "m", lambda r: r.steady.y_half_range),
+    (HALF_RANGE_LABEL, "m", lambda r: r.steady.y_half_range),
     ("contact force max", "N", lambda r: r.contact_force.max),
     ("separations", "", lambda r: float(r.events.separations)),
     ("time off the belt", "s", lambda r: r.events.separated_time),
@@ -73,7 +73,7 @@ def change_rows(run: Transient, baseline: Transient) -> list[Row]:
     return rows
 
 
-def engine_words(native: Transient, fmu: Transient) -> str:
+def engine_difference_text(native: Transient, fmu: Transient) -> str:
     """Differences between the FMU's and the native result of a scene, in one phrase."""
     final_states = [
         (getattr(native.final, name), getattr(fmu.final, name)) for name in ("x", "vx", "y", "vy")

@@ -9,7 +9,7 @@ from fivtui.ranges import number_text
 from fivtui.scene import OverTime, Scene
 
 from .fields import FIELDS
-from .scene_differences import base_scene
+from .scene_differences import default_scene
 
 # Maximum numbers of undo steps, and of actions among them.
 _MAX_STEPS: Final = 1000
@@ -17,7 +17,7 @@ _MAX_ACTIONS: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Edited:
+class EditState:
     """Edited texts and tables over time, the loaded scene, and its preset or file."""
 
     texts: Mapping[str, str]
@@ -34,14 +34,14 @@ class Action:
     redo: Callable[[], None]
 
 
-def text_at_start(table: TimeTable) -> str:
+def initial_value_text(table: TimeTable) -> str:
     """The text of a parameter that follows a table: its value from t = 0 on."""
     return number_text(table.after(0.0)[0])
 
 
-def _edited(scene: Scene, source: str) -> Edited:
+def _edit_state(scene: Scene, source: str) -> EditState:
     texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
-    return Edited(texts, scene.over_time, scene, source)
+    return EditState(texts, scene.over_time, scene, source)
 
 
 class Editing:
@@ -51,21 +51,21 @@ class Editing:
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
-        self._past: list[Edited | Action] = []
-        self._future: list[Edited | Action] = []
+        self._past: list[EditState | Action] = []
+        self._future: list[EditState | Action] = []
         self._kind = ""
-        self._apply(_edited(base_scene() if scene is None else scene, source))
+        self._apply(_edit_state(default_scene() if scene is None else scene, source))
 
-    def _apply(self, state: Edited) -> None:
+    def _apply(self, state: EditState) -> None:
         self.texts, self.over_time = dict(state.texts), state.over_time
         self._loaded, self.source = state.loaded, state.source
 
     @property
-    def edited(self) -> Edited:
+    def edit_state(self) -> EditState:
         """The edited state, for `restore` in this or another session."""
-        return Edited(dict(self.texts), self.over_time, self._loaded, self.source)
+        return EditState(dict(self.texts), self.over_time, self._loaded, self.source)
 
-    def restore(self, state: Edited) -> None:
+    def restore(self, state: EditState) -> None:
         """Restore an edited state as one step that can be undone."""
         self._begin_step()
         self._apply(state)
@@ -78,7 +78,7 @@ class Editing:
         # Record the state before an edit; an edit without a kind is a separate step.
         self._future.clear()
         if not kind or kind != self._kind:
-            self._past.append(self.edited)
+            self._past.append(self.edit_state)
             del self._past[:-_MAX_STEPS]
         self._kind = kind
 
@@ -100,13 +100,13 @@ class Editing:
         """Redo the last undone edit. Returns False if there is nothing to redo."""
         return self._turn(self._future, self._past)
 
-    def _turn(self, source: list[Edited | Action], target: list[Edited | Action]) -> bool:
+    def _turn(self, source: list[EditState | Action], target: list[EditState | Action]) -> bool:
         self.close_step()
         if not source:
             return False
         step = source.pop()
-        target.append(step if isinstance(step, Action) else self.edited)
-        if isinstance(step, Edited):
+        target.append(step if isinstance(step, Action) else self.edit_state)
+        if isinstance(step, EditState):
             self._apply(step)
         elif source is self._past:
             step.undo()
@@ -125,14 +125,14 @@ class Editing:
 
     def load(self, scene: Scene, source: str = "") -> None:
         """Load a scene: replace all texts. `source` is its preset or file, if it has one."""
-        self.restore(_edited(scene, source))
+        self.restore(_edit_state(scene, source))
 
-    def saved(self, scene: Scene, source: str) -> None:
+    def record_saved(self, scene: Scene, source: str) -> None:
         """Record that the edited scene was saved to a file; this is not an undo step."""
         for steps in (self._past, self._future):
             steps[:] = [
                 replace(step, loaded=scene, source=source)
-                if isinstance(step, Edited) and step.loaded is self._loaded
+                if isinstance(step, EditState) and step.loaded is self._loaded
                 else step
                 for step in steps
             ]
@@ -154,7 +154,7 @@ class Editing:
         return self._loaded.description
 
     @property
-    def changed(self) -> list[str]:
+    def changed_fields(self) -> list[str]:
         """Names of the fields whose text or table over time differs from the loaded scene."""
         tables, loaded = dict(self.over_time), dict(self._loaded.over_time)
         return [
@@ -177,7 +177,7 @@ class Editing:
         """Let parameters follow tables over time; other texts do not change."""
         self._begin_step()
         self.over_time = over_time
-        self.texts |= {name: text_at_start(table) for name, table in over_time}
+        self.texts |= {name: initial_value_text(table) for name, table in over_time}
 
     def reset(self, name: str) -> None:
         """Reset a field, and its table over time, to the loaded scene."""

@@ -18,7 +18,7 @@ _NAMES: Final = {spec.symbol: name for name, spec in ALL_PARAMETERS.items()}
 _SYMBOLS: Final = re.compile(rf"(?<!\w)({'|'.join(map(re.escape, _NAMES))})(?!\w)")
 
 
-def plain_names(text: str) -> str:
+def replace_symbols(text: str) -> str:
     """Replace symbols of parameters by their names, e.g. ``k_1=1:9:3`` by ``k1=1:9:3``."""
     return _SYMBOLS.sub(lambda match: _NAMES[match[0]], text)
 

@@ -26,7 +26,7 @@ _COMMA_IN_TARGET: Final = re.compile(r"(=\s*[0-9]*),(?=[0-9])")
 Step = Callable[[float, int, bool], float]
 
 
-def by_digit(default: float) -> Step:
+def digit_step(default: float) -> Step:
     """Steps of one in the second significant digit (1 to 10 %), fine steps in the third.
 
     A step and its reverse restore the number, also across powers of ten. `default` sets the size
@@ -45,7 +45,7 @@ def by_digit(default: float) -> Step:
     return step
 
 
-def by_decade(value: float, direction: int, _fine: bool) -> float:
+def decade_step(value: float, direction: int, _fine: bool) -> float:
     """Steps by a factor of ten."""
     return float(Decimal(repr(value)).scaleb(direction))
 
@@ -64,7 +64,7 @@ class FormField:
     check: Callable[[str], object]
     text_of: Callable[[Scene], str]
     respell: Callable[[str], str] = decimal_point
-    step_by: Step | None = None
+    step_function: Step | None = None
     when_empty: str = ""
     choices: Mapping[str, str] | None = None
     details: tuple[tuple[str, str], ...] = ()
@@ -95,7 +95,7 @@ def _parameter(spec: ParameterSpec) -> FormField:
         default="" if spec.optional else number_text(spec.default),
         check=(lambda text: spec.read(text or NONE)) if spec.optional else spec.check,
         text_of=text_of,
-        step_by=by_digit(spec.default),
+        step_function=digit_step(spec.default),
         when_empty=NONE if spec.optional else "",
         details=_MODES if spec.optional else equations,
     )
@@ -115,9 +115,9 @@ def _respell_start(text: str) -> str:
 
 _RESPELL: Final = {"start": _respell_start, "accuracy": _respell_accuracy}
 _STEPS: Final = {
-    "t_end": by_digit(DEFAULT_T_END),
-    "tol": by_decade,
-    "step": by_digit(_FIRST_STEP),
+    "t_end": digit_step(DEFAULT_T_END),
+    "tol": decade_step,
+    "step": digit_step(_FIRST_STEP),
 }
 _DEFAULTS: Final = {field.name: field.default for field in dataclasses.fields(Scene)}
 
@@ -135,7 +135,7 @@ def _of_setting(setting: RunSetting) -> FormField:
         check=setting.read,
         text_of=lambda scene: setting.text(getattr(scene, setting.name)),
         respell=_RESPELL.get(setting.name, decimal_point),
-        step_by=_STEPS.get(setting.name),
+        step_function=_STEPS.get(setting.name),
         when_empty=setting.when_empty,
         choices=choices,
         details=setting.details or tuple((choices or {}).items()),

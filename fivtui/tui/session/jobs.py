@@ -22,7 +22,7 @@ _REPORT_AFTER: Final = 0.2
 _POLL: Final = 0.005
 
 
-class Precedence:
+class ScreenPriority:
     """Gives the screen the interpreter for a moment after each key.
 
     Python threads computing beside the screen would double its response time.
@@ -44,7 +44,7 @@ class Precedence:
         """Whether the screen is responding to a key."""
         return time.monotonic() < self._until
 
-    def give_way(self) -> None:
+    def yield_to_screen(self) -> None:
         """Wait for the screen's response; called by computing threads between pieces of work.
 
         Waits for one response at most, however many keys are pressed.
@@ -54,10 +54,10 @@ class Precedence:
             time.sleep(_POLL)
 
 
-PRECEDENCE: Final = Precedence()
+SCREEN_PRIORITY: Final = ScreenPriority()
 
 
-class Writing:
+class FileWrites:
     """The files being written in threads; the program waits for them at its end."""
 
     def __init__(self) -> None:
@@ -65,7 +65,7 @@ class Writing:
         self._changed = threading.Condition()
 
     @contextmanager
-    def of(self, name: str) -> Iterator[None]:
+    def track(self, name: str) -> Iterator[None]:
         """Register a file while it is being written."""
         with self._changed:
             self._names.append(name)
@@ -84,7 +84,7 @@ class Writing:
                 self._changed.wait_for(lambda: not self._names)
 
 
-WRITING: Final = Writing()
+FILE_WRITES: Final = FileWrites()
 
 
 class ComputingThreads(ThreadPoolExecutor):
@@ -146,7 +146,7 @@ class Job:
     def report(self, fraction: float) -> bool:
         """Record progress. Returns False to stop. Called by the computing thread."""
         self.fraction = max(self.fraction, fraction)
-        PRECEDENCE.give_way()
+        SCREEN_PRIORITY.yield_to_screen()
         return not self.stopped
 
     def stop(self) -> None:
@@ -164,7 +164,7 @@ class Job:
         return time.monotonic() - self._begin
 
     @property
-    def words(self) -> str:
+    def progress_text(self) -> str:
         """Progress and remaining time, such as ``40 %, 2.5 s left``."""
         fraction, elapsed = self.fraction, self.elapsed
         remaining = (
@@ -175,7 +175,7 @@ class Job:
         return f"{_percent(fraction)}{remaining}"
 
     @property
-    def stop_words(self) -> str:
+    def stop_text(self) -> str:
         """The progress at which it was stopped, as text."""
         return f"stopped at {_percent(self.fraction)}"
 
@@ -195,7 +195,7 @@ class Outcome(Generic[Value]):
     error: str = ""
 
 
-def outcome_of(compute: Callable[[], Value]) -> Outcome[Value]:
+def compute_outcome(compute: Callable[[], Value]) -> Outcome[Value]:
     """Call a function in a computing thread; expected errors become an outcome."""
     try:
         return Outcome(compute())
@@ -205,7 +205,7 @@ def outcome_of(compute: Callable[[], Value]) -> Outcome[Value]:
         return Outcome(error=str(error))
 
 
-def crash_words(error: BaseException | None) -> str:
+def crash_message(error: BaseException | None) -> str:
     """Message for an unexpected error in a thread."""
     limit = limit_error(error) if isinstance(error, OSError) else None
     return str(limit) if limit else f"unexpected {type(error).__name__}: {error}"

@@ -8,12 +8,12 @@ from typing import Final
 from fivtui.scene import Scene, scene_transient
 from fivtui.transient import METHODS, Transient
 
-from .jobs import Job, Outcome, duration_text, outcome_of
+from .jobs import Job, Outcome, compute_outcome, duration_text
 from .runs import sample_times
 
 # Durations of a run, s: below the first it follows every edit, below the second every pause.
-AT_ONCE_S: Final = 0.1
-LONGEST_S: Final = 15.0
+MAX_IMMEDIATE_S: Final = 0.1
+MAX_LIVE_S: Final = 15.0
 _FASTEST: Final = next(iter(METHODS))
 # Progress that ends the setup, and the least progress from which a duration is extrapolated.
 _SETUP_END: Final = 0.2
@@ -30,7 +30,7 @@ class Pace(Enum):
 
 @dataclass(eq=False, slots=True, kw_only=True)
 class LiveJob(Job):
-    """A run for the live curve; it stops after `LONGEST_S`."""
+    """A run for the live curve; it stops after `MAX_LIVE_S`."""
 
     scene: Scene
     pace: Pace
@@ -38,10 +38,10 @@ class LiveJob(Job):
     duration: float = 0.0
 
     def report(self, fraction: float) -> bool:
-        """As `Job.report`. Returns False also after `LONGEST_S`."""
+        """As `Job.report`. Returns False also after `MAX_LIVE_S`."""
         if not self.setup and fraction < _SETUP_END:
             self.setup = self.elapsed
-        return Job.report(self, fraction) and self.elapsed - self.setup < LONGEST_S
+        return Job.report(self, fraction) and self.elapsed - self.setup < MAX_LIVE_S
 
     @property
     def estimate(self) -> float:
@@ -59,7 +59,7 @@ class LiveRun:
     duration: float
 
 
-class Live:
+class LiveCurve:
     """The live curve, the previous one as its ghost, and measured durations."""
 
     def __init__(self) -> None:
@@ -70,7 +70,7 @@ class Live:
         self._rates: dict[Hashable, float] = {}
 
     @property
-    def shown(self) -> bool:
+    def visible(self) -> bool:
         """Whether the live curve or its ghost replaces the displayed run in the plots."""
         return self.curve is not None or self.ghost is not None
 
@@ -89,9 +89,9 @@ class Live:
         if seconds is None:
             fast = scene.method == _FASTEST and not scene.over_time
             return Pace.AT_ONCE if fast else Pace.IDLE
-        if seconds < AT_ONCE_S:
+        if seconds < MAX_IMMEDIATE_S:
             return Pace.AT_ONCE
-        return Pace.IDLE if seconds < LONGEST_S else Pace.OFF
+        return Pace.IDLE if seconds < MAX_LIVE_S else Pace.OFF
 
     def show_result(self, run: LiveRun, displayed: Transient | None) -> None:
         """Show a result; the previous curve, or else `displayed`, becomes the ghost."""
@@ -130,7 +130,7 @@ class Live:
 def execute_live(job: LiveJob) -> Outcome[Transient]:
     """Compute the run of a live job in the calling thread."""
     scene = job.scene
-    return outcome_of(
+    return compute_outcome(
         lambda: scene_transient(scene, samples=sample_times(scene), progress=job.report).transient
     )
 
@@ -141,4 +141,4 @@ def _kind(scene: Scene) -> Hashable:
 
 
 def _short(seconds: float) -> str:
-    return f"{1e3 * seconds:.2g} ms" if seconds < AT_ONCE_S else f"{seconds:.2g} s"
+    return f"{1e3 * seconds:.2g} ms" if seconds < MAX_IMMEDIATE_S else f"{seconds:.2g} s"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Coexisting:
+class AttractorSearch:
     """State of the search for attractors beside the equilibrium."""
 
     text: str = SEARCHING
@@ -26,7 +26,7 @@ class Coexisting:
     searched: bool = False
 
 
-def coexisting_rows(coexisting: Coexisting) -> list[Row]:
+def attractor_rows(coexisting: AttractorSearch) -> list[Row]:
     """The attractors beside the equilibrium, as rows."""
     rows = [Row("coexisting", coexisting.text, coexisting.note)] if coexisting.text else []
     if coexisting.safe is not None:
@@ -41,7 +41,7 @@ def quantity(value: float, unit: str = "") -> str:
     return f"{text} {unit}".rstrip()
 
 
-def verdict_kind(s: Stability, coexisting: Coexisting | None) -> str:
+def verdict_kind(s: Stability, coexisting: AttractorSearch | None) -> str:
     """The kind of verdict for colouring; "stable" only if no other attractor was found."""
     if coexisting is None or not coexisting.text:
         return verdict(s).lower()
@@ -51,7 +51,7 @@ def verdict_kind(s: Stability, coexisting: Coexisting | None) -> str:
 
 
 # Short name of the half peak-to-peak of y.
-SECOND_HALF: Final = "±y, 2nd half of run"
+HALF_RANGE_LABEL: Final = "±y, 2nd half of run"
 
 
 def _modes(s: Stability) -> list[complex]:
@@ -66,14 +66,14 @@ def _mode_words(value: complex) -> str:
     return f"{value.imag / math.tau:.4g} Hz {rate}"
 
 
-def _attracting(coexisting: Coexisting) -> str:
+def _attracting(coexisting: AttractorSearch) -> str:
     # The limit cycle that attracts near an unstable equilibrium.
     if coexisting.safe is None or not coexisting.safe.coexisting:
         return ""
     return f"; a limit cycle attracts: ±{quantity(coexisting.safe.coexisting[-1].half_range, 'm')}"
 
 
-def _safe(coexisting: Coexisting | None) -> str:
+def _safe(coexisting: AttractorSearch | None) -> str:
     if coexisting is None or coexisting.safe is None:
         return ""
     if coexisting.safe.unknown_above is not None:
@@ -86,7 +86,7 @@ def _safe(coexisting: Coexisting | None) -> str:
     return f" · safe below {coexisting.safe.safe_mu:.4g}"
 
 
-def stability_brief(s: Stability, coexisting: Coexisting | None = None) -> list[str]:
+def stability_summary(s: Stability, coexisting: AttractorSearch | None = None) -> list[str]:
     """The verdict in a few lines, the most important first."""
     point, margin = s.equilibrium, margin_text(s)
     leading = max(_modes(s), key=lambda value: value.real)
@@ -106,7 +106,7 @@ def stability_brief(s: Stability, coexisting: Coexisting | None = None) -> list[
     ]
 
 
-def result_brief(r: Transient) -> list[str]:
+def result_summary(r: Transient) -> list[str]:
     """A transient in a few short lines, the most important first."""
     peak, force, later = r.peak, r.contact_force, later_amplitude(r)
     settling = []
@@ -144,7 +144,7 @@ def _separation_words(r: Transient) -> str:
     )
 
 
-def remark(r: Transient, s: Stability) -> str:
+def late_separation_warning(r: Transient, s: Stability) -> str:
     """A warning that a run still separates although the equilibrium is stable; else empty."""
     last_separation = r.events.last
     if s.stable and last_separation is not None and last_separation > 0.5 * r.t_end:

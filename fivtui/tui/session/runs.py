@@ -15,11 +15,11 @@ from fivtui.model import ComputationError, equilibrium, time_scale
 from fivtui.scene import Scene, scene_transient
 from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, takes_step
 
-from .jobs import Job, Outcome, outcome_of
+from .jobs import Job, Outcome, compute_outcome
 
 MAX_RUNS: Final = 20
 # Engine of the native methods, and engines of the methods that run an FMU.
-SOLVER: Final = "native"
+NATIVE_ENGINE: Final = "native"
 FMU_ENGINES: Final = {
     method: f"{flavour.capitalize() if flavour == 'python' else flavour} FMU"
     for method, flavour in FMU_FLAVOURS.items()
@@ -33,7 +33,7 @@ MARKERS: Final = "●■▲◆▼★"
 
 def engine_of(method: str) -> str:
     """The engine of a method: ``native``, ``Python FMU`` or ``native FMU``."""
-    return FMU_ENGINES.get(method, SOLVER)
+    return FMU_ENGINES.get(method, NATIVE_ENGINE)
 
 
 class RunState(Enum):
@@ -68,7 +68,7 @@ class RunStyle:
         return MARKERS[self.marker % len(MARKERS)]
 
 
-def usual_style(number: int) -> RunStyle:
+def default_style(number: int) -> RunStyle:
     """The default style of a run; different for any 42 consecutive numbers."""
     return RunStyle(number - 1, number - 1)
 
@@ -110,14 +110,14 @@ class Run(Job):
     state: RunState = RunState.RUNNING
     result: Transient | None = None
     message: str = ""
-    edited: Scene | None = None
+    edited_scene: Scene | None = None
     source: str = ""
     overlaid: bool = False
     style: RunStyle = field(init=False)
     partial: PartialTrajectory = field(default_factory=PartialTrajectory)
 
     def __post_init__(self) -> None:
-        self.style = usual_style(self.number)
+        self.style = default_style(self.number)
 
     @property
     def engine(self) -> str:
@@ -180,7 +180,7 @@ def _rounded(value: float, *, up: bool) -> Fraction:
 def execute(run: Run) -> Outcome[Transient]:
     """Compute a run in the calling thread; `Runs.finish` stores the outcome."""
     scene = run.scene
-    return outcome_of(
+    return compute_outcome(
         lambda: (
             scene_transient(
                 scene,
@@ -225,11 +225,11 @@ class Runs:
         self._runs[:0] = runs
         self._count = max(count, self._count, *(run.number for run in self._runs), 0)
 
-    def start(self, scene: Scene, edited: Scene | None = None) -> Run:
+    def start(self, scene: Scene, edited_scene: Scene | None = None) -> Run:
         """Add a run, to be computed by `execute`; stops the active run."""
         self.stop()
         run = self._add(scene)
-        run.edited = edited
+        run.edited_scene = edited_scene
         return run
 
     def _add(self, scene: Scene) -> Run:
@@ -242,7 +242,7 @@ class Runs:
             self.remove(next((old for old in removable if old.state in _WITHOUT), removable[0]))
         return run
 
-    def add_read(self, scene: Scene, result: Transient, source: str) -> Run:
+    def add_loaded(self, scene: Scene, result: Transient, source: str) -> Run:
         """Add a run read from a file: overlaid, or displayed if no run is displayed."""
         run = self._add(scene)
         run.state, run.result, run.source, run.overlaid = RunState.DONE, result, source, True
@@ -261,7 +261,7 @@ class Runs:
             finished = [candidate for candidate in self._runs if candidate.result is not None]
             self.displayed = finished[-1] if finished else None
 
-    def set_aside(self, run: Run) -> None:
+    def remove_restorably(self, run: Run) -> None:
         """Delete a run so that `reinsert` can restore it."""
         self.remove(run)
         self._aside[run.number] = run
@@ -275,7 +275,7 @@ class Runs:
         self._runs.sort(key=lambda member: member.number)
 
     @property
-    def drawn(self) -> list[Run]:
+    def plotted(self) -> list[Run]:
         """The runs to plot: overlaid runs with results, then the displayed one."""
         overlaid = [
             run
@@ -307,6 +307,6 @@ class Runs:
         """The run with a number, None if deleted."""
         return next((run for run in self._runs if run.number == number), None)
 
-    def find_any(self, number: int) -> Run | None:
+    def find_with_removed(self, number: int) -> Run | None:
         """The run with a number, including deleted runs."""
         return self.find(number) or self._aside.get(number)

@@ -25,7 +25,7 @@ class Difference:
     text: str
 
     @property
-    def words(self) -> list[str]:
+    def arguments(self) -> list[str]:
         """The option on the command line."""
         if self.name in ALL_PARAMETERS:
             return ["--set", f"{self.name}={self.text or NONE}"]
@@ -57,7 +57,7 @@ def _texts(scene: Scene) -> dict[str, str]:
     return texts | {name: _OVER_TIME for name, _ in scene.over_time}
 
 
-def names_of(scenes: Mapping[int, Scene]) -> list[str]:
+def legend_names(scenes: Mapping[int, Scene]) -> list[str]:
     """Legend entries of numbered runs: the differences of their scenes, or else their numbers."""
     texts = [_texts(scene) for scene in scenes.values()]
     varied = [name for name in FIELDS if len({text[name] for text in texts}) > 1]
@@ -77,6 +77,6 @@ def _entry(name: str, text: str) -> str:
     return f"{symbol_of(name)} {text or field.when_empty} {unit}".rstrip()
 
 
-def base_scene() -> Scene:
+def default_scene() -> Scene:
     """The default scene of the command line."""
     return PRESETS[DEFAULT_PRESET]

@@ -18,13 +18,13 @@ from fivtui.ranges import number_text
 from fivtui.scene import Scene
 from fivtui.transient import CONSIDERED, METHODS, SETTINGS, takes_step
 
-from .editing import Action, Editing, text_at_start
+from .editing import Action, Editing, initial_value_text
 from .equations import symbol_of
 from .fields import FIELDS
-from .live import Live
-from .report import Coexisting
+from .live import LiveCurve
+from .report import AttractorSearch
 from .runs import FMU_ENGINES, Run, Runs, engine_of
-from .scene_differences import base_scene, differences
+from .scene_differences import default_scene, differences
 
 if TYPE_CHECKING:
     from .command_lines import Origin
@@ -43,7 +43,7 @@ class Session(Editing):
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
         super().__init__(scene, source)
         self.runs = Runs()
-        self.live = Live()
+        self.live = LiveCurve()
         self.reports: list[str] = []
         self.recent: tuple[str, ...] = ()
         self.tab = ""
@@ -51,37 +51,37 @@ class Session(Editing):
         self.studies: dict[str, DisplayedStudy[Any]] = {}
         self.settings: dict[str, dict[str, str]] = {}
         self.views: dict[str, View] = {}
-        self.unread: dict[str, StoredResult] = {}
-        self.coexisting: Coexisting | None = None
+        self.unread_results: dict[str, StoredResult] = {}
+        self.attractor_search: AttractorSearch | None = None
         # Last native and last FMU method, for `switch_engine` and `engine_pair`.
         self._native_method, self._fmu_method = _FIRST_METHOD, next(iter(FMU_ENGINES))
         # Cached: several views need it after every key.
         self._stability: Stability | None = None
 
     @property
-    def lives(self) -> bool:
+    def live_enabled(self) -> bool:
         """Whether a live curve follows edits; stored with the session."""
         return self.settings.get(_LIVE, {}).get(_LIVE) != _OFF
 
-    @lives.setter
-    def lives(self, on: bool) -> None:
+    @live_enabled.setter
+    def live_enabled(self, on: bool) -> None:
         self.settings.setdefault(_LIVE, {})[_LIVE] = _ON if on else _OFF
 
-    def remember(self, path: str) -> None:
+    def add_recent(self, path: str) -> None:
         """Put a scene file first in the recent files."""
         older = [
             source for source in self.recent if Path(source).absolute() != Path(path).absolute()
         ]
         self.recent = (path, *older)[:MAX_RECENT]
 
-    def error(self, name: str) -> str:
+    def field_error(self, name: str) -> str:
         """Error message of a field; empty if it is valid."""
         try:
             FIELDS[name].check(self.texts[name])
         except InputError as error:
             return str(error).replace(f"{name} =", f"{symbol_of(name)} =", 1)
         table = dict(self.over_time).get(name)
-        if table is not None and self.texts[name] != text_at_start(table):
+        if table is not None and self.texts[name] != initial_value_text(table):
             return f"{name}: follows a table over time; must not be changed"
         if name == "mu_s":
             return self._friction_error()
@@ -92,7 +92,7 @@ class Session(Editing):
         try:
             Parameters(**{name: cast("Any", self._value(name)) for name in ("mu", "mu_s")})
         except InputError as error:
-            return "" if self.error("mu") else str(error)
+            return "" if self.field_error("mu") else str(error)
         return ""
 
     def _value(self, name: str) -> object:
@@ -100,11 +100,11 @@ class Session(Editing):
 
     def _step_error(self) -> str:
         # The step's range depends on method and end time, which must be valid.
-        if any(self.error(name) for name in ("method", "t_end")):
+        if any(self.field_error(name) for name in ("method", "t_end")):
             return ""
         values: dict[str, Any] = {name: self._value(name) for name in ("t_end", "method", "step")}
         try:
-            dataclasses.replace(base_scene(), **values)
+            dataclasses.replace(default_scene(), **values)
         except InputError as error:
             return str(error)
         return ""
@@ -112,19 +112,19 @@ class Session(Editing):
     @property
     def errors(self) -> dict[str, str]:
         """Error messages of the invalid fields, by name."""
-        messages = {name: self.error(name) for name in FIELDS}
+        messages = {name: self.field_error(name) for name in FIELDS}
         return {name: message for name, message in messages.items() if message}
 
     def step_field(self, name: str, direction: int, *, fine: bool = False) -> bool:
         """Change a number by a step, or `fine` by a tenth. Returns False if that is impossible."""
         field = FIELDS[name]
-        if field.step_by is None:
+        if field.step_function is None:
             return False
         try:
             value = field.check(self.texts[name] or field.default)
             if not isinstance(value, float):
                 return False
-            text = number_text(field.step_by(value, direction, fine))
+            text = number_text(field.step_function(value, direction, fine))
             field.check(text)
         except InputError:
             return False
@@ -214,7 +214,7 @@ class Session(Editing):
         settings: dict[str, Any] = {name: self._value(name) for name in SETTINGS}
         return dataclasses.replace(
             self._loaded,
-            description="" if self.changed else self._loaded.description,
+            description="" if self.changed_fields else self._loaded.description,
             parameters=self.parameters(),
             over_time=self.over_time,
             **settings,
@@ -229,13 +229,13 @@ class Session(Editing):
             runs.reinsert(run)
             runs.displayed, runs.baseline = displayed, baseline
 
-        runs.set_aside(run)
-        self.record(Action(restore, lambda: runs.set_aside(run)))
+        runs.remove_restorably(run)
+        self.record(Action(restore, lambda: runs.remove_restorably(run)))
 
-    def outdated(self, run: Run) -> bool:
+    def is_outdated(self, run: Run) -> bool:
         """Whether the fields differ from the scene of a run, or are invalid."""
         try:
-            return bool(differences(self.scene(), run.edited or run.scene))
+            return bool(differences(self.scene(), run.edited_scene or run.scene))
         except InputError:
             return True
 
@@ -248,6 +248,6 @@ class Session(Editing):
 
     def command_line(self) -> str:
         """The command for the edited transient; raises `InputError` if a field is invalid."""
-        from .command_lines import study_line
+        from .command_lines import study_command
 
-        return study_line("run", self.scene(), self.origin)
+        return study_command("run", self.scene(), self.origin)

@@ -11,7 +11,7 @@ from textual.events import Resize
 from textual.widgets import Button, ProgressBar, Static
 
 from fivtui.model import InputError
-from fivtui.tui.session import PRECEDENCE, Job, Outcome, Session, outcome_of
+from fivtui.tui.session import SCREEN_PRIORITY, Job, Outcome, Session, compute_outcome
 
 from .messages import Reported
 from .tables import fitted
@@ -67,7 +67,7 @@ class JobBar(Horizontal):
             self.set_class(running, "-running")
         if job is not None:
             self.query_one(ProgressBar).update(progress=job.fraction)
-            text, wrong = job.words, False
+            text, wrong = job.progress_text, False
         self.set_class(wrong, "-wrong")
         self.query_one(JobWords).show(text, is_error=wrong)
 
@@ -127,7 +127,7 @@ class JobPane(ViewsPane):
         self.job = job = Job()
 
         def outcome() -> Outcome[object]:
-            return outcome_of(lambda: compute(job))
+            return compute_outcome(lambda: compute(job))
 
         compute_in_thread(self, outcome, partial(self._ended, job))
         self._ticker.resume()
@@ -136,7 +136,7 @@ class JobPane(ViewsPane):
     def stop(self) -> None:
         """Stop the job; its result is dropped."""
         if self.job is not None:
-            self.status = self.job.stop_words
+            self.status = self.job.stop_text
             self.job.stop()
             self.job = None
 
@@ -178,7 +178,7 @@ class JobPane(ViewsPane):
         self.show_bar()
 
     def _tick(self) -> None:
-        if PRECEDENCE.claimed:
+        if SCREEN_PRIORITY.claimed:
             return
         self.show_bar()
         if self.job is not None:

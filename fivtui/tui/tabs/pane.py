@@ -76,7 +76,7 @@ class Pane(Vertical):
     def run_changed(self, run: Run | None) -> None:
         """Called when the set of displayed and overlaid runs has changed.
 
-        `session.runs.drawn` has all runs to plot, the displayed one last.
+        `session.runs.plotted` has all runs to plot, the displayed one last.
         """
 
     def run_progressed(self, run: Run) -> None:
@@ -106,11 +106,11 @@ class Pane(Vertical):
         InputError
             If a field is invalid, or no command can compute this.
         """
-        from fivtui.tui.session import study_line
+        from fivtui.tui.session import study_command
 
         run = self.session.runs.displayed
         scene = self.session.scene() if run is None else run.scene
-        return study_line("run", scene, self.session.origin)
+        return study_command("run", scene, self.session.origin)
 
     def reported(self) -> None:
         """Called when `session.reports` has grown."""

@@ -15,7 +15,7 @@ from fivtui.model import Cancelled, InputError
 from fivtui.paper import PANELS
 from fivtui.studies import study
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
+from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
 
 from .exports.export import DATA, FIGURE, KINDS, Export, as_displayed, study_export
 from .job_pane import JobPane
@@ -255,10 +255,10 @@ class PaperPane(JobPane):
     def command_line(self) -> str:
         """The command for the selected figure, or the claims."""
         if self.view == "claims":
-            return study_line("claims", None, self.session.origin)
+            return study_command("claims", None, self.session.origin)
         if not self._chosen:
             raise InputError("no figure is chosen yet: Enter in the list of figures computes one")
-        return study_line("figure", self._panel(self._chosen), self.session.origin)
+        return study_command("figure", self._panel(self._chosen), self.session.origin)
 
     def action_open_scene_of(self) -> None:
         """Load the scene of the selected figure."""

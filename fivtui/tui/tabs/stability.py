@@ -23,7 +23,7 @@ from fivtui.equilibrium import (
 from fivtui.model import Cancelled, ComputationError, InputError, Parameters
 from fivtui.ranges import number_text
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Session, base_scene, coexisting_rows
+from fivtui.tui.session import Session, attractor_rows, default_scene
 
 from .messages import PointOpened
 from .tables import RowsView
@@ -108,9 +108,9 @@ class StabilityPane(ViewsPane):
         """Draw the current view."""
         if self.view == "facts":
             rows = [] if self._analysis is None else stability_rows(self._analysis[1])
-            beside = self.session.coexisting
+            beside = self.session.attractor_search
             if rows and beside is not None:
-                rows[1:1] = coexisting_rows(beside)
+                rows[1:1] = attractor_rows(beside)
             self.query_one("#facts", RowsView).show(rows, self._why)
         elif self.view == "plane":
             chart = None if self._analysis is None else plane_chart(self._analysis[1], self._scan)
@@ -139,8 +139,8 @@ class StabilityPane(ViewsPane):
 
     def command_line(self) -> str:
         """The command for the edited parameters' stability."""
-        from fivtui.tui.session import study_line
+        from fivtui.tui.session import study_command
 
         p = self.session.parameters()
-        scene = replace(base_scene(), parameters=p, separation=self.session.separation)
-        return study_line("stability", scene, self.session.origin)
+        scene = replace(default_scene(), parameters=p, separation=self.session.separation)
+        return study_command("stability", scene, self.session.origin)

@@ -5,7 +5,7 @@ from typing import TypeVar
 
 from textual.widget import Widget
 
-from fivtui.tui.session import Outcome, crash_words
+from fivtui.tui.session import Outcome, crash_message
 
 T = TypeVar("T")
 
@@ -24,7 +24,7 @@ def compute_in_thread(
         try:
             outcome = compute()
         except Exception as error:  # noqa: BLE001 (it is displayed)
-            outcome = Outcome(error=crash_words(error))
+            outcome = Outcome(error=crash_message(error))
         owner.call_later(receive, outcome)
 
     owner.run_worker(run, thread=True, exit_on_error=False)

@@ -32,11 +32,11 @@ from fivtui.tui.chart import ChartView
 from fivtui.tui.session import (
     Run,
     Session,
-    names_of,
-    remark,
-    result_brief,
-    study_line,
-    usual_style,
+    default_style,
+    late_separation_warning,
+    legend_names,
+    result_summary,
+    study_command,
 )
 
 from .messages import LiveRequested
@@ -128,14 +128,14 @@ class TransientPane(ViewsPane):
 
     def run_changed(self, run: Run | None) -> None:
         """Display a run, or the live curve instead, and the overlaid runs."""
-        if self.session.live.shown:
+        if self.session.live.visible:
             self._show_live()
             return
         if run is None or run.result is None:
             self._clear()
             return
         self._summarise(_summary(run.result))
-        plotted = _plotted_runs(reversed(self.session.runs.drawn))
+        plotted = _plotted_runs(reversed(self.session.runs.plotted))
         self._show([item for item in plotted if item is not None], run)
 
     def _show_live(self) -> None:
@@ -148,11 +148,11 @@ class TransientPane(ViewsPane):
             lines = _summary(result)
             # The style that a run of this scene would get.
             number = runs.count + 1
-            style = usual_style(number)
+            style = default_style(number)
             plotted.append(
                 plotted_run(result, "live", style.marker_sign, style.colour_code, number)
             )
-        overlaid = [run for run in reversed(runs.drawn) if run.overlaid]
+        overlaid = [run for run in reversed(runs.plotted) if run.overlaid]
         plotted += _plotted_runs(overlaid)
         if live.ghost is not None and all(run.result is not live.ghost for run in overlaid):
             plotted.append(plotted_run(live.ghost, "before", *_GHOST_STYLE))
@@ -274,10 +274,10 @@ class TransientPane(ViewsPane):
         from .exports.export import FIGURE, charts_export, points_export, run_export
 
         live, run, charts = self.session.live, self.session.runs.displayed, self.visible_charts()
-        drawn = [item.result for item in self.session.runs.drawn if item.result is not None]
-        if live.shown:
+        drawn = [item.result for item in self.session.runs.plotted if item.result is not None]
+        if live.visible:
             plain = self._live_export(kind)
-            overlaid = [item.result for item in self.session.runs.drawn if item.overlaid]
+            overlaid = [item.result for item in self.session.runs.plotted if item.overlaid]
             first = None if live.curve is None else live.curve.result
             drawn = [item for item in (first, live.ghost, *overlaid) if item is not None]
         elif run is not None and run.result is not None and self.view in ("belt", "measured"):
@@ -290,7 +290,7 @@ class TransientPane(ViewsPane):
             raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
         of, stem = plain.of, Path(plain.proposal).stem
         if self.view != "time":
-            of, stem = of if live.shown else f"{of}, {self.view}", f"{stem}-{self.view}"
+            of, stem = of if live.visible else f"{of}, {self.view}", f"{stem}-{self.view}"
         if kind != FIGURE:
             return points_export(of, stem, charts)
         ignored = not any(item.separation for item in drawn)
@@ -324,7 +324,7 @@ class TransientPane(ViewsPane):
         if self.view != "measured" or run is None:
             return super().command_line()
         request = run.scene, self.query_one(MeasuredView).options
-        return study_line("validation", request, self.session.origin)
+        return study_command("validation", request, self.session.origin)
 
     # Room and views
 
@@ -374,13 +374,13 @@ def _number(run: Run) -> str:
 
 
 def _summary(result: Transient) -> list[str]:
-    first, *details = result_brief(result)
+    first, *details = result_summary(result)
     return [first, *_remarks(result), *details]
 
 
 def _plotted_runs(runs: Iterable[Run]) -> list[PlottedRun | None]:
     drawn = list(runs)
-    names = names_of({run.number: run.scene for run in drawn})
+    names = legend_names({run.number: run.scene for run in drawn})
     return list(map(_plotted_run, drawn, names))
 
 
@@ -396,5 +396,5 @@ def _remarks(result: Transient) -> list[str]:
         result_stability = stability(result.parameters, separation=result.separation)
     except (ComputationError, InputError):
         return []
-    text = remark(result, result_stability)
+    text = late_separation_warning(result, result_stability)
     return [text] if text else []

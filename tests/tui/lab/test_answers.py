@@ -12,7 +12,7 @@ from textual.pilot import Pilot
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.key_bar import KeyBar
 from fivtui.tui.session import jobs
-from fivtui.tui.session.jobs import PRECEDENCE, Job, Precedence
+from fivtui.tui.session.jobs import SCREEN_PRIORITY, Job, ScreenPriority
 from fivtui.tui.tabs.tabs import TABS
 from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
 
@@ -24,15 +24,15 @@ def test_computations_pause_until_the_screen_has_answered(
 ) -> None:
     # The screen keeps its turn until it is released, even on a slow machine.
     monkeypatch.setattr(jobs, "_ANSWER", HANG_S)
-    turn = Precedence()
-    turn.give_way()
+    turn = ScreenPriority()
+    turn.yield_to_screen()
     assert not turn.claimed
     turn.claim()
     assert turn.claimed
     passed = threading.Event()
 
     def compute() -> None:
-        turn.give_way()
+        turn.yield_to_screen()
         passed.set()
 
     computing = threading.Thread(target=compute)
@@ -43,7 +43,7 @@ def test_computations_pause_until_the_screen_has_answered(
 
 
 def test_continuous_key_presses_do_not_stop_computations() -> None:
-    turn, ended = Precedence(), threading.Event()
+    turn, ended = ScreenPriority(), threading.Event()
     turn.claim()
 
     def press() -> None:
@@ -52,7 +52,7 @@ def test_continuous_key_presses_do_not_stop_computations() -> None:
             time.sleep(1e-3)
 
     pressing = threading.Thread(target=press)
-    computing = threading.Thread(target=turn.give_way, daemon=True)
+    computing = threading.Thread(target=turn.yield_to_screen, daemon=True)
     pressing.start()
     computing.start()
     computing.join(HANG_S)
@@ -69,21 +69,21 @@ async def test_a_key_has_precedence_until_its_frame(
     original = app_of(pilot).session.step_field
 
     def step(name: str, direction: int, *, fine: bool = False) -> bool:
-        claims.append(PRECEDENCE.claimed)
+        claims.append(SCREEN_PRIORITY.claimed)
         return original(name, direction, fine=fine)
 
     app_of(pilot).session.step_field = step  # type: ignore[method-assign]
     await pilot.press("up")
-    await until(pilot, lambda: bool(claims) and not PRECEDENCE.claimed)
+    await until(pilot, lambda: bool(claims) and not SCREEN_PRIORITY.claimed)
     assert claims == [True]
     assert "base (changed)" in text_of(pilot)
 
 
 def test_a_started_job_shows_its_progress() -> None:
     job = Job()
-    assert job.words == "0 %"
+    assert job.progress_text == "0 %"
     job.report(0.5)
-    assert job.words.startswith("50 %, ")
+    assert job.progress_text.startswith("50 %, ")
 
 
 async def test_a_tab_handles_keys_pressed_before_it_exists(pilot: Pilot[None]) -> None:

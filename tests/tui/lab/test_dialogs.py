@@ -291,7 +291,7 @@ async def test_a_scene_is_saved_and_opened_again(pilot: Pilot[None], tmp_path: P
     await until_shown(pilot, "mine (changed)")
     await pilot.press("ctrl+o")
     await answer(pilot, "mine.toml")
-    await until(pilot, lambda: not session.changed)
+    await until(pilot, lambda: not session.changed_fields)
     (tmp_path / "other.toml").write_text("[tool]\n")
     await pilot.press("ctrl+o")
     await answer(pilot, "other.toml")

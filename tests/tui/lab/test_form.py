@@ -105,7 +105,7 @@ async def test_edits_are_reset_undone_and_redone(pilot: Pilot[None]) -> None:
     await type_into(pilot, "mu", "0.3")
     await pilot.press("f8")
     assert "base (changed)" in text_of(pilot)
-    assert session.changed == ["F"]
+    assert session.changed_fields == ["F"]
     await pilot.press("shift+f8")
     assert "(changed)" not in text_of(pilot)
     editor = await focus(pilot, "F")
@@ -115,7 +115,7 @@ async def test_edits_are_reset_undone_and_redone(pilot: Pilot[None]) -> None:
     await pilot.press("ctrl+z")
     assert session.texts["mu"] == "0.3"
     await pilot.press("ctrl+z")
-    assert session.changed == ["F"]
+    assert session.changed_fields == ["F"]
     await pilot.press("ctrl+z", "ctrl+z", "ctrl+z")
     assert "(changed)" not in text_of(pilot)
     await pilot.press("ctrl+y", "ctrl+y")
@@ -142,7 +142,7 @@ async def test_letters_move_and_change_fields_outside_of_an_editor(pilot: Pilot[
         await pilot.press("pagedown")
         assert text_of(pilot) != before
     await pilot.press("escape", "f8")
-    await until(pilot, lambda: not session.changed)
+    await until(pilot, lambda: not session.changed_fields)
     await pilot.press("G", "g", "k", "i")
     assert pilot.app.focused is pilot.app.screen.query_one("#row-m").query_one(Input)
 
@@ -161,7 +161,7 @@ async def test_alt_and_a_key_is_never_text(pilot: Pilot[None]) -> None:
         pilot.app.screen.query_one(editor).focus()
         # The last characters are those that Option types on a Mac.
         await send(pilot, *(f"\x1b{sign}" for sign in "1234567890-=x"), *"¡™£¢∞§¶•ªº")
-        assert not session.changed
+        assert not session.changed_fields
     # Also without a pause between two keys.
     await send(pilot, "\x1b2\x1b3")
     await until(pilot, lambda: session.tab == "sweep")

@@ -47,7 +47,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await pilot.press("f3", "j", "space", "b")
     await until_shown(pilot, "● 1 on native 10.50 base")
     first, second = runs
-    assert runs.drawn == [first, second]
+    assert runs.plotted == [first, second]
     assert second.result is not None
     assert first.result is not None
     percent = 100.0 * (second.result.peak.y_abs / first.result.peak.y_abs - 1.0)
@@ -119,7 +119,7 @@ async def test_the_engine_is_switched_and_both_are_compared(
     native, fmu = runs
     assert (native.engine, fmu.engine) == ("native", "Python FMU")
     assert runs.baseline is native
-    assert runs.drawn == [native, fmu]
+    assert runs.plotted == [native, fmu]
     await until_notice(pilot, "Python FMU against taylor: final state")
     assert "inputs changed" not in text_of(pilot)
     await until_shown(pilot, "■ 2 shown Python FMU 10.50")
@@ -213,7 +213,7 @@ async def test_a_damaged_session_is_set_aside_and_a_scene_argument_keeps_the_sto
         assert "UNSTABLE" in flat_text_of(pilot)
     before = load_state(session_path)
     assert before is not None
-    save_state(State(before.edited, (str(tmp_path / "old.toml"),), "log", "nord"), session_path)
+    save_state(State(before.edit_state, (str(tmp_path / "old.toml"),), "log", "nord"), session_path)
     second_app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
     assert second_app.session.name == "linear"
     assert second_app.session.recent == (str(tmp_path / "old.toml"),)

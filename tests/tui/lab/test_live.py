@@ -12,10 +12,17 @@ from fivtui.scene import PRESETS
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab import live_control
 from fivtui.tui.lab.notices import NoticeView
-from fivtui.tui.persistence.snapshot import state_of
-from fivtui.tui.session import PRECEDENCE
+from fivtui.tui.persistence.snapshot import session_state
+from fivtui.tui.session import SCREEN_PRIORITY
 from fivtui.tui.session.jobs import Outcome
-from fivtui.tui.session.live import AT_ONCE_S, LONGEST_S, Live, LiveJob, Pace, execute_live
+from fivtui.tui.session.live import (
+    MAX_IMMEDIATE_S,
+    MAX_LIVE_S,
+    LiveCurve,
+    LiveJob,
+    Pace,
+    execute_live,
+)
 from fivtui.tui.tabs import SceneLoaded
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.transient import TransientPane
@@ -38,7 +45,7 @@ SIZE = (100, 34)
 BASE = PRESETS["base"]
 
 
-def live_of(pilot: Pilot[None]) -> Live:
+def live_of(pilot: Pilot[None]) -> LiveCurve:
     return app_of(pilot).session.live
 
 
@@ -61,7 +68,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
 ) -> None:
     await run_to_end(pilot)
     session, live = app_of(pilot).session, live_of(pilot)
-    before = state_of(session, "").runs
+    before = session_state(session, "").runs
     await focus(pilot, "m")
     await pilot.press("up")
     await until_live(pilot)
@@ -80,7 +87,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     await until_live(pilot)
     assert live.ghost is first.result
     await until_shown(pilot, "● 1 off")
-    assert state_of(session, "").runs == before
+    assert session_state(session, "").runs == before
     # In every view; without a baseline the difference is taken from the previous curve.
     await pilot.click("#view-phase")
     await until(pilot, lambda: traces(pilot, "phase-x") == ["before", "live"])
@@ -93,7 +100,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     await pilot.click("#view-time")
     # Back at the stored run's scene there is no live curve.
     await pilot.press("ctrl+z", "ctrl+z")
-    await until(pilot, lambda: not session.changed and not live.shown)
+    await until(pilot, lambda: not session.changed_fields and not live.visible)
     await until_shown(pilot, "run 1 done")
     assert traces(pilot) == ["run 1"]
     await until_shown(pilot, "● 1 shown")
@@ -103,7 +110,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     await until_live(pilot)
     await run_to_end(pilot)
     assert [run.number for run in session.runs] == [1, 2]
-    assert not live.shown
+    assert not live.visible
     await until_shown(pilot, "run 2 done")
 
 
@@ -127,7 +134,7 @@ def pausable(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
     runs = PausableRuns()
     monkeypatch.setattr(live_control, "execute_live", runs)
     # Edits start runs at once, even on a slow machine.
-    monkeypatch.setattr(live_control, "AT_ONCE_S", HANG_S)
+    monkeypatch.setattr(live_control, "MAX_IMMEDIATE_S", HANG_S)
     # A pause lasts until `end_pause`.
     monkeypatch.setattr(live_control, "_PAUSE", HANG_S)
     return runs
@@ -136,7 +143,7 @@ def pausable(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
 async def end_pause(pilot: Pilot[None]) -> None:
     """End the pause after which a longer run follows an edit."""
     lab = lab_of(pilot)
-    await until(pilot, lambda: lab._live._waiting is not None and not PRECEDENCE.claimed)
+    await until(pilot, lambda: lab._live._waiting is not None and not SCREEN_PRIORITY.claimed)
     lab._live._stop_waiting()
     lab._live._idle()
 
@@ -176,7 +183,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         live.learn(BASE, 60.0)
         await pilot.press("up")
         await until_shown(pilot, "live off, a run takes 1 min 00 s: F5 runs")
-        assert not live.shown
+        assert not live.visible
         assert len(jobs) == 4
         await type_into(pilot, "t_end", "5")
         await until_shown(pilot, "live: follows in about 3 s")
@@ -195,14 +202,14 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         count = len(jobs)
         await pilot.press("alt+l")
         await until_notice(pilot, "live curve off")
-        assert not session.lives
+        assert not session.live_enabled
         await type_into(pilot, "t_end", "4")
-        assert not live.shown
+        assert not live.visible
         assert len(jobs) == count
         pausable.may_end.clear()
         await pilot.press("alt+l")
         await until(pilot, lambda: len(jobs) > count)
-        assert session.lives
+        assert session.live_enabled
     # The end of the laboratory stops running computations.
     assert jobs[-1].stopped
 
@@ -267,25 +274,28 @@ async def test_belts_of_finite_speed_and_parameters_over_time_live_too(
 
 
 def test_the_expected_duration_decides_when_a_run_starts() -> None:
-    live = Live()
+    live = LiveCurve()
     fmu = dataclasses.replace(BASE, method="fmu")
     assert live.pace(BASE) is Pace.AT_ONCE
     assert live.pace(fmu) is Pace.IDLE
     assert live.pace(PRESETS["brake-stop"]) is Pace.IDLE
-    for seconds, pace in ((0.9 * AT_ONCE_S, Pace.AT_ONCE), (1.1 * AT_ONCE_S, Pace.IDLE)):
+    for seconds, pace in (
+        (0.9 * MAX_IMMEDIATE_S, Pace.AT_ONCE),
+        (1.1 * MAX_IMMEDIATE_S, Pace.IDLE),
+    ):
         live.learn(fmu, seconds)
         assert live.pace(fmu) is pace
-    live.learn(fmu, 1.1 * LONGEST_S)
+    live.learn(fmu, 1.1 * MAX_LIVE_S)
     assert live.pace(fmu) is Pace.OFF
     assert live.pace(dataclasses.replace(fmu, t_end=0.5 * fmu.t_end)) is Pace.IDLE
     assert live.pace(dataclasses.replace(fmu, separation=False)) is Pace.IDLE
     # Time before the first progress callback counts as setup.
     job = LiveJob(scene=fmu, pace=Pace.IDLE)
-    job._begin -= 2.0 * LONGEST_S
+    job._begin -= 2.0 * MAX_LIVE_S
     assert job.report(0.1)
-    assert job.setup >= 2.0 * LONGEST_S
-    job._begin -= 0.5 * LONGEST_S
+    assert job.setup >= 2.0 * MAX_LIVE_S
+    job._begin -= 0.5 * MAX_LIVE_S
     assert job.report(0.5)
-    assert job.estimate == pytest.approx(LONGEST_S, rel=0.1)
-    job._begin -= 0.5 * LONGEST_S
+    assert job.estimate == pytest.approx(MAX_LIVE_S, rel=0.1)
+    job._begin -= 0.5 * MAX_LIVE_S
     assert not job.report(0.6)

@@ -8,10 +8,10 @@ from textual.widgets import Input
 
 from fivtui.model import InputError, time_table
 from fivtui.scene import PRESETS
-from fivtui.tui.persistence.snapshot import state_of
+from fivtui.tui.persistence.snapshot import session_state
 from fivtui.tui.persistence.state_file import load_state, save_state
 from fivtui.tui.session import Session
-from fivtui.tui.session.scene_differences import differences, names_of
+from fivtui.tui.session.scene_differences import differences, legend_names
 from tests.support.laboratory import (
     answer,
     app_of,
@@ -67,7 +67,7 @@ async def test_tables_are_read_shown_in_the_form_and_dropped(
     assert dict(session.scene().over_time)["F"].values == (20.0, 90.0)
     assert session.scene().parameters.F == 20.0
     # It is an ordinary edit: marked as a change of the loaded scene.
-    assert session.changed == ["F"]
+    assert session.changed_fields == ["F"]
     assert session.name == "base"
     await until_shown(pilot, "base (changed)")
     with pytest.raises(InputError, match="no option sets over_time"):
@@ -83,7 +83,7 @@ async def test_tables_are_read_shown_in_the_form_and_dropped(
     pilot.app.screen.query_one("#row-F").query_one(Input).focus()
     await pilot.press("f8")
     await until(pilot, lambda: session.texts["F"] == "80")
-    assert not session.changed
+    assert not session.changed_fields
     await pilot.press("ctrl+z", "ctrl+z")
     assert session.texts["F"] == "80"
     assert not session.over_time
@@ -95,13 +95,13 @@ async def test_tables_are_restored_and_distinguish_runs(tmp_path: Path) -> None:
     tables = (("F", time_table("F", [(0.0, 20.0), (4.0, 90.0)])),)
     session.set_text("mu", "0.5")
     session.set_tables(tables)
-    save_state(state_of(session, ""), session_path)
+    save_state(session_state(session, ""), session_path)
     state = load_state(session_path)
     assert state is not None
-    assert state.edited == session.edited
-    again = Session(state.edited.loaded, state.edited.source)
-    again.restore(state.edited)
-    assert again.changed == ["F", "mu"]
+    assert state.edit_state == session.edit_state
+    again = Session(state.edit_state.loaded, state.edit_state.source)
+    again.restore(state.edit_state)
+    assert again.changed_fields == ["F", "mu"]
     with_table = again.scene()
     again.set_tables(())
     dropped = again.scene()
@@ -109,4 +109,4 @@ async def test_tables_are_restored_and_distinguish_runs(tmp_path: Path) -> None:
     assert [str(difference) for difference in differences(dropped, with_table)] == [
         "nothing over time"
     ]
-    assert names_of({1: with_table, 2: dropped}) == ["F over time", "F 20 N"]
+    assert legend_names({1: with_table, 2: dropped}) == ["F over time", "F 20 N"]

@@ -70,7 +70,7 @@ async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) ->
     again = FivtuiApp(state=tmp_path / "session.json", config=path)
     async with again.run_test(size=(80, 24)):
         assert again.theme == "mine"
-        assert not again.session.lives
+        assert not again.session.live_enabled
         assert not again.screen.query("#welcome")
 
 

@@ -124,7 +124,7 @@ async def test_the_previous_screen_is_restored(
     )
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         session = app_of(pilot).session
-        await until(pilot, lambda: not session.unread)
+        await until(pilot, lambda: not session.unread_results)
         assert session.tab == "map"
         for name, phrase in SHOWN.items():
             await settled(pilot, name, phrase)

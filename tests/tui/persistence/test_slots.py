@@ -23,7 +23,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.run_actions import RunActions
 from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.slots import slot_of
-from fivtui.tui.persistence.snapshot import state_of
+from fivtui.tui.persistence.snapshot import session_state
 from fivtui.tui.persistence.state_file import STATE_VERSION, State
 from fivtui.tui.session.runs import MAX_RUNS
 from fivtui.tui.session.session import Session
@@ -51,7 +51,7 @@ def a_state(F: str) -> State:
     session.set_text("F", F)
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
     session.studies["map"] = DisplayedStudy(stability_map(BASE.parameters, over), F)
-    return state_of(session, "")
+    return session_state(session, "")
 
 
 def load(path: Path) -> tuple[Autosave, State]:
@@ -68,7 +68,7 @@ def preload_of(autosave: Autosave, state: State) -> str:
     assert isinstance(stored, StoredResult)
     shown = autosave.result("map", stored)
     assert shown.value.values.shape == (3, 2)
-    assert shown.name == state.edited.texts["F"]
+    assert shown.name == state.edit_state.texts["F"]
     return str(shown.name)
 
 
@@ -103,7 +103,7 @@ def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> No
         assert number_of(first) == "1"
         mine = Autosave(path)
         assert mine.load() is None
-        assert (mine.number, [slot.number for slot in mine.others]) == (2, [1])
+        assert (mine.number, [slot.number for slot in mine.other_slots]) == (2, [1])
         mine.save(a_state("22"))
         mine.close(a_state("23"))
         with pytest.raises(InputError, match="another fivtui is at work here"):
@@ -136,9 +136,9 @@ def test_the_session_used_last_is_restored_and_the_others_can_be_opened(tmp_path
             os.utime(file, (at, at))
     autosave, state = load(path)
     assert preload_of(autosave, state) == "22"
-    assert (autosave.number, [slot.number for slot in autosave.others]) == (2, [1])
+    assert (autosave.number, [slot.number for slot in autosave.other_slots]) == (2, [1])
     opened = Autosave(path)
-    assert preload_of(opened, opened.open(autosave.others[0].number)) == "11"
+    assert preload_of(opened, opened.open(autosave.other_slots[0].number)) == "11"
     with pytest.raises(InputError, match="session 7 no longer exists"):
         Autosave(path).open(7)
 
@@ -292,7 +292,7 @@ def test_a_session_that_was_not_saved_is_reported_at_the_end(
     monkeypatch.setattr(FivtuiApp, "run", lambda _: None)
     # Settings of the whole process must not affect other tests.
     monkeypatch.setattr("gc.disable", lambda: None)
-    monkeypatch.setattr(start, "answer_quickly", lambda: None)
+    monkeypatch.setattr(start, "shorten_switch_interval", lambda: None)
     start.run()
     said_last = capsys.readouterr().err
     assert said_last.startswith(f"the session is not saved: {tmp_path / 'fivtui'}: cannot be made")

@@ -15,7 +15,7 @@ from fivtui.simulation import simulate
 from fivtui.transient import transient_rows
 from fivtui.transient.result import Transient
 from fivtui.tui.session.comparison import change_rows, changes, percent_text
-from fivtui.tui.session.report import result_brief, stability_brief
+from fivtui.tui.session.report import result_summary, stability_summary
 from tests.support import own_slider
 
 
@@ -75,7 +75,7 @@ def test_rows_of_the_equilibrium_have_labels_values_and_units() -> None:
 
 def test_the_short_verdict_has_numbers_and_units() -> None:
     p = Parameters()
-    first, second, third, fourth = stability_brief(stability(p))
+    first, second, third, fourth = stability_summary(stability(p))
     eigenvalues = own_slider.eigenvalues()
     leading = max((v for v in eigenvalues.tolist() if v.imag > 0.0), key=lambda v: v.real)
     rate, hertz = f"{leading.real:+.4g} 1/s", f"{leading.imag / 2 / np.pi:.4g} Hz"
@@ -92,7 +92,7 @@ def test_the_short_verdict_has_numbers_and_units() -> None:
         assert float(match[1]) == pytest.approx(value, rel=5e-4)
     assert hertz in fourth
     calm = Parameters(mu=0.2)
-    brief = stability_brief(stability(calm))
+    brief = stability_summary(stability(calm))
     assert brief[0].startswith("STABLE")
     assert f"{100.0 * (1.0 - 0.2 / own_slider.critical_mu()):.3g} % below" in brief[1]
 
@@ -147,7 +147,7 @@ def test_the_short_summary_of_a_run_has_numbers_and_units(
     runs: tuple[Transient, Transient],
 ) -> None:
     t, motion = own_slider.motion(3.0, separation=True)
-    first, _, third, fourth, *_ = result_brief(runs[0])
+    first, _, third, fourth, *_ = result_summary(runs[0])
     peak, steady = first.split(" · ")
     assert number_of(peak.replace("|y|", "")) == pytest.approx(np.abs(motion[:, 2]).max(), rel=2e-3)
     assert peak.endswith(" m")

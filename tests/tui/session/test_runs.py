@@ -14,7 +14,7 @@ from fivtui.scene.scene import Scene
 from fivtui.simulation import simulate
 from fivtui.transient import transient_rows
 from fivtui.tui.session.jobs import Outcome
-from fivtui.tui.session.report import remark, result_brief, stability_brief
+from fivtui.tui.session.report import late_separation_warning, result_summary, stability_summary
 from fivtui.tui.session.runs import (
     MAX_RUNS,
     Run,
@@ -24,7 +24,7 @@ from fivtui.tui.session.runs import (
     sample_interval,
     sample_times,
 )
-from fivtui.tui.session.scene_differences import base_scene
+from fivtui.tui.session.scene_differences import default_scene
 from fivtui.tui.session.session import Session
 from fivtui.tui.tabs.exports.export import (
     DATA,
@@ -35,7 +35,7 @@ from fivtui.tui.tabs.exports.export import (
     write_export,
 )
 
-SHORT = dataclasses.replace(base_scene(), t_end=10.0)
+SHORT = dataclasses.replace(default_scene(), t_end=10.0)
 
 
 def finished(scene: Scene = SHORT) -> Run:
@@ -104,27 +104,27 @@ def test_old_runs_are_dropped_but_numbers_are_never_reused() -> None:
 
 def test_the_time_left_follows_from_the_progress() -> None:
     run = Run(1, SHORT)
-    assert run.words == "0 %"
+    assert run.progress_text == "0 %"
     run._begin -= 10.0
     run.report(0.25)
-    match = re.fullmatch(r"25 %, ([\d.]+) s left", run.words)
+    match = re.fullmatch(r"25 %, ([\d.]+) s left", run.progress_text)
     assert match is not None
     assert float(match[1]) >= 30.0
     # The finer verification run restarts the progress.
     run.report(0.1)
-    assert run.words.startswith("10 %, ")
+    assert run.progress_text.startswith("10 %, ")
 
 
 def test_a_run_is_outdated_once_a_field_differs() -> None:
     session = Session()
     run = session.runs.start(session.scene())
-    assert not session.outdated(run)
+    assert not session.is_outdated(run)
     session.set_text("F", "80.0")
-    assert not session.outdated(run)
+    assert not session.is_outdated(run)
     session.set_text("F", "81")
-    assert session.outdated(run)
+    assert session.is_outdated(run)
     session.set_text("F", "x")
-    assert session.outdated(run)
+    assert session.is_outdated(run)
 
 
 @pytest.mark.parametrize("t_end", [0.05, 7.3, 100.0, 5000.0, 1e7])
@@ -138,8 +138,8 @@ def test_sample_times_cover_the_horizon_in_bounded_number(t_end: float, m: float
 
 
 def test_the_base_scene_is_sampled_at_plain_hundredths() -> None:
-    assert float(sample_interval(base_scene())) == 0.01
-    assert sample_times(base_scene())[:4].tolist() == [0.0, 0.01, 0.02, 0.03]
+    assert float(sample_interval(default_scene())) == 0.01
+    assert sample_times(default_scene())[:4].tolist() == [0.0, 0.01, 0.02, 0.03]
 
 
 def test_verdicts_are_stable_unstable_or_neutral() -> None:
@@ -151,7 +151,7 @@ def test_verdicts_are_stable_unstable_or_neutral() -> None:
 
 
 def test_the_brief_verdict_has_growth_rate_frequency_critical_mu_and_equilibrium() -> None:
-    lines = stability_brief(stability(Parameters()))
+    lines = stability_summary(stability(Parameters()))
     assert lines[0] == "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz"
     assert lines[1] == "μ_c 0.4394 (unstable above), μ 59.3 % above"
     assert lines[2] == "x_e 0.1583 m  y_e -0.6292 m  P_e 56.37 N"
@@ -173,7 +173,7 @@ def test_a_separated_equilibrium_is_labelled() -> None:
 
 def test_the_summary_has_the_figures_of_the_base_scene() -> None:
     result = simulate(t_end=100.0)
-    assert result_brief(result)[:2] == [
+    assert result_summary(result)[:2] == [
         "peak |y| 10.50 m · 2nd half ±4.401 m unsettled",
         "74 separations · off belt 71.01 s (71 %)",
     ]
@@ -185,21 +185,23 @@ def test_the_summary_has_the_figures_of_the_base_scene() -> None:
 
 def test_a_run_without_separation_is_labelled() -> None:
     quiet = simulate(Parameters(mu=0.0), t_end=5.0)
-    assert "no separation: contact is never lost" in result_brief(quiet)
+    assert "no separation: contact is never lost" in result_summary(quiet)
     ignored = simulate(t_end=5.0, separation=False)
-    assert "separation ignored (Case 2)" in result_brief(ignored)
+    assert "separation ignored (Case 2)" in result_summary(ignored)
 
 
 def test_a_stable_equilibrium_with_lasting_separation_gets_a_remark() -> None:
     scene = PRESETS["coexistence"]
     result = stability(scene.parameters)
     lasting = simulate(scene.parameters, t_end=scene.t_end)
-    assert remark(lasting, result).startswith("stable equilibrium, but still separating at t = 79")
+    assert late_separation_warning(lasting, result).startswith(
+        "stable equilibrium, but still separating at t = 79"
+    )
     decaying = simulate(
         scene.parameters, t_end=scene.t_end, start=PRESETS["coexistence-decay"].start
     )
-    assert remark(decaying, result) == ""
-    assert remark(simulate(t_end=100.0), stability(Parameters())) == ""
+    assert late_separation_warning(decaying, result) == ""
+    assert late_separation_warning(simulate(t_end=100.0), stability(Parameters())) == ""
 
 
 def test_the_accuracy_of_a_fixed_step_is_not_claimed() -> None:

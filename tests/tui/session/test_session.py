@@ -10,9 +10,9 @@ from fivtui.model.parameters import BELT_PARAMETERS, PARAMETERS, Parameters
 from fivtui.ranges import number_text
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene
-from fivtui.tui.session.equations import plain_names, symbol_of
-from fivtui.tui.session.fields import FIELDS, by_decade, by_digit
-from fivtui.tui.session.scene_differences import names_of
+from fivtui.tui.session.equations import replace_symbols, symbol_of
+from fivtui.tui.session.fields import FIELDS, decade_step, digit_step
+from fivtui.tui.session.scene_differences import legend_names
 from fivtui.tui.session.session import Session
 
 
@@ -58,7 +58,7 @@ def test_every_parameter_stands_in_an_equation() -> None:
 def test_a_scene_loaded_is_the_scene_edited(name: str) -> None:
     session = Session(PRESETS[name], name)
     assert session.scene() == PRESETS[name]
-    assert not session.changed
+    assert not session.changed_fields
     assert not session.errors
 
 
@@ -128,9 +128,9 @@ def test_reset_brings_back_the_scene_loaded_not_the_base_set() -> None:
     session.set_text("F", "1")
     session.set_text("mu", "2")
     session.reset("F")
-    assert (session.texts["F"], session.changed) == ("100", ["mu"])
+    assert (session.texts["F"], session.changed_fields) == ("100", ["mu"])
     session.reset_all()
-    assert not session.changed
+    assert not session.changed_fields
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_reset_brings_back_the_scene_loaded_not_the_base_set() -> None:
 def test_a_step_is_one_unit_of_the_second_digit(
     value: float, direction: int, fine: bool, expected: float
 ) -> None:
-    assert by_digit(80.0)(value, direction, fine) == expected
+    assert digit_step(80.0)(value, direction, fine) == expected
 
 
 @given(st.integers(10, 99), st.integers(-9, 9), st.sampled_from([1, -1]), st.booleans())
@@ -159,7 +159,7 @@ def test_a_step_and_the_step_back_change_nothing(
     digits: int, exponent: int, sign: int, fine: bool
 ) -> None:
     value = sign * float(f"{digits}e{exponent}")
-    step = by_digit(1.0)
+    step = digit_step(1.0)
     assert step(step(value, 1, fine), -1, fine) == value
     assert step(step(value, -1, fine), 1, fine) == value
 
@@ -170,7 +170,7 @@ def test_the_text_of_a_number_reads_as_that_number(value: float) -> None:
 
 
 def test_tolerances_are_stepped_by_decades() -> None:
-    assert by_decade(1e-12, 1, False) == 1e-11
+    assert decade_step(1e-12, 1, False) == 1e-11
     session = Session()
     assert session.step_field("tol", -1)
     assert session.texts["tol"] == "1e-13"
@@ -278,16 +278,16 @@ def test_symbols_are_names_except_greek_and_may_be_typed_as_in_the_paper() -> No
         "x0",
     ]
     typed = "μ=0:1:3 k_1=1:2:3 c_2~uniform:1:2 mu=0:1:2 k_nl=1,2 μ_s=1"
-    assert plain_names(typed) == "mu=0:1:3 k1=1:2:3 c2~uniform:1:2 mu=0:1:2 k_nl=1,2 mu_s=1"
+    assert replace_symbols(typed) == "mu=0:1:3 k1=1:2:3 c2~uniform:1:2 mu=0:1:2 k_nl=1,2 mu_s=1"
 
 
 def test_legends_name_differences_and_run_numbers_only_for_equal_scenes() -> None:
     base, ignored = PRESETS["base"], PRESETS["separation-ignored"]
-    assert names_of({4: base}) == ["run 4"]
-    assert names_of({1: base, 2: ignored}) == ["separation considered", "separation ignored"]
+    assert legend_names({4: base}) == ["run 4"]
+    assert legend_names({1: base, 2: ignored}) == ["separation considered", "separation ignored"]
     varied = base.with_values({"mu": 0.5, "k1": 90.0})
-    assert names_of({1: base, 3: varied}) == ["k1 100 N/m, μ 0.7", "k1 90 N/m, μ 0.5"]
-    assert names_of({1: base, 2: ignored, 5: base}) == [
+    assert legend_names({1: base, 3: varied}) == ["k1 100 N/m, μ 0.7", "k1 90 N/m, μ 0.5"]
+    assert legend_names({1: base, 2: ignored, 5: base}) == [
         "separation considered, run 1",
         "separation ignored",
         "separation considered, run 5",

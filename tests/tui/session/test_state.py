@@ -21,14 +21,14 @@ from fivtui.tui.persistence.state_file import (
     save_state,
     state_path,
 )
-from fivtui.tui.session.comparison import change_rows, changes, engine_words, percent_text
+from fivtui.tui.session.comparison import change_rows, changes, engine_difference_text, percent_text
 from fivtui.tui.session.jobs import Outcome
-from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, execute, usual_style
-from fivtui.tui.session.scene_differences import base_scene
+from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, default_style, execute
+from fivtui.tui.session.scene_differences import default_scene
 from fivtui.tui.session.scenes_of_paper import paper_scenes
 from fivtui.tui.session.session import MAX_RECENT, Session
 
-SHORT = dataclasses.replace(base_scene(), t_end=10.0)
+SHORT = dataclasses.replace(default_scene(), t_end=10.0)
 
 
 def finished(runs: Runs, **changed: object) -> Run:
@@ -55,7 +55,7 @@ def test_typing_and_steps_in_one_direction_are_one_undo_step() -> None:
     assert session.undo()
     assert session.texts["F"] == "80"
     assert not session.undo()
-    assert not session.changed
+    assert not session.changed_fields
     for _ in range(3):
         assert session.redo()
     assert (session.texts["F"], session.texts["mu"]) == ("91.5", "0.72")
@@ -78,7 +78,7 @@ def test_an_edit_after_undo_clears_redo() -> None:
     session.set_text("k1", "7")
     assert not session.can_redo
     session.undo()
-    assert not session.changed
+    assert not session.changed_fields
 
 
 def test_loading_and_resetting_are_undone_with_all_that_was_edited() -> None:
@@ -88,7 +88,7 @@ def test_loading_and_resetting_are_undone_with_all_that_was_edited() -> None:
     assert session.name == "stiff-contact"
     session.set_text("mu", "1")
     session.reset_all()
-    assert not session.changed
+    assert not session.changed_fields
     session.undo()
     assert session.texts["mu"] == "1"
     session.undo()
@@ -99,12 +99,12 @@ def test_loading_and_resetting_are_undone_with_all_that_was_edited() -> None:
 def test_undo_continues_beyond_a_save_and_keeps_the_file() -> None:
     session = Session()
     session.set_text("F", "90")
-    session.saved(dataclasses.replace(session.scene(), name="mine"), "mine.toml")
-    assert not session.changed
+    session.record_saved(dataclasses.replace(session.scene(), name="mine"), "mine.toml")
+    assert not session.changed_fields
     session.undo()
-    assert (session.name, session.source, session.changed) == ("mine", "mine.toml", ["F"])
+    assert (session.name, session.source, session.changed_fields) == ("mine", "mine.toml", ["F"])
     session.redo()
-    assert not session.changed
+    assert not session.changed_fields
 
 
 # Engines
@@ -137,8 +137,8 @@ def test_a_pair_of_engines_keeps_a_step_only_where_the_method_takes_one() -> Non
 def test_the_difference_of_engines_is_reported_with_its_size() -> None:
     exact = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0])
     coarse = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0], method="rk4", step=0.01)
-    assert "final state 0 (m, m/s), peak |y| 0 m" in engine_words(exact, exact)
-    text = engine_words(exact, coarse)
+    assert "final state 0 (m, m/s), peak |y| 0 m" in engine_difference_text(exact, exact)
+    text = engine_difference_text(exact, coarse)
     state = max(
         abs(getattr(exact.final, name) - getattr(coarse.final, name))
         for name in ("x", "vx", "y", "vy")
@@ -169,12 +169,12 @@ def test_the_displayed_run_is_drawn_last() -> None:
     runs = Runs()
     first, second, third = (finished(runs) for _ in range(3))
     runs.displayed = second
-    assert runs.drawn == [second]
+    assert runs.plotted == [second]
     first.overlaid = third.overlaid = True
-    assert runs.drawn == [first, third, second]
+    assert runs.plotted == [first, third, second]
     runs.remove(second)
     assert runs.displayed is third
-    assert runs.drawn == [first, third]
+    assert runs.plotted == [first, third]
     runs.baseline = first
     runs.remove(first)
     assert runs.baseline is None
@@ -197,7 +197,9 @@ def test_runs_without_results_are_dropped_first() -> None:
     failed = [runs.start(SHORT) for _ in range(MAX_RUNS - 3)]
     running = runs.start(SHORT)
     assert list(runs) == [first, second, shown, *failed[1:], running]
-    read = [runs.add_read(SHORT, shown.result, "a.csv") for _ in failed if shown.result is not None]
+    read = [
+        runs.add_loaded(SHORT, shown.result, "a.csv") for _ in failed if shown.result is not None
+    ]
     assert list(runs) == [second, shown, running, *read]
 
 
@@ -205,7 +207,7 @@ def test_a_run_from_a_file_does_not_stop_the_active_run() -> None:
     runs = Runs()
     running = runs.start(SHORT)
     result = simulate(t_end=1.0, samples=[0.0, 1.0])
-    read = runs.add_read(SHORT, result, "a.csv")
+    read = runs.add_loaded(SHORT, result, "a.csv")
     assert runs.active is running
     assert runs.displayed is read
     assert (read.engine, read.number) == ("file", 2)
@@ -215,7 +217,7 @@ def test_a_run_from_a_file_does_not_stop_the_active_run() -> None:
 
 
 def test_styles_differ_in_colour_or_marker() -> None:
-    styles = [usual_style(number) for number in range(1, MAX_RUNS + 1)]
+    styles = [default_style(number) for number in range(1, MAX_RUNS + 1)]
     assert len({(style.colour_code, style.marker_sign) for style in styles}) == MAX_RUNS
 
 
@@ -276,19 +278,19 @@ def test_every_figure_has_an_initial_scene() -> None:
 
 
 def state(session: Session) -> State:
-    return State(session.edited, session.recent, "transient", "nord")
+    return State(session.edit_state, session.recent, "transient", "nord")
 
 
 def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:
     path = tmp_path / "new" / "session.json"
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("F", "not yet a number")
-    session.remember(str(tmp_path / "a.toml"))
+    session.add_recent(str(tmp_path / "a.toml"))
     save_state(state(session), path)
     assert load_state(path) == state(session)
     assert load_state(tmp_path / "none.json") is None
-    save_state(State(Session().edited), path)
-    assert load_state(path) == State(Session().edited)
+    save_state(State(Session().edit_state), path)
+    assert load_state(path) == State(Session().edit_state)
     assert [file.name for file in path.parent.iterdir()] == ["session.json"]
 
 
@@ -296,13 +298,13 @@ def test_files_are_found_again_from_another_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    session = Session(base_scene(), "mine.toml")
-    session.remember("mine.toml")
+    session = Session(default_scene(), "mine.toml")
+    session.add_recent("mine.toml")
     save_state(state(session), tmp_path / "session.json")
     loaded = load_state(tmp_path / "session.json")
     assert loaded is not None
-    assert loaded.edited.source == loaded.recent[0] == str(tmp_path / "mine.toml")
-    session.remember(loaded.recent[0])
+    assert loaded.edit_state.source == loaded.recent[0] == str(tmp_path / "mine.toml")
+    session.add_recent(loaded.recent[0])
     assert len(session.recent) == 1
 
 
@@ -375,8 +377,8 @@ def test_an_autosave_writes_only_changes_and_reports_errors(tmp_path: Path) -> N
 def test_recent_scenes_are_unique_and_limited() -> None:
     session = Session()
     for number in range(MAX_RECENT + 5):
-        session.remember(f"{number}.toml")
-    session.remember("10.toml")
+        session.add_recent(f"{number}.toml")
+    session.add_recent("10.toml")
     assert session.recent[0] == "10.toml"
     assert len(session.recent) == MAX_RECENT == len(set(session.recent))
 

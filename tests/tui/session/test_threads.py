@@ -7,7 +7,7 @@ import pytest
 from textual.worker import Worker
 
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.session.jobs import ComputingThreads, Writing
+from fivtui.tui.session.jobs import ComputingThreads, FileWrites
 from tests.support.laboratory import until
 
 
@@ -32,11 +32,11 @@ def test_the_end_does_not_wait_for_a_thread() -> None:
 
 
 def test_the_end_waits_for_files_being_written() -> None:
-    writing, inside, go_on = Writing(), threading.Event(), threading.Event()
+    writing, inside, go_on = FileWrites(), threading.Event(), threading.Event()
     written: list[str] = []
 
     def write() -> None:
-        with writing.of("slider.gif"):
+        with writing.track("slider.gif"):
             inside.set()
             go_on.wait()
             written.append("whole")

@@ -331,7 +331,7 @@ async def pilot(
         session = app_of(started).session
         for result in results:
             scene = replace(session.scene(), separation=result.separation)
-            session.runs.add_read(scene, result, "")
+            session.runs.add_loaded(scene, result, "")
         first, second = session.runs
         first.overlaid, session.runs.displayed, session.runs.baseline = True, second, first
         lab_of(started)._show_runs()

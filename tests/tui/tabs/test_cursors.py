@@ -5,7 +5,7 @@ from textual.pilot import Pilot
 
 from fivtui.charts.axis import Axis
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.persistence.snapshot import state_of
+from fivtui.tui.persistence.snapshot import session_state
 from tests.support.laboratory import (
     app_of,
     chart_of,
@@ -160,7 +160,7 @@ async def test_kept_limits_are_marked_and_name_a_new_run_outside_of_them(
     await until_shown(pilot, "run 2 partly outside, r: fit")
     assert "zoom" not in "".join(lines_of(pilot, "plot-x"))
     # The state stores the run since which the limits hold.
-    state = state_of(app_of(pilot).session, "")
+    state = session_state(app_of(pilot).session, "")
     assert state.views["plot-y"].since == 1
     # Limits chosen while the run is visible give no notice, unless all of it is outside.
     view.focus()

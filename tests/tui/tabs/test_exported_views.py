@@ -83,7 +83,7 @@ async def add_runs(pilot: Pilot[None]) -> None:
         scene = dataclasses.replace(BASE, parameters=p, separation=index == 0, t_end=20.0)
         samples = np.linspace(0.0, 20.0, 2001)
         result = simulate(p, t_end=20.0, separation=scene.separation, samples=samples)
-        session.runs.add_read(scene, result, "")
+        session.runs.add_loaded(scene, result, "")
     first, second = session.runs
     session.runs.displayed, session.runs.baseline = first, second
     t = np.linspace(5.0, 15.0, 400)

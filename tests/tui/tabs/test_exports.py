@@ -31,7 +31,7 @@ from fivtui.tradeoffs.files import load_tradeoff
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.session.command_lines import (
     Origin,
-    study_line,
+    study_command,
 )
 from tests.support.laboratory import (
     answer,
@@ -248,16 +248,16 @@ def line_words(line: str) -> list[str]:
 def test_lines_begin_with_the_scene_that_they_can_name() -> None:
     ignored = PRESETS["separation-ignored"]
     origin = Origin(ignored, "separation-ignored")
-    assert line_words(study_line("stability", ignored, origin)) == [
+    assert line_words(study_command("stability", ignored, origin)) == [
         "stability",
         "separation-ignored",
     ]
-    assert line_words(study_line("run", BASE, origin)) == ["simulate"]
+    assert line_words(study_command("run", BASE, origin)) == ["simulate"]
     changed = dataclasses.replace(ignored.with_values({"F": 90.0}), t_end=7.0, method="rk4")
-    assert line_words(study_line("trade-off", changed, origin)) == [
+    assert line_words(study_command("trade-off", changed, origin)) == [
         *("tradeoff", "separation-ignored", "--set", "F=90", "--t-end=7")
     ]
-    assert line_words(study_line("trade-off", changed, Origin(BASE, "")))[-2:] == [
+    assert line_words(study_command("trade-off", changed, Origin(BASE, "")))[-2:] == [
         "--ignore-separation",
         "--t-end=7",
     ]
@@ -293,7 +293,7 @@ def test_the_command_line_of_a_sweep_reads_back_as_the_sweep(
     monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", keep)
     for name in ("", "separation-ignored", "coexistence"):
         origin = Origin(PRESETS[name or "base"], name)
-        line = study_line("sweep", study, origin)
+        line = study_command("sweep", study, origin)
         assert expected in line
         read.clear()
         with pytest.raises(AttributeError):
@@ -319,9 +319,9 @@ def test_command_lines_with_an_accuracy_omit_derived_options(
     for origin in (Origin(BASE, ""), Origin(saved, str(path))):
         read.clear()
         with pytest.raises(AttributeError):
-            run_command(line_words(study_line("sweep", study, origin)))
+            run_command(line_words(study_command("sweep", study, origin)))
         assert read == [study]
-        arguments = line_words(study_line("run", scene, origin))
+        arguments = line_words(study_command("run", scene, origin))
         run_command(arguments, "--json")
         data = json.loads(capsys.readouterr().out)
         assert set(data.get("accuracy", {}).get("asked", {})) == set(dict(accuracy))
@@ -337,7 +337,7 @@ def test_a_map_without_a_command_line_is_not_copied() -> None:
         np.zeros((3, 3)),
     )
     with pytest.raises(InputError, match="F: its values are not evenly spaced"):
-        study_line("map", uneven, Origin(BASE, ""))
+        study_command("map", uneven, Origin(BASE, ""))
 
 
 async def test_in_a_browser_an_export_is_downloaded_and_nothing_stays_on_the_server(

@@ -68,7 +68,9 @@ class FieldRow(Widget):
     def span(self, width: int) -> tuple[int, int]:
         """First column and width of the editor in a row of some width."""
         first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED)
-        room = width - first - (0 if self.field.step_by is None else _STEPS_WIDTH + _UNIT_WIDTH)
+        room = (
+            width - first - (0 if self.field.step_function is None else _STEPS_WIDTH + _UNIT_WIDTH)
+        )
         return first, max(room, 1)
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
@@ -90,7 +92,7 @@ class FieldRow(Widget):
             (symbol, "bold reverse" if focused else ""),
             (" " * (first + editor_width - len(_CHANGED) - len(symbol)), ""),
         ]
-        if field.step_by is not None:
+        if field.step_function is not None:
             parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _SIGNS]
             parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
         line = Content.assemble(*parts)
@@ -138,7 +140,7 @@ class FieldRow(Widget):
         """Change the number by a step on a click on − or +; elsewhere focus the editor."""
         first, width = self.span(self.size.width)
         sign = (event.x - first - width) // _STEP_WIDTH
-        if self.field.step_by is not None and event.y == 0 and sign in (0, 1):
+        if self.field.step_function is not None and event.y == 0 and sign in (0, 1):
             event.stop()
             self.post_message(FieldStepped(self.field.name, (-1, +1)[sign], fine=False))
         else:

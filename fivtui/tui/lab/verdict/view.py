@@ -61,7 +61,7 @@ class VerdictView(Vertical):
             self.set_class(colour_kind == kind, f"-{colour_kind}")
         self._fit()
 
-    def name_scene(self, title: str) -> None:
+    def show_scene_name(self, title: str) -> None:
         """Display the name of the scene."""
         if title != self.border_title:
             self.border_title = title

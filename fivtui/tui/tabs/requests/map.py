@@ -9,7 +9,7 @@ from fivtui.charts import Axis, NearestPoint
 from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.ranges import number_text
 from fivtui.transient import CONSIDERED, IGNORED
-from fivtui.tui.session import plain_names, symbol_of
+from fivtui.tui.session import replace_symbols, symbol_of
 
 if TYPE_CHECKING:
     from fivtui.maps import StabilityMap
@@ -37,7 +37,7 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
     from fivtui.maps import check_map
     from fivtui.ranges import parse_ranges
 
-    phrases = plain_names(text).split()
+    phrases = replace_symbols(text).split()
     if len(phrases) != 2:
         raise InputError(f"{text!r}: must be two ranges, e.g. {EXAMPLE}")
     try:

@@ -10,9 +10,9 @@ from fivtui.scene import Scene
 from fivtui.transient import START_SPECS, resolve_start
 from fivtui.tui.session import (
     FIELDS,
-    base_scene,
     check_drawable,
-    plain_names,
+    default_scene,
+    replace_symbols,
 )
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     from fivtui.sweeps import SWEEP_PRESETS, parse_design, study_of
 
     preset = SWEEP_PRESETS.get(text.strip())
-    varied = plain_names(text).split() if preset is None else preset.varied
+    varied = replace_symbols(text).split() if preset is None else preset.varied
     try:
         design = parse_design(varied, "product")
     except InputError as error:
@@ -93,7 +93,12 @@ def point_scene(study: "Study", point: NearestPoint, case: bool) -> Scene:
         state = dict(zip(START_SPECS, resolve_start(System(p, case), start), strict=True))
         start = tuple((state | moved).values())
     return dataclasses.replace(
-        base_scene(), parameters=p, separation=case, start=start, t_end=study.t_end, tol=study.tol
+        default_scene(),
+        parameters=p,
+        separation=case,
+        start=start,
+        t_end=study.t_end,
+        tol=study.tol,
     )
 
 

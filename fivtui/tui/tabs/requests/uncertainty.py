@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 
 from fivtui.model import InputError
 from fivtui.scene import Scene
-from fivtui.tui.session import plain_names, symbol_of
+from fivtui.tui.session import replace_symbols, symbol_of
 
 if TYPE_CHECKING:
     from fivtui.reliability import Uncertainty
@@ -29,7 +29,7 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
     """The study of a scene where inputs scatter, such as ``μ~uniform:0.2:0.8 F~normal:80:8``."""
     from fivtui.reliability import parse_inputs, scattered_study
 
-    inputs = parse_inputs(plain_names(text).split())
+    inputs = parse_inputs(replace_symbols(text).split())
     try:
         return scattered_study(scene, inputs, samples=SAMPLES)
     except InputError as error:

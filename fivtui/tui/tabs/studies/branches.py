@@ -15,7 +15,7 @@ from fivtui.orbits import CycleBranch, CyclePoint, branch_chart, event_name, siz
 from fivtui.ranges import parse_ends
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, base_scene, plain_names
+from fivtui.tui.session import DisplayedStudy, Job, default_scene, replace_symbols
 from fivtui.tui.tabs.requests.sweep import point_texts
 
 from .study_pane import StudyPane
@@ -112,7 +112,7 @@ class BranchesPane(StudyPane):
 
 def parse_branch(text: str) -> tuple[str, tuple[float, float] | None]:
     """The parameter and its range in text such as ``μ=0.2:1``; the range may be missing."""
-    return parse_ends(plain_names(text), EXAMPLE)
+    return parse_ends(replace_symbols(text), EXAMPLE)
 
 
 def nearest_cycle(result: CycleBranch, x: float, y: float) -> CyclePoint:
@@ -127,7 +127,7 @@ def nearest_cycle(result: CycleBranch, x: float, y: float) -> CyclePoint:
 def orbit_scene(result: CycleBranch, point: CyclePoint) -> Scene:
     """The scene that begins on a limit cycle of a branch and lasts twenty of its periods."""
     return replace(
-        base_scene(),
+        default_scene(),
         parameters=result.parameters.with_values({result.name: point.value}),
         separation=result.separation,
         start=point.start,

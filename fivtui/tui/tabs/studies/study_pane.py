@@ -15,7 +15,7 @@ from fivtui.ranges import decimal_points
 from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.tui.chart import ChartView, TextInput
-from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
+from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
 from fivtui.tui.tabs.exports.export import Export, as_displayed, scene_study_export
 from fivtui.tui.tabs.job_pane import JobBar, JobPane
 from fivtui.tui.tabs.messages import PointOpened
@@ -273,7 +273,7 @@ class StudyPane(JobPane):
         """The command for the displayed result, or else for the edited scene."""
         displayed = self.displayed
         of = self.command_request() if displayed is None else self.request_of(displayed.value)
-        return study_line(self.NAME, of, self.session.origin)
+        return study_command(self.NAME, of, self.session.origin)
 
     def command_request(self) -> Any:
         """The request for the command line if there is no result."""
