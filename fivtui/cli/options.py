@@ -93,9 +93,9 @@ def print_note(message: str) -> None:
 
 def say_written(*paths: Path, note: str = "") -> None:
     """Print which files were written, and in which folder, with a `note`."""
-    from fivtui.io import files_text
+    from fivtui.io import describe_files
 
-    print_note(f"wrote {files_text(*paths)}{note and f': {note}'}")
+    print_note(f"wrote {describe_files(*paths)}{note and f': {note}'}")
 
 
 def progress_bar(label: str) -> "ProgressBar":

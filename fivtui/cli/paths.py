@@ -10,7 +10,7 @@ from click.shell_completion import CompletionItem
 from .arguments import FilePath
 
 if TYPE_CHECKING:
-    from fivtui.io import Named
+    from fivtui.io import LabelledPath
 
 
 class InputFile(FilePath):
@@ -55,7 +55,7 @@ class SceneName(click.types.StringParamType):
 
 def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) -> None:
     """Raise `InputError` if an output of a command is the same file as another or as an input."""
-    from fivtui.io import check_apart, parts_folder
+    from fivtui.io import check_distinct, parts_folder
 
     named_values = [
         (param, values[param.name or ""])
@@ -68,7 +68,7 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
         if isinstance(param.type, OutputFile)
     ]
     if outputs:
-        check_apart(
+        check_distinct(
             [(name, path) for name, path, _ in outputs],
             [named for param, value in named_values for named in _read(param, value)],
             [(name, parts_folder(path)) for name, path, in_parts in outputs if in_parts],
@@ -91,18 +91,18 @@ def replaceable_outputs(
 
 def check_in_folder(paths: Sequence[Path], scene: str) -> None:
     """Raise `InputError` if files to be written are the same, or one is the scene's file."""
-    from fivtui.io import check_apart
+    from fivtui.io import check_distinct
 
-    check_apart([("--out", path) for path in paths], _scene(scene))
+    check_distinct([("--out", path) for path in paths], _scene(scene))
 
 
-def _read(param: click.Parameter, value: Any) -> "list[Named]":
+def _read(param: click.Parameter, value: Any) -> "list[LabelledPath]":
     if isinstance(param.type, SceneName):
         return _scene(value)
     return [(param.type.called, value)] if isinstance(param.type, InputFile) else []
 
 
-def _scene(text: str) -> "list[Named]":
+def _scene(text: str) -> "list[LabelledPath]":
     from fivtui.scene import scene_file
 
     path = scene_file(text)

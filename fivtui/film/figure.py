@@ -22,7 +22,7 @@ from fivtui.charts import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
 from fivtui.io import (
     check_output,
     check_suffix,
-    files_text,
+    describe_files,
     output_path,
     save_bytes,
     temporary_folder,
@@ -89,7 +89,7 @@ class Film(Result):
 
     def _summary(self) -> list[tuple[str, str]]:
         return [
-            ("file", files_text(self.path)),
+            ("file", describe_files(self.path)),
             ("shown", f"{self.window[0]:.6g} to {self.window[1]:.6g} s"),
             ("speed", f"{self.speed:g} s of the motion a second: {speed_words(self.speed)}"),
             ("frames", f"{self.frames}, {self.frames / FRAMES_PER_SECOND:.3g} s"),

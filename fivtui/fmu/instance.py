@@ -16,7 +16,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from fivtui.io import MAX_TABLE, opened
+from fivtui.io import MAX_TABLE, open_regular
 from fivtui.model import ComputationError, InputError
 from fmu_src.build import IMPORT_LOCK
 
@@ -99,7 +99,7 @@ def _extract_to(folder: str, path: Path) -> Any:
 
 def check_archive(path: Path) -> None:
     """Raise `InputError` unless a file is a zip archive with a model description."""
-    with opened(path) as file:
+    with open_regular(path) as file:
         try:
             with zipfile.ZipFile(file) as archive:
                 sizes = {entry.filename: entry.file_size for entry in archive.infolist()}

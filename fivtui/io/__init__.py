@@ -1,4 +1,4 @@
-"""Files and tables: locked, atomic, with units and provenance."""
+"""Read and write files: atomic writing, locks, and tables with units and a header."""
 
 from typing import TYPE_CHECKING
 
@@ -6,29 +6,37 @@ if TYPE_CHECKING:
     from .csv_format import (
         UNITS,
         csv_cell,
-        csv_quoted,
+        quote_csv,
         read_csv,
         save_csv,
-        write_csv_head,
+        write_csv_header,
         write_csv_rows,
     )
     from .files import (
-        Named,
-        check_apart,
+        LabelledPath,
+        check_distinct,
         check_output,
         check_suffix,
-        files_text,
+        describe_files,
         is_replaceable,
         output_path,
         parts_folder,
-        resolved,
+        resolve_path,
     )
     from .finite import check_finite, not_finite_error
     from .limits import limit_error, temporary_folder
-    from .locks import Locked, locked
+    from .locks import LockedError, hold_lock
     from .npz_format import npz_arrays
     from .parquet_format import parquet_schema
-    from .reading import MAX_TABLE, MAX_TEXT, check_regular, is_folder, is_there, opened, read_bytes
+    from .reading import (
+        MAX_TABLE,
+        MAX_TEXT,
+        check_regular,
+        is_folder,
+        open_regular,
+        path_exists,
+        read_bytes,
+    )
     from .tables import (
         FORMATS,
         Columns,
@@ -40,7 +48,7 @@ if TYPE_CHECKING:
         table_format,
         write_table,
     )
-    from .writing import TEMPORARY_FILES, save_bytes, save_json, write_atomically, written_together
+    from .writing import TEMPORARY_GLOB, publish_together, save_bytes, save_json, write_atomically
 else:
     from fivtui.lazy import lazily
 

@@ -1,4 +1,4 @@
-"""Tables as CSV: comment lines of JSON, names, rows; floats without loss of precision."""
+"""Tables as CSV: comment lines with JSON, column names, rows; floats keep their precision."""
 
 import csv
 import io
@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 from fivtui.model import Column, InputError, read_number
 
 from .files import check_suffix
-from .reading import opened
+from .reading import open_regular
 from .writing import write_atomically
 
 # Rows written or converted at a time.
 _BLOCK: Final = 8192
-_MISSING: Final[Mapping[str, float]] = {"": math.nan, "true": 1.0, "false": 0.0}
+# Values of cells without a number.
+_SPECIAL_VALUES: Final[Mapping[str, float]] = {"": math.nan, "true": 1.0, "false": 0.0}
 UNITS: Final = "units"
+# The format needs no further package, see `tables.Format`.
 package = extra = ""
 
 
@@ -42,57 +44,55 @@ def save_csv(
     values: Mapping[str, NDArray[Any] | Sequence[object]],
     header: Mapping[str, Any],
 ) -> None:
-    """Write columns of numbers or texts to a CSV file; `kind` names the file in messages."""
+    """Write columns of numbers or texts to a CSV file; messages call it a `kind` file."""
     check_suffix(path, kind, (".csv",))
     write_atomically(path, lambda file: _write(file, values, header))
 
 
 def _write(
-    file: BinaryIO,
-    values: Mapping[str, NDArray[Any] | Sequence[object]],
-    header: Mapping[str, Any],
+    file: BinaryIO, values: Mapping[str, NDArray[Any] | Sequence[object]], header: Mapping[str, Any]
 ) -> None:
-    write_csv_head(file, values, header)
+    write_csv_header(file, values, header)
     size = max(map(len, values.values()), default=0)
     for start in range(0, size, _BLOCK):
-        write_csv_rows(file, (_texts(c[start : start + _BLOCK]) for c in values.values()))
+        write_csv_rows(file, (_cell_texts(c[start : start + _BLOCK]) for c in values.values()))
 
 
-def _texts(values: NDArray[Any] | Sequence[object]) -> Iterable[str]:
+def _cell_texts(values: NDArray[Any] | Sequence[object]) -> Iterable[str]:
     # The repr of a float is the shortest text that reads back as the same number.
     if isinstance(values, np.ndarray):
         return map(repr, values.tolist())
     return map(csv_cell, values)
 
 
-def write_csv_head(file: BinaryIO, names: Iterable[str], header: Mapping[str, Any]) -> None:
-    """Write the lines above the rows: ``# key: JSON`` comments, and the names of columns."""
+def write_csv_header(file: BinaryIO, names: Iterable[str], header: Mapping[str, Any]) -> None:
+    """Write the lines above the rows: ``# key: JSON`` comments, and the column names."""
     lines = [f"# {key}: {json.dumps(value)}" for key, value in header.items()]
     file.write("\n".join([*lines, ",".join(names), ""]).encode())
 
 
 def write_csv_rows(file: BinaryIO, columns: Iterable[Iterable[str]]) -> None:
-    """Write rows from columns of texts, quoted where necessary."""
+    """Write rows from columns of cell texts, which are quoted already."""
     rows = zip(*columns, strict=True)
     file.write("".join(",".join(row) + "\n" for row in rows).encode())
 
 
 def csv_cell(value: object) -> str:
-    """The text of a value; empty for None."""
+    """The text of a value, quoted if necessary; empty for None."""
     if value is None:
         return ""
     text = str(value)
-    return csv_quoted(text) if any(sign in text for sign in ',"\r\n') else text
+    return quote_csv(text) if any(sign in text for sign in ',"\r\n') else text
 
 
-def csv_quoted(text: str) -> str:
-    """A text in quotation marks."""
+def quote_csv(text: str) -> str:
+    """Put a text in quotation marks."""
     return f'"{text.replace(chr(34), chr(34) * 2)}"'
 
 
 def read_csv(path: Path) -> dict[str, NDArray[Any]]:
-    """All columns of a file, numbers; `InputError` if it cannot be read."""
-    with opened(path) as file:
+    """Read all columns of a file as numbers; `InputError` if that fails."""
+    with open_regular(path) as file:
         try:
             return read(file)
         except InputError as error:
@@ -106,23 +106,23 @@ def read(
     *,
     missing: bool = False,
 ) -> dict[str, NDArray[Any]]:
-    """Read columns, see `tables.Format`; comments and empty lines may stand anywhere."""
+    """Read columns, see `tables.Format`; comments and empty lines are skipped."""
     try:
         with io.TextIOWrapper(file, encoding="utf-8-sig", newline="") as text:
-            return _columns(text, selected, texts, _MISSING if missing else {})
+            return _read_columns(text, selected, texts, _SPECIAL_VALUES if missing else {})
     except UnicodeDecodeError:
         raise InputError("not a CSV file: not UTF-8 text") from None
     except csv.Error as error:
         raise InputError(f"not a CSV file: {error}") from None
 
 
-def _columns(
+def _read_columns(
     text: Iterable[str],
     selected: Collection[str] | None,
     texts: Collection[str],
-    symbols: Mapping[str, float],
+    special: Mapping[str, float],
 ) -> dict[str, NDArray[Any]]:
-    rows = _numbered(text)
+    rows = _numbered_rows(text)
     _, first = next(rows, (0, []))
     names = [name.strip().strip('"') for name in first]
     indices = {
@@ -130,38 +130,38 @@ def _columns(
         for name in (names if selected is None else selected)
         if name in names
     }
-    parts: dict[str, list[NDArray[Any]]] = {name: [] for name in indices}
+    blocks: dict[str, list[NDArray[Any]]] = {name: [] for name in indices}
     while block := list(islice(rows, _BLOCK)):
         for number, row in block:
             if len(row) != len(names):
                 raise InputError(f"line {number}: {len(row)} values under {len(names)} columns")
         for name, index in indices.items():
             if name in texts:
-                part = np.array([row[index] for _, row in block], dtype=object)
+                column = np.array([row[index] for _, row in block], dtype=object)
             else:
-                part = np.array([_number(row[index], n, name, symbols) for n, row in block])
-            parts[name].append(part)
-    return {name: np.concatenate(part) if part else np.empty(0) for name, part in parts.items()}
+                column = np.array([_parse_number(r[index], n, name, special) for n, r in block])
+            blocks[name].append(column)
+    return {name: np.concatenate(b) if b else np.empty(0) for name, b in blocks.items()}
 
 
-def _numbered(text: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
-    # Rows that are neither empty nor comments, with the number of their last line.
+def _numbered_rows(text: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
+    # Rows that are neither empty nor comments, each with the number of its last line.
     number = 0
 
-    def lines() -> Iterator[str]:
+    def uncommented_lines() -> Iterator[str]:
         nonlocal number
         for number, line in enumerate(text, start=1):  # noqa: B007
             if not line.startswith("#"):
                 yield line
 
-    for row in csv.reader(lines()):
+    for row in csv.reader(uncommented_lines()):
         if row:
             yield number, row
 
 
-def _number(cell: str, line: int, name: str, symbols: Mapping[str, float]) -> float:
-    if cell in symbols:
-        return symbols[cell]
+def _parse_number(cell: str, line: int, name: str, special: Mapping[str, float]) -> float:
+    if cell in special:
+        return special[cell]
     try:
         return read_number(cell)
     except ValueError:
@@ -169,7 +169,7 @@ def _number(cell: str, line: int, name: str, symbols: Mapping[str, float]) -> fl
 
 
 def header(file: BinaryIO) -> dict[str, Any]:
-    """Read the header alone, without units."""
+    """Read the header without the units of columns."""
     entries = {}
     for line in file:
         comment = line.removeprefix(b"\xef\xbb\xbf")

@@ -1,4 +1,4 @@
-"""Output files: never overwritten unasked, never an input."""
+"""Checks of output paths: overwriting must be allowed, and no output may be an input."""
 
 import os
 import sys
@@ -13,8 +13,8 @@ if sys.platform == "win32":
 else:
     from pathlib import PosixPath as _SystemPath
 
-# A file, after what it is called in messages, such as ``--out``.
-Named = tuple[str, Path]
+# The label of a file in messages, such as ``--out``, and its path.
+LabelledPath = tuple[str, Path]
 
 
 class ReplaceablePath(_SystemPath):
@@ -45,15 +45,15 @@ def check_suffix(path: Path, kind: str, allowed: Iterable[str]) -> str:
 
 
 def check_output(path: Path) -> None:
-    """Raise `InputError` if a file cannot be written, before anything is computed.
+    """Raise `InputError` if a file cannot be written; call it before the computation.
 
-    That is if it exists (unless the path is replaceable), is not a regular file, has no folder, or
-    writing is not permitted.
+    The file must not exist unless the path is replaceable. Its folder must exist, and the user
+    needs permission to write.
     """
     try:
-        _check_target(path, resolved(path))
+        _check_target(path, resolve_path(path))
     except OSError as error:
-        raise cannot_write(path, error) from None
+        raise unwritable_error(path, error) from None
 
 
 def _check_target(path: Path, target: Path) -> None:
@@ -73,45 +73,49 @@ def _check_target(path: Path, target: Path) -> None:
         raise InputError(f"{path}: cannot be written: no permission to write in {folder}")
 
 
-def check_apart(
-    outputs: Sequence[Named], inputs: Sequence[Named] = (), folders: Sequence[Named] = ()
+def check_distinct(
+    outputs: Sequence[LabelledPath],
+    inputs: Sequence[LabelledPath] = (),
+    folders: Sequence[LabelledPath] = (),
 ) -> None:
     """Raise `InputError` if an output is the same file as another output or an input.
 
-    Two names may be one file through hard or symbolic links, or where the folder ignores case. No
-    file may be in one of `folders`, which are for intermediate results.
+    Different paths can lead to the same file by hard or symbolic links, or where the folder ignores
+    case. No file may be in one of `folders`, which are for intermediate results.
     """
-    for index, (name, path) in enumerate(outputs):
+    for index, (output_label, path) in enumerate(outputs):
         for files, rule in (
             (outputs[:index], "; every output must be a file of its own"),
             (inputs, ", which is read; an output must be another file"),
         ):
             for label, used in files:
-                if _same(resolved(path), resolved(used)):
-                    raise InputError(f"{name} {path}: is the same file as {label} {used}{rule}")
-    for name, folder in folders:
+                if _is_same_file(resolve_path(path), resolve_path(used)):
+                    raise InputError(
+                        f"{output_label} {path}: is the same file as {label} {used}{rule}"
+                    )
+    for folder_label, folder in folders:
         for label, path in (*outputs, *inputs):
-            target = resolved(path)
-            if any(_same(above, folder) for above in (target, *target.parents)):
+            target = resolve_path(path)
+            if any(_is_same_file(ancestor, folder) for ancestor in (target, *target.parents)):
                 raise InputError(
-                    f"{label} {path}: is in the folder {folder}, where {name} keeps intermediate "
-                    "results; choose another place"
+                    f"{label} {path}: is in the folder {folder}, where {folder_label} keeps "
+                    "intermediate results; choose another place"
                 )
 
 
-def _same(first: Path, second: Path) -> bool:
-    # Whether two resolved names are the same file, existing or not.
-    if first == second:
+def _is_same_file(path: Path, other_path: Path) -> bool:
+    # Whether two resolved paths lead to the same file; the file need not exist.
+    if path == other_path:
         return True
     try:
-        if first.exists() or second.exists():
-            return first.samefile(second)
-        if not first.parent.samefile(second.parent):
+        if path.exists() or other_path.exists():
+            return path.samefile(other_path)
+        if not path.parent.samefile(other_path.parent):
             return False
     except OSError:
         return False
-    return first.name == second.name or (
-        first.name.casefold() == second.name.casefold() and _ignores_case(first.parent)
+    return path.name == other_path.name or (
+        path.name.casefold() == other_path.name.casefold() and _ignores_case(path.parent)
     )
 
 
@@ -125,26 +129,26 @@ def _ignores_case(folder: Path) -> bool:
 
 
 def parts_folder(out: Path) -> Path:
-    """The folder for pieces of a file that is not complete: ``FILE.parts``."""
-    target = resolved(out)
+    """The folder for pieces of an incomplete file: ``FILE.parts``."""
+    target = resolve_path(out)
     return target.with_name(f"{target.name}.parts")
 
 
-def files_text(*paths: Path) -> str:
-    """Names of files with the folder that they are in: ``a.csv, b.csv in /home/me/runs``."""
+def describe_files(*paths: Path) -> str:
+    """Names of files, grouped by folder: ``a.csv, b.csv in /home/me/runs``."""
     folders: dict[Path, list[str]] = {}
     for path in paths:
         folders.setdefault(path.absolute().parent, []).append(path.name)
     return "; ".join(f"{', '.join(names)} in {folder}" for folder, names in folders.items())
 
 
-def resolved(path: Path) -> Path:
-    """The absolute path behind symbolic links; `InputError` if no file can have the name."""
+def resolve_path(path: Path) -> Path:
+    """Follow symbolic links to an absolute path; `InputError` if the path is invalid."""
     if "\0" in str(path):
         raise InputError(f"{str(path)!r}: not the name of a file")
     target = Path(os.path.realpath(path))
     # A path that is still a link is a loop.
-    if os.path.islink(target):  # noqa: PTH114, a name too long is no link
+    if os.path.islink(target):  # noqa: PTH114, which raises if the name is too long
         raise InputError(
             f"{path}: is a symbolic link that leads back to itself; it must be a file, or a link "
             "to one"
@@ -152,6 +156,6 @@ def resolved(path: Path) -> Path:
     return target
 
 
-def cannot_write(path: Path, error: OSError) -> InputError:
-    """The error for a file that the system does not allow to be written."""
+def unwritable_error(path: Path, error: OSError) -> InputError:
+    """The error for a file that the operating system refuses to write."""
     return InputError(f"{path}: cannot be written: {error.strerror or error}")

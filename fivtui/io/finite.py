@@ -7,7 +7,7 @@ from fivtui.model import ComputationError
 
 
 def check_finite(data: object, name: str, advice: str) -> None:
-    """Raise `ComputationError` for the first number in nested data that is not finite."""
+    """Raise `ComputationError` with `advice` if a number in nested data is not finite."""
     if isinstance(data, Mapping):
         for key, value in data.items():
             check_finite(value, f"{name}.{key}".lstrip("."), advice)

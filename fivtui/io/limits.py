@@ -11,7 +11,7 @@ from fivtui.model import ComputationError
 
 _FREE_SPACE: Final = "free space on the disk"
 _FEWER_FILES: Final = "close files, or raise the limit on open files (ulimit -n)"
-# Advice by error number.
+# Advice to the user by error number.
 _ADVICE: Final[Mapping[int, str]] = {
     errno.ENOSPC: _FREE_SPACE,
     errno.EDQUOT: _FREE_SPACE,
@@ -26,7 +26,7 @@ _ADVICE: Final[Mapping[int, str]] = {
 def limit_error(error: OSError, subject: str = "") -> ComputationError | None:
     """The error for a limit of the system; None if the error has another cause.
 
-    `subject` begins the message; by default it is the file of the error.
+    The message begins with `subject`, by default the path in the error.
     """
     advice = _ADVICE.get(error.errno or 0)
     if advice is None:
@@ -37,7 +37,7 @@ def limit_error(error: OSError, subject: str = "") -> ComputationError | None:
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """A temporary folder; a limit of the system within the context is a `ComputationError`."""
+    """Make a temporary folder; errors from system limits become `ComputationError`."""
     try:
         with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
             yield Path(folder)

@@ -9,13 +9,13 @@ from pathlib import Path
 from fivtui.model import InputError
 
 
-class Locked(InputError):
+class LockedError(InputError):
     """Another process holds a lock."""
 
 
 @contextmanager
-def locked(path: Path, holder: str) -> Iterator[None]:
-    """Hold a lock on a file; `Locked` if another process, in messages the `holder`, has it."""
+def hold_lock(path: Path, holder: str) -> Iterator[None]:
+    """Hold a lock on a file; `LockedError`, which names `holder`, if another process has it."""
     try:
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:
@@ -24,7 +24,7 @@ def locked(path: Path, holder: str) -> Iterator[None]:
         try:
             lock_file(handle)
         except (BlockingIOError, PermissionError):
-            raise Locked(f"{path.parent}: {holder} is at work here") from None
+            raise LockedError(f"{path.parent}: {holder} is at work here") from None
         except OSError as error:
             raise InputError(f"{path}: cannot be locked: {error.strerror or error}") from None
         yield

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from fivtui.model import Column, InputError
 
+# The format needs no further package, see `tables.Format`.
 package = extra = ""
 _UNITS: Final = "units"
-_DAMAGED: Final = (
+# Errors that numpy raises for a damaged file.
+_READ_ERRORS: Final = (
     ValueError,
     KeyError,
     TypeError,
@@ -35,19 +37,19 @@ def write(
     units = {column.name: column.unit for column in columns}
     arrays: dict[str, Any] = {name: values[name] for name in units}
     for key, value in {**header, _UNITS: units}.items():
-        arrays[key] = _array(value)
+        arrays[key] = _header_array(value)
     np.savez(file, **arrays)
 
 
-def _array(value: Any) -> NDArray[Any]:
-    # Store a mapping as a record, so that no array holds Python objects.
+def _header_array(value: Any) -> NDArray[Any]:
+    # Store a mapping as a structured array, so that no array holds Python objects.
     if not isinstance(value, Mapping):
         array = np.array(value)
-        # Store a list of mappings as text, for the same reason.
+        # Store a list of mappings as JSON text for the same reason.
         return np.array(json.dumps(value)) if array.dtype == object else array
     # Omit entries that are None.
-    entries = {key: _array(entry) for key, entry in value.items() if entry is not None}
-    record = np.empty((), dtype=[(key, e.dtype, e.shape) for key, e in entries.items()])
+    entries = {key: _header_array(entry) for key, entry in value.items() if entry is not None}
+    record = np.empty((), dtype=[(key, array.dtype, array.shape) for key, array in entries.items()])
     for key, entry in entries.items():
         record[key] = entry
     return record
@@ -55,7 +57,7 @@ def _array(value: Any) -> NDArray[Any]:
 
 @contextmanager
 def npz_arrays(file: BinaryIO) -> Iterator["np.lib.npyio.NpzFile"]:
-    """The arrays of an NPZ file; `InputError` if it is another file or damaged."""
+    """Open the arrays of an NPZ file; `InputError` if it is damaged or not an NPZ file."""
     try:
         arrays = np.load(file, allow_pickle=False)
         if not isinstance(arrays, np.lib.npyio.NpzFile):
@@ -63,7 +65,7 @@ def npz_arrays(file: BinaryIO) -> Iterator["np.lib.npyio.NpzFile"]:
         yield arrays
     except InputError:
         raise
-    except _DAMAGED:
+    except _READ_ERRORS:
         raise InputError("not an NPZ file, or damaged") from None
 
 
@@ -76,24 +78,22 @@ def read(
 ) -> dict[str, NDArray[Any]]:
     """Read columns, see `tables.Format`."""
     with npz_arrays(file) as arrays:
-        names = (
-            _names(arrays) if selected is None else [name for name in selected if name in arrays]
-        )
+        names = _column_names(arrays) if selected is None else [n for n in selected if n in arrays]
         return {name: arrays[name] for name in names}
 
 
 def header(file: BinaryIO) -> dict[str, Any]:
-    """Read the header alone, without units."""
+    """Read the header without the units of columns."""
     with npz_arrays(file) as arrays:
-        columns = {*_names(arrays), _UNITS}
-        return {key: _plain(arrays[key]) for key in arrays.files if key not in columns}
+        columns = {*_column_names(arrays), _UNITS}
+        return {key: _plain_value(arrays[key]) for key in arrays.files if key not in columns}
 
 
-def _names(arrays: "np.lib.npyio.NpzFile") -> tuple[str, ...]:
+def _column_names(arrays: "np.lib.npyio.NpzFile") -> tuple[str, ...]:
     return arrays[_UNITS].dtype.names or ()
 
 
-def _plain(array: NDArray[Any]) -> Any:
-    # A record is a mapping.
+def _plain_value(array: NDArray[Any]) -> Any:
+    # A structured array stands for a mapping.
     names = array.dtype.names
-    return {name: _plain(array[name]) for name in names} if names else array.tolist()
+    return {name: _plain_value(array[name]) for name in names} if names else array.tolist()

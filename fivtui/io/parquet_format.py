@@ -1,4 +1,4 @@
-"""Tables as Parquet: the header in the schema's metadata, units and meanings in the fields'."""
+"""Tables as Parquet: header in the schema's metadata, units and meanings in those of fields."""
 
 import json
 from collections.abc import Collection, Mapping, Sequence
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fivtui.model import Column, InputError
 
 package, extra = "pyarrow", "parquet"
-# Metadata keys of pyarrow itself.
+# Metadata key that pyarrow adds.
 _ARROW: Final = b"ARROW:schema"
 
 
@@ -40,11 +40,11 @@ def parquet_schema(
     fields = [
         pa.field(
             column.name,
-            kind,
+            arrow_type,
             nullable=nullable,
             metadata={"unit": column.unit, "meaning": column.meaning},
         )
-        for column, kind in zip(columns, types, strict=True)
+        for column, arrow_type in zip(columns, types, strict=True)
     ]
     metadata = {key: json.dumps(value) for key, value in header.items()}
     return pa.schema(fields, metadata=metadata or None)
@@ -63,15 +63,15 @@ def read(
 
     try:
         table = pq.read_table(file, columns=None if selected is None else list(selected))
-        return {name: _array(table[name], name in texts) for name in table.column_names}
+        return {name: _column_array(table[name], name in texts) for name in table.column_names}
     except pa.ArrowException:
         raise InputError("not a Parquet file, or damaged") from None
 
 
-def _array(column: Any, text: bool) -> NDArray[Any]:
+def _column_array(column: Any, is_text: bool) -> NDArray[Any]:
     import pyarrow as pa
 
-    if text:
+    if is_text:
         return np.array(column.to_pylist(), dtype=object)
     if pa.types.is_boolean(column.type):
         column = column.cast("int8")
@@ -80,7 +80,7 @@ def _array(column: Any, text: bool) -> NDArray[Any]:
 
 
 def header(file: BinaryIO) -> dict[str, Any]:
-    """Read the header alone."""
+    """Read the header."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

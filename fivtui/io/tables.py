@@ -1,4 +1,4 @@
-"""Table files: named columns with units under a header of provenance."""
+"""Table files: named columns with units, under a header that records how they were computed."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from fivtui.version import __version__
 
 from . import csv_format, npz_format, parquet_format
 from .files import check_output, check_suffix
-from .reading import opened
+from .reading import open_regular
 from .writing import write_atomically
 
 Columns = dict[str, NDArray[Any]]
@@ -46,12 +46,12 @@ class Format(Protocol):
     ) -> Columns:
         """Read all columns, or those of `selected` that exist; `InputError` if damaged.
 
-        Columns in `texts` become arrays of str, all others numbers; with `missing`, NaN for no
-        value, and 1 and 0 for true and false.
+        Columns in `texts` become arrays of str, all others arrays of numbers. With `missing`, cells
+        may be empty, true or false; they become NaN, 1 and 0.
         """
 
     def header(self, file: BinaryIO) -> dict[str, Any]:
-        """Read the header alone; `InputError` as `read`."""
+        """Read the header; `InputError` if the file is damaged."""
 
 
 FORMATS: Final[Mapping[str, Format]] = {
@@ -62,34 +62,32 @@ FORMATS: Final[Mapping[str, Format]] = {
 
 
 def table_format(path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS)) -> Format:
-    """The format of a file by its suffix, one of `allowed`; `kind` names the file in messages.
+    """The format of a file by its suffix, one of `allowed`; messages call it a `kind` file.
 
     Raises `InputError` if the suffix is not allowed, or the format's package is missing.
     """
-    form = FORMATS[check_suffix(path, kind, allowed)]
-    if form.package and find_spec(form.package) is None:
-        raise InputError(f"{path}: this format needs {form.package}: install fivtui[{form.extra}]")
-    return form
+    file_format = FORMATS[check_suffix(path, kind, allowed)]
+    if file_format.package and find_spec(file_format.package) is None:
+        raise InputError(
+            f"{path}: this format needs {file_format.package}: install fivtui[{file_format.extra}]"
+        )
+    return file_format
 
 
 def check_table_path(path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS)) -> None:
-    """Raise `InputError` if a table could not be written, before it is computed."""
+    """Raise `InputError` if a table cannot be written; call it before the computation."""
     table_format(path, kind, allowed)
     check_output(path)
 
 
 def write_table(
-    path: Path,
-    kind: str,
-    columns: Sequence[Column],
-    values: Columns,
-    header: Header,
+    path: Path, kind: str, columns: Sequence[Column], values: Columns, header: Header
 ) -> None:
     """Write a table of numbers; equal tables give equal bytes."""
-    form = table_format(path, kind)
+    file_format = table_format(path, kind)
 
     def write(file: BinaryIO) -> None:
-        form.write(file, columns, values, {"fivtui": __version__, **header})
+        file_format.write(file, columns, values, {"fivtui": __version__, **header})
 
     write_atomically(path, write)
 
@@ -102,22 +100,22 @@ def read_columns(
     *,
     missing: bool = False,
 ) -> Columns:
-    """Columns of a table file by name, see `Format.read`; `InputError` if it cannot be read."""
-    form = table_format(path, kind)
-    with _read(path, kind) as file:
-        return form.read(file, selected, texts, missing=missing)
+    """Read columns of a table file by name, see `Format.read`; `InputError` if that fails."""
+    file_format = table_format(path, kind)
+    with _open_table(path, kind) as file:
+        return file_format.read(file, selected, texts, missing=missing)
 
 
 def read_header(path: Path, kind: str) -> dict[str, Any]:
-    """The header of a table file, empty if it has none; `InputError` as `read_columns`."""
-    form = table_format(path, kind)
-    with _read(path, kind) as file:
-        return form.header(file)
+    """Read the header of a table file; `InputError` if that fails."""
+    file_format = table_format(path, kind)
+    with _open_table(path, kind) as file:
+        return file_format.header(file)
 
 
 @contextmanager
-def _read(path: Path, kind: str) -> Iterator[BinaryIO]:
-    with opened(path) as file:
+def _open_table(path: Path, kind: str) -> Iterator[BinaryIO]:
+    with open_regular(path) as file:
         try:
             yield file
         except InputError as error:

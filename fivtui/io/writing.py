@@ -1,7 +1,7 @@
 """Atomic writing of a file, or of a set of files.
 
-A file is written under a temporary name beside its target, locked, and then renamed. A killed run
-leaves a temporary file without a lock; the next run that writes the same target removes it.
+A file is written under a temporary name beside its target, with a lock, and then renamed. A killed
+run leaves a temporary file without a lock; the next run that writes the same target removes it.
 """
 
 import hashlib
@@ -16,26 +16,26 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, BinaryIO, Final, NamedTuple
 
-from .files import cannot_write, check_output, resolved
+from .files import check_output, resolve_path, unwritable_error
 from .locks import lock_file
 
 _PREFIX: Final = ".fivtui-"
-# Prefix of all temporary files.
-TEMPORARY_FILES: Final = f"{_PREFIX}*.tmp"
+# Glob pattern of all temporary files.
+TEMPORARY_GLOB: Final = f"{_PREFIX}*.tmp"
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], None]) -> None:
-    """Write a file completely or not at all; only a replaceable path may have a file already."""
+    """Write a file completely or not at all; the file must not exist unless replaceable."""
     drafts = _DRAFTS.get()
     if drafts is not None:
         drafts.add(path, write)
         return
-    with written_together():
+    with publish_together():
         write_atomically(path, write)
 
 
 @contextmanager
-def written_together() -> Iterator[None]:
+def publish_together() -> Iterator[None]:
     """Publish all files written in the context at its end, or none if it fails."""
     with _Drafts() as drafts:
         token = _DRAFTS.set(drafts)
@@ -47,13 +47,13 @@ def written_together() -> Iterator[None]:
 
 
 def save_json(data: Any, path: Path) -> None:
-    """Write data as JSON, as `write_atomically`."""
+    """Write data as JSON with `write_atomically`."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n"
     save_bytes(text.encode(), path)
 
 
 def save_bytes(content: bytes, path: Path) -> None:
-    """Write bytes, as `write_atomically`."""
+    """Write bytes with `write_atomically`."""
 
     def write(file: BinaryIO) -> None:
         file.write(content)
@@ -64,7 +64,7 @@ def save_bytes(content: bytes, path: Path) -> None:
 class _Draft(NamedTuple):
     path: Path
     target: Path
-    temporary: Path
+    temporary_path: Path
     file: BinaryIO
 
 
@@ -78,11 +78,11 @@ class _Drafts(ExitStack):
     def add(self, path: Path, write: Callable[[BinaryIO], None]) -> None:
         """Write a file under a temporary name."""
         check_output(path)
-        target = resolved(path)
+        target = resolve_path(path)
         try:
-            _remove_abandoned(target)
-            temporary, file = self._opened(target)
-            # Files that `write` itself writes do not belong to this set.
+            _remove_abandoned_files(target)
+            temporary_path, file = self._open_temporary(target)
+            # Files that `write` opens itself do not belong to this set.
             token = _DRAFTS.set(None)
             try:
                 write(file)
@@ -91,63 +91,65 @@ class _Drafts(ExitStack):
             file.flush()
             os.fsync(file.fileno())
         except OSError as error:
-            raise cannot_write(path, error) from None
-        self._drafts.append(_Draft(path, target, temporary, file))
+            raise unwritable_error(path, error) from None
+        self._drafts.append(_Draft(path, target, temporary_path, file))
 
     def publish(self) -> None:
-        """Give the files their names."""
-        # Files may have appeared under these names meanwhile.
+        """Rename the temporary files to their targets."""
+        # Another program may have created a target in the meantime.
         for draft in self._drafts:
             check_output(draft.path)
         for draft in self._drafts:
             try:
                 if draft.target.exists():
-                    shutil.copymode(draft.target, draft.temporary)
+                    shutil.copymode(draft.target, draft.temporary_path)
                 if sys.platform == "win32":
                     # An open file cannot be renamed.
                     draft.file.close()
-                draft.temporary.replace(draft.target)
+                draft.temporary_path.replace(draft.target)
             except OSError as error:
-                raise cannot_write(draft.path, error) from None
+                raise unwritable_error(draft.path, error) from None
 
-    def _opened(self, target: Path) -> tuple[Path, BinaryIO]:
-        # A new temporary file, locked where the file system has locks. Another process may take it
-        # for abandoned before it is locked: then another name is tried.
+    def _open_temporary(self, target: Path) -> tuple[Path, BinaryIO]:
+        # Open a new temporary file, locked if the file system supports locks. Before the lock is
+        # taken, another process may remove the file as abandoned: then try another name.
         while True:
-            temporary = target.with_name(f"{_stem(target)}{secrets.token_hex(8)}.tmp")
-            self.callback(temporary.unlink, missing_ok=True)
-            file = temporary.open("xb")
-            self.callback(_close, file)
+            temporary_path = target.with_name(
+                f"{_temporary_prefix(target)}{secrets.token_hex(8)}.tmp"
+            )
+            self.callback(temporary_path.unlink, missing_ok=True)
+            file = temporary_path.open("xb")
+            self.callback(_close_quietly, file)
             try:
                 lock_file(file.fileno())
             except (BlockingIOError, PermissionError):
                 continue
             except OSError:
-                return temporary, file
-            if temporary.exists():
-                return temporary, file
+                return temporary_path, file
+            if temporary_path.exists():
+                return temporary_path, file
 
 
 _DRAFTS: ContextVar[_Drafts | None] = ContextVar("files that appear together", default=None)
 
 
-def _close(file: BinaryIO) -> None:
+def _close_quietly(file: BinaryIO) -> None:
     # If writing failed, closing fails for the same reason.
     with suppress(OSError):
         file.close()
 
 
-def _stem(target: Path) -> str:
+def _temporary_prefix(target: Path) -> str:
     # Prefix of the temporary names of a target.
     return f"{_PREFIX}{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:12]}-"
 
 
-def _remove_abandoned(target: Path) -> None:
-    # Unlocked temporary files of the target, whose process has ended.
-    stem, names = _stem(target), []
+def _remove_abandoned_files(target: Path) -> None:
+    # A temporary file of the target without a lock: the process that wrote it has ended.
+    prefix, names = _temporary_prefix(target), []
     # A writable folder may be unreadable.
     with suppress(OSError), os.scandir(target.parent) as entries:
-        names = [entry.name for entry in entries if entry.name.startswith(stem)]
+        names = [entry.name for entry in entries if entry.name.startswith(prefix)]
     for name in names:
         with suppress(OSError):
             _remove_unlocked(target.with_name(name))

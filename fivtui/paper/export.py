@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from fivtui.charts import FORMATS, save_figure
-from fivtui.io import check_apart, check_output, output_path, written_together
+from fivtui.io import check_distinct, check_output, output_path, publish_together
 from fivtui.model import InputError, OnProgress, Progress, check_known, check_names
 
 from .charts import draw
@@ -136,7 +136,7 @@ def save_figures(
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
     paths = [path for files in plan for path in (*files.pictures, *files.data)]
-    check_apart([("the file", path) for path in paths])
+    check_distinct([("the file", path) for path in paths])
     for path in paths:
         check_output(path)
     work = Progress(progress)
@@ -153,7 +153,7 @@ def save_figures(
         work.report(share)
     for count, files in enumerate(plan, start=1):
         figure = draw(files.number, source)
-        with written_together():
+        with publish_together():
             for path in files.pictures:
                 save_figure(figure, path)
             for panel, path in zip(panels_of(files.number), files.data, strict=True):

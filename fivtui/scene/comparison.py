@@ -11,7 +11,7 @@ import numpy as np
 
 from fivtui.charts import check_figure_path, save_figure, sheet_figure
 from fivtui.fmu import integrate_fmu
-from fivtui.io import check_apart, check_output
+from fivtui.io import check_distinct, check_output
 from fivtui.model import InputError, Progress
 from fivtui.simulation import compute
 from fivtui.transient import Transient, transient_sheet
@@ -71,7 +71,7 @@ def compare(
     except OSError as error:
         raise InputError(f"{folder}: cannot create the folder: {error.strerror}") from None
     fmu, figure = comparison_files(folder)
-    check_apart([("the FMU", fmu), ("the picture", figure)])
+    check_distinct([("the FMU", fmu), ("the picture", figure)])
     check_output(fmu)
     check_figure_path(figure)
     work = Progress(progress)

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO, Final
 import tomlkit
 from tomlkit.items import Item
 
-from fivtui.io import MAX_TEXT, is_there, output_path, read_bytes, write_atomically
+from fivtui.io import MAX_TEXT, output_path, path_exists, read_bytes, write_atomically
 from fivtui.model import InputError, Parameters, check_known, parameter_spec, unknown_name
 from fivtui.transient import SETTINGS, number_in_file, text_in_file
 
@@ -319,5 +319,5 @@ def scene_file(name_or_path: str) -> Path | None:
         return None
     path = Path(name_or_path)
     # Names of presets have no dot and no separator.
-    is_file = path.suffix or len(path.parts) > 1 or (name_or_path and is_there(path))
+    is_file = path.suffix or len(path.parts) > 1 or (name_or_path and path_exists(path))
     return path if is_file else None

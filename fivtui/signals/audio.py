@@ -9,7 +9,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import check_output, check_suffix, files_text, output_path, write_atomically
+from fivtui.io import check_output, check_suffix, describe_files, output_path, write_atomically
 from fivtui.model import InputError, check_known
 from fivtui.results import Result
 from fivtui.transient import Trajectory, Transient
@@ -67,7 +67,7 @@ class SoundFile(Result):
     def _summary(self) -> list[tuple[str, str]]:
         heard = "no vibration" if self.pitch is None else f"heard at {self.pitch:.4g} Hz"
         return [
-            ("file", files_text(self.path)),
+            ("file", describe_files(self.path)),
             ("signal", f"{self.signal}, {self.window[0]:g} to {self.window[1]:g} s"),
             ("time", f"compressed {self.factor:g} times, {heard}"),
             ("duration", f"{self.duration:.4g} s"),

@@ -12,10 +12,10 @@ from fivtui.io import (
     UNITS,
     Format,
     csv_cell,
-    csv_quoted,
     parquet_schema,
+    quote_csv,
     table_format,
-    write_csv_head,
+    write_csv_header,
     write_csv_rows,
 )
 from fivtui.model import InputError
@@ -88,7 +88,7 @@ def _cell(value: object) -> str:
 
 def _write_csv_piece(file: BinaryIO, study: Study, rows: Rows) -> None:
     cells = (
-        [csv_quoted(text) if text else "" for text in rows.reasons]
+        [quote_csv(text) if text else "" for text in rows.reasons]
         if column.name == "reason"
         else map(_cell, rows.values(column))
         for column in study.columns
@@ -100,7 +100,7 @@ def _merge_csv(
     file: BinaryIO, study: Study, pieces: Iterable[Path], provenance: Provenance
 ) -> None:
     units = {column.name: column.unit for column in study.columns}
-    write_csv_head(file, units, {**provenance, UNITS: units})
+    write_csv_header(file, units, {**provenance, UNITS: units})
     for piece in pieces:
         with piece.open("rb") as rows:
             shutil.copyfileobj(rows, file)

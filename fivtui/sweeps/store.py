@@ -14,11 +14,11 @@ from typing import Any, BinaryIO, Final
 
 from fivtui.io import (
     check_output,
+    hold_lock,
     is_replaceable,
-    locked,
     output_path,
     parts_folder,
-    resolved,
+    resolve_path,
     save_bytes,
     write_atomically,
 )
@@ -71,7 +71,7 @@ class SweepStore:
     def __init__(self, out: Path, study: Study, *, size: int | None) -> None:
         self._form: SweepFormat = sweep_format(out)
         self._out, self._study = out, study
-        self._target = resolved(out)
+        self._target = resolve_path(out)
         self.folder = parts_folder(out)
         self._shown = out.with_name(self.folder.name)
         self._study_header = study_header(study, self._form)
@@ -272,7 +272,7 @@ def open_store(out: Path, study: Study, *, size: int | None = None) -> Iterator[
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
-    with locked(folder / _LOCK, "another fivtui sweep"):
+    with hold_lock(folder / _LOCK, "another fivtui sweep"):
         if store.complete:
             store.clear_own()
         else:

@@ -13,7 +13,7 @@ from fivtui.io import (
     check_finite,
     not_finite_error,
     npz_arrays,
-    opened,
+    open_regular,
     output_path,
     read_columns,
     read_header,
@@ -250,7 +250,7 @@ def store_transient(transient: Transient, path: Path) -> None:
 def restore_transient(path: Path) -> Transient:
     """Read what `store_transient` wrote; `InputError` if the file is damaged."""
     try:
-        with opened(path) as file, npz_arrays(file) as archive:
+        with open_regular(path) as file, npz_arrays(file) as archive:
             arrays = {name: archive[name] for name in archive.files}
         data = json.loads(str(arrays[_SAID]))
         request, derived = _request_of(data, data["step"]), data.get(_SENSITIVITIES)

@@ -11,7 +11,7 @@ from fivtui.cli import commands, run
 from fivtui.cli.group import CheckedCommand
 from fivtui.cli.paths import InputFile, OutputFile, OutputFolder, SceneName
 from fivtui.io import files, output_path
-from fivtui.io.files import check_apart, parts_folder
+from fivtui.io.files import check_distinct, parts_folder
 from fivtui.io.writing import write_atomically
 from fivtui.model.errors import InputError
 from fivtui.paper.export import figure_files, save_figures
@@ -264,13 +264,13 @@ def test_upper_case_names_another_file_in_a_case_sensitive_folder(
     (tmp_path / "probe").touch()
     if (tmp_path / "PROBE").exists():
         pytest.skip("this folder takes capital letters for small ones")
-    check_apart(outputs)
+    check_distinct(outputs)
     monkeypatch.setattr(files, "_ignores_case", lambda folder: folder == tmp_path and ignored)
     if ignored:
         with pytest.raises(InputError, match="is the same file as"):
-            check_apart(outputs)
+            check_distinct(outputs)
     else:
-        check_apart(outputs)
+        check_distinct(outputs)
     assert [path.name for path in tmp_path.iterdir()] == ["probe"]
 
 

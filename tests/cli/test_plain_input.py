@@ -22,7 +22,7 @@ from fivtui import (
     uncertainty,
 )
 from fivtui.cli import run
-from fivtui.io.reading import opened, read_bytes
+from fivtui.io.reading import open_regular, read_bytes
 from fivtui.model.errors import ComputationError, InputError, one_line
 from fivtui.model.numbers import read_number, read_whole
 from fivtui.scene import scene_transient
@@ -164,6 +164,6 @@ def test_a_file_is_read_up_to_its_limit(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["a\0b", "x" * 5000, "missing", "folder", "\udcff" * 300])
 def test_a_missing_file_is_a_one_line_error(name: str, tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
-    with pytest.raises(InputError) as caught, opened(tmp_path / name):
+    with pytest.raises(InputError) as caught, open_regular(tmp_path / name):
         pass
     assert str(caught.value).isprintable()

@@ -15,10 +15,10 @@ from fivtui.cli import run
 from fivtui.io import (
     limit_error,
     output_path,
+    publish_together,
     save_bytes,
     temporary_folder,
     write_atomically,
-    written_together,
 )
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.session import crash_message
@@ -55,7 +55,7 @@ def start_writing(path: Path) -> subprocess.Popen[str]:
 
 
 def save_together(contents: dict[str, bytes], folder: Path, *, force: bool) -> None:
-    with written_together():
+    with publish_together():
         for name, content in contents.items():
             save_bytes(content, output_path(folder / name, force=force))
 
@@ -138,7 +138,7 @@ def test_without_file_locks_files_are_written_and_none_removed(
 
 def test_files_written_together_appear_at_the_end(tmp_path: Path) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
-    with written_together():
+    with publish_together():
         save_bytes(b"1", first)
         assert not first.exists()
         save_bytes(b"2", second)
@@ -163,7 +163,7 @@ def test_no_file_of_a_set_is_written_if_one_name_exists_meanwhile(tmp_path: Path
         (tmp_path / "second").touch()
 
     def write_both() -> None:
-        with written_together():
+        with publish_together():
             save_bytes(b"1", tmp_path / "first")
             write_atomically(tmp_path / "second", write)
 
@@ -179,7 +179,7 @@ def test_what_is_written_for_a_file_of_a_set_is_no_part_of_it(tmp_path: Path) ->
         save_bytes(b"part", part)
         file.write(part.read_bytes())
 
-    with written_together():
+    with publish_together():
         write_atomically(tmp_path / "out", write)
     assert (tmp_path / "out").read_bytes() == b"part"
 

@@ -21,7 +21,7 @@ import fivtui.sweeps.provenance as provenance_module
 import fivtui.sweeps.store as store_module
 from fivtui import Parameters
 from fivtui.io import output_path, save_bytes
-from fivtui.io.locks import locked
+from fivtui.io.locks import hold_lock
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.sweeps.design import Design, Range
 from fivtui.sweeps.run import WriteSummary, load_sweep, local_engine, sweep_in_memory, sweep_to_file
@@ -301,7 +301,7 @@ def test_no_room_for_the_merged_file_keeps_the_pieces(
 def test_two_at_a_time_are_refused(tmp_path: Path) -> None:
     out = tmp_path / "out.csv"
     parts = interrupted(out)
-    with locked(parts / "lock", "somebody"), pytest.raises(InputError, match="another fivtui"):
+    with hold_lock(parts / "lock", "somebody"), pytest.raises(InputError, match="another fivtui"):
         run(out)
     run(out)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from textual import on
 
-from fivtui.io import files_text
+from fivtui.io import describe_files
 from fivtui.model import BELT_PARAMETERS
 from fivtui.ranges import number_text
 from fivtui.scene import PRESETS, OverTime, Scene
@@ -53,7 +53,7 @@ class EditActions(LabActions):
         self.session.record_saved(scene, str(path))
         self._remember(str(path))
         self.show_inputs()
-        self.report(f"scene {scene.name} saved: {files_text(path)}")
+        self.report(f"scene {scene.name} saved: {describe_files(path)}")
 
     def action_undo(self) -> None:
         """Undo the last edit."""

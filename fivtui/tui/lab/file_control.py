@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.io import check_apart, files_text, output_path
+from fivtui.io import check_distinct, describe_files, output_path
 from fivtui.model import InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of, load_study
@@ -66,7 +66,7 @@ class FileController:
         def check(path: Path) -> None:
             # Check before asking whether to overwrite.
             read = [] if opened is None else [("the scene opened", opened)]
-            check_apart([("the file", path)], read)
+            check_distinct([("the file", path)], read)
             export.check(path)
 
         def check_download(path: Path) -> None:
@@ -106,7 +106,7 @@ class FileController:
 
     def _exported(self, label: str, path: Path, error: str, download: bytes | None = None) -> None:
         # In a browser, `download` has the content of the file.
-        text = error or f"{label} written to {files_text(path)}"
+        text = error or f"{label} written to {describe_files(path)}"
         if download is not None:
             self._lab.app.deliver_binary(BytesIO(download), save_filename=path.name)
             text = f"{label} {path.name}: in the downloads folder of the browser"

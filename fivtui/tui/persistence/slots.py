@@ -9,7 +9,7 @@ from itertools import count
 from pathlib import Path
 from typing import Final
 
-from fivtui.io import TEMPORARY_FILES, Locked, locked
+from fivtui.io import TEMPORARY_GLOB, LockedError, hold_lock
 from fivtui.model import InputError
 
 _HOLDER: Final = "another fivtui"
@@ -72,7 +72,7 @@ def saved_slots(first: Path) -> list[Slot]:
 def hold(slot: Slot) -> ExitStack:
     """Lock a slot until the returned stack is closed or the process ends.
 
-    Raises `Locked` if another process holds it, `InputError` if it cannot be locked.
+    Raises `LockedError` if another process holds it, `InputError` if it cannot be locked.
     """
     folder = slot.path.parent
     try:
@@ -80,12 +80,12 @@ def hold(slot: Slot) -> ExitStack:
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
     stack = ExitStack()
-    stack.enter_context(locked(slot.lock, _HOLDER))
+    stack.enter_context(hold_lock(slot.lock, _HOLDER))
     stack.callback(_touch, slot.lock)
     _touch(slot.lock)
     with suppress(OSError):
         # Temporary files of killed processes; the lock excludes other writers.
-        for path in (*folder.glob(TEMPORARY_FILES), *slot.results.glob(TEMPORARY_FILES)):
+        for path in (*folder.glob(TEMPORARY_GLOB), *slot.results.glob(TEMPORARY_GLOB)):
             path.unlink(missing_ok=True)
     return stack
 
@@ -102,7 +102,7 @@ def claim(first: Path, but: Collection[int] = ()) -> tuple[Slot, ExitStack]:
             with suppress(InputError):
                 return slot, hold(slot)
     for slot in _empty(first):
-        with suppress(Locked):
+        with suppress(LockedError):
             return slot, hold(slot)
     raise AssertionError("there are places without end")
 
