@@ -19,12 +19,12 @@ from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.results import (
     Result,
-    Stored,
+    Storage,
     StudyKind,
     Tabular,
     command_for,
     equal_values,
-    listed,
+    list_printer,
 )
 from fivtui.scene.presets import PRESETS
 from fivtui.studies import (
@@ -81,7 +81,7 @@ def load(path: Path) -> Bounce:
 
 BOUNCE = StudyKind(
     data="bounce",
-    show=listed("Bounce"),
+    show=list_printer("Bounce"),
     warning=lambda result: "high" if max(result.heights) > 1.0 else None,
     suffixes=(".csv", ".npz", ".parquet"),
     save=save,
@@ -90,7 +90,7 @@ BOUNCE = StudyKind(
     load=load,
     header=frozenset({"bounce_of"}),
     command=lambda result: command_for("bounce", result),
-    stored=Stored(".npz"),
+    stored=Storage(".npz"),
 )
 RESULT = Bounce(Parameters(F=60.0), True, (0.5, 0.25, 1.0 / 3.0))
 

@@ -16,7 +16,7 @@ from fivtui.model import (
     jacobian,
     system_of,
 )
-from fivtui.results import Drawn, SystemResult, scene_text, to_data
+from fivtui.results import Plottable, SystemResult, scene_text, to_data
 
 from .belt import CriticalSpeed, critical_mu_on_belt, critical_speeds
 from .critical import CriticalMu, coalescence_mu, linear_critical_mu
@@ -64,7 +64,7 @@ class Coalescence:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Stability(SystemResult, Drawn):
+class Stability(SystemResult, Plottable):
     """Stability of the equilibrium of one parameter set.
 
     Attributes

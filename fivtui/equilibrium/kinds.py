@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fivtui.lazy import later
-from fivtui.results import TABLES, StudyKind, command_for, save_table
+from fivtui.results import TABLE_SUFFIXES, StudyKind, command_for, save_table
 
 if TYPE_CHECKING:
     from .eigenvalues import Stability
@@ -25,7 +25,7 @@ def _save_modes(result: "Stability", path: Path) -> None:
 STABILITY: Final = StudyKind(
     data=_DATA,
     show=report.print_stability,
-    suffixes=TABLES,
+    suffixes=TABLE_SUFFIXES,
     save=_save_modes,
     as_json=True,
     stem=lambda _: "stability",

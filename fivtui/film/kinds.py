@@ -2,6 +2,6 @@
 
 from typing import Final
 
-from fivtui.results import StudyKind, listed
+from fivtui.results import StudyKind, list_printer
 
-FILM: Final = StudyKind(data="film", show=listed("Film"))
+FILM: Final = StudyKind(data="film", show=list_printer("Film"))

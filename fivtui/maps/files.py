@@ -9,7 +9,7 @@ import numpy as np
 
 from fivtui.io import Columns, Header
 from fivtui.model import InputError, Parameters
-from fivtui.results import over_of, read_result, split_grid
+from fivtui.results import axes_from_data, read_result, split_grid
 
 from .result import COLUMNS, MAP_VALUES, SHOWN, FloatArray, StabilityMap
 from .searched import SearchedPoint
@@ -29,7 +29,7 @@ def _from_data(data: Mapping[str, Any]) -> StabilityMap:
     arrays = {name: data[name] for name in COLUMNS if name in data}
     arrays[SHOWN[value]] = data["values"]
     quantities = {name: np.array(rows, dtype=float) for name, rows in arrays.items()}
-    return _map(over_of(data["over"]), value, quantities, data)
+    return _map(axes_from_data(data["over"]), value, quantities, data)
 
 
 def _from_table(columns: Columns, header: Header) -> StabilityMap:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 
 from fivtui.lazy import later
 from fivtui.ranges import range_text
-from fivtui.results import TABLES, Command, Stored, StudyKind, command_for, listed
+from fivtui.results import TABLE_SUFFIXES, Command, Storage, StudyKind, command_for, list_printer
 
 from .options import MapOptions
 
@@ -27,16 +27,16 @@ def _command(result: "StabilityMap") -> Command:
 
 MAP: Final = StudyKind(
     data="map",
-    show=listed(attrgetter("title"), methodcaller("rows")),
+    show=list_printer(attrgetter("title"), methodcaller("rows")),
     rows=methodcaller("rows"),
-    suffixes=TABLES,
+    suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"map-{'-'.join(result.names)}",
     load=files.load_map,
     header=frozenset({"parameters", "separation"}),
     json_keys=frozenset({"over", "values"}),
     command=_command,
-    stored=Stored(
+    stored=Storage(
         ".npz", size=lambda result: (2 + len(result.quantities)) * _BYTES * result.grid.size
     ),
 )

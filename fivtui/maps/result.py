@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fivtui.console import number
 from fivtui.model import PARAMETERS, Column, System
-from fivtui.results import Drawn, Grid, GridResult, Row, Table, scene_text, to_data
+from fivtui.results import Grid, GridResult, Plottable, Row, Table, scene_text, to_data
 
 from .searched import SearchedPoint, limits
 
@@ -53,7 +53,7 @@ _WHY_NO_EQUILIBRIUM: Final = (
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class StabilityMap(GridResult, Drawn):
+class StabilityMap(GridResult, Plottable):
     """Quantities over two parameters.
 
     Attributes

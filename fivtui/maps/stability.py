@@ -21,7 +21,7 @@ from fivtui.model import (
     time_scale,
     unknown_name,
 )
-from fivtui.results import grid_of
+from fivtui.results import build_grid
 
 from .result import MAP_VALUES, SAFETY_VALUES, SHOWN, MapValue, StabilityMap
 
@@ -87,7 +87,7 @@ def stability_map(
     kind = map_value(value, EIGENVALUE_VALUES)
     check_two(over)
     check_effect(p, over)
-    grid = grid_of("over", over, parameter_spec)
+    grid = build_grid("over", over, parameter_spec)
     total = grid.size
     check_points(total, MAX_POINTS)
     (first, second), (rows, columns) = grid.names, grid.axes

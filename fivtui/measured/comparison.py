@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import COLUMNS, Column, InputError, System, check_known, parse_number
-from fivtui.results import Drawn, Table, TableResult
+from fivtui.results import Plottable, Table, TableResult
 from fivtui.signals import Spectrum, motion_at, spectrum
 from fivtui.transient import Transient
 
@@ -39,7 +39,7 @@ class Criterion(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Validation(TableResult, Drawn):
+class Validation(TableResult, Plottable):
     """A run compared with a measurement.
 
     Attributes

@@ -2,7 +2,7 @@
 
 from typing import Any, Final
 
-from fivtui.results import TABLES, Command, StudyKind, command_for, listed
+from fivtui.results import TABLE_SUFFIXES, Command, StudyKind, command_for, list_printer
 
 from .options import ValidateOptions
 
@@ -16,8 +16,8 @@ def _command(compared: tuple[Any, ValidateOptions]) -> Command:
 
 VALIDATION: Final = StudyKind(
     data="validation",
-    show=listed("Run beside measured data"),
-    suffixes=TABLES,
+    show=list_printer("Run beside measured data"),
+    suffixes=TABLE_SUFFIXES,
     as_json=True,
     header=frozenset({"validation"}),
     stem=lambda result: f"validation-{result.quantity}",

@@ -20,7 +20,7 @@ from fivtui.model import (
     check_known,
     system_of,
 )
-from fivtui.results import Drawn, Grid, GridResult, Table, grid_of, scene_text, to_data
+from fivtui.results import Grid, GridResult, Plottable, Table, build_grid, scene_text, to_data
 from fivtui.transient import START_SPECS, Kernel, Start, resolve_start
 
 from .explorer import Attractor, Explorer, Kind, add_new
@@ -38,7 +38,7 @@ _RESOLVED: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Basin(GridResult, Drawn):
+class Basin(GridResult, Plottable):
     """A slice of the basins of attraction; its table has one row for each start.
 
     Attributes
@@ -174,7 +174,7 @@ def basin(
     system = system_of(parameters, separation)
     if len(over) != 2:
         raise InputError(f"basin: {len(over)} start values vary; must be two different ones")
-    grid = grid_of("basin", over, _start_spec)
+    grid = build_grid("basin", over, _start_spec)
     if grid.size > MAX_STARTS:
         raise InputError(f"basin: {grid.size} starts; must be at most {MAX_STARTS}")
     work = Progress(progress)

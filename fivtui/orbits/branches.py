@@ -22,7 +22,7 @@ from fivtui.model import (
     parameter_spec,
     system_of,
 )
-from fivtui.results import Drawn, Table, TableResult, scene_text
+from fivtui.results import Plottable, Table, TableResult, scene_text
 from fivtui.transient import Kernel
 
 from .explorer import AT_REST, Attractor, Explorer, Kind, add_new, starts_around
@@ -61,7 +61,7 @@ class BranchPoint:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Continuation(TableResult, Drawn):
+class Continuation(TableResult, Plottable):
     """Attractors along a parameter; its table has one row for each attractor at each value.
 
     Attributes

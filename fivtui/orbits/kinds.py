@@ -3,7 +3,7 @@
 from typing import Final
 
 from fivtui.lazy import later
-from fivtui.results import TABLES, StudyKind
+from fivtui.results import TABLE_SUFFIXES, StudyKind
 
 (report,) = later(__name__, "report")
 
@@ -21,7 +21,7 @@ ATTRACTORS: Final = StudyKind(
 BRANCHES: Final = StudyKind(
     data="attractor",
     show=report.print_continuation,
-    suffixes=TABLES,
+    suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"branches-{result.name}",
     header=frozenset({"kinds"}),
@@ -31,7 +31,7 @@ BRANCHES: Final = StudyKind(
 BASIN: Final = StudyKind(
     data="attractor",
     show=report.print_basin,
-    suffixes=TABLES,
+    suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"basin-{'-'.join(result.names)}",
     header=frozenset({"attractors"}),

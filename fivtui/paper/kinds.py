@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fivtui.io import save_bytes, save_json
 from fivtui.lazy import later
-from fivtui.results import TABLES, Command, Stored, StudyKind
+from fivtui.results import TABLE_SUFFIXES, Command, Storage, StudyKind
 
 if TYPE_CHECKING:
     from .claims.claim import CheckedClaim
@@ -47,7 +47,7 @@ FIGURE: Final = StudyKind(
         name: values.tolist() for name, values in panel.results.table(panel.key).columns.items()
     },
     figure=lambda panel: charts.draw(panel.number, panel.results),
-    suffixes=TABLES,
+    suffixes=TABLE_SUFFIXES,
     save=lambda panel, path: data.save_data(panel.results.table(panel.key), path),
     stem=lambda panel: f"fig-{panel.number:02d}{panel.letter}",
     header=frozenset({"figure"}),
@@ -70,7 +70,7 @@ CLAIMS: Final = StudyKind(
     save=_save_claims,
     as_json=True,
     stem=lambda _: "claims",
-    stored=Stored(
+    stored=Storage(
         ".json",
         lambda checked, path: save_json(check.claims_to_stored(checked), path),
         check.stored_claims,

@@ -3,7 +3,7 @@
 from typing import Any, Final
 
 from fivtui.lazy import later
-from fivtui.results import Command, Stored, StudyKind, command_for
+from fivtui.results import Command, Storage, StudyKind, command_for
 
 from .options import UncertaintyOptions
 
@@ -51,7 +51,7 @@ UNCERTAINTY: Final = StudyKind(
     json_keys=frozenset({"probabilities", "quantiles", "inputs"}),
     json_refusal="does not have the samples; read the file of uncertainty --out",
     command=_command,
-    stored=Stored(
+    stored=Storage(
         ".csv",
         size=lambda result: _TEXT_BYTES * result.study.members * len(result.sweep.columns),
     ),

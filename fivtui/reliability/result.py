@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
 from fivtui.model import InputError, System
-from fivtui.results import Drawn, Result, Table, Tabular, scene_text, to_data
+from fivtui.results import Plottable, Result, Table, Tabular, scene_text, to_data
 from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep, read_sweep, save_sweep
 
 from .local import LocalSensitivity, local_sensitivities
@@ -44,7 +44,7 @@ MEANINGS: Final = {
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Uncertainty(Result, Tabular, Drawn):
+class Uncertainty(Result, Tabular, Plottable):
     """Probabilities and distributions of a scattered scene, and what drives them.
 
     Safe μ of the members is that of the limit cycles that continuation follows from the Hopf point.

@@ -1,12 +1,12 @@
-"""Shared code of results: lists, files, figures, and commands that compute them again."""
+"""Shared code of results: tables, files, figures, and the commands that compute a result."""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .base import Comparable, Drawn, Result, Row, SystemResult, equal_values, scene_text
+    from .base import Comparable, Plottable, Result, Row, SystemResult, equal_values, scene_text
     from .codec import from_data, to_data
-    from .grid import Grid, grid_of, over_of, split_grid
-    from .kinds import TABLES, Command, Stored, StudyKind, command_for, listed
+    from .grid import Grid, axes_from_data, build_grid, split_grid
+    from .kinds import TABLE_SUFFIXES, Command, Storage, StudyKind, command_for, list_printer
     from .tables import (
         GridResult,
         Table,

@@ -1,4 +1,4 @@
-"""Base classes of results: they are compared by value and print in a few lines."""
+"""Base classes of results: comparison by value, and a summary of a few lines."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from fivtui.charts import Sheet
 
-_BASE: Final = Parameters().as_dict()
+_BASE_VALUES: Final = Parameters().as_dict()
 
 
 class Row(NamedTuple):
@@ -36,12 +36,12 @@ class Comparable:
         return equal_values(self, other) if type(other) is type(self) else NotImplemented
 
     def __hash__(self) -> int:
-        # Hash only fields with a hash: arrays have none.
-        hashed = (getattr(self, name) for name in _compared(self))
-        return hash((type(self), *(v for v in hashed if isinstance(v, (System, Parameters, str)))))
+        # Arrays cannot be hashed: hash only fields of these types.
+        values = (getattr(self, name) for name in _compared_fields(self))
+        return hash((type(self), *(v for v in values if isinstance(v, (System, Parameters, str)))))
 
 
-def _compared(record: Any) -> list[str]:
+def _compared_fields(record: Any) -> list[str]:
     return [item.name for item in fields(record) if item.compare]
 
 
@@ -58,7 +58,7 @@ def equal_values(first: Any, second: Any) -> bool:
             first, second, equal_nan=first.dtype.kind in "fc"
         )
     if is_dataclass(first):
-        names = _compared(first)
+        names = _compared_fields(first)
         first, second = ([getattr(item, name) for name in names] for item in (first, second))
     elif isinstance(first, Mapping):
         if first.keys() != second.keys():
@@ -71,7 +71,7 @@ def equal_values(first: Any, second: Any) -> bool:
 
 
 class Result(Comparable):
-    """Base of results of computations; the repr has a few lines.
+    """Base of results of computations; their repr is a summary of a few lines.
 
     Most results also have ``to_dict()``: the object that the command line prints with ``--json``;
     ``to_columns()``: one-dimensional arrays by name for pandas and polars; and ``figure()``: a
@@ -86,7 +86,7 @@ class Result(Comparable):
         return None
 
     def _summary(self) -> Sequence[tuple[str, ...]]:
-        # Labels and values, and a note if there is one.
+        # Rows of the repr: a label, a value and an optional note.
         raise NotImplementedError
 
     def _lines(self) -> list[tuple[str, str]]:
@@ -107,8 +107,8 @@ class Result(Comparable):
         return f"<table><caption>{type(self).__name__}</caption><tbody>{rows}</tbody></table>"
 
 
-class Drawn:
-    """Base of results that have a figure: of the charts of their sheet."""
+class Plottable:
+    """Base of results with a figure, which is drawn from the sheet of their charts."""
 
     __slots__ = ()
 
@@ -123,7 +123,7 @@ class Drawn:
 
 
 class SystemResult(Result):
-    """Base of results about one system, which their first field holds."""
+    """Base of results about one system; the field `system` holds it."""
 
     __slots__ = ()
 
@@ -154,15 +154,15 @@ class SystemResult(Result):
 
 
 def scene_text(system: System, *, without: Sequence[str] = ()) -> str:
-    """Differences of a system from the base set, and its physics, in one phrase."""
+    """A system as a phrase: parameters that differ from the base set, and ignored effects."""
     p = system.parameters
-    changed = [
+    differences = [
         f"{name}={value:g}"
         for name, value in p.as_dict().items()
-        if value != _BASE.get(name) and name not in without
+        if value != _BASE_VALUES.get(name) and name not in without
     ]
     phrases = [
-        f"base set with {', '.join(changed)}" if changed else "base set",
+        f"base set with {', '.join(differences)}" if differences else "base set",
         "" if system.separation else "separation ignored",
         without_effect(p, without),
     ]

@@ -1,4 +1,4 @@
-"""Results as data that JSON holds, and back.
+"""Convert results to data for JSON and back.
 
 msgspec converts dataclasses, tuples and enumerations, checks the types of data that it reads, and
 names the wrong value in errors.
@@ -11,20 +11,20 @@ import numpy as np
 
 
 def to_data(value: Any) -> Any:
-    """A value as data that JSON holds; NaN in arrays becomes None, complex numbers become pairs."""
-    return _lists(msgspec.to_builtins(value, enc_hook=_encode))
+    """A value as data for JSON; NaN in arrays becomes None, a complex number becomes a pair."""
+    return _tuples_to_lists(msgspec.to_builtins(value, enc_hook=_encode))
 
 
 def from_data(data: Any, kind: Any) -> Any:
-    """A value of a type from the data of `to_data`; `ValueError` if they are of another form."""
+    """Convert the data of `to_data` back to the type `kind`; `ValueError` if they do not fit it."""
     return msgspec.convert(data, kind, dec_hook=_decode)
 
 
-def _lists(data: Any) -> Any:
+def _tuples_to_lists(data: Any) -> Any:
     # JSON has lists but no tuples.
     if isinstance(data, dict):
-        return {key: _lists(value) for key, value in data.items()}
-    return [_lists(item) for item in data] if isinstance(data, (tuple, list)) else data
+        return {key: _tuples_to_lists(value) for key, value in data.items()}
+    return [_tuples_to_lists(item) for item in data] if isinstance(data, (tuple, list)) else data
 
 
 def _encode(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Grids over two quantities in results, tables and JSON."""
+"""Grids of two quantities, as arrays, as columns of tables and as data for JSON."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -64,35 +64,35 @@ class Grid(Comparable):
         ]
 
 
-def grid_of(
-    label: str,
+def build_grid(
+    argument: str,
     over: Mapping[str, Sequence[float] | FloatArray],
-    spec_of: Callable[[str], ParameterSpec],
+    find_spec: Callable[[str], ParameterSpec],
 ) -> Grid:
-    """A grid of the values of two quantities by name.
+    """A grid of two quantities from their names and values.
 
-    `label` begins messages, and `spec_of` returns the spec of a name. Raises `InputError` if a
-    value is out of range, or there are no values.
+    `argument` names the argument in error messages; `find_spec` returns the spec of a name. Raises
+    `InputError` if a quantity has no values, or a value is out of range.
     """
-    first, second = (spec_of(name) for name in over)
+    first, second = (find_spec(name) for name in over)
     axes = [np.array(values, dtype=float) for values in over.values()]
     for spec, axis in zip((first, second), axes, strict=True):
         if axis.ndim != 1 or axis.size == 0:
-            raise InputError(f"{label}: {spec.name}: must be one or more numbers")
-        for extreme in (axis.min(), axis.max()):
-            spec.check(float(extreme))
+            raise InputError(f"{argument}: {spec.name}: must be one or more numbers")
+        for bound in (axis.min(), axis.max()):
+            spec.check(float(bound))
     return Grid((first, second), (axes[0], axes[1]))
 
 
-def over_of(data: Sequence[Mapping[str, Any]]) -> dict[str, FloatArray]:
-    """The values of both quantities by name, from `Grid.to_data`."""
+def axes_from_data(data: Sequence[Mapping[str, Any]]) -> dict[str, FloatArray]:
+    """The axis values of a grid by name, from the data of `Grid.to_data`."""
     return {str(axis["name"]): np.array(axis["values"], dtype=float) for axis in data}
 
 
 def split_grid(
     columns: Mapping[str, NDArray[Any]],
 ) -> tuple[dict[str, FloatArray], dict[str, NDArray[Any]]]:
-    """Separate the columns of a table of a grid."""
+    """Split the columns of a table into the axes of its grid and the mapped quantities."""
     first, second, *quantities = columns
     rows = columns[first]
     length = int(np.argmax(rows != rows[0])) or rows.size

@@ -13,64 +13,64 @@ from fivtui.options import settings_of, words_of
 from .base import Row
 from .tables import save_result
 
-# Formats of tables.
-TABLES: Final = tuple(FORMATS)
+# File suffixes of tables.
+TABLE_SUFFIXES: Final = tuple(FORMATS)
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A command of the command line without the scene it begins with."""
+    """A command of the command line, without the scene that is its first argument."""
 
     name: str
-    # Fields of the scene that it computes; other fields are those of the base set.
+    # Fields of the scene that the command computes; missing fields have the values of the base set.
     scene: Mapping[str, Any] = field(default_factory=dict)
-    # Parameters and fields of a scene that its options can set, and its remaining arguments.
+    # Parameters and fields of a scene that its options can set; its other arguments.
     settable: Sequence[str] = ()
     arguments: Sequence[str] = ()
-    # Fields that the scene it begins with must have, as no option of the command sets them.
+    # Fields that only the scene in its first argument can set, as the command has no such options.
     needed: Mapping[str, Any] = field(default_factory=dict)
 
 
 def command_for(
     name: str,
-    of: Any,
+    source: Any,
     options: Any = None,
     *,
     varied: Collection[str] = (),
     needed: Mapping[str, Any] | None = None,
     **fields: Any,
 ) -> Command:
-    """The command with these options for a scene, or an object with the same attributes.
+    """The command that computes `source`: a scene, or an object with attributes of the same names.
 
-    Its options set parameters and settings except those of `varied`, which other options set.
-    `fields` replace attributes of `of`; `needed` is as in `Command`.
+    Parameters and settings in `varied` are already in `options`. `fields` replace attributes of
+    `source`; `needed` is as in `Command`.
     """
     settings = ["separation"] if options is None else settings_of(options)
-    scene = {key: getattr(of, key) for key in ("parameters", *settings) if key not in fields}
+    scene = {key: getattr(source, key) for key in ("parameters", *settings) if key not in fields}
     settable = [key for key in (*ALL_PARAMETERS, *settings) if key not in varied]
     arguments = [] if options is None else words_of(options)
     return Command(name, scene | fields, settable, arguments, needed or {})
 
 
-def _rows_of(result: Any) -> Sequence[Row]:
+def _repr_rows(result: Any) -> Sequence[Row]:
     return [Row(*row) for row in result._summary()]
 
 
-def listed(
-    title: str | Callable[[Any], str], rows: Callable[[Any], Sequence[Sequence[str]]] = _rows_of
+def list_printer(
+    title: str | Callable[[Any], str], rows: Callable[[Any], Sequence[Sequence[str]]] = _repr_rows
 ) -> Callable[[Any], None]:
-    """A function that prints a result as a title and rows; by default the rows of its repr."""
+    """A function that prints a result as a list under a title; by default the rows of its repr."""
 
-    def show(result: Any) -> None:
+    def print_rows(result: Any) -> None:
         from fivtui.console import print_list
 
         print_list(title if isinstance(title, str) else title(result), rows(result))
 
-    return show
+    return print_rows
 
 
 @dataclass(frozen=True, slots=True)
-class Stored:
+class Storage:
     """How the laboratory stores a result in a file; `StudyKind` has the defaults."""
 
     suffix: str
@@ -78,40 +78,40 @@ class Stored:
     load: Callable[[Path], Any] | None = None
     # Approximate size of the file, bytes.
     size: Callable[[Any], int] = lambda _result: 0
-    # Why a result must not be stored; empty if it may be.
+    # The reason why a result must not be stored; empty if it may be.
     unfinished: Callable[[Any], str] = lambda _result: ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyKind:
-    """A kind of study: all that the command line and the laboratory do with its results."""
+    """A kind of study: what the command line and the laboratory do with its results."""
 
-    # What a file holds, named in messages, e.g. "table of modes".
+    # Name of the contents of its files in messages, e.g. "table of modes".
     data: str
     # Prints a result on standard output.
     show: Callable[[Any], None]
     # Rows of the table of a result; by default those of its repr.
-    rows: Callable[[Any], Sequence[Row]] = _rows_of
-    # A result as data for JSON, as a matplotlib figure, and its warning.
+    rows: Callable[[Any], Sequence[Row]] = _repr_rows
+    # Data of a result for JSON, its matplotlib figure, and its warning.
     to_dict: Callable[[Any], Any] = methodcaller("to_dict")
     figure: Callable[[Any], Any] = methodcaller("figure")
     warning: Callable[[Any], str | None] = lambda result: getattr(result, "warning", None) or None
-    # Formats that `save` writes; `save` takes a result, a path and, by keyword, `force`.
+    # File suffixes that `save` can write.
     suffixes: tuple[str, ...] = ()
     save: Callable[..., None] = save_result
     # Whether the laboratory also offers JSON.
     as_json: bool = False
-    # Ending of the file name that is proposed for a result, e.g. "map-F-mu".
+    # Second part of the default file name of a result, e.g. "map-F-mu".
     stem: Callable[[Any], str] = str
-    # Reads a result from a file, or from a folder with one of these suffixes.
+    # Reads a result from a file, or from a folder whose suffix is in `folders`.
     load: Callable[[Path], Any] | None = None
     folders: tuple[str, ...] = ()
-    # Keys by which a table, or JSON, is recognised as of this kind.
+    # Keys in the header of a table and in JSON that identify the kind.
     header: frozenset[str] = frozenset()
     json_keys: frozenset[str] = frozenset()
-    # Why JSON of this kind cannot be read; empty if it can.
+    # The reason why JSON of this kind cannot be read; empty if it can.
     json_refusal: str = ""
-    # The command that computes its argument: a result, or the request for one.
+    # The command that computes a given result or request.
     command: Callable[[Any], Command] | None = None
     # The file in which the laboratory stores a result between two starts.
-    stored: Stored | None = None
+    stored: Storage | None = None

@@ -1,4 +1,4 @@
-"""Results that tables hold: columns with units under a header, written and read in every format."""
+"""Results as tables: columns with units under a header, in every file format."""
 
 import json
 from collections.abc import Callable, Collection, Mapping
@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 class Tabular:
-    """Base of results that a table holds, whose columns a class declares by `_table`."""
+    """Base of results with a table; a subclass returns its columns from `_table`."""
 
     __slots__ = ()
 
@@ -30,15 +30,15 @@ class Tabular:
         raise NotImplementedError
 
     def _header(self) -> dict[str, Any]:
-        # What the table does not say, as data for JSON.
+        # Data for JSON beside the columns, such as the parameters.
         return {}
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
-        """The columns of its table by name, arrays of equal length; NaN means no value."""
-        return by_name(self._table())
+        """The columns of the table by name, arrays of equal length; NaN means no value."""
+        return columns_by_name(self._table())
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Its columns as an xarray Dataset with units; over its grid, or over the rows.
+        """The columns as an xarray Dataset with units, over the grid or, without a grid, over rows.
 
         Raises `InputError` if xarray is not installed.
         """
@@ -52,22 +52,24 @@ class Tabular:
         axes = {} if grid is None else dict(zip(grid.names, grid.axes, strict=True))
         dims = tuple(axes) or ("row",)
         variables = {
-            c.name: (dims, values.reshape(shape or values.shape), _attributes(c))
-            for c, values in table.items()
-            if c.name not in axes
+            column.name: (dims, values.reshape(shape or values.shape), _attributes(column))
+            for column, values in table.items()
+            if column.name not in axes
         }
         coordinates = {
-            c.name: (c.name, axes[c.name], _attributes(c)) for c in table if c.name in axes
+            column.name: (column.name, axes[column.name], _attributes(column))
+            for column in table
+            if column.name in axes
         }
         return xarray.Dataset(variables, coordinates, self._header())
 
     def _grid(self) -> Grid | None:
-        # The grid whose points are the rows of its table, if there is one.
+        # The grid whose points are the rows of the table; None without a grid.
         return None
 
 
 class TableResult(SystemResult, Tabular):
-    """Base of results about one system that a table holds, in a file or in memory."""
+    """Base of results about one system with a table, in a file or in memory."""
 
     __slots__ = ()
 
@@ -78,7 +80,7 @@ class TableResult(SystemResult, Tabular):
 
 
 class GridResult(TableResult):
-    """Base of results over all pairs of the values of two quantities, which `grid` holds."""
+    """Base of results at all points of a grid of two quantities."""
 
     __slots__ = ()
 
@@ -91,7 +93,7 @@ class GridResult(TableResult):
 
     @property
     def axes(self) -> tuple[FloatArray, FloatArray]:
-        """Their values, shapes (n,) and (k,)."""
+        """Values of the two quantities, shapes (n,) and (k,)."""
         return self.grid.axes
 
     def _grid(self) -> Grid:
@@ -112,11 +114,11 @@ def save_result(result: TableResult, path: Path) -> None:
 
 
 def save_table(path: Path, data_name: str, table: Table, header: Header) -> None:
-    """Write columns under a header; `data_name` says in messages what the file holds."""
-    write_table(path, data_name, list(table), by_name(table), header)
+    """Write columns under a header; `data_name` names the contents of the file in messages."""
+    write_table(path, data_name, list(table), columns_by_name(table), header)
 
 
-def by_name(table: Table) -> dict[str, NDArray[Any]]:
+def columns_by_name(table: Table) -> dict[str, NDArray[Any]]:
     """The columns of a table by name."""
     return {column.name: values for column, values in table.items()}
 
@@ -130,7 +132,7 @@ def read_result(
     texts: Collection[str] = (),
     missing: bool = False,
 ) -> T:
-    """Read a result from a table, or from the JSON that the command line prints."""
+    """Read a result from a table or JSON; `texts` and `missing` are as in `read_columns`."""
     content, columns, header = b"", {}, {}
     if path.suffix.lower() == ".json":
         content = read_bytes(path)

@@ -3,10 +3,10 @@
 from typing import Final
 
 from fivtui.lazy import later
-from fivtui.results import StudyKind, listed
+from fivtui.results import StudyKind, list_printer
 
 (phrases,) = later(__name__, "phrases")
 
 SAFE_FRICTION: Final = StudyKind(
-    data="verdict", show=listed("Disturbances of any size", phrases.verdict_rows)
+    data="verdict", show=list_printer("Disturbances of any size", phrases.verdict_rows)
 )

@@ -2,6 +2,6 @@
 
 from typing import Final
 
-from fivtui.results import StudyKind, listed
+from fivtui.results import StudyKind, list_printer
 
-SOUND: Final = StudyKind(data="sound", show=listed("Sound"))
+SOUND: Final = StudyKind(data="sound", show=list_printer("Sound"))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 from fivtui.lazy import later
 from fivtui.model import InputError
 from fivtui.ranges import number_text
-from fivtui.results import Command, Stored, StudyKind, command_for
+from fivtui.results import Command, Storage, StudyKind, command_for
 
 from .options import SweepOptions
 
@@ -70,7 +70,7 @@ SWEEP: Final = StudyKind(
     json_keys=frozenset({"columns", "rows"}),
     json_refusal="does not say which sweep it is from; read the file of sweep --out",
     command=_command,
-    stored=Stored(
+    stored=Storage(
         ".csv",
         size=lambda result: _TEXT_BYTES * len(result.table.reasons) * len(result.columns),
         unfinished=_unfinished,

@@ -24,7 +24,7 @@ from fivtui.model import (
     check_names,
     time_tables,
 )
-from fivtui.results import Drawn, Result, Table, Tabular, scene_text
+from fivtui.results import Plottable, Result, Table, Tabular, scene_text
 from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Start
 
 from .design import Axis, Design, Kind
@@ -59,7 +59,7 @@ _AHEAD: Final = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Sweep(Result, Tabular, Drawn):
+class Sweep(Result, Tabular, Plottable):
     """A computed sweep.
 
     Attributes

@@ -3,7 +3,7 @@
 from typing import Final
 
 from fivtui.lazy import later
-from fivtui.results import Stored, StudyKind, command_for
+from fivtui.results import Storage, StudyKind, command_for
 
 from .options import TradeoffOptions
 
@@ -20,5 +20,5 @@ TRADEOFF: Final = StudyKind(
     header=frozenset({"floor"}),
     json_keys=frozenset({"floor", "rows"}),
     command=lambda scene: command_for("tradeoff", scene, TradeoffOptions()),
-    stored=Stored(".json"),
+    stored=Storage(".json"),
 )

@@ -24,7 +24,7 @@ from fivtui.model import (
     State,
     time_scale,
 )
-from fivtui.results import Drawn, Result, scene_text
+from fivtui.results import Plottable, Result, scene_text
 from fivtui.scene import Scene, as_scene, runs_part
 from fivtui.simulation import compute
 from fivtui.transient import (
@@ -96,7 +96,7 @@ class Feature:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Tradeoff(Result, Drawn):
+class Tradeoff(Result, Plottable):
     """Errors and CPU times of every method on a scene.
 
     Attributes

@@ -3,7 +3,7 @@
 from typing import Final
 
 from fivtui.lazy import later
-from fivtui.results import TABLES, Stored, StudyKind, command_for
+from fivtui.results import TABLE_SUFFIXES, Storage, StudyKind, command_for
 
 from .settings.options import SimulateOptions
 
@@ -14,7 +14,7 @@ _BYTES: Final = 56
 RUN: Final = StudyKind(
     data="trajectory",
     show=report.print_transient,
-    suffixes=TABLES,
+    suffixes=TABLE_SUFFIXES,
     save=files.save_trajectory,
     load=files.load_transient,
     header=frozenset({"method", "t_end"}),
@@ -23,7 +23,7 @@ RUN: Final = StudyKind(
     command=lambda scene: command_for(
         "simulate", scene, SimulateOptions(), needed={"over_time": scene.over_time}
     ),
-    stored=Stored(
+    stored=Storage(
         ".npz",
         files.store_transient,
         files.restore_transient,

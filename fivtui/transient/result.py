@@ -21,7 +21,7 @@ from fivtui.model import (
     horizontal_stiffness,
     transition_name,
 )
-from fivtui.results import Drawn, SystemResult, scene_text
+from fivtui.results import Plottable, SystemResult, scene_text
 from fivtui.taylor import overflow_error
 
 from .extremes import Extremes
@@ -168,7 +168,7 @@ class Stats:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Transient(SystemResult, Drawn):
+class Transient(SystemResult, Plottable):
     """Result of a transient.
 
     Attributes

@@ -3,14 +3,14 @@
 from typing import Final
 
 from fivtui.lazy import later
-from fivtui.results import TABLES, StudyKind
+from fivtui.results import TABLE_SUFFIXES, StudyKind
 
 (report,) = later(__name__, "report")
 
 BOUNDARY: Final = StudyKind(
     data="boundary",
     show=report.print_boundary,
-    suffixes=TABLES,
+    suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"{result.kind}-{'-'.join(result.names)}",
     header=frozenset({"curve_events"}),

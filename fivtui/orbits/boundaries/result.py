@@ -8,7 +8,7 @@ import numpy as np
 from fivtui.model import PARAMETERS, Column, State, System
 from fivtui.orbits.columns import MEASURES, attribute_table, multiplier_table, start_table
 from fivtui.orbits.curves.events import End, EventKind
-from fivtui.results import Drawn, Table, TableResult, scene_text, to_data
+from fivtui.results import Plottable, Table, TableResult, scene_text, to_data
 
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
@@ -91,7 +91,7 @@ class BoundaryCurve:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Boundary(TableResult, Drawn):
+class Boundary(TableResult, Plottable):
     """The curves of Hopf points, folds or touches over two parameters.
 
     Its table has one row for each point of the curves.

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 from fivtui.lazy import later
 from fivtui.model import InputError
 from fivtui.orbits.options import BranchOptions
-from fivtui.results import TABLES, Command, Stored, StudyKind, command_for
+from fivtui.results import TABLE_SUFFIXES, Command, Storage, StudyKind, command_for
 
 if TYPE_CHECKING:
     from .result import CycleBranch
@@ -23,12 +23,12 @@ def _command(result: "CycleBranch") -> Command:
 BRANCH: Final = StudyKind(
     data="branch",
     show=report.print_branch,
-    suffixes=TABLES,
+    suffixes=TABLE_SUFFIXES,
     as_json=True,
     stem=lambda result: f"branch-{result.name}",
     header=frozenset({"event_kinds"}),
     json_keys=frozenset({"parameter", "points", "events"}),
     load=files.restore_branch,
     command=_command,
-    stored=Stored(".json", files.store_branch, files.restore_branch),
+    stored=Storage(".json", files.store_branch, files.restore_branch),
 )

@@ -7,7 +7,7 @@ import numpy as np
 
 from fivtui.model import ALL_PARAMETERS, Column, State, System
 from fivtui.orbits.columns import MEASURES, attribute_table, multiplier_table, start_table
-from fivtui.results import Drawn, Table, TableResult, scene_text, to_data
+from fivtui.results import Plottable, Table, TableResult, scene_text, to_data
 
 from .events import End, EventKind
 
@@ -95,7 +95,7 @@ class BranchEvent:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CycleBranch(TableResult, Drawn):
+class CycleBranch(TableResult, Plottable):
     """A branch of limit cycles along a parameter; its table has one row for each cycle.
 
     Attributes
