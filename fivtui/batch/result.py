@@ -19,7 +19,7 @@ from fivtui.model import (
 )
 from fivtui.results import Comparable, Result, to_data
 from fivtui.taylor import overflow_error, stall_error
-from fivtui.transient import budget_error
+from fivtui.transient import max_steps_error
 
 Floats = NDArray[np.float64]
 
@@ -149,7 +149,7 @@ class Batch(Result):
         if status is Status.STALLED:
             return stall_error(t, p)
         if status is Status.STEP_LIMIT:
-            return budget_error(int(self.steps[member]), t, self.t_end, tol=self.tol)
+            return max_steps_error(int(self.steps[member]), t, self.t_end, tol=self.tol)
         return no_equilibrium_error(p.F)
 
     def _summary(self) -> list[tuple[str, str]]:

@@ -99,7 +99,7 @@ class AttractorsOptions:
     start: str | None = setting(
         "start",
         "Find the attractor that this start (m, m/s) reaches, and no others.",
-        of_scene=False,
+        for_scene=False,
     )
     vary: str | None = option(
         "--vary",

@@ -15,7 +15,7 @@ from tomlkit.items import Item
 
 from fivtui.io import MAX_TEXT, output_path, path_exists, read_bytes, write_atomically
 from fivtui.model import InputError, Parameters, check_known, parameter_spec, unknown_name
-from fivtui.transient import SETTINGS, number_in_file, text_in_file
+from fivtui.transient import SETTINGS, check_file_number, check_file_text
 
 from .over_time import over_time_from, over_time_to_dict
 from .presets import PRESETS
@@ -30,14 +30,14 @@ _LONGEST_LINE: Final = 4096
 def _outputs(key: str, value: object) -> tuple[str, ...]:
     if not isinstance(value, list | tuple):
         raise InputError(f"{key} = {value!r}: must be a list of {', '.join(OUTPUTS)}")
-    return tuple(text_in_file(f"{key}[{index}]", entry) for index, entry in enumerate(value))
+    return tuple(check_file_text(f"{key}[{index}]", entry) for index, entry in enumerate(value))
 
 
 def _correlation(key: str, value: object) -> Correlation:
     if not isinstance(value, Mapping) or not all(isinstance(v, Mapping) for v in value.values()):
         raise InputError(f"{key} = {value!r}: must be a table such as {{mu = {{F = -0.3}}}}")
     return tuple(
-        (str(first), str(second), number_in_file(f"{key}.{first}.{second}", number))
+        (str(first), str(second), check_file_number(f"{key}.{first}.{second}", number))
         for first, row in value.items()
         for second, number in row.items()
     )
@@ -54,9 +54,9 @@ def _correlation_rows(correlation: Correlation) -> dict[str, dict[str, float]]:
 _FIELDS: Final = [field.name for field in fields(Scene) if field.name != _PARAMETERS]
 _KEYS: Final = sorted(_FIELDS, key=lambda name: name == "correlation")
 _READ: Final[Mapping[str, Callable[[str, object], Any]]] = {
-    "name": text_in_file,
-    "description": text_in_file,
-    **{name: setting.of_file for name, setting in SETTINGS.items()},
+    "name": check_file_text,
+    "description": check_file_text,
+    **{name: setting.check_file_value for name, setting in SETTINGS.items()},
     "outputs": _outputs,
     "over_time": over_time_from,
     "correlation": _correlation,
@@ -135,7 +135,7 @@ def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
         values = {}
         for name, value in table.items():
             spec = parameter_spec(name)
-            values[name] = spec.check(number_in_file(name, value))
+            values[name] = spec.check(check_file_number(name, value))
         parameters = Parameters(**{**starts, **values})
         begins = parameters.with_values(starts)
         for name in starts:

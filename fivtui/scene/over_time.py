@@ -8,7 +8,7 @@ import numpy as np
 
 from fivtui.io import read_csv
 from fivtui.model import TIMED, InputError, TimeTable, check_known, time_table
-from fivtui.transient import number_in_file
+from fivtui.transient import check_file_number
 
 # Quantities that may follow a table, by parameter.
 OverTime = tuple[tuple[str, TimeTable], ...]
@@ -89,7 +89,7 @@ def _column(name: str, value: object) -> tuple[str, float, float]:
     for key in value:
         check_known(f"key of {name}", str(key), _OF_COLUMN)
     scale, offset = (
-        number_in_file(f"{name}.{key}", value.get(key, default))
+        check_file_number(f"{name}.{key}", value.get(key, default))
         for key, default in (("scale", 1.0), ("offset", 0.0))
     )
     return str(value["column"]), scale, offset

@@ -27,8 +27,8 @@ from fivtui.transient import (
     check_horizon,
     check_start,
     check_step,
-    check_takes_step,
     check_tolerance,
+    check_uses_step,
 )
 
 from .over_time import OverTime
@@ -117,7 +117,7 @@ class Scene:
             raise InputError("name is empty: must be one line of printable characters")
         check_known("method", self.method, ALL_METHODS)
         if self.step is not None:
-            check_takes_step(self.method)
+            check_uses_step(self.method)
         p, over_time = check_parameters(self.parameters), dict(self.over_time)
         if over_time:
             p, _ = course_of(p, over_time).after(0.0)

@@ -25,7 +25,7 @@ from fivtui.transient import (
     first_tol,
     observation,
     rounding_error,
-    takes_step,
+    uses_step,
 )
 
 _FIRST_STEP: Final = 0.1
@@ -97,7 +97,7 @@ def simulate_to(
     Runs that diverge give no estimate, however close their numbers are by chance.
     """
     targets = check_accuracy(accuracy)
-    scale, by_step = time_scale(request.parameters), takes_step(request.method)
+    scale, by_step = time_scale(request.parameters), uses_step(request.method)
 
     def run(setting: float, variant: Request = request) -> Transient:
         changes: dict[str, Any] = {"step": setting} if by_step else {"tol": setting, "step": None}

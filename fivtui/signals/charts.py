@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from fivtui.charts import Chart, Guide
-from fivtui.transient import PlottedRun, window_words
+from fivtui.transient import PlottedRun, window_text
 
 from .spectra import Spectrum, spectrum
 
@@ -18,14 +18,14 @@ def spectrum_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> C
     parts = [(run.trajectory, run.samples_in(window)) for run in runs]
     spectra = [spectrum(motion.t[part], motion.y[part]) for motion, part in parts]
     first = spectra[0]
-    base, note = first.fundamental, f"{window_words(window)}, no vibration"
+    base, note = first.fundamental, f"{window_text(window)}, no vibration"
     guides: tuple[Guide, ...] = ()
     if base > 0.0:
         guides = tuple(
             Guide(number * base, "f₁" if number == 1 else f"{number}f₁")
             for number in range(1, _MARKED + 1)
         )
-        note = f"f₁ {base:.4g} Hz, period {1.0 / base:.4g} s, {window_words(window)}"
+        note = f"f₁ {base:.4g} Hz, period {1.0 / base:.4g} s, {window_text(window)}"
     return Chart(
         "f (Hz)",
         "|y| (m)",

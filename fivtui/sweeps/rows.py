@@ -22,7 +22,7 @@ from fivtui.model import (
 from fivtui.safety import safe_mus
 from fivtui.simulation import simulate
 from fivtui.transient import (
-    PARTED,
+    MIN_DIVERGENCE,
     START_SPECS,
     TOL_RANGE,
     finer_tol,
@@ -417,7 +417,7 @@ def _diverged(run: Mapping[str, Floats], truth: Mapping[str, Floats], scales: Fl
     weights = np.stack([np.ones_like(scales), scales] * 2, axis=1)
     distance = (np.abs(run["final"] - truth["final"]) * weights).max(axis=1)
     size = np.maximum((np.abs(truth["final"]) * weights).max(axis=1), truth["peak"])
-    parted: Truths = (run["switches"] != truth["switches"]) | ~(distance <= PARTED * size)
+    parted: Truths = (run["switches"] != truth["switches"]) | ~(distance <= MIN_DIVERGENCE * size)
     return parted
 
 

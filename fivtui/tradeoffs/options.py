@@ -19,5 +19,5 @@ class TradeoffOptions:
         "Error target: name the cheapest setting whose error of QUANTITY is below R. QUANTITY: "
         "final (state), peak, half_range (half peak-to-peak over the second half of the run) or "
         "events (times of separation and reattachment, s).",
-        of_scene=False,
+        for_scene=False,
     )

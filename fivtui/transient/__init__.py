@@ -9,18 +9,18 @@ if TYPE_CHECKING:
         column_label,
         contact_strips,
         difference_chart,
-        growing_run,
+        partial_run,
         path_chart,
         phase_chart,
         plotted_run,
         second_half,
         time_chart,
         transient_sheet,
-        window_words,
+        window_text,
     )
     from .derivatives.variation import EXTREMES, START_SEEDS, Variation, vary
     from .errors import (
-        PARTED,
+        MIN_DIVERGENCE,
         Deviation,
         Divergence,
         Observation,
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
         ALL_METHODS,
         FMU_FLAVOURS,
         METHODS,
-        check_takes_step,
+        check_uses_step,
         fixed_step,
-        takes_step,
+        uses_step,
     )
     from .native import check_taylor_options, integrate, later_amplitude
     from .recorder import Recorder
@@ -77,11 +77,11 @@ if TYPE_CHECKING:
         SETTINGS,
         Accuracy,
         RunSetting,
-        number_in_file,
+        check_file_number,
+        check_file_text,
         setting,
-        text_in_file,
     )
-    from .stiffness import budget_error, find_stiffness
+    from .stiffness import find_stiffness, max_steps_error
     from .trajectory import Trajectory, segment_between
 else:
     from fivtui.lazy import lazily

@@ -123,7 +123,7 @@ def plotted_run(
     )
 
 
-def growing_run(
+def partial_run(
     trajectory: Trajectory,
     system: System,
     t_end: float,
@@ -223,7 +223,7 @@ def second_half(t_end: float) -> tuple[float, float]:
     return 0.5 * t_end, t_end
 
 
-def window_words(window: tuple[float, float]) -> str:
+def window_text(window: tuple[float, float]) -> str:
     """A window of time in words."""
     return f"t {window[0]:.4g} to {window[1]:.4g} s"
 
@@ -267,7 +267,7 @@ def _portrait(
         column_label(up),
         (*paths, *stuck),
         guides=guides,
-        note=window_words(window),
+        note=window_text(window),
         tight=False,
         along=TIME_LABEL,
     )

@@ -108,7 +108,7 @@ def _relative(difference: float, size: float) -> float:
 
 # Relative threshold for different motions: of the amplitude for states, of √(m/stiffness) for
 # switch times.
-PARTED: Final = 0.01
+MIN_DIVERGENCE: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,7 @@ def divergence(
 ) -> Divergence | None:
     """The time at which two runs of the same request part; None if they do not."""
     times, truth_times = run.switch_times.tolist(), truth.switch_times.tolist()
-    at = _first_difference(times, truth_times, PARTED * time_scale)
+    at = _first_difference(times, truth_times, MIN_DIVERGENCE * time_scale)
     if at is not None:
         counts = f"{len(times)} and {len(truth_times)} in all"
         return Divergence(at, f"their switches differ from there on ({counts})")
@@ -141,7 +141,7 @@ def divergence(
     difference = max(abs(a - b) * weight for a, b, weight in pairs)
     sizes = (abs(a) * weight for a, weight in zip(truth.final, weights, strict=True))
     size = max(truth.peak, *sizes)
-    if difference <= PARTED * size:
+    if difference <= MIN_DIVERGENCE * size:
         return None
     return Divergence(t_end, f"their states differ by {difference / size:.1%} of the amplitude")
 

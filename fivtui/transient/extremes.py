@@ -43,27 +43,28 @@ class Extremes:
         final: State,
         duration: float,
     ) -> None:
-        # A function differs from its chord by at most max|second derivative|/8, so most segments
-        # need no roots.
+        # On [0, 1] a polynomial differs from its chord by at most max|second derivative|/8. If
+        # this margin cannot exceed an extreme so far, the roots of the derivative are not needed.
         x_end, vx_end, y_end, _ = final
-        second, third = _weights(len(x))
+        weights, vx_weights = _margin_weights(len(x))
         x_sizes = list(map(abs, x))
-        bulge = sum(map(mul, x_sizes, second))
-        if max(x[0], x_end) + bulge > self.x_max or min(x[0], x_end) - bulge < self.x_min:
+        margin = sum(map(mul, x_sizes, weights))
+        if max(x[0], x_end) + margin > self.x_max or min(x[0], x_end) - margin < self.x_min:
             least, greatest = minimum_maximum(x)
             self.x_min, self.x_max = min(self.x_min, least), max(self.x_max, greatest)
-        bulge = sum(map(mul, map(abs, y), second))
-        if max(y[0], y_end) + bulge > self.y_max or min(y[0], y_end) - bulge < self.y_min:
+        margin = sum(map(mul, map(abs, y), weights))
+        if max(y[0], y_end) + margin > self.y_max or min(y[0], y_end) - margin < self.y_min:
             least, greatest = minimum_maximum(y)
             self.y_min, self.y_max = min(self.y_min, least), max(self.y_max, greatest)
-        bulge = sum(map(mul, x_sizes, third))
-        if max(x[1], vx_end * duration) + bulge > self.vx_max * duration:
+        margin = sum(map(mul, x_sizes, vx_weights))
+        if max(x[1], vx_end * duration) + margin > self.vx_max * duration:
             self.vx_max = max(self.vx_max, minimum_maximum(derivative(x))[1] / duration)
 
 
 @lru_cache(maxsize=64)
-def _weights(size: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    # Bounds of |second derivative|/8 of a polynomial on [0, 1], and of its derivative.
+def _margin_weights(size: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    # Weights of |coefficients| that bound |second derivative|/8 of a polynomial on [0, 1], and the
+    # same for its derivative.
     return (
         tuple(n * (n - 1) / 8.0 for n in range(size)),
         tuple(n * (n - 1) * (n - 2) / 8.0 for n in range(size)),

@@ -25,7 +25,7 @@ from fivtui.model import InputError, Mode, Parameters, State, System, time_table
 from .derivatives.digits import final_digits
 from .derivatives.sensitivity import Sensitivities
 from .extremes import Extremes
-from .methods import FMU_FLAVOURS, takes_step
+from .methods import FMU_FLAVOURS, uses_step
 from .request import Request
 from .result import (
     NO_CHANGES,
@@ -172,7 +172,7 @@ def load_transient(path: Path) -> Transient:
 
 def _from_samples(header: Mapping[str, Any], motion: Trajectory) -> Transient:
     method = str(header["method"])
-    has_step = method in FMU_FLAVOURS or takes_step(method)
+    has_step = method in FMU_FLAVOURS or uses_step(method)
     request = _request_of(header, header.get("step") if has_step else None)
     off = ~touching(motion.mode)
     edges = np.flatnonzero(off[1:] != off[:-1])

@@ -1,4 +1,4 @@
-"""The native integration methods, as data."""
+"""The table of the native integration methods."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -9,31 +9,33 @@ from fivtui.taylor import Stepper
 
 from .request import Request
 
-# RK4 steps per √(m/stiffness) when no step is given.
-_REFERENCE_STEP: Final = 0.01
+# Default step of RK4, relative to √(m/stiffness).
+_RELATIVE_STEP: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """An integration method: its name on the command line, and what it is, for lists and help."""
+    """An integration method: its name, its meaning in help texts, and how it is created.
+
+    A method of fixed step has a step in place of a tolerance.
+    """
 
     name: str
     meaning: str
-    # Whether it takes a step rather than a tolerance.
     fixed_step: bool
     stepper: Callable[[Request], Stepper]
 
 
-# Flavours of the FMU by the methods that run it; the step of these is the communication step.
+# Flavours of the FMU by method; the step of these methods is the communication step.
 FMU_FLAVOURS: Final[Mapping[str, str]] = {"fmu": "python", "fmu-native": "native"}
 
 
-def takes_step(method: str) -> bool:
+def uses_step(method: str) -> bool:
     """Whether a native method takes a step rather than a tolerance."""
     return method in METHODS and METHODS[method].fixed_step
 
 
-def check_takes_step(method: str) -> None:
+def check_uses_step(method: str) -> None:
     """Raise `InputError` if a method chooses its own step; the FMU takes one."""
     if method in METHODS and not METHODS[method].fixed_step:
         raise InputError(f"step: the method {method} chooses its own; set tol instead")
@@ -43,9 +45,11 @@ def fixed_step(request: Request) -> float:
     """Step of a fixed-step method, s: as requested, or the default for the stiffness."""
     if request.step is not None:
         return request.step
-    return _REFERENCE_STEP * time_scale(request.parameters)
+    return _RELATIVE_STEP * time_scale(request.parameters)
 
 
+# The stepper of a request, or for families of methods the function that creates it. The modules of
+# the steppers are imported on first use.
 def _taylor(request: Request) -> Stepper:
     from fivtui.taylor import taylor_stepper
 
@@ -53,13 +57,13 @@ def _taylor(request: Request) -> Stepper:
 
 
 def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
-    def stepper(request: Request) -> Stepper:
+    def create_stepper(request: Request) -> Stepper:
         from .steppers.rk4 import ReferenceStepper, RungeKutta4
         from .steppers.rk4_on_belts import BeltRungeKutta4
 
         p = request.parameters
-        make = RungeKutta4 if p.v_belt is None else BeltRungeKutta4
-        integrator = make(
+        integrator_class = RungeKutta4 if p.v_belt is None else BeltRungeKutta4
+        integrator = integrator_class(
             [p],
             [request.initial],
             step=fixed_step(request),
@@ -68,18 +72,18 @@ def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
         )
         return ReferenceStepper(p, integrator)
 
-    return stepper
+    return create_stepper
 
 
 def _scipy(solver: str) -> Callable[[Request], Stepper]:
-    def stepper(request: Request) -> Stepper:
+    def create_stepper(request: Request) -> Stepper:
         from .steppers.scipy_solvers import ScipyStepper
 
         return ScipyStepper(
             request.system, request.initial, solver=solver, t_end=request.t_end, tol=request.tol
         )
 
-    return stepper
+    return create_stepper
 
 
 METHODS: Final[Mapping[str, Method]] = {
@@ -94,7 +98,7 @@ METHODS: Final[Mapping[str, Method]] = {
     )
 }
 
-# Descriptions of all methods, those by FMU included.
+# Descriptions of all methods, native or by FMU.
 ALL_METHODS: Final[Mapping[str, str]] = {
     **{name: method.meaning for name, method in METHODS.items()},
     "fmu": "the Python FMU, run by fmpy",

@@ -16,7 +16,7 @@ from fivtui.model import (
 
 from . import compiled
 from .linear import run as linear
-from .methods import METHODS, check_takes_step, fixed_step
+from .methods import METHODS, check_uses_step, fixed_step
 from .recorder import Recorder
 from .request import OnSamples, Request
 from .result import Transient
@@ -38,7 +38,7 @@ def integrate(
     """Compute a transient with a native method."""
     check_known("method", request.method, METHODS)
     if request.step is not None:
-        check_takes_step(request.method)
+        check_uses_step(request.method)
     work = Progress(progress)
     if request.method != "taylor":
         check_taylor_options(request)

@@ -15,9 +15,9 @@ from .result import NO_CHANGES, Stats, Transient, assemble
 from .stiffness import step_limit_error
 from .trajectory import DenseSolution, Trajectory
 
-# Segments that are sampled together.
-_CHUNK: Final = 256
-_PROGRESS_EVERY: Final = 32
+# Number of segments that are sampled together, and of steps between progress reports.
+_SEGMENTS_PER_CHUNK: Final = 256
+_STEPS_PER_REPORT: Final = 32
 
 
 class Recorder:
@@ -27,10 +27,10 @@ class Recorder:
         self._request = request
         self._extremes = Extremes()
         self._second_half = Extremes()
-        self._half = 0.5 * request.t_end
+        self._half_time = 0.5 * request.t_end
         self._switches: list[float] = []
-        self._changes: list[tuple[float, float, float]] = []
-        self._separated = [0.0]
+        self._mode_changes: list[tuple[float, float, float]] = []
+        self._separated_durations = [0.0]
         self._final: State = request.initial
         self._steps = 0
         self._times = request.times
@@ -42,15 +42,15 @@ class Recorder:
         self._on_belt = request.parameters.v_belt is not None
         self._separations = 0
 
-    def follow(self, stepper: Stepper, work: Progress) -> None:
+    def follow(self, stepper: Stepper, progress: Progress) -> None:
         """Include the segments of an integrator until the horizon is reached."""
         t_end, max_steps = self._request.t_end, self._request.max_steps
         for count in range(max_steps):
-            if count % _PROGRESS_EVERY == 0:
-                work.report(min(self.t / t_end, 1.0))
+            if count % _STEPS_PER_REPORT == 0:
+                progress.report(min(self.t / t_end, 1.0))
             self.include(stepper.advance())
             if self.t >= t_end:
-                work.advance(1.0)
+                progress.advance(1.0)
                 return
         raise step_limit_error(self._request, self.t)
 
@@ -58,7 +58,7 @@ class Recorder:
         """Include the next segment up to the horizon."""
         t_end = self._request.t_end
         if self._steps == 0 and self._on_belt:
-            # A method without stick may begin in a different mode.
+            # A method that ignores stick may begin in a different mode than requested.
             self._first_mode = segment.mode
         self._steps += 1
         self.t = segment.end
@@ -72,29 +72,29 @@ class Recorder:
             self._extremes.include_part(segment, segment.start, t_end)
             self._final = segment.state(t_end)
             duration = (t_end - segment.start) - segment.start_remainder
-        if segment.end > self._half:
-            if segment.start >= self._half and segment.end <= t_end:
+        if segment.end > self._half_time:
+            if segment.start >= self._half_time and segment.end <= t_end:
                 self._second_half.include(segment)
             else:
-                self._second_half.include_part(segment, self._half, t_end)
+                self._second_half.include_part(segment, self._half_time, t_end)
         if segment.mode not in IN_CONTACT:
-            self._separated.append(duration)
+            self._separated_durations.append(duration)
         if self._times is not None:
             self._segments.append(segment)
-            if len(self._segments) >= _CHUNK:
+            if len(self._segments) >= _SEGMENTS_PER_CHUNK:
                 self._sample(self._times)
         elif self._request.dense:
             self._segments.append(segment)
 
     def _record_switch(self, segment: Segment) -> None:
         if self._on_belt:
-            self._changes.append((segment.end, segment.mode, segment.next_mode))
+            self._mode_changes.append((segment.end, segment.mode, segment.next_mode))
         if segment.lifts_or_lands:
             self._switches.append(segment.end)
             self._separations += segment.mode in IN_CONTACT
 
     def _sample(self, times: NDArray[np.float64]) -> None:
-        # Sample the stored segments and drop them.
+        # Sample the stored segments, then discard them.
         solution = DenseSolution(self._request.parameters, self._segments)
         count = int(np.searchsorted(times, solution.t_end, side="right"))
         self._parts.append(solution(times[:count]))
@@ -118,10 +118,10 @@ class Recorder:
             second_half=self._second_half,
             switches=np.array(self._switches),
             separations=self._separations,
-            separated_time=math.fsum(self._separated),
+            separated_time=math.fsum(self._separated_durations),
             stats=Stats(steps=self._steps, kernel=kernel),
             first_mode=self._first_mode,
-            changes=np.array(self._changes) if self._changes else NO_CHANGES,
+            changes=np.array(self._mode_changes) if self._mode_changes else NO_CHANGES,
             trajectory=Trajectory.joined(self._parts) if self._parts else None,
             solution=DenseSolution(self._request.parameters, self._segments) if dense else None,
         )

@@ -45,26 +45,26 @@ OnSamples = Callable[["Trajectory"], None]
 DEFAULT_TOL: Final = TAYLOR_TOL
 MAX_STEPS: Final = 20_000_000
 TOL_RANGE: Final = TAYLOR_TOL_RANGE
-_MOST_SAMPLES: Final = 100_000_000
+_MAX_SAMPLES: Final = 100_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Request:
     """A transient to be computed, checked; `fivtui.simulate` documents the options."""
 
-    # Its parameters are those at the start, if they change over time.
+    # If parameters change over time, the system has their values at the start.
     system: System
     t_end: float = DEFAULT_T_END
     tol: float = DEFAULT_TOL
     start: Start = "static"
-    # Checked by the code that computes the transient.
+    # `integrate` and `simulate` check the method.
     method: str = "taylor"
     step: float | None = None
     samples: Samples = "none"
     max_steps: int = MAX_STEPS
     kernel: KernelChoice = "auto"
     sensitivities: Sequence[str] = ()
-    # The parameters over time, if any change.
+    # The parameters as functions of time; None if all are constant.
     course: Course | None = field(init=False)
     # (x, ẋ, y, ẏ) at t = 0, m and m/s.
     initial: State = field(init=False)
@@ -72,22 +72,22 @@ class Request:
     times: NDArray[np.float64] | None = field(init=False)
 
     def __post_init__(self) -> None:
-        system, put = self.system, object.__setattr__
+        system, set_field = self.system, object.__setattr__
         p = check_parameters(system.parameters)
         course = Course(p, system.over_time) if system.over_time else None
-        put(self, "course", course)
+        set_field(self, "course", course)
         if course is not None:
             p, _ = course.after(0.0)
             system = System(p, system.separation, system.over_time)
-            put(self, "system", system)
-        put(self, "t_end", check_horizon(self.t_end))
-        put(self, "tol", check_tolerance(self.tol))
-        put(self, "max_steps", check_max_steps(self.max_steps))
+            set_field(self, "system", system)
+        set_field(self, "t_end", check_horizon(self.t_end))
+        set_field(self, "tol", check_tolerance(self.tol))
+        set_field(self, "max_steps", check_max_steps(self.max_steps))
         if self.step is not None:
-            put(self, "step", check_step(self.step, self.t_end))
-        put(self, "sensitivities", check_sensitivities(self.sensitivities, p))
-        put(self, "initial", resolve_start(system, self.start))
-        put(self, "times", _sample_times(self.samples, self.t_end))
+            set_field(self, "step", check_step(self.step, self.t_end))
+        set_field(self, "sensitivities", check_sensitivities(self.sensitivities, p))
+        set_field(self, "initial", resolve_start(system, self.start))
+        set_field(self, "times", _sample_times(self.samples, self.t_end))
 
     @property
     def parameters(self) -> Parameters:
@@ -120,9 +120,9 @@ def resolve_start(system: System, start: Start) -> State:
 
 
 def check_sensitivities(names: Sequence[str], p: Parameters) -> tuple[str, ...]:
-    """Names of parameters to derive by.
+    """Names of the parameters for sensitivities.
 
-    Raises `InputError` if one is unknown, given twice, or has no effect as it is none.
+    Raises `InputError` if a name is unknown or given twice, or its parameter is none.
     """
     names = check_names("sensitivities", names)
     for index, name in enumerate(names):
@@ -151,8 +151,8 @@ def _sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
         check_known("samples", samples, ("none", "dense"))
         return None
     if isinstance(samples, int | np.integer) and not isinstance(samples, bool):
-        if not 2 <= samples <= _MOST_SAMPLES:
-            raise InputError(f"samples = {samples}: must be 2 to {_MOST_SAMPLES}")
+        if not 2 <= samples <= _MAX_SAMPLES:
+            raise InputError(f"samples = {samples}: must be 2 to {_MAX_SAMPLES}")
         return np.linspace(0.0, t_end, int(samples))
     times = np.atleast_1d(np.asarray(samples, dtype=float))
     inside = times.size > 0 and times[0] >= 0.0 and times[-1] <= t_end

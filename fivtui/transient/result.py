@@ -35,21 +35,22 @@ if TYPE_CHECKING:
 
 
 _NO_TRANSITIONS: Final[Mapping[str, int]] = MappingProxyType({})
-_OF_SLIDING: Final = (
+_SLIDING_TRANSITIONS: Final = (
     transition_name(Mode.CONTACT, Mode.SEPARATED),
     transition_name(Mode.SEPARATED, Mode.CONTACT),
 )
 
 
-# All pairs of modes; the index is first · number of modes + second. Flags mark separation or
-# reattachment, and begin or end of stick.
+# All pairs (first, second) of modes; their index is first · number of modes + second. The flags
+# mark separations and reattachments, and starts and ends of stick.
 _PAIRS: Final = [(first, second) for first in Mode for second in Mode]
-_KINDS: Final = [transition_name(first, second) for first, second in _PAIRS]
-_PLACES: Final = np.array([len(Mode), 1.0])
-_LIFTS: Final = np.array([(a in IN_CONTACT) != (b in IN_CONTACT) for a, b in _PAIRS])
-_STICKS: Final = np.array([(a is Mode.STICK) != (b is Mode.STICK) for a, b in _PAIRS])
-_TO_STICK: Final = [kind for kind, (_, second) in enumerate(_PAIRS) if second is Mode.STICK]
+_NAMES: Final = [transition_name(first, second) for first, second in _PAIRS]
+_PAIR_WEIGHTS: Final = np.array([len(Mode), 1.0])
+_IS_LIFT: Final = np.array([(a in IN_CONTACT) != (b in IN_CONTACT) for a, b in _PAIRS])
+_IS_STICK_EDGE: Final = np.array([(a is Mode.STICK) != (b is Mode.STICK) for a, b in _PAIRS])
+_STICK_PAIRS: Final = [pair for pair, (_, second) in enumerate(_PAIRS) if second is Mode.STICK]
 NO_CHANGES: Final[NDArray[np.float64]] = np.empty((0, 3))
+# Time of stick, s, and the number of switches for each pair of modes.
 Tally = tuple[float, list[float]]
 
 
@@ -74,20 +75,20 @@ class Peak(NamedTuple):
 
 
 class Steady(NamedTuple):
-    """Half peak-to-peak of y over the second half of the run, m; it may still be settling."""
+    """Half peak-to-peak of y, m, over the second half of the run, settled or not."""
 
     y_half_range: float
 
 
 class ContactForce(NamedTuple):
-    """Least and greatest contact force over the run, N."""
+    """Minimum and maximum of the contact force over the run, N."""
 
     min: float
     max: float
 
 
-# A slip of more periods ends a groan.
-_PERIODS: Final = 2.0
+# A groan ends at a slip that lasts longer than this number of periods.
+_MAX_SLIP_PERIODS: Final = 2.0
 
 
 class Events(NamedTuple):
@@ -96,15 +97,15 @@ class Events(NamedTuple):
     Attributes
     ----------
     separations, reattachments : int
-        Their numbers.
+        Number of separations and of reattachments.
     separated_time : float
         Time off the belt, s.
     first, last : float or None
         Time of the first and last separation or reattachment, s.
     sticks : int
-        How often the slider began to stick to the belt, at the start included.
+        Number of intervals in which the slider sticks to the belt.
     stick_time : float
-        Time for which it stuck, s.
+        Total time of stick, s.
     transitions : dict of str to int
         Number of switches by their kind, such as ``"stick-forward"``: see `MODES`.
     """
@@ -120,17 +121,17 @@ class Events(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """What happens until a belt that slows down is at rest, times in s; None for what does not.
+    """Events while a belt slows down, times in s; None for an event that does not occur.
 
     Attributes
     ----------
     squeal : float or None
         First separation.
     groan_begin, groan_end : float or None
-        The last time during which stick and slip alternate, two sticks or more: a slip of more than
-        two periods 2π √(m/(k1 + k3/2)) ends it, and the final stick.
+        Last interval in which stick and slip alternate, with at least two sticks. A slip longer
+        than two periods 2π √(m/(k1 + k3/2)), or the final stick, ends it.
     final_stick : float or None
-        From when on the slider sticks until the end.
+        Start of the stick that lasts until the end.
     """
 
     squeal: float | None
@@ -149,17 +150,17 @@ class ModeChange(NamedTuple):
 
 @dataclass(slots=True)
 class Stats:
-    """Work done.
+    """Computational cost of a run.
 
     Attributes
     ----------
     steps : int
         Integration steps; an exact solution takes none.
     cpu_s : float or None
-        CPU time, s, where the caller measured it.
+        CPU time, s; None if it was not measured.
     kernel : str or None
-        What ran the method ``taylor``: ``"compiled"`` or ``"interpreted"`` code step by step, or
-        the ``"exact"`` solution of a linear scene. None for other methods.
+        Code that ran the method ``taylor``: ``"compiled"``, ``"interpreted"``, or ``"exact"`` for
+        the closed solution of a linear scene. None for other methods.
     """
 
     steps: int
@@ -174,7 +175,7 @@ class Transient(SystemResult, Plottable):
     Attributes
     ----------
     system : System
-        The system, with `parameters`, at the start where they change over time, and `separation`.
+        The system. Its `parameters` are those at the start if they change over time.
     start : State
         (x, ẋ, y, ẏ) at t = 0, m and m/s.
     t_end : float
@@ -184,23 +185,23 @@ class Transient(SystemResult, Plottable):
     tol : float
         Relative tolerance.
     step : float or None
-        Step asked of a fixed-step method, s.
+        Requested step of a fixed-step method, s.
     final, peak, steady, contact_force, events, stats
         See their classes.
     switch_times : ndarray, shape (n,)
-        Times of separations and reattachments, s, alternately of one kind and the other.
+        Times, s, at which separation and reattachment alternate.
     first_mode : Mode
         Mode at the start.
     changes : ndarray, shape (n, 3)
-        Time, s, and modes before and after of all switches on a belt of finite speed; empty where
-        the slider always slides.
+        All switches on a belt of finite speed: time, s, mode before, mode after. Empty on a belt
+        that is always faster than the slider.
     trajectory : Trajectory or None
-        The motion at the times asked for.
+        The motion at the requested times.
     solution : DenseSolution or None
-        The motion as a function of time, where ``"dense"`` was asked for: called with times it
+        The motion as a function of time if ``"dense"`` was requested: called with times, it
         returns a `Trajectory`.
     sensitivities : Sensitivities or None
-        Derivatives of final state and extremes by the parameters asked for.
+        Derivatives of final state and extremes by the requested parameters.
     """
 
     system: System
@@ -230,17 +231,17 @@ class Transient(SystemResult, Plottable):
     @property
     def separated_intervals(self) -> list[tuple[float, float]]:
         """Start and end of every interval off the belt, s."""
-        edges = [0.0, *self.switch_times.tolist(), self.t_end]
+        times = [0.0, *self.switch_times.tolist(), self.t_end]
         first = 1 if self.first_mode in IN_CONTACT else 0
-        pairs = list(pairwise(edges))
+        pairs = list(pairwise(times))
         return [pair for pair in pairs[first::2] if pair[1] > pair[0]]
 
     @property
     def stick_intervals(self) -> list[tuple[float, float]]:
         """Start and end of every interval in which the slider sticks to the belt, s."""
-        edges = self.changes[_STICKS[_kinds(self.changes)], 0]
-        begins, ends = _sticking(self.first_mode, edges, self.t_end)
-        return list(zip(begins.tolist(), ends.tolist(), strict=True))
+        edge_times = self.changes[_IS_STICK_EDGE[_pair_indices(self.changes)], 0]
+        starts, ends = _stick_bounds(self.first_mode, edge_times, self.t_end)
+        return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
     @property
     def mode_changes(self) -> list[ModeChange]:
@@ -252,52 +253,49 @@ class Transient(SystemResult, Plottable):
 
     @property
     def final_stick(self) -> float | None:
-        """Time from which on the slider sticks until the end, s; None if it does not."""
+        """Start of the stick that lasts until the end, s; None if the run ends otherwise."""
         sticks = self.stick_intervals
         return sticks[-1][0] if sticks and sticks[-1][1] == self.t_end else None
 
     @property
     def stop(self) -> Stop | None:
-        """Onset of squeal, groan and final stick, where the speed of the belt changes with time."""
+        """Times of squeal, groan and final stick; None if the speed of the belt is constant."""
         if "v_belt" not in self.over_time:
             return None
-        off = self.separated_intervals
+        separated = self.separated_intervals
         begin, end = self._groan()
-        return Stop(off[0][0] if off else None, begin, end, self.final_stick)
+        return Stop(separated[0][0] if separated else None, begin, end, self.final_stick)
 
     def _groan(self) -> tuple[float, float] | tuple[None, None]:
         p = self.parameters
-        longest = _PERIODS * 2.0 * math.pi * math.sqrt(p.m / horizontal_stiffness(p))
+        max_slip = _MAX_SLIP_PERIODS * 2.0 * math.pi * math.sqrt(p.m / horizontal_stiffness(p))
         groups: list[list[tuple[float, float]]] = []
         for stick in self.stick_intervals:
-            if not groups or stick[0] - groups[-1][-1][1] > longest:
+            if not groups or stick[0] - groups[-1][-1][1] > max_slip:
                 groups.append([])
             groups[-1].append(stick)
-        several = [sticks for sticks in groups if len(sticks) > 1]
-        if not several:
+        repeated = [sticks for sticks in groups if len(sticks) > 1]
+        if not repeated:
             return None, None
-        (begin, _), *_, (last_begin, released) = several[-1]
-        if released == self.t_end:
+        (begin, _), *_, (last_begin, end) = repeated[-1]
+        if end == self.t_end:
             return begin, last_begin
-        goes_on = several[-1] is groups[-1] and self.t_end - released <= longest
-        return begin, self.t_end if goes_on else released
+        continues = repeated[-1] is groups[-1] and self.t_end - end <= max_slip
+        return begin, self.t_end if continues else end
 
     def _summary(self) -> list[tuple[str, str]]:
         events, final = self.events, self.final
-        off = f"{events.separated_time:.4g} s off the belt"
+        off_text = f"{events.separated_time:.4g} s off the belt"
         state = f"x={final.x:.6g}, vx={final.vx:.6g}, y={final.y:.6g}, vy={final.vy:.6g}"
         rows = [
-            (
-                "scene",
-                scene_text(self.system, without=tuple(self.over_time)),
-            ),
+            ("scene", scene_text(self.system, without=tuple(self.over_time))),
             *self._over_time_rows(),
             ("run", f"{self.t_end:g} s, {self.method}, {self.stats.steps} steps"),
             ("peak |y|", f"{self.peak.y_abs:.6g} m"),
             ("half peak-to-peak of y", f"{self.steady.y_half_range:.6g} m, second half of the run"),
             (
                 "separations",
-                f"{events.separations}, {off} ({events.separated_time / self.t_end:.1%})",
+                f"{events.separations}, {off_text} ({events.separated_time / self.t_end:.1%})",
             ),
             *self._stick_rows(),
             ("final state", state),
@@ -317,12 +315,12 @@ class Transient(SystemResult, Plottable):
     def _stick_rows(self) -> list[tuple[str, str]]:
         if self.parameters.v_belt is None:
             return []
-        stick_time, stop = self.events.stick_time, self.stop
+        stick_time, stop_times = self.events.stick_time, self.stop
         rows = [
             ("sticks", f"{self.events.sticks}, {stick_time:.4g} s ({stick_time / self.t_end:.1%})")
         ]
-        if stop is not None and stop.final_stick is not None:
-            rows.append(("final stick", f"from {stop.final_stick:.6g} s"))
+        if stop_times is not None and stop_times.final_stick is not None:
+            rows.append(("final stick", f"from {stop_times.final_stick:.6g} s"))
         return rows
 
     def to_dict(self) -> dict[str, Any]:
@@ -363,18 +361,17 @@ def assemble(
 
     `extremes` and `second_half` are the extremes over the run and its second half. `separated_time`
     is the time off the belt in s, `first_mode` the mode before the first switch. `changes` are all
-    switches on a belt of finite speed, `tally` is that of `all_events`. Raises `ComputationError`
-    if the contact force is beyond the floating-point range.
+    switches on a belt of finite speed, and `tally` counts them if already known. Raises
+    `ComputationError` if the contact force is beyond the floating-point range.
     """
     system, t_end = request.system, request.t_end
-    p, considered = system.parameters, system.separation
+    p, separation = system.parameters, system.separation
     y_min, y_max = extremes.y_min, extremes.y_max
-    # P decreases with y, so its extremes follow from those of y; with separation it is at least
-    # zero.
-    highest, lowest = (min(y_max, 0.0), min(y_min, 0.0)) if considered else (y_max, y_min)
-    weakest = contact_force(p, highest, Mode.CONTACT) + 0.0
-    strongest = contact_force(p, lowest, Mode.CONTACT) + 0.0
-    if not math.isfinite(strongest - weakest):
+    # P decreases with y, so its extremes follow from those of y. With separation P is at least 0.
+    force_min_y, force_max_y = (min(y_max, 0.0), min(y_min, 0.0)) if separation else (y_max, y_min)
+    force_min = contact_force(p, force_min_y, Mode.CONTACT) + 0.0
+    force_max = contact_force(p, force_max_y, Mode.CONTACT) + 0.0
+    if not math.isfinite(force_max - force_min):
         raise overflow_error(t_end, final, system)
     first_switch, last_switch = (
         (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
@@ -391,7 +388,7 @@ def assemble(
             max(y_max, -y_min), y_max, y_min, max(extremes.x_max, -extremes.x_min), extremes.vx_max
         ),
         Steady(0.5 * (second_half.y_max - second_half.y_min)),
-        ContactForce(weakest, strongest),
+        ContactForce(force_min, force_max),
         all_events(
             Events(
                 separations, switches.size - separations, separated_time, first_switch, last_switch
@@ -420,47 +417,44 @@ def all_events(
     *,
     tally: Tally | None = None,
 ) -> Events:
-    """Events with their transitions by kind and, on a belt of finite speed, sticks.
-
-    `tally` is the time of stick, s, and the numbers of changes by kind, if already counted.
-    """
+    """Events with the number of each transition and, on a belt of finite speed, of sticks."""
     if p.v_belt is None:
-        leaves, lands = _OF_SLIDING
-        counts = {leaves: events.separations, lands: events.reattachments}
-        return Events(*events[:-1], counts)
-    stick_time, kinds = tally or _tally(first_mode, changes, t_end)
-    begins = sum(kinds[kind] for kind in _TO_STICK)
+        separation, reattachment = _SLIDING_TRANSITIONS
+        transitions = {separation: events.separations, reattachment: events.reattachments}
+        return Events(*events[:-1], transitions)
+    stick_time, counts = tally or _count_changes(first_mode, changes, t_end)
+    stick_count = sum(counts[pair] for pair in _STICK_PAIRS)
     return events._replace(
-        sticks=int(begins) + (first_mode is Mode.STICK),
+        sticks=int(stick_count) + (first_mode is Mode.STICK),
         stick_time=stick_time,
-        transitions={name: int(count) for name, count in zip(_KINDS, kinds, strict=True) if count},
+        transitions={name: int(count) for name, count in zip(_NAMES, counts, strict=True) if count},
     )
 
 
-def _tally(first_mode: Mode, changes: NDArray[np.float64], t_end: float) -> Tally:
-    kinds = _kinds(changes)
-    begins, ends = _sticking(first_mode, changes[_STICKS[kinds], 0], t_end)
-    counts: list[float] = np.bincount(kinds, minlength=len(_KINDS)).tolist()
-    return float((ends - begins).sum()), counts
+def _count_changes(first_mode: Mode, changes: NDArray[np.float64], t_end: float) -> Tally:
+    pairs = _pair_indices(changes)
+    starts, ends = _stick_bounds(first_mode, changes[_IS_STICK_EDGE[pairs], 0], t_end)
+    counts: list[float] = np.bincount(pairs, minlength=len(_NAMES)).tolist()
+    return float((ends - starts).sum()), counts
 
 
 def lift_times(changes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Times of separations and reattachments among all switches on a belt of finite speed."""
-    times: NDArray[np.float64] = changes[_LIFTS[_kinds(changes)], 0]
+    times: NDArray[np.float64] = changes[_IS_LIFT[_pair_indices(changes)], 0]
     return times
 
 
-def _kinds(changes: NDArray[np.float64]) -> NDArray[np.intp]:
-    kinds: NDArray[np.intp] = (changes[:, 1:] @ _PLACES).astype(np.intp)
-    return kinds
+def _pair_indices(changes: NDArray[np.float64]) -> NDArray[np.intp]:
+    pairs: NDArray[np.intp] = (changes[:, 1:] @ _PAIR_WEIGHTS).astype(np.intp)
+    return pairs
 
 
-def _sticking(
-    first_mode: Mode, edges: NDArray[np.float64], t_end: float
+def _stick_bounds(
+    first_mode: Mode, edge_times: NDArray[np.float64], t_end: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     # Starts and ends of all stick intervals, s, from the sorted times of their edges.
     if first_mode is Mode.STICK:
-        edges = np.concatenate(([0.0], edges))
-    if edges.size % 2:
-        edges = np.concatenate((edges, [t_end]))
-    return edges[::2], edges[1::2]
+        edge_times = np.concatenate(([0.0], edge_times))
+    if edge_times.size % 2:
+        edge_times = np.concatenate((edge_times, [t_end]))
+    return edge_times[::2], edge_times[1::2]

@@ -14,7 +14,7 @@ from fivtui.model import (
     use_one_of,
 )
 
-from .methods import takes_step
+from .methods import uses_step
 from .request import TOL_RANGE, Request
 
 # Stability limit of an explicit high-order method, as decay rate times step.
@@ -74,21 +74,21 @@ def stiffness_of(request: Request) -> Stiffness | None:
     return find_stiffness(request.system, t_end=request.t_end)
 
 
-def budget_error(max_steps: int, t: float, t_end: float, *, tol: float | None) -> ComputationError:
-    """The error for a run that used all its steps up to the time t; `tol` may be None."""
+def max_steps_error(steps: int, t: float, t_end: float, *, tol: float | None) -> ComputationError:
+    """The error for a run that used all its steps up to the time t; without `tol` if it is None."""
     remedies = ["a shorter horizon"]
     if tol is not None and tol < TOL_RANGE[1]:
         remedies.append("a larger tol")
     return ComputationError(
-        f"{max_steps} steps end at t = {t:.6g} s of {t_end:g} s", use_one_of(remedies)
+        f"{steps} steps end at t = {t:.6g} s of {t_end:g} s", use_one_of(remedies)
     )
 
 
 def step_limit_error(request: Request, t: float) -> ComputationError:
     """The error for a request that used all its steps up to the time t."""
     method = request.method
-    tol = None if takes_step(method) else request.tol
-    error = budget_error(request.max_steps, t, request.t_end, tol=tol)
+    tol = None if uses_step(method) else request.tol
+    error = max_steps_error(request.max_steps, t, request.t_end, tol=tol)
     stiff = stiffness_of(request)
     if stiff is None:
         return error

@@ -27,7 +27,7 @@ from fivtui.taylor import Segment
 __all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
 
 FloatArray = NDArray[np.float64]
-_TOUCHING: NDArray[np.bool_] = np.array([mode in IN_CONTACT for mode in Mode])
+_IS_IN_CONTACT: NDArray[np.bool_] = np.array([mode in IN_CONTACT for mode in Mode])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -94,21 +94,21 @@ class DenseSolution:
             series[0, : len(segment.x), column] = segment.x
             series[1, : len(segment.y), column] = segment.y
         rows = [(s.start, s.start_remainder, s.duration, s.end, s.mode) for s in segments]
-        self._set(p, np.array(rows, dtype=float), series[0], series[1])
+        self._store(p, np.array(rows, dtype=float), series[0], series[1])
 
     @classmethod
     def from_arrays(cls, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> Self:
-        """The same from n segments in arrays.
+        """Construct the solution from arrays of n segments.
 
         `rows`, shape (n, 5), has start, exact start minus start, duration and end, s, and mode of
-        each segment; `x` and `y`, shape (degree + 1, n), coefficients in (time since the
-        start)/duration, m.
+        each segment. `x` and `y`, shape (degree + 1, n), have coefficients, m, of powers of
+        (time since the start)/duration.
         """
         solution = cls.__new__(cls)
-        solution._set(p, rows, x, y)
+        solution._store(p, rows, x, y)
         return solution
 
-    def _set(self, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> None:
+    def _store(self, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> None:
         self._p, self._x, self._y = p, x, y
         self._start, self._remainder, self._duration = rows[:, 0], rows[:, 1], rows[:, 2]
         self._mode = rows[:, 4].astype(np.int8)
@@ -141,7 +141,7 @@ class DenseSolution:
 
 def touching(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Whether the slider touches the belt, for an array of modes."""
-    flags: NDArray[np.bool_] = _TOUCHING[mode]
+    flags: NDArray[np.bool_] = _IS_IN_CONTACT[mode]
     return flags
 
 
@@ -152,7 +152,7 @@ def trajectory_of(
     mode: NDArray[np.int8],
     room: FloatArray | None = None,
 ) -> Trajectory:
-    """A trajectory from times, states (x, ẋ, y, ẏ) and modes: adds the contact force, in `room`."""
+    """The trajectory of states (x, ẋ, y, ẏ), with the contact force; `room` is its output array."""
     x, vx, y, vy = states
     force = np.empty_like(y) if room is None else room
     force[:] = spring_force(p, y)
@@ -160,12 +160,12 @@ def trajectory_of(
     return Trajectory(t, x, vx, y, vy, force, mode)
 
 
-def _horner(c: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-    # Value and derivative of one polynomial per column.
-    value, slope = c[-1], np.zeros_like(t)
-    for row in c[-2::-1]:
-        slope = slope * t + value
-        value = value * t + row
+def _horner(coefficients: FloatArray, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    # Values and derivatives of polynomials, one per column, at theta.
+    value, slope = coefficients[-1], np.zeros_like(theta)
+    for coefficient in coefficients[-2::-1]:
+        slope = slope * theta + value
+        value = value * theta + coefficient
     return value, slope
 
 
@@ -178,7 +178,7 @@ def segment_between(
     next_mode: Mode,
     rates: Rates = CONSTANT,
 ) -> Segment:
-    """The motion between two states in one mode: quintic Hermite interpolation of order six."""
+    """The motion between two states in one mode: quintic Hermite interpolation."""
     start, end = times
     duration = end - start
     start_state, final = states
@@ -198,17 +198,18 @@ def segment_between(
 
 
 def _quintic(
-    h: float, first: tuple[float, float, float], final: tuple[float, float, float]
+    duration: float, start: tuple[float, float, float], end: tuple[float, float, float]
 ) -> tuple[float, ...]:
-    c0, c1, c2 = first[0], first[1] * h, 0.5 * first[2] * h * h
-    position = final[0] - (c0 + c1 + c2)
-    velocity = final[1] * h - (c1 + 2.0 * c2)
-    acceleration = final[2] * h * h - 2.0 * c2
+    # Coefficients from x, ẋ and ẍ at both ends. Remainders: values at the end less quadratic part.
+    c0, c1, c2 = start[0], start[1] * duration, 0.5 * start[2] * duration * duration
+    x_remainder = end[0] - (c0 + c1 + c2)
+    v_remainder = end[1] * duration - (c1 + 2.0 * c2)
+    a_remainder = end[2] * duration * duration - 2.0 * c2
     return (
         c0,
         c1,
         c2,
-        10.0 * position - 4.0 * velocity + 0.5 * acceleration,
-        -15.0 * position + 7.0 * velocity - acceleration,
-        6.0 * position - 3.0 * velocity + 0.5 * acceleration,
+        10.0 * x_remainder - 4.0 * v_remainder + 0.5 * a_remainder,
+        -15.0 * x_remainder + 7.0 * v_remainder - a_remainder,
+        6.0 * x_remainder - 3.0 * v_remainder + 0.5 * a_remainder,
     )

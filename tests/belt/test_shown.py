@@ -15,7 +15,7 @@ from fivtui.scene import Scene, load_scene, save_scene
 from fivtui.transient import Transient, transient_rows
 from fivtui.transient.charts import (
     difference_chart,
-    growing_run,
+    partial_run,
     path_chart,
     phase_chart,
     plotted_run,
@@ -69,7 +69,7 @@ def test_time_charts_mark_off_the_belt_and_stick_as_they_come_and_afterwards(
 ) -> None:
     assert belt.trajectory is not None
     plotted = plotted_run(belt, "run 1")
-    growing = growing_run(belt.trajectory, belt.system, belt.t_end, name="run 1")
+    growing = partial_run(belt.trajectory, belt.system, belt.t_end, name="run 1")
     assert plotted is not None
     for chart_plot in (plotted, growing):
         for chart in (

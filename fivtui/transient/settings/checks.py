@@ -1,4 +1,4 @@
-"""Checks of the settings of a transient: start, horizon, tolerance, step, errors allowed."""
+"""Checks of the settings of a transient: start, horizon, tolerance, step, allowed errors."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -15,14 +15,14 @@ from fivtui.model import (
 
 Start = Literal["static"] | Sequence[float]
 
-_START_MAX: Final = 1e9
+_MAX_START: Final = 1e9
 
 
 def _start_spec(name: str, symbol: str, unit: str, meaning: str) -> ParameterSpec:
-    return ParameterSpec(name, symbol, unit, 0.0, -_START_MAX, _START_MAX, meaning)
+    return ParameterSpec(name, symbol, unit, 0.0, -_MAX_START, _MAX_START, meaning)
 
 
-# The four numbers of a start, in the order of a state.
+# Specifications of the four numbers of a start, in the order of a state.
 START_SPECS: Final[Mapping[str, ParameterSpec]] = {
     spec.name: spec
     for spec in (
@@ -33,13 +33,13 @@ START_SPECS: Final[Mapping[str, ParameterSpec]] = {
     )
 }
 STATIC: Final = "static"
-# Smaller components of a start are zero: their products would underflow.
+# Smaller components of a start are set to zero, because their products would underflow.
 LEAST_START: Final = 1e-150
 DEFAULT_T_END: Final = 100.0
 MAX_T_END: Final = 1e7
 T_END_INTERVAL: Final = Interval(0.0, MAX_T_END, "s", lower_open=True)
-START_FORM: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
-# The quantities that have an error, and how it is measured.
+START_TEXT: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
+# The quantities whose error can be limited, with the measure of the error.
 QUANTITIES: Final[Mapping[str, str]] = {
     "final": "state at the end, relative to its greatest component",
     "peak": "peak of |y|, relative",
@@ -50,18 +50,18 @@ _ERROR_INTERVAL: Final = Interval(0.0, 1.0, lower_open=True)
 
 
 def check_start(start: Start) -> Literal["static"] | State:
-    """A start in numbers, or ``"static"``; raises `InputError` if it is neither."""
+    """A start as numbers, or ``"static"``; raises `InputError` for any other value."""
     if isinstance(start, str):
         if start == STATIC:
             return STATIC
-        raise InputError(f"start = {start!r}: must be {START_FORM}")
+        raise InputError(f"start = {start!r}: must be {START_TEXT}")
     try:
         values = list(start)
     except TypeError:
         values = []
     if len(values) != len(START_SPECS):
-        raise InputError(f"start = {start!r}: must be {START_FORM}")
-    numbers = (parse_number("start", value, START_FORM) for value in values)
+        raise InputError(f"start = {start!r}: must be {START_TEXT}")
+    numbers = (parse_number("start", value, START_TEXT) for value in values)
     x, vx, y, vy = (0.0 if abs(number) < LEAST_START else number for number in numbers)
     return (x, vx, y, vy)
 
@@ -96,7 +96,7 @@ def check_quantity(name: str) -> str:
 
 
 def check_accuracy(errors: Mapping[str, object]) -> dict[str, float]:
-    """Errors allowed, above 0 and at most 1 each, by quantity."""
+    """The allowed error of each quantity; raises `InputError` unless above 0 and at most 1."""
     return {
         check_quantity(name): _ERROR_INTERVAL.check(f"error of {name}", error)
         for name, error in errors.items()

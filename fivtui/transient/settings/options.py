@@ -20,7 +20,7 @@ OVER_TIME: Final = Option(
 
 @declaration
 class RunOptions:
-    """A run of which more is computed."""
+    """Options of commands that analyse one run."""
 
     ignore_separation: bool = setting("separation")
     t_end: str | None = setting("t_end")

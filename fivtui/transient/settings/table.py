@@ -10,7 +10,7 @@ from fivtui.options import Option, option_field
 from .checks import (
     MAX_T_END,
     QUANTITIES,
-    START_FORM,
+    START_TEXT,
     STATIC,
     T_END_INTERVAL,
     Start,
@@ -22,7 +22,7 @@ from .checks import (
     tolerance_interval,
 )
 
-# Errors allowed, by quantity.
+# Largest allowed error of each quantity, as (quantity, error).
 Accuracy = tuple[tuple[str, float], ...]
 
 CONSIDERED: Final = "considered"
@@ -31,19 +31,19 @@ _SEPARATION: Final = {
     CONSIDERED: "Case 1: the slider may leave the belt, then P = 0",
     IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
 }
-_STEP_FORM: Final = "above 0 and at most t_end, or empty"
-# Allowed starts in a scene file.
+_STEP_TEXT: Final = "above 0 and at most t_end, or empty"
+# Description of the starts that a scene file allows.
 _START_IN_FILE: Final = (
     "static (at rest at the equilibrium of μ = 0) or [x, vx, y, vy] in m and m/s"
 )
 
 
-def _read_choice(kind: str, choices: Callable[[], Mapping[str, str]]) -> Callable[[str], str]:
-    def read(text: str) -> str:
+def _choice_reader(kind: str, choices: Callable[[], Mapping[str, str]]) -> Callable[[str], str]:
+    def read_choice(text: str) -> str:
         check_known(kind, text, choices())
         return text
 
-    return read
+    return read_choice
 
 
 def _methods() -> Mapping[str, str]:
@@ -53,26 +53,26 @@ def _methods() -> Mapping[str, str]:
 
 
 def _read_separation(text: str) -> bool:
-    return _read_choice("separation", lambda: _SEPARATION)(text) == CONSIDERED
+    return _choice_reader("separation", lambda: _SEPARATION)(text) == CONSIDERED
 
 
 def _read_start(text: str) -> Start:
     if text.strip() == STATIC:
         return STATIC
     parts = [part.strip() for part in text.split(",")]
-    return check_start([parse_number("start", part, START_FORM) for part in parts])
+    return check_start([parse_number("start", part, START_TEXT) for part in parts])
 
 
 def _read_step(text: str) -> float | None:
     if not text.strip():
         return None
-    return check_step(parse_number("step", text, _STEP_FORM), MAX_T_END)
+    return check_step(parse_number("step", text, _STEP_TEXT), MAX_T_END)
 
 
 def _read_accuracy(text: str) -> Accuracy:
     errors = {}
     for part in filter(None, (part.strip() for part in text.split(","))):
-        name, _, error = (half.strip() for half in part.partition("="))
+        name, _, error = (side.strip() for side in part.partition("="))
         errors[name] = error
     return tuple(check_accuracy(errors).items())
 
@@ -87,22 +87,22 @@ def _start_text(start: Start) -> str:
     return start if isinstance(start, str) else ", ".join(map(_number_text, start))
 
 
-def boolean_in_file(key: str, value: object) -> bool:
-    """A truth value in a scene file."""
+def check_file_boolean(key: str, value: object) -> bool:
+    """A boolean of a scene file; raises `InputError` for any other type."""
     if not isinstance(value, bool):
         raise InputError(f"{key} = {value!r}: must be true or false")
     return value
 
 
-def text_in_file(key: str, value: object) -> str:
-    """A text in a scene file."""
+def check_file_text(key: str, value: object) -> str:
+    """A text of a scene file; raises `InputError` for any other type."""
     if not isinstance(value, str):
         raise InputError(f"{key} = {value!r}: must be text in quotes")
     return value
 
 
-def number_in_file(key: str, value: object) -> float:
-    """A number in a scene file."""
+def check_file_number(key: str, value: object) -> float:
+    """A number of a scene file; raises `InputError` for any other type."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"{key} = {value!r}: not a number")
     try:
@@ -116,33 +116,33 @@ def _start_in_file(key: str, value: object) -> str | tuple[float, ...]:
         return value
     if not isinstance(value, list | tuple):
         raise InputError(f"{key} = {value!r}: must be {_START_IN_FILE}")
-    return tuple(number_in_file(f"{key}[{index}]", entry) for index, entry in enumerate(value))
+    return tuple(check_file_number(f"{key}[{index}]", entry) for index, entry in enumerate(value))
 
 
 def _accuracy_in_file(key: str, value: object) -> Accuracy:
     if not isinstance(value, Mapping):
         raise InputError(f"{key} = {value!r}: must be a table such as {{peak = 1e-4}}")
     return tuple(
-        (str(name), number_in_file(f"{key}.{name}", error)) for name, error in value.items()
+        (str(name), check_file_number(f"{key}.{name}", error)) for name, error in value.items()
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSetting:
-    """A field of a scene that is not a parameter."""
+    """A row of the table: a field of a scene that is not a parameter."""
 
     name: str
     meaning: str
-    # Readers of a text in a form or option, and of a key with a value in a scene file.
+    # Parsers of the text in a form or option, and of a key with its value in a scene file.
     read: Callable[[str], Any]
-    of_file: Callable[[str, object], Any]
+    check_file_value: Callable[[str, object], Any]
     option: Option
-    text: Callable[[Any], str] = _number_text
-    # The allowed values, in words or as numbers or names.
-    form: str = ""
+    to_text: Callable[[Any], str] = _number_text
+    # The allowed values, as text, as an interval or as names with their meanings.
+    allowed_text: str = ""
     interval: Callable[[], Interval] | None = None
     choices: Callable[[], Mapping[str, str]] | None = None
-    # Comment in a scene file, in place of meaning and allowed values.
+    # Comment in a scene file; by default meaning and allowed values.
     comment: str = ""
     symbol: str = ""
     unit: str = ""
@@ -151,13 +151,13 @@ class RunSetting:
 
     @property
     def allowed(self) -> str:
-        """The allowed values in words."""
+        """Description of the allowed values."""
         if self.interval is not None:
             return str(self.interval())
-        return self.form or ", ".join(self.choices() if self.choices else ())
+        return self.allowed_text or ", ".join(self.choices() if self.choices else ())
 
-    def words(self, text: str) -> list[str]:
-        """The command-line option for the value with this text."""
+    def command_options(self, text: str) -> list[str]:
+        """The command-line options that set the value with this text."""
         if self.option.metavar is None:
             return [] if self.read(text) else [self.option.flag]
         texts = text.split(",") if self.option.multiple else [text]
@@ -171,10 +171,10 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             name="separation",
             meaning="whether contact can be lost",
             read=_read_separation,
-            text=lambda considered: CONSIDERED if considered else IGNORED,
-            of_file=boolean_in_file,
+            to_text=lambda considered: CONSIDERED if considered else IGNORED,
+            check_file_value=check_file_boolean,
             comment="true: separation considered (Case 1), false: ignored (Case 2)",
-            form=" or ".join(_SEPARATION),
+            allowed_text=" or ".join(_SEPARATION),
             choices=lambda: _SEPARATION,
             option=Option(
                 flag="--ignore-separation",
@@ -185,10 +185,10 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             name="start",
             unit="m, m/s",
             meaning="state at t = 0",
-            form=START_FORM,
+            allowed_text=START_TEXT,
             read=_read_start,
-            text=_start_text,
-            of_file=_start_in_file,
+            to_text=_start_text,
+            check_file_value=_start_in_file,
             comment=_START_IN_FILE,
             details=((STATIC, "at rest at the equilibrium for μ = 0; the belt starts at t = 0"),),
             option=Option(
@@ -202,16 +202,16 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             meaning="end time",
             interval=lambda: T_END_INTERVAL,
             read=check_horizon,
-            of_file=number_in_file,
+            check_file_value=check_file_number,
             details=(("use", "half peak-to-peak is taken over the second half of the run"),),
             option=Option(flag="--t-end", metavar="S", help="Duration of the transient, s."),
         ),
         RunSetting(
             name="method",
             meaning="integration method",
-            read=_read_choice("method", _methods),
-            text=str,
-            of_file=text_in_file,
+            read=_choice_reader("method", _methods),
+            to_text=str,
+            check_file_value=check_file_text,
             choices=_methods,
             option=Option(
                 flag="--method",
@@ -226,7 +226,7 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             meaning="relative tolerance",
             interval=tolerance_interval,
             read=check_tolerance,
-            of_file=number_in_file,
+            check_file_value=check_file_number,
             details=(
                 ("use", "methods with variable step, unless accuracy is given"),
                 ("taylor, fmu", "what it promises is said in examples/trust.md"),
@@ -236,10 +236,10 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
         RunSetting(
             name="accuracy",
             meaning="error targets, in place of tol and step",
-            form=f"e.g. peak=1e-4, for {', '.join(QUANTITIES)}; or empty",
+            allowed_text=f"e.g. peak=1e-4, for {', '.join(QUANTITIES)}; or empty",
             read=_read_accuracy,
-            text=lambda errors: ", ".join(f"{name}={error:g}" for name, error in errors),
-            of_file=_accuracy_in_file,
+            to_text=lambda errors: ", ".join(f"{name}={error:g}" for name, error in errors),
+            check_file_value=_accuracy_in_file,
             comment=f"errors allowed, in place of tol: {', '.join(QUANTITIES)}",
             details=tuple(QUANTITIES.items()),
             when_empty="tol or step",
@@ -258,9 +258,9 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             symbol="step",
             unit="s",
             meaning="step of rk4 or fmu",
-            form=_STEP_FORM,
+            allowed_text=_STEP_TEXT,
             read=_read_step,
-            of_file=number_in_file,
+            check_file_value=check_file_number,
             comment="step of rk4 or communication step of fmu; above 0 and at most t_end, s",
             details=(
                 ("rk4", "the integration step"),
@@ -276,11 +276,11 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
 }
 
 
-def setting(name: str, help: str = "", *, of_scene: bool = True) -> Any:  # noqa: A002
-    """A field of a dataclass for the option of a setting; `help` takes the place of its text.
+def setting(name: str, help: str = "", *, for_scene: bool = True) -> Any:  # noqa: A002
+    """The dataclass field of a setting's option; `help` replaces its help text.
 
-    The option sets the field of the scene, unless it is for something else (not `of_scene`).
+    With `for_scene` the option sets the field of the scene.
     """
-    declared = SETTINGS[name].option
-    declared = replace(declared, help=help or declared.help, setting=name if of_scene else "")
-    return option_field(declared, False if declared.metavar is None else None)
+    option = SETTINGS[name].option
+    option = replace(option, help=help or option.help, setting=name if for_scene else "")
+    return option_field(option, False if option.metavar is None else None)

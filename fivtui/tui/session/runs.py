@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fivtui.charts import COLOURS
 from fivtui.model import ComputationError, equilibrium, time_scale
 from fivtui.scene import Scene, scene_transient
-from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, takes_step
+from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, uses_step
 
 from .jobs import Job, Outcome, compute_outcome
 
@@ -137,7 +137,7 @@ class Run(Job):
             return f"read from {self.source}: extrema are those of its samples"
         if scene.accuracy:
             return "error of " + ", ".join(f"{name} {error:g}" for name, error in scene.accuracy)
-        if takes_step(scene.method):
+        if uses_step(scene.method):
             step = "default step" if scene.step is None else f"step {scene.step:g} s"
             return f"{step}, error not controlled"
         return f"tol {scene.tol:g}"

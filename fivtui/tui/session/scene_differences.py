@@ -29,7 +29,7 @@ class Difference:
         """The option on the command line."""
         if self.name in ALL_PARAMETERS:
             return ["--set", f"{self.name}={self.text or NONE}"]
-        return SETTINGS[self.name].words(self.text)
+        return SETTINGS[self.name].command_options(self.text)
 
     def __str__(self) -> str:
         if self.name == _TABLES:

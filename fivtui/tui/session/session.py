@@ -16,7 +16,7 @@ from fivtui.model import (
 )
 from fivtui.ranges import number_text
 from fivtui.scene import Scene
-from fivtui.transient import CONSIDERED, METHODS, SETTINGS, takes_step
+from fivtui.transient import CONSIDERED, METHODS, SETTINGS, uses_step
 
 from .editing import Action, Editing, initial_value_text
 from .equations import symbol_of
@@ -166,7 +166,7 @@ class Session(Editing):
         is_fmu = scene.method in FMU_ENGINES
         method = self._native_method if is_fmu else scene.method
         fmu_method = scene.method if is_fmu else self._fmu_method
-        step = scene.step if takes_step(method) else None
+        step = scene.step if uses_step(method) else None
         return (
             dataclasses.replace(scene, method=method, step=step),
             dataclasses.replace(scene, method=fmu_method, step=None),

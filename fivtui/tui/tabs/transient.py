@@ -21,7 +21,7 @@ from fivtui.transient import (
     PlottedRun,
     Transient,
     difference_chart,
-    growing_run,
+    partial_run,
     path_chart,
     phase_chart,
     plotted_run,
@@ -174,7 +174,7 @@ class TransientPane(ViewsPane):
         """Display the part of a run computed so far."""
         trajectory = run.partial.trajectory()
         if trajectory is not None:
-            drawn = growing_run(
+            drawn = partial_run(
                 trajectory,
                 run.scene.system,
                 run.scene.t_end,

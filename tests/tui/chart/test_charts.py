@@ -15,7 +15,7 @@ from fivtui.signals.spectra import spectrum
 from fivtui.simulation import simulate
 from fivtui.transient.charts import (
     difference_chart,
-    growing_run,
+    partial_run,
     phase_chart,
     plotted_run,
     time_chart,
@@ -248,7 +248,7 @@ def test_the_charts_of_the_base_scene() -> None:
     assert "f₁ 0.753" in peaks.note
     assert [guide.label for guide in peaks.guides] == ["f₁", "2f₁", "3f₁"]
     assert run.trajectory is not None
-    intervals = growing_run(run.trajectory, run.system, run.t_end).separated
+    intervals = partial_run(run.trajectory, run.system, run.t_end).separated
     assert len(intervals) == pytest.approx(len(run.separated_intervals), abs=2)
     assert sum(b - a for a, b in intervals) == pytest.approx(71.0, abs=1.0)
 
