@@ -97,7 +97,7 @@ def _index(component: Component, rules: str) -> str:
     for role, title in _TITLES.items():
         rows = "".join(
             f"<tr><td>{v.name}</td><td>{v.unit}</td><td>{html.escape(v.meaning)}</td>"
-            f"<td>{html.escape(v.allowed)}</td></tr>\n"
+            f"<td>{html.escape(v.range_text)}</td></tr>\n"
             for v in component.table.variables
             if v.role is role
         )

@@ -101,9 +101,9 @@ def type_definitions(
     """``TypeDefinitions`` of the enumerations, each an element that `add_type` adds; or nothing."""
     definitions = ET.Element("TypeDefinitions")
     for variable in table.variables:
-        if variable.items:
+        if variable.value_names:
             enumeration = add_type(definitions, type_of(variable))
-            for value, name in enumerate(variable.items):
+            for value, name in enumerate(variable.value_names):
                 ET.SubElement(enumeration, "Item", name=name, value=str(value))
     return [definitions] if len(definitions) else []
 
@@ -156,9 +156,9 @@ def start_description(
 
 def complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:
     """Add type, unit, bounds, derivative and start to a ``ScalarVariable``; FMI 2.0."""
-    typed = _child(element, (Type.INTEGER if variable.items else variable.type).value)
+    typed = _child(element, (Type.INTEGER if variable.value_names else variable.type).value)
     typed.tag = variable.type.value
-    if variable.items:
+    if variable.value_names:
         typed.set("declaredType", type_of(variable))
     derivative_of = variable.derivative_of and _index(table, variable.derivative_of)
     for name, text in numbers_of(variable, derivative_of).items():
@@ -199,8 +199,8 @@ def model_structure(
     derivatives = [v for v in table.variables if v.derivative_of]
     unknowns = [v for v in table.variables if v.role is Role.OUTPUT or v.derivative_of]
     _add_unknowns(structure, "Outputs", [(v, dependencies_of(v)) for v in outputs], table)
-    _add_unknowns(structure, "Derivatives", [(v, v.varies_with) for v in derivatives], table)
-    _add_unknowns(structure, "InitialUnknowns", [(v, v.starts_from) for v in unknowns], table)
+    _add_unknowns(structure, "Derivatives", [(v, v.rate_depends_on) for v in derivatives], table)
+    _add_unknowns(structure, "InitialUnknowns", [(v, v.start_depends_on) for v in unknowns], table)
     return structure
 
 

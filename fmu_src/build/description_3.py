@@ -116,7 +116,7 @@ def _attributes(variable: Variable, reference: int, table: VariableTable) -> dic
         attributes["intermediateUpdate"] = "true"
     derivative_of = variable.derivative_of and str(table.references[variable.derivative_of])
     attributes |= numbers_of(variable, derivative_of)
-    if variable.items:
+    if variable.value_names:
         attributes["declaredType"] = type_of(variable)
     return attributes
 
@@ -141,11 +141,11 @@ def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> E
             add("Output", reference, names)
     for reference, variable in enumerate(table.variables):
         if variable.derivative_of:
-            names = (*variable.varies_with, *_parameters_of(variable))
+            names = (*variable.rate_depends_on, *_parameters_of(variable))
             add("ContinuousStateDerivative", reference, names)
     for reference, variable in enumerate(table.variables):
         if variable.role is Role.OUTPUT or variable.derivative_of:
-            add("InitialUnknown", reference, variable.starts_from)
+            add("InitialUnknown", reference, variable.start_depends_on)
     for reference, indicator in enumerate(indicators, start=len(table.variables) + 1):
         add("EventIndicator", reference, indicator.depends_on)
     return structure

@@ -159,7 +159,7 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
     variables = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table.variables):
         element = ET.SubElement(variables, "ScalarVariable", identity_of(variable, reference))
-        ET.SubElement(element, (Type.INTEGER if variable.items else variable.type).value)
+        ET.SubElement(element, (Type.INTEGER if variable.value_names else variable.type).value)
         complete_variable(element, variable, table)
     root.append(model_structure(table, lambda v: exchange_dependencies(v, states)))
     return as_text(root)

@@ -119,7 +119,7 @@ def _references(table: VariableTable) -> list[str]:
 def _row(v: Variable) -> str:
     numbers = [_number(value) for value in (v.start, v.lower, v.upper)]
     parts = (f'"{v.name}"', _KINDS[v.type], v.role.name, *numbers)
-    rest = (f'"{v.allowed}"', _number(v.nominal or 1.0), str(int(v.variability == "continuous")))
+    rest = (f'"{v.range_text}"', _number(v.nominal or 1.0), str(int(v.variability == "continuous")))
     return f"    {{{', '.join((*parts, *rest))}}},"
 
 

@@ -1,4 +1,4 @@
-"""The FMU's code, as hosts call it. Imports the standard library and pythonfmu alone."""
+"""Code that runs inside the Python FMUs; it imports only the standard library and pythonfmu."""
 
 from typing import TYPE_CHECKING
 

@@ -1,9 +1,9 @@
-"""A brake actuator: a force command becomes a preload, with a lag and with feedback.
+"""A brake actuator: the preload follows a commanded force, with a lag and with feedback.
 
     tau dF/dt = command + gain (command − P) − F
 
-Inputs are held over a communication step, so that the solution over it is an exact exponential and
-does not depend on the step.
+Inputs are held over a communication step, so that the solution is an exact exponential and does not
+depend on the step size.
 """
 
 import math
@@ -28,7 +28,7 @@ _SMALLER_COMMAND: Final = ("a smaller command",)
 _SMALLER_FEEDBACK: Final = (*_SMALLER_COMMAND, "a smaller gain", "a smaller contact force")
 
 
-class Preload(NamedTuple):
+class ActuatorState(NamedTuple):
     """State of an actuator: time, s, and preload, N."""
 
     t: float
@@ -43,42 +43,42 @@ class BrakeActuator(Instance):
     def __init__(self, **kwargs: Any) -> None:
         default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
         super().__init__(ACTUATOR_SUMMARY, default, **kwargs)
-        self._at = Preload(0.0, 0.0)
+        self._state = ActuatorState(0.0, 0.0)
 
-    def _begin_motion(self, experiment: Experiment) -> None:
-        self._at = Preload(experiment.start_time, self._values[_F_START])
+    def _create_motion(self, experiment: Experiment) -> None:
+        self._state = ActuatorState(experiment.start_time, self._values[_F_START])
 
-    def _move_on(self, end: float, _experiment: Experiment) -> None:
-        goal = self._goal()
-        faded = math.exp((self._at.t - end) / self._values[_TAU])
-        force = goal + (self._at.F - goal) * faded
+    def _advance(self, end: float, _experiment: Experiment) -> None:
+        target = self._target_force()
+        decay = math.exp((self._state.t - end) / self._values[_TAU])
+        force = target + (self._state.F - target) * decay
         if not math.isfinite(force):
             raise ComputationError(
                 f"the preload grows beyond the floating-point range at t = {end:.6g} s",
                 use_one_of(_SMALLER_FEEDBACK if self._values[_GAIN] > 0.0 else _SMALLER_COMMAND),
             )
-        self._at = Preload(end, force)
+        self._state = ActuatorState(end, force)
 
-    def _publish(self) -> None:
-        self._values[_F] = self._at.F
-        self._values[_RATE] = (self._goal() - self._at.F) / self._values[_TAU]
+    def _store_outputs(self) -> None:
+        self._values[_F] = self._state.F
+        self._values[_RATE] = (self._target_force() - self._state.F) / self._values[_TAU]
 
-    def _goal(self) -> float:
+    def _target_force(self) -> float:
         values = self._values
         return values[_COMMAND] + values[_GAIN] * (values[_COMMAND] - values[_FEEDBACK])
 
-    def _motion_state(self) -> Preload:
-        return self._at
+    def _motion_state(self) -> ActuatorState:
+        return self._state
 
-    def _resume(
-        self, _values: dict[int, float | bool], _experiment: Experiment, current: Preload
+    def _restore_motion(
+        self, _values: dict[int, float | bool], _experiment: Experiment, motion_state: ActuatorState
     ) -> None:
-        self._at = current
+        self._state = motion_state
 
     @staticmethod
-    def _to_json(current: Preload) -> Any:
-        return current
+    def _to_json(motion_state: ActuatorState) -> Any:
+        return motion_state
 
     @staticmethod
-    def _from_json(content: Any) -> Preload:
-        return Preload(*content)
+    def _from_json(content: Any) -> ActuatorState:
+        return ActuatorState(*content)

@@ -44,16 +44,16 @@ ACTUATOR_TABLE: Final = VariableTable(
             nominal=0.1,
         ),
         _force("F_start", Role.PARAMETER, "preload at the start"),
-        Variable("F", Role.OUTPUT, _F.meaning, "N", nominal=100.0, starts_from=("F_start",)),
+        Variable("F", Role.OUTPUT, _F.meaning, "N", nominal=100.0, start_depends_on=("F_start",)),
         Variable(
             "F_rate",
             Role.LOCAL,
             "rate of the preload",
             "N/s",
             nominal=1e3,
-            starts_from=("F_start", "command", "P", "tau", "gain"),
+            start_depends_on=("F_start", "command", "P", "tau", "gain"),
             derivative_of="F",
-            varies_with=("F", "command", "P"),
+            rate_depends_on=("F", "command", "P"),
         ),
     ]
 )

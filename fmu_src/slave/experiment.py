@@ -8,9 +8,9 @@ from fivtui.model.errors import InputError
 from fivtui.model.numbers import Interval, parse_number
 from fivtui.taylor.stepper import DEFAULT_TOL, TOL_RANGE
 
-# Times of host and FMU may differ by this, s, and by rounding.
-SAME_TIME: Final = 1e-9
-_ROUNDING: Final = 2.0**-50
+# Accepted difference between the times of host and FMU: absolute, s, and relative.
+TIME_TOLERANCE: Final = 1e-9
+_RELATIVE_TIME_TOLERANCE: Final = 2.0**-50
 
 
 class Experiment(NamedTuple):
@@ -21,7 +21,7 @@ class Experiment(NamedTuple):
     tol: float = DEFAULT_TOL
 
     @classmethod
-    def checked(
+    def from_host(
         cls,
         start_time: float,
         stop_time: float | None,
@@ -30,9 +30,9 @@ class Experiment(NamedTuple):
     ) -> Self:
         """An experiment from the values of a host, in s.
 
-        The tolerance is `DEFAULT_TOL` if None; out of range, it becomes the nearest valid one and
-        `warn` is called with a line. Raises `InputError` if a value is not a number or a time is
-        out of range.
+        If `tol` is None, the tolerance is `DEFAULT_TOL`; if it is out of range, the nearest valid
+        one, and `warn` is called with a line of text. Raises `InputError` if a value is not a
+        number or a time is out of range.
         """
         start = parse_number("start time", start_time, "a finite number of seconds")
         stop = (
@@ -44,19 +44,19 @@ class Experiment(NamedTuple):
         lowest, highest = TOL_RANGE
         if math.isnan(tolerance):
             raise InputError(f"tolerance = nan: must be from {lowest:g} to {highest:g}")
-        possible = min(max(tolerance, lowest), highest)
-        if possible != tolerance:
+        accepted = min(max(tolerance, lowest), highest)
+        if accepted != tolerance:
             warn(
                 f"tolerance = {tolerance:g}: must be from {lowest:g} to {highest:g}, "
-                f"{possible:g} is used"
+                f"{accepted:g} is used"
             )
-        return cls(start, stop, possible)
+        return cls(start, stop, accepted)
 
     def end_of_step(self, t: float, current_time: float, step_size: float) -> float:
         """The next communication point, s, from the time reached and the host's time and step size.
 
-        Raises `InputError` if the host is at another time beyond rounding, the step is not
-        positive, or it passes the stop time.
+        Raises `InputError` if the host's time differs from `t` by more than rounding, the step is
+        not positive, or it passes the stop time.
         """
         if not _is_same_time(current_time, t):
             raise InputError(f"current time = {current_time!r} s: the FMU is at {t!r} s")
@@ -74,4 +74,4 @@ class Experiment(NamedTuple):
 
 
 def _is_same_time(time: float, reference: float) -> bool:
-    return math.isclose(time, reference, rel_tol=_ROUNDING, abs_tol=SAME_TIME)
+    return math.isclose(time, reference, rel_tol=_RELATIVE_TIME_TOLERANCE, abs_tol=TIME_TOLERANCE)

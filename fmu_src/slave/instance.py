@@ -1,8 +1,8 @@
 """FMI 2.0 co-simulation of a component, as pythonfmu calls it.
 
-The wrapper can pass on neither exceptions nor a status other than that of `do_step`: every entry
-point catches exceptions, logs them and keeps the state as it was. The next `do_step` reports a
-refused call by failing.
+The wrapper passes no exceptions to the host, and no status except that of `do_step`. So every entry
+point catches exceptions, logs them and leaves the state unchanged; the next `do_step` fails if an
+earlier call was refused.
 """
 
 import atexit
@@ -25,31 +25,31 @@ from pythonfmu.variables import Boolean, Integer, Real
 
 from fivtui.model.errors import ComputationError, InputError
 
-from .experiment import SAME_TIME, Experiment
+from .experiment import TIME_TOLERANCE, Experiment
 from .instance_state import InstanceState, Phase, from_bytes, to_bytes
 from .variable import Role, Type, VariableTable
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 # Python prints warnings and errors to standard error unless the host adds a handler.
 LOGGER: Final = "fivtui.fmu"
-_PRINTED: Final = 20
-_DIFFERENT: Final = 1000
-_UNPRINTED: Final = "further refusals are not printed here; switch on the FMU's debug logging"
-_UNLOGGED: Final = f"refused, for another reason than the first {_DIFFERENT} that were logged"
+_PRINT_LIMIT: Final = 20
+_TEXT_LIMIT: Final = 1000
+_MUTED_TEXT: Final = "further refusals are not printed here; switch on the FMU's debug logging"
+_OVERFLOW_TEXT: Final = f"refused, for another reason than the first {_TEXT_LIMIT} that were logged"
 # Paths of the wrapper's libraries: open handles would keep the host from unloading them. At exit
 # the wrapper destroys its counter of interpreter uses, then decrements it in freed memory, which
 # may abort the host. Calling its exported release function before that is safe, even repeatedly.
 _libraries: Final[set[str]] = set()
 # pythonfmu has no enumerations; the model description turns integers into them.
-_MAKERS: Final = {
+_VARIABLE_CLASSES: Final = {
     Type.REAL: Real,
     Type.INTEGER: Integer,
     Type.ENUMERATION: Integer,
     Type.BOOLEAN: Boolean,
 }
-# Calls that only read or step: their refusal is not reported again by the next step.
-_REPORTED_AT_ONCE: Final = {
-    "_computed_step",
+# Calls that only read or step: the next step does not report their refusal again.
+_REPORTED_ONCE: Final = {
+    "_compute_step",
     "get_real",
     "get_integer",
     "get_boolean",
@@ -58,10 +58,10 @@ _REPORTED_AT_ONCE: Final = {
 }
 
 
-def guarded(fallback: Callable[..., object]) -> Callable[[_Method], _Method]:
-    """Decorator for an entry point: instead of raising it calls ``self.refuse(call, why)``.
+def refuse_on_error(fallback: Callable[..., object]) -> Callable[[_Method], _Method]:
+    """Make an entry point call ``self.refuse(call, why)`` instead of raising an exception.
 
-    It then returns `fallback` of its arguments. `why` is the message of an `InputError` or
+    It then returns `fallback(*args)`. `why` is the message of an `InputError` or
     `ComputationError`, else a traceback.
     """
 
@@ -82,15 +82,15 @@ def guarded(fallback: Callable[..., object]) -> Callable[[_Method], _Method]:
     return decorate
 
 
-def nothing(*_: object) -> None:
-    """Fallback for calls that return None."""
+def return_none(*_: object) -> None:
+    """Return None: the fallback of calls without a result."""
 
 
-class Notices:
-    """Messages of one instance: to the host's log, and always to standard error.
+class MessageLog:
+    """Texts of one instance for the host's log, which are also printed to standard error.
 
-    Hosts show the log only if debug logging is on. The wrappers never free a logged text, so an
-    instance logs few different ones, and equal ones are one object.
+    Hosts show the log only if debug logging is on. The wrapper never frees a logged text, so the
+    number of different texts is limited, and equal texts are one object.
     """
 
     def __init__(self, instance: str) -> None:
@@ -99,22 +99,22 @@ class Notices:
         self._logged: set[str] = set()
 
     def print_text(self, level: int, text: str) -> str:
-        """Print a text (a line or a traceback) to standard error, unless there were too many.
+        """Print a line or a traceback to standard error, up to a limit of texts.
 
-        `level` is one of Python's ``logging``. Returns the text as the wrapper's logger needs it.
+        `level` is one of Python's ``logging``. Returns the text escaped for the wrapper's logger.
         """
-        if self._printed <= _PRINTED:
-            self._print(level, text if self._printed < _PRINTED else _UNPRINTED)
+        if self._printed <= _PRINT_LIMIT:
+            self._print(level, text if self._printed < _PRINT_LIMIT else _MUTED_TEXT)
             self._printed += 1
         if text not in self._logged:
-            if len(self._logged) >= _DIFFERENT:
-                text = _UNLOGGED
+            if len(self._logged) >= _TEXT_LIMIT:
+                text = _OVERFLOW_TEXT
             self._logged.add(text)
         # Hosts use the message as a format string.
         return sys.intern(text.replace("%", "%%"))
 
     def _print(self, level: int, text: str) -> None:
-        # Exceptions of the host's handlers must not leave an entry point of the FMU, either.
+        # Exceptions of the host's logging handlers must not reach the wrapper.
         with suppress(BaseException):
             logging.getLogger(LOGGER).log(
                 level, "%s: %s", self._instance, text, extra={"fmu_instance": self._instance}
@@ -124,13 +124,13 @@ class Notices:
 def release_at_exit(resources: str | None) -> None:
     """Release the wrapper's libraries that are still loaded when the interpreter ends.
 
-    They lie next to the FMU's folder of resources, whose path the host spells.
+    Their folder is beside the FMU's folder of resources.
     """
-    # Without arguments the interpreter is embedded, and the wrapper itself releases it in time.
+    # An interpreter without arguments is embedded in a host: the wrapper releases it in time.
     if resources is None or sys.platform != "linux" or not sys.orig_argv:
         return
     if not _libraries:
-        # Imported here: an embedded interpreter may not find it, and does not need it.
+        # Imported late: an embedded interpreter may not find ctypes, and does not need it.
         from ctypes import CDLL
 
         atexit.register(_release, CDLL)
@@ -147,15 +147,15 @@ def _release(load: Any) -> None:
 class Instance(Fmi2Slave):  # type: ignore[misc]
     """One instance of a component, whose variables are `TABLE`.
 
-    `description` is one sentence, `default` the experiment that it suggests, `kwargs` those of the
-    wrapper.
+    `description` is one sentence on the model, `default` its default experiment, `kwargs` are the
+    arguments that the wrapper passes.
     """
 
     TABLE: ClassVar[VariableTable]
 
     def __init__(self, description: str, default: DefaultExperiment, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        # The wrapper, which passes its logger, adds the FMU's folder to the host's path each time.
+        # The wrapper, which passes `logger`, adds the FMU's folder to the path for each instance.
         if "logger" in kwargs and self.resources in sys.path:
             sys.path.remove(self.resources)
         release_at_exit(self.resources)
@@ -167,16 +167,16 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         self._phase = Phase.INSTANTIATED
         self._experiment: Experiment | None = None
         self._values: dict[int, float | bool] = {}
-        self._stale = True
-        # Times, s: reached, of the outputs, and up to which a step needs no computation.
-        self._t, self._published, self._free_until = 0.0, 0.0, -math.inf
+        self._must_begin = True
+        # Times, s: current, of the outputs, and up to which steps take the fast path.
+        self._t, self._output_time, self._fast_until = 0.0, 0.0, -math.inf
         self._refused: dict[int | str, str] = {}
-        self._notices = Notices(self.instance_name)
-        self._undefined = {r: math.nan for r, v in enumerate(table.variables) if not v.settable}
+        self._message_log = MessageLog(self.instance_name)
+        self._nan_outputs = {r: math.nan for r, v in enumerate(table.variables) if not v.settable}
         for reference, variable in enumerate(table.variables):
             self._values[reference] = variable.start
             self.register_variable(
-                _MAKERS[variable.type](
+                _VARIABLE_CLASSES[variable.type](
                     variable.name,
                     causality=Fmi2Causality[variable.role.value],
                     description=variable.meaning,
@@ -186,27 +186,27 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             )
 
     @abstractmethod
-    def _begin_motion(self, experiment: Experiment) -> None:
-        """Create the motion from the values, at the start time."""
+    def _create_motion(self, experiment: Experiment) -> None:
+        """Create the motion at the start time from the values of parameters and inputs."""
 
     @abstractmethod
-    def _move_on(self, end: float, experiment: Experiment) -> None:
-        """Move on to a later time, s; on an exception, leave the motion where it is."""
+    def _advance(self, end: float, experiment: Experiment) -> None:
+        """Advance to a later time, s; on an exception, leave the motion unchanged."""
 
     @abstractmethod
-    def _publish(self) -> None:
-        """Store the outputs at the time reached in the values."""
+    def _store_outputs(self) -> None:
+        """Store the outputs at the current time in the values."""
 
-    def _remark(self) -> str:
-        """Warning about the values at the end of initialization; empty if none."""
+    def _initialization_warning(self) -> str:
+        """Warning about the values, logged at the end of initialization; empty if there is none."""
         return ""
 
     @abstractmethod
     def _motion_state(self) -> Any:
-        """State of the motion, immutable, with its time as `t`."""
+        """Immutable state of the motion, with its time as `t`."""
 
     @abstractmethod
-    def _resume(
+    def _restore_motion(
         self, values: dict[int, float | bool], experiment: Experiment, motion_state: Any
     ) -> None:
         """Return to a state of the motion."""
@@ -222,155 +222,157 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         """A state of the motion from JSON data."""
 
     def refuse(self, call: int | str, why: str) -> None:
-        """Log why a call is refused; unless it reads or steps, the next step reports it too.
+        """Log why a call is refused; unless it reads or steps, the next step reports it again.
 
-        `call` is the value reference that was to be set, or the name of the call; `why` is a line
-        or a traceback.
+        `call` is the value reference of a refused value or the name of a call, `why` a line or a
+        traceback.
         """
-        if call not in _REPORTED_AT_ONCE:
+        if call not in _REPORTED_ONCE:
             self._refused[call] = why
-            self._free_until = -math.inf
+            self._fast_until = -math.inf
         self._log_text(Fmi2Status.error, logging.ERROR, why)
 
     def _log_text(self, status: Fmi2Status, level: int, text: str) -> None:
-        # A constant: the wrapper may keep a reference to the category.
+        # The category is a constant, because the wrapper may keep a reference to it.
         category = "logStatusError" if status is Fmi2Status.error else "logStatusWarning"
-        self.log(self._notices.print_text(level, text), status, category)
+        self.log(self._message_log.print_text(level, text), status, category)
 
-    @guarded(nothing)
+    @refuse_on_error(return_none)
     def setup_experiment(
         self, start_time: float, stop_time: float | None, tolerance: float | None
     ) -> None:
         """Set start time, stop time, s, and tolerance of the run."""
-        self._require("setup_experiment", Phase.INSTANTIATED)
-        self._experiment = Experiment.checked(
+        self._require_phase("setup_experiment", Phase.INSTANTIATED)
+        self._experiment = Experiment.from_host(
             start_time,
             stop_time,
             tolerance,
             lambda text: self._log_text(Fmi2Status.warning, logging.WARNING, text),
         )
-        self._stale = True
+        self._must_begin = True
         self._refused.pop("setup_experiment", None)
 
-    @guarded(nothing)
+    @refuse_on_error(return_none)
     def enter_initialization_mode(self) -> None:
         """Begin the initialization."""
-        self._require("enter_initialization_mode", Phase.INSTANTIATED)
+        self._require_phase("enter_initialization_mode", Phase.INSTANTIATED)
         if self._experiment is None:
             raise InputError("enter_initialization_mode is not allowed before setup_experiment")
         self._phase = Phase.INITIALIZATION
         self._refused.pop("enter_initialization_mode", None)
 
-    @guarded(nothing)
+    @refuse_on_error(return_none)
     def exit_initialization_mode(self) -> None:
         """Fix the parameters and begin the motion."""
-        self._require("exit_initialization_mode", Phase.INITIALIZATION)
+        self._require_phase("exit_initialization_mode", Phase.INITIALIZATION)
         self._refused.pop("exit_initialization_mode", None)
         if self._refused:
             raise InputError("not initialized: " + "; ".join(self._refused.values()))
         self._begin()
         self._phase = Phase.STEPPING
-        if remark := self._remark():
-            self._log_text(Fmi2Status.warning, logging.WARNING, remark)
+        if warning := self._initialization_warning():
+            self._log_text(Fmi2Status.warning, logging.WARNING, warning)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Move on by one communication step, s. Returns False if the step is refused."""
-        # Most steps end within a Taylor step, where nothing is computed until outputs are read.
-        # They need no guard: the wrapper passes floats, whose comparison cannot raise.
+        """Advance by one communication step, s; return False if the step is refused."""
+        # Fast path: most steps end within a Taylor step, and need no computation until outputs are
+        # read. The decorator is not needed: the wrapper passes floats, so nothing here can raise.
         t, end = self._t, current_time + step_size
         if (
-            t < end < self._free_until
+            t < end < self._fast_until
             and step_size > 0.0
-            and -SAME_TIME <= current_time - t <= SAME_TIME
+            and -TIME_TOLERANCE <= current_time - t <= TIME_TOLERANCE
         ):
             self._t = end
             return True
-        return self._computed_step(current_time, step_size)
+        return self._compute_step(current_time, step_size)
 
-    @guarded(lambda *_: False)
-    def _computed_step(self, current_time: float, step_size: float) -> bool:
+    @refuse_on_error(lambda *_: False)
+    def _compute_step(self, current_time: float, step_size: float) -> bool:
         if self._refused:
-            # The first refusal is the cause of those that follow it.
+            # The first refusal is the cause of the later ones.
             why = next(iter(self._refused.values()))
             if self._phase is Phase.STEPPING:
                 self._refused.clear()
             raise InputError(f"the step is not taken: {why}")
-        self._require("do_step", Phase.STEPPING)
+        self._require_phase("do_step", Phase.STEPPING)
         experiment = self._experiment or Experiment()
         end = experiment.end_of_step(self._t, current_time, step_size)
-        self._move_on(end, experiment)
+        self._advance(end, experiment)
         self._t = end
         return True
 
-    @guarded(nothing)
+    @refuse_on_error(return_none)
     def terminate(self) -> None:
         """End the run; values can still be read."""
-        # The wrapper cannot report a refused initialization: a host may continue, then terminate.
+        # The wrapper cannot report a refused initialization: the host may continue and terminate.
         if self._phase is Phase.TERMINATED or "exit_initialization_mode" not in self._refused:
-            self._require("terminate", Phase.STEPPING)
-        self._free_until = -math.inf
+            self._require_phase("terminate", Phase.STEPPING)
+        self._fast_until = -math.inf
         self._phase = Phase.TERMINATED
 
-    @guarded(lambda vrs: [math.nan] * len(vrs))
-    def get_real(self, vrs: Sequence[int]) -> list[float]:
+    @refuse_on_error(lambda references: [math.nan] * len(references))
+    def get_real(self, references: Sequence[int]) -> list[float]:
         """Values of variables of any type as numbers."""
-        return [float(value) for value in self._read(vrs)]
+        return [float(value) for value in self._read(references)]
 
-    @guarded(lambda vrs: [0] * len(vrs))
-    def get_integer(self, vrs: Sequence[int]) -> list[int]:
-        """Values of variables of any type as integers; 0 if there is none yet."""
-        return [0 if math.isnan(value) else int(value) for value in self._read(vrs)]
+    @refuse_on_error(lambda references: [0] * len(references))
+    def get_integer(self, references: Sequence[int]) -> list[int]:
+        """Values of variables of any type as integers; 0 before the first result."""
+        return [0 if math.isnan(value) else int(value) for value in self._read(references)]
 
-    @guarded(lambda vrs: [False] * len(vrs))
-    def get_boolean(self, vrs: Sequence[int]) -> list[bool]:
-        """Values of variables of any type as booleans; False if there is none yet."""
-        return [not math.isnan(value) and bool(value) for value in self._read(vrs)]
+    @refuse_on_error(lambda references: [False] * len(references))
+    def get_boolean(self, references: Sequence[int]) -> list[bool]:
+        """Values of variables of any type as booleans; False before the first result."""
+        return [not math.isnan(value) and bool(value) for value in self._read(references)]
 
-    @guarded(lambda vrs: [""] * len(vrs))
-    def get_string(self, vrs: Sequence[int]) -> list[str]:
+    @refuse_on_error(lambda references: [""] * len(references))
+    def get_string(self, references: Sequence[int]) -> list[str]:
         """Refuse: no variable is a string."""
-        raise InputError(f"value references {list(vrs)}: no variable is of type String")
+        raise InputError(f"value references {list(references)}: no variable is of type String")
 
-    @guarded(nothing)
-    def set_real(self, vrs: Sequence[int], values: Sequence[float]) -> None:
+    @refuse_on_error(return_none)
+    def set_real(self, references: Sequence[int], values: Sequence[float]) -> None:
         """Set parameters and inputs."""
-        self._set(vrs, values, Type.REAL)
+        self._set(references, values, Type.REAL)
 
-    @guarded(nothing)
-    def set_integer(self, vrs: Sequence[int], values: Sequence[int]) -> None:
+    @refuse_on_error(return_none)
+    def set_integer(self, references: Sequence[int], values: Sequence[int]) -> None:
         """Refuse: no variable of type Integer can be set."""
-        self._set(vrs, values, Type.INTEGER)
+        self._set(references, values, Type.INTEGER)
 
-    @guarded(nothing)
-    def set_boolean(self, vrs: Sequence[int], values: Sequence[bool]) -> None:
+    @refuse_on_error(return_none)
+    def set_boolean(self, references: Sequence[int], values: Sequence[bool]) -> None:
         """Set parameters of type Boolean."""
-        self._set(vrs, values, Type.BOOLEAN)
+        self._set(references, values, Type.BOOLEAN)
 
-    @guarded(nothing)
-    def set_string(self, vrs: Sequence[int], values: Sequence[str]) -> None:
+    @refuse_on_error(return_none)
+    def set_string(self, references: Sequence[int], values: Sequence[str]) -> None:
         """Refuse: no variable is a string."""
-        raise InputError(f"{dict(zip(vrs, values, strict=True))}: no variable is of type String")
+        raise InputError(
+            f"{dict(zip(references, values, strict=True))}: no variable is of type String"
+        )
 
-    @guarded(nothing)
+    @refuse_on_error(return_none)
     def _get_fmu_state(self) -> InstanceState | None:
-        motion_state = None if self._stale else self._motion_state()
+        motion_state = None if self._must_begin else self._motion_state()
         if motion_state is not None:
-            self._publish_now()
+            self._update_outputs()
         return InstanceState(
             self._phase, self._experiment, tuple(self._values.values()), motion_state
         )
 
-    @guarded(nothing)
+    @refuse_on_error(return_none)
     def _set_fmu_state(self, state: InstanceState | str | None) -> None:
         if not isinstance(state, InstanceState):
             raise InputError(state or "there is no such FMU state")
         values = dict(enumerate(state.values))
         if state.motion_state is not None:
-            self._resume(values, state.experiment or Experiment(), state.motion_state)
+            self._restore_motion(values, state.experiment or Experiment(), state.motion_state)
             self._t = state.motion_state.t
         self._phase, self._experiment = state.phase, state.experiment
-        self._values, self._stale = values, state.motion_state is None
-        self._published, self._free_until = self._t, -math.inf
+        self._values, self._must_begin = values, state.motion_state is None
+        self._output_time, self._fast_until = self._t, -math.inf
         self._refused.clear()
 
     @classmethod
@@ -386,31 +388,31 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         except BaseException:  # noqa: BLE001
             return traceback.format_exc()
 
-    def _require(self, call: str, phase: Phase) -> None:
+    def _require_phase(self, call: str, phase: Phase) -> None:
         if self._phase is not phase:
             raise InputError(f"{call} is not allowed {self._phase.value}")
 
-    def _read(self, vrs: Sequence[int]) -> list[float | bool]:
+    def _read(self, references: Sequence[int]) -> list[float | bool]:
         values = self._values
         if self._refused and self._phase in (Phase.INSTANTIATED, Phase.INITIALIZATION):
-            # No motion exists for the refused values: outputs are NaN.
-            values = values | self._undefined
-        elif self._stale:
+            # Outputs are NaN, because no motion exists for refused values.
+            values = values | self._nan_outputs
+        elif self._must_begin:
             self._begin()
-        elif self._t != self._published:
-            self._publish_now()
+        elif self._t != self._output_time:
+            self._update_outputs()
         try:
-            return [values[reference] for reference in vrs]
-        except KeyError as unknown:
-            raise InputError(f"value reference {unknown}: there is no such variable") from None
+            return [values[reference] for reference in references]
+        except KeyError as missing:
+            raise InputError(f"value reference {missing}: there is no such variable") from None
 
-    def _set(self, vrs: Sequence[int], values: Sequence[object], kind: Type) -> None:
-        # Sets all values or none; a valid value cancels the refusal of an earlier one.
+    def _set(self, references: Sequence[int], values: Sequence[object], kind: Type) -> None:
+        # Set all values or none. A valid value cancels an earlier refusal of the same variable.
         accepted: dict[int, float | bool] = {}
         refused: dict[int, str] = {}
-        for reference, value in zip(vrs, values, strict=True):
+        for reference, value in zip(references, values, strict=True):
             try:
-                accepted[reference] = self._checked(reference, kind, value)
+                accepted[reference] = self._check_value(reference, kind, value)
             except InputError as error:
                 refused[reference] = str(error)
         for reference, why in refused.items():
@@ -421,28 +423,28 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             self._refused.pop(reference, None)
         if self._phase is not Phase.STEPPING:
             self._values.update(accepted)
-            self._stale = True
+            self._must_begin = True
         elif any(self._values[reference] != value for reference, value in accepted.items()):
-            # Steps not yet computed are computed with the old inputs.
-            self._free_until = -math.inf
+            # Compute the steps so far with the old inputs.
+            self._fast_until = -math.inf
             self._motion_state()
             self._values.update(accepted)
-            self._publish_now()
+            self._update_outputs()
 
-    def _checked(self, reference: int, kind: Type, value: object) -> float | bool:
+    def _check_value(self, reference: int, kind: Type, value: object) -> float | bool:
         checked = self.TABLE.check_settable(reference, kind, value)
         variable = self.TABLE.variables[reference]
-        fixed = variable.role is Role.PARAMETER and self._phase is Phase.STEPPING
-        if fixed or self._phase is Phase.TERMINATED:
+        is_fixed = variable.role is Role.PARAMETER and self._phase is Phase.STEPPING
+        if is_fixed or self._phase is Phase.TERMINATED:
             raise InputError(f"{variable.name} cannot be set {self._phase.value}")
         return checked
 
     def _begin(self) -> None:
         experiment = self._experiment or Experiment()
-        self._begin_motion(experiment)
-        self._t, self._stale = experiment.start_time, False
-        self._publish_now()
+        self._create_motion(experiment)
+        self._t, self._must_begin = experiment.start_time, False
+        self._update_outputs()
 
-    def _publish_now(self) -> None:
-        self._publish()
-        self._published = self._t
+    def _update_outputs(self) -> None:
+        self._store_outputs()
+        self._output_time = self._t

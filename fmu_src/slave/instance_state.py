@@ -8,13 +8,13 @@ from fivtui.model.errors import InputError
 
 from .experiment import Experiment
 
-# The build of the FMU: the bundled package is named by a hash of its content.
+# Identifies the build of the FMU: the name of the bundled package is a hash of its content.
 _BUILD: Final = __name__.partition(".")[0]
 _DAMAGED: Final = "the serialised FMU state is damaged"
 
 
 class Phase(StrEnum):
-    """Phase of an instance in the calling sequence of FMI 2.0; values are words for messages."""
+    """Phase of an instance in the calling sequence of FMI 2.0, as a phrase for messages."""
 
     INSTANTIATED = "before initialization"
     INITIALIZATION = "in initialization mode"

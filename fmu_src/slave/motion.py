@@ -1,7 +1,7 @@
-"""The motion at communication points, under inputs that may change there.
+"""The motion of the slider between communication points, where inputs may change.
 
-A Taylor step covers many communication steps. Its polynomial is kept until it is used up or an
-input changes, so the result does not depend on the communication points.
+A Taylor step covers many communication steps. Its polynomial is used until its end or a change of
+inputs, so the result does not depend on the communication points.
 """
 
 from collections.abc import Mapping
@@ -29,17 +29,17 @@ from .variables import REFERENCES, STATES, VARIABLES
 Values = Mapping[int, float | bool]
 # Limit of Taylor steps per communication step: about 15 s of CPU time.
 _MOST_STEPS: Final = 500_000
-_BELT: Final = ("v_belt", "mu_s", "v_s")
-_FIXED: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
+_BELT_NAMES: Final = ("v_belt", "mu_s", "v_s")
+_FIXED_REFERENCES: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
 
 
 class MotionState(NamedTuple):
     """State of the motion at a communication point `t`, immutable.
 
     `F`, `mu` and `v_belt` (None where the slider always slides) are the inputs up to `t`.
-    `switches` counts all changes of the mode, `sticks` those to stick and that at the start;
-    `last_event` is the time of the last change, or the start time. `segment` contains `t`, or is
-    None just after a change of inputs; `stepper` is the integrator at its end.
+    `switches` counts all changes of the mode, `sticks` the changes to stick, a start in stick
+    included; `last_event` is the time of the last change, or the start time. `segment` contains
+    `t`, or is None just after a change of inputs; `stepper` is the integrator at its end.
     """
 
     t: float
@@ -58,7 +58,7 @@ class MotionState(NamedTuple):
 
 
 class SliderBeltMotion:
-    """A motion computed step by step, with constant inputs over each step.
+    """A motion computed step by step, with inputs held over each communication step.
 
     The initial inputs F, μ and v_belt are those of `p`. `examples/trust.md` defines the accuracy of
     `tol`. `current` is the state of the motion.
@@ -70,7 +70,7 @@ class SliderBeltMotion:
         self._p, self._inputs = p, (p.F, p.mu, p.v_belt)
         self._separation = separation
         self._tol = tol
-        self._stepper = self._stepper_from(state, t)
+        self._stepper = self._create_stepper(state, t)
         snapshot = self._stepper.snapshot
         sticks = int(snapshot.mode is Mode.STICK)
         self.current = MotionState(
@@ -78,19 +78,19 @@ class SliderBeltMotion:
         )
 
     def state_at(self, t: float) -> State:
-        """The state at a time from now to `known_until`, s, without moving on."""
+        """The state at a time up to `computed_until`, s, without advancing the motion."""
         current = self.current
         if t == current.t or current.segment is None:
             return current.state
-        return self._on_belt(current.segment.state(t), current.mode)
+        return self._with_belt_speed(current.segment.state(t), current.mode)
 
     def forces(
         self, state: State, force: float, *, F: float, mu: float, v_belt: float
     ) -> tuple[Mode, float, tuple[float, float]]:
         """Mode, friction force on the slider, N, and accelerations, m/s², under given inputs.
 
-        `state` is one of the current segment, `force` its contact force, N. On a belt of finite
-        speed inputs may change the mode; `v_belt` has no effect elsewhere.
+        `state` is a state of the current segment, `force` its contact force, N. On a belt of finite
+        speed inputs may change the mode; otherwise `v_belt` has no effect.
         """
         p, mode = self._p, self.current.mode
         if p.v_belt is None:
@@ -99,8 +99,8 @@ class SliderBeltMotion:
                 p = p.with_values({"F": F, "mu": mu})
             return mode, mu * force, accelerations(p, state, mode)
         if (F, mu, v_belt) != self._inputs:
-            p = self._parameters_with(F, mu, v_belt)
-            state = self._on_side(state, p)
+            p = self._replace_inputs(F, mu, v_belt)
+            state = self._project_on_switch(state, p)
             mode = mode_of(p, state, separation=self._separation)
         return mode, friction_force(p, state, mode) + 0.0, accelerations(p, state, mode)
 
@@ -109,63 +109,62 @@ class SliderBeltMotion:
         return contact_force(self._p, y, self.current.mode) + 0.0
 
     @property
-    def known_until(self) -> float:
-        """Time, s, up to which moving on under the same inputs needs no Taylor step."""
+    def computed_until(self) -> float:
+        """Time, s, up to which the motion under the same inputs is computed."""
         segment = self.current.segment
         return self.current.t if segment is None else segment.end
 
     def move_to(self, t: float, *, F: float, mu: float, v_belt: float | None = None) -> None:
-        """Move on to a later time, s, with preload `F`, N, and friction coefficient `mu`.
+        """Advance to a later time, s, with preload `F`, N, and friction coefficient `mu`.
 
-        `v_belt`, m/s, is the speed of a belt that has one. On any exception the motion stays where
-        it was.
+        `v_belt`, m/s, is used on a belt of finite speed. On any exception the motion is unchanged.
         """
-        begin = self.current
-        speed = None if begin.v_belt is None else v_belt
+        initial = self.current
+        speed = None if initial.v_belt is None else v_belt
         try:
             if (F, mu, speed) != self._inputs:
                 self._change_inputs(F, mu, speed)
             self._advance(t)
         except BaseException:
-            self.restore(begin)
+            self.restore(initial)
             raise
 
     def restore(self, current: MotionState) -> None:
-        """Return to a state of a motion of the same problem; what follows is bit-identical."""
+        """Return to a state of a motion with equal fixed values; it continues to the same bits."""
         inputs = (current.F, current.mu, current.v_belt)
         if inputs != self._inputs:
-            self._p, self._inputs = self._parameters_with(*inputs), inputs
-            self._stepper = self._stepper_from(current.state, current.t)
+            self._p, self._inputs = self._replace_inputs(*inputs), inputs
+            self._stepper = self._create_stepper(current.state, current.t)
         self._stepper.resume(current.stepper)
         self.current = current
 
-    def _parameters_with(self, F: float, mu: float, v_belt: float | None) -> Parameters:
+    def _replace_inputs(self, F: float, mu: float, v_belt: float | None) -> Parameters:
         return self._p.with_values({"F": F, "mu": mu, "v_belt": v_belt})
 
-    def _stepper_from(self, state: State, t: float) -> TaylorStepper:
+    def _create_stepper(self, state: State, t: float) -> TaylorStepper:
         return taylor_stepper(System(self._p, self._separation), state, t=t, tol=self._tol)
 
     def _change_inputs(self, F: float, mu: float, v_belt: float | None) -> None:
-        at = self.current
-        p = self._parameters_with(F, mu, v_belt)
-        state = self._on_side(at.state, p)
+        current = self.current
+        p = self._replace_inputs(F, mu, v_belt)
+        state = self._project_on_switch(current.state, p)
         self._p, self._inputs = p, (F, mu, v_belt)
-        self._stepper = self._stepper_from(state, at.t)
+        self._stepper = self._create_stepper(state, current.t)
         snapshot = self._stepper.snapshot
-        self.current = _count_switch(at, snapshot.mode, at.t)._replace(
+        self.current = _count_switch(current, snapshot.mode, current.t)._replace(
             state=state, F=F, mu=mu, v_belt=v_belt, stepper=snapshot, segment=None
         )
 
-    def _on_belt(self, state: State, mode: Mode) -> State:
-        # While sticking, use the exact speed of the belt instead of the polynomial's.
+    def _with_belt_speed(self, state: State, mode: Mode) -> State:
+        # In stick, replace the polynomial's speed by the exact speed of the belt.
         if mode is not Mode.STICK:
             return state
         x, _, y, vy = state
         return (x, self._p.v_belt or 0.0, y, vy)
 
-    def _on_side(self, state: State, p: Parameters) -> State:
-        # Project a state that rounding put on the wrong side of the current mode onto the switch,
-        # before the motion continues with new parameters.
+    def _project_on_switch(self, state: State, p: Parameters) -> State:
+        # New parameters begin at a state that may violate the guard of the mode by rounding: move
+        # such a state onto the switch.
         x, vx, y, vy = state
         mode, speed = self.current.mode, self._p.v_belt or 0.0
         if mode is Mode.FORWARD:
@@ -189,14 +188,14 @@ class SliderBeltMotion:
                     "use shorter communication steps, or the native FMU",
                 )
             steps += 1
-            following = self._stepper.advance()
+            next_segment = self._stepper.advance()
             if segment is not None:
                 state = segment.final if segment.end == t else None
-                current = _count_switch(current, following.mode, segment.end)
-            segment = following
+                current = _count_switch(current, next_segment.mode, segment.end)
+            segment = next_segment
             current = current._replace(stepper=self._stepper.snapshot, segment=segment)
         if state is None:
-            state = self._on_belt(segment.state(t), current.mode)
+            state = self._with_belt_speed(segment.state(t), current.mode)
         # Constructed directly for speed: most communication steps do only this.
         self.current = MotionState(t, state, *current[2:-1], segment)
 
@@ -204,11 +203,11 @@ class SliderBeltMotion:
 def _count_switch(current: MotionState, mode: Mode, t: float) -> MotionState:
     if mode is current.mode:
         return current
-    separates, lands = mode not in IN_CONTACT, current.mode not in IN_CONTACT
+    separates, reattaches = mode not in IN_CONTACT, current.mode not in IN_CONTACT
     return current._replace(
         mode=mode,
         separations=current.separations + separates,
-        reattachments=current.reattachments + lands,
+        reattachments=current.reattachments + reattaches,
         switches=current.switches + 1,
         sticks=current.sticks + (mode is Mode.STICK),
         last_event=t,
@@ -221,25 +220,25 @@ def start_state(values: Values) -> State:
     Raises `ComputationError` if the start is static and there is no equilibrium.
     """
     if values[REFERENCES["start_static"]]:
-        return static_start(System(parameters_from(values), separation_in(values)))
+        return static_start(System(build_parameters(values), has_separation(values)))
     x, vx, y, vy = (float(values[REFERENCES[f"{name}_start"]]) for name in STATES)
     return (x, vx, y, vy)
 
 
-def motion_from(values: Values, state: State, *, t: float, tol: float) -> SliderBeltMotion:
-    """The motion from a state, with parameters, inputs and separation from the values."""
+def new_motion(values: Values, state: State, *, t: float, tol: float) -> SliderBeltMotion:
+    """Create a motion from a state, with parameters, inputs and separation from the values."""
     return SliderBeltMotion(
-        parameters_from(values), state, t=t, separation=separation_in(values), tol=tol
+        build_parameters(values), state, t=t, separation=has_separation(values), tol=tol
     )
 
 
 def fixed_values(values: Values) -> list[float]:
-    """The values of the fixed parameters; motions with equal ones can exchange their states."""
-    return [values[reference] for reference in _FIXED]
+    """The values of the fixed parameters; motions with equal values can exchange their states."""
+    return [values[reference] for reference in _FIXED_REFERENCES]
 
 
-def parameters_from(values: Values) -> Parameters:
-    """The parameter set, inputs included; `InputError` if static friction is below `mu`."""
+def build_parameters(values: Values) -> Parameters:
+    """Build the parameter set, inputs included; `InputError` if static friction is below `mu`."""
     values_by_name = {name: float(values[REFERENCES[name]]) for name in PARAMETERS}
     if not values[REFERENCES["finite_belt"]]:
         return Parameters(**values_by_name)
@@ -260,16 +259,16 @@ def check_friction(values: Values) -> None:
         raise InputError(f"mu = {mu:g}: must be at most mu_s = {static:g}")
 
 
-def unused_values(values: Values) -> str:
-    """Values of the belt that are set without effect, as a phrase; empty if there are none."""
+def describe_unused_values(values: Values) -> str:
+    """A phrase that names belt values without effect; empty if there are none."""
     if values[REFERENCES["finite_belt"]]:
-        falls = values[REFERENCES["mu_s"]] > 0.0 or not values[REFERENCES["v_s"]]
-        return "" if falls else "v_s has no effect without mu_s"
-    names = [n for n in _BELT if values[REFERENCES[n]] != VARIABLES[REFERENCES[n]].start]
+        has_effect = values[REFERENCES["mu_s"]] > 0.0 or not values[REFERENCES["v_s"]]
+        return "" if has_effect else "v_s has no effect without mu_s"
+    names = [n for n in _BELT_NAMES if values[REFERENCES[n]] != VARIABLES[REFERENCES[n]].start]
     verb = "has" if len(names) == 1 else "have"
     return f"{', '.join(names)} {verb} no effect without finite_belt" if names else ""
 
 
-def separation_in(values: Values) -> bool:
+def has_separation(values: Values) -> bool:
     """Whether separation is considered (Case 1 of the paper)."""
     return bool(values[REFERENCES["separation"]])

@@ -1,4 +1,4 @@
-"""The variables of an FMU: name, type, range and meaning of each, and the table of them."""
+"""A variable of an FMU (name, type, range, meaning), and the table of all variables."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -37,11 +37,11 @@ class Variable:
     name: str
     role: Role
     meaning: str
-    # SI; "1" if dimensionless, empty if the type has no units.
+    # SI unit; "1" if dimensionless, empty if the type has no units.
     unit: str = ""
     _: KW_ONLY
     type: Type = Type.REAL
-    # Before any value is set; of outputs, before the motion begins.
+    # Value before a host sets another; for outputs, before the motion begins.
     start: float | bool = 0.0
     lower: float = -math.inf
     upper: float = math.inf
@@ -49,15 +49,15 @@ class Variable:
     nominal: float | None = None
     # Whether it changes only at switches.
     discrete: bool = False
-    # Inputs it depends on directly, at a communication point.
+    # Inputs that an output depends on directly, at a communication point.
     depends_on: Sequence[str] = ()
-    # Parameters and inputs that its initial value depends on.
-    starts_from: Sequence[str] = ()
+    # Parameters and inputs that the initial value depends on.
+    start_depends_on: Sequence[str] = ()
     derivative_of: str = ""
-    # States and inputs that it depends on as a derivative.
-    varies_with: Sequence[str] = ()
+    # States and inputs that the derivative of a state depends on.
+    rate_depends_on: Sequence[str] = ()
     # Names of the values 0, 1, … of an enumeration.
-    items: Sequence[str] = ()
+    value_names: Sequence[str] = ()
 
     @property
     def _interval(self) -> Interval | None:
@@ -66,8 +66,8 @@ class Variable:
         return Interval(self.lower, self.upper, unit) if self.lower > -math.inf else None
 
     @property
-    def allowed(self) -> str:
-        """The allowed range in words; empty if it cannot be set."""
+    def range_text(self) -> str:
+        """The allowed range as a phrase; empty if the variable cannot be set."""
         if not self.settable:
             return ""
         if self.type is Type.BOOLEAN:
@@ -76,7 +76,7 @@ class Variable:
 
     @property
     def settable(self) -> bool:
-        """Whether a host may set it."""
+        """Whether a host may set the variable."""
         return self.role in (Role.PARAMETER, Role.INPUT)
 
     @property
@@ -101,7 +101,7 @@ class Variable:
         if self.type is Type.BOOLEAN:
             return bool(value)
         if self._interval is None:
-            return parse_number(self.name, value, self.allowed)
+            return parse_number(self.name, value, self.range_text)
         return self._interval.check(self.name, value)
 
 

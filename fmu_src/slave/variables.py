@@ -19,17 +19,18 @@ _COLUMNS: Final = {column.name: column for column in COLUMNS}
 # Parameters of the model that may change at every communication point.
 INPUTS: Final = ("F", "mu", "v_belt")
 STATES: Final = ("x", "vx", "y", "vy")
-_STARTS: Final = tuple(f"{name}_start" for name in STATES)
-# What an equilibrium under μ = 0 depends on.
+_START_NAMES: Final = tuple(f"{name}_start" for name in STATES)
+# Variables that the equilibrium for μ = 0 depends on.
 _EQUILIBRIUM: Final = ("k1", "k2", "k3", "k_nl", "F", "separation")
-# What friction, and whether the slider sticks, depend on where the belt has a finite speed.
+# Variables that friction depends on: on a belt of finite speed, and on any belt.
 _BELT: Final = ("finite_belt", "v_belt", "mu_s")
 _FRICTION: Final = ("c1", "mu", *_BELT)
-_AT_REST: Final = ("start_static", *_EQUILIBRIUM)
-_FORCE_ORIGIN: Final = (*_AT_REST, *_STARTS)
-_MODE_ORIGIN: Final = (*_FORCE_ORIGIN, *_FRICTION, "m", "c2")
-# Variables of a finite belt speed. A Real cannot be unset: a flag enables the speed, and 0 means
-# unset in the others, which is also the limit of small values.
+# Variables that the initial position, contact force and mode depend on.
+_STATIC_START: Final = ("start_static", *_EQUILIBRIUM)
+_INITIAL_FORCE: Final = (*_STATIC_START, *_START_NAMES)
+_INITIAL_MODE: Final = (*_INITIAL_FORCE, *_FRICTION, "m", "c2")
+# Variables of a belt of finite speed. A Real always has a value: a flag enables the speed, and in
+# the others 0 means unset, which is also the limit of small values.
 _BELT_MEANINGS: Final = {
     "v_belt": "speed of the belt, if finite_belt",
     "mu_s": "static friction coefficient, if finite_belt: at least mu, or 0 for mu",
@@ -59,8 +60,8 @@ def _parameter(spec: ParameterSpec) -> Variable:
     )
 
 
-def _of_belt(name: str, meaning: str) -> Variable:
-    # Zero means unset, except for an input.
+def _belt_parameter(name: str, meaning: str) -> Variable:
+    # 0 means unset, except for an input.
     variable = replace(_parameter(BELT_PARAMETERS[name]), meaning=meaning, lower=0.0)
     return variable if variable.role is Role.INPUT else replace(variable, start=0.0)
 
@@ -69,7 +70,7 @@ def _flag(name: str, meaning: str, *, start: bool) -> Variable:
     return Variable(name, Role.PARAMETER, meaning, type=Type.BOOLEAN, start=start)
 
 
-def _start(name: str) -> Variable:
+def _start_value(name: str) -> Variable:
     column = _COLUMNS[name]
     meaning = f"{column.meaning} at the start, if start_static is false"
     nominal = _NOMINAL[column.unit]
@@ -78,7 +79,7 @@ def _start(name: str) -> Variable:
 
 def _output(
     name: str,
-    starts_from: Sequence[str],
+    initial_names: Sequence[str],
     meaning: str = "",
     unit: str = "",
     role: Role = Role.OUTPUT,
@@ -89,41 +90,41 @@ def _output(
         meaning, unit = _COLUMNS[name].meaning, _COLUMNS[name].unit
     nominal = _NOMINAL[unit]
     return Variable(
-        name, role, meaning, unit, nominal=nominal, starts_from=starts_from, **properties
+        name, role, meaning, unit, nominal=nominal, start_depends_on=initial_names, **properties
     )
 
 
-def _count(name: str, meaning: str, starts_from: Sequence[str] = ()) -> Variable:
-    return _output(name, starts_from, meaning, DIMENSIONLESS, discrete=True, lower=0.0)
+def _counter(name: str, meaning: str, initial_names: Sequence[str] = ()) -> Variable:
+    return _output(name, initial_names, meaning, DIMENSIONLESS, discrete=True, lower=0.0)
 
 
 def _velocity(axis: str) -> Variable:
     name = f"v{axis}"
-    starts_from = ("start_static", f"{name}_start")
-    return _output(name, starts_from, derivative_of=axis, varies_with=(name,))
+    initial_names = ("start_static", f"{name}_start")
+    return _output(name, initial_names, derivative_of=axis, rate_depends_on=(name,))
 
 
 def _friction(name: str, meaning: str) -> Variable:
-    starts_from = (*_FORCE_ORIGIN, *_FRICTION, "v_s")
+    initial_names = (*_INITIAL_FORCE, *_FRICTION, "v_s")
     meaning = f"{meaning}; if finite_belt, that of the mode"
-    return _output(name, starts_from, meaning, "N", depends_on=("mu", "v_belt"))
+    return _output(name, initial_names, meaning, "N", depends_on=("mu", "v_belt"))
 
 
 def _acceleration(
-    axis: str, adjective: str, starts_from: Sequence[str], varies_with: Sequence[str]
+    axis: str, adjective: str, initial_names: Sequence[str], rate_names: Sequence[str]
 ) -> Variable:
     return _output(
         f"a{axis}",
-        ("start_static", "separation", *starts_from, "x_start", "y_start"),
+        ("start_static", "separation", *initial_names, "x_start", "y_start"),
         f"{adjective} acceleration",
         "m/s^2",
         Role.LOCAL,
         derivative_of=f"v{axis}",
-        varies_with=varies_with,
+        rate_depends_on=rate_names,
     )
 
 
-def _mode(kind: Type, items: Sequence[str] = ()) -> Variable:
+def _mode(kind: Type, value_names: Sequence[str] = ()) -> Variable:
     # Local, so that hosts do not record it by default: every type costs a call per sample.
     name = kind.value.lower()
     return Variable(
@@ -134,7 +135,7 @@ def _mode(kind: Type, items: Sequence[str] = ()) -> Variable:
         lower=int(min(Mode)),
         upper=int(max(Mode)),
         discrete=True,
-        items=items,
+        value_names=value_names,
     )
 
 
@@ -153,17 +154,17 @@ SLIDER_BELT_TABLE: Final = VariableTable(
             "or from the start values",
             start=True,
         ),
-        *map(_start, STATES),
-        _output("x", (*_AT_REST, "x_start")),
+        *map(_start_value, STATES),
+        _output("x", (*_STATIC_START, "x_start")),
         _velocity("x"),
-        _output("y", (*_AT_REST, "y_start")),
+        _output("y", (*_STATIC_START, "y_start")),
         _velocity("y"),
-        _output("P", _FORCE_ORIGIN),
+        _output("P", _INITIAL_FORCE),
         _friction("friction_slider", "friction force of the belt on the slider, mu P"),
         _friction("friction_belt", "friction force of the slider on the belt, -mu P"),
         _output(
             "mode",
-            _MODE_ORIGIN,
+            _INITIAL_MODE,
             discrete=True,
             depends_on=("mu", "v_belt"),
             lower=float(min(Mode)),
@@ -171,12 +172,12 @@ SLIDER_BELT_TABLE: Final = VariableTable(
         ),
         _output(
             "switching",
-            (*_AT_REST, "y_start"),
+            (*_STATIC_START, "y_start"),
             "switching function y: negative in contact, positive when separated",
             "m",
         ),
-        _count("separations", "number of separations so far"),
-        _count("reattachments", "number of reattachments so far"),
+        _counter("separations", "number of separations so far"),
+        _counter("reattachments", "number of reattachments so far"),
         _output(
             "last_event",
             (),
@@ -205,12 +206,12 @@ SLIDER_BELT_TABLE: Final = VariableTable(
             "whether the belt has a finite speed, v_belt, or is always faster than the slider",
             start=False,
         ),
-        *starmap(_of_belt, _BELT_MEANINGS.items()),
-        _count("switches", "number of changes of the mode so far"),
-        _count(
+        *starmap(_belt_parameter, _BELT_MEANINGS.items()),
+        _counter("switches", "number of changes of the mode so far"),
+        _counter(
             "sticks",
             "number of times that the slider has begun to stick so far, at the start included",
-            _MODE_ORIGIN,
+            _INITIAL_MODE,
         ),
     ]
 )
