@@ -9,7 +9,7 @@ import pytest
 from fivtui.model import System
 from fivtui.model.errors import Cancelled
 from fivtui.model.parameters import Parameters
-from fivtui.orbits.attractor_search import coexistence, search
+from fivtui.orbits.attractor_search import coexistence, find_attractors
 from fivtui.orbits.basins import basin, escape_offset
 from fivtui.orbits.branches import continuation
 from fivtui.orbits.curves.cycle_branches import branch
@@ -19,7 +19,7 @@ from fivtui.transient import integrate
 P = Parameters(F=120.0)
 Go = Callable[[float], bool]
 SEARCHES: dict[str, Callable[[Go], Any]] = {
-    "attractors": lambda go: search(System(P), kernel="interpreted", progress=go),
+    "attractors": lambda go: find_attractors(System(P), kernel="interpreted", progress=go),
     "coexistence": lambda go: coexistence(System(P), kernel="interpreted", progress=go),
     "escape": lambda go: escape_offset(System(P), kernel="interpreted", progress=go),
     "basin": lambda go: basin(

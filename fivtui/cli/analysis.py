@@ -68,11 +68,11 @@ def stability(call: Call[StabilityOptions]) -> None:
 def _safe_friction(scene: "Scene", call: Call[Any]) -> dict[str, Any]:
     # Entries about disturbances of any size that `stability` adds to its JSON.
     if scene.parameters.v_belt is not None:
-        from fivtui.orbits import reached_words
+        from fivtui.orbits import transients_phrase
 
         # Entries on a belt of finite speed: the motion that transients reach at this friction only.
         coexisting = _coexisting(scene)
-        verdict = reached_words(coexisting)
+        verdict = transients_phrase(coexisting)
         if not call.outputs.as_json:
             print_note(verdict)
         return {"safe_mu": None, "safe_mu_basis": {"verdict": verdict, **coexisting.to_dict()}}

@@ -45,7 +45,7 @@ class FoundOrbit(NamedTuple):
 
     unknowns: Floats
     tangent: Floats
-    across: Floats
+    flow_direction: Floats
     monodromy: Floats
     extremes: Floats
     determinant: float
@@ -121,14 +121,14 @@ class OrbitSearch:
         ):
             return None
         determinant, iterations = orbit[_PARTS[-1] :].tolist()
-        unknowns, tangent, across, monodromy, extremes = (
+        unknowns, tangent, flow_direction, monodromy, extremes = (
             orbit[begin:end] for begin, end in zip([0, *_PARTS], _PARTS, strict=False)
         )
         count = self._count
         return FoundOrbit(
             unknowns[:count],
             tangent[:count],
-            across,
+            flow_direction,
             monodromy.reshape(3, 3),
             extremes,
             determinant,

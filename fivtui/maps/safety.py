@@ -19,7 +19,7 @@ from fivtui.model import (
     check_always_sliding,
     system_of,
 )
-from fivtui.orbits import folds_of
+from fivtui.orbits import stabilising_folds
 from fivtui.safety import SafeFriction, safe_friction
 
 from .escape import escape_offsets
@@ -189,7 +189,7 @@ def _folds(
         (indices, fold)
         for indices, verdict in verdicts.items()
         for curve in verdict.basis.branches
-        for fold in folds_of(curve)
+        for fold in stabilising_folds(curve)
     ]
     sheets = FoldSheets(
         system,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fivtui.equilibrium import lowest_critical_mu
 from fivtui.model import ComputationError, Progress, System
-from fivtui.orbits import FoldOrbit, branch, fold_near, folds_of
+from fivtui.orbits import FoldOrbit, branch, fold_near, stabilising_folds
 
 Floats = NDArray[np.float64]
 Point = tuple[int, ...]
@@ -107,7 +107,7 @@ class FoldSheets:
                 )
             except ComputationError:
                 continue
-            for fold in folds_of(cycles):
+            for fold in stabilising_folds(cycles):
                 self._add_fold(point, _FoldAtPoint(fold))
 
     def _system_at(self, at: Sequence[float]) -> System:

@@ -5,18 +5,18 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .attractor_search import Coexistence, attractors, coexistence
     from .basins import basin
-    from .boundaries.fold_orbits import FoldOrbit, fold_near, folds_of
+    from .boundaries.fold_orbits import FoldOrbit, fold_near, stabilising_folds
     from .boundaries.result import BOUNDARIES
     from .boundaries.search import boundary
     from .branches import continuation
-    from .curves.charts import branch_chart, event_name, sizes_of
+    from .curves.charts import branch_chart, branch_extents, event_name
     from .curves.cycle_branches import branch, branch_through, cycles_at
     from .curves.events import End, EventKind
     from .curves.result import CycleBranch, CyclePoint, event_at
-    from .decay import Attraction
+    from .decay import DecayRegion
     from .explorer import Explorer
     from .options import BranchOptions
-    from .phrases import SEARCHING, coexistence_words, reached_words
+    from .phrases import SEARCHING, coexistence_phrase, transients_phrase
     from .rest import length_scale, slowest_period
 else:
     from fivtui.lazy import lazily

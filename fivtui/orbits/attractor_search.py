@@ -9,11 +9,11 @@ from fivtui.results import SystemResult, scene_text, to_data
 from fivtui.transient import Kernel
 
 from .basins import EscapeOffset, escape_offset
-from .explorer import AT_REST, Attractor, Explorer, Kind, add_new, starts_around
+from .explorer import AT_REST, Attractor, Explorer, Kind, add_attractor, search_starts
 
-# Share of the search for attractors in the work.
-_SEARCH: Final = 0.3
-_GROWTH: Final = {
+# Part of the progress that the search for attractors takes.
+_SEARCH_PART: Final = 0.3
+_DESCRIPTIONS: Final = {
     Kind.UNBOUNDED: "unbounded growth",
     Kind.UNSETTLED: "motion that did not settle in the time allowed",
 }
@@ -30,7 +30,7 @@ class Coexistence(SystemResult):
     attractors : tuple of Attractor
         Those found, the equilibrium first.
     reached : tuple of int
-        Index in `attractors` of the attractor of each start, the static start first.
+        Index in `attractors` of the attractor that each start reaches, the static start first.
     stable : bool
         Whether the equilibrium is stable by its eigenvalues, even if no start reaches it.
     escape : EscapeOffset or None
@@ -46,7 +46,7 @@ class Coexistence(SystemResult):
 
     @property
     def others(self) -> tuple[Attractor, ...]:
-        """The attractors reached besides rest: limit cycles and unbounded growth."""
+        """The attractors besides rest: limit cycles and unbounded growth."""
         rest = (*AT_REST, Kind.UNSETTLED)
         return tuple(attractor for attractor in self.attractors if attractor.kind not in rest)
 
@@ -67,20 +67,20 @@ class Coexistence(SystemResult):
         if not self.coexists:
             return None if self.settled else "some motions did not settle in the time allowed"
         descriptions = [
-            _GROWTH.get(attractor.kind, f"a {attractor.description}")
+            _DESCRIPTIONS.get(attractor.kind, f"a {attractor.description}")
             for attractor in self.attractors
             if attractor.kind not in AT_REST
         ]
-        beside = f"it coexists with {' and '.join(descriptions)}"
+        coexistence = f"it coexists with {' and '.join(descriptions)}"
         if self.escape is None:
-            return f"the equilibrium is reached only from some starts: {beside}"
+            return f"the equilibrium is reached only from some starts: {coexistence}"
         offsets = [
             f"{value:.4g} m {side}"
             for side, value in (("above", self.escape.up), ("below", self.escape.down))
             if value is not None
         ]
-        released = f"; a release from rest {' or '.join(offsets)} it leaves it" if offsets else ""
-        return f"the equilibrium is stable only for small disturbances: {beside}{released}"
+        escape = f"; a release from rest {' or '.join(offsets)} it leaves it" if offsets else ""
+        return f"the equilibrium is stable only for small disturbances: {coexistence}{escape}"
 
     def _summary(self) -> list[tuple[str, str]]:
         rows = [
@@ -102,7 +102,7 @@ class Coexistence(SystemResult):
         """The object that ``fivtui attractors --json`` prints.
 
         Keys are ``attractors``, ``coexistence``, ``escape_offset`` (``up`` and ``down``, m, or
-        None) and ``warning`` (None if there is none).
+        None) and ``warning`` (text, or None).
         """
         return {
             "attractors": [attractor.to_dict() for attractor in self.attractors],
@@ -159,38 +159,38 @@ def coexistence(
     progress: OnProgress | None = None,
     on_found: Callable[[Coexistence], None] = lambda _: None,
 ) -> Coexistence:
-    """As `attractors`, by a chosen kernel.
+    """As `attractors`, with a choice of the kernel.
 
     `on_found` is called with the attractors before the longer search for offsets that leave the
-    equilibrium.
+    equilibrium's basin.
     """
     work = Progress(progress)
-    result = search(system, kernel=kernel, progress=work.part(0.0, _SEARCH).callback)
+    result = find_attractors(system, kernel=kernel, progress=work.part(0.0, _SEARCH_PART).callback)
     if not result.coexists:
         work.report(1.0)
         return result
     on_found(result)
-    escape = escape_offset(system, kernel=kernel, progress=work.part(_SEARCH, 1.0).callback)
+    escape = escape_offset(system, kernel=kernel, progress=work.part(_SEARCH_PART, 1.0).callback)
     return replace(result, escape=escape)
 
 
-def search(
+def find_attractors(
     system: System, *, kernel: Kernel | None = None, progress: OnProgress | None = None
 ) -> Coexistence:
-    """The attractors reached from several starts, without the offsets that leave the equilibrium.
+    """The attractors that several starts reach, without the search for escape offsets.
 
     The equilibrium comes first, then cycles by growing half peak-to-peak.
     """
     work = Progress(progress)
     explorer = Explorer(system, kernel=kernel, work=work)
-    starts = starts_around(explorer)
+    starts = search_starts(explorer)
     attractors: list[Attractor] = []
     reached = []
     for index, start in enumerate(starts):
         work.report(index / len(starts))
-        reached.append(add_new(attractors, explorer.reach(start)))
+        reached.append(add_attractor(attractors, explorer.reach(start)))
     work.advance(1.0)
-    order = sorted(range(len(attractors)), key=lambda index: _rank(attractors[index]))
+    order = sorted(range(len(attractors)), key=lambda index: _sort_key(attractors[index]))
     return Coexistence(
         system,
         tuple(attractors[index] for index in order),
@@ -200,8 +200,8 @@ def search(
     )
 
 
-def _rank(attractor: Attractor) -> tuple[bool, bool, int, float]:
-    # Rest first, then cycles by kind and size.
+def _sort_key(attractor: Attractor) -> tuple[bool, bool, int, float]:
+    # Sort key: rest first, then cycles by kind and size.
     return (
         attractor.kind not in AT_REST,
         attractor.orbit is None,

@@ -1,4 +1,4 @@
-"""Basins of attraction: the attractor of every start, and the offset that escapes."""
+"""Basins of attraction: the attractor of every start, and offsets that leave a basin."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,18 +23,18 @@ from fivtui.model import (
 from fivtui.results import Grid, GridResult, Plottable, Table, build_grid, scene_text, to_data
 from fivtui.transient import START_SPECS, Kernel, Start, resolve_start
 
-from .explorer import Attractor, Explorer, Kind, add_new
+from .explorer import Attractor, Explorer, Kind, add_attractor
 
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
 
 MAX_STARTS: Final = 1_000_000
-# Offsets to try, in characteristic lengths: lowest, highest, count.
-_SMALLEST: Final = 1e-3
-_LARGEST: Final = 100.0
-_OFFSETS: Final = 31
-# Relative accuracy of an escaping offset.
-_RESOLVED: Final = 1e-4
+# Offsets to test, in characteristic lengths: lowest, highest, number.
+_MIN_OFFSET: Final = 1e-3
+_MAX_OFFSET: Final = 100.0
+_OFFSET_COUNT: Final = 31
+# Relative accuracy of an escape offset.
+_ACCURACY: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -188,7 +188,7 @@ def basin(
         state = list(base)
         for component, value in zip(components, pair, strict=True):
             state[component] = value
-        reached[index] = add_new(attractors, explorer.reach(state))
+        reached[index] = add_attractor(attractors, explorer.reach(state))
     work.advance(1.0)
     return Basin(
         system=system,
@@ -233,29 +233,33 @@ def escape_offset(
     if not explorer.equilibrium_attracts:
         return None
     x, _, y, _ = explorer.rest
-    ladder = (explorer.length * np.geomspace(_SMALLEST, _LARGEST, _OFFSETS)).tolist()
+    tested_offsets = (
+        explorer.length * np.geomspace(_MIN_OFFSET, _MAX_OFFSET, _OFFSET_COUNT)
+    ).tolist()
     offsets: list[float | None] = []
-    for turn, sign in enumerate((1.0, -1.0)):
+    for side, sign in enumerate((1.0, -1.0)):
 
-        def end(offset: float, sign: float = sign) -> Kind:
+        def kind_reached(offset: float, sign: float = sign) -> Kind:
             return explorer.reach((x, 0.0, y + sign * offset, 0.0)).kind
 
         inside, outside = 0.0, None
-        for step, offset in enumerate(ladder):
-            work.report((turn + step / len(ladder)) / 2.0)
-            kind = end(offset)
+        for step, offset in enumerate(tested_offsets):
+            work.report((side + step / len(tested_offsets)) / 2.0)
+            kind = kind_reached(offset)
             if kind is Kind.EQUILIBRIUM:
                 inside = offset
                 continue
             outside = None if kind is Kind.UNSETTLED else offset
             break
-        offsets.append(None if outside is None else _bisect_offset(end, inside, outside))
+        offsets.append(None if outside is None else _bisect_offset(kind_reached, inside, outside))
     work.advance(1.0)
     return EscapeOffset(*offsets)
 
 
-def _bisect_offset(end: Callable[[float], Kind], inside: float, outside: float) -> float:
-    while outside - inside > _RESOLVED * outside:
+def _bisect_offset(kind_reached: Callable[[float], Kind], inside: float, outside: float) -> float:
+    while outside - inside > _ACCURACY * outside:
         middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if end(middle) is Kind.EQUILIBRIUM else (inside, middle)
+        inside, outside = (
+            (middle, outside) if kind_reached(middle) is Kind.EQUILIBRIUM else (inside, middle)
+        )
     return outside

@@ -25,7 +25,7 @@ from fivtui.model import (
 from fivtui.results import Plottable, Table, TableResult, scene_text
 from fivtui.transient import Kernel
 
-from .explorer import AT_REST, Attractor, Explorer, Kind, add_new, starts_around
+from .explorer import AT_REST, Attractor, Explorer, Kind, add_attractor, search_starts
 
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
@@ -34,7 +34,7 @@ Direction = Literal["up", "down"]
 
 DIRECTIONS: Final[tuple[Direction, ...]] = ("up", "down")
 KINDS: Final = tuple(Kind)
-_NUMBERS: Final = (
+_QUANTITIES: Final = (
     Column("period", "s", "period of the limit cycle"),
     Column("half_range", "m", "half peak-to-peak of y"),
     Column("y_min", "m", "lowest point"),
@@ -46,9 +46,8 @@ _NUMBERS: Final = (
     Column("vx_max", "m/s", "greatest horizontal velocity"),
     Column("force_max", "N", "greatest contact force"),
 )
-# Offset from an equilibrium, in characteristic lengths, so that motion can leave it where it is
-# unstable.
-_START_OFFSET: Final = 1e-4
+# Offset of starts from an equilibrium, in characteristic lengths: motion leaves an unstable one.
+_REST_OFFSET: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,13 +85,13 @@ class Continuation(TableResult, Plottable):
     @property
     def coexisting(self) -> list[float]:
         """Values at which the equilibrium and another attractor coexist, ascending."""
-        kinds: dict[float, set[Kind]] = {}
+        kinds_at: dict[float, set[Kind]] = {}
         for point in self.points:
-            kinds.setdefault(point.value, set()).add(point.attractor.kind)
+            kinds_at.setdefault(point.value, set()).add(point.attractor.kind)
         return sorted(
             value
-            for value, met in kinds.items()
-            if met & {*AT_REST} and met - {*AT_REST, Kind.UNSETTLED}
+            for value, kinds in kinds_at.items()
+            if kinds & {*AT_REST} and kinds - {*AT_REST, Kind.UNSETTLED}
         )
 
     @property
@@ -132,14 +131,14 @@ class Continuation(TableResult, Plottable):
                 for direction in DIRECTIONS
             },
             Column("kind", "1", "index in kinds"): kinds,
-            **{c: np.array([_value(p.attractor, c.name) for p in points]) for c in _NUMBERS},
+            **{c: np.array([_quantity(p.attractor, c.name) for p in points]) for c in _QUANTITIES},
         }
 
     def _header(self) -> dict[str, Any]:
         return self._system_data() | {"kinds": [str(kind) for kind in KINDS]}
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
-        """One element for every attractor at every value; NaN for quantities it does not have."""
+        """One element for every attractor at every value; NaN for quantities that do not apply."""
         kinds = np.array([str(point.attractor.kind) for point in self.points])
         return TableResult.to_columns(self) | {"kind": kinds}
 
@@ -171,8 +170,8 @@ class Continuation(TableResult, Plottable):
         return continuation_sheet(self)
 
 
-def _value(attractor: Attractor, name: str) -> float:
-    # A quantity of an attractor; NaN if it lacks it.
+def _quantity(attractor: Attractor, name: str) -> float:
+    # A quantity of an attractor; NaN where it does not apply.
     record = attractor if name == "half_range" else attractor.orbit
     value = getattr(record, name, None)
     return np.nan if value is None else float(value)
@@ -239,19 +238,19 @@ def continuation(
     found_at: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
     directions_of: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
     work = Progress(progress)
-    for turn, direction in enumerate(DIRECTIONS):
+    for sweep, direction in enumerate(DIRECTIONS):
         starts: list[State] | None = None
         for step, value in enumerate(found_at if direction == "up" else reversed(found_at)):
-            work.report((turn + step / grid.size) / 2.0)
-            at = system.with_values({name: value})
-            explorer = Explorer(at, kernel=kernel, work=work)
+            work.report((sweep + step / grid.size) / 2.0)
+            changed = system.with_values({name: value})
+            explorer = Explorer(changed, kernel=kernel, work=work)
             if starts is None:
-                starts = starts_around(explorer)
+                starts = search_starts(explorer)
             reached: list[Attractor] = []
             for start in starts:
-                add_new(reached, explorer.reach(start))
+                add_attractor(reached, explorer.reach(start))
             for attractor in reached:
-                index = add_new(found_at[value], attractor)
+                index = add_attractor(found_at[value], attractor)
                 if index == len(directions_of[value]):
                     directions_of[value].append([])
                 directions_of[value][index].append(direction)
@@ -266,7 +265,7 @@ def continuation(
 
 
 def varied_spec(p: Parameters, name: str) -> ParameterSpec:
-    """The table row of a parameter to vary; those of the belt need a belt of finite speed.
+    """The specification of a parameter to vary; those of the belt need a finite belt speed.
 
     Raises `InputError` if there is no such parameter, or it has no effect.
     """
@@ -278,8 +277,8 @@ def varied_spec(p: Parameters, name: str) -> ParameterSpec:
 
 
 def _next_start(explorer: Explorer, attractor: Attractor) -> State:
-    # Attractors without orbit continue next to the equilibrium.
+    # Without an orbit the motion restarts next to the equilibrium.
     if attractor.orbit is not None:
         return attractor.orbit.start
     x, vx, y, vy = explorer.rest
-    return (x, vx, y + _START_OFFSET * explorer.length, vy)
+    return (x, vx, y + _REST_OFFSET * explorer.length, vy)

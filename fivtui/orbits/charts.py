@@ -34,8 +34,8 @@ _COLOURS: Final = {
     Kind.STICK_SLIP_CYCLE: "#c2570c",
     Kind.STICK: "0.45",
 }
-_REST: Final = Shade(" ", "stable", fill="white")
-_CYCLES: Final = tuple(
+_REST_SHADE: Final = Shade(" ", "stable", fill="white")
+_CYCLE_SHADES: Final = tuple(
     Shade(character, "unstable", fill=fill, hatch=hatch)
     for character, fill, hatch in (
         ("░", "#a8c8a0", "///"),
@@ -105,11 +105,11 @@ def basin_sheet(result: Basin) -> Sheet:
 
     The basins of cycles differ in colour and hatching.
     """
-    shades, cycles = [], 0
+    shades, cycle_count = [], 0
     for attractor in result.attractors:
-        rests = attractor.kind in AT_REST
-        shade = _REST if rests else _CYCLES[cycles % len(_CYCLES)]
-        cycles += not rests
+        at_rest = attractor.kind in AT_REST
+        shade = _REST_SHADE if at_rest else _CYCLE_SHADES[cycle_count % len(_CYCLE_SHADES)]
+        cycle_count += not at_rest
         shades.append(shade._replace(text=attractor.description, name=attractor.description))
     (x, y), (x_label, y_label) = result.axes, map(axis_label, result.grid.specs)
     reached = result.reached.astype(float)

@@ -9,7 +9,7 @@ from fivtui.model import Column, State
 from fivtui.results import Table
 from fivtui.transient import START_SPECS
 
-_MULTIPLIERS: Final = 3
+_MULTIPLIER_COUNT: Final = 3
 MEASURES: Final = (
     Column("period", "s", "period of the limit cycle"),
     Column("y_min", "m", "lowest point"),
@@ -31,14 +31,16 @@ class CycleLike(Protocol):
 
 
 def attribute_table(records: Sequence[object], columns: Iterable[Column]) -> Table:
-    """Columns of the attributes of records with the same names."""
-    return {c: np.array([getattr(record, c.name) for record in records]) for c in columns}
+    """Columns of the attributes of records; each column is named after its attribute."""
+    return {
+        column: np.array([getattr(record, column.name) for record in records]) for column in columns
+    }
 
 
 def multiplier_table(cycles: Sequence[CycleLike]) -> Table:
     """Columns of the Floquet multipliers of cycles; NaN where there are none."""
-    none = (complex(np.nan, np.nan),) * _MULTIPLIERS
-    rows = np.array([tuple(cycle.multipliers) or none for cycle in cycles])
+    undefined = (complex(np.nan, np.nan),) * _MULTIPLIER_COUNT
+    rows = np.array([tuple(cycle.multipliers) or undefined for cycle in cycles])
     return {
         Column(
             f"multiplier_{number}_{part}", "1", f"Floquet multiplier {number}, {meaning} part"
@@ -48,10 +50,10 @@ def multiplier_table(cycles: Sequence[CycleLike]) -> Table:
     }
 
 
-def start_table(cycles: Sequence[CycleLike], of: str) -> Table:
-    """Columns of a state of each cycle; `of` completes their descriptions."""
+def start_table(cycles: Sequence[CycleLike], description: str) -> Table:
+    """Columns of a state of each cycle, which `description` describes."""
     states = np.array([cycle.start for cycle in cycles])
     return {
-        Column(spec.name, spec.unit, f"{spec.meaning}: {of}"): values
+        Column(spec.name, spec.unit, f"{spec.meaning}: {description}"): values
         for spec, values in zip(START_SPECS.values(), states.T, strict=True)
     }

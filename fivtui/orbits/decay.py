@@ -32,7 +32,7 @@ from fivtui.model import (
 )
 
 
-class Attraction:
+class DecayRegion:
     """The region |q| < `radius` of proven decay around an equilibrium.
 
     With separation it is on one side of y = 0. `radius` is zero without a proof, such as for an
@@ -55,29 +55,31 @@ class Attraction:
         if growth >= -rounding or np.linalg.cond(vectors) > 1e8:
             return
         self._modal = np.linalg.inv(vectors)
-        reach = float(np.linalg.norm(vectors[2]))
-        touching = point.mode in IN_CONTACT
-        strength = self._push(p) * (p.k_nl if touching else 0.0) / p.m
+        y_norm = float(np.linalg.norm(vectors[2]))
+        in_contact = point.mode in IN_CONTACT
+        cubic_bound = self._drive_bound(p) * (p.k_nl if in_contact else 0.0) / p.m
         # σ = B |q| + C |q|².
-        linear = 3.0 * strength * abs(point.y) * reach**2
-        square = strength * reach**3
-        fast = float(np.linalg.norm(vectors[1]))
-        if touching and p.v_belt is not None and depends_on_speed(p):
-            along = float(np.linalg.norm(self._modal[:, 1])) / p.m
-            bend = 0.5 * along * abs(friction_derivatives(p, 0.0, 2)[2]) * fast**2
+        linear = 3.0 * cubic_bound * abs(point.y) * y_norm**2
+        quadratic = cubic_bound * y_norm**3
+        vx_norm = float(np.linalg.norm(vectors[1]))
+        if in_contact and p.v_belt is not None and depends_on_speed(p):
+            modal_norm = float(np.linalg.norm(self._modal[:, 1])) / p.m
+            friction_bound = 0.5 * modal_norm * abs(friction_derivatives(p, 0.0, 2)[2]) * vx_norm**2
             stiffness = tangent_stiffness(p, point.y)
             slope = abs(friction_slope(p, p.v_belt))
-            linear += bend * abs(point.P) + along * slope * stiffness * reach * fast
-            square += bend * stiffness * reach
-        root = linear + math.sqrt(linear * linear - 4.0 * square * growth)
+            linear += (
+                friction_bound * abs(point.P) + modal_norm * slope * stiffness * y_norm * vx_norm
+            )
+            quadratic += friction_bound * stiffness * y_norm
+        root = linear + math.sqrt(linear * linear - 4.0 * quadratic * growth)
         self.radius = -2.0 * growth / root if root > 0.0 else math.inf
-        if system.separation and reach > 0.0:
-            self.radius = min(self.radius, abs(point.y) / reach)
-        if touching and p.v_belt is not None and fast > 0.0:
-            self.radius = min(self.radius, p.v_belt / fast)
+        if system.separation and y_norm > 0.0:
+            self.radius = min(self.radius, abs(point.y) / y_norm)
+        if in_contact and p.v_belt is not None and vx_norm > 0.0:
+            self.radius = min(self.radius, p.v_belt / vx_norm)
 
-    def _push(self, p: Parameters) -> float:
-        # Upper bound of the drive of the modes by a contact force over m.
+    def _drive_bound(self, p: Parameters) -> float:
+        # Upper bound of |b|: modal acceleration by a contact force, per force over m.
         if p.v_belt is None or not depends_on_speed(p):
             mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
             return float(np.linalg.norm(self._modal @ np.array([0.0, mu, 0.0, 1.0])))
@@ -87,15 +89,15 @@ class Attraction:
 
     @property
     def offset(self) -> float:
-        """Vertical displacement from rest, m, below which decay is proven; 0 if none is."""
+        """Vertical displacement from rest, m, below which decay is proven; 0 without a proof."""
         return self.radius / float(np.linalg.norm(self._modal[:, 2])) if self.radius > 0.0 else 0.0
 
-    def hold(self, states: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def contains_states(self, states: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the motion from each state, shape (n, 4), is proven to decay."""
         q = (states - self.rest) @ self._modal.T
         decays: NDArray[np.bool_] = np.linalg.norm(q, axis=1) < self.radius
         return decays
 
-    def holds(self, state: State) -> bool:
+    def contains(self, state: State) -> bool:
         """Whether the motion from a state is proven to decay."""
-        return bool(self.hold(np.array([state]))[0])
+        return bool(self.contains_states(np.array([state]))[0])

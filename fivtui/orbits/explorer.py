@@ -20,33 +20,33 @@ from fivtui.model import (
 from fivtui.results import to_data
 from fivtui.transient import Kernel, Request, Start, Transient, integrate, resolve_start
 
-from .curves.arclength import UNWATCHED
-from .decay import Attraction
-from .rest import length_scale, reference_point, slowest_period, stays_stuck
+from .curves.arclength import NO_CALLBACK
+from .decay import DecayRegion
+from .rest import length_scale, reference_point, slowest_period, sticks_forever
 from .shooting import PeriodicOrbit, Section, shoot
 
-# Length of a leg of a run, in periods of the slowest linear mode, and limits of legs and steps.
+# Length of a leg of the motion, in periods of the slowest linear mode; limits of legs and steps.
 _LEG_PERIODS: Final = 16.0
-_MOST_LEGS: Final = 128
-_MOST_STEPS: Final = 200_000
+_MAX_LEGS: Final = 128
+_MAX_STEPS: Final = 200_000
 _TOL: Final = 1e-11
 # Relative extent below which a motion is at rest, even without proven decay.
-_DIED_OUT: Final = 1e-9
-# Extent, relative to the start and to every length of the system, of an unbounded motion.
-_UNBOUNDED: Final = 1e6
-# Relative distance of two returns to the section at which shooting begins, and largest distance of
-# a recent return from the orbit.
-_RECURS: Final = 0.01
+_REST_EXTENT: Final = 1e-9
+# Extent of an unbounded motion, relative to the start and to the characteristic length.
+_UNBOUNDED_EXTENT: Final = 1e6
+# Distance between two returns to the section below which shooting begins, and greatest distance of
+# recent returns from the orbit that it finds, relative to the motion.
+_RECURRENCE_DISTANCE: Final = 0.01
 _ORBIT_DISTANCE: Final = 0.05
-# Relative distance of returns from a known orbit below which they belong to it.
-_RECOGNISED: Final = 1e-2
-_MOST_RETURNS: Final = 8
+# Distance of returns from a known orbit, relative to the motion, below which it is the same orbit.
+_KNOWN_ORBIT_DISTANCE: Final = 1e-2
+_MAX_RETURNS: Final = 8
 # Relative difference below which two cycles are equal.
 _EQUAL_CYCLES: Final = 1e-6
 _SAMPLES_A_PERIOD: Final = 64
 # Longest leg, relative to the first, where sticks are long.
-_LONGEST: Final = 1024.0
-# Length of a stick, relative to the longest, below which it is ignored.
+_MAX_LEG: Final = 1024.0
+# Length of a stick, relative to the longest one, below which it is ignored.
 _SHORT_STICK: Final = 1e-3
 # Starts at rest above and below the equilibrium, in characteristic lengths.
 _OFFSETS: Final = (1e-3, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, -0.3, -1.0, -3.0)
@@ -66,10 +66,10 @@ class Kind(StrEnum):
 
 AT_REST: Final = (Kind.EQUILIBRIUM, Kind.STICK)
 
-# Fields of an orbit that are not copied to JSON under their own name.
-_NAMED_APART: Final = {"section", "start", "multipliers", "residual"}
+# Fields of an orbit that JSON has under another name, or not at all.
+_RENAMED_FIELDS: Final = {"section", "start", "multipliers", "residual"}
 _ORBIT_DATA: Final = [
-    field.name for field in fields(PeriodicOrbit) if field.name not in _NAMED_APART
+    field.name for field in fields(PeriodicOrbit) if field.name not in _RENAMED_FIELDS
 ]
 
 
@@ -156,45 +156,45 @@ class Explorer:
         system: System,
         *,
         kernel: Kernel | None = None,
-        work: Progress = UNWATCHED,
+        work: Progress = NO_CALLBACK,
     ) -> None:
         self.system, self._kernel, self._work = system, kernel or stepping_kernel(), work
         p, separation, point = system.parameters, system.separation, reference_point(system)
-        rests = p.v_belt == 0.0 and point.mode in IN_CONTACT
-        self._attraction = None if rests else Attraction(system, point)
-        self._leg = _LEG_PERIODS * slowest_period(p)
-        # Known orbits, stable or not, so that none is computed twice.
+        belt_at_rest = p.v_belt == 0.0 and point.mode in IN_CONTACT
+        self._decay_region = None if belt_at_rest else DecayRegion(system, point)
+        self._leg_time = _LEG_PERIODS * slowest_period(p)
+        # Known orbits, stable and unstable: none is computed twice.
         self._orbits: list[PeriodicOrbit] = []
-        self._linear = p.k_nl == 0.0 and not separation and p.v_belt is None
+        self._is_linear = p.k_nl == 0.0 and not separation and p.v_belt is None
         self.length = length_scale(system)
         self.rest: State = (point.x, 0.0, point.y, 0.0)
 
     @property
     def equilibrium_attracts(self) -> bool:
         """Whether the equilibrium is stable by its eigenvalues, with a region of proven decay."""
-        return self._attraction is not None and self._attraction.radius > 0.0
+        return self._decay_region is not None and self._decay_region.radius > 0.0
 
-    def reach(self, start: Start, most_legs: int = _MOST_LEGS) -> Attractor:
+    def reach(self, start: Start, max_legs: int = _MAX_LEGS) -> Attractor:
         """Follow the motion from a start to its attractor.
 
-        It is the equilibrium once the motion is where a Lyapunov function proves decay, and rest by
-        stick once the slider cannot come loose. It is a limit cycle once Newton's method finds a
-        stable cycle close to the motion.
+        A motion reaches the equilibrium when a Lyapunov function proves its decay, rest by stick
+        when the slider cannot slip again, and a limit cycle when Newton's method finds a stable
+        cycle close to it.
         """
         state = resolve_start(self.system, start)
-        extent, steps, leg = self._extent(state), 0, self._leg
-        for _ in range(most_legs):
-            if steps > _MOST_STEPS:
+        extent, steps, leg_time = self._extent(state), 0, self._leg_time
+        for _ in range(max_legs):
+            if steps > _MAX_STEPS:
                 break
-            region = self._attraction
+            region = self._decay_region
             if region is not None:
-                if region.holds(state) or self._extent(state) <= _DIED_OUT * extent:
+                if region.contains(state) or self._extent(state) <= _REST_EXTENT * extent:
                     return Attractor(Kind.EQUILIBRIUM)
-                if self._linear and region.unstable:
+                if self._is_linear and region.unstable:
                     return Attractor(Kind.UNBOUNDED)
             request = Request(
                 self.system,
-                t_end=leg,
+                t_end=leg_time,
                 tol=_TOL,
                 start=state,
                 samples="dense",
@@ -204,42 +204,45 @@ class Explorer:
             steps += run.stats.steps
             final = run.final
             state = (final.x, final.vx, final.y, final.vy)
-            if max(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED * max(self.length, extent):
+            if max(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED_EXTENT * max(self.length, extent):
                 return Attractor(Kind.UNBOUNDED)
             if (
                 region is None
                 and last_mode(run) is Mode.STICK
-                and stays_stuck(self.system.parameters, state)
+                and sticks_forever(self.system.parameters, state)
             ):
                 return Attractor(Kind.STICK)
-            returns = _returns(run)
-            if 0 < returns.times.size < _MOST_RETURNS + 2 and returns.section is Section.STICK:
-                # Sticks on a slow belt are long: too few returns in a leg.
-                leg = min(2.0 * leg, _LONGEST * self._leg)
+            returns = _find_returns(run)
+            if 0 < returns.times.size < _MAX_RETURNS + 2 and returns.section is Section.STICK:
+                # Sticks on a slow belt are long: a leg has too few returns.
+                leg_time = min(2.0 * leg_time, _MAX_LEG * self._leg_time)
                 continue
-            cycle = self._cycle(returns)
+            cycle = self._find_cycle(returns)
             if cycle is not None:
                 return cycle
         return Attractor(Kind.UNSETTLED)
 
     def _extent(self, state: State) -> float:
         # Distance from the equilibrium; velocities are scaled by the slowest mode's frequency.
-        away = np.subtract(state, self.rest)
-        away[1::2] *= self._leg / (_LEG_PERIODS * 2.0 * np.pi)
-        return float(np.linalg.norm(away))
+        deviation = np.subtract(state, self.rest)
+        deviation[1::2] *= self._leg_time / (_LEG_PERIODS * 2.0 * np.pi)
+        return float(np.linalg.norm(deviation))
 
-    def _cycle(self, returns: _Returns) -> Attractor | None:
+    def _find_cycle(self, returns: _Returns) -> Attractor | None:
         section, times, states = returns
-        if times.size < _MOST_RETURNS + 2:
+        if times.size < _MAX_RETURNS + 2:
             return None
         size = np.ptp(states, axis=0).max(initial=0.0) + np.abs(states - self.rest).max()
         latest = states[-1]
-        recent = states[-_MOST_RETURNS:]
+        recent = states[-_MAX_RETURNS:]
         for orbit in self._orbits:
-            if orbit.section is section and _nearest(recent, orbit) < _RECOGNISED * size:
-                return _attractor_of(orbit) if orbit.stable else None
-        for count in range(1, _MOST_RETURNS + 1):
-            if np.abs(latest - states[-1 - count]).max() > _RECURS * size:
+            if (
+                orbit.section is section
+                and _least_distance(recent, orbit) < _KNOWN_ORBIT_DISTANCE * size
+            ):
+                return _cycle_attractor(orbit) if orbit.stable else None
+        for count in range(1, _MAX_RETURNS + 1):
+            if np.abs(latest - states[-1 - count]).max() > _RECURRENCE_DISTANCE * size:
                 continue
             try:
                 orbit = shoot(
@@ -251,11 +254,11 @@ class Explorer:
                 )
             except ComputationError:
                 return None
-            if _nearest(recent, orbit) > _ORBIT_DISTANCE * size:
+            if _least_distance(recent, orbit) > _ORBIT_DISTANCE * size:
                 return None
             self._orbits.append(orbit)
             if orbit.stable:
-                return _attractor_of(orbit)
+                return _cycle_attractor(orbit)
         return None
 
 
@@ -264,42 +267,42 @@ def last_mode(run: Transient) -> Mode:
     return Mode(int(run.changes[-1, 2])) if len(run.changes) else run.first_mode
 
 
-def _nearest(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
+def _least_distance(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
     return float(np.abs(states - orbit.start).max(axis=1).min())
 
 
-def _attractor_of(orbit: PeriodicOrbit) -> Attractor:
+def _cycle_attractor(orbit: PeriodicOrbit) -> Attractor:
     if orbit.sticks > 0:
         return Attractor(Kind.STICK_SLIP_CYCLE, orbit)
     separates = orbit.separations > 0
     return Attractor(Kind.SEPARATING_CYCLE if separates else Kind.CONTACT_CYCLE, orbit)
 
 
-def _returns(run: Transient) -> _Returns:
-    # Returns at middles of sticks, else at separations, else at lowest points.
+def _find_returns(run: Transient) -> _Returns:
+    # Returns at middles of sticks, without sticks at separations, else at lowest points.
     solution, t_end = run.solution, run.t_end
-    middle = 0.5 * t_end
+    half_time = 0.5 * t_end
     sticks = np.array(
-        [stick for stick in run.stick_intervals if stick[0] > middle and stick[1] < t_end]
+        [stick for stick in run.stick_intervals if stick[0] > half_time and stick[1] < t_end]
     )
     if sticks.size:
         lengths = sticks[:, 1] - sticks[:, 0]
         times = sticks[lengths > _SHORT_STICK * lengths.max()].mean(axis=1)
         return _Returns(Section.STICK, times, _states(run, times))
-    first = 0 if run.first_mode in IN_CONTACT else 1
-    times = run.switch_times[first::2]
-    late = times[times > 0.5 * t_end]
+    first_switch = 0 if run.first_mode in IN_CONTACT else 1
+    times = run.switch_times[first_switch::2]
+    late_times = times[times > 0.5 * t_end]
     section = Section.LIFT_OFF
-    if late.size:
-        times = late
+    if late_times.size:
+        times = late_times
     else:
         assert solution is not None  # noqa: S101
         section = Section.LOWEST_POINT
         grid = np.linspace(0.5 * t_end, t_end, int(_LEG_PERIODS) * _SAMPLES_A_PERIOD)
         speed = solution(grid).vy
-        low = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
-        share = speed[low] / (speed[low] - speed[low + 1])
-        times = grid[low] + share * (grid[low + 1] - grid[low])
+        before = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
+        share = speed[before] / (speed[before] - speed[before + 1])
+        times = grid[before] + share * (grid[before + 1] - grid[before])
     return _Returns(section, times, _states(run, times))
 
 
@@ -311,8 +314,8 @@ def _states(run: Transient, times: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([states.x, states.vx, states.y, states.vy], axis=1)
 
 
-def starts_around(explorer: Explorer) -> list[State]:
-    """Starts of a search: the static start, and rest above and below the equilibrium.
+def search_starts(explorer: Explorer) -> list[State]:
+    """Starts of a search: the static start, and releases above and below the equilibrium.
 
     Offsets are from 1e-3 to 30 characteristic lengths.
     """
@@ -321,7 +324,7 @@ def starts_around(explorer: Explorer) -> list[State]:
     return [static_start(explorer.system), *around]
 
 
-def add_new(attractors: list[Attractor], reached: Attractor) -> int:
+def add_attractor(attractors: list[Attractor], reached: Attractor) -> int:
     """Add an attractor to a list unless the list has it; return its index."""
     for index, attractor in enumerate(attractors):
         if attractor.same_as(reached):

@@ -10,7 +10,7 @@ from .attractor_search import Coexistence
 from .basins import Basin
 from .branches import Continuation
 from .explorer import Attractor
-from .phrases import coexistence_words
+from .phrases import coexistence_phrase
 
 _HEADER = (
     "attractor",
@@ -22,32 +22,32 @@ _HEADER = (
     "greatest vx m/s",
     "multipliers, size",
 )
-_SHORT = 5
+_DIGITS = 5
 
 
 def print_attractors(attractors: Sequence[Attractor]) -> None:
     """Print attractors, one row each."""
-    rows = [_row(attractor) for attractor in attractors]
+    rows = [_attractor_row(attractor) for attractor in attractors]
     if not any(attractor.orbit is not None and attractor.orbit.sticks for attractor in attractors):
         print_rows("Attractors", _HEADER, rows)
         return
-    sticks = [_sticks(attractor) for attractor in attractors]
+    sticks = [_stick_texts(attractor) for attractor in attractors]
     print_rows(
         "Attractors",
         (*_HEADER[:6], "sticks", "time of stick s", *_HEADER[6:]),
-        [(*row[:6], *stick, *row[6:]) for row, stick in zip(rows, sticks, strict=True)],
+        [(*row[:6], *stick_text, *row[6:]) for row, stick_text in zip(rows, sticks, strict=True)],
     )
 
 
-def _sticks(attractor: Attractor) -> tuple[str, str]:
+def _stick_texts(attractor: Attractor) -> tuple[str, str]:
     orbit = attractor.orbit
     if orbit is None:
         return "", ""
     share = f"{orbit.stick_time / orbit.period:.1%}"
-    return str(orbit.sticks), f"{number(orbit.stick_time, _SHORT)} ({share})"
+    return str(orbit.sticks), f"{number(orbit.stick_time, _DIGITS)} ({share})"
 
 
-def _row(attractor: Attractor) -> tuple[str, ...]:
+def _attractor_row(attractor: Attractor) -> tuple[str, ...]:
     orbit = attractor.orbit
     if orbit is None:
         return (str(attractor.kind), *([""] * (len(_HEADER) - 1)))
@@ -55,10 +55,10 @@ def _row(attractor: Attractor) -> tuple[str, ...]:
         str(attractor.kind),
         number(orbit.period, 8),
         number(orbit.half_range),
-        f"{number(orbit.y_min, _SHORT)} .. {number(orbit.y_max, _SHORT)}",
+        f"{number(orbit.y_min, _DIGITS)} .. {number(orbit.y_max, _DIGITS)}",
         str(orbit.separations),
-        f"{number(orbit.separated_time, _SHORT)} ({orbit.separated_time / orbit.period:.1%})",
-        number(orbit.vx_max, _SHORT),
+        f"{number(orbit.separated_time, _DIGITS)} ({orbit.separated_time / orbit.period:.1%})",
+        number(orbit.vx_max, _DIGITS),
         "  ".join(number(float(size), 3) for size in np.abs(orbit.multipliers)),
     )
 
@@ -66,16 +66,16 @@ def _row(attractor: Attractor) -> tuple[str, ...]:
 def print_coexistence(result: Coexistence) -> None:
     """Print the attractors of a parameter set."""
     print_attractors(result.attractors)
-    print_list("", [("found", coexistence_words(result))])
+    print_list("", [("found", coexistence_phrase(result))])
     if result.escape is not None:
         rows = [
-            (f"offset {where} that leaves the equilibrium", _offset(value))
+            (f"offset {where} that leaves the equilibrium", _offset_text(value))
             for where, value in (("above", result.escape.up), ("below", result.escape.down))
         ]
         print_list("", rows)
 
 
-def _offset(value: float | None) -> str:
+def _offset_text(value: float | None) -> str:
     return "none" if value is None else f"{number(value)} m"
 
 
@@ -83,7 +83,7 @@ def print_continuation(result: Continuation) -> None:
     """Print the attractors along a parameter, one row each."""
     header = (result.name, *_HEADER[:6], "found going")
     rows = [
-        (number(point.value), *_row(point.attractor)[:6], ", ".join(point.directions))
+        (number(point.value), *_attractor_row(point.attractor)[:6], ", ".join(point.directions))
         for point in result.points
     ]
     print_rows("Attractors, followed up and down", header, rows, keys=2)

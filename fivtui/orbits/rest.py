@@ -19,8 +19,8 @@ from fivtui.model import (
     tangent_stiffness,
 )
 
-# Steps of Newton's method, which converges in a few.
-_MOST_STEPS: Final = 60
+# Iterations of Newton's method, which converges in a few.
+_ITERATIONS: Final = 60
 
 
 def reference_point(system: System) -> Equilibrium:
@@ -53,22 +53,22 @@ def slowest_period(p: Parameters) -> float:
     return float(2.0 * np.pi * np.sqrt(p.m / slowest))
 
 
-def stays_stuck(p: Parameters, state: State) -> bool:
-    """Whether a slider that sticks to a belt at rest does so for good.
+def sticks_forever(p: Parameters, state: State) -> bool:
+    """Whether a slider that sticks to a belt at rest never slips again.
 
     Its energy bounds the vertical motion, as the stiffness is at least k2 + h. Friction must hold
-    the slider at both bounds.
+    the slider at both bounds of the motion.
     """
     x, _, y, vy = state
     h = coupling_stiffness(p)
-    rest, push = y, 1.0
-    for _ in range(_MOST_STEPS):
-        push = spring_force(p, rest) - load(p) + h * (x - rest)
-        rest += push / (tangent_stiffness(p, rest) + h)
+    rest, imbalance = y, 1.0
+    for _ in range(_ITERATIONS):
+        imbalance = spring_force(p, rest) - load(p) + h * (x - rest)
+        rest += imbalance / (tangent_stiffness(p, rest) + h)
     stiffest = tangent_stiffness(p, max(abs(y), abs(rest))) + h
     energy = p.m * vy * vy + stiffest * (y - rest) ** 2
-    reach = math.sqrt(energy / (p.k2 + h))
-    low, high = rest - reach, rest + reach
-    grip = p.mu_static * spring_force(p, high)
-    needed = max(abs(holding_force(p, x, low)), abs(holding_force(p, x, high)))
-    return high < 0.0 and needed < grip
+    amplitude = math.sqrt(energy / (p.k2 + h))
+    low, high = rest - amplitude, rest + amplitude
+    friction_limit = p.mu_static * spring_force(p, high)
+    holding = max(abs(holding_force(p, x, low)), abs(holding_force(p, x, high)))
+    return high < 0.0 and holding < friction_limit

@@ -15,19 +15,19 @@ from numpy.typing import NDArray
 from fivtui.model import ComputationError, Progress, State, System
 from fivtui.transient import Request, integrate
 
-from .curves.arclength import PERIOD, UNWATCHED, VALUE, OrbitOnCurve
+from .curves.arclength import NO_CALLBACK, PARAMETER, PERIOD, OrbitOnCurve
 from .curves.branch_curve import BranchCurve, ParameterLine
 
 # Tolerance of the run that measures the orbit.
 _TOL: Final = 1e-12
-# Range of the period, relative to its estimate; outside it belongs to a different orbit.
+# Range of the period, relative to its estimate. Periods outside belong to different orbits.
 _PERIOD_RANGE: Final = (0.5, 2.0)
 # Amplitude, relative to the displacements, below which an orbit is the equilibrium.
-_AT_REST: Final = 1e-7
-# The estimate may be several periods: largest number of periods in it, and relative distance at
-# which the orbit closes after a part of the time.
-_MOST_PARTS: Final = 8
-_PART_CLOSES: Final = 1e-8
+_MIN_AMPLITUDE: Final = 1e-7
+# The estimate may contain several periods: their largest number, and the relative distance below
+# which the orbit closes after a part of the estimate.
+_MAX_PERIODS: Final = 8
+_CLOSURE_DISTANCE: Final = 1e-8
 
 
 class Section(Enum):
@@ -57,14 +57,13 @@ class PeriodicOrbit:
         Period, s.
     multipliers : ndarray of complex, shape (3,)
         Floquet multipliers by falling size, without the trivial one along the orbit; exactly 0
-        where a deviation is lost in a stick.
+        if a stick cancels a deviation.
     y_min, y_max : float
         Lowest and highest point, m.
     x_abs : float
         Greatest |x|, m.
     vx_max : float
-        Greatest ẋ, m/s: the least belt speed for which the orbit of a slider that always slides is
-        valid.
+        Greatest ẋ, m/s. An orbit computed without stick is valid for belts that are faster.
     force_max : float
         Greatest contact force, N.
     separations : int
@@ -111,7 +110,7 @@ def shoot(
     period: float,
     section: Section,
     *,
-    work: Progress = UNWATCHED,
+    work: Progress = NO_CALLBACK,
 ) -> PeriodicOrbit:
     """Find the periodic orbit close to a guess, closed to about 1e-12 of its size."""
     state = np.array(guess)
@@ -132,14 +131,14 @@ def shoot(
             f"no periodic orbit with a period of about {period:.6g} s was found",
             "follow the motion longer, or start nearer to the orbit",
         )
-    if curve.size(orbit) < _AT_REST * np.abs(orbit.unknowns[:4]).max():
+    if curve.size(orbit) < _MIN_AMPLITUDE * np.abs(orbit.unknowns[:4]).max():
         raise ComputationError(
             "shooting converged to the equilibrium", "start farther from the equilibrium"
         )
-    for parts in range(_MOST_PARTS, 1, -1):
-        if curve.orbits.returns_after(orbit, 1.0 / parts) < _PART_CLOSES:
+    for count in range(_MAX_PERIODS, 1, -1):
+        if curve.orbits.return_distance(orbit, 1.0 / count) < _CLOSURE_DISTANCE:
             shorter = orbit.unknowns.copy()
-            shorter[PERIOD] /= parts
+            shorter[PERIOD] /= count
             orbit = _orbit_on_section(curve, shorter, section) or orbit
             break
     return _measure_orbit(system, curve, orbit, section)
@@ -149,7 +148,7 @@ def _orbit_on_section(
     curve: BranchCurve, guess: NDArray[np.float64], section: Section
 ) -> OrbitOnCurve | None:
     # The orbit near a guess at the value of its parameter, with its start on a section.
-    return curve.orbits.solve(guess, np.eye(len(guess))[[section.value, VALUE]])
+    return curve.orbits.solve(guess, np.eye(len(guess))[[section.value, PARAMETER]])
 
 
 def _measure_orbit(

@@ -16,7 +16,7 @@ from scipy.stats.qmc import Sobol
 from fivtui.batch import Batch, simulate_batch
 from fivtui.kernel import Status
 from fivtui.model import OnProgress, System, equilibrium
-from fivtui.orbits import Attraction, length_scale, slowest_period
+from fivtui.orbits import DecayRegion, length_scale, slowest_period
 from fivtui.transient import MAX_T_END
 
 Floats = NDArray[np.float64]
@@ -311,7 +311,7 @@ class Round:
         at_rest = self._extent(states, level) <= _DIED_OUT * self._extent_at_start[motions]
         for index, region in enumerate(self._regions):
             at_level = level == index
-            at_rest[at_level] |= region.hold(states[at_level])
+            at_rest[at_level] |= region.contains_states(states[at_level])
         return at_rest
 
     def _survivors(self, motions: Indices, states: Floats) -> list[Survivor]:
@@ -388,8 +388,8 @@ def _least_holding_mu(
     return high
 
 
-def _attraction(system: System) -> Attraction:
-    return Attraction(system, equilibrium(system))
+def _attraction(system: System) -> DecayRegion:
+    return DecayRegion(system, equilibrium(system))
 
 
 def _durations(decay: float, period: float) -> list[float]:

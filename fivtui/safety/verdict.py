@@ -18,9 +18,9 @@ from fivtui.model import (
     system_of,
 )
 from fivtui.orbits import (
-    Attraction,
     CycleBranch,
     CyclePoint,
+    DecayRegion,
     End,
     EventKind,
     Explorer,
@@ -272,7 +272,7 @@ def safe_friction(
         safe_mu, found_by = attractors[0].mu, attractors[0].found_by
     elif unknown_above is None and critical is not None:
         safe_mu, found_by = critical, "eigenvalues"
-    region = Attraction(system, equilibrium(system))
+    region = DecayRegion(system, equilibrium(system))
     result = SafeFriction(
         system=system,
         critical_mu=critical,
@@ -456,7 +456,7 @@ class _Search:
         # Whether shooting finds a stable cycle near a motion.
         at = self._system.with_values({"mu": motion.mu})
         try:
-            orbit = Explorer(at, work=self.work).reach(motion.state, most_legs=_MOST_LEGS).orbit
+            orbit = Explorer(at, work=self.work).reach(motion.state, max_legs=_MOST_LEGS).orbit
         except ComputationError:
             return False
         if orbit is None:

@@ -12,8 +12,8 @@ from fivtui.cli import run
 from fivtui.equilibrium import growth_rate
 from fivtui.model import InputError, System
 from fivtui.orbits import End, EventKind
-from fivtui.orbits.curves.arclength import PERIOD, VALUE
-from fivtui.orbits.curves.branch_curve import ParameterLine, makeup
+from fivtui.orbits.curves.arclength import PARAMETER, PERIOD
+from fivtui.orbits.curves.branch_curve import ParameterLine, mode_pattern
 from fivtui.orbits.curves.cycle_branches import parameter_range
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.origins import cycle_near
@@ -40,14 +40,14 @@ def test_the_period_of_a_mass_on_a_belt_changes_as_the_closed_form_does(name: st
     assert orbit is not None
     scales = curve.scales
     assert orbit.unknowns[PERIOD] * scales[PERIOD] == pytest.approx(MASS_PERIOD, rel=1e-12)
-    slope = orbit.tangent[PERIOD] / orbit.tangent[VALUE] * scales[PERIOD] / scales[VALUE]
+    slope = orbit.tangent[PERIOD] / orbit.tangent[PARAMETER] * scales[PERIOD] / scales[PARAMETER]
     speed, drop = 0.2, 0.5
     by_drop = 2.0 / speed - 2.0 * speed / (speed**2 + drop**2)
     by_speed = -2.0 * drop / speed**2 + 2.0 * drop / (speed**2 + drop**2)
     expected = {"v_belt": by_speed, "mu": -by_drop, "mu_s": by_drop}[name]
     assert slope == pytest.approx(expected, rel=1e-9)
-    assert makeup(orbit).sticks == 1.0
-    assert 0.0 < makeup(orbit).start_in_stick < 1.0
+    assert mode_pattern(orbit).sticks == 1.0
+    assert 0.0 < mode_pattern(orbit).start_in_stick < 1.0
 
 
 def test_a_branch_of_stick_slip_cycles_has_the_period_in_closed_form_and_a_multiplier_0(
@@ -148,9 +148,9 @@ def test_the_order_of_modes_does_not_depend_on_where_a_period_begins() -> None:
         line = ParameterLine(System(DAMPED), "v_belt", (0.1, 0.4))
         curve, orbit = cycle_near(line, ((0.5, 0.2, -1.0, 0.0), MASS_PERIOD))
         assert orbit is not None
-        moved = curve.orbits.later(orbit, share) if share else orbit
+        moved = curve.orbits.restart_later(orbit, share) if share else orbit
         assert moved is not None
-        modes.append(curve.course(moved))
+        modes.append(curve.pattern(moved))
         values = np.sort(np.abs(moved.multipliers))
         assert values == pytest.approx(np.sort(np.abs(orbit.multipliers)), abs=1e-9)
     assert len(set(modes)) == 1

@@ -10,10 +10,10 @@ from fivtui import Parameters, attractors, simulate
 from fivtui.cli import run
 from fivtui.model import System
 from fivtui.model.slider_belt import accelerations, equilibrium
-from fivtui.orbits import Attraction, Explorer, continuation
-from fivtui.orbits.explorer import Attractor, Kind, _attractor_of
+from fivtui.orbits import DecayRegion, Explorer, continuation
+from fivtui.orbits.explorer import Attractor, Kind, _cycle_attractor
 from fivtui.orbits.report import print_attractors
-from fivtui.orbits.rest import stays_stuck
+from fivtui.orbits.rest import sticks_forever
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.transient import Start
 
@@ -66,7 +66,7 @@ def test_two_stick_slip_cycles_coexist() -> None:
     assert (small.separations, large.separations) == (0, 1)
     assert small.multipliers[2] == large.multipliers[2] == 0.0
     assert small.half_range == pytest.approx(0.0387832, rel=1e-5)
-    assert {_attractor_of(cycle).kind for cycle in (small, large)} == {Kind.STICK_SLIP_CYCLE}
+    assert {_cycle_attractor(cycle).kind for cycle in (small, large)} == {Kind.STICK_SLIP_CYCLE}
 
 
 def test_on_a_belt_at_rest_the_slider_sticks_for_good() -> None:
@@ -78,25 +78,27 @@ def test_on_a_belt_at_rest_the_slider_sticks_for_good() -> None:
     assert Attractor(Kind.STICK).half_range == 0.0
     # The energy of the vertical motion decides which starts stick for good.
     x, y = -0.1, -0.67
-    fastest = next(v for v in np.arange(10.0, 0.0, -0.01) if stays_stuck(p, (x, 0.0, y, float(v))))
+    fastest = next(
+        v for v in np.arange(10.0, 0.0, -0.01) if sticks_forever(p, (x, 0.0, y, float(v)))
+    )
     assert fastest > 0.5
     run = simulate(p, t_end=30.0, start=(x, 0.0, y, float(fastest)))
     assert run.events.transitions == {}
-    assert not stays_stuck(p, (x, 0.0, 0.1, 0.0))
+    assert not sticks_forever(p, (x, 0.0, 0.1, 0.0))
 
 
 @pytest.mark.parametrize("v_s", [None, 0.5])
 def test_motion_decays_in_all_of_the_region_of_proof(v_s: float | None) -> None:
     p = Parameters(v_belt=2.0, mu=0.2, mu_s=0.4, v_s=v_s, c1=3.0, c2=3.0)
     point = equilibrium(System(p))
-    region = Attraction(System(p), point)
+    region = DecayRegion(System(p), point)
     assert region.radius > 0.0
     rng = np.random.default_rng(5)
     states = region.rest + rng.normal(size=(2000, 4)) * [1.0, 5.0, 1.0, 5.0]
     modal = region._modal
     sizes = np.linalg.norm((states - region.rest) @ modal.T, axis=1)
     states = region.rest + (states - region.rest) * (0.999 * region.radius / sizes)[:, None]
-    assert region.hold(states).all()
+    assert region.contains_states(states).all()
     assert (states[:, 2] < 0.0).all()
     assert (states[:, 1] < 2.0).all()
     for x, vx, y, vy in states.tolist():

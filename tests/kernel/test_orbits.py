@@ -34,12 +34,18 @@ def searches(count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
 def solved(count: int, *, turning: bool) -> list[OrbitOnCurve | None]:
     flow = SliderBeltFlow(System(Parameters()), ("mu", "F")[:count])
     curve = OrbitCurve(flow, SCALES[: 5 + count])
-    return [curve.solve(*search, turning=turning) for search in searches(count)]
+    return [curve.solve(*search, tangent_across=turning) for search in searches(count)]
 
 
 def parts(orbit: OrbitOnCurve | None) -> FloatArray:
     assert orbit is not None
-    arrays = (orbit.unknowns, orbit.tangent, orbit.across, orbit.monodromy.ravel(), orbit.extremes)
+    arrays = (
+        orbit.unknowns,
+        orbit.tangent,
+        orbit.flow_direction,
+        orbit.monodromy.ravel(),
+        orbit.extremes,
+    )
     return np.concatenate([*arrays, [orbit.determinant]])
 
 

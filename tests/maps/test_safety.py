@@ -18,7 +18,7 @@ from fivtui import (
 from fivtui.maps import StabilityMap
 from fivtui.model import System
 from fivtui.orbits.basins import escape_offset
-from fivtui.orbits.boundaries.fold_orbits import fold_near, folds_of
+from fivtui.orbits.boundaries.fold_orbits import fold_near, stabilising_folds
 from fivtui.studies import load_study, save_study
 
 
@@ -40,7 +40,7 @@ def test_the_safe_friction_of_each_point_is_the_least_fold_of_its_branch(
         p = Parameters(F=F)
         critical = stability(p).critical_mu[0].mu
         curve = branch(p, "mu", low=0.0, high=1.5 * critical)
-        least = min([critical, *(fold.mu for fold in folds_of(curve))])
+        least = min([critical, *(fold.mu for fold in stabilising_folds(curve))])
         assert over_load.safe_mu[row, 1] == pytest.approx(least, rel=1e-8)
         assert over_load.critical_mu[row, 1] == pytest.approx(critical, rel=1e-12)
 
@@ -92,7 +92,7 @@ def test_folds_with_the_opposite_direction_do_not_bound_safe_friction() -> None:
     curve = branch(Parameters(F=30.0), "mu", low=0.0, high=0.6)
     values = [event.value for event in curve.events if event.kind == "fold"]
     assert len(values) == 2
-    (fold,) = folds_of(curve)
+    (fold,) = stabilising_folds(curve)
     assert fold.mu == pytest.approx(min(values), abs=1e-9)
     # Both folds meet in a cusp; beyond it there is no fold.
     assert fold_near(System(Parameters(F=44.0)), fold) is None

@@ -17,7 +17,7 @@ from fivtui.model import (
 )
 from fivtui.model.advice import LARGER_V_S, LESS_DAMPING
 from fivtui.orbits.curves.branch_curve import ParameterLine
-from fivtui.orbits.curves.origins import _beginning_elsewhere
+from fivtui.orbits.curves.origins import _advice_text
 from fivtui.taylor import overflow_error, stall_error
 from fivtui.transient.request import TOL_RANGE, Request
 from fivtui.transient.steppers.rk4 import RungeKutta4
@@ -128,6 +128,4 @@ def test_a_branch_without_damping_is_not_advised_to_begin_at_a_hopf_point() -> N
         (undamped, "mu", False),
         (undamped, "c1", True),
     ):
-        assert (
-            "Hopf" in _beginning_elsewhere(ParameterLine(System(p), name, (0.0, 1.0)))
-        ) is has_hopf
+        assert ("Hopf" in _advice_text(ParameterLine(System(p), name, (0.0, 1.0)))) is has_hopf

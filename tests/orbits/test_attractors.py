@@ -12,10 +12,10 @@ from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import equilibrium
 from fivtui.orbits import explorer
-from fivtui.orbits.attractor_search import Coexistence, coexistence, search
+from fivtui.orbits.attractor_search import Coexistence, coexistence, find_attractors
 from fivtui.orbits.basins import EscapeOffset, basin, escape_offset
 from fivtui.orbits.branches import BranchPoint, Continuation, continuation
-from fivtui.orbits.decay import Attraction
+from fivtui.orbits.decay import DecayRegion
 from fivtui.orbits.explorer import Attractor, Explorer, Kind
 from fivtui.orbits.shooting import PeriodicOrbit
 from fivtui.transient import Transient, integrate
@@ -74,7 +74,7 @@ def test_at_the_base_scene_the_cycle_is_alone() -> None:
 
 
 def test_with_separation_ignored_the_cycle_keeps_contact() -> None:
-    (cycle,) = search(System(Parameters(), separation=False)).attractors
+    (cycle,) = find_attractors(System(Parameters(), separation=False)).attractors
     run = simulate(Parameters(), t_end=1200.0, separation=False, kernel="compiled")
     assert cycle.kind is Kind.CONTACT_CYCLE
     assert cycle.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
@@ -97,13 +97,15 @@ def test_without_a_compiled_kernel_motions_are_followed_interpreted() -> None:
 def test_a_linear_contact_that_never_breaks_grows_without_bounds_or_dies_out() -> None:
     linear = Parameters(k_nl=0.0)
     for mu, kind in ((1.2, Kind.UNBOUNDED), (0.9, Kind.EQUILIBRIUM)):
-        (end,) = search(System(linear.with_values({"mu": mu}), separation=False)).attractors
+        (end,) = find_attractors(
+            System(linear.with_values({"mu": mu}), separation=False)
+        ).attractors
         assert end == Attractor(kind)
 
 
 def test_a_slider_lifted_off_the_belt_can_be_knocked_into_a_cycle() -> None:
     p = Parameters(F=-10.0)
-    rest, cycle = search(System(p)).attractors
+    rest, cycle = find_attractors(System(p)).attractors
     assert rest == Attractor(Kind.EQUILIBRIUM)
     run = simulate(p, t_end=1500.0, start=(0.1, 0.0, 5.0, 0.0), kernel="compiled")
     assert cycle.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
@@ -115,7 +117,7 @@ def test_in_the_region_of_proven_decay_motion_dies_out(
     p: Parameters, direction: tuple[float, float, float, float]
 ) -> None:
     point = equilibrium(System(p))
-    region = Attraction(System(p), point)
+    region = DecayRegion(System(p), point)
     assume(p.F > 1.0 and region.radius > 0.0 and np.linalg.norm(direction) > 0.1)
     assert stability(p).stable
     rest = np.array([point.x, 0.0, point.y, 0.0])
@@ -123,7 +125,7 @@ def test_in_the_region_of_proven_decay_motion_dies_out(
     for _ in range(60):
         middle = 0.5 * (inside + outside)
         x, vx, y, vy = (rest + middle * np.array(direction)).tolist()
-        inside, outside = (middle, outside) if region.holds((x, vx, y, vy)) else (inside, middle)
+        inside, outside = (middle, outside) if region.contains((x, vx, y, vy)) else (inside, middle)
     start = rest + inside * np.array(direction)
     decay = -stability(p).growth_rate
     assume(0.01 < decay < 100.0)
@@ -245,9 +247,7 @@ def test_newton_runs_once_a_leg_if_it_fails_or_converges_to_another_orbit(
     monkeypatch.setattr(explorer, "shoot", shoot)
     monkeypatch.setattr(explorer, "integrate", leg)
     # On the cycle each of the final returns repeats.
-    assert Explorer(System(COEXISTENCE)).reach(cycle.start, most_legs=5) == Attractor(
-        Kind.UNSETTLED
-    )
+    assert Explorer(System(COEXISTENCE)).reach(cycle.start, max_legs=5) == Attractor(Kind.UNSETTLED)
     assert calls == [1, 2, 3, 4, 5]
 
 

@@ -28,7 +28,7 @@ _COMMON_NAMES: Final = {EventKind.BAUTIN: "Bautin"}
 
 
 def boundary_sheet(result: Boundary) -> Sheet:
-    """The curves in the plane of the two parameters, events marked."""
+    """The curves in the plane of the two parameters, with their events."""
     curves = [
         _trace(
             _CURVE_NAMES[result.kind] if index == 0 else "",

@@ -8,54 +8,54 @@ import numpy as np
 from fivtui.model import Progress
 from fivtui.orbits.curves.arclength import (
     CycleCurve,
-    Limits,
+    NewtonLimits,
     OrbitCurve,
     OrbitOnCurve,
     cycle_scales,
     find_root,
 )
 from fivtui.orbits.curves.events import EventKind
-from fivtui.orbits.curves.flow import FloatArray, Return, SliderBeltFlow
+from fivtui.orbits.curves.flow import FloatArray, MotionEnd, SliderBeltFlow
 
 from .plane import FIRST, SECOND, ParameterPlane
 
 # Unknowns are the state, the period and two parameters; a null vector has the first five.
-_COUNT: Final = 7
+_UNKNOWNS: Final = 7
 _NULL: Final = 5
-_LIMITS: Final = Limits(iterations=12, exact=3e-13, converged=1e-9)
-# Step of the differences for second derivatives: relative to the orbit's size, and at most this
-# part of its height above y = 0.
+_NEWTON_LIMITS: Final = NewtonLimits(iterations=12, negligible=3e-13, accepted=1e-9)
+# Step of the differences for second derivatives, relative to the state. With separation it is at
+# most a part of the distance of the highest point from y = 0.
 _DIFFERENCE: Final = 1e-5
-_PART_OFF: Final = 0.05
-# Height above y = 0, relative to the length, at which a curve off the belt ends: it has a corner at
-# y = 0.
-_NEAR_CORNER: Final = 1e-4
+_HEIGHT_PART: Final = 0.05
+# Height of the highest point, relative to the length, at which a curve of separating cycles ends:
+# the curve has a corner at zero height.
+_CORNER_HEIGHT: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class FoldOnCurve(OrbitOnCurve):
-    """A limit cycle with a multiplier 1, its null vectors, and the bend of the branch."""
+    """A limit cycle at a fold: null vectors of the Jacobian, and second derivative along them."""
 
     null: FloatArray
     left_null: FloatArray
-    bend: float
+    curvature: float
 
 
 class _Borders(NamedTuple):
-    # Direction across the orbit, and null vectors, of a fold nearby.
-    across: FloatArray
+    # Direction of the motion, and null vectors, of a fold nearby.
+    flow_direction: FloatArray
     null: FloatArray
     left_null: FloatArray
 
 
 class _Fold(NamedTuple):
-    motion: Return
+    motion: MotionEnd
     null: FloatArray
     left_null: FloatArray
 
 
 class FoldCurve(CycleCurve[FoldOnCurve]):
-    """The equations of folds: shooting, and a bordered determinant that vanishes at folds.
+    """The equations of folds: closure, and a bordered determinant that vanishes at folds.
 
     Second derivatives of the flow are differences of first derivatives along the null vector.
     """
@@ -71,10 +71,10 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
     ) -> None:
         scales = cycle_scales(length, period, *plane.units)
         super().__init__(scales, plane.bounds((FIRST, SECOND)))
-        height = _NEAR_CORNER * length if separation else 0.0
-        self.tests = {EventKind.CUSP: lambda fold: fold.bend}
+        corner_height = _CORNER_HEIGHT * length if separation else 0.0
+        self.tests = {EventKind.CUSP: lambda fold: fold.curvature}
         if plane.system.separation:
-            self.tests[EventKind.TOUCH] = lambda fold: float(fold.extremes[3]) - height
+            self.tests[EventKind.TOUCH] = lambda fold: float(fold.extremes[3]) - corner_height
         flow = SliderBeltFlow(replace(plane.system, separation=separation), plane.names)
         self._orbits, self._work = OrbitCurve(flow, scales, work), work
         self._separation = separation
@@ -87,20 +87,20 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         tangent: FloatArray | None = None,
     ) -> FoldOnCurve | None:
         """The fold near a guess in the plane with the normal `along`: see `Curve`."""
-        borders = _Borders(near.across, near.null, near.left_null)
+        borders = _Borders(near.flow_direction, near.null, near.left_null)
         return self._solve(guess, along, along if tangent is None else tangent, borders)
 
-    def begin(self, unknowns: FloatArray, index: int) -> FoldOnCurve | None:
-        """The fold near a limit cycle, with the value of one of the unknowns."""
+    def fold_at(self, unknowns: FloatArray, index: int) -> FoldOnCurve | None:
+        """The fold near a limit cycle at the same value of the unknown with this index."""
         motion = self._orbits.motion(unknowns)
         if motion is None:
             return None
-        across = motion.rate / self.scales[:4]
-        across /= np.linalg.norm(across)
-        matrix = np.vstack([self._orbits.shooting(motion)[:, :_NULL], [*across, 0.0]])
+        direction = motion.rate / self.scales[:4]
+        direction /= np.linalg.norm(direction)
+        matrix = np.vstack([self._orbits.jacobian(motion)[:, :_NULL], [*direction, 0.0]])
         lefts, _, nulls = np.linalg.svd(matrix)
-        fixed = np.eye(_COUNT)[index]
-        return self._solve(unknowns, fixed, fixed, _Borders(across, nulls[-1], lefts[:, -1]))
+        fixed = np.eye(_UNKNOWNS)[index]
+        return self._solve(unknowns, fixed, fixed, _Borders(direction, nulls[-1], lefts[:, -1]))
 
     def _solve(
         self, guess: FloatArray, along: FloatArray, tangent: FloatArray, borders: _Borders
@@ -109,41 +109,41 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
 
         def equations(unknowns: FloatArray) -> tuple[FloatArray, FloatArray, _Fold] | None:
             motion = self._orbits.motion(unknowns)
-            solved = None if motion is None else self._bordered(unknowns, motion, borders)
+            solved = None if motion is None else self._solve_bordered(unknowns, motion, borders)
             if motion is None or solved is None:
                 return None
             system, determinant, null, left_null = solved
-            system[4, :4], system[6] = borders.across, along
-            away = unknowns - guess
+            system[4, :4], system[6] = borders.flow_direction, along
+            deviation = unknowns - guess
             error = self._orbits.closure_error(unknowns, motion)
-            across, ahead = float(borders.across @ away[:4]), float(along @ away)
+            phase, advance = float(borders.flow_direction @ deviation[:4]), float(along @ deviation)
             return (
-                np.append(error, [across, determinant, ahead]),
+                np.append(error, [phase, determinant, advance]),
                 system,
                 _Fold(motion, null, left_null),
             )
 
-        root = find_root(equations, guess, 4, _LIMITS)
+        root = find_root(equations, guess, 4, _NEWTON_LIMITS)
         if root is None:
             return None
-        motion, null, left_null = root.belonging
-        orbit = self._orbits.with_tangent(root, motion, tangent)
+        motion, null, left_null = root.data
+        orbit = self._orbits.orbit_with_tangent(root, motion, tangent)
         if orbit is None:
             return None
-        bend = float(root.derivatives[5, :_NULL] @ null)
+        curvature = float(root.derivatives[5, :_NULL] @ null)
         values = {field.name: getattr(orbit, field.name) for field in fields(orbit)}
-        return FoldOnCurve(**values, null=null, left_null=left_null, bend=bend)
+        return FoldOnCurve(**values, null=null, left_null=left_null, curvature=curvature)
 
-    def _bordered(
-        self, unknowns: FloatArray, motion: Return, borders: _Borders
+    def _solve_bordered(
+        self, unknowns: FloatArray, motion: MotionEnd, borders: _Borders
     ) -> tuple[FloatArray, float, FloatArray, FloatArray] | None:
-        # Derivatives of the equations, the corner element of the inverse bordered matrix, and the
-        # null vectors.
-        system = np.zeros((_COUNT, _COUNT))
-        system[:4] = self._orbits.shooting(motion)
+        # Derivatives of the equations, the last element of the inverse bordered matrix, which is
+        # zero at folds, and the null vectors.
+        system = np.zeros((_UNKNOWNS, _UNKNOWNS))
+        system[:4] = self._orbits.jacobian(motion)
         bordered = np.zeros((_NULL + 1, _NULL + 1))
         bordered[:4, :_NULL] = system[:4, :_NULL]
-        bordered[4, :4] = borders.across
+        bordered[4, :4] = borders.flow_direction
         bordered[:_NULL, _NULL], bordered[_NULL, :_NULL] = borders.left_null, borders.null
         corner = np.eye(_NULL + 1)[-1]
         try:
@@ -151,25 +151,25 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         except np.linalg.LinAlgError:
             return None
         determinant, scale = float(null[-1]), float(np.linalg.norm(null[:_NULL]))
-        right, left_null = null[:_NULL] / scale, left_null[:_NULL]
-        second = self._shooting_derivative(unknowns, right, motion)
-        if second is None:
+        right_null, left_null = null[:_NULL] / scale, left_null[:_NULL]
+        derivative = self._jacobian_derivative(unknowns, right_null, motion)
+        if derivative is None:
             return None
-        system[5] = -scale * (left_null[:4] @ second)
-        return system, determinant, right, left_null / np.linalg.norm(left_null)
+        system[5] = -scale * (left_null[:4] @ derivative)
+        return system, determinant, right_null, left_null / np.linalg.norm(left_null)
 
-    def _shooting_derivative(
-        self, unknowns: FloatArray, direction: FloatArray, motion: Return
+    def _jacobian_derivative(
+        self, unknowns: FloatArray, direction: FloatArray, motion: MotionEnd
     ) -> FloatArray | None:
-        # Directional derivative of the Jacobian of shooting, in state and period.
+        # Derivative of the closure's Jacobian in a direction of state and period.
         step = _DIFFERENCE * float(np.abs(unknowns[:4]).max())
         if self._separation:
-            off = abs(float(motion.extremes[3])) / float(self.scales[0])
-            step = min(step, _PART_OFF * off) or step
-        change = np.zeros(_COUNT)
+            height = abs(float(motion.extremes[3])) / float(self.scales[0])
+            step = min(step, _HEIGHT_PART * height) or step
+        change = np.zeros(_UNKNOWNS)
         change[:_NULL] = step * direction
         ahead, behind = (self._orbits.motion(unknowns + sign * change) for sign in (1.0, -1.0))
         if ahead is None or behind is None:
             return None
-        shooting = self._orbits.shooting
-        return (shooting(ahead) - shooting(behind)) / (2.0 * step)
+        jacobian = self._orbits.jacobian
+        return (jacobian(ahead) - jacobian(behind)) / (2.0 * step)

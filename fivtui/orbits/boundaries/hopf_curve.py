@@ -14,13 +14,13 @@ from fivtui.orbits.curves.hopf import HopfPoint, hopf_point
 
 from .plane import ParameterPlane
 
-_MOST_ITERATIONS: Final = 20
-_EXACT: Final = 1e-13
+_MAX_ITERATIONS: Final = 20
+_CONVERGED: Final = 1e-13
 
 
 @dataclass(frozen=True, slots=True)
 class HopfOnCurve(PointOnCurve):
-    """A Hopf point."""
+    """A Hopf point on a curve."""
 
     hopf: HopfPoint
 
@@ -33,8 +33,8 @@ class HopfCurve(Curve[HopfOnCurve]):
         self.scales, self.bounds = plane.units, plane.bounds((0, 1))
         self.tests = {EventKind.BAUTIN: lambda point: point.hopf.lyapunov}
 
-    def begin(self, values: tuple[float, float], index: int) -> HopfOnCurve | None:
-        """The Hopf point near values of both parameters, with the value of one of them."""
+    def point_at(self, values: tuple[float, float], index: int) -> HopfOnCurve | None:
+        """The Hopf point near values of both parameters; the one at this index stays fixed."""
         return self.correct(np.array(values) / self.scales, None, np.eye(2)[index])
 
     def correct(
@@ -44,34 +44,34 @@ class HopfCurve(Curve[HopfOnCurve]):
         along: FloatArray,
         tangent: FloatArray | None = None,
     ) -> HopfOnCurve | None:
-        """The Hopf point near a guess on the line with the normal `along`: see `Curve`."""
+        """The Hopf point near a guess, on the line with the normal `along`: see `Curve`."""
         self._work.check()
-        line, unknowns = np.array([-along[1], along[0]]), guess.copy()
+        direction, unknowns = np.array([-along[1], along[0]]), guess.copy()
         iterations, change = 0, np.inf
-        while abs(change) > _EXACT * float(np.abs(unknowns).max()):
+        while abs(change) > _CONVERGED * float(np.abs(unknowns).max()):
             excess = self._excess(unknowns)
-            if excess is None or not excess[1] @ line or iterations == _MOST_ITERATIONS:
+            if excess is None or not excess[1] @ direction or iterations == _MAX_ITERATIONS:
                 return None
-            beyond, slope = excess
-            change = beyond / float(slope @ line)
-            unknowns = unknowns - change * line
+            difference, slope = excess
+            change = difference / float(slope @ direction)
+            unknowns = unknowns - change * direction
             iterations += 1
-        direction = np.array([-slope[1], slope[0]]) / np.linalg.norm(slope)
-        if direction @ (along if tangent is None else tangent) < 0.0:
-            direction = -direction
+        curve_direction = np.array([-slope[1], slope[0]]) / np.linalg.norm(slope)
+        if curve_direction @ (along if tangent is None else tangent) < 0.0:
+            curve_direction = -curve_direction
         try:
-            system = self._plane.at((unknowns * self.scales).tolist())
+            system = self._plane.system_at((unknowns * self.scales).tolist())
         except InputError:
             return None
         return HopfOnCurve(
-            unknowns, direction, iterations - 1, hopf_point(system, self._plane.names[0])
+            unknowns, curve_direction, iterations - 1, hopf_point(system, self._plane.names[0])
         )
 
     def _excess(self, unknowns: FloatArray) -> tuple[float, FloatArray] | None:
-        # Friction coefficient less the critical one, and its slopes; None without a critical one.
+        # Friction coefficient less the critical one, and derivatives; None without a critical one.
         names = self._plane.names
         try:
-            system = self._plane.at((unknowns * self.scales).tolist())
+            system = self._plane.system_at((unknowns * self.scales).tolist())
             critical, slopes = lowest_critical_mu(system), critical_mu_derivatives(system, names)
         except (InputError, ComputationError):
             return None

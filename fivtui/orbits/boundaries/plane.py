@@ -18,7 +18,7 @@ SECOND: Final = 6
 
 @dataclass(frozen=True, slots=True)
 class ParameterPlane:
-    """The plane of two parameters of a set."""
+    """A rectangle of two parameters; all others are those of the system."""
 
     system: System
     names: tuple[str, str]
@@ -31,13 +31,13 @@ class ParameterPlane:
         return np.array([2.0 ** math.floor(math.log2(span) - 1.0) for span in spans])
 
     def bounds(self, indices: Sequence[int]) -> tuple[Bound, Bound]:
-        """The ranges in those units, at indices of the unknowns."""
+        """The ranges in units of the parameters, with the indices of the unknowns."""
         first, second = (
             Bound(index, low / float(unit), high / float(unit))
             for index, (low, high), unit in zip(indices, self.ranges, self.units, strict=True)
         )
         return first, second
 
-    def at(self, values: Sequence[float]) -> System:
+    def system_at(self, values: Sequence[float]) -> System:
         """The system at a point of the plane."""
         return self.system.with_values(dict(zip(self.names, values, strict=True)))

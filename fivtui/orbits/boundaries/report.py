@@ -6,30 +6,30 @@ from fivtui.console import number, print_list, print_rows
 
 from .result import Boundary
 
-_SHORT: Final = 5
+_DIGITS: Final = 5
 
 
 def print_boundary(result: Boundary) -> None:
     """Print the points of every curve, one row each, and its events."""
     header = (*result.names, "period s", "y from .. to m")
-    for count, curve in enumerate(result.curves, start=1):
-        of = f" {count} of {len(result.curves)}" if len(result.curves) > 1 else ""
+    for index, curve in enumerate(result.curves, start=1):
+        numbering = f" {index} of {len(result.curves)}" if len(result.curves) > 1 else ""
         rows = [
             (
                 *(number(value, 8) for value in point.values),
                 number(point.period, 8),
-                f"{number(point.y_min, _SHORT)} .. {number(point.y_max, _SHORT)}",
+                f"{number(point.y_min, _DIGITS)} .. {number(point.y_max, _DIGITS)}",
             )
             for point in curve.points
         ]
-        print_rows(f"Curve of {_SAID[result.kind]}{of}", header, rows)
+        print_rows(f"Curve of {_POINT_NAMES[result.kind]}{numbering}", header, rows)
         if curve.events:
             events = [
                 (
                     str(event.kind),
                     *(number(value, 10) for value in event.values),
                     number(event.period, 8),
-                    f"{number(event.y_min, _SHORT)} .. {number(event.y_max, _SHORT)}",
+                    f"{number(event.y_min, _DIGITS)} .. {number(event.y_max, _DIGITS)}",
                 )
                 for event in curve.events
             ]
@@ -39,4 +39,4 @@ def print_boundary(result: Boundary) -> None:
         )
 
 
-_SAID: Final = {"hopf": "Hopf points", "fold": "folds", "touch": "touching cycles"}
+_POINT_NAMES: Final = {"hopf": "Hopf points", "fold": "folds", "touch": "touching cycles"}

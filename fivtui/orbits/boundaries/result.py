@@ -58,7 +58,7 @@ class BoundaryPoint:
 
 @dataclass(frozen=True, slots=True)
 class BoundaryEvent:
-    """What happens at a point of a curve over two parameters.
+    """An event at a point of a curve over two parameters.
 
     Attributes
     ----------
@@ -107,8 +107,8 @@ class Boundary(TableResult, Plottable):
     ranges : tuple of tuple of float
         Their ranges.
     curves : tuple of BoundaryCurve
-        The curves found. A curve without connection to a branch from a Hopf point in the ranges is
-        missed.
+        The curves that were found. Curves that no branch from a Hopf point in the ranges reaches
+        are missed.
     """
 
     data_name: ClassVar[str] = "boundary"
@@ -154,13 +154,13 @@ class Boundary(TableResult, Plottable):
     @property
     def warning(self) -> str | None:
         """Warning if a curve was lost or is too long."""
-        cuts = []
+        reasons = []
         for curve in self.curves:
             for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
                 if end in (End.LOST, End.LONG):
-                    at = zip(self.names, point.values, strict=True)
-                    cuts.append(f"{end} at {', '.join(f'{n} = {value:.6g}' for n, value in at)}")
-        return f"a curve {' and '.join(cuts)}" if cuts else None
+                    values = zip(self.names, point.values, strict=True)
+                    reasons.append(f"{end} at {', '.join(f'{n} = {v:.6g}' for n, v in values)}")
+        return f"a curve {' and '.join(reasons)}" if reasons else None
 
     @property
     def _varied(self) -> tuple[str, ...]:

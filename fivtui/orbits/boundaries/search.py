@@ -23,7 +23,7 @@ from fivtui.orbits.curves.arclength import OrbitOnCurve
 from fivtui.orbits.curves.cycle_branches import branch, parameter_range
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.flow import FloatArray
-from fivtui.orbits.curves.following import Followed, Follower, PointOnCurve, follow_both_ways
+from fivtui.orbits.curves.following import CurvePart, Follower, PointOnCurve, follow_both_ways
 from fivtui.orbits.curves.hopf import hopf_values
 from fivtui.orbits.curves.result import CyclePoint, event_at
 from fivtui.orbits.rest import length_scale
@@ -41,14 +41,14 @@ from .result import (
 from .touch_curve import TouchCurve
 from .tracing import FoldTracer
 
-# Values of one parameter, besides that of the set, at which branches along the other are followed.
+# Number of values of one parameter at which branches along the other one are followed.
 _LINES: Final = 8
-# Distance from a curve, relative to the spacing of its points, below which a point is on it.
+# Distance from a curve below which a point is on it: relative to the curve's segment, and absolute.
 _RELATIVE_DISTANCE: Final = 0.1
-_ROUNDING: Final = 1e-6
-_LEAST: Final = 1e-100
-# Limit of points along a Hopf curve to the Bautin point of a shrinking fold curve, and first step.
-_MOST_TO_BAUTIN: Final = 40
+_DISTANCE: Final = 1e-6
+_MIN_SEGMENT: Final = 1e-100
+# Greatest number of points from a fold curve to its Bautin point, and length of the first step.
+_MAX_POINTS_TO_BAUTIN: Final = 40
 _FIRST_STEP: Final = 1e-4
 
 
@@ -62,9 +62,9 @@ def boundary(
 ) -> Boundary:
     """Follow the curves of Hopf points, folds or touches of limit cycles over two parameters.
 
-    Branches from Hopf points at nine values of one parameter give events; the curves begin there.
-    Curves without such an event are missed. Cusps, where two curves of folds meet and end, and Hopf
-    points at which folds begin (Bautin) are located along the curves.
+    The curves are followed from events on branches that begin at Hopf points, at nine values of one
+    parameter. Curves without such an event are missed. Cusps, where two curves of folds meet and
+    end, and Hopf points at which folds begin (Bautin) are located along the curves.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def boundary(
         The points of the curves: Hopf points of the equilibrium, folds of limit cycles, or limit
         cycles whose highest point is at y = 0.
     over : mapping of str to tuple of float
-        Lowest and highest value of two parameters; None for a tenth and ten times its value.
+        Lowest and highest value of two parameters; by None a tenth and ten times the set's value.
     separation : bool
         Whether separation is considered.
     progress : callable, optional
@@ -90,7 +90,7 @@ def boundary(
     InputError
         If a name or range is wrong.
     ComputationError
-        If there is no such point in the ranges.
+        If no point of this kind is found in the ranges.
     Cancelled
         If `progress` returned False.
 
@@ -101,12 +101,12 @@ def boundary(
     >>> [(str(event.kind), round(event.values[0], 6)) for event in result.events]
     [('cusp', 36.510164)]
     """
-    plane = _plane(system_of(parameters, separation), kind, over)
+    plane = _check_plane(system_of(parameters, separation), kind, over)
     work = Progress(progress)
     curves: list[BoundaryCurve] = []
-    trace = {"hopf": _hopf_curves, "fold": _fold_curves, "touch": _touch_curves}[kind]
+    follow = {"hopf": _follow_hopf, "fold": _follow_folds, "touch": _follow_touches}[kind]
     # The generators skip events on the curves in this list.
-    curves.extend(trace(plane, work, curves))
+    curves.extend(follow(plane, work, curves))
     work.advance(1.0)
     if not curves:
         names = " and ".join(plane.names)
@@ -119,7 +119,7 @@ def boundary(
 _LABELS: Final = {"hopf": "Hopf point", "fold": "fold", "touch": "touch of y = 0"}
 
 
-def _plane(
+def _check_plane(
     system: System, kind: BoundaryKind, over: Mapping[str, tuple[float, float] | None]
 ) -> ParameterPlane:
     p, separation = system.parameters, system.separation
@@ -140,26 +140,26 @@ def _plane(
     return ParameterPlane(system, (first, second), (ranges[0], ranges[1]))
 
 
-def _lines(plane: ParameterPlane, work: Progress) -> Iterator[tuple[System, str, int]]:
-    # Systems at values of one parameter, and name and index of the second one, along which branches
-    # are followed: preferably μ, as it has one Hopf point at most.
-    along = 0 if plane.names[0] == "mu" else 1
-    low, high = plane.ranges[1 - along]
-    name = plane.names[1 - along]
+def _systems_to_follow(plane: ParameterPlane, work: Progress) -> Iterator[tuple[System, str, int]]:
+    # Systems at values of one parameter, and name and index of the other, along which branches are
+    # followed. This is μ if μ is one of the two: along μ there is at most one Hopf point.
+    varied = 0 if plane.names[0] == "mu" else 1
+    low, high = plane.ranges[1 - varied]
+    name = plane.names[1 - varied]
     set_value = getattr(plane.system.parameters, name)
     values = [low + (high - low) * (index + 0.5) / _LINES for index in range(_LINES)]
     for count, value in enumerate([*([set_value] if low <= set_value <= high else []), *values]):
         work.report(count / (_LINES + 1))
-        yield plane.system.with_values({name: value}), plane.names[along], along
+        yield plane.system.with_values({name: value}), plane.names[varied], varied
 
 
-def _events(
+def _branch_events(
     plane: ParameterPlane, kind: EventKind, work: Progress
 ) -> Iterator[tuple[System, CyclePoint, FloatArray]]:
-    # The system, the cycle and the values of both parameters at every event of the branches.
-    for system, name, along in _lines(plane, work):
+    # The system, the cycle and the values of both parameters at every event of a kind on branches.
+    for system, name, varied in _systems_to_follow(plane, work):
         p = system.parameters
-        low, high = plane.ranges[along]
+        low, high = plane.ranges[varied]
         try:
             cycles = branch(p, name, low=low, high=high, separation=system.separation)
         except ComputationError:
@@ -167,58 +167,58 @@ def _events(
         for point in cycles.points:
             if event_at(cycles, point) is kind:
                 values = [getattr(p, parameter) for parameter in plane.names]
-                values[along] = point.value
+                values[varied] = point.value
                 yield system.with_values({name: point.value}), point, np.array(values)
 
 
-def _fold_curves(
+def _follow_folds(
     plane: ParameterPlane, work: Progress, curves: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
-    for system, cycle, values in _events(plane, EventKind.FOLD, work):
-        if _is_on(plane, curves, values, (cycle.period, cycle.y_min, cycle.y_max)):
+    for system, cycle, values in _branch_events(plane, EventKind.FOLD, work):
+        if _is_on_a_curve(plane, curves, values, (cycle.period, cycle.y_min, cycle.y_max)):
             continue
         tracer = FoldTracer(plane, length_scale(system), cycle.period, work)
-        start = tracer.begin(np.array([*cycle.start, cycle.period, *values]), cycle.y_max)
+        start = tracer.fold_at(np.array([*cycle.start, cycle.period, *values]), cycle.y_max)
         if start is not None:
             convert = partial(_cycle_point, tracer.scales)
-            yield _with_bautin(plane, _both_ways(tracer.follow, start, convert), work)
+            yield _add_bautin(plane, _whole_curve(tracer.follow, start, convert), work)
 
 
-def _touch_curves(
+def _follow_touches(
     plane: ParameterPlane, work: Progress, curves: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
-    for system, cycle, values in _events(plane, EventKind.TOUCH, work):
-        if _is_on(plane, curves, values, (cycle.period, cycle.y_min, cycle.y_max)):
+    for system, cycle, values in _branch_events(plane, EventKind.TOUCH, work):
+        if _is_on_a_curve(plane, curves, values, (cycle.period, cycle.y_min, cycle.y_max)):
             continue
         curve = TouchCurve(plane, length_scale(system), cycle.period, work)
-        start = curve.begin(np.array([*cycle.start, cycle.period, *values]))
+        start = curve.touching_cycle(np.array([*cycle.start, cycle.period, *values]))
         if start is not None:
-            yield _both_ways(Follower(curve).follow, start, partial(_cycle_point, curve.scales))
+            yield _whole_curve(Follower(curve).follow, start, partial(_cycle_point, curve.scales))
 
 
-def _hopf_curves(
+def _follow_hopf(
     plane: ParameterPlane, work: Progress, curves: Sequence[BoundaryCurve]
 ) -> Iterator[BoundaryCurve]:
     curve = HopfCurve(plane, work)
     follower, convert = Follower(curve), partial(_hopf_point, plane)
-    for system, name, along in _lines(plane, work):
-        for value in hopf_values(system, name, *plane.ranges[along]):
+    for system, name, varied in _systems_to_follow(plane, work):
+        for value in hopf_values(system, name, *plane.ranges[varied]):
             values = [getattr(system.parameters, parameter) for parameter in plane.names]
-            values[along] = value
-            start = curve.begin((values[0], values[1]), 1 - along)
+            values[varied] = value
+            start = curve.point_at((values[0], values[1]), 1 - varied)
             if start is None:
                 continue
             point = convert(start)
             measures = (point.period, point.y_min, point.y_max)
-            if not _is_on(plane, curves, np.array(point.values), measures):
-                yield _both_ways(follower.follow, start, convert)
+            if not _is_on_a_curve(plane, curves, np.array(point.values), measures):
+                yield _whole_curve(follower.follow, start, convert)
 
 
 P = TypeVar("P", bound=PointOnCurve)
 
 
-def _both_ways(
-    follow: Callable[[P], Followed[P]], start: P, convert: Callable[[P], BoundaryPoint]
+def _whole_curve(
+    follow: Callable[[P], CurvePart[P]], start: P, convert: Callable[[P], BoundaryPoint]
 ) -> BoundaryCurve:
     curve = follow_both_ways(follow, start)
     points = tuple(map(convert, curve.points))
@@ -226,12 +226,11 @@ def _both_ways(
     return BoundaryCurve(points, events, curve.ends)
 
 
-def _with_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) -> BoundaryCurve:
-    # A fold curve that shrinks into the equilibrium ends at a Hopf point of zero Lyapunov
-    # coefficient.
+def _add_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) -> BoundaryCurve:
+    # Add the Bautin points in which a fold curve ends: Hopf points of zero Lyapunov coefficient.
     shrinks = [end is End.EQUILIBRIUM for end in curve.ends]
-    at_start = _bautin(plane, curve.points[0], work) if shrinks[0] else []
-    at_end = _bautin(plane, curve.points[-1], work) if shrinks[1] else []
+    at_start = _bautin_near(plane, curve.points[0], work) if shrinks[0] else []
+    at_end = _bautin_near(plane, curve.points[-1], work) if shrinks[1] else []
     before, after = (
         [_event(EventKind.BAUTIN, point) for point in located] for located in (at_start, at_end)
     )
@@ -240,13 +239,13 @@ def _with_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) ->
     )
 
 
-def _bautin(plane: ParameterPlane, near: BoundaryPoint, work: Progress) -> list[BoundaryPoint]:
+def _bautin_near(plane: ParameterPlane, near: BoundaryPoint, work: Progress) -> list[BoundaryPoint]:
     curve = HopfCurve(plane, work)
-    along = 0 if plane.names[0] == "mu" else 1
-    start = curve.begin(near.values, 1 - along)
+    varied = 0 if plane.names[0] == "mu" else 1
+    start = curve.point_at(near.values, 1 - varied)
     if start is None:
         return []
-    follower = Follower(curve, max_points=_MOST_TO_BAUTIN)
+    follower = Follower(curve, max_points=_MAX_POINTS_TO_BAUTIN)
     points = follower.events_both_ways(start, EventKind.BAUTIN, _FIRST_STEP)
     points.sort(key=lambda point: float(np.linalg.norm(point.unknowns - start.unknowns)))
     return [_hopf_point(plane, point) for point in points[:1]]
@@ -265,7 +264,7 @@ def _cycle_point(scales: FloatArray, orbit: OrbitOnCurve) -> BoundaryPoint:
 
 def _hopf_point(plane: ParameterPlane, point: HopfOnCurve) -> BoundaryPoint:
     first, second = (point.unknowns * plane.units).tolist()
-    rest = equilibrium(plane.at((first, second)))
+    rest = equilibrium(plane.system_at((first, second)))
     return BoundaryPoint(
         (first, second),
         2.0 * math.pi / point.hopf.omega,
@@ -276,13 +275,13 @@ def _hopf_point(plane: ParameterPlane, point: HopfOnCurve) -> BoundaryPoint:
     )
 
 
-def _is_on(
+def _is_on_a_curve(
     plane: ParameterPlane,
     curves: Sequence[BoundaryCurve],
     values: FloatArray,
     measures: tuple[float, float, float],
 ) -> bool:
-    # Whether a point is on one of the curves, by its parameters, period and extremes.
+    # Whether a point, given by its parameters, period and extremes, is on one of the curves.
     period, y_min, y_max = measures
     units = np.array([*plane.units, period, abs(y_min), abs(y_min)])
     target = np.array([*values, period, y_min, y_max]) / units
@@ -292,9 +291,9 @@ def _is_on(
         )
         polyline /= units
         segments = np.diff(polyline, axis=0)
-        lengths = np.maximum(np.linalg.norm(segments, axis=1), _LEAST)
+        lengths = np.maximum(np.linalg.norm(segments, axis=1), _MIN_SEGMENT)
         shares = np.clip(((target - polyline[:-1]) * segments).sum(axis=1) / lengths**2, 0.0, 1.0)
         distances = np.linalg.norm(polyline[:-1] + shares[:, None] * segments - target, axis=1)
-        if (distances < _RELATIVE_DISTANCE * lengths + _ROUNDING).any():
+        if (distances < _RELATIVE_DISTANCE * lengths + _DISTANCE).any():
             return True
     return False

@@ -14,14 +14,14 @@ from fivtui.transient import START_SEEDS, Request, vary
 from .plane import FIRST, SECOND, ParameterPlane
 
 _UNKNOWNS: Final = 7
-# Greatest height above y = 0, relative to its depth, of a touching cycle.
-_ABOVE: Final = 1e-9
+# Greatest height of a touching cycle's highest point, relative to the depth of its lowest point.
+_MAX_HEIGHT: Final = 1e-9
 
 
 class TouchCurve(CycleCurve[OrbitOnCurve]):
     """The equations of cycles that start at their highest point, y = 0.
 
-    They stay on the belt: separation has no effect.
+    These cycles stay in contact, so that separation has no effect.
     """
 
     def __init__(self, plane: ParameterPlane, length: float, period: float, work: Progress) -> None:
@@ -34,12 +34,12 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         flow = SliderBeltFlow(replace(plane.system, separation=False), plane.names)
         self._orbits = OrbitCurve(flow, scales, work)
 
-    def begin(
+    def touching_cycle(
         self, cycle: FloatArray, index: int = FIRST, values: FloatArray | None = None
     ) -> OrbitOnCurve | None:
-        """The touching cycle near a cycle on the belt, with the value of one unknown fixed.
+        """The touching cycle near a cycle in contact, with the value of one unknown fixed.
 
-        `cycle` are its unknowns; `values` are scaled parameters to use instead of its own.
+        `cycle` are the unknowns of that cycle; `values`, scaled, replace its parameters.
         """
         x, vx = self._highest_point(cycle)
         guess = np.array([x, vx, 0.0, 0.0, *cycle[4:]]) / self.scales
@@ -58,20 +58,20 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         planes = np.zeros((3, _UNKNOWNS))
         planes[0, 2] = planes[1, 3] = 1.0
         planes[2] = along
-        orbit = self._orbits.solve(guess, planes, tangent, turning=False)
+        orbit = self._orbits.solve(guess, planes, tangent, tangent_across=False)
         if orbit is None:
             return None
         low, high = orbit.extremes[2:4].tolist()
-        return None if high > _ABOVE * abs(low) else orbit
+        return None if high > _MAX_HEIGHT * abs(low) else orbit
 
     def _highest_point(self, cycle: FloatArray) -> tuple[float, float]:
         # x and ẋ at the highest point of a cycle.
         x, vx, y, vy, period, *values = cycle.tolist()
         state = (x, vx, y, vy)
-        system = replace(self._plane.at(values), separation=False)
-        run = Request(system, t_end=period, tol=FLOW_TOL, start=state)
-        moment = float(vary(run, START_SEEDS[:1]).moments[3])
+        system = replace(self._plane.system_at(values), separation=False)
+        whole_period = Request(system, t_end=period, tol=FLOW_TOL, start=state)
+        moment = float(vary(whole_period, START_SEEDS[:1]).moments[3])
         if 0.0 < moment < period:
-            part = Request(system, t_end=moment, tol=FLOW_TOL, start=state)
-            state = vary(part, START_SEEDS[:1]).final
+            rise = Request(system, t_end=moment, tol=FLOW_TOL, start=state)
+            state = vary(rise, START_SEEDS[:1]).final
         return state[0], state[1]

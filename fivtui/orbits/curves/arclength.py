@@ -1,8 +1,8 @@
 """Curves of periodic orbits along a parameter, by pseudo-arclength continuation over shooting.
 
-Unknowns are a state on the orbit, the period and the parameters that vary, each in a unit of its
-own. A plane across the previous orbit fixes the phase, so that no section of the motion is needed
-and lift-off has no effect.
+Unknowns are a state on the orbit, the period and the parameters that vary, each divided by its
+unit. A plane normal to the previous orbit fixes the phase. Unlike a section of the motion, such as
+lift-off, this plane always meets the orbit.
 """
 
 import math
@@ -18,28 +18,28 @@ from fivtui.model import PARAMETERS, Progress
 from fivtui.taylor import local_tolerance, order_for
 from fivtui.transient import MAX_T_END
 
-from .flow import FLOW_TOL, MOST_STEPS, FloatArray, Flow, Return, SliderBeltFlow
+from .flow import FLOW_TOL, MAX_FLOW_STEPS, FloatArray, Flow, MotionEnd, SliderBeltFlow
 from .following import Bound, Curve, PointOnCurve
 
-# Indices of the last unknowns, for one parameter that varies.
-VALUE: Final = -1
+# Indices of the parameter that varies and of the period, the last two unknowns.
+PARAMETER: Final = -1
 PERIOD: Final = -2
-UNWATCHED: Final = Progress(None)
+NO_CALLBACK: Final = Progress(None)
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
 class OrbitOnCurve(PointOnCurve):
-    """A periodic orbit, with the direction of the curve there."""
+    """A periodic orbit: unit vector along it, monodromy, extremes, determinant of the equations."""
 
-    across: FloatArray
+    flow_direction: FloatArray
     monodromy: FloatArray
     extremes: FloatArray
     determinant: float
 
     def reversed(self) -> Self:
-        """The same orbit with the tangent reversed."""
+        """The orbit with the tangent reversed."""
         return replace(self, tangent=-self.tangent, determinant=-self.determinant)
 
     @property
@@ -71,65 +71,65 @@ class CycleCurve(Curve[Orbit]):
 
     def features(self, point: Orbit) -> FloatArray:
         """Quantities that do not depend on the phase: period, parameters and extremes."""
-        states = len(point.across)
-        return np.concatenate([point.unknowns[states:], point.extremes[:4] / self.scales[0]])
+        state_count = len(point.flow_direction)
+        return np.concatenate([point.unknowns[state_count:], point.extremes[:4] / self.scales[0]])
 
 
-class Limits(NamedTuple):
+class NewtonLimits(NamedTuple):
     """Limits of Newton's method: iterations, and residuals relative to the state.
 
-    Iteration stops at a residual below `exact`; above `converged` there is no root.
+    Iteration stops below `negligible`; a root is accepted below `accepted`.
     """
 
     iterations: int
-    exact: float
-    converged: float
+    negligible: float
+    accepted: float
 
 
 class Root(NamedTuple, Generic[T]):
-    """A root of equations, derivatives and data of the equations there, and iterations."""
+    """A root of equations, their derivatives and data at the root, and the iterations used."""
 
     unknowns: FloatArray
     derivatives: FloatArray
-    belonging: T
+    data: T
     iterations: int
 
 
 def find_root(
     equations: Callable[[FloatArray], tuple[FloatArray, FloatArray, T] | None],
     guess: FloatArray,
-    states: int,
-    limits: Limits,
+    state_count: int,
+    limits: NewtonLimits,
 ) -> Root[T] | None:
-    """The root of equations near a guess by Newton's method; None if it finds none.
+    """The root of equations near a guess by Newton's method; None if it does not converge.
 
-    `equations` returns residuals, derivatives and data to keep; None where they have no value.
+    `equations` returns residuals, derivatives and data of the root, or None where undefined.
     """
     # The compiled kernel has the same algorithm in `orbit_solve`.
-    unknowns, least, best, accepted = guess, np.inf, None, 0.0
+    unknowns, least_residual, best, tolerance = guess, np.inf, None, 0.0
     for iteration in range(limits.iterations):
         values = equations(unknowns)
         if values is None:
             break
-        residuals, derivatives, belonging = values
+        residuals, derivatives, data = values
         residual = float(np.abs(residuals).max())
-        size = float(np.abs(unknowns[:states]).max())
-        if residual < least:
-            least, accepted = residual, limits.converged * size
-            best = Root(unknowns, derivatives, belonging, iteration)
-        elif least < accepted:
+        size = float(np.abs(unknowns[:state_count]).max())
+        if residual < least_residual:
+            least_residual, tolerance = residual, limits.accepted * size
+            best = Root(unknowns, derivatives, data, iteration)
+        elif least_residual < tolerance:
             break
-        if residual < limits.exact * size:
+        if residual < limits.negligible * size:
             break
         try:
             unknowns = unknowns - np.linalg.solve(derivatives, residuals)
         except np.linalg.LinAlgError:
             break
-    return best if least < accepted else None
+    return best if least_residual < tolerance else None
 
 
-def directions_across(direction: FloatArray) -> FloatArray:
-    """Unit vectors across a direction: columns of a reflection of the first axis to it."""
+def normal_basis(direction: FloatArray) -> FloatArray:
+    """Orthonormal basis, in columns, of the plane normal to a unit vector, by a reflection."""
     normal = direction.copy()
     normal[0] += -1.0 if direction[0] < 0.0 else 1.0
     basis: FloatArray = (
@@ -138,15 +138,15 @@ def directions_across(direction: FloatArray) -> FloatArray:
     return basis
 
 
-_LIMITS: Final = Limits(iterations=8, exact=2e-13, converged=1e-10)
+_NEWTON_LIMITS: Final = NewtonLimits(iterations=8, negligible=2e-13, accepted=1e-10)
 
 
 class OrbitCurve:
     """The equations of the periodic orbits of a flow along the parameters that vary."""
 
-    def __init__(self, flow: Flow, scales: FloatArray, work: Progress = UNWATCHED) -> None:
+    def __init__(self, flow: Flow, scales: FloatArray, work: Progress = NO_CALLBACK) -> None:
         self._flow, self.scales, self._work = flow, scales, work
-        self._states, self._count = flow.states, len(scales)
+        self._state_count, self._unknown_count = flow.state_count, len(scales)
         self._search = _compiled_search(flow, scales)
 
     def solve(
@@ -155,105 +155,105 @@ class OrbitCurve:
         planes: FloatArray,
         along: FloatArray | None = None,
         *,
-        turning: bool = True,
+        tangent_across: bool = True,
     ) -> OrbitOnCurve | None:
-        """The periodic orbit near a guess in planes through the guess; None without one.
+        """The periodic orbit near a guess in planes through it; None without convergence.
 
-        The tangent points along `along`, by default the normal of the last plane. It is in the
-        plane across the orbit if `turning`, else in the first plane.
+        The planes through the guess have the normals `planes`. The tangent points along `along`, by
+        default the last normal; it is normal to the orbit if `tangent_across`, else to the first.
         """
         self._work.check()
         if not np.isfinite(guess).all():
             return None
         direction = planes[-1] if along is None else along
         if self._search is not None:
-            orbit = self._search.solve(guess, planes, direction, turning=turning)
+            orbit = self._search.solve(guess, planes, direction, turning=tangent_across)
             return None if orbit is None else OrbitOnCurve(**orbit._asdict())
-        states = self._states
+        state_count = self._state_count
 
-        def equations(unknowns: FloatArray) -> tuple[FloatArray, FloatArray, Return] | None:
+        def equations(unknowns: FloatArray) -> tuple[FloatArray, FloatArray, MotionEnd] | None:
             motion = self.motion(unknowns)
             if motion is None:
                 return None
             residuals = [self.closure_error(unknowns, motion), planes @ (unknowns - guess)]
-            return np.concatenate(residuals), np.vstack([self.shooting(motion), planes]), motion
+            return np.concatenate(residuals), np.vstack([self.jacobian(motion), planes]), motion
 
-        root = find_root(equations, guess, states, _LIMITS)
+        root = find_root(equations, guess, state_count, _NEWTON_LIMITS)
         if root is None:
             return None
-        return self.with_tangent(root, root.belonging, direction, turning=turning)
+        return self.orbit_with_tangent(root, root.data, direction, tangent_across=tangent_across)
 
-    def returns_after(self, orbit: OrbitOnCurve, share: float) -> float:
+    def return_distance(self, orbit: OrbitOnCurve, share: float) -> float:
         """Distance of an orbit from its start after a share of its period, relative to its size."""
         motion = self.motion(orbit.unknowns, share)
         if motion is None:
             return np.inf
-        state = orbit.unknowns[: self._states]
-        away = np.abs(self.closure_error(orbit.unknowns, motion)).max()
-        return float(away / np.abs(state).max())
+        state = orbit.unknowns[: self._state_count]
+        distance = np.abs(self.closure_error(orbit.unknowns, motion)).max()
+        return float(distance / np.abs(state).max())
 
-    def later(self, orbit: OrbitOnCurve, share: float) -> OrbitOnCurve | None:
-        """The same orbit, beginning a share of its period later; None if it is not found."""
-        motion, states = self.motion(orbit.unknowns, share), self._states
+    def restart_later(self, orbit: OrbitOnCurve, share: float) -> OrbitOnCurve | None:
+        """The orbit, starting a share of its period later; None if it is not found."""
+        motion, state_count = self.motion(orbit.unknowns, share), self._state_count
         if motion is None:
             return None
         guess, along = orbit.unknowns.copy(), orbit.tangent.copy()
-        guess[:states] = motion.final / self.scales[:states]
-        # The direction along the curve is given by period and parameters.
-        along[:states] = 0.0
-        planes = np.eye(self._count)[states:]
+        guess[:state_count] = motion.final / self.scales[:state_count]
+        # Period and parameters determine the direction of the tangent.
+        along[:state_count] = 0.0
+        planes = np.eye(self._unknown_count)[state_count:]
         planes[0] = 0.0
-        planes[0, :states] = motion.rate / self.scales[:states]
+        planes[0, :state_count] = motion.rate / self.scales[:state_count]
         planes[0] /= np.linalg.norm(planes[0])
         return self.solve(guess, planes, along)
 
-    def motion(self, unknowns: FloatArray, share: float = 1.0) -> Return | None:
-        """The motion over a share of a period; None if there is none."""
-        values, states = unknowns * self.scales, self._states
-        period = float(values[states])
+    def motion(self, unknowns: FloatArray, share: float = 1.0) -> MotionEnd | None:
+        """The motion over a share of a period; None where it cannot be computed."""
+        values, state_count = unknowns * self.scales, self._state_count
+        period = float(values[state_count])
         if not np.isfinite(values).all() or not period > 0.0:
             return None
-        return self._flow.follow(values[:states], share * period, values[states + 1 :])
+        return self._flow.follow(values[:state_count], share * period, values[state_count + 1 :])
 
-    def closure_error(self, unknowns: FloatArray, motion: Return) -> FloatArray:
+    def closure_error(self, unknowns: FloatArray, motion: MotionEnd) -> FloatArray:
         """Scaled distance of the end of a motion from its start."""
-        distance: FloatArray = motion.final / self.scales[: self._states]
-        return distance - unknowns[: self._states]
+        distance: FloatArray = motion.final / self.scales[: self._state_count]
+        return distance - unknowns[: self._state_count]
 
-    def shooting(self, motion: Return) -> FloatArray:
+    def jacobian(self, motion: MotionEnd) -> FloatArray:
         """Derivatives of `closure_error` by the unknowns."""
-        n, scales = self._states, self.scales
+        n, scales = self._state_count, self.scales
         units = scales[:n, None]
-        rows = np.empty((n, self._count))
+        rows = np.empty((n, self._unknown_count))
         rows[:, :n] = motion.derivatives[:, :n] * scales[:n] / units - np.eye(n)
         rows[:, n] = motion.rate * scales[n] / scales[:n]
         rows[:, n + 1 :] = motion.derivatives[:, n:] * scales[n + 1 :] / units
         return rows
 
-    def with_tangent(
-        self, root: Root[T], motion: Return, along: FloatArray, *, turning: bool = True
+    def orbit_with_tangent(
+        self, root: Root[T], motion: MotionEnd, along: FloatArray, *, tangent_across: bool = True
     ) -> OrbitOnCurve | None:
         """The orbit of a root with its tangent; None where the equations are singular."""
-        system, states = root.derivatives.copy(), self._states
+        system, state_count = root.derivatives.copy(), self._state_count
         system[-1] = along
-        rate = motion.rate / self.scales[:states]
-        across = rate / np.linalg.norm(rate)
-        if turning:
-            system[states] = 0.0
-            system[states, :states] = across
+        rate = motion.rate / self.scales[:state_count]
+        flow_direction = rate / np.linalg.norm(rate)
+        if tangent_across:
+            system[state_count] = 0.0
+            system[state_count, :state_count] = flow_direction
         try:
-            tangent = np.linalg.solve(system, np.eye(self._count)[-1])
+            tangent = np.linalg.solve(system, np.eye(self._unknown_count)[-1])
         except np.linalg.LinAlgError:
             return None
         tangent = tangent / np.linalg.norm(tangent)
         system[-1] = tangent
-        basis = directions_across(across)
+        basis = normal_basis(flow_direction)
         return OrbitOnCurve(
             root.unknowns,
             tangent,
             root.iterations,
-            across,
-            basis.T @ (system[:states, :states] + np.eye(states)) @ basis,
+            flow_direction,
+            basis.T @ (system[:state_count, :state_count] + np.eye(state_count)) @ basis,
             motion.extremes,
             float(np.linalg.det(system)),
         )
@@ -275,5 +275,5 @@ def _compiled_search(flow: Flow, scales: FloatArray) -> OrbitSearch | None:
         tol=tol,
         order=order_for(tol),
         longest=MAX_T_END,
-        budget=MOST_STEPS,
+        budget=MAX_FLOW_STEPS,
     )

@@ -11,72 +11,73 @@ from numpy.typing import NDArray
 
 from fivtui.model import Progress, System
 
-from .arclength import UNWATCHED, VALUE, CycleCurve, OrbitCurve, OrbitOnCurve, cycle_scales
+from .arclength import NO_CALLBACK, PARAMETER, CycleCurve, OrbitCurve, OrbitOnCurve, cycle_scales
 from .events import End, EventKind
-from .flow import EXTREMES_KEPT, FloatArray, Flow, Makeup, SliderBeltFlow
+from .flow import POSITION_EXTREMES, FloatArray, Flow, ModePattern, SliderBeltFlow
 from .following import Bound
 
-# Derivatives of the parameter along the curve below this are rounding.
-_LEVEL: Final = 1e-9
-_ON_CIRCLE: Final = 1e-6
-# Part of a stick in which a period may begin.
-_INSIDE: Final = (0.25, 0.75)
-# A stick (relative to the period) or gap to the belt speed (relative to it) below this explains a
-# lost branch.
-_NO_LONGER: Final = 1e-3
-# The unit of the parameter, a power of two against rounding, is at least its range over this.
-_LEAST_UNIT: Final = 64.0
+# Derivatives of the parameter along the curve that are zero to rounding.
+_SLOPE_ROUNDING: Final = 1e-9
+# Tolerance for complex multipliers on the unit circle.
+_CIRCLE_TOL: Final = 1e-6
+# Range within a stick in which a period may begin, relative to the stick.
+_INTERIOR: Final = (0.25, 0.75)
+# A lost branch has reached the end of a stick below this length, relative to the period, or the
+# belt speed below this gap, relative to that speed.
+_VANISHING: Final = 1e-3
+# Lower bound of the parameter's unit: its range divided by this. Units are powers of two.
+_RANGE_PER_UNIT: Final = 64.0
 
 
-def touch(orbit: OrbitOnCurve) -> float:
-    """Zero where the highest or the lowest point is at y = 0; positive if the cycle crosses it."""
+def touch_test(orbit: OrbitOnCurve) -> float:
+    """Zero if the highest or the lowest point is at y = 0, positive if y changes its sign."""
     low, high = orbit.extremes[2:4].tolist()
     return float(-low * high)
 
 
-def level(orbit: OrbitOnCurve) -> float:
+def fold_test(orbit: OrbitOnCurve) -> float:
     """The derivative of the parameter along the curve; zero at a fold."""
-    change = float(orbit.tangent[VALUE])
-    return change if abs(change) > _LEVEL else 0.0
+    change = float(orbit.tangent[PARAMETER])
+    return change if abs(change) > _SLOPE_ROUNDING else 0.0
 
 
-def flip(orbit: OrbitOnCurve) -> float:
+def period_doubling_test(orbit: OrbitOnCurve) -> float:
     """Zero where a multiplier is -1."""
     return float(np.linalg.det(orbit.monodromy + np.eye(len(orbit.monodromy))))
 
 
-def pairs(orbit: OrbitOnCurve) -> float:
+def torus_test(orbit: OrbitOnCurve) -> float:
     """Zero where the product of two multipliers is 1.
 
     The products are the eigenvalues of the matrix of all minors of two rows and columns.
     """
     rows = orbit.monodromy.tolist()
-    chosen = list(combinations(range(len(rows)), 2))
+    pairs = list(combinations(range(len(rows)), 2))
     minors = [
-        [rows[i][k] * rows[j][n] - rows[i][n] * rows[j][k] - (i == k and j == n) for k, n in chosen]
-        for i, j in chosen
+        [rows[i][k] * rows[j][n] - rows[i][n] * rows[j][k] - (i == k and j == n) for k, n in pairs]
+        for i, j in pairs
     ]
-    return float(np.linalg.det(minors)) if chosen else 1.0
+    return float(np.linalg.det(minors)) if pairs else 1.0
 
 
-def crossing(orbit: OrbitOnCurve) -> float:
+def branch_test(orbit: OrbitOnCurve) -> float:
     """Zero where another branch crosses."""
     return orbit.determinant
 
 
 _TESTS: Final[dict[EventKind, Callable[[OrbitOnCurve], float]]] = {
-    EventKind.TOUCH: touch,
-    EventKind.FOLD: level,
-    EventKind.PERIOD_DOUBLING: flip,
-    EventKind.TORUS: pairs,
-    EventKind.BRANCH: crossing,
+    EventKind.TOUCH: touch_test,
+    EventKind.FOLD: fold_test,
+    EventKind.PERIOD_DOUBLING: period_doubling_test,
+    EventKind.TORUS: torus_test,
+    EventKind.BRANCH: branch_test,
 }
 
 
 class BranchCurve(CycleCurve[OrbitOnCurve]):
-    """Periodic orbits of a flow along one parameter."""
+    """Periodic orbits of a flow along one parameter; `untested` events are not searched."""
 
-    turns = True
+    may_hide_folds = True
     untested: frozenset[EventKind] = frozenset()
 
     def __init__(
@@ -84,15 +85,15 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
         flow: Flow,
         scales: FloatArray,
         bounds: tuple[float, float],
-        work: Progress = UNWATCHED,
+        work: Progress = NO_CALLBACK,
         *,
-        touches: bool,
+        tests_touch: bool,
     ) -> None:
         low, high = bounds
-        value = float(scales[VALUE])
-        super().__init__(scales, (Bound(len(scales) - 1, low / value, high / value),))
+        unit = float(scales[PARAMETER])
+        super().__init__(scales, (Bound(len(scales) - 1, low / unit, high / unit),))
         self.orbits = OrbitCurve(flow, scales, work)
-        untested = self.untested if touches else {*self.untested, EventKind.TOUCH}
+        untested = self.untested if tests_touch else {*self.untested, EventKind.TOUCH}
         self.tests = {kind: test for kind, test in _TESTS.items() if kind not in untested}
 
     def correct(
@@ -104,7 +105,7 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
     ) -> OrbitOnCurve | None:
         """The orbit near a guess in the plane with the normal `along`: see `Curve`."""
         planes = np.zeros((2, len(guess)))
-        planes[0, : len(near.across)], planes[1] = near.across, along
+        planes[0, : len(near.flow_direction)], planes[1] = near.flow_direction, along
         return self.orbits.solve(guess, planes, tangent)
 
     def multipliers(self, orbits: Sequence[OrbitOnCurve]) -> NDArray[np.complex128]:
@@ -113,62 +114,66 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
         order = np.argsort(-np.abs(values), axis=1, kind="stable")
         return np.take_along_axis(values.astype(np.complex128), order, axis=1)
 
-    def confirmed(self, kind: EventKind, point: OrbitOnCurve) -> bool:
-        """Whether an event is confirmed: a product 1 of real multipliers is no torus."""
+    def confirms(self, kind: EventKind, point: OrbitOnCurve) -> bool:
+        """Whether an event is confirmed: at a torus the multipliers of product 1 are complex."""
         if kind is not EventKind.TORUS:
             return True
         values = point.multipliers
-        turning = values[np.abs(values.imag) > _ON_CIRCLE]
-        return bool(turning.size and np.abs(np.abs(turning) - 1.0).min() < _ON_CIRCLE)
+        complex_values = values[np.abs(values.imag) > _CIRCLE_TOL]
+        return bool(
+            complex_values.size and np.abs(np.abs(complex_values) - 1.0).min() < _CIRCLE_TOL
+        )
 
 
-def makeup(orbit: OrbitOnCurve) -> Makeup:
+def mode_pattern(orbit: OrbitOnCurve) -> ModePattern:
     """Sticks and order of modes of a cycle on a belt of finite speed."""
-    return Makeup(*orbit.extremes[EXTREMES_KEPT:].tolist())
+    return ModePattern(*orbit.extremes[POSITION_EXTREMES:].tolist())
 
 
-class BeltBranchCurve(BranchCurve):
-    """Periodic orbits on a belt of finite speed, whose modes change their order at corners."""
+class FiniteSpeedBranchCurve(BranchCurve):
+    """Periodic orbits on a belt of finite speed; the curve has corners where modes change order."""
 
     # With sticks the sign of the determinant depends on the start of the period.
     untested = frozenset({EventKind.BRANCH})
 
     def multipliers(self, orbits: Sequence[OrbitOnCurve]) -> NDArray[np.complex128]:
-        """Multipliers as of `BranchCurve`; with sticks the last one is exactly 0."""
+        """Multipliers as in `BranchCurve`; with sticks the last one is exactly 0."""
         values = super().multipliers(orbits)
-        values[[makeup(orbit).sticks > 0.0 for orbit in orbits], -1] = 0.0
+        values[[mode_pattern(orbit).sticks > 0.0 for orbit in orbits], -1] = 0.0
         return values
 
-    def course(self, point: OrbitOnCurve) -> tuple[float, ...]:
-        """Number of sticks and reversals, and order of modes."""
-        parts = makeup(point)
-        return (parts.sticks, parts.reversals, parts.order)
+    def pattern(self, point: OrbitOnCurve) -> tuple[float, ...]:
+        """Numbers of sticks and reversals, and order of modes."""
+        pattern = mode_pattern(point)
+        return (pattern.sticks, pattern.reversals, pattern.order)
 
-    def change_of_course(self, point: OrbitOnCurve, successor: OrbitOnCurve) -> EventKind:
-        """The event between two cycles of different order of modes."""
-        before, after = makeup(point), makeup(successor)
+    def pattern_event(self, point: OrbitOnCurve, successor: OrbitOnCurve) -> EventKind:
+        """The event between two cycles with different sticks, reversals or order of modes."""
+        before, after = mode_pattern(point), mode_pattern(successor)
         if before.sticks != after.sticks:
             return EventKind.STICK
         reverses = before.reversals != after.reversals
         return EventKind.REVERSE_SLIP if reverses else EventKind.ORDER
 
-    def why_lost(self, point: OrbitOnCurve) -> End:
-        """Why the branch cannot be followed beyond the last cycle."""
-        parts = makeup(point)
-        if parts.least_stick < _NO_LONGER:
+    def loss_reason(self, point: OrbitOnCurve) -> End:
+        """Why the branch cannot be followed beyond its last cycle."""
+        pattern = mode_pattern(point)
+        if pattern.shortest_stick < _VANISHING:
             return End.STICK_ENDS
-        return End.JUMPS if 0.0 < parts.gap < _NO_LONGER else End.LOST
+        return End.JUMPS if 0.0 < pattern.speed_gap < _VANISHING else End.LOST
 
-    def centred(self, point: OrbitOnCurve) -> OrbitOnCurve:
-        """The same cycle; with sticks it begins inside the longest, away from its ends."""
-        parts = makeup(point)
-        if parts.sticks == 0.0 or _INSIDE[0] < parts.start_in_stick < _INSIDE[1]:
+    def recentre(self, point: OrbitOnCurve) -> OrbitOnCurve:
+        """The cycle; if it sticks, its period begins well inside the longest stick."""
+        pattern = mode_pattern(point)
+        if pattern.sticks == 0.0 or _INTERIOR[0] < pattern.start_in_stick < _INTERIOR[1]:
             return point
-        moved = self.orbits.later(point, parts.middle)
+        moved = self.orbits.restart_later(point, pattern.longest_stick_middle)
         if moved is None:
             return point
-        same_order = makeup(moved).start_in_stick > 0.0 and self.course(moved) == self.course(point)
-        return moved if same_order else point
+        valid = mode_pattern(moved).start_in_stick > 0.0 and self.pattern(moved) == self.pattern(
+            point
+        )
+        return moved if valid else point
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +183,7 @@ class ParameterLine:
     system: System
     name: str
     bounds: tuple[float, float]
-    work: Progress = UNWATCHED
+    work: Progress = NO_CALLBACK
 
     @property
     def value(self) -> float:
@@ -186,20 +191,20 @@ class ParameterLine:
         value: float = getattr(self.system.parameters, self.name)
         return value
 
-    def at(self, value: float) -> "ParameterLine":
-        """The line through the system with another value of the parameter."""
+    def with_value(self, value: float) -> "ParameterLine":
+        """The same parameter and range, for the system with a value of the parameter."""
         return replace(self, system=self.system.with_values({self.name: value}))
 
     def curve(self, length: float, period: float) -> BranchCurve:
-        """The limit cycles along the line, scaled by a length, a period and about its value."""
+        """The limit cycles along the parameter, scaled by a length, a period and a unit for it."""
         low, high = self.bounds
-        value = 2.0 ** math.floor(math.log2(max(abs(self.value), (high - low) / _LEAST_UNIT)))
+        unit = 2.0 ** math.floor(math.log2(max(abs(self.value), (high - low) / _RANGE_PER_UNIT)))
         flow = SliderBeltFlow(self.system, (self.name,))
-        on_belt = self.system.parameters.v_belt is not None
-        return (BeltBranchCurve if on_belt else BranchCurve)(
+        finite_speed = self.system.parameters.v_belt is not None
+        return (FiniteSpeedBranchCurve if finite_speed else BranchCurve)(
             flow,
-            cycle_scales(length, period, value),
+            cycle_scales(length, period, unit),
             self.bounds,
             self.work,
-            touches=self.system.separation,
+            tests_touch=self.system.separation,
         )

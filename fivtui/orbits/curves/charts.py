@@ -43,10 +43,10 @@ _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
 _EVENT_NAMES: Final[Mapping[EventKind, str]] = {EventKind.HOPF: "Hopf"}
 _COLOURS: Final = ("#c0392b", "#d68910", "#6c3483", "#117a65")
 _SAMPLES: Final = 401
-# Size of multipliers above which the axes are logarithmic.
-_FAR: Final = 3.0
+# Size up to which the axes of multipliers are linear; beyond it they are logarithmic.
+_LINEAR_SIZE: Final = 3.0
 # Top of the figure, relative to the largest stable cycle; larger unstable cycles are cut off.
-_TOWERING: Final = 2.0
+_TOP: Final = 2.0
 _MARGIN: Final = 0.05
 # Length of dashes in the terminal, relative to the size of the chart, and points per dash.
 _DASH: Final = 0.02
@@ -61,11 +61,11 @@ def event_name(kind: EventKind) -> str:
 def branch_chart(result: CycleBranch, edited: float | None) -> Chart:
     """Half peak-to-peak over the parameter: stable cycles full, unstable ones dashed, events.
 
-    `edited` is the edited value of the parameter.
+    `edited` is the value of the parameter in the editor, marked in the chart.
     """
-    chart = _branch(result)
+    chart = _full_chart(result)
     stable, unstable, *events = chart.traces
-    x, y = _dashed(unstable.x, unstable.y, sizes_of(result))
+    x, y = _dash(unstable.x, unstable.y, branch_extents(result))
     return replace(
         chart,
         traces=(stable, replace(unstable, x=x, y=y), *events),
@@ -76,11 +76,11 @@ def branch_chart(result: CycleBranch, edited: float | None) -> Chart:
 def branch_sheet(result: CycleBranch) -> Sheet:
     """A branch, orbits in the plane of y and its velocity, and multipliers in the complex plane.
 
-    Orbits are drawn at the first events and for the stable cycle nearest to the value of the
-    parameter set. Multipliers of all cycles are drawn with the unit circle.
+    Orbits are drawn at the first events, and for the stable cycle nearest to the parameter set.
+    Multipliers of all cycles are drawn with the unit circle.
     """
     chosen = _choose_cycles(result)
-    branch, top = _branch(result), _top(result)
+    branch, top = _full_chart(result), _figure_top(result)
     points = [
         Trace(
             "",
@@ -97,15 +97,15 @@ def branch_sheet(result: CycleBranch) -> Sheet:
         figure_y=(-_MARGIN * top, (1.0 + _MARGIN) * top),
     )
     return Sheet(
-        [[branch], [_orbits(result, chosen), _multipliers(result)]],
+        [[branch], [_orbit_chart(result, chosen), _multiplier_chart(result)]],
         _SIZE,
         parameter_line(result.parameters, (result.name,)),
         widths=(1.5, 1.0),
     )
 
 
-def sizes_of(result: CycleBranch) -> tuple[float, float]:
-    """Extents of a branch along the parameter and along half peak-to-peak; never zero."""
+def branch_extents(result: CycleBranch) -> tuple[float, float]:
+    """Extents of a branch along the parameter and along half peak-to-peak, both above zero."""
     values, heights = _coordinates(result)
     return max(float(np.ptp(values)), 1e-300), max(float(heights.max()), 1e-300)
 
@@ -115,18 +115,18 @@ def _coordinates(result: CycleBranch) -> tuple[FloatArray, FloatArray]:
     return values, np.array([point.half_range for point in result.points])
 
 
-def _branch(result: CycleBranch) -> Chart:
+def _full_chart(result: CycleBranch) -> Chart:
     values, heights = _coordinates(result)
     stable = np.array([point.stable for point in result.points])
     curves = [
-        Trace(name, *_pieces(values, heights, part), ordered=False, mark=mark, role=name)
+        Trace(name, *_separate(values, heights, part), ordered=False, mark=mark, role=name)
         for name, part, mark in (("stable", stable, "●"), ("unstable", ~stable, "○"))
     ]
     events = [
         Trace(
             Label(event_name(kind), str(kind)),
-            np.array([event.value for event in met]),
-            np.array([0.5 * (event.y_max - event.y_min) for event in met]),
+            np.array([event.value for event in kind_events]),
+            np.array([0.5 * (event.y_max - event.y_min) for event in kind_events]),
             look="points",
             ordered=False,
             mark=mark,
@@ -134,7 +134,7 @@ def _branch(result: CycleBranch) -> Chart:
             marker=marker,
         )
         for kind, (mark, marker) in _EVENT_MARKS.items()
-        if (met := [event for event in result.events if event.kind is kind])
+        if (kind_events := [event for event in result.events if event.kind is kind])
     ]
     spec = ALL_PARAMETERS[result.name]
     return Chart(
@@ -146,7 +146,7 @@ def _branch(result: CycleBranch) -> Chart:
     )
 
 
-def _orbits(result: CycleBranch, chosen: Mapping[CyclePoint, str]) -> Chart:
+def _orbit_chart(result: CycleBranch, chosen: Mapping[CyclePoint, str]) -> Chart:
     symbol = math_symbol(ALL_PARAMETERS[result.name].symbol)
     traces = []
     for point, colour in chosen.items():
@@ -177,7 +177,7 @@ def _orbits(result: CycleBranch, chosen: Mapping[CyclePoint, str]) -> Chart:
     )
 
 
-def _multipliers(result: CycleBranch) -> Chart:
+def _multiplier_chart(result: CycleBranch) -> Chart:
     angles = np.linspace(0.0, 2.0 * np.pi, 181)
     traces = [Trace("", np.cos(angles), np.sin(angles), ordered=False, role="unit circle")]
     for stable, role in ((False, "unstable multipliers"), (True, "stable multipliers")):
@@ -193,36 +193,36 @@ def _multipliers(result: CycleBranch) -> Chart:
         "Im multiplier",
         tuple(traces),
         to_scale=True,
-        linear_within=_FAR if largest > _FAR else 0.0,
+        linear_within=_LINEAR_SIZE if largest > _LINEAR_SIZE else 0.0,
     )
 
 
-def _top(result: CycleBranch) -> float:
-    # A branch that grows without bounds would flatten the stable cycles.
-    top = max(point.half_range for point in result.points)
-    met = max((point.half_range for point in result.points if point.stable), default=top)
-    return min(top, _TOWERING * met)
+def _figure_top(result: CycleBranch) -> float:
+    # Highest point of the figure: a branch that grows without bounds would flatten stable cycles.
+    largest = max(point.half_range for point in result.points)
+    stable = max((point.half_range for point in result.points if point.stable), default=largest)
+    return min(largest, _TOP * stable)
 
 
 def _choose_cycles(result: CycleBranch) -> dict[CyclePoint, str]:
     # Cycles whose orbits are drawn, with their colours: at events, and the stable cycle nearest to
-    # the value of the parameter set. Cycles that would flatten it are left out.
+    # the parameter set. Cycles much larger than this stable cycle are left out.
     set_value = getattr(result.parameters, result.name)
-    visible = [point for point in result.points if point.half_range <= _top(result)]
+    visible = [point for point in result.points if point.half_range <= _figure_top(result)]
     stable = sorted(
         (point for point in visible if point.stable and event_at(result, point) is None),
         key=lambda point: abs(point.value - set_value),
     )[:1]
-    limit = _TOWERING * max((point.half_range for point in stable), default=np.inf)
+    limit = _TOP * max((point.half_range for point in stable), default=np.inf)
     at_events = [point for point in visible if event_at(result, point) is not None]
     points = [point for point in at_events if point.half_range <= limit][: len(_COLOURS) - 1]
     return dict(zip([*points, *stable] or visible[-1:], _COLOURS, strict=False))
 
 
-def _pieces(
+def _separate(
     x: FloatArray, y: FloatArray, chosen: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
-    # The chosen parts of a curve, each up to the next point, with gaps between them.
+    # The curve's pieces of chosen points, each extended to the next point, with gaps between them.
     parts: list[tuple[FloatArray, FloatArray]] = []
     edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
     for begin, end in edges.reshape(-1, 2).tolist():
@@ -236,16 +236,16 @@ def _pieces(
     )
 
 
-def _dashed(
-    x: FloatArray, y: FloatArray, sizes: tuple[float, float]
+def _dash(
+    x: FloatArray, y: FloatArray, extents: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray]:
-    # The curve without every second dash.
+    # A dashed curve: every second dash is replaced by a gap.
     if x.size < 2:
         return x, y
-    steps = np.hypot(np.diff(x) / sizes[0], np.diff(y) / sizes[1])
-    along = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(steps), steps, 0.0))])
-    fine = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _DASH * _DASH_POINTS), 2))
-    coordinates = (np.interp(fine, along, values) for values in (x, y))
-    shown = (fine / _DASH).astype(int) % 2 == 0
-    across, up = (np.where(shown, values, np.nan) for values in coordinates)
-    return across, up
+    steps = np.hypot(np.diff(x) / extents[0], np.diff(y) / extents[1])
+    length = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(steps), steps, 0.0))])
+    positions = np.linspace(0.0, length[-1], max(math.ceil(length[-1] / _DASH * _DASH_POINTS), 2))
+    curves = (np.interp(positions, length, values) for values in (x, y))
+    in_dash = (positions / _DASH).astype(int) % 2 == 0
+    dashed_x, dashed_y = (np.where(in_dash, values, np.nan) for values in curves)
+    return dashed_x, dashed_y

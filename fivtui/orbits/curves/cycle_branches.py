@@ -20,20 +20,20 @@ from fivtui.model import (
     system_of,
 )
 
-from .arclength import VALUE, OrbitOnCurve
+from .arclength import PARAMETER, OrbitOnCurve
 from .branch_curve import BranchCurve, ParameterLine
-from .doubling import doubled_cycle, doubling_near, halves
-from .events import MOST_POINTS, End, EventKind
-from .following import Followed, Follower, follow_both_ways
-from .origins import Beginning, cycle_near, from_cycle, from_hopf, nearest_hopf, through
+from .doubling import doubled_cycle, doubling_near, has_half_period
+from .events import MAX_POINTS, End, EventKind
+from .following import CurvePart, Follower, follow_both_ways
+from .origins import BranchStart, attractor_start, cycle_near, cycle_start, end_events, hopf_start
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
-from .saved import interpolated, saved_cycle
+from .saved import interpolate_cycle, read_cycle
 
 _ORIGINS: Final = ("hopf", "cycle")
-# Default range of the parameter: its value over and times this.
-_SPAN: Final = 10.0
+# The default range of the parameter is from its value divided by this to its value times this.
+_RANGE_FACTOR: Final = 10.0
 # Amplitude, relative to the characteristic length, below which a branch ends in the equilibrium.
-_RETURNED: Final = 4e-3
+_MIN_AMPLITUDE: Final = 4e-3
 
 
 def branch(
@@ -50,9 +50,9 @@ def branch(
     """Follow a branch of limit cycles along a parameter, through folds, stable or not.
 
     The method is pseudo-arclength continuation over shooting. Folds, the first touch of y = 0,
-    period doublings and tori are located to 1e-10 of the parameter. On a belt of finite speed so
-    are points where a cycle begins or ceases to stick or to be faster than the belt. Branches
-    without connection to the first one are missed.
+    period doublings and tori are located to 1e-10 of the parameter, and on a belt of finite speed
+    points where a cycle begins or ceases to stick or to be faster than the belt. Branches without
+    connection to the first one are missed.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def branch(
     separation : bool
         Whether separation is considered.
     progress : callable, optional
-        Called with the fraction of the greatest number of points; cancels the work by returning
+        Called with the number of points relative to its limit; cancels the work by returning
         False.
 
     Returns
@@ -85,7 +85,7 @@ def branch(
     InputError
         If the name is unknown, or the range is wrong.
     ComputationError
-        If there is nothing to begin with in the range.
+        If the range has no Hopf point or limit cycle to begin at.
     Cancelled
         If `progress` returned False.
 
@@ -105,18 +105,18 @@ def branch(
             f"v_belt = {p.v_belt:g}: must be none for branches of twice the period; one that "
             "attracts is followed by --from cycle"
         )
-    bottom, top = parameter_range(p, name, low, high)
+    lower, upper = parameter_range(p, name, low, high)
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
-    line = ParameterLine(system, name, (bottom, top), Progress(progress))
+    line = ParameterLine(system, name, (lower, upper), Progress(progress))
     if isinstance(origin, Path):
-        beginning = through(line, saved_cycle(origin, system))
+        start = cycle_start(line, read_cycle(origin, system))
     elif origin == "hopf":
-        beginning = from_hopf(line)
+        start = hopf_start(line)
     else:
-        beginning = from_cycle(line)
-    begins_at: Origin = "file" if isinstance(origin, Path) else origin
-    cycles = (_follow_doubled if doubled else _follow_branch)(line, beginning, begins_at)
+        start = attractor_start(line)
+    origin_kind: Origin = "file" if isinstance(origin, Path) else origin
+    cycles = (_follow_doubled if doubled else _follow_branch)(line, start, origin_kind)
     line.work.advance(1.0)
     return cycles
 
@@ -131,59 +131,61 @@ def branch_through(
 ) -> CycleBranch:
     """The branch through a limit cycle of a system, followed both ways."""
     line = ParameterLine(system, name, bounds, Progress(progress))
-    return _follow_branch(line, through(line, cycle), "cycle")
+    return _follow_branch(line, cycle_start(line, cycle), "cycle")
 
 
-def _follow_branch(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
-    # The branch followed both ways, or away from a Hopf point.
-    curve, hopf = beginning.curve, beginning.hopf
-    begins = None if hopf is None else End.EQUILIBRIUM
-    both = follow_both_ways(_follower(curve, line.work).follow, beginning.start, begins)
-    points, events = _results(curve, both.points, both.events)
-    begin, end = both.ends
+def _follow_branch(line: ParameterLine, start: BranchStart, origin: Origin) -> CycleBranch:
+    # From a Hopf point the branch is followed one way, from a cycle both ways.
+    curve, hopf = start.curve, start.hopf
+    end_at_start = None if hopf is None else End.EQUILIBRIUM
+    whole = follow_both_ways(_follower(curve, line.work).follow, start.orbit, end_at_start)
+    points, events = _points_and_events(curve, whole.points, whole.events)
+    first_end, last_end = whole.ends
     if hopf is not None:
         events.insert(0, hopf)
-    elif begin is End.EQUILIBRIUM:
-        events[:0] = nearest_hopf(line, points[0].value)
-    if end is End.EQUILIBRIUM:
-        events += nearest_hopf(line, points[-1].value)
+    elif first_end is End.EQUILIBRIUM:
+        events[:0] = end_events(line, points[0].value)
+    if last_end is End.EQUILIBRIUM:
+        events += end_events(line, points[-1].value)
     low, high = line.bounds
     return CycleBranch(
-        line.system, line.name, low, high, origin, tuple(points), tuple(events), both.ends
+        line.system, line.name, low, high, origin, tuple(points), tuple(events), whole.ends
     )
 
 
-def _follow_doubled(line: ParameterLine, beginning: Beginning, origin: Origin) -> CycleBranch:
-    # The doubled branch up to its end on the branch of the single period, or any other end.
-    curve, start = beginning.curve, beginning.start
+def _follow_doubled(line: ParameterLine, start: BranchStart, origin: Origin) -> CycleBranch:
+    # The branch of twice the period, which may end on the branch of the single period.
+    curve, first = start.curve, start.orbit
     follower = _follower(curve, line.work)
     doubling = EventKind.PERIOD_DOUBLING
-    if beginning.hopf is None:
-        doublings = follower.events_both_ways(start, doubling)
+    if start.hopf is None:
+        doublings = follower.events_both_ways(first, doubling)
     else:
-        ahead = follower.follow(start, until=(doubling,))
+        ahead = follower.follow(first, until=(doubling,))
         doublings = [ahead.points[-1]] if ahead.end is End.EVENT else []
     if not doublings:
         raise ComputationError(
             f"no period doubling was found along {line.name}",
             "widen the range, or begin elsewhere",
         )
-    nearest = min(doublings, key=lambda orbit: abs(orbit.unknowns[VALUE] - start.unknowns[VALUE]))
-    (first,) = points_of(curve, [nearest])
+    nearest = min(
+        doublings, key=lambda orbit: abs(orbit.unknowns[PARAMETER] - first.unknowns[PARAMETER])
+    )
+    (begin_point,) = cycle_points(curve, [nearest])
     cycle = doubled_cycle(curve, nearest)
     if cycle is None:
         raise ComputationError(
-            f"no cycle of twice the period was found next to {line.name} = {first.value:.9g}",
+            f"no cycle of twice the period was found next to {line.name} = {begin_point.value:.9g}",
             "begin at one that transients reach (--from cycle)",
         )
-    part = _until_halved(curve, follower, cycle)
-    shifted = {index + 1: kind for index, kind in part.events.items()}
-    points, events = _results(curve, (cycle, *part.points), shifted)
-    events.insert(0, _event(doubling, first))
+    part = _follow_until_halved(curve, follower, cycle)
+    event_kinds = {index + 1: kind for index, kind in part.events.items()}
+    points, events = _points_and_events(curve, (cycle, *part.points), event_kinds)
+    events.insert(0, _event(doubling, begin_point))
     if part.end is End.DOUBLING:
-        end = doubling_near(curve, part.points[-1])
-        if end is not None:
-            events.append(_event(doubling, *points_of(curve, [end])))
+        last_doubling = doubling_near(curve, part.points[-1])
+        if last_doubling is not None:
+            events.append(_event(doubling, *cycle_points(curve, [last_doubling])))
     low, high = line.bounds
     return CycleBranch(
         line.system,
@@ -198,54 +200,56 @@ def _follow_doubled(line: ParameterLine, beginning: Beginning, origin: Origin) -
     )
 
 
-def _until_halved(
+def _follow_until_halved(
     curve: BranchCurve, follower: Follower[OrbitOnCurve], start: OrbitOnCurve
-) -> Followed[OrbitOnCurve]:
+) -> CurvePart[OrbitOnCurve]:
     points: list[OrbitOnCurve] = []
     events: dict[int, EventKind] = {}
-    at: EventKind | None = None
+    start_event: EventKind | None = None
     while True:
         orbit, step = start, None
         if len(points) > 1:
             orbit, before = points[-1], points[-2]
             step = 0.5 * float(np.linalg.norm(orbit.unknowns - before.unknowns))
-        # At the end on the single period the branch turns back on itself.
-        part = follower.follow(orbit, step=step, until=(EventKind.BRANCH, EventKind.FOLD), at=at)
+        # Where it meets the branch of the single period, the doubled branch turns back on itself.
+        part = follower.follow(
+            orbit, step=step, until=(EventKind.BRANCH, EventKind.FOLD), start_event=start_event
+        )
         events |= {len(points) + index: kind for index, kind in part.events.items()}
         points += part.points
         end = part.end
-        if end is End.EVENT and halves(curve, points[-1]):
+        if end is End.EVENT and has_half_period(curve, points[-1]):
             end = End.DOUBLING
             del events[len(points) - 1]
-        if end is End.EVENT and len(points) >= MOST_POINTS:
+        if end is End.EVENT and len(points) >= MAX_POINTS:
             end = End.LONG
         if end is not End.EVENT:
-            return Followed(tuple(points), events, end)
-        at = events[len(points) - 1]
+            return CurvePart(tuple(points), events, end)
+        start_event = events[len(points) - 1]
 
 
 def _follower(curve: BranchCurve, work: Progress) -> Follower[OrbitOnCurve]:
-    return Follower(curve, _RETURNED, lambda count: work.report(count / MOST_POINTS))
+    return Follower(curve, _MIN_AMPLITUDE, lambda count: work.report(count / MAX_POINTS))
 
 
-def points_of(curve: BranchCurve, orbits: Sequence[OrbitOnCurve]) -> list[CyclePoint]:
-    """Orbits of a curve as limit cycles."""
+def cycle_points(curve: BranchCurve, orbits: Sequence[OrbitOnCurve]) -> list[CyclePoint]:
+    """The limit cycles of orbits on a curve, with their stability."""
     multipliers = curve.multipliers(orbits)
     unknowns = (np.array([orbit.unknowns for orbit in orbits]) * curve.scales).tolist()
     extremes = np.array([orbit.extremes for orbit in orbits]).tolist()
-    stable = (np.abs(multipliers[:, 0]) < 1.0).tolist()
+    stabilities = (np.abs(multipliers[:, 0]) < 1.0).tolist()
     return [
-        CyclePoint(value, period, (x, vx, y, vy), low, high, steady, tuple(values))
-        for (x, vx, y, vy, period, value), (_, _, low, high, *_), steady, values in zip(
-            unknowns, extremes, stable, multipliers.tolist(), strict=True
+        CyclePoint(value, period, (x, vx, y, vy), low, high, stable, tuple(values))
+        for (x, vx, y, vy, period, value), (_, _, low, high, *_), stable, values in zip(
+            unknowns, extremes, stabilities, multipliers.tolist(), strict=True
         )
     ]
 
 
-def _results(
+def _points_and_events(
     curve: BranchCurve, orbits: Sequence[OrbitOnCurve], events: Mapping[int, EventKind]
 ) -> tuple[list[CyclePoint], list[BranchEvent]]:
-    points = points_of(curve, orbits)
+    points = cycle_points(curve, orbits)
     return points, [_event(kind, points[index]) for index, kind in events.items()]
 
 
@@ -260,16 +264,16 @@ def cycles_at(
     cycles: list[CyclePoint] = []
     line = ParameterLine(
         branch.system, branch.name, (branch.low, branch.high), Progress(progress)
-    ).at(value)
-    for begin, end in pairwise(branch.points):
-        passed = (begin.value - value) * (end.value - value) <= 0.0
-        # A point exactly at the value is in two pairs: count it once.
-        if passed and begin.value not in (end.value, value):
-            values = ((point.value, point.start, point.period) for point in (begin, end))
-            cycle = interpolated(next(values), next(values), value)
+    ).with_value(value)
+    for first, second in pairwise(branch.points):
+        contains_value = (first.value - value) * (second.value - value) <= 0.0
+        # A point exactly at the value is in two pairs: it counts once.
+        if contains_value and first.value not in (second.value, value):
+            values = ((point.value, point.start, point.period) for point in (first, second))
+            cycle = interpolate_cycle(next(values), next(values), value)
             curve, orbit = cycle_near(line, cycle)
             if orbit is not None:
-                cycles += points_of(curve, [orbit])
+                cycles += cycle_points(curve, [orbit])
     return tuple(cycles)
 
 
@@ -284,17 +288,17 @@ def parameter_range(
     check_effect(p, (name,))
     if (low is None or high is None) and not value > 0.0:
         raise InputError(f"{name} = {value:g}: must be above 0, or the range be given")
-    bottom = max(value / _SPAN, spec.lower) if low is None else spec.check(low)
-    top = min(value * _SPAN, spec.upper) if high is None else spec.check(high)
+    lower = max(value / _RANGE_FACTOR, spec.lower) if low is None else spec.check(low)
+    upper = min(value * _RANGE_FACTOR, spec.upper) if high is None else spec.check(high)
     # Friction falls from μ_s to μ.
     if name == "mu" and p.mu_s is not None:
-        top = min(top, p.mu_s) if high is None else top
-        if top > p.mu_s:
-            raise InputError(f"mu: {bottom:g} to {top:g}: must be at most mu_s = {p.mu_s:g}")
+        upper = min(upper, p.mu_s) if high is None else upper
+        if upper > p.mu_s:
+            raise InputError(f"mu: {lower:g} to {upper:g}: must be at most mu_s = {p.mu_s:g}")
     if name == "mu_s":
-        bottom = max(bottom, p.mu) if low is None else bottom
-        if bottom < p.mu:
-            raise InputError(f"mu_s: {bottom:g} to {top:g}: must be at least mu = {p.mu:g}")
-    if not bottom < top:
-        raise InputError(f"{name}: {bottom:g} to {top:g}: must be a range of ascending values")
-    return bottom, top
+        lower = max(lower, p.mu) if low is None else lower
+        if lower < p.mu:
+            raise InputError(f"mu_s: {lower:g} to {upper:g}: must be at least mu = {p.mu:g}")
+    if not lower < upper:
+        raise InputError(f"{name}: {lower:g} to {upper:g}: must be a range of ascending values")
+    return lower, upper

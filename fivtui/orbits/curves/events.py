@@ -3,7 +3,8 @@
 from enum import StrEnum
 from typing import Final
 
-MOST_POINTS: Final = 2000
+# Greatest number of points of a curve.
+MAX_POINTS: Final = 2000
 
 
 class EventKind(StrEnum):
@@ -23,7 +24,7 @@ class EventKind(StrEnum):
 
 
 class End(StrEnum):
-    """Why a branch ends."""
+    """Why a branch or a curve over two parameters ends."""
 
     EQUILIBRIUM = "returns to the equilibrium"
     BOUND = "leaves the range"
@@ -34,4 +35,4 @@ class End(StrEnum):
     STICK_ENDS = "has a stick that ends, beyond which motion jumps"
     DOUBLING = "meets cycles of half the period"
     EVENT = "reaches an event"
-    LONG = f"has more than {MOST_POINTS} points"
+    LONG = f"has more than {MAX_POINTS} points"

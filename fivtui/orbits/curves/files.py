@@ -11,7 +11,7 @@ from fivtui.results import from_data, read_result
 from .events import End
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 
-# Key of the parameter set's value of the parameter that varies, in stored branches.
+# Key in stored branches: the parameter set's value of the parameter that varies.
 _SET_VALUE_KEY: Final = "own_value"
 
 
@@ -27,10 +27,10 @@ def restore_branch(path: Path) -> CycleBranch:
     Printed branches lack the parameter set's value of the parameter that varies; the value of the
     first point replaces it. Raises `InputError` for a table, or if the file is damaged.
     """
-    return read_result(path, CycleBranch.data_name, _branch)
+    return read_result(path, CycleBranch.data_name, _branch_from_data)
 
 
-def _branch(data: Mapping[str, Any]) -> CycleBranch:
+def _branch_from_data(data: Mapping[str, Any]) -> CycleBranch:
     name = str(data["parameter"])
     points = from_data(data["points"], tuple[CyclePoint, ...])
     value = data.get(_SET_VALUE_KEY, points[0].value)

@@ -25,7 +25,7 @@ from fivtui.model import (
     tangent_stiffness,
 )
 
-# Intervals of the search for Hopf points along a parameter other than μ.
+# Intervals of the search along a parameter other than μ, in a constant ratio above this range.
 _INTERVALS: Final = 512
 _DECADE: Final = 10.0
 # Lyapunov coefficient, relative to its terms, that is zero to rounding.
@@ -34,11 +34,11 @@ _ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class HopfPoint:
-    """A Hopf point and the limit cycles next to it."""
+    """A Hopf point: parameter, angular frequency, eigenvector, first Lyapunov coefficient."""
 
     value: float
     omega: float
-    vector: NDArray[np.complex128]
+    eigenvector: NDArray[np.complex128]
     lyapunov: float
 
     @property
@@ -55,27 +55,27 @@ class HopfPoint:
 def hopf_values(system: System, name: str, low: float, high: float) -> list[float]:
     """Values of a parameter in a range at which the equilibrium has a Hopf point, ascending.
 
-    All of them for μ and for the belt speed. For every other parameter those that change the
-    stability between neighbours of 513 values.
+    All Hopf points are found for μ and for the belt speed. For other parameters 513 values are
+    compared: two Hopf points between neighbouring values are missed.
     """
     p = system.parameters
     if name == "mu":
-        friction = (critical.mu for critical in critical_mu_on_belt(system))
-        return [value for value in friction if low <= value <= high]
+        critical_values = (critical.mu for critical in critical_mu_on_belt(system))
+        return [value for value in critical_values if low <= value <= high]
     if name == "v_belt":
         speeds = (change.v_belt for change in critical_speeds(system))
         return [value for value in speeds if low <= value <= high]
     from scipy.optimize import brentq
 
     def margin(value: float) -> float:
-        at = system.with_values({name: value})
+        changed = system.with_values({name: value})
         if p.v_belt is not None:
-            return -growth_rate(at)
-        distance = flutter_margin(at)
-        return math.nan if distance is None else distance
+            return -growth_rate(changed)
+        below_boundary = flutter_margin(changed)
+        return math.nan if below_boundary is None else below_boundary
 
-    wide = low > 0.0 and high > _DECADE * low
-    grid = (np.geomspace if wide else np.linspace)(low, high, _INTERVALS + 1)
+    logarithmic = low > 0.0 and high > _DECADE * low
+    grid = (np.geomspace if logarithmic else np.linspace)(low, high, _INTERVALS + 1)
     grid[0], grid[-1] = low, high
     values = grid.tolist()
     margins = [margin(value) for value in values]
@@ -88,7 +88,7 @@ def hopf_values(system: System, name: str, low: float, high: float) -> list[floa
 
 
 def hopf_point(system: System, name: str) -> HopfPoint:
-    """The Hopf point of a system that is at one."""
+    """The Hopf point of a system whose parameters are at a Hopf point."""
     p, point = system.parameters, equilibrium(system)
     matrix = np.array(jacobian(p, point.y, point.mode))
     values, vectors = np.linalg.eig(matrix)
@@ -98,15 +98,15 @@ def hopf_point(system: System, name: str) -> HopfPoint:
     return HopfPoint(getattr(p, name), omega, vector, _lyapunov(p, point, matrix, omega, vector))
 
 
-class _Bends:
-    # Second and third derivatives of the accelerations at an equilibrium. Friction is derived by ẋ;
-    # the sliding speed is v_belt − ẋ.
+class _MultilinearForms:
+    # Second and third derivatives of the accelerations at an equilibrium. Friction depends on the
+    # sliding speed v_belt − ẋ; its derivatives are by ẋ.
 
     def __init__(self, p: Parameters, point: Equilibrium) -> None:
         self._mu = (p.mu, 0.0, 0.0, 0.0)
         if p.v_belt is not None:
-            mu, slope, bend, third = friction_derivatives(p, p.v_belt, 3)
-            self._mu = (mu, -slope, bend, -third)
+            mu, slope, second, third = friction_derivatives(p, p.v_belt, 3)
+            self._mu = (mu, -slope, second, -third)
         self._force = (
             point.P,
             -tangent_stiffness(p, point.y),
@@ -115,19 +115,19 @@ class _Bends:
         )
         self._m = p.m
 
-    def of(self, *vectors: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """The derivative along two or three vectors."""
+    def at(self, *vectors: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """The second derivative in two directions, or the third in three."""
         count = len(vectors)
-        along = 0j
-        # Each vector gives ẋ to the friction coefficient, or y to the force.
-        for chosen in product((1, 2), repeat=count):
-            share = complex(
-                np.prod([vector[at] for vector, at in zip(vectors, chosen, strict=True)])
+        horizontal = 0j
+        # Product rule: each direction derives the friction coefficient by ẋ or the force by y.
+        for indices in product((1, 2), repeat=count):
+            factor = complex(
+                np.prod([vector[index] for vector, index in zip(vectors, indices, strict=True)])
             )
-            by_speed = chosen.count(1)
-            along += self._mu[by_speed] * self._force[count - by_speed] * share
-        across = self._force[count] * complex(np.prod([vector[2] for vector in vectors]))
-        return np.array([0.0, along, 0.0, across], dtype=np.complex128) / self._m
+            speed_count = indices.count(1)
+            horizontal += self._mu[speed_count] * self._force[count - speed_count] * factor
+        vertical = self._force[count] * complex(np.prod([vector[2] for vector in vectors]))
+        return np.array([0.0, horizontal, 0.0, vertical], dtype=np.complex128) / self._m
 
 
 def _lyapunov(
@@ -137,18 +137,18 @@ def _lyapunov(
     omega: float,
     q: NDArray[np.complex128],
 ) -> float:
-    # By projection on the critical eigenvectors (Kuznetsov, Elements of Applied Bifurcation Theory,
-    # 5.4).
+    # By projection on the critical eigenvectors; q as in Kuznetsov, Elements of Applied Bifurcation
+    # Theory, 5.4.
     values, vectors = np.linalg.eig(matrix.T)
     adjoint = vectors[:, int(np.abs(values + 1j * omega).argmin())]
     adjoint = adjoint / np.conj(np.vdot(adjoint, q))
-    bends, back = _Bends(p, point), np.conj(q).astype(np.complex128)
-    steady = np.linalg.solve(matrix, bends.of(q, back)).astype(np.complex128)
-    double = np.linalg.solve(2j * omega * np.eye(4) - matrix, bends.of(q, q)).astype(np.complex128)
+    forms, conjugate = _MultilinearForms(p, point), np.conj(q).astype(np.complex128)
+    mean = np.linalg.solve(matrix, forms.at(q, conjugate)).astype(np.complex128)
+    second = np.linalg.solve(2j * omega * np.eye(4) - matrix, forms.at(q, q)).astype(np.complex128)
     terms = [
-        np.vdot(adjoint, bends.of(q, q, back)),
-        -2.0 * np.vdot(adjoint, bends.of(q, steady)),
-        np.vdot(adjoint, bends.of(back, double)),
+        np.vdot(adjoint, forms.at(q, q, conjugate)),
+        -2.0 * np.vdot(adjoint, forms.at(q, mean)),
+        np.vdot(adjoint, forms.at(conjugate, second)),
     ]
     total = float(np.sum(terms).real) / 2.0
     return total if abs(total) > _ROUNDING * float(np.abs(terms).sum()) else 0.0

@@ -6,7 +6,7 @@ from fivtui.console import number, print_list, print_rows
 
 from .result import CycleBranch
 
-_SHORT: Final = 5
+_DIGITS: Final = 5
 
 
 def print_branch(result: CycleBranch) -> None:
@@ -16,7 +16,7 @@ def print_branch(result: CycleBranch) -> None:
         (
             number(point.value, 8),
             number(point.period, 8),
-            f"{number(point.y_min, _SHORT)} .. {number(point.y_max, _SHORT)}",
+            f"{number(point.y_min, _DIGITS)} .. {number(point.y_max, _DIGITS)}",
             "stable" if point.stable else "unstable",
             "  ".join(number(abs(value), 3) for value in point.multipliers),
         )
@@ -29,7 +29,7 @@ def print_branch(result: CycleBranch) -> None:
             event.description,
             number(event.value, 10),
             number(event.period, 8),
-            f"{number(event.y_min, _SHORT)} .. {number(event.y_max, _SHORT)}",
+            f"{number(event.y_min, _DIGITS)} .. {number(event.y_max, _DIGITS)}",
         )
         for event in result.events
     ]

@@ -59,7 +59,7 @@ class CyclePoint:
 
 @dataclass(frozen=True, slots=True)
 class BranchEvent:
-    """What happens at a point of a branch.
+    """An event at a point of a branch.
 
     Attributes
     ----------
@@ -111,11 +111,11 @@ class CycleBranch(TableResult, Plottable):
     doubled : bool
         Whether it is the branch of twice the period that begins at the first period doubling.
     points : tuple of CyclePoint
-        The cycles along the branch; events other than Hopf points are among them.
+        The cycles along the branch, including those at events other than Hopf points.
     events : tuple of BranchEvent
-        What happens along the branch, in the order of the points.
+        The events along the branch, in the order of the points.
     ends : tuple of End
-        Why it ends, at the first point and at the last; from a Hopf point it begins there.
+        Why it ends at the first and at the last point; at a Hopf point it begins or ends there.
     """
 
     data_name: ClassVar[str] = "branch"
@@ -151,12 +151,12 @@ class CycleBranch(TableResult, Plottable):
     @property
     def warning(self) -> str | None:
         """Warning if the branch was lost or is too long."""
-        cuts = [
+        reasons = [
             f"{end} at {self.name} = {point.value:.6g}"
             for end, point in zip(self.ends, (self.points[0], self.points[-1]), strict=True)
             if end in (End.LOST, End.LONG)
         ]
-        return f"the branch {' and '.join(cuts)}" if cuts else None
+        return f"the branch {' and '.join(reasons)}" if reasons else None
 
     @property
     def _varied(self) -> tuple[str, ...]:
@@ -216,6 +216,6 @@ class CycleBranch(TableResult, Plottable):
 
 
 def event_at(branch: CycleBranch, point: CyclePoint) -> EventKind | None:
-    """The event at one of the points of a branch; None without event."""
+    """The event at one of the points of a branch, if any."""
     at = (point.value, point.period)
     return next((event.kind for event in branch.events if (event.value, event.period) == at), None)

@@ -13,26 +13,26 @@ from fivtui.model import ALL_PARAMETERS, InputError, State, System
 from fivtui.transient import START_SPECS
 
 # Kind of file, for messages.
-BRANCH: Final = "branch"
+_FILE_KIND: Final = "branch"
 _JSON: Final = ".json"
 
 
-class _Saved(NamedTuple):
-    # Contents of a file: fixed parameters, name of the varied one, and whether separation was
-    # considered (None if unknown). A cycle is the value of the varied parameter, a state and the
-    # period.
+class _Contents(NamedTuple):
+    # Contents of a file: fixed parameters, name of the varied parameter, and whether separation was
+    # considered. None stands for what the file does not have. A cycle is the value of the varied
+    # parameter, a state and the period.
     fixed: Mapping[str, float]
     name: str | None
     separation: bool | None
     cycles: Sequence[tuple[float, State, float]]
 
 
-def saved_cycle(path: Path, system: System) -> tuple[State, float]:
-    """A state near the limit cycle of a system, read from a file, and its period."""
+def read_cycle(path: Path, system: System) -> tuple[State, float]:
+    """Read a limit cycle of a system from a file: a state near the cycle, and its period."""
     suffix, suffixes = path.suffix.lower(), (*FORMATS, _JSON)
     if suffix not in suffixes:
         raise InputError(f"{path}: the suffix must be one of {', '.join(suffixes)}")
-    saved = _from_json(path) if suffix == _JSON else _from_table(path)
+    saved = _read_json(path) if suffix == _JSON else _read_table(path)
     values = system.parameters.as_dict()
     # Files of attractors have no parameters.
     names = (
@@ -50,19 +50,19 @@ def saved_cycle(path: Path, system: System) -> tuple[State, float]:
     if saved.name is None:
         return saved.cycles[0][1:]
     value = getattr(system.parameters, saved.name)
-    for begin, end in pairwise(saved.cycles):
-        if (begin[0] - value) * (end[0] - value) <= 0.0:
-            return interpolated(begin, end, value)
+    for first, second in pairwise(saved.cycles):
+        if (first[0] - value) * (second[0] - value) <= 0.0:
+            return interpolate_cycle(first, second, value)
     low, high = (extreme(cycle[0] for cycle in saved.cycles) for extreme in (min, max))
     raise InputError(
         f"{saved.name} = {value:g}: must be from {low:g} to {high:g}, where {path} has cycles"
     )
 
 
-def interpolated(
+def interpolate_cycle(
     begin: tuple[float, State, float], end: tuple[float, State, float], value: float
 ) -> tuple[State, float]:
-    """State and period at a value of the parameter, by linear interpolation between two cycles."""
+    """State and period at a value of the parameter, linear between two cycles."""
     share = (value - begin[0]) / (end[0] - begin[0]) if end[0] != begin[0] else 0.0
     first, second = (np.array([*state, period]) for _, state, period in (begin, end))
     x, vx, y, vy, period = (first + share * (second - first)).tolist()
@@ -73,12 +73,12 @@ def _value_text(value: float | None) -> str:
     return "none" if value is None else f"{value:g}"
 
 
-def _from_table(path: Path) -> _Saved:
-    header = read_header(path, BRANCH)
+def _read_table(path: Path) -> _Contents:
+    header = read_header(path, _FILE_KIND)
     if "event_kinds" not in header:
         raise InputError(f"{path}: must be a branch of limit cycles")
     fixed = header["parameters"]
-    columns = read_columns(path, BRANCH)
+    columns = read_columns(path, _FILE_KIND)
     name = next(name for name in columns if name in ALL_PARAMETERS)
     states = np.stack([columns[component] for component in START_SPECS], axis=1).tolist()
     cycles = [
@@ -87,26 +87,26 @@ def _from_table(path: Path) -> _Saved:
             columns[name].tolist(), states, columns["period"].tolist(), strict=True
         )
     ]
-    return _Saved(fixed, name, bool(header["separation"]), cycles)
+    return _Contents(fixed, name, bool(header["separation"]), cycles)
 
 
-def _from_json(path: Path) -> _Saved:
+def _read_json(path: Path) -> _Contents:
     try:
         data = json.loads(read_bytes(path))
-        return _from_object(data)
+        return _contents_from_json(data)
     except (ValueError, RecursionError, TypeError, KeyError, IndexError, AttributeError):
         raise InputError(f"{path}: must have limit cycles, as branch or attractor") from None
 
 
-def _from_object(data: Any) -> _Saved:
+def _contents_from_json(data: Any) -> _Contents:
     if "parameter" in data:
-        cycles = [(float(cycle["value"]), *_cycle(cycle)) for cycle in data["points"]]
-        return _Saved(data["parameters"], data["parameter"], data["separation"], cycles)
+        cycles = [(float(cycle["value"]), *_cycle_from_json(cycle)) for cycle in data["points"]]
+        return _Contents(data["parameters"], data["parameter"], data["separation"], cycles)
     attractors = data.get("attractors", [data])
-    cycles = [(0.0, *_cycle(cycle)) for cycle in attractors if "period" in cycle]
-    return _Saved({}, None, None, [cycles[0]])
+    cycles = [(0.0, *_cycle_from_json(cycle)) for cycle in attractors if "period" in cycle]
+    return _Contents({}, None, None, [cycles[0]])
 
 
-def _cycle(data: Any) -> tuple[State, float]:
+def _cycle_from_json(data: Any) -> tuple[State, float]:
     x, vx, y, vy = map(float, data["start"])
     return (x, vx, y, vy), float(data["period"])

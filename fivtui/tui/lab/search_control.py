@@ -115,12 +115,12 @@ class SearchController:
         )
 
     def _store_result(self, key: Key, result: "Coexistence", complete: bool) -> None:
-        from fivtui.orbits import coexistence_words
+        from fivtui.orbits import coexistence_phrase
 
         self._result = result
         note = (result.warning or "") if complete else ""
         self._cache[key] = AttractorSearch(
-            coexistence_words(result), note, result.coexists, complete
+            coexistence_phrase(result), note, result.coexists, complete
         )
 
     def _store_safe(self, key: Key, safe: "SafeFriction | None") -> None:
@@ -129,13 +129,13 @@ class SearchController:
         self._cache[key] = replace(before, safe=safe, searched=True)
         if safe is None or not before.text:
             return
-        from fivtui.orbits import coexistence_words
+        from fivtui.orbits import coexistence_phrase
         from fivtui.safety import coexistence_here
 
         if self._result is not None and self._result.coexists and safe.others:
             since = f" from μ = {safe.others[0].mu:.4g}"
             self._cache[key] = replace(
-                self._cache[key], text=coexistence_words(self._result, since)
+                self._cache[key], text=coexistence_phrase(self._result, since)
             )
         elif sentence := coexistence_here(safe):
             self._cache[key] = replace(self._cache[key], text=sentence, coexists=True)

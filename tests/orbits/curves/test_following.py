@@ -5,7 +5,7 @@ import pytest
 
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.flow import FloatArray
-from fivtui.orbits.curves.following import Bound, Curve, Followed, Follower, PointOnCurve
+from fivtui.orbits.curves.following import Bound, Curve, CurvePart, Follower, PointOnCurve
 
 PERIOD, VALUE = 0, 1
 
@@ -13,7 +13,7 @@ PERIOD, VALUE = 0, 1
 class Circle(Curve[PointOnCurve]):
     """A circle in the plane of period and parameter, about (3, 2), of radius 1."""
 
-    turns = True
+    may_hide_folds = True
 
     def __init__(self, low: float, high: float) -> None:
         self.bounds = (Bound(VALUE, low, high),)
@@ -40,7 +40,7 @@ class Circle(Curve[PointOnCurve]):
         return PointOnCurve(unknowns, direction, 1)
 
 
-def follow(angle: float, low: float, high: float) -> Followed[PointOnCurve]:
+def follow(angle: float, low: float, high: float) -> CurvePart[PointOnCurve]:
     radius = np.array([np.cos(angle), np.sin(angle)])
     start = PointOnCurve(np.array([3.0, 2.0]) + radius, np.array([-radius[1], radius[0]]), 1)
     return Follower(Circle(low, high), 0.1).follow(start)
@@ -66,4 +66,4 @@ def test_a_curve_ends_at_the_bound_of_the_parameter() -> None:
 
 
 def test_a_curve_that_begins_at_the_bound_and_leaves_has_no_more_points() -> None:
-    assert follow(0.0, 0.0, 2.0) == Followed((), {}, End.BOUND)
+    assert follow(0.0, 0.0, 2.0) == CurvePart((), {}, End.BOUND)

@@ -8,11 +8,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from fivtui.orbits.curves.arclength import PERIOD, VALUE, OrbitOnCurve
+from fivtui.orbits.curves.arclength import PARAMETER, PERIOD, OrbitOnCurve
 from fivtui.orbits.curves.branch_curve import BranchCurve
 from fivtui.orbits.curves.events import EventKind
-from fivtui.orbits.curves.flow import FloatArray, Return
-from fivtui.orbits.curves.following import Followed, Follower
+from fivtui.orbits.curves.flow import FloatArray, MotionEnd
+from fivtui.orbits.curves.following import CurvePart, Follower
 
 Rate = Callable[[FloatArray, float], FloatArray]
 
@@ -20,11 +20,11 @@ Rate = Callable[[FloatArray, float], FloatArray]
 class SmoothFlow:
     """A flow given by its rate and that rate's derivatives by state and parameter."""
 
-    def __init__(self, states: int, rate: Rate, slopes: Rate) -> None:
-        self.states, self._rate, self._slopes = states, rate, slopes
+    def __init__(self, state_count: int, rate: Rate, slopes: Rate) -> None:
+        self.state_count, self._rate, self._slopes = state_count, rate, slopes
 
-    def follow(self, state: FloatArray, time: float, values: FloatArray) -> Return:
-        n, value = self.states, float(values[0])
+    def follow(self, state: FloatArray, time: float, values: FloatArray) -> MotionEnd:
+        n, value = self.state_count, float(values[0])
 
         def change(_t: float, z: FloatArray) -> FloatArray:
             slopes = self._slopes(z[:n], value)
@@ -37,13 +37,13 @@ class SmoothFlow:
         final = run.y[:, -1]
         low, high = run.y[:2].min(axis=1), run.y[:2].max(axis=1)
         extremes = np.array([low[0], high[0], low[1], high[1]])
-        return Return(
+        return MotionEnd(
             final[:n], self._rate(final[:n], value), final[n:].reshape(n, n + 1), extremes
         )
 
 
 def curve_of(flow: SmoothFlow, low: float, high: float) -> BranchCurve:
-    return BranchCurve(flow, np.ones(flow.states + 2), (low, high), touches=False)
+    return BranchCurve(flow, np.ones(flow.state_count + 2), (low, high), tests_touch=False)
 
 
 def cycle(curve: BranchCurve, guess: list[float], direction: list[float]) -> OrbitOnCurve:
@@ -56,7 +56,7 @@ def cycle(curve: BranchCurve, guess: list[float], direction: list[float]) -> Orb
 
 def follow(
     curve: BranchCurve, start: OrbitOnCurve, step_limit: int, *until: EventKind
-) -> Followed[OrbitOnCurve]:
+) -> CurvePart[OrbitOnCurve]:
     return Follower(curve, 1e-3, max_points=step_limit).follow(start, until=until)
 
 
@@ -82,10 +82,10 @@ def test_the_van_der_pol_cycle_has_its_known_period_and_amplitude() -> None:
     series = 2.0 * math.pi * (1.0 + 0.1**2 / 16.0 - 5.0 * 0.1**4 / 3072.0)
     assert start.unknowns[PERIOD] == pytest.approx(series, abs=1e-8)
     curve_points = follow(curve, start, 5)
-    values = [float(point.unknowns[VALUE]) for point in curve_points.points]
+    values = [float(point.unknowns[PARAMETER]) for point in curve_points.points]
     assert values == sorted(values)
     assert values[-1] > 1.0
-    near = next(point for point in curve_points.points if point.unknowns[VALUE] > 1.0)
+    near = next(point for point in curve_points.points if point.unknowns[PARAMETER] > 1.0)
     period = float(near.unknowns[PERIOD])
     upright = cycle(curve, [2.0, 0.0, period, 1.0], [0.0, 0.0, 0.0, 1.0])
     assert upright.unknowns[PERIOD] == pytest.approx(6.66328685932313, abs=1e-10)
@@ -151,10 +151,10 @@ def test_a_fold_known_in_closed_form_is_located() -> None:
     curve_points = follow(curve, start, 20, EventKind.FOLD)
     ((index, kind),) = curve_points.events.items()
     assert kind is EventKind.FOLD
-    assert curve_points.points[index].unknowns[VALUE] == pytest.approx(-0.25, abs=1e-12)
+    assert curve_points.points[index].unknowns[PARAMETER] == pytest.approx(-0.25, abs=1e-12)
     for point in curve_points.points:
         square = float(point.unknowns[:2] @ point.unknowns[:2])
-        assert point.unknowns[VALUE] == pytest.approx(square**2 - square, abs=1e-10)
+        assert point.unknowns[PARAMETER] == pytest.approx(square**2 - square, abs=1e-10)
         exponent = 2.0 * math.pi * 2.0 * square * (1.0 - 2.0 * square)
         assert point.multipliers[0].real == pytest.approx(math.exp(exponent), rel=1e-8)
 
@@ -208,7 +208,7 @@ def test_bifurcations_of_known_flows_are_located(frequency: float, kind: EventKi
     start = cycle(curve, [1.0, 0.0, 0.0, 0.0, 2.0 * math.pi, -0.05], direction)
     curve_points = follow(curve, start, 2, kind)
     located = {
-        event_kind: curve_points.points[index].unknowns[VALUE]
+        event_kind: curve_points.points[index].unknowns[PARAMETER]
         for index, event_kind in curve_points.events.items()
     }
     assert located[kind] == pytest.approx(0.0, abs=1e-8)
@@ -233,4 +233,4 @@ def test_a_point_where_another_branch_crosses_is_noted() -> None:
     start = cycle(curve, [1.0, 0.0, 0.0, 2.0 * math.pi, -0.05], [0.0] * 4 + [1.0])
     curve_points = follow(curve, start, 2, EventKind.BRANCH)
     assert list(curve_points.events.values()) == [EventKind.BRANCH]
-    assert curve_points.points[-1].unknowns[VALUE] == pytest.approx(0.0, abs=1e-8)
+    assert curve_points.points[-1].unknowns[PARAMETER] == pytest.approx(0.0, abs=1e-8)

@@ -15,7 +15,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import Coexistence
 from fivtui.orbits.basins import EscapeOffset
 from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.orbits.phrases import SEARCHING, coexistence_words
+from fivtui.orbits.phrases import SEARCHING, coexistence_phrase
 from fivtui.orbits.report import print_coexistence
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
@@ -85,7 +85,7 @@ def test_the_verdict_claims_only_the_search_results(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     result = Coexistence(System(P), attractors, reached, stable, None)
-    assert coexistence_words(result) == phrase
+    assert coexistence_phrase(result) == phrase
     print_coexistence(result)
     assert phrase in " ".join(capsys.readouterr().out.split())
 

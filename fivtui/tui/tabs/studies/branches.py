@@ -11,7 +11,7 @@ from textual.containers import Vertical
 from textual.widgets import Button, Static
 
 from fivtui.charts import Heading, NearestPoint
-from fivtui.orbits import CycleBranch, CyclePoint, branch_chart, event_name, sizes_of
+from fivtui.orbits import CycleBranch, CyclePoint, branch_chart, branch_extents, event_name
 from fivtui.ranges import parse_ends
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
@@ -119,7 +119,7 @@ def nearest_cycle(result: CycleBranch, x: float, y: float) -> CyclePoint:
     """The limit cycle that is nearest to a point of the chart."""
     values = np.array([point.value for point in result.points])
     heights = np.array([point.half_range for point in result.points])
-    sizes = sizes_of(result)
+    sizes = branch_extents(result)
     away = np.hypot((values - x) / sizes[0], (heights - y) / sizes[1])
     return result.points[int(away.argmin())]
 
