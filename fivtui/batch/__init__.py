@@ -1,4 +1,4 @@
-"""Many transients at once."""
+"""Compute many transients with one call."""
 
 from typing import TYPE_CHECKING
 

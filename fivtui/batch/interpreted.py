@@ -1,4 +1,4 @@
-"""Members of a batch by the interpreted kernel, if no kernel is compiled."""
+"""Compute the members of a batch in Python, if there is no compiled kernel."""
 
 from collections.abc import Callable, Mapping
 
@@ -12,7 +12,7 @@ from fivtui.transient import Recorder, Request
 
 from .result import Floats
 
-# Parameter sets (n, 9), whether each considers separation, starts (n, 4).
+# Parameter sets (n, 9), whether each considers separation (n,), start states (n, 4).
 Members = tuple[Floats, NDArray[np.bool_], Floats]
 
 
@@ -21,47 +21,47 @@ def _parameters(row: Floats) -> Parameters:
 
 
 def interpreted_starts(parameters: Floats, separation: NDArray[np.bool_]) -> Floats:
-    """Static starts, shape (n, 4), infinite where there is none."""
+    """Static starts, shape (n, 4); infinite for members without one."""
     starts = np.full((len(parameters), 4), np.inf)
-    for index, (row, considered) in enumerate(zip(parameters, separation, strict=True)):
+    for index, (row, considers_separation) in enumerate(zip(parameters, separation, strict=True)):
         try:
-            starts[index] = static_start(System(_parameters(row), bool(considered)))
+            starts[index] = static_start(System(_parameters(row), bool(considers_separation)))
         except ComputationError:
             continue
     return starts
 
 
-def interpreted_results(
+def interpret_members(
     members: Members,
     t_end: float,
     tol: float,
     max_steps: int,
     *,
-    belt: Mapping[str, Floats],
-    go_on: Callable[[], bool],
+    belt_columns: Mapping[str, Floats],
+    should_continue: Callable[[], bool],
 ) -> Floats:
-    """Rows of `RunColumns`; `belt` has the columns of a belt of finite speed, or is empty.
+    """Integrate members; the rows of the result have the columns of `RunColumns`.
 
-    `go_on` is called after every member and stops the batch if False.
+    `belt_columns` has the belt parameters by name. `should_continue` is called after every member.
     """
     results = np.full((len(members[0]), len(RunColumns._fields)), np.nan)
     for index, (row, separation, start) in enumerate(zip(*members, strict=True)):
         if np.isfinite(start).all():
-            of_belt = {name: float(column[index]) for name, column in belt.items()}
-            p = _parameters(row).with_values(of_belt)
+            belt_values = {name: float(column[index]) for name, column in belt_columns.items()}
+            p = _parameters(row).with_values(belt_values)
             request = Request(
                 System(p, bool(separation)), t_end=t_end, tol=tol, start=start.tolist()
             )
-            results[index] = _result(request, max_steps)
+            results[index] = _run_columns(request, max_steps)
         else:
-            # Zero steps mark a member without a static start.
+            # Status OVERFLOW and no steps mark a member without a static start.
             results[index, :9] = *start, 0.0, Status.OVERFLOW, 0.0, 0.0, 0.0
-        if not go_on():
+        if not should_continue():
             break
     return results
 
 
-def _result(request: Request, max_steps: int) -> RunColumns:
+def _run_columns(request: Request, max_steps: int) -> RunColumns:
     recorder = Recorder(request)
     stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     steps, status = 0, Status.STEP_LIMIT

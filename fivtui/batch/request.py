@@ -1,4 +1,4 @@
-"""Requests for a batch, checked: parameter sets, starts, cases."""
+"""Check and convert the arguments of a batch: parameter sets, start states, separation."""
 
 from collections.abc import Mapping
 
@@ -11,15 +11,14 @@ from fivtui.transient import LEAST_START
 from .result import Floats
 
 
-def columns(
+def member_columns(
     parameters: Mapping[str, ArrayLike] | ArrayLike, base: Parameters
 ) -> tuple[dict[str, Floats], int]:
     """The columns of parameters by name, without copies, and the number of members.
 
-    There are nine columns, and more for a belt of finite speed.
-
-    `parameters` is as in `simulate_batch`; `base` has the values that a mapping does not name.
-    Raises `InputError` if a name, a shape or a value is wrong.
+    There are nine columns, and more if the belt has a finite speed. `parameters` is as in
+    `simulate_batch`; `base` has the values that a mapping does not name. Raises `InputError` if a
+    name, a shape or a value is wrong.
     """
     if isinstance(parameters, Mapping):
         named = {name: _numbers(name, value) for name, value in parameters.items()}
@@ -33,8 +32,8 @@ def columns(
         if len(shape) != 1:
             raise InputError(f"parameters: shape {shape}; must have one axis")
         complete = {name: np.asarray(value) for name, value in base.as_dict().items()} | named
-        used = ALL_PARAMETERS if "v_belt" in complete else {**PARAMETERS, **named}
-        names = [name for name in ALL_PARAMETERS if name in complete and name in used]
+        accepted = ALL_PARAMETERS if "v_belt" in complete else {**PARAMETERS, **named}
+        names = [name for name in ALL_PARAMETERS if name in complete and name in accepted]
         columns = {name: np.broadcast_to(complete[name], shape) for name in names}
     else:
         table = _numbers("parameters", parameters)
@@ -47,22 +46,22 @@ def columns(
     size = next(iter(columns.values())).size
     if size > 0:
         for name, column in columns.items():
-            _check(name, column)
+            _check_column(name, column)
     _check_belt(columns)
     return columns, size
 
 
-def belts(columns: Mapping[str, Floats]) -> Floats | None:
-    """v_belt, μ_s and v_s of members, shape (n, 3), v_s 0 where friction is constant.
+def belt_rows(columns: Mapping[str, Floats]) -> Floats | None:
+    """v_belt, μ_s and v_s of members, shape (n, 3); v_s = 0 where friction is constant.
 
-    None if the belt is always faster.
+    None without v_belt: the belt is then always faster than the slider.
     """
     if "v_belt" not in columns:
         return None
     static = columns.get("mu_s", columns["mu"])
-    falls = (static > columns["mu"]) & ("v_s" in columns)
+    is_falling = (static > columns["mu"]) & ("v_s" in columns)
     return np.column_stack(
-        [columns["v_belt"], static, np.where(falls, columns.get("v_s", 0.0), 0.0)]
+        [columns["v_belt"], static, np.where(is_falling, columns.get("v_s", 0.0), 0.0)]
     )
 
 
@@ -72,8 +71,8 @@ def _check_belt(columns: Mapping[str, Floats]) -> None:
             raise InputError(f"{name} has no effect without v_belt, which must be given")
     if "mu_s" in columns and (columns["mu_s"] < columns["mu"]).any():
         member = int(np.argmax(columns["mu_s"] < columns["mu"]))
-        least, value = float(columns["mu"][member]), float(columns["mu_s"][member])
-        raise InputError(f"member {member}: mu_s = {value:g}: must be at least mu = {least:g}")
+        mu, mu_s = float(columns["mu"][member]), float(columns["mu_s"][member])
+        raise InputError(f"member {member}: mu_s = {mu_s:g}: must be at least mu = {mu:g}")
 
 
 def _numbers(name: str, value: ArrayLike) -> Floats:
@@ -83,8 +82,8 @@ def _numbers(name: str, value: ArrayLike) -> Floats:
         raise InputError(f"{name}: not an array of numbers") from None
 
 
-def _check(name: str, column: Floats) -> None:
-    # Checking the least and greatest value checks all elements, NaN included.
+def _check_column(name: str, column: Floats) -> None:
+    # It is enough to check the least and greatest value: both are NaN if any value is.
     spec = parameter_spec(name)
     try:
         spec.check(float(column.min()))
@@ -97,29 +96,29 @@ def _check(name: str, column: Floats) -> None:
                 raise InputError(f"member {member}: {error}") from None
 
 
-def flags(separation: ArrayLike, size: int) -> NDArray[np.bool_]:
-    """Whether each member considers separation, shape (n,), perhaps a read-only view."""
-    flags = np.asarray(separation)
-    if flags.dtype != np.bool_ or flags.shape not in ((), (size,)):
+def separation_flags(separation: ArrayLike, size: int) -> NDArray[np.bool_]:
+    """Whether each member considers separation, shape (n,); do not write to the array."""
+    values = np.asarray(separation)
+    if values.dtype != np.bool_ or values.shape not in ((), (size,)):
         raise InputError(f"separation: must be a bool, or an array of {size}")
-    return np.broadcast_to(flags, (size,))
+    return np.broadcast_to(values, (size,))
 
 
-def starts(start: ArrayLike, size: int) -> Floats | None:
-    """The start states, shape (n, 4), perhaps a read-only view; None for static ones.
+def start_states(start: ArrayLike, size: int) -> Floats | None:
+    """The start states, shape (n, 4), not to be written to; None for static starts.
 
-    Raises `InputError` if they have another shape or are not finite.
+    Raises `InputError` if the shape is wrong or a value is not finite.
     """
     if isinstance(start, str) and start == "static":
         return None
-    requirement = f"must be static, or finite numbers x,vx,y,vy, shape (4,) or ({size}, 4)"
+    allowed = f"must be static, or finite numbers x,vx,y,vy, shape (4,) or ({size}, 4)"
     try:
         states = np.asarray(start, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"start = {start!r}: {requirement}") from None
+        raise InputError(f"start = {start!r}: {allowed}") from None
     if states.shape not in ((4,), (size, 4)):
-        raise InputError(f"start: shape {states.shape}; {requirement}")
+        raise InputError(f"start: shape {states.shape}; {allowed}")
     if states.size > 0 and not np.isfinite([states.min(), states.max()]).all():
-        raise InputError(f"start: not all finite; {requirement}")
+        raise InputError(f"start: not all finite; {allowed}")
     states = np.where(np.abs(states) < LEAST_START, 0.0, states)
     return np.broadcast_to(states, (size, 4))

@@ -1,4 +1,4 @@
-"""The result of a batch: arrays with one element a member, and why members failed."""
+"""The result of a batch: arrays with one element per member, and errors of failed members."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -35,7 +35,7 @@ class BatchAmplitude(Comparable):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchPeak(BatchAmplitude):
-    """Exact extremes over the whole runs, m, and of ẋ, m/s; as `Peak`, shape (n,) each."""
+    """Exact extremes of x, y (m) and ẋ (m/s) over the whole runs, as `Peak`, shape (n,) each."""
 
     x_abs: Floats
     vx_max: Floats
@@ -55,11 +55,11 @@ class BatchEvents(Comparable):
     Attributes
     ----------
     separations, reattachments : ndarray of int64
-        Their numbers; -1 for a member that failed.
+        Numbers of separations and reattachments; -1 for a member that failed.
     separated_time : ndarray
         Time off the belt, s.
     first, last : ndarray
-        Time of the first and last switch, s; NaN where there is none.
+        Time of the first and last switch, s; NaN for a run without switches.
     """
 
     separations: NDArray[np.int64]
@@ -71,9 +71,9 @@ class BatchEvents(Comparable):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Batch(Result):
-    """Result of a batch of n transients; `InputError` for an attribute that was not required.
+    """Result of a batch of n transients; values of members that failed are NaN.
 
-    Values are NaN only for members that failed.
+    Reading a result that was not required raises `InputError`.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Batch(Result):
     tol : float
         Relative tolerance.
     status : ndarray of int8, shape (n,)
-        How each ended, a `Status`.
+        How the integration of each member ended, a `Status`.
     t : ndarray, shape (n,)
         Time reached, s: the horizon unless the member failed.
     steps : ndarray of int64, shape (n,)
@@ -94,7 +94,7 @@ class Batch(Result):
     status: NDArray[np.int8]
     t: Floats
     steps: NDArray[np.int64]
-    # The required results, by names of `PARTS`.
+    # The required results by name.
     _parts: Mapping[str, Any] = field(repr=False)
     # A row for each member that failed: its index, last state, separation and parameters.
     _failures: Floats = field(repr=False)
@@ -165,11 +165,11 @@ class Batch(Result):
         return rows
 
     def to_dict(self) -> dict[str, Any]:
-        """Horizon, tolerance and the columns as lists, None for what does not exist."""
+        """Horizon, tolerance and the columns as lists; None replaces NaN."""
         return {"t_end": self.t_end, "tol": self.tol, "columns": to_data(self.to_columns())}
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
-        """The results as columns, an element a member; NaN for members that failed."""
+        """The results as columns, one element per member; NaN for members that failed."""
         columns: dict[str, NDArray[Any]] = {"status": self.status, "t": self.t, "steps": self.steps}
         for name, part in self._parts.items():
             if name == "final":
@@ -178,15 +178,15 @@ class Batch(Result):
                     for c, state in zip(("x", "vx", "y", "vy"), part.T, strict=True)
                 }
                 continue
-            suffix = {"first": "_switch", "last": "_switch"}
+            suffixes = {"first": "_switch", "last": "_switch"}
             columns |= {
-                f"{c.name}{suffix.get(c.name, '')}": getattr(part, c.name) for c in fields(part)
+                f"{c.name}{suffixes.get(c.name, '')}": getattr(part, c.name) for c in fields(part)
             }
         return columns
 
 
-# Parts of a result that may be required, and functions that allocate them for n members.
-PARTS: Final[Mapping[str, Callable[[int], Any]]] = {
+# Functions that allocate the results for n members, by the name of the requirement.
+ALLOCATORS: Final[Mapping[str, Callable[[int], Any]]] = {
     "final": lambda n: np.empty((n, 4)),
     "amplitude": lambda n: BatchAmplitude(*(np.empty(n) for _ in range(3))),
     "peak": lambda n: BatchPeak(*(np.empty(n) for _ in range(5))),

@@ -1,4 +1,4 @@
-"""Many transients at once, on all processor cores; memory does not grow with the horizon."""
+"""Compute many transients on all processor cores; memory does not grow with the horizon."""
 
 import os
 import threading
@@ -32,23 +32,24 @@ from fivtui.transient import (
     check_tolerance,
 )
 
-from .interpreted import Members, interpreted_results, interpreted_starts
-from .request import belts, columns, flags, starts
-from .result import PARTS, Batch, Floats
+from .interpreted import Members, interpret_members, interpreted_starts
+from .request import belt_rows, member_columns, separation_flags, start_states
+from .result import ALLOCATORS, Batch, Floats
 
 Requirement = Literal["final", "amplitude", "peak", "steady", "events"]
 
 REQUIREMENTS: Final = ("final", "amplitude", "peak", "steady", "events")
 
-# Bounds of the members a worker takes at a time, a share of the rest so that all end together.
+# Bounds of the number of members in a chunk. Chunks shrink towards the end of the batch, so that
+# all workers finish at about the same time.
 _LEAST_CHUNK, _GREATEST_CHUNK = 64, 1024
-# Steps of all lanes of a worker between two checks for a stop.
-_BUDGET: Final = 10_000
+# Steps of all lanes together between two checks for cancellation.
+_STEPS_PER_CHECK: Final = 10_000
 # Interval between two calls of the progress callback, s.
 _REPORT_S: Final = 0.02
 
 
-def _nothing() -> None:
+def _no_op() -> None:
     pass
 
 
@@ -65,7 +66,7 @@ def simulate_batch(
     workers: int | None = None,
     progress: OnProgress | None = None,
 ) -> Batch:
-    """Compute many transients with the compiled kernel, or interpreted where there is none.
+    """Compute many transients with the compiled kernel, or in Python if there is none.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def simulate_batch(
     base : Parameters, optional
         Values of the parameters that a mapping does not name; the base set by default.
     t_end : float
-        Horizon of all, s; at most 1e7.
+        Horizon of all members, s; at most 1e7.
     tol : float
         Relative tolerance, 1e-13 to 1e-2; ``examples/trust.md`` says what errors it ensures.
     separation : bool or array_like of bool, shape (n,)
@@ -83,20 +84,20 @@ def simulate_batch(
     start : "static" or array_like of shape (4,) or (n, 4)
         At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
     require : collection of "final", "amplitude", "peak", "steady", "events"
-        Results to compute. ``"amplitude"`` has the extremes of y in ``"peak"`` alone, in five
+        Results to compute. ``"amplitude"`` has only the extremes of y of ``"peak"`` and takes five
         sixths of the time.
     max_steps : int
         Steps after which a member is given up.
     workers : int, optional
         Number of threads, including the caller's; by default the number of processors.
     progress : callable, optional
-        Called at intervals with the fraction done; the batch is cancelled when it returns False.
+        Called regularly with the completed fraction; if it returns False, the batch is cancelled.
 
     Returns
     -------
     Batch
-        Each member has the same bits as the single run by the same kernel, for any other members,
-        order, number of workers and required results.
+        Each member has the same bits as a single run by the same kernel. Other members, their
+        order, the number of workers and the required results have no effect on it.
 
     Raises
     ------
@@ -115,28 +116,28 @@ def simulate_batch(
     ['5.990', '10.503', '16.170']
     """
     base = Parameters() if base is None else check_parameters(base)
-    table, size = columns(parameters, base)
+    table, size = member_columns(parameters, base)
     for name in require:
         check_known("requirement", name, REQUIREMENTS)
     if workers is not None and workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
-    work = _Work(
+    batch_run = _BatchRun(
         table,
         size,
-        separation=flags(separation, size),
-        start=starts(start, size),
+        separation=separation_flags(separation, size),
+        start=start_states(start, size),
         t_end=check_horizon(t_end),
         tol=check_tolerance(tol),
         require=frozenset(require),
         max_steps=check_max_steps(max_steps),
     )
     kernel = load_kernel() if why_interpreted() is None else None
-    work.run(kernel, workers or os.cpu_count() or 1, Progress(progress))
-    return work.result()
+    batch_run.run(kernel, workers or os.cpu_count() or 1, Progress(progress))
+    return batch_run.result()
 
 
-class _Work:
-    # A running batch: its checked request, its results so far, and its progress.
+class _BatchRun:
+    # A batch while it runs: the checked arguments, the results so far, and the progress.
 
     def __init__(
         self,
@@ -157,10 +158,10 @@ class _Work:
 
         self._status = np.empty(size, np.int8)
         self._t, self._steps = np.empty(size), np.empty(size, np.int64)
-        self._parts = {name: empty(size) for name, empty in PARTS.items() if name in require}
+        self._parts = {name: make(size) for name, make in ALLOCATORS.items() if name in require}
         self._failures: list[Floats] = []
         self._lock = threading.Lock()
-        self._next, self._progress_units = 0, 0.0
+        self._next_member, self._progress_units = 0, 0.0
         self._stop = False
 
     def run(self, kernel: Kernel | None, workers: int, progress: Progress) -> None:
@@ -168,79 +169,79 @@ class _Work:
         workers = min(workers, -(-self._size // _LEAST_CHUNK))
         running: set[Future[None]] = set()
 
-        def look() -> None:
+        def report() -> None:
             for future in running:
                 if future.done():
                     future.result()
             progress.report(min(self._progress_units / self._size, 1.0))
 
         if workers > 0:
-            look()
+            report()
             pool = ThreadPoolExecutor(workers, thread_name_prefix="batch")
             try:
                 # This thread is one of the workers.
                 running |= {
-                    pool.submit(self._worker, kernel, workers, _nothing) for _ in range(workers - 1)
+                    pool.submit(self._worker, kernel, workers, _no_op) for _ in range(workers - 1)
                 }
-                self._worker(kernel, workers, look)
+                self._worker(kernel, workers, report)
                 while wait(running, timeout=_REPORT_S).not_done:
-                    look()
-                look()
+                    report()
+                report()
             finally:
                 self._stop = True
                 pool.shutdown(cancel_futures=True)
         progress.advance(1.0)
 
-    def _worker(self, kernel: Kernel | None, workers: int, look: Callable[[], None]) -> None:
-        share = 1 if workers == 1 else 2 * workers
+    def _worker(self, kernel: Kernel | None, workers: int, report: Callable[[], None]) -> None:
+        divisor = 1 if workers == 1 else 2 * workers
         while not self._stop:
             with self._lock:
-                first = self._next
-                chunk = (self._size - first) // share
-                stop = first + min(max(chunk, _LEAST_CHUNK), _GREATEST_CHUNK)
-                self._next = stop = min(stop, self._size)
+                first = self._next_member
+                size = (self._size - first) // divisor
+                stop = first + min(max(size, _LEAST_CHUNK), _GREATEST_CHUNK)
+                self._next_member = stop = min(stop, self._size)
             if first == stop:
                 return
-            self._compute(kernel, slice(first, stop), look)
+            self._compute(kernel, slice(first, stop), report)
 
-    def _compute(self, kernel: Kernel | None, where: slice, look: Callable[[], None]) -> None:
-        columns = {name: column[where] for name, column in self._columns.items()}
+    def _compute(self, kernel: Kernel | None, chunk: slice, report: Callable[[], None]) -> None:
+        columns = {name: column[chunk] for name, column in self._columns.items()}
         parameters = np.column_stack([columns[name] for name in PARAMETERS])
-        belt = belts(columns)
-        separation = np.array(self._separation[where])
+        belt = belt_rows(columns)
+        separation = np.array(self._separation[chunk])
         if self._start is not None:
-            start = np.array(self._start[where])
+            start = np.array(self._start[chunk])
         elif kernel is None:
             start = interpreted_starts(parameters, separation)
         else:
             start = kernel.static_starts(parameters, separation)
         members = parameters, separation, start
         if kernel is None:
-            results = self._interpret(members, columns, look)
+            results = self._interpret(members, columns, report)
         else:
             results = np.empty((len(parameters), len(RunColumns._fields)))
-            # Group members by code path: linear springs cannot overflow in a square, and a friction
-            # law has its own expansions.
-            kinds = (columns["k_nl"] > 0.0).astype(int)
+            # Group members by code path of the kernel: linear or cubic springs, with or without a
+            # friction law.
+            code_paths = (columns["k_nl"] > 0.0).astype(int)
             if belt is not None:
-                kinds += 2 * (belt[:, 2] > 0.0)
-            for kind in np.unique(kinds):
-                rows = np.flatnonzero(kinds == kind)
+                code_paths += 2 * (belt[:, 2] > 0.0)
+            for code_path in np.unique(code_paths):
+                rows = np.flatnonzero(code_paths == code_path)
                 subset = parameters[rows], separation[rows], start[rows]
-                on = None if belt is None else belt[rows]
-                results[rows] = self._advance(kernel, subset, on, look)
+                subset_belts = None if belt is None else belt[rows]
+                results[rows] = self._integrate(kernel, subset, subset_belts, report)
                 if self._stop:
                     return
         if not self._stop:
-            self._store(RunColumns(*results.T), where)
+            self._store(RunColumns(*results.T), chunk)
 
-    def _advance(
-        self, kernel: Kernel, members: Members, belt: Floats | None, look: Callable[[], None]
+    def _integrate(
+        self, kernel: Kernel, members: Members, belt: Floats | None, report: Callable[[], None]
     ) -> Floats:
         parameters, separation, starts = members
         tol = local_tolerance(self._tol)
         peak, steady = "peak" in self._require, "steady" in self._require
-        work = kernel.work(
+        kernel_work = kernel.work(
             parameters=parameters,
             separation=separation,
             starts=starts,
@@ -251,71 +252,76 @@ class _Work:
             observed=(peak or "amplitude" in self._require, peak, steady),
             belts=belt,
         )
-        reported = 0.0
-        while not work.done and not self._stop:
-            advanced = work.advance(_BUDGET)
+        reported_units = 0.0
+        while not kernel_work.done and not self._stop:
+            units = kernel_work.advance(_STEPS_PER_CHECK)
             with self._lock:
-                self._progress_units += advanced - reported
-            reported = advanced
-            look()
-        return work.results
+                self._progress_units += units - reported_units
+            reported_units = units
+            report()
+        return kernel_work.results
 
     def _interpret(
-        self, members: Members, columns: dict[str, Floats], look: Callable[[], None]
+        self, members: Members, columns: dict[str, Floats], report: Callable[[], None]
     ) -> Floats:
-        def go_on() -> bool:
+        def should_continue() -> bool:
             with self._lock:
                 self._progress_units += 1.0
-            look()
+            report()
             return not self._stop
 
-        belt = {name: column for name, column in columns.items() if name in BELT_PARAMETERS}
-        return interpreted_results(
-            members, self._t_end, self._tol, self._max_steps, belt=belt, go_on=go_on
+        belt_columns = {name: column for name, column in columns.items() if name in BELT_PARAMETERS}
+        return interpret_members(
+            members,
+            self._t_end,
+            self._tol,
+            self._max_steps,
+            belt_columns=belt_columns,
+            should_continue=should_continue,
         )
 
     def _column(self, name: str) -> Floats:
-        # NaN for a parameter that the members do not have.
+        # NaN for a parameter that the batch does not use.
         return self._columns.get(name, np.broadcast_to(np.nan, self._size))
 
-    def _store(self, outcome: Any, where: slice) -> None:
+    def _store(self, results: Any, chunk: slice) -> None:
         # Copy the results of a chunk into the arrays of the batch.
-        status = outcome.status.astype(np.int8)
-        state = np.column_stack([outcome.x, outcome.vx, outcome.y, outcome.vy])
-        status[(outcome.steps == 0.0) & ~np.isfinite(state).all(axis=1)] = Status.NO_START
+        status = results.status.astype(np.int8)
+        state = np.column_stack([results.x, results.vx, results.y, results.vy])
+        status[(results.steps == 0.0) & ~np.isfinite(state).all(axis=1)] = Status.NO_START
         failed = status != Status.DONE
-        self._status[where], self._t[where], self._steps[where] = status, outcome.t, outcome.steps
+        self._status[chunk], self._t[chunk], self._steps[chunk] = (status, results.t, results.steps)
         if failed.any():
             rows = np.flatnonzero(failed)
             failures = np.column_stack(
                 [
-                    rows + where.start,
+                    rows + chunk.start,
                     state[rows],
-                    self._separation[where][rows],
-                    *(self._column(name)[where][rows] for name in ALL_PARAMETERS),
+                    self._separation[chunk][rows],
+                    *(self._column(name)[chunk][rows] for name in ALL_PARAMETERS),
                 ]
             )
             with self._lock:
                 self._failures.append(failures)
 
-        def store(target: NDArray[Any], value: Floats, missing: float = np.nan) -> None:
-            target[where] = value
-            target[where][failed] = missing
+        def fill(target: NDArray[Any], value: Floats, failed_value: float = np.nan) -> None:
+            target[chunk] = value
+            target[chunk][failed] = failed_value
 
         values = {
-            **outcome._asdict(),
-            "y_abs": np.maximum(outcome.y_max, -outcome.y_min),
-            "x_abs": np.maximum(outcome.x_max, -outcome.x_min),
-            "y_half_range": 0.5 * (outcome.y_high - outcome.y_low),
-            "separated_time": outcome.separated,
+            **results._asdict(),
+            "y_abs": np.maximum(results.y_max, -results.y_min),
+            "x_abs": np.maximum(results.x_max, -results.x_min),
+            "y_half_range": 0.5 * (results.y_high - results.y_low),
+            "separated_time": results.separated,
         }
         for name, part in self._parts.items():
             if name == "final":
-                store(part, state)
+                fill(part, state)
                 continue
             for column in fields(part):
                 target = getattr(part, column.name)
-                store(target, values[column.name], -1 if target.dtype == np.int64 else np.nan)
+                fill(target, values[column.name], -1 if target.dtype == np.int64 else np.nan)
 
     def result(self) -> Batch:
         """The result of the batch."""

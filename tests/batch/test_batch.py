@@ -216,7 +216,7 @@ def test_an_exception_in_a_worker_is_raised(monkeypatch: pytest.MonkeyPatch) -> 
     def broken(*_: object) -> object:
         raise OSError("no more memory")
 
-    monkeypatch.setattr(batch_module._Work, "_advance", broken)
+    monkeypatch.setattr(batch_module._BatchRun, "_integrate", broken)
     with pytest.raises(OSError, match="no more memory"):
         simulate_batch({"F": [1.0, 2.0]}, t_end=1.0)
 
