@@ -1,4 +1,4 @@
-"""The trade of speed for accuracy, measured."""
+"""Measure the trade-off of speed against accuracy."""
 
 from typing import TYPE_CHECKING
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from fivtui.charts import Chart, Guide, Label, Look, Sheet, Trace
 
-from .files import fronts
+from .files import pareto_fronts
 from .measure import Tradeoff
 from .settings import MeasuredSetting
 
 _SIZE: Final = (7.2, 3.9)
 _MARKS: Final = "○□△▽◇×+☆"
-_PRESENT: Final = "◆"
-# An error of zero is drawn here.
+_EDITED_MARK: Final = "◆"
+# Smaller errors, such as 0, are drawn at this value.
 _LEAST: Final = 1e-16
 _LABELS: Final[Mapping[str, Label]] = {
     "final": Label("error of final state", "Error of the final state (1)"),
@@ -26,7 +26,7 @@ _LABELS: Final[Mapping[str, Label]] = {
     ),
     "events": Label("error of events (s)", "Error of the switch times (s)"),
 }
-_OF_FIGURE: Final = ("final", "peak", "events")
+_SHEET_QUANTITIES: Final = ("final", "peak", "events")
 
 
 def tradeoff_chart(
@@ -34,8 +34,8 @@ def tradeoff_chart(
 ) -> Chart:
     """Error of a quantity against CPU time, a line per method.
 
-    Below the guide, errors are within the uncertainty of the reference. `present` is the setting
-    of the edited scene.
+    Errors below the guide are within the uncertainty of the reference. `present` is the setting of
+    the edited scene.
     """
     by_method: dict[str, list[MeasuredSetting]] = {}
     for row in result.rows:
@@ -45,7 +45,7 @@ def tradeoff_chart(
         for index, (method, rows) in enumerate(by_method.items())
     ]
     if present is not None:
-        traces.append(_trace("now", [present], quantity, "points", mark=_PRESENT))
+        traces.append(_trace("now", [present], quantity, "points", mark=_EDITED_MARK))
     floor = result.floor.of(quantity)
     uncertainty = Guide(floor, "uncertainty", vertical=False)
     return Chart(
@@ -62,17 +62,17 @@ def tradeoff_chart(
 def tradeoff_sheet(result: Tradeoff) -> Sheet:
     """Errors of final state, peak and switch times side by side.
 
-    The wide grey line joins the settings that no other beats.
+    The wide grey line is the Pareto front.
     """
-    best = fronts(result)
+    fronts = pareto_fronts(result)
     charts = []
-    for quantity in _OF_FIGURE:
+    for quantity in _SHEET_QUANTITIES:
         chart = tradeoff_chart(result, quantity)
-        front = _trace("", best[quantity], quantity, "line", role="front")
-        least = Guide(
+        front = _trace("", fronts[quantity], quantity, "line", role="front")
+        floor_guide = Guide(
             max(result.floor.of(quantity), _LEAST), "uncertainty", vertical=False, role="floor"
         )
-        charts.append(replace(chart, traces=(front, *chart.traces), guides=(least,)))
+        charts.append(replace(chart, traces=(front, *chart.traces), guides=(floor_guide,)))
     return Sheet([[chart] for chart in charts], _SIZE)
 
 

@@ -1,4 +1,4 @@
-"""Trade-offs as data for JSON and as CSV files."""
+"""Convert trade-offs to JSON and CSV, and read them."""
 
 import math
 from collections.abc import Mapping
@@ -19,18 +19,18 @@ from .measure import Feature, Tradeoff
 from .settings import MeasuredSetting, Setting, cheapest, pareto
 
 _KIND: Final = "trade-off"
-_TEXTS: Final = ("method", "kernel", "setting", "failure", "pareto")
+_TEXT_COLUMNS: Final = ("method", "kernel", "setting", "failure", "pareto")
 
 
 def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
-    """A trade-off as data for JSON; null where there is no value.
+    """Convert a trade-off to data for JSON; null where there is no value.
 
     ``parameters``, ``separation``, ``start``, ``t_end``, ``floor``, ``rows`` of ``method``,
     ``kernel``, ``setting``, ``cpu_s``, ``steps``, ``error_final``, ``error_peak``,
     ``error_half_range``, ``error_events`` (s), ``separations`` and, on a belt of finite speed,
-    ``sticks`` (too many or missing), ``failure``,
-    ``pareto`` (quantities in which no other row beats it), and ``features``; with targets
-    also ``cheapest``, a list of ``quantity``, ``error`` and ``row`` (null if none reached it).
+    ``sticks`` (differences from the reference), ``failure``, ``pareto`` (quantities for which the
+    row is on the Pareto front), and ``features``. With targets also ``cheapest``, a list of
+    ``quantity``, ``error`` and ``row`` (null if no row reached the target).
     """
     start, rows = result.scene.start, _rows(result)
     data = {
@@ -38,17 +38,17 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
         "separation": result.scene.separation,
         "start": start if isinstance(start, str) else list(start),
         "t_end": result.scene.t_end,
-        "floor": {name: _finite(result.floor.of(name)) for name in QUANTITIES},
+        "floor": {name: _finite_or_none(result.floor.of(name)) for name in QUANTITIES},
         "rows": rows,
         "features": to_data(result.features),
     }
     if result.targets:
-        by_setting: dict[Any, Any] = dict(zip(result.rows, rows, strict=True))
+        rows_by_setting: dict[Any, Any] = dict(zip(result.rows, rows, strict=True))
         data["cheapest"] = [
             {
                 "quantity": quantity,
                 "error": error,
-                "row": by_setting.get(cheapest(result.rows, quantity, error)),
+                "row": rows_by_setting.get(cheapest(result.rows, quantity, error)),
             }
             for quantity, error in result.targets.items()
         ]
@@ -56,25 +56,25 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
 
 
 def tradeoff_columns(result: Tradeoff) -> dict[str, NDArray[Any]]:
-    """The measured settings by column; NaN or empty text where there is no value."""
+    """The measured settings as columns; NaN or empty text where there is no value."""
     rows = _rows(result)
     columns = {name: [row[name] for row in rows] for name in rows[0]}
     columns["pareto"] = [" ".join(names) for names in columns["pareto"]]
     return {
         name: np.array([value or "" for value in values], dtype=str)
-        if name in _TEXTS
+        if name in _TEXT_COLUMNS
         else np.array(values, dtype=np.int64 if name == "steps" else np.float64)
         for name, values in columns.items()
     }
 
 
-def fronts(result: Tradeoff) -> dict[str, list[MeasuredSetting]]:
+def pareto_fronts(result: Tradeoff) -> dict[str, list[MeasuredSetting]]:
     """The Pareto front of each quantity, see `pareto`."""
     return {name: pareto(result.rows, name, result.floor.of(name)) for name in QUANTITIES}
 
 
 def _rows(result: Tradeoff) -> list[dict[str, Any]]:
-    best, sticks = fronts(result), result.scene.parameters.v_belt is not None
+    fronts, has_belt = pareto_fronts(result), result.scene.parameters.v_belt is not None
     return [
         {
             "method": row.setting.method,
@@ -84,16 +84,16 @@ def _rows(result: Tradeoff) -> list[dict[str, Any]]:
             "steps": row.steps,
             **{f"error_{name}": _error(row, name) for name in QUANTITIES},
             "separations": None if row.error is None else row.error.separations,
-            **({"sticks": None if row.error is None else row.error.sticks} if sticks else {}),
+            **({"sticks": None if row.error is None else row.error.sticks} if has_belt else {}),
             "failure": row.failure or None,
-            "pareto": [name for name in QUANTITIES if row in best[name]],
+            "pareto": [name for name in QUANTITIES if row in fronts[name]],
         }
         for row in result.rows
     ]
 
 
 def save_tradeoff(result: Tradeoff, path: Path) -> None:
-    """Write a trade-off as CSV, a row for each setting; errors as `write_atomically`."""
+    """Write a trade-off as CSV, a row for each setting; raises as `write_atomically`."""
     data = tradeoff_to_dict(result)
     keys = ("parameters", "separation", "start", "t_end", "floor", "features")
     header = {"fivtui": __version__, **{key: data[key] for key in keys}}
@@ -103,27 +103,27 @@ def save_tradeoff(result: Tradeoff, path: Path) -> None:
 
 
 def load_tradeoff(path: Path) -> Tradeoff:
-    """Read what ``fivtui tradeoff`` wrote by ``--json`` or ``--out``, without the reference run.
+    """Read a file of ``fivtui tradeoff --json`` or ``--out``; it lacks the reference run.
 
     Raises `InputError` if the file is not a trade-off.
     """
     check_suffix(path, _KIND, (".csv", ".json"))
 
     def from_data(data: Mapping[str, Any]) -> Tradeoff:
-        return _tradeoff(path.stem, data)
+        return _tradeoff_from_data(path.stem, data)
 
     def from_table(columns: Columns, header: Header) -> Tradeoff:
-        return _tradeoff(path.stem, {**header, "rows": _by_row(columns)})
+        return _tradeoff_from_data(path.stem, {**header, "rows": _row_dicts(columns)})
 
-    return read_result(path, _KIND, from_data, from_table, texts=_TEXTS, missing=True)
+    return read_result(path, _KIND, from_data, from_table, texts=_TEXT_COLUMNS, missing=True)
 
 
-def _by_row(columns: Columns) -> list[dict[str, Any]]:
+def _row_dicts(columns: Columns) -> list[dict[str, Any]]:
     rows = zip(*columns.values(), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
-def _tradeoff(name: str, data: Mapping[str, Any]) -> Tradeoff:
+def _tradeoff_from_data(name: str, data: Mapping[str, Any]) -> Tradeoff:
     start = data.get("start", "static")
     scene = Scene(
         name=name,
@@ -133,35 +133,35 @@ def _tradeoff(name: str, data: Mapping[str, Any]) -> Tradeoff:
         start="static" if start == "static" else [float(value) for value in start],
         t_end=float(data["t_end"]),
     )
-    floor = {quantity: _infinite(data["floor"][quantity]) for quantity in QUANTITIES}
+    floor = {quantity: _value_or_infinity(data["floor"][quantity]) for quantity in QUANTITIES}
     return Tradeoff(
         scene=scene,
         reference=None,
         floor=Deviation(**floor, separations=0, sticks=0),
-        rows=[_row(row) for row in data["rows"]],
+        rows=[_row_from_data(row) for row in data["rows"]],
         features=[Feature(**feature) for feature in data.get("features", [])],
     )
 
 
-def _row(data: Mapping[str, Any]) -> MeasuredSetting:
+def _row_from_data(data: Mapping[str, Any]) -> MeasuredSetting:
     knob, _, value = str(data["setting"]).partition("=")
     setting = Setting(str(data["method"]), data["kernel"] or "", knob, float(value))
     failure = data["failure"] or ""
     error = None
     if not failure:
-        errors = {name: _infinite(data[f"error_{name}"]) for name in QUANTITIES}
+        errors = {name: _value_or_infinity(data[f"error_{name}"]) for name in QUANTITIES}
         separations, sticks = int(data["separations"]), int(data.get("sticks", 0))
         error = Deviation(**errors, separations=separations, sticks=sticks)
     return MeasuredSetting(setting, float(data["cpu_s"]), int(data["steps"]), error, failure)
 
 
-def _infinite(value: float | None) -> float:
+def _value_or_infinity(value: float | None) -> float:
     return math.inf if value is None or math.isnan(value) else value
 
 
 def _error(row: MeasuredSetting, quantity: str) -> float | None:
-    return None if row.error is None else _finite(row.error.of(quantity))
+    return None if row.error is None else _finite_or_none(row.error.of(quantity))
 
 
-def _finite(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""The trade-off among the studies."""
+"""Kind of study: the trade-off."""
 
 from typing import Final
 

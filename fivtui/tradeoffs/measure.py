@@ -48,7 +48,7 @@ from .settings import Ladder, MeasuredSetting, Setting, ladders
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
 
-# CPU time of a whole measurement, s, and the share of each method.
+# CPU time of a whole measurement, s, and the fraction for each method.
 QUICK_S: Final = 7.0
 THOROUGH_S: Final = 120.0
 _SHARES: Final = {
@@ -61,15 +61,15 @@ _SHARES: Final = {
     "fmu": 0.1,
     "fmu-native": 0.05,
 }
-# Cost is about proportional to setting^−exponent.
+# The CPU time is about proportional to setting^−exponent.
 _COST_EXPONENT: Final = {"tol": 0.1, "step": 0.7}
-# Limits of repeated runs in CPU time, s, and number; the least time counts.
-_LONG_ENOUGH_S: Final = 0.02
+# A run is repeated up to this CPU time, s, and this number of runs; the least time counts.
+_REPEAT_UNTIL_S: Final = 0.02
 _MOST_REPEATS: Final = 15
-_POINTS: Final = 5001
-# Batches measured, and members of each.
-_BATCHES: Final = 3
-_MEMBERS: Final = 64
+_SAMPLES: Final = 5001
+# Number of batches per measurement, and of members per batch.
+_BATCH_RUNS: Final = 3
+_BATCH_MEMBERS: Final = 64
 _REFERENCE_TOL: Final = TOL_RANGE[0]
 _CHECK_TOL: Final = 10.0 * TOL_RANGE[0]
 
@@ -107,10 +107,10 @@ class Tradeoff(Result, Plottable):
         The run that errors are measured against: Taylor at the least tolerance. None if read from a
         file.
     floor : Deviation
-        Uncertainty of the reference: its deviation from ten times the tolerance and from the other
-        kernel. Smaller errors say nothing.
+        Uncertainty of the reference: its deviation from a run at ten times the tolerance and from
+        a run by the other kernel. Smaller errors are not significant.
     rows : list of MeasuredSetting
-        Every setting, coarse to fine, method by method.
+        Every setting, grouped by method, from coarse to fine.
     features : list of Feature
         The cost of each feature of the scene.
     targets : mapping of str to float
@@ -132,11 +132,11 @@ class Tradeoff(Result, Plottable):
         for label in dict.fromkeys(row.setting.label for row in self.rows):
             finished = [r for r in self.rows if r.setting.label == label and r.error is not None]
             times = [(row.error.of("peak"), row.cpu_s) for row in finished if row.error is not None]
-            least = "no run finished"
+            text = "no run finished"
             if times:
                 error, cpu_s = min(times)
-                least = f"peak to {error:.1g} in {cpu_s:.2g} s"
-            rows.append((label, least))
+                text = f"peak to {error:.1g} in {cpu_s:.2g} s"
+            rows.append((label, text))
         return rows
 
     def to_dict(self) -> dict[str, Any]:
@@ -197,57 +197,57 @@ def tradeoff(
     Examples
     --------
     >>> from fivtui import Parameters, tradeoff
-    >>> found = tradeoff(Parameters(F=80.0), t_end=1.0)
-    >>> "rk4" in {row.setting.method for row in found.rows}
+    >>> result = tradeoff(Parameters(F=80.0), t_end=1.0)
+    >>> "rk4" in {row.setting.method for row in result.rows}
     True
     """
-    measured = as_scene(scene, t_end=t_end, separation=separation, start=start)
-    return measure_tradeoff(measured, thorough=thorough, progress=progress)
+    measured_scene = as_scene(scene, t_end=t_end, separation=separation, start=start)
+    return measure_tradeoff(measured_scene, thorough=thorough, progress=progress)
 
 
 def measure_tradeoff(
     scene: Scene, *, thorough: bool = False, progress: OnProgress | None = None
 ) -> Tradeoff:
-    """Measure a scene as `tradeoff`.
+    """Measure error against CPU time on a scene, see `tradeoff`.
 
-    Each method goes from coarse to fine settings until its errors are within the uncertainty of the
-    reference, or its share of the CPU time is used up.
+    Settings of a method are tried from coarse to fine, until the errors are within the uncertainty
+    of the reference or the CPU time of the method is used up.
     """
     scene.check_constant("tradeoff")
-    work = Progress(progress)
+    monitor = Progress(progress)
     budget = THOROUGH_S if thorough else QUICK_S
     kernel = stepping_kernel()
-    reference = _native(scene, Setting("taylor", kernel, "tol", _REFERENCE_TOL), work)
-    truth = observation(reference)
+    reference = _simulate(scene, Setting("taylor", kernel, "tol", _REFERENCE_TOL), monitor)
+    expected = observation(reference)
     checks = [
-        _native(scene, Setting("taylor", *setting), work)
+        _simulate(scene, Setting("taylor", *setting), monitor)
         for setting in ((kernel, "tol", _CHECK_TOL), ("interpreted", "tol", _REFERENCE_TOL))
     ]
     for check in checks:
-        parted = runs_part(check, reference)
-        if parted is not None:
-            raise parted.error()
-    floor = _greatest(deviation(observation(check), truth) for check in checks)
+        divergence = runs_part(check, reference)
+        if divergence is not None:
+            raise divergence.error()
+    floor = _worst_deviation(deviation(observation(check), expected) for check in checks)
     rows: list[MeasuredSetting] = []
     with temporary_folder() as folder:
-        fmus = _built(folder)
-        steps = [
+        fmus = _build_fmus(folder)
+        method_ladders = [
             ladder
             for ladder in ladders(time_scale(scene.parameters), scene.t_end)
             if ladder.kernel in ("", "interpreted", kernel) and ladder.method in {*METHODS, *fmus}
         ]
-        bench = _Bench(scene, truth, floor, fmus, work)
-        for count, ladder in enumerate(steps):
-            work.report(0.05 + 0.85 * count / len(steps))
-            rows += bench.climb(ladder, _SHARES[ladder.method] * budget)
-    work.report(0.9)
-    features = _features(scene, work)
-    work.report(1.0)
+        benchmark = _Benchmark(scene, expected, floor, fmus, monitor)
+        for number, ladder in enumerate(method_ladders):
+            monitor.report(0.05 + 0.85 * number / len(method_ladders))
+            rows += benchmark.measure_ladder(ladder, _SHARES[ladder.method] * budget)
+    monitor.report(0.9)
+    features = _features(scene, monitor)
+    monitor.report(1.0)
     return Tradeoff(scene, reference, floor, rows, features)
 
 
-def _built(folder: Path) -> dict[str, Path]:
-    # FMUs by method; without the native one where it is not compiled.
+def _build_fmus(folder: Path) -> dict[str, Path]:
+    # Build the FMUs, by method; the native one only if it is compiled.
     from fmu_src.build import build_fmu, why_no_native
 
     return {
@@ -257,53 +257,53 @@ def _built(folder: Path) -> dict[str, Path]:
     }
 
 
-def _greatest(deviations: Iterator[Deviation]) -> Deviation:
-    several = list(deviations)
-    worst = {name: max(entry.of(name) for entry in several) for name in QUANTITIES}
+def _worst_deviation(deviations: Iterator[Deviation]) -> Deviation:
+    entries = list(deviations)
+    worst = {name: max(entry.of(name) for entry in entries) for name in QUANTITIES}
     return Deviation(
         **worst,
-        separations=max(abs(entry.separations) for entry in several),
-        sticks=max(abs(entry.sticks) for entry in several),
+        separations=max(abs(entry.separations) for entry in entries),
+        sticks=max(abs(entry.sticks) for entry in entries),
     )
 
 
 @dataclass(frozen=True, slots=True)
-class _Bench:
-    # Runs settings of a scene and compares them with its reference.
+class _Benchmark:
+    # Run settings of a scene and compare the results with those of the reference.
     scene: Scene
     reference: Observation
     floor: Deviation
     fmus: Mapping[str, Path]
-    work: Progress
+    monitor: Progress
 
-    def climb(self, ladder: Ladder, budget: float) -> list[MeasuredSetting]:
+    def measure_ladder(self, ladder: Ladder, total_s: float) -> list[MeasuredSetting]:
         rows: list[MeasuredSetting] = []
         begin = time.thread_time()
         for setting in ladder.settings():
-            allowed = budget - (time.thread_time() - begin)
-            if rows and allowed < rows[-1].cpu_s * ladder.factor ** -_COST_EXPONENT[ladder.knob]:
+            budget_s = total_s - (time.thread_time() - begin)
+            if rows and budget_s < rows[-1].cpu_s * ladder.factor ** -_COST_EXPONENT[ladder.knob]:
                 break
-            row = self.measure(setting, allowed)
+            row = self.measure(setting, budget_s)
             rows.append(row)
             if row.error is not None and row.error.within(self.floor):
                 break
         return rows
 
-    def measure(self, setting: Setting, allowed: float) -> MeasuredSetting:
+    def measure(self, setting: Setting, budget_s: float) -> MeasuredSetting:
         begin = time.thread_time()
         stopped = False
 
-        def go_on(_fraction: float) -> bool:
+        def continue_run(_fraction: float) -> bool:
             nonlocal stopped
-            stopped = time.thread_time() - begin > allowed
-            return self.work.go_on() and not stopped
+            stopped = time.thread_time() - begin > budget_s
+            return self.monitor.go_on() and not stopped
 
         try:
-            observed, steps, cpu_s = self._timed(setting, Progress(go_on))
+            observed, steps, cpu_s = self._run(setting, Progress(continue_run))
             for _ in range(_MOST_REPEATS - 1):
-                if time.thread_time() - begin > min(_LONG_ENOUGH_S, allowed):
+                if time.thread_time() - begin > min(_REPEAT_UNTIL_S, budget_s):
                     break
-                cpu_s = min(cpu_s, self._timed(setting, Progress(go_on))[2])
+                cpu_s = min(cpu_s, self._run(setting, Progress(continue_run))[2])
         except ComputationError as error:
             return MeasuredSetting(setting, time.thread_time() - begin, 0, None, error.why)
         except Cancelled:
@@ -311,23 +311,23 @@ class _Bench:
                 raise
             spent = time.thread_time() - begin
             return MeasuredSetting(
-                setting, spent, 0, None, f"not finished within {allowed:.2g} s of CPU time"
+                setting, spent, 0, None, f"not finished within {budget_s:.2g} s of CPU time"
             )
         return MeasuredSetting(setting, cpu_s, steps, deviation(observed, self.reference))
 
-    def _timed(self, setting: Setting, work: Progress) -> tuple[Observation, int, float]:
+    def _run(self, setting: Setting, monitor: Progress) -> tuple[Observation, int, float]:
         begin = time.thread_time()
         if setting.method in self.fmus:
             fmu = self.fmus[setting.method]
-            observed, steps = _through_fmu(self.scene, fmu, setting.value, work)
+            observed, steps = _run_fmu(self.scene, fmu, setting.value, monitor)
         else:
-            run = _native(self.scene, setting, work)
+            run = _simulate(self.scene, setting, monitor)
             observed, steps = observation(run), run.stats.steps
         return observed, steps, time.thread_time() - begin
 
 
-def _through_fmu(scene: Scene, fmu: Path, step: float, work: Progress) -> tuple[Observation, int]:
-    # Peaks at communication points, as with fmpy.
+def _run_fmu(scene: Scene, fmu: Path, step: float, monitor: Progress) -> tuple[Observation, int]:
+    # An importer only sees communication points, so peaks are taken there.
     x, vx, y, vy = resolve_start(scene.system, scene.start)
     run = run_fmu(
         fmu,
@@ -343,63 +343,63 @@ def _through_fmu(scene: Scene, fmu: Path, step: float, work: Progress) -> tuple[
             "vy_start": vy,
         },
         outputs=("x", "vx", "y", "vy", "separations", "sticks", "last_event", "mode"),
-        progress=lambda _fraction: work.go_on(),
+        progress=lambda _fraction: monitor.go_on(),
     )
     columns = run.columns
     final = tuple(columns[name][-1].item() for name in ("x", "vx", "y", "vy"))
-    late = columns["y"][columns["time"] >= 0.5 * scene.t_end]
+    second_half = columns["y"][columns["time"] >= 0.5 * scene.t_end]
     switch_times = columns["last_event"]
     if scene.parameters.v_belt is not None:
         # Keep only the times of separations and reattachments.
         switch_times = switch_times[1:][np.diff(columns["mode"] == Mode.SEPARATED)]
-    events = np.unique(switch_times)
+    event_times = np.unique(switch_times)
     observed = Observation(
         final=cast("State", final),
         peak=float(np.abs(columns["y"]).max()),
-        half_range=0.5 * float(np.ptp(late)),
-        switch_times=events[events > 0.0],
+        half_range=0.5 * float(np.ptp(second_half)),
+        switch_times=event_times[event_times > 0.0],
         separations=round(columns["separations"][-1].item()),
         sticks=round(columns["sticks"][-1].item()),
     )
     return observed, columns["time"].size - 1
 
 
-def _native(scene: Scene, setting: Setting, work: Progress) -> Transient:
-    changes: dict[str, Any] = {"tol": DEFAULT_TOL, "step": None, setting.knob: setting.value}
+def _simulate(scene: Scene, setting: Setting, monitor: Progress) -> Transient:
+    options: dict[str, Any] = {"tol": DEFAULT_TOL, "step": None, setting.knob: setting.value}
     request = scene.request(
-        method=setting.method, kernel=cast("KernelChoice", setting.kernel or "auto"), **changes
+        method=setting.method, kernel=cast("KernelChoice", setting.kernel or "auto"), **options
     )
-    return compute(request, progress=lambda _fraction: work.go_on())
+    return compute(request, progress=lambda _fraction: monitor.go_on())
 
 
-def _features(scene: Scene, work: Progress) -> list[Feature]:
-    """The cost of each feature of a scene, by the same scene without it."""
+def _features(scene: Scene, monitor: Progress) -> list[Feature]:
+    # Measure the cost of each feature by runs with and without it.
     linear = scene.with_values({"k_nl": 0.0})
-    samples = np.linspace(0.0, scene.t_end, _POINTS)
+    samples = np.linspace(0.0, scene.t_end, _SAMPLES)
     pairs: list[tuple[str, tuple[Scene, Any], tuple[Scene, Any]]] = []
     if scene.parameters.k_nl != 0.0:
         pairs.append(("cubic contact", (linear, "none"), (scene, "none")))
     if scene.parameters.v_belt is not None:
-        always = scene.with_values({"v_belt": "none"})
-        pairs.append(("belt of finite speed", (always, "none"), (scene, "none")))
+        infinite_speed = scene.with_values({"v_belt": "none"})
+        pairs.append(("belt of finite speed", (infinite_speed, "none"), (scene, "none")))
     ignored, considered = (replace(scene, separation=flag) for flag in (False, True))
     pairs += [
         ("separation", (ignored, "none"), (considered, "none")),
-        (f"trajectory of {_POINTS} samples", (scene, "none"), (scene, samples)),
+        (f"trajectory of {_SAMPLES} samples", (scene, "none"), (scene, samples)),
         ("trajectory as polynomials", (scene, "none"), (scene, "dense")),
     ]
     features = [
-        _feature(name, _cost(*without, work), _cost(*having, work))
-        for name, without, having in pairs
+        _make_feature(name, _run_cost(*without_feature, monitor), _run_cost(*with_feature, monitor))
+        for name, without_feature, with_feature in pairs
     ]
-    # A single run always records peaks and events; a batch records only those requested.
-    plain = _cost_in_batch(scene, (), work)
+    # A single run always records peaks and events, a batch only the required results.
+    base_cost = _batch_cost(scene, (), monitor)
     parts: tuple[tuple[str, Requirement], ...] = (
         ("peaks, in a batch", "peak"),
         ("event list, in a batch", "events"),
     )
     return features + [
-        _feature(name, plain, _cost_in_batch(scene, (requirement,), work))
+        _make_feature(name, base_cost, _batch_cost(scene, (requirement,), monitor))
         for name, requirement in parts
     ]
 
@@ -408,44 +408,44 @@ def _features(scene: Scene, work: Progress) -> list[Feature]:
 _Cost = tuple[float | None, int | None]
 
 
-def _feature(name: str, without: _Cost, having: _Cost) -> Feature:
-    return Feature(name, without[0], having[0], without[1], having[1])
+def _make_feature(name: str, without_feature: _Cost, with_feature: _Cost) -> Feature:
+    return Feature(name, without_feature[0], with_feature[0], without_feature[1], with_feature[1])
 
 
-def _cost_in_batch(scene: Scene, required: tuple[Requirement, ...], work: Progress) -> _Cost:
-    least, steps = math.inf, 0
-    for _ in range(_BATCHES):
+def _batch_cost(scene: Scene, required: tuple[Requirement, ...], monitor: Progress) -> _Cost:
+    least_s, steps = math.inf, 0
+    for _ in range(_BATCH_RUNS):
         before = time.process_time()
         batch = simulate_batch(
-            {"F": np.full(_MEMBERS, scene.parameters.F)},
+            {"F": np.full(_BATCH_MEMBERS, scene.parameters.F)},
             base=scene.parameters,
             t_end=scene.t_end,
             separation=scene.separation,
             start=scene.start,
             require={"final", *required},
             workers=1,
-            progress=lambda _fraction: work.go_on(),
+            progress=lambda _fraction: monitor.go_on(),
         )
         if batch.failed.size:
             return None, None
-        least = min(least, (time.process_time() - before) / _MEMBERS)
+        least_s = min(least_s, (time.process_time() - before) / _BATCH_MEMBERS)
         steps = int(batch.steps[0])
-    return least, steps
+    return least_s, steps
 
 
-def _cost(scene: Scene, samples: Any, work: Progress) -> _Cost:
+def _run_cost(scene: Scene, samples: Any, monitor: Progress) -> _Cost:
     request = scene.request(
         method="taylor", step=None, tol=DEFAULT_TOL, samples=samples, kernel=stepping_kernel()
     )
-    least, steps, begin = math.inf, 0, time.thread_time()
+    least_s, steps, begin = math.inf, 0, time.thread_time()
     for _ in range(_MOST_REPEATS):
-        work.check()
+        monitor.check()
         before = time.thread_time()
         try:
             run = compute(request)
         except ComputationError:
             return None, None
-        least, steps = min(least, time.thread_time() - before), run.stats.steps
-        if time.thread_time() - begin > _LONG_ENOUGH_S:
+        least_s, steps = min(least_s, time.thread_time() - before), run.stats.steps
+        if time.thread_time() - begin > _REPEAT_UNTIL_S:
             break
-    return least, steps
+    return least_s, steps

@@ -6,7 +6,7 @@ from typing import Final
 from fivtui.console import number, print_list, print_rows
 from fivtui.transient import QUANTITIES
 
-from .files import fronts
+from .files import pareto_fronts
 from .measure import Tradeoff
 from .settings import MeasuredSetting, cheapest
 
@@ -29,7 +29,7 @@ def print_tradeoff(result: Tradeoff) -> None:
         *(("sticks",) if on_belt else ()),
         "best for",
     )
-    best = fronts(result)
+    best = pareto_fronts(result)
     rows = [
         _cells(row, "".join(mark for name, mark in _MARKS.items() if row in best[name]), on_belt)
         for row in result.rows
@@ -50,26 +50,26 @@ def print_tradeoff(result: Tradeoff) -> None:
         ("feature", "without", "with", "ratio"),
         [
             (
-                f.name,
-                _milliseconds(f.without_s),
-                _milliseconds(f.with_s),
-                _ratio(f.with_s, f.without_s),
+                feature.name,
+                _milliseconds(feature.without_s),
+                _milliseconds(feature.with_s),
+                _ratio(feature.with_s, feature.without_s),
             )
-            for f in result.features
+            for feature in result.features
         ],
     )
     if result.targets:
-        advice = [_advice(result, *target) for target in result.targets.items()]
-        print_list("Cheapest setting", advice)
+        settings = [_cheapest_setting(result, *target) for target in result.targets.items()]
+        print_list("Cheapest setting", settings)
 
 
-def _cells(row: MeasuredSetting, best: str, on_belt: bool) -> tuple[str, ...]:
+def _cells(row: MeasuredSetting, marks: str, on_belt: bool) -> tuple[str, ...]:
     head = (row.setting.label, row.setting.text, f"{1e3 * row.cpu_s:.3g}")
     if row.error is None:
         return (*head, "", row.failure, *[""] * (5 + on_belt))
     errors = (_error(row.error.of(name)) for name in QUANTITIES)
     counts = (row.error.separations, row.error.sticks)[: 1 + on_belt]
-    return (*head, str(row.steps), *errors, *(f"{count:+d}" for count in counts), best)
+    return (*head, str(row.steps), *errors, *(f"{count:+d}" for count in counts), marks)
 
 
 def _error(value: float) -> str:
@@ -84,7 +84,7 @@ def _ratio(with_s: float | None, without_s: float | None) -> str:
     return "" if with_s is None or without_s is None else f"{with_s / without_s:.2f}"
 
 
-def _advice(result: Tradeoff, quantity: str, error: float) -> tuple[str, str]:
+def _cheapest_setting(result: Tradeoff, quantity: str, error: float) -> tuple[str, str]:
     row = cheapest(result.rows, quantity, error)
     target = f"{quantity} to {error:g}"
     if row is None or row.error is None:

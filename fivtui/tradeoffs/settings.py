@@ -1,4 +1,4 @@
-"""Settings of the methods, their measured errors and CPU times, and the best of them."""
+"""Settings of the methods with measured errors and CPU times, and the choice of the best."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -47,15 +47,15 @@ class MeasuredSetting:
     Attributes
     ----------
     setting : Setting
-        What was run.
+        The setting of the run.
     cpu_s : float
-        CPU time of one run, s; the time spent, if the run did not finish.
+        CPU time of one run, s, also if it did not finish.
     steps : int
         Integration steps; communication steps for the FMU.
     error : Deviation or None
         Errors against the reference; None if the run did not finish.
     failure : str
-        Why it did not finish; empty if it did.
+        Why the run did not finish; empty if it did.
     """
 
     setting: Setting
@@ -84,7 +84,7 @@ class Ladder:
             yield Setting(self.method, self.kernel, self.knob, value)
 
 
-# Steps are in units of √(m/stiffness), see `ladders`.
+# Rows of `Ladder`: coarsest and finest setting, ratio. Steps are in units of √(m/stiffness).
 _TOLERANCES: Final = (
     ("taylor", "compiled", 1e-2, 1e-13, 0.1),
     ("taylor", "interpreted", 1e-3, 1e-12, 1e-3),
@@ -101,21 +101,21 @@ _STEPS: Final = (
 
 
 def ladders(time_scale: float, t_end: float) -> list[Ladder]:
-    """The settings to try, a ladder for each method and kernel.
+    """The settings to measure, a ladder for each method and kernel.
 
     Fixed steps are fractions of `time_scale`, √(m/stiffness) in s, and at most `t_end`.
     """
-    steps = [Ladder(method, kernel, "tol", *values) for method, kernel, *values in _TOLERANCES]
-    for method, first, finest, factor in _STEPS:
-        coarsest = min(first * time_scale, t_end)
-        steps.append(Ladder(method, "", "step", coarsest, coarsest * finest / first, factor))
-    return steps
+    result = [Ladder(method, kernel, "tol", *values) for method, kernel, *values in _TOLERANCES]
+    for method, coarse, fine, factor in _STEPS:
+        coarsest = min(coarse * time_scale, t_end)
+        result.append(Ladder(method, "", "step", coarsest, coarsest * fine / coarse, factor))
+    return result
 
 
 def pareto(
     rows: Iterable[MeasuredSetting], quantity: str, floor: float = 0.0
 ) -> list[MeasuredSetting]:
-    """The measured settings that no other beats both in CPU time and in error, cheapest first."""
+    """The Pareto front of CPU time and error, at least `floor`, cheapest setting first."""
     check_quantity(quantity)
     finished = [
         (row.cpu_s, max(row.error.of(quantity), floor), row)
@@ -123,18 +123,18 @@ def pareto(
         if row.error is not None
     ]
     front: list[MeasuredSetting] = []
-    least = math.inf
+    least_error = math.inf
     for _, error, row in sorted(finished, key=lambda entry: entry[:2]):
-        if error < least:
+        if error < least_error:
             front.append(row)
-            least = error
+            least_error = error
     return front
 
 
 def cheapest(
     rows: Sequence[MeasuredSetting], quantity: str, error: float
 ) -> MeasuredSetting | None:
-    """The setting of least CPU time among those with an error of at most `error`; None if none is.
+    """The setting of least CPU time with an error of at most `error`; None if there is none.
 
     `quantity` is a name in `QUANTITIES`; `InputError` if it is unknown.
     """

@@ -159,9 +159,9 @@ def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
         clock[0] += cost
         return observed, 7, costs[-1]
 
-    monkeypatch.setattr(measure._Bench, "_timed", timed)
+    monkeypatch.setattr(measure._Benchmark, "_run", timed)
     monkeypatch.setattr("time.thread_time", lambda: clock[0])
-    bench = measure._Bench(SHORT, observed, deviation(observed, observed), {}, Progress(None))
+    bench = measure._Benchmark(SHORT, observed, deviation(observed, observed), {}, Progress(None))
     result = bench.measure(Setting("rk4", "", "step", 0.1), budget)
     assert len(costs) == runs
     assert result.cpu_s == min(costs)
@@ -176,7 +176,7 @@ def test_the_cost_in_a_batch_is_that_of_a_member(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(measure, "simulate_batch", batch)
     monkeypatch.setattr("time.process_time", lambda: clock[0])
-    cost, steps = measure._cost_in_batch(SHORT, (), Progress(None))
+    cost, steps = measure._batch_cost(SHORT, (), Progress(None))
     assert cost == pytest.approx(1e-3)
     assert steps == 17
 
