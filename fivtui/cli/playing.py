@@ -129,10 +129,10 @@ def validate(call: Call[ValidateOptions]) -> None:
     Passes or fails if a tolerance is given: --band, --frequency or --amplitude. Where it fails the
     exit status is 1.
     """
-    from fivtui.measured import comparison_of
+    from fivtui.measured import prepare_comparison
 
     call.outputs.check("validation")
-    compare = comparison_of(call.options)
+    compare = prepare_comparison(call.options)
     result = compare(run_of(call))
     call.outputs.finish("validation", result)
     if result.passed is False:

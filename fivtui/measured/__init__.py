@@ -1,10 +1,10 @@
-"""Measured data beside a run: imported, overlaid, compared within a tolerance."""
+"""Import measured data and compare it with a run, within tolerances."""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .charts import overlay_chart, overlay_spectra
-    from .comparison import QUANTITIES, Validation, comparison_of, read_shift, validate
+    from .comparison import QUANTITIES, Validation, prepare_comparison, read_shift, validate
     from .options import ValidateOptions
     from .reading import read_measurement
     from .tolerances import Tolerances, read_tolerances

@@ -1,4 +1,4 @@
-"""Charts of a run beside measured data: both signals over time, and their spectra."""
+"""Charts of a comparison: measured and computed signal over time, and their spectra."""
 
 from dataclasses import replace
 from typing import Final
@@ -34,7 +34,7 @@ def overlay_chart(result: Validation) -> Chart:
         strips=contact_strips(
             result.separated, None if result.parameters.v_belt is None else result.stuck
         ),
-        note=verdict_words(result),
+        note=describe_verdict(result),
     )
 
 
@@ -60,9 +60,12 @@ def overlay_spectra(result: Validation) -> Chart:
 
 def validation_sheet(result: Validation) -> Sheet:
     """Both signals over time with the tolerance band, their deviation, and their spectra."""
-    colour, ends = CASE_COLOURS[result.separation][0], (float(result.t[0]), float(result.t[-1]))
+    colour, t_range = (
+        CASE_COLOURS[result.separation][0],
+        (float(result.t[0]), float(result.t[-1])),
+    )
 
-    def drawn(chart: Chart) -> Chart:
+    def recolour(chart: Chart) -> Chart:
         computed, measured = chart.traces[-2:]
         return replace(chart, traces=(replace(computed, colour=colour), measured), guides=())
 
@@ -75,13 +78,13 @@ def validation_sheet(result: Validation) -> Sheet:
             Trace("tolerance band", x, y, "area", ordered=False, colour=colour, role="tolerance"),
         )
 
-    both = drawn(overlay_chart(result))
+    signals = recolour(overlay_chart(result))
     over_time = replace(
-        both,
-        traces=(*band_around(result.computed), *both.traces),
-        title=_verdict(result, result.measurement.signal) if result.criteria else "",
+        signals,
+        traces=(*band_around(result.computed), *signals.traces),
+        title=_verdict_text(result, result.measurement.signal) if result.criteria else "",
         x_axis=False,
-        figure_x=ends,
+        figure_x=t_range,
     )
     deviation = Chart(
         TIME_LABEL,
@@ -90,11 +93,11 @@ def validation_sheet(result: Validation) -> Sheet:
             *band_around(np.zeros(result.t.size)),
             Trace("", result.t, result.measured - result.computed, role="deviation"),
         ),
-        strips=both.strips,
-        figure_x=ends,
+        strips=signals.strips,
+        figure_x=t_range,
     )
-    spectra = drawn(overlay_spectra(result))
-    greatest = max(float(lines.amplitude.max()) for lines in result.spectra)
+    spectra = recolour(overlay_spectra(result))
+    greatest = max(float(entry.amplitude.max()) for entry in result.spectra)
     low, high = (share * greatest for share in _AMPLITUDES)
     spectra = replace(
         spectra,
@@ -105,18 +108,18 @@ def validation_sheet(result: Validation) -> Sheet:
     return Sheet([[over_time, deviation, spectra]], _SIZE, heights=_HEIGHTS)
 
 
-def verdict_words(result: Validation) -> str:
-    """Whether the run passes, in a few words."""
+def describe_verdict(result: Validation) -> str:
+    """The verdict in one line, or rms and correlation without criteria."""
     if not result.criteria:
         return f"rms {result.rms:.3g}, correlation {result.correlation:.3f}"
-    return _verdict(result, "; ".join(map(_criterion, result.criteria)))
+    return _verdict_text(result, "; ".join(map(_criterion_text, result.criteria)))
 
 
-def _verdict(result: Validation, reason: str) -> str:
+def _verdict_text(result: Validation, reason: str) -> str:
     return f"{'PASS' if result.passed else 'FAIL'}: {reason}"
 
 
-def _criterion(criterion: Criterion) -> str:
+def _criterion_text(criterion: Criterion) -> str:
     # Shares have a lower limit, deviations an upper limit.
     bound = "least" if criterion.name.startswith("share") else "most"
     return f"{criterion.name} {criterion.found:.3%}, at {bound} {criterion.limit:.3%}"

@@ -1,4 +1,4 @@
-"""A run beside a measurement: deviation, spectra, and whether they agree."""
+"""Compare a run with a measurement: deviation, spectra and verdict."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,7 +14,7 @@ from fivtui.signals import Spectrum, motion_at, spectrum
 from fivtui.transient import Transient
 
 from .options import ValidateOptions
-from .reading import Measurement, bears_name, read_measurement
+from .reading import Measurement, has_column_name, read_measurement
 from .tolerances import Tolerances, read_tolerances
 
 if TYPE_CHECKING:
@@ -24,13 +24,13 @@ FloatArray = NDArray[np.float64]
 
 QUANTITIES: Final = ("y", "x", "vy", "vx", "P")
 UNITS: Final = {column.name: column.unit for column in COLUMNS}
-_FEWEST: Final = 16
-# Points of the grid on which the shift is searched, at most.
-_GRID: Final = 1 << 16
+_MIN_SAMPLES: Final = 16
+# Greatest number of points of the grid on which the shift is searched.
+_MAX_GRID_POINTS: Final = 1 << 16
 
 
 class Criterion(NamedTuple):
-    """A criterion: its name, the value found, the limit, and whether it is met."""
+    """A criterion: its name, the computed value, the limit, and whether it is met."""
 
     name: str
     found: float
@@ -45,27 +45,27 @@ class Validation(TableResult, Plottable):
     Attributes
     ----------
     system : System
-        That of the run, with `parameters` and `separation`.
+        The system of the run, with `parameters` and `separation`.
     measurement : Measurement
         The measured signal, as in its file.
     quantity : str
-        The column of the trajectory that it is compared with.
+        The column of the trajectory that the signal is compared with.
     shift : float
         Added to the measured times, s.
     t, measured, computed : ndarray, shape (n,)
-        Times of the run, s, that were measured, and both signals there.
+        The measured times within the run, s, and both signals at these times.
     band : float or None
         Half width of the tolerance band, in the unit of the quantity.
     rms, greatest : float
         Root mean square and greatest absolute value of the deviation.
     correlation : float
-        Correlation coefficient of both; 0 if one is constant.
+        Correlation coefficient of both signals; 0 if one is constant.
     spectra : tuple of Spectrum
-        Of the measured and the computed signal.
+        Spectra of the measured and of the computed signal.
     criteria : tuple of Criterion
         The tolerances, and whether they are met.
     separated, stuck : sequence of (start, end)
-        When the slider is off the belt, and when it sticks to one of finite speed, s.
+        Intervals of separation, and of stick on a belt of finite speed, s.
     """
 
     data_name: ClassVar[str] = "validation"
@@ -100,7 +100,7 @@ class Validation(TableResult, Plottable):
     def warning(self) -> str:
         """Warning if the measured column has the name of another quantity; else empty."""
         signal, names = self.measurement.signal, {*QUANTITIES, "t", "time"} - {self.quantity}
-        if not bears_name(signal, tuple(names)):
+        if not has_column_name(signal, tuple(names)):
             return ""
         return f"column {signal!r} of the measured data is compared with {self.quantity}"
 
@@ -161,14 +161,14 @@ class Validation(TableResult, Plottable):
                 f"computed {half_range(self.computed):.5g} {self.unit}",
             ),
         ]
-        rows += [(criterion.name, criterion_words(criterion)) for criterion in self.criteria]
+        rows += [(criterion.name, describe_criterion(criterion)) for criterion in self.criteria]
         if self.passed is not None:
             rows.append(("verdict", "PASS" if self.passed else "FAIL"))
         return rows
 
 
-def criterion_words(criterion: Criterion) -> str:
-    """A criterion in words."""
+def describe_criterion(criterion: Criterion) -> str:
+    """Value, limit and outcome of a criterion as text."""
     outcome = "passes" if criterion.passed else "fails"
     return f"{criterion.found:.4g} against {criterion.limit:.4g}: {outcome}"
 
@@ -200,7 +200,7 @@ def validate(
     Returns
     -------
     Validation
-        Deviation, spectra and verdict over the time that both have.
+        Deviation, spectra and verdict for the measured times within the run.
 
     Raises
     ------
@@ -224,16 +224,16 @@ def validate(
     if not math.isfinite(shift_s):
         raise InputError(f"shift = {shift_s:g}: must be a time in s, or auto")
     times = measurement.t + shift_s
-    inside = (times >= 0.0) & (times <= run.t_end)
-    t, measured = times[inside], measurement.values[inside]
-    if t.size < _FEWEST:
+    is_within = (times >= 0.0) & (times <= run.t_end)
+    t, measured = times[is_within], measurement.values[is_within]
+    if t.size < _MIN_SAMPLES:
         raise InputError(
             f"{measurement.source}: {t.size} samples are within the run, 0 to {run.t_end:g} s; "
-            f"must be at least {_FEWEST}: shift the times, or let the run last longer"
+            f"must be at least {_MIN_SAMPLES}: shift the times, or let the run last longer"
         )
     computed: FloatArray = getattr(motion_at(run, t), quantity)
     deviation = measured - computed
-    spectra = (_even_spectrum(t, measured), _even_spectrum(t, computed))
+    spectra = (_resampled_spectrum(t, measured), _resampled_spectrum(t, computed))
     band = None
     if limits.band is not None:
         band = limits.band.value * (half_range(computed) if limits.band.relative else 1.0)
@@ -275,63 +275,63 @@ def _criteria(
             Criterion("share within the band", share, limits.share, share >= limits.share)
         )
     for name, limit, (measured_value, computed_value) in (
-        ("deviation of frequency", limits.frequency, [lines.fundamental for lines in spectra]),
+        ("deviation of frequency", limits.frequency, [entry.fundamental for entry in spectra]),
         ("deviation of amplitude", limits.amplitude, [half_range(v) for v in (measured, computed)]),
     ):
         if limit is not None:
-            size = abs(measured_value) or abs(computed_value)
-            difference = abs(computed_value - measured_value) / size if size else 0.0
+            scale = abs(measured_value) or abs(computed_value)
+            difference = abs(computed_value - measured_value) / scale if scale else 0.0
             criteria.append(Criterion(name, difference, limit, difference <= limit))
     return criteria
 
 
-def _even_spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
-    even = np.linspace(t[0], t[-1], t.size)
-    return spectrum(even, np.interp(even, t, values))
+def _resampled_spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
+    even_times = np.linspace(t[0], t[-1], t.size)
+    return spectrum(even_times, np.interp(even_times, t, values))
 
 
 def _correlation(first: FloatArray, second: FloatArray) -> float:
     first, second = first - first.mean(), second - second.mean()
-    size = float(np.sqrt(np.sum(first**2) * np.sum(second**2)))
-    return float(np.sum(first * second)) / size if size > 0.0 else 0.0
+    norm = float(np.sqrt(np.sum(first**2) * np.sum(second**2)))
+    return float(np.sum(first * second)) / norm if norm > 0.0 else 0.0
 
 
 def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float:
-    """The shift of measured times, s, of highest correlation with all samples within the run."""
+    """The shift of measured times, s, with the highest correlation; all samples are in the run."""
     start, end = float(measurement.t[0]), float(measurement.t[-1])
     if end - start > run.t_end:
         raise InputError(
             f"{measurement.source}: lasts {end - start:g} s; to be shifted it must fit into the "
             f"run of {run.t_end:g} s"
         )
-    step = max((end - start) / (measurement.t.size - 1), run.t_end / _GRID)
+    step = max((end - start) / (measurement.t.size - 1), run.t_end / _MAX_GRID_POINTS)
     grid = np.arange(math.floor(run.t_end / step) + 1) * step
     computed: FloatArray = getattr(motion_at(run, np.minimum(grid, run.t_end)), quantity)
-    part = np.interp(
+    signal = np.interp(
         np.arange(math.floor((end - start) / step) + 1) * step + start,
         measurement.t,
         measurement.values,
     )
-    part = part - part.mean()
-    about = computed - computed.mean()
-    size = 1 << (computed.size + part.size - 1).bit_length()
-    lines = np.fft.rfft(about, size) * np.conj(np.fft.rfft(part, size))
-    products = np.fft.irfft(lines, size)[: computed.size - part.size + 1]
-    # Divide each product by the standard deviation of the run in that window.
+    signal = signal - signal.mean()
+    motion = computed - computed.mean()
+    fft_size = 1 << (computed.size + signal.size - 1).bit_length()
+    cross_spectrum = np.fft.rfft(motion, fft_size) * np.conj(np.fft.rfft(signal, fft_size))
+    covariances = np.fft.irfft(cross_spectrum, fft_size)[: computed.size - signal.size + 1]
+    # Divide each covariance by the standard deviation of the run in that window.
     sums, squares = (
         np.concatenate([[0.0], np.cumsum((computed - computed.mean()) ** power)])
         for power in (1, 2)
     )
-    n = part.size
+    n = signal.size
     spread = (squares[n:] - squares[:-n]) - (sums[n:] - sums[:-n]) ** 2 / n
-    scores = products / np.sqrt(np.maximum(spread, 1e-12 * max(float(spread.max()), 1e-300)))
+    scores = covariances / np.sqrt(np.maximum(spread, 1e-12 * max(float(spread.max()), 1e-300)))
     return float(step * int(scores.argmax()) - start)
 
 
-def comparison_of(
+def prepare_comparison(
     options: ValidateOptions, prefix: str = "--"
 ) -> Callable[[Transient], Validation]:
-    """A function that compares a run with the file in options; `prefix` begins names in errors."""
+    """A function that compares a run with the file in `options`; `prefix` precedes their names."""
     if options.measured is None:
         raise InputError(f"{prefix}measured FILE.csv: must be given")
     shift = read_shift(options.shift, prefix)
@@ -351,7 +351,7 @@ def comparison_of(
 
 
 def read_shift(text: str, prefix: str = "") -> float | Literal["auto"]:
-    """A shift in time, s, or ``auto``, from its text."""
+    """Parse a shift of times, s, or ``auto``."""
     if text == "auto":
         return "auto"
     return parse_number(f"{prefix}shift", text, "a time in s, or auto")

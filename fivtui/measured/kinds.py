@@ -7,9 +7,9 @@ from fivtui.results import TABLE_SUFFIXES, Command, StudyKind, command_for, list
 from .options import ValidateOptions
 
 
-def _command(compared: tuple[Any, ValidateOptions]) -> Command:
-    # The argument of `command`: a scene, and the options of the comparison.
-    scene, options = compared
+def _command(scene_and_options: tuple[Any, ValidateOptions]) -> Command:
+    # The argument has the scene and the options of the comparison.
+    scene, options = scene_and_options
     needed = {"accuracy": scene.accuracy, "over_time": scene.over_time}
     return command_for("validate", scene, options, needed=needed)
 

@@ -1,4 +1,4 @@
-"""Measured data from text files of any program."""
+"""Read measured data from text files with columns, whatever program wrote them."""
 
 import csv
 import io
@@ -18,12 +18,12 @@ from fivtui.results import Result, Table, Tabular
 
 FloatArray = NDArray[np.float64]
 
-_LARGEST: Final = 1 << 28
+_MAX_BYTES: Final = 1 << 28
 _SEPARATORS: Final = (";", "\t", ",")
-_FEWEST: Final = 2
-# Names of columns are compared by their first letters: "y (mm)" and "y_mm" are y.
-_SYMBOL: Final = re.compile("[a-z]*", re.IGNORECASE)
-_TIMES: Final = ("t", "time")
+_MIN_COLUMNS: Final = 2
+# Column names are compared by their leading letters: "y (mm)" and "y_mm" are y.
+_LEADING_LETTERS: Final = re.compile("[a-z]*", re.IGNORECASE)
+_TIME_NAMES: Final = ("t", "time")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -39,7 +39,7 @@ class Measurement(Result, Tabular):
     t : ndarray, shape (n,)
         Ascending times, s.
     values : ndarray, shape (n,)
-        The signal, in the unit of the quantity it is compared with.
+        The signal, in the unit of the quantity that it is compared with.
     """
 
     source: str
@@ -76,23 +76,24 @@ def read_measurement(
     r"""Read a measured signal from a text file with columns.
 
     Commas, semicolons or tabs separate the columns; with semicolons or tabs, numbers may have a
-    decimal comma. Lines above the first row of numbers are skipped; the last of these lines names
-    the columns if it has as many cells. Lines that begin with ``#`` are comments.
+    decimal comma. Lines above the first row of numbers are skipped. If the last of them has as many
+    cells as that row, they are the column names. Lines that begin with ``#`` are comments.
 
     Parameters
     ----------
     path : Path or str
         The file.
     time, signal : str
-        The columns, by name or by number from 1. The defaults are the columns named ``t`` or
-        ``time``, and `quantity`, also with a unit as in ``y (mm)`` or ``y_mm``. Without such names
-        the times are in the first column, and the signal in the first of the rest.
+        The columns, by name or by number from 1. By default, times are in the column ``t`` or
+        ``time``, and the signal is in the column named like `quantity`; names may have a unit, as
+        ``y (mm)`` or ``y_mm``. Without such names, the first column has the times, and the first of
+        the others the signal.
     quantity : str
         The quantity that the signal is compared with, e.g. ``y``.
     scale, offset : float
-        The signal is `scale` times the number in the file, plus `offset`.
+        The signal is `scale` times the value in the file, plus `offset`.
     time_scale : float
-        Seconds in a unit of the time column, e.g. 0.001 for ms.
+        Factor that converts the time column to s, e.g. 0.001 for ms.
 
     Returns
     -------
@@ -102,7 +103,7 @@ def read_measurement(
     Raises
     ------
     InputError
-        If the file cannot be read, a column is unknown, a cell is no number, or times do not
+        If the file cannot be read, a column is unknown, a cell is not a number, or times do not
         ascend.
 
     Examples
@@ -119,14 +120,14 @@ def read_measurement(
             raise InputError(f"{name} = {value:g}: must be a number other than 0")
     if time_scale < 0.0:
         raise InputError(f"time_scale = {time_scale:g}: must be above 0")
-    text = _text(path)
+    text = _read_text(path)
     try:
-        names, rows = _table(text)
-        time_column = _column(time, names, "time", _TIMES, 0)
+        names, rows = _parse_table(text)
+        time_column = _find_column(time, names, "time", _TIME_NAMES, 0)
         first = 1 if time_column == 0 else 0
-        signal_column = _column(signal, names, "signal", (quantity,), first)
-        t = _numbers(rows, time_column, names[time_column])
-        values = _numbers(rows, signal_column, names[signal_column])
+        signal_column = _find_column(signal, names, "signal", (quantity,), first)
+        t = _column_values(rows, time_column, names[time_column])
+        values = _column_values(rows, signal_column, names[signal_column])
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     if np.any(np.diff(t) <= 0.0):
@@ -136,26 +137,26 @@ def read_measurement(
     )
 
 
-def bears_name(column: str, names: Sequence[str]) -> bool:
-    """Whether a column has one of some names, perhaps with a unit; case does not matter."""
-    symbol = _SYMBOL.match(column)
-    return symbol is not None and symbol[0].lower() in {name.lower() for name in names if name}
+def has_column_name(column: str, names: Sequence[str]) -> bool:
+    """Whether a column has one of the names, with or without a unit, in any case of letters."""
+    letters = _LEADING_LETTERS.match(column)
+    return letters is not None and letters[0].lower() in {name.lower() for name in names if name}
 
 
 _Row = tuple[int, list[str]]
 
 
-def _text(path: Path) -> str:
-    content = read_bytes(path, limit=_LARGEST)
+def _read_text(path: Path) -> str:
+    content = read_bytes(path, limit=_MAX_BYTES)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # Latin-1, as instruments in Western Europe write it: every byte is a character.
+        # Some instruments write Latin-1, in which every byte is a character.
         return content.decode("latin-1")
 
 
-def _table(text: str) -> tuple[list[str], list[_Row]]:
-    # Names of the columns, and the rows of cells with their line numbers.
+def _parse_table(text: str) -> tuple[list[str], list[_Row]]:
+    # The column names, and the rows of cells with their line numbers.
     lines = [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)
@@ -163,17 +164,17 @@ def _table(text: str) -> tuple[list[str], list[_Row]]:
     ]
     for separator in _SEPARATORS:
         rows = [(number, _cells(line, separator)) for number, line in lines]
-        first = next((number for number, (_, row) in enumerate(rows) if _is_numeric(row)), None)
-        if first is None:
+        first_row = next((number for number, (_, row) in enumerate(rows) if _is_numeric(row)), None)
+        if first_row is None:
             continue
-        width = len(rows[first][1])
-        above = rows[first - 1][1] if first > 0 else []
-        named = len(above) == width
-        numbered = [f"column {number}" for number in range(1, width + 1)]
-        for number, row in rows[first:]:
+        width = len(rows[first_row][1])
+        titles = rows[first_row - 1][1] if first_row > 0 else []
+        has_titles = len(titles) == width
+        numbered_titles = [f"column {number}" for number in range(1, width + 1)]
+        for number, row in rows[first_row:]:
             if len(row) != width:
                 raise InputError(f"line {number}: {len(row)} values under {width} columns")
-        return (above if named else numbered), rows[first:]
+        return (titles if has_titles else numbered_titles), rows[first_row:]
     raise InputError(
         "must have at least two columns of numbers, parted by commas, semicolons or tabs"
     )
@@ -186,7 +187,7 @@ def _cells(line: str, separator: str) -> list[str]:
 
 
 def _is_numeric(row: list[str]) -> bool:
-    return len(row) >= _FEWEST and all(_is_number(cell) for cell in row[:_FEWEST])
+    return len(row) >= _MIN_COLUMNS and all(_is_number(cell) for cell in row[:_MIN_COLUMNS])
 
 
 def _is_number(cell: str) -> bool:
@@ -197,19 +198,19 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _column(chosen: str, names: list[str], kind: str, usual: Sequence[str], first: int) -> int:
-    # Index of the chosen column, or else of a column with a usual name, or else of the first.
+def _find_column(chosen: str, names: list[str], role: str, usual: Sequence[str], first: int) -> int:
+    # Index of the chosen column; if none is chosen, of one with a usual name, or else `first`.
     if not chosen:
-        matches = (index for index, name in enumerate(names) if bears_name(name, usual))
+        matches = (index for index, name in enumerate(names) if has_column_name(name, usual))
         return next(matches, first)
     if chosen in names:
         return names.index(chosen)
     if chosen.isascii() and chosen.isdigit() and 1 <= int(chosen) <= len(names):
         return int(chosen) - 1
-    raise unknown_name(f"{kind} column", chosen, names)
+    raise unknown_name(f"{role} column", chosen, names)
 
 
-def _numbers(rows: list[_Row], column: int, name: str) -> FloatArray:
+def _column_values(rows: list[_Row], column: int, name: str) -> FloatArray:
     values = np.empty(len(rows))
     for index, (number, row) in enumerate(rows):
         try:

@@ -1,4 +1,4 @@
-"""Tolerances of the comparison of a run and a measurement."""
+"""Tolerances for the comparison of a run with a measurement."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from fivtui.model import InputError, parse_number
 
 
 class Tolerance(NamedTuple):
-    """A greatest difference: in the signal's unit, or `relative` to the computed signal."""
+    """A limit of a difference: in the unit of the signal, or relative to the computed signal."""
 
     value: float
     relative: bool = False
@@ -16,19 +16,19 @@ class Tolerance(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """What is asked of a comparison; None for what is not.
+    """Criteria of a comparison; None for a criterion that is not applied.
 
     Attributes
     ----------
     band : Tolerance or None
-        Half width of the band around the computed signal: in its unit, or relative to half of its
-        peak-to-peak.
+        Half width of the band around the computed signal: in the unit of the signal, or relative to
+        its half peak-to-peak.
     share : float
         Share of the samples that must be within the band.
     frequency : float or None
-        Greatest relative difference of the frequencies of largest amplitude.
+        Limit of the relative difference of the frequencies with the largest amplitude.
     amplitude : float or None
-        Greatest relative difference of half peak-to-peak.
+        Limit of the relative difference of half peak-to-peak.
     """
 
     band: Tolerance | None = None
@@ -38,17 +38,17 @@ class Tolerances:
 
 
 def read_tolerance(name: str, text: str) -> Tolerance:
-    """A tolerance from text such as ``0.2`` or ``5%``; `InputError` if it is none above 0."""
+    """Parse a tolerance such as ``0.2`` or ``5%``; `InputError` if it is not a number above 0."""
     relative = text.rstrip().endswith("%")
-    number = text.rstrip().removesuffix("%") if relative else text
-    value = parse_number(name, number, "a number above 0, or a percentage such as 5%")
+    digits = text.rstrip().removesuffix("%") if relative else text
+    value = parse_number(name, digits, "a number above 0, or a percentage such as 5%")
     if value <= 0.0:
         raise InputError(f"{name} = {text}: must be above 0")
     return Tolerance(0.01 * value if relative else value, relative)
 
 
 def read_tolerances(texts: Mapping[str, str | None], prefix: str = "") -> Tolerances:
-    """Tolerances from texts by the names of `Tolerances`; `prefix` begins names in errors.
+    """Parse tolerances from texts by name; error messages have `prefix` before the names.
 
     Raises `InputError` for a text that is not a tolerance, and for a share above 100 % or without a
     band.

@@ -14,9 +14,9 @@ from fivtui.measured import (
     QUANTITIES,
     ValidateOptions,
     Validation,
-    comparison_of,
     overlay_chart,
     overlay_spectra,
+    prepare_comparison,
     read_shift,
     read_tolerances,
 )
@@ -107,7 +107,7 @@ class MeasuredView(Vertical):
         self._result_text, self._validation = "", None
         if self._run is not None and self.texts["file"]:
             try:
-                self._validation = comparison_of(self.options, "")(self._run)
+                self._validation = prepare_comparison(self.options, "")(self._run)
             except InputError as error:
                 self._result_text = str(error)
         validation = self._validation
