@@ -295,7 +295,7 @@ KNOWN_TO: Final = {
     "click": r"fivtui\.cli(\..+)?",
     "distributed": r"fivtui\.sweeps\.cluster",
     "fmpy": r"fivtui\.fmu\..+|fmu_src\.build\..+",
-    "matplotlib": r"fivtui\.(charts\.(plotting|sheet)|(\w+\.)+figure)",
+    "matplotlib": r"fivtui\.(charts\.(displayed_charts|figure_style|sheet)|(\w+\.)+figure)",
     "rich": r"fivtui\.(console\..+|(\w+\.)+report|tui\.(chart\.widget|lab|tabs)\..+)",
     "textual": r"fivtui\.tui\.(app|lab\..+|tabs\.(?!charts\b).+|chart\.widget\..+)",
     "textual_serve": r"fivtui\.tui\.browser",

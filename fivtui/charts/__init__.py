@@ -1,4 +1,4 @@
-"""Charts as data, read at cursors, and drawn by matplotlib; style and files of all figures."""
+"""Charts as data, their values at cursors, and their figures by matplotlib."""
 
 from typing import TYPE_CHECKING
 
@@ -7,9 +7,9 @@ if TYPE_CHECKING:
     from .chart import (
         CASE_COLOURS,
         COLOURS,
+        FIGURE_WIDTH,
         LINE_COLOURS,
-        MOST_JOINED,
-        WIDTH,
+        MAX_JOINED_SAMPLES,
         Backdrop,
         Chart,
         Contours,
@@ -17,60 +17,60 @@ if TYPE_CHECKING:
         Guide,
         Heading,
         Look,
-        Place,
+        Position,
         Sheet,
         Strip,
         Trace,
         View,
         VisibleCharts,
-        reduced,
+        reduce_trace,
         trace_mark,
         trace_style,
     )
-    from .figure import charts_figure, save_charts
-    from .labels import (
-        Label,
-        axis_label,
-        column_label,
-        math_symbol,
-        math_unit,
-        parameter_line,
-        value_label,
-        with_unit,
-    )
-    from .plot_data import shading, share_of_time
-    from .plotting import (
+    from .displayed_charts import charts_figure, save_charts
+    from .figure_style import (
         FORMATS,
-        OFF_BELT,
+        OFF_BELT_COLOUR,
         STYLE,
         check_figure_path,
         new_figure,
         save_figure,
         shade_times,
     )
-    from .reading import (
+    from .labels import (
+        Label,
+        axis_label,
+        column_label,
+        label_with_unit,
+        math_symbol,
+        math_unit,
+        parameter_text,
+        value_label,
+    )
+    from .plot_data import covered_shares, shade_text
+    from .readout import (
         CURSOR_SIGNS,
         NearestPoint,
         Span,
         crosshair,
-        cursor_words,
-        heading,
-        is_long,
-        nearest,
+        cursor_texts,
+        heading_spans,
         nearest_along,
         nearest_index,
+        nearest_points,
+        needs_full_line,
     )
     from .shades import (
         NO_VALUE,
-        Colours,
+        ColourScale,
         Levels,
         Shade,
         Shades,
-        colours_of,
-        graded,
-        in_words,
-        ranks,
-        scale_words,
+        colour_scale_of,
+        grade_values,
+        label_shades,
+        rank_levels,
+        scale_text,
     )
     from .sheet import sheet_figure
 else:

@@ -1,4 +1,4 @@
-"""A chart as data: traces, reference lines, shades, and the visible part. Imports no Textual."""
+"""A chart as data: traces, reference lines, shades; and its visible part. Imports no Textual."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,18 +11,18 @@ from fivtui.model import Parameters
 
 from .axis import Axis, axis_for
 from .plot_data import envelope
-from .shades import Colours, Shades
+from .shades import ColourScale, Shades
 
 FloatArray = NDArray[np.float64]
 FigureLimits = tuple[float | None, float | None]
 Look = Literal["line", "points", "dots", "marked", "bars", "area"]
 
 # Width of a full figure, inches.
-WIDTH: Final = 7.2
-# Samples at the end of an unordered trace that lines join; earlier samples are dots.
-MOST_JOINED: Final = 16_384
-_TOLERANCE: Final = 1e-6
-# Okabe and Ito's colours, distinct also with colour vision deficiencies, on dark and light.
+FIGURE_WIDTH: Final = 7.2
+# Lines join this many last samples of an unordered trace; earlier samples are drawn as dots.
+MAX_JOINED_SAMPLES: Final = 16_384
+_POSITION_TOLERANCE: Final = 1e-6
+# Okabe and Ito's colours: distinct with colour vision deficiencies, on dark and light background.
 COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
 # Lines and colours of runs with separation considered (True) and ignored (False).
 CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
@@ -47,28 +47,29 @@ class Trace:
     x, y : ndarray, shape (n,)
         The points; NaN is a gap.
     look : "line", "points", "dots", "marked", "bars" or "area"
-        A line, a character per point, a dot per point, a line with a character per point; only in
-        figures, bars from x = 0 or the area that the points enclose.
+        A line, a character per point, a dot per point, a line with a character per point; in
+        figures only: bars from x = 0, or the area that the points enclose.
     ordered : bool
         Whether x ascends; such a trace is reduced to the plot's columns before it is drawn.
     mark : str
-        Character of the points; if empty, that of a line is its number.
+        Character of the points; if empty, a line is marked by its number.
     colour : str
-        Such as ``#E69F00``; if empty, a colour of the theme.
-    along : ndarray, shape (n,), optional
-        Ascending values along a curve, such as times; cursors of a chart `along` it have one.
+        A code such as ``#E69F00``; if empty, a colour of the theme.
+    curve_values : ndarray, shape (n,), optional
+        Ascending values along the curve, such as times; they are positions of cursors in a chart
+        with a `curve_label`.
     number : int
         Number of the displayed run, 0 if none.
     role : str
-        Key of `ROLES` in figures.
+        Key of `ROLES`, the styles in figures.
     marker : str
-        Matplotlib's marker of its points in figures; if empty, that of its role.
+        Matplotlib's marker of the points in figures; if empty, the marker of the role.
     values : ndarray, shape (n,), optional
         Values of the points, by which figures colour them.
-    errors : tuple of ndarray, optional
-        Lower and upper ends of the intervals of x of bars.
+    bar_intervals : tuple of ndarray, optional
+        Lower and upper ends of the error intervals of bars.
     style : mapping
-        Matplotlib's properties in figures, which override those of the role.
+        Properties in figures, as matplotlib names them; they override those of the role.
     """
 
     name: str
@@ -78,12 +79,12 @@ class Trace:
     ordered: bool = True
     mark: str = ""
     colour: str = ""
-    along: FloatArray | None = None
+    curve_values: FloatArray | None = None
     number: int = 0
     role: str = ""
     marker: str = ""
     values: FloatArray | None = None
-    errors: tuple[FloatArray, FloatArray] | None = None
+    bar_intervals: tuple[FloatArray, FloatArray] | None = None
     style: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -96,11 +97,11 @@ class Guide:
     value : float
         Position of the line.
     label : str
-        Beside the line in the terminal, in the legend of figures.
+        Text beside the line in the terminal, and in the legend of figures.
     vertical : bool
         Whether the line is at a value of x.
     role : str
-        Key of `ROLES` in figures; ``"floor"`` shades the area below.
+        Key of `ROLES`, the styles in figures; ``"floor"`` shades the area below the line.
     """
 
     value: float
@@ -139,11 +140,11 @@ class Contours:
     levels : sequence of float
         Values of the lines; if empty, round values.
     role : str
-        Key of `ROLES` in figures.
+        Key of `ROLES`, the styles in figures.
     name : str
-        In the legend; none if empty.
+        Entry in the legend; if empty, there is none.
     label : str
-        Format of the labels on lines, such as ``%g m``; without labels if empty.
+        Format of the labels on lines, such as ``%g m``; if empty, there are no labels.
     """
 
     values: FloatArray
@@ -191,23 +192,23 @@ class Chart:
     x_label, y_label : str
         Quantities with units.
     traces : tuple of Trace
-        The last is drawn on top; keys 1 to 9 hide and show them.
+        The last trace is drawn on top; keys 1 to 9 hide and show traces.
     guides : tuple of Guide
         Reference lines.
     backdrop : Backdrop, optional
         Shades behind the traces.
-    colours : Colours, optional
+    colour_scale : ColourScale, optional
         Scale of the values of backdrop and traces in figures.
     strips : tuple of Strip
         Rows of intervals marked below the plot, from the top.
     note : str
-        Short text at the top.
+        Short text in the heading.
     title : str
-        Above the chart in figures.
+        Title above the chart in figures.
     x_axis : bool
         Whether the ticks of the x axis are labelled.
     y_names : sequence of str
-        Names of y = 0, 1, … in figures; if empty, y is a number.
+        Tick labels of y = 0, 1, … in figures; if empty, ticks are numbers.
     stacked : bool
         Whether figures stack the areas of traces over the same x.
     tight : bool
@@ -216,14 +217,14 @@ class Chart:
         Limits before any zoom; if None, the axes fit the data.
     to_scale : bool
         Whether both axes have the same scale.
-    along : str
-        Quantity and unit along the curves, if cursors move along them.
+    curve_label : str
+        Quantity and unit of `curve_values` if cursors move along the curves, else empty.
     log : str
         Axes with a logarithmic scale in figures: ``"x"``, ``"y"``, ``"xy"`` or none.
     linear_within : float
-        In figures, the x axis is linear up to this magnitude and logarithmic beyond; 0 if linear.
+        If not 0, the x axis in figures is linear up to this magnitude and logarithmic beyond.
     legend : "below", "above" or "inside"
-        Position of the legend in figures: below all charts, or above or inside this chart.
+        Position of the legend in figures: below all charts, above this chart, or inside it.
     figure_x, figure_y : tuple of float or None
         Limits in figures; None fits a limit to the data.
     """
@@ -233,7 +234,7 @@ class Chart:
     traces: tuple[Trace, ...]
     guides: tuple[Guide, ...] = ()
     backdrop: Backdrop | None = None
-    colours: Colours | None = None
+    colour_scale: ColourScale | None = None
     strips: tuple[Strip, ...] = ()
     note: str = ""
     title: str = ""
@@ -244,7 +245,7 @@ class Chart:
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
     to_scale: bool = False
-    along: str = ""
+    curve_label: str = ""
     log: str = ""
     linear_within: float = 0.0
     legend: Literal["below", "above", "inside"] = "below"
@@ -253,43 +254,43 @@ class Chart:
 
     @property
     def cursor_label(self) -> str:
-        """Quantity and unit of the position of cursors; empty if they are at points of a plane."""
-        return self.along or ("" if self.plane else self.x_label)
+        """Quantity and unit of the positions of cursors; empty if positions are points (x, y)."""
+        return self.curve_label or ("" if self.plane else self.x_label)
 
     @property
     def plane(self) -> bool:
-        """Whether both axes zoom and pan together: y is not a function of x."""
+        """Whether y is not a function of x; then both axes zoom and pan together."""
         return self.backdrop is not None or not all(trace.ordered for trace in self.traces)
 
 
-Place = tuple[float, float]
+Position = tuple[float, float]
 
 
 @dataclass(slots=True)
 class Cursors:
-    """Two cursors, of a chart or of all charts over the same quantity.
+    """The two cursors of a chart, or of all charts over the same quantity.
 
     Attributes
     ----------
     first, second : tuple of float or None
-        Their positions x and y; only x matters along curves and in charts that are no plane.
+        Positions x and y; y counts only in a `plane` without `curve_label`.
     second_moves : bool
         Whether keys move the second cursor.
     pinned : bool
-        Whether the cursors stay when the pointer moves.
+        Whether the cursors are fixed: they do not follow the pointer.
     """
 
-    first: Place | None = None
-    second: Place | None = None
+    first: Position | None = None
+    second: Position | None = None
     second_moves: bool = False
     pinned: bool = False
 
     @property
-    def moving(self) -> Place | None:
+    def moving(self) -> Position | None:
         """The position of the cursor that keys move."""
         return self.second if self.second_moves else self.first
 
-    def move(self, position: Place | None) -> None:
+    def move(self, position: Position | None) -> None:
         """Move or remove the cursor that keys move."""
         if self.second_moves:
             self.second = position
@@ -316,8 +317,8 @@ class View:
         Indices of hidden traces.
     cursors : Cursors
         The cursors.
-    since : int
-        The newest run that was displayed when the limits were chosen.
+    newest_run : int
+        Number of the newest displayed run when the limits were chosen.
     """
 
     x: Axis | None = None
@@ -326,9 +327,9 @@ class View:
     log_y: bool = False
     hidden: set[int] = field(default_factory=set)
     cursors: Cursors = field(default_factory=Cursors)
-    since: int = 0
+    newest_run: int = 0
 
-    def visible(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
+    def visible_traces(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
         """The visible traces with their indices."""
         return (item for item in enumerate(chart.traces) if item[0] not in self.hidden)
 
@@ -340,7 +341,7 @@ class View:
     def _axis_x(self, chart: Chart) -> Axis:
         if chart.x_range is not None and not self.log_x:
             return Axis(*chart.x_range)
-        parts = [trace.x for _, trace in self.visible(chart)]
+        parts = [trace.x for _, trace in self.visible_traces(chart)]
         if chart.backdrop is not None:
             parts.append(chart.backdrop.x)
         if not self.log_x and chart.tight and parts and not chart.plane:
@@ -351,45 +352,52 @@ class View:
     def _axis_y(self, chart: Chart, x: Axis) -> Axis:
         if chart.y_range is not None and not self.log_y:
             return Axis(*chart.y_range)
-        parts = [within(trace, x) if trace.ordered else trace.y for _, trace in self.visible(chart)]
+        parts = [
+            values_within(trace, x) if trace.ordered else trace.y
+            for _, trace in self.visible_traces(chart)
+        ]
         if chart.backdrop is not None:
             return axis_for([*parts, chart.backdrop.y], log=self.log_y, tight=True)
         parts += [np.array([guide.value]) for guide in chart.guides if not guide.vertical]
         return axis_for(parts, log=self.log_y)
 
     def choose(self, chart: Chart, x: Axis | None, y: Axis | None) -> None:
-        """Choose limits for the displayed runs; None fits an axis to the data."""
+        """Set the limits of both axes; None fits an axis to the data."""
         self.x, self.y = x, y
-        self.since = max((trace.number for trace in chart.traces), default=0)
+        self.newest_run = max((trace.number for trace in chart.traces), default=0)
 
-    def zoom(self, chart: Chart, factor: float, about: tuple[float, float] = (0.5, 0.5)) -> None:
-        """Zoom in (factor below 1) or out; along x alone if the chart is a function of x."""
+    def zoom(self, chart: Chart, factor: float, centre: tuple[float, float] = (0.5, 0.5)) -> None:
+        """Zoom in (factor below 1) or out; only along x if y is a function of x."""
         x, y = self.axes(chart)
-        zoomed = y.moved(zoom=factor, about=about[1]) if chart.plane else self.y
-        self.choose(chart, self._inside(chart, x.moved(zoom=factor, about=about[0])), zoomed)
+        zoomed = y.transform(zoom=factor, centre=centre[1]) if chart.plane else self.y
+        self.choose(
+            chart, self._axis_within_data(chart, x.transform(zoom=factor, centre=centre[0])), zoomed
+        )
 
-    def zoom_y(self, chart: Chart, factor: float, about: float = 0.5) -> None:
-        """Zoom in (factor below 1) or out along y alone."""
-        self.choose(chart, self.x, self.axes(chart)[1].moved(zoom=factor, about=about))
+    def zoom_y(self, chart: Chart, factor: float, centre: float = 0.5) -> None:
+        """Zoom in (factor below 1) or out, only along y."""
+        self.choose(chart, self.x, self.axes(chart)[1].transform(zoom=factor, centre=centre))
 
     def pan(self, chart: Chart, right: float, up: float = 0.0) -> None:
-        """Move by fractions of the axes' lengths."""
+        """Move the limits by fractions of the axes' lengths."""
         x, y = self.axes(chart)
         self.choose(
             chart,
-            self._inside(chart, x.moved(shift=right)) if right else self.x,
-            y.moved(shift=up) if up else self.y,
+            self._axis_within_data(chart, x.transform(shift=right)) if right else self.x,
+            y.transform(shift=up) if up else self.y,
         )
 
-    def _inside(self, chart: Chart, x: Axis) -> Axis | None:
-        # A function of x does not pan beyond its data.
+    def _axis_within_data(self, chart: Chart, x: Axis) -> Axis | None:
+        # Where y is a function of x, the limits do not pan beyond the data.
         if chart.plane:
             return x
         data_axis = View(log_x=self.log_x, hidden=self.hidden)._axis_x(chart)
-        low, high = data_axis.place([x.low, x.high]).tolist()
-        if high - low >= 1.0 - _TOLERANCE:
+        low, high = data_axis.positions([x.low, x.high]).tolist()
+        if high - low >= 1.0 - _POSITION_TOLERANCE:
             return None
-        return x.moved(shift=max(-low, 0.0) / (high - low) - max(high - 1.0, 0.0) / (high - low))
+        return x.transform(
+            shift=max(-low, 0.0) / (high - low) - max(high - 1.0, 0.0) / (high - low)
+        )
 
     def reset(self) -> None:
         """Fit the limits to the data again."""
@@ -403,7 +411,7 @@ class View:
             self.log_y, self.y = not self.log_y, None
 
     def toggle_trace(self, chart: Chart, index: int) -> bool:
-        """Hide or show a trace. Returns False if there is no trace of that index."""
+        """Hide or show a trace. Returns False if there is no trace with this index."""
         if not 0 <= index < len(chart.traces):
             return False
         self.hidden ^= {index}
@@ -412,20 +420,20 @@ class View:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VisibleCharts:
-    """The visible charts of a tab in order, each with its view; side by side if `across`."""
+    """The visible charts of a tab in order, each with its view."""
 
     panels: Sequence[tuple[Chart, View]]
-    across: bool = False
+    side_by_side: bool = False
 
 
-def within(trace: Trace, x: Axis) -> FloatArray:
-    """The values of an ordered trace within limits of x, and one sample beyond each limit."""
+def values_within(trace: Trace, x: Axis) -> FloatArray:
+    """The values y of an ordered trace within the limits of x, plus a sample beyond each limit."""
     first, stop = np.searchsorted(trace.x, [x.low, x.high])
     return trace.y[max(int(first) - 1, 0) : int(stop) + 1]
 
 
-def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray]:
-    """The points of a trace that `columns` columns can resolve; all if it is unordered."""
+def reduce_trace(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray]:
+    """Reduce an ordered trace to the points that `columns` columns can resolve."""
     if not trace.ordered:
         return trace.x, trace.y
     edges = np.array(
@@ -435,12 +443,12 @@ def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray
 
 
 def trace_style(trace: Trace, index: int) -> str:
-    """Style name of a trace, or its own colour."""
+    """Colour of a trace, or else the name of its style."""
     return trace.colour or f"trace-{index % _TRACE_STYLES + 1}"
 
 
 def trace_mark(trace: Trace, index: int) -> str:
-    """Character of a trace's points, or the number of a line."""
+    """Character that marks a trace; by default the last digit of a line's number."""
     return trace.mark or str(index + 1)[-1] if trace.look == "line" else trace.mark or "●"
 
 
@@ -451,16 +459,16 @@ class Heading:
     Attributes
     ----------
     parameters : sequence of Parameters
-        Parameter sets of all traces; the heading lists the common values.
-    without : sequence of str
-        Parameters not listed: those along an axis.
-    ignored : bool
+        Parameter sets of all traces; the heading lists their common values.
+    omitted : sequence of str
+        Parameters that the heading omits, because they vary along an axis.
+    ignores_separation : bool
         Whether all traces ignore separation.
     """
 
     parameters: Sequence[Parameters]
-    without: Sequence[str] = ()
-    ignored: bool = False
+    omitted: Sequence[str] = ()
+    ignores_separation: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -470,17 +478,17 @@ class Sheet:
     Attributes
     ----------
     columns : sequence of sequences of Chart or None
-        From the left, each from the top; None leaves a gap.
+        Columns from the left, with their charts from the top; None leaves a gap.
     size : tuple of float
         Width and height, inches.
     title : str
-        Above the charts, in matplotlib's mathtext.
+        Title above the charts, in matplotlib's mathtext.
     widths, heights : sequence of float
         Ratios of the widths of columns and the heights of rows; if empty, all are equal.
     parts : sequence of Sheet
         Sheets from the top, in place of columns.
-    small : bool
-        Whether letters are small, for many panels.
+    small_text : bool
+        Whether the font is small, for many panels.
     """
 
     columns: Sequence[Sequence[Chart | None]]
@@ -489,4 +497,4 @@ class Sheet:
     widths: Sequence[float] = ()
     heights: Sequence[float] = ()
     parts: Sequence["Sheet"] = ()
-    small: bool = False
+    small_text: bool = False

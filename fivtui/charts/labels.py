@@ -9,33 +9,33 @@ _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
 class Label(str):
-    """A text for the terminal, with the text for figures."""
+    """The text for the terminal, with the text for figures in `math`."""
 
     __slots__ = ("math",)
     math: str
 
     def __new__(cls, text: str, math: str) -> Self:
-        """Create a label of both texts."""
+        """Create a label from the texts for the terminal and for figures."""
         label = super().__new__(cls, text)
         label.math = math
         return label
 
 
 def axis_label(spec: ParameterSpec) -> Label:
-    """Symbol and unit of a quantity in the terminal; in figures with its meaning."""
+    """Label of an axis: symbol and unit in the terminal; in figures the meaning, too."""
     symbol = spec.name if spec.symbol.isascii() else spec.symbol
     return Label(f"{symbol} ({spec.unit})" if spec.unit else symbol, quantity_label(spec))
 
 
-def with_unit(text: str, unit: str) -> Label:
-    """A text and its unit; none if the quantity has no dimension."""
+def label_with_unit(text: str, unit: str) -> Label:
+    """A text with its unit in brackets; without brackets if `unit` is empty."""
     return Label(f"{text} ({unit})", f"{text} ({math_unit(unit)})") if unit else Label(text, text)
 
 
 def column_label(meaning: str, unit: str, text: str = "") -> Label:
-    """A text, or else the meaning of a column, with its unit; in figures the meaning."""
+    """Label with unit: in the terminal `text` or else `meaning`, in figures `meaning`."""
     capitalised = f"{meaning[0].upper()}{meaning[1:]}"
-    return Label(with_unit(text or meaning, unit), with_unit(capitalised, unit).math)
+    return Label(label_with_unit(text or meaning, unit), label_with_unit(capitalised, unit).math)
 
 
 def value_label(name: str, value: float | None) -> str:
@@ -54,11 +54,11 @@ def quantity_label(spec: ParameterSpec) -> str:
     return f"{meaning.capitalize()} {math_symbol(spec.symbol)}{unit}"
 
 
-def parameter_line(p: Parameters, without: Sequence[str] = ()) -> str:
-    """All parameters except those of `without`, on two lines of matplotlib's mathtext."""
-    texts = [value_label(k, value) for k, value in p.as_dict().items() if k not in without]
-    half = (len(texts) + 1) // 2
-    return "\n".join(", ".join(part) for part in (texts[:half], texts[half:]))
+def parameter_text(parameters: Parameters, omitted: Sequence[str] = ()) -> str:
+    """All parameters except the `omitted` ones, in two lines of matplotlib's mathtext."""
+    texts = [value_label(k, value) for k, value in parameters.as_dict().items() if k not in omitted]
+    middle = (len(texts) + 1) // 2
+    return "\n".join(", ".join(part) for part in (texts[:middle], texts[middle:]))
 
 
 def math_symbol(symbol: str) -> str:

@@ -1,4 +1,4 @@
-"""Values over a plane as levels, each with a shade; a scale of colours. Imports no Textual."""
+"""Levels of the values over a plane, their shades, and scales of colours. Imports no Textual."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Levels = NDArray[np.intp]
 
-# Smallest visible difference, relative to the greatest value: that of three-digit numbers.
-LEAST_CONTRAST: Final = 1e-3
-# Digits of the values of a scale: the fewest that distinguish neighbours.
+# Smallest displayed difference relative to the greatest value; as of numbers with three digits.
+MIN_CONTRAST: Final = 1e-3
+# Possible numbers of digits of the values of a scale: the smallest that distinguishes them is used.
 _DIGITS: Final = range(3, 7)
 
 
@@ -21,17 +21,17 @@ class Shade(NamedTuple):
     Attributes
     ----------
     character, style : str
-        In the terminal.
+        Character and name of its style in the terminal.
     text : str
-        Values of the level as text; empty if no point has it.
+        Values of the level as text; empty if no point has this level.
     fill : str
         Colour in figures; if empty, points have the colours of their values.
     name : str
-        In the legend of figures; shades of the same name look the same.
+        Entry in the legend of figures; shades of the same name look the same.
     hatch : str
         Matplotlib's hatching in figures.
-    missing : str
-        Read-out of points of the level, which have no value.
+    missing_text : str
+        Displayed at a cursor in place of a value, if points of the level have none.
     """
 
     character: str
@@ -40,7 +40,7 @@ class Shade(NamedTuple):
     fill: str = ""
     name: str = ""
     hatch: str = ""
-    missing: str = "none"
+    missing_text: str = "none"
 
 
 Shades = Sequence[Shade]
@@ -48,7 +48,7 @@ NO_VALUE: Final = Shade("?", "hidden", fill="0.85", name="no value")
 _GRADES: Final = tuple(Shade(character, "trace-1") for character in " ·░▒▓█")
 
 
-class Colours(NamedTuple):
+class ColourScale(NamedTuple):
     """A scale of colours in figures.
 
     Attributes
@@ -56,7 +56,7 @@ class Colours(NamedTuple):
     label : str
         Quantity and unit of the values, beside the bar of colours.
     colours : str or tuple of str
-        Name of matplotlib's map of colours, or the colours themselves.
+        Name of a colour map of matplotlib, or the colours from low to high.
     low, high : float
         Values at the ends.
     ticks : tuple of float
@@ -66,65 +66,74 @@ class Colours(NamedTuple):
     """
 
     label: str
-    colours: str | tuple[str, ...]
+    colour_map: str | tuple[str, ...]
     low: float
     high: float
     ticks: tuple[float, ...] = ()
     names: tuple[str, ...] = ()
 
 
-def colours_of(label: str, values: FloatArray) -> Colours:
-    """A scale from the least to the greatest value, at least `LEAST_CONTRAST` apart."""
+def colour_scale_of(label: str, values: FloatArray) -> ColourScale:
+    """A scale from the least to the greatest value, at least `MIN_CONTRAST` apart."""
     finite = values[np.isfinite(values)]
     if not finite.size:
-        return Colours(label, "viridis", 0.0, 1.0)
+        return ColourScale(label, "viridis", 0.0, 1.0)
     low, high = float(finite.min()), float(finite.max())
-    margin = max(0.5 * (LEAST_CONTRAST * max(abs(low), abs(high)) - (high - low)), 0.0)
-    return Colours(label, "viridis", low - margin, high + margin)
+    margin = max(0.5 * (MIN_CONTRAST * max(abs(low), abs(high)) - (high - low)), 0.0)
+    return ColourScale(label, "viridis", low - margin, high + margin)
 
 
-def ranks(values: FloatArray, count: int, least: float) -> Levels:
-    """Levels from 0 to `count` - 1 by the ranks of values, without NaN.
+def rank_levels(values: FloatArray, count: int, min_difference: float) -> Levels:
+    """Levels from 0 to `count` - 1 by the ranks of values, none of which is NaN.
 
-    Values that differ by less than the share `least` of the greatest magnitude have one level.
+    Values that differ by less than `min_difference` times the greatest magnitude share a level.
     """
     ascending = np.sort(values)
-    gap = least * float(np.abs(ascending[np.isfinite(ascending)]).max(initial=0.0))
-    tops, level_of = [], []
+    gap = min_difference * float(np.abs(ascending[np.isfinite(ascending)]).max(initial=0.0))
+    group_tops, group_levels = [], []
     begin = 0
     while begin < ascending.size:
         end = int(np.searchsorted(ascending, ascending[begin] + gap, side="right"))
-        tops.append(ascending[end - 1])
-        level_of.append(int(count * 0.5 * (begin + end) / ascending.size))
+        group_tops.append(ascending[end - 1])
+        group_levels.append(int(count * 0.5 * (begin + end) / ascending.size))
         begin = end
-    levels: Levels = np.array(level_of, dtype=np.intp)[np.searchsorted(tops, values)]
+    levels: Levels = np.array(group_levels, dtype=np.intp)[np.searchsorted(group_tops, values)]
     return levels
 
 
-def graded(values: FloatArray) -> tuple[Levels, Shades]:
-    """Levels and shades from the smallest values to the largest, by their ranks."""
+def grade_values(values: FloatArray) -> tuple[Levels, Shades]:
+    """Grade values by their ranks: returns the level of every value, and the shades of levels."""
     missing = np.isnan(values)
     levels = np.full(values.shape, len(_GRADES), dtype=np.intp)
-    levels[~missing] = ranks(values[~missing], len(_GRADES), LEAST_CONTRAST)
+    levels[~missing] = rank_levels(values[~missing], len(_GRADES), MIN_CONTRAST)
     return levels, (*_GRADES, NO_VALUE)
 
 
-def in_words(levels: Levels, shades: Shades, values: FloatArray) -> Shades:
-    """The shades with texts: shades without one get the greatest value of their level."""
+def label_shades(levels: Levels, shades: Shades, values: FloatArray) -> Shades:
+    """Complete the texts of shades: an empty one becomes ≤ the greatest value of the level."""
     finite = np.isfinite(values)
-    tops = [values[(levels == level) & finite].max(initial=-np.inf) for level in range(len(shades))]
-    used = [top for top in tops if top > -np.inf]
-    digits = next((n for n in _DIGITS if len({f"{top:.{n}g}" for top in used}) == len(used)), 3)
+    greatest_values = [
+        values[(levels == level) & finite].max(initial=-np.inf) for level in range(len(shades))
+    ]
+    displayed_values = [value for value in greatest_values if value > -np.inf]
+    digits = next(
+        (
+            n
+            for n in _DIGITS
+            if len({f"{value:.{n}g}" for value in displayed_values}) == len(displayed_values)
+        ),
+        3,
+    )
     counts = np.bincount(levels.ravel(), minlength=len(shades))
-    texts = [f"≤{top:.{digits}g}" if top > -np.inf else "" for top in tops]
+    texts = [f"≤{value:.{digits}g}" if value > -np.inf else "" for value in greatest_values]
     return [
-        shade._replace(text=(shade.text or text or shade.missing) if count else "")
+        shade._replace(text=(shade.text or text or shade.missing_text) if count else "")
         for shade, text, count in zip(shades, texts, counts, strict=True)
     ]
 
 
-def scale_words(shades: Shades) -> str:
-    """The shades in use with their values, in one line."""
+def scale_text(shades: Shades) -> str:
+    """Characters and texts of the displayed shades, in one line."""
     return " ".join(
         f"{shade.character if shade.character.strip() else 'blank'} {shade.text}"
         for shade in shades

@@ -1,4 +1,4 @@
-"""Figures of results: the charts that a study declares, drawn by matplotlib."""
+"""Figures of the charts of a result, drawn by matplotlib."""
 
 import math
 import re
@@ -19,8 +19,8 @@ from .axis import Axis
 from .chart import (
     CASE_COLOURS,
     CASE_LINES,
+    FIGURE_WIDTH,
     LINE_COLOURS,
-    WIDTH,
     Backdrop,
     Chart,
     Contours,
@@ -28,22 +28,22 @@ from .chart import (
     Guide,
     Sheet,
     Trace,
-    reduced,
+    reduce_trace,
 )
-from .labels import Label
-from .plotting import (
-    OFF_BELT,
-    STUCK,
+from .figure_style import (
+    OFF_BELT_COLOUR,
+    STUCK_COLOUR,
     STYLE,
     new_figure,
     shade_times,
 )
-from .shades import LEAST_CONTRAST, Colours
+from .labels import Label
+from .shades import MIN_CONTRAST, ColourScale
 
 _TITLE_SIZE: Final = 7.5
 _PANEL_GAP: Final = 0.06
 # Markers and dashes distinguish the series of a chart also in black and white.
-_SERIES: Final[tuple[Mapping[str, Any], ...]] = (
+_SERIES_STYLES: Final[tuple[Mapping[str, Any], ...]] = (
     {"color": "#12803c", "marker": "o", "linestyle": "-"},
     {"color": "#00867d", "marker": "s", "linestyle": "--"},
     {"color": "#1f4fd8", "marker": "^", "linestyle": "-"},
@@ -169,7 +169,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "nearly": {"color": "black", "linestyle": "-", "linewidth": 1.2},
     "half": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
 }
-_ZERO: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
+_PLAIN_GUIDE: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
 # Hatching of areas.
 _HATCHES: Final[Mapping[str, str]] = {
     "safe region": "",
@@ -177,39 +177,39 @@ _HATCHES: Final[Mapping[str, str]] = {
     "squeal region": "///",
 }
 # Font sizes of sheets with many panels.
-_SMALL: Final[dict[Any, Any]] = {
+_SMALL_TEXT: Final[dict[Any, Any]] = {
     "axes.labelsize": 7.5,
     "axes.titlesize": 7.5,
     "xtick.labelsize": 6.5,
     "ytick.labelsize": 6.5,
 }
-_BAR: Final = 0.36
-_EDGE: Final = "black"
-# Area of a coloured point, pt², and maximum number of contour lines of a kind.
-_DOT: Final = 9.0
-_CONTOURS: Final = 7
-# Maximum number of points of a line with a mark at each.
-_MARKED: Final = 60
-# Marks of a line, and columns of a reduced long line (several per pixel).
-_MARKS: Final = 12
-_COLUMNS: Final = 4000
-# Legend: characters per line of a figure of full width, width of a sample in characters, markup of
-# mathtext that takes no width, and line spacing, inches.
-_LEGEND_WIDTH: Final = 100
-_SAMPLE: Final = 8
-_MARKUP: Final = re.compile(r"\\mathrm|[${}_^]")
+_BAR_HEIGHT: Final = 0.36
+_EDGE_COLOUR: Final = "black"
+# Area of a coloured point, pt², and maximum number of contour lines of equal style.
+_DOT_AREA: Final = 9.0
+_MAX_CONTOURS: Final = 7
+# Lines with at most this number of points have a mark at each point.
+_MAX_MARKED_POINTS: Final = 60
+# Number of marks of a longer line, and columns to which it is reduced (several per pixel).
+_MARKS_PER_LINE: Final = 12
+_REDUCED_COLUMNS: Final = 4000
+# Legend: characters in a line of full width, width of the sample of a line in characters, markup
+# of mathtext without width, and line spacing in inches.
+_LEGEND_CHARACTERS: Final = 100
+_SAMPLE_CHARACTERS: Final = 8
+_MATH_MARKUP: Final = re.compile(r"\\mathrm|[${}_^]")
 _LEGEND_LINE: Final = 0.18
-# Shades of strips, from the first.
-_STRIPS: Final = (OFF_BELT, STUCK)
+# Colours of strips, from the first.
+_STRIP_COLOURS: Final = (OFF_BELT_COLOUR, STUCK_COLOUR)
 
 
-def sheet_figure(sheet: Sheet, without: Collection[str] = ()) -> Figure:
+def sheet_figure(sheet: Sheet, omitted: Collection[str] = ()) -> Figure:
     """Draw the charts of a sheet; the figure has an Agg canvas.
 
-    Charts over the same quantity and limits share their x axis, charts of the same quantity in a
-    row their y axis. Names of `without` are not in the legend.
+    Charts over the same quantity and limits share their x axis; charts of the same quantity in a
+    row share their y axis. The legend omits the names in `omitted`.
     """
-    with mpl.rc_context(STYLE | (_SMALL if sheet.small else {})):
+    with mpl.rc_context(STYLE | (_SMALL_TEXT if sheet.small_text else {})):
         gap = _PANEL_GAP if len(sheet.columns) > 1 else None
         figure = new_figure(*sheet.size, wspace=gap)
         panels: list[tuple[Axes, Chart]] = []
@@ -220,60 +220,71 @@ def sheet_figure(sheet: Sheet, without: Collection[str] = ()) -> Figure:
                 panels += _draw_panels(area, part)
         else:
             panels = _draw_panels(figure, sheet)
-        if sheet.small:
+        if sheet.small_text:
             for axes, _ in panels:
                 axes.locator_params(axis="x", nbins=5)
         _add_title(figure, [axes for axes, _ in panels], sheet.title)
-        below = [axes for axes, chart in panels if chart.legend == "below"]
-        _add_legend(figure, below, without)
+        legend_axes = [axes for axes, chart in panels if chart.legend == "below"]
+        _add_legend(figure, legend_axes, omitted)
     return figure
 
 
 def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
-    cells = _places(figure, sheet)
+    cells = _grid_cells(figure, sheet)
     panels: list[tuple[Axes, Chart]] = []
-    first_over: dict[Any, Axes] = {}
-    first_in_row: dict[Any, Axes] = {}
-    scales: dict[Colours, tuple[list[Axes], ScalarMappable]] = {}
+    axes_by_x: dict[Any, Axes] = {}
+    axes_by_y: dict[Any, Axes] = {}
+    scales: dict[ColourScale, tuple[list[Axes], ScalarMappable]] = {}
     for column, charts in enumerate(sheet.columns):
         start = len(panels)
         for row, chart in enumerate(charts):
             if chart is None:
                 continue
-            key = chart.x_label, chart.figure_x, "x" in chart.log
-            over = first_over.get(key) if chart.x_label else None
-            row_key = row, chart.y_label, chart.figure_y
-            beside = first_in_row.get(row_key) if chart.y_label else None
-            axes = figure.add_subplot(cells[column][row], sharex=over, sharey=beside)
-            first_over.setdefault(key, axes)
-            first_in_row[row_key] = axes
-            coloured = _draw_chart(axes, chart)
-            if beside is not None:
+            x_key = chart.x_label, chart.figure_x, "x" in chart.log
+            shared_x = axes_by_x.get(x_key) if chart.x_label else None
+            y_key = row, chart.y_label, chart.figure_y
+            shared_y = axes_by_y.get(y_key) if chart.y_label else None
+            axes = figure.add_subplot(cells[column][row], sharex=shared_x, sharey=shared_y)
+            axes_by_x.setdefault(x_key, axes)
+            axes_by_y[y_key] = axes
+            mappable = _draw_chart(axes, chart)
+            if shared_y is not None:
                 axes.set_ylabel("")
                 axes.tick_params(labelleft=False)
-            if chart.colours is not None and coloured is not None:
-                scales.setdefault(chart.colours, ([], coloured))[0].append(axes)
+            if chart.colour_scale is not None and mappable is not None:
+                scales.setdefault(chart.colour_scale, ([], mappable))[0].append(axes)
             panels.append((axes, chart))
         # Align per column: matplotlib treats separate grids of columns as one column.
         figure.align_ylabels([axes for axes, _ in panels[start:]])
-    for colours, (parts, coloured) in scales.items():
-        edges = not isinstance(colours.colours, str)
-        bar = figure.colorbar(coloured, ax=parts, label=_math(colours.label), drawedges=edges)
+    for colours, (bar_axes, mappable) in scales.items():
+        discrete = not isinstance(colours.colour_map, str)
+        bar = figure.colorbar(
+            mappable, ax=bar_axes, label=_math_text(colours.label), drawedges=discrete
+        )
         if colours.ticks:
-            bar.set_ticks(colours.ticks, labels=list(map(_math, colours.names)) or None)
+            bar.set_ticks(colours.ticks, labels=list(map(_math_text, colours.names)) or None)
     return panels
 
 
-def _places(figure: FigureBase, sheet: Sheet) -> list[list[SubplotSpec]]:
+def _grid_cells(figure: FigureBase, sheet: Sheet) -> list[list[SubplotSpec]]:
     """The grid cells of the charts of every column."""
-    count, widths, heights = len(sheet.columns), sheet.widths or None, sheet.heights or None
-    rows = [len(charts) for charts in sheet.columns]
-    if len(set(rows)) == 1:
-        grid = figure.add_gridspec(rows[0], count, width_ratios=widths, height_ratios=heights)
-        return [[grid[row, column] for row in range(rows[0])] for column in range(count)]
-    columns = figure.add_gridspec(1, count, width_ratios=widths)
-    parts = [columns[0, column].subgridspec(size, 1) for column, size in enumerate(rows)]
-    return [[part[row, 0] for row in range(size)] for part, size in zip(parts, rows, strict=True)]
+    column_count, widths, heights = len(sheet.columns), sheet.widths or None, sheet.heights or None
+    row_counts = [len(charts) for charts in sheet.columns]
+    if len(set(row_counts)) == 1:
+        grid = figure.add_gridspec(
+            row_counts[0], column_count, width_ratios=widths, height_ratios=heights
+        )
+        return [
+            [grid[row, column] for row in range(row_counts[0])] for column in range(column_count)
+        ]
+    columns = figure.add_gridspec(1, column_count, width_ratios=widths)
+    subgrids = [
+        columns[0, column].subgridspec(row_count, 1) for column, row_count in enumerate(row_counts)
+    ]
+    return [
+        [subgrid[row, 0] for row in range(row_count)]
+        for subgrid, row_count in zip(subgrids, row_counts, strict=True)
+    ]
 
 
 def _add_title(figure: Figure, panels: Sequence[Axes], title: str) -> None:
@@ -283,29 +294,29 @@ def _add_title(figure: Figure, panels: Sequence[Axes], title: str) -> None:
         panels[0].set_title(title, fontsize=_TITLE_SIZE)
 
 
-def _add_legend(figure: Figure, panels: Sequence[Axes], without: Collection[str]) -> None:
-    """One legend of all panels: each name once, as the last panel draws it."""
+def _add_legend(figure: Figure, panels: Sequence[Axes], omitted: Collection[str]) -> None:
+    """Add a legend for all panels: each name once, in the style of the last panel that has it."""
     handles: dict[str, Any] = {}
     for axes in panels:
-        drawn, names = axes.get_legend_handles_labels()
-        handles.update(zip(names, drawn, strict=True))
-    for name in without:
+        artists, names = axes.get_legend_handles_labels()
+        handles.update(zip(names, artists, strict=True))
+    for name in omitted:
         handles.pop(name, None)
     if not handles:
         return
-    longest = max(len(_MARKUP.sub("", name)) for name in handles) + _SAMPLE
-    fitting = max(1, int(_LEGEND_WIDTH * figure.get_figwidth() / WIDTH) // longest)
+    longest = max(len(_MATH_MARKUP.sub("", name)) for name in handles) + _SAMPLE_CHARACTERS
+    max_columns = max(1, int(_LEGEND_CHARACTERS * figure.get_figwidth() / FIGURE_WIDTH) // longest)
     # The fewest columns for the needed number of rows.
-    columns = math.ceil(len(handles) / math.ceil(len(handles) / fitting))
-    wrapped = [
-        fill(name, _LEGEND_WIDTH, break_on_hyphens=False, break_long_words=False)
+    columns = math.ceil(len(handles) / math.ceil(len(handles) / max_columns))
+    wrapped_names = [
+        fill(name, _LEGEND_CHARACTERS, break_on_hyphens=False, break_long_words=False)
         for name in handles
     ]
-    lines = math.ceil(sum(name.count("\n") + 1 for name in wrapped) / columns)
+    lines = math.ceil(sum(name.count("\n") + 1 for name in wrapped_names) / columns)
     figure.set_figheight(figure.get_figheight() + _LEGEND_LINE * (lines - 1))
     figure.legend(
         list(handles.values()),
-        wrapped,
+        wrapped_names,
         loc="outside lower center",
         ncols=columns,
         frameon=False,
@@ -314,36 +325,38 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], without: Collection[str]
 
 
 def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
-    """Draw a chart. Returns the artist that is coloured by values."""
-    coloured = None
-    _scale(axes, chart)
-    if chart.colours is not None or chart.backdrop is not None:
+    """Draw a chart. Returns the artist whose colours show values, if any."""
+    mappable = None
+    _set_scales(axes, chart)
+    if chart.colour_scale is not None or chart.backdrop is not None:
         axes.grid(visible=False)
     if chart.backdrop is not None:
-        coloured = _shade(axes, chart.backdrop, chart.colours)
+        mappable = _draw_backdrop(axes, chart.backdrop, chart.colour_scale)
     if chart.stacked:
-        _stack(axes, chart.traces)
+        _draw_stacked_areas(axes, chart.traces)
     else:
-        coloured = _draw_traces(axes, chart) or coloured
+        mappable = _draw_traces(axes, chart) or mappable
     for number, strip in enumerate(chart.strips):
-        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
-    _limit(axes, chart)
+        shade_times(
+            axes, strip.intervals, _STRIP_COLOURS[number % len(_STRIP_COLOURS)], strip.meaning
+        )
+    _set_limits(axes, chart)
     for guide in chart.guides:
         _draw_guide(axes, guide)
-    _label(axes, chart)
-    return coloured
+    _set_labels(axes, chart)
+    return mappable
 
 
-def _label(axes: Axes, chart: Chart) -> None:
+def _set_labels(axes: Axes, chart: Chart) -> None:
     if chart.x_axis:
-        axes.set_xlabel(_math(chart.x_label))
+        axes.set_xlabel(_math_text(chart.x_label))
     else:
         axes.tick_params(labelbottom=False)
     if chart.y_names:
-        axes.set_yticks(range(len(chart.y_names)), [_math(name) for name in chart.y_names])
+        axes.set_yticks(range(len(chart.y_names)), [_math_text(name) for name in chart.y_names])
         axes.grid(visible=False, axis="y")
-    axes.set_ylabel(_math(chart.y_label))
-    axes.set_title(_math(chart.title))
+    axes.set_ylabel(_math_text(chart.y_label))
+    axes.set_title(_math_text(chart.title))
     if chart.legend == "above":
         axes.legend(
             loc="lower center",
@@ -358,44 +371,56 @@ def _label(axes: Axes, chart: Chart) -> None:
 
 
 def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
-    coloured, series = None, 0
+    mappable, series_index = None, 0
     for index, trace in enumerate(chart.traces):
-        if trace.values is not None and chart.colours is not None:
-            scale = _scale_of(chart.colours)
-            coloured = axes.scatter(trace.x, trace.y, _DOT, trace.values, linewidths=0.0, **scale)
+        if trace.values is not None and chart.colour_scale is not None:
+            options = _colour_properties(chart.colour_scale)
+            mappable = axes.scatter(
+                trace.x, trace.y, _DOT_AREA, trace.values, linewidths=0.0, **options
+            )
         # A trace without points is not in the legend, unless it has a style.
         elif trace.x.size or trace.style:
-            look = _look(trace, series)
+            properties = _trace_properties(trace, series_index)
             if trace.look == "bars":
-                _draw_bars(axes, trace, look)
+                _draw_bars(axes, trace, properties)
             elif trace.look == "area":
-                axes.fill(trace.x, trace.y, label=_math(trace.name), **look)
+                axes.fill(trace.x, trace.y, label=_math_text(trace.name), **properties)
             else:
-                x, y = _points(trace, chart)
+                x, y = _drawn_points(trace, chart)
                 if trace.marker and trace.ordered:
-                    every = max(x.size // _MARKS, 1)
-                    look["markevery"] = (every * index // len(chart.traces), every)
-                axes.plot(x, y, label=_math(trace.name) or "_", **look)
-        series += trace.role == "series" and trace.x.size > 0
-    return coloured
+                    spacing = max(x.size // _MARKS_PER_LINE, 1)
+                    properties["markevery"] = (spacing * index // len(chart.traces), spacing)
+                axes.plot(x, y, label=_math_text(trace.name) or "_", **properties)
+        series_index += trace.role == "series" and trace.x.size > 0
+    return mappable
 
 
-def _points(trace: Trace, chart: Chart) -> tuple[FloatArray, FloatArray]:
-    """The visible points of a trace within the limits of a chart."""
+def _drawn_points(trace: Trace, chart: Chart) -> tuple[FloatArray, FloatArray]:
+    """The points of a trace to draw: an ordered line is reduced within the limits of x."""
     low, high = chart.figure_x
     if not trace.ordered or trace.look != "line":
         return trace.x, trace.y
     ends = (trace.x[0] if low is None else low, trace.x[-1] if high is None else high)
-    return reduced(trace, Axis(*ends, log="x" in chart.log), _COLUMNS)
+    return reduce_trace(trace, Axis(*ends, log="x" in chart.log), _REDUCED_COLUMNS)
 
 
-def _draw_bars(axes: Axes, trace: Trace, look: Mapping[str, Any]) -> None:
-    ends = None if trace.errors is None else np.abs(np.array(trace.errors) - trace.x)
-    error = {"linewidth": 0.8, "capsize": 1.5}
-    axes.barh(trace.y, trace.x, _BAR, xerr=ends, error_kw=error, label=_math(trace.name), **look)
+def _draw_bars(axes: Axes, trace: Trace, properties: Mapping[str, Any]) -> None:
+    lengths = (
+        None if trace.bar_intervals is None else np.abs(np.array(trace.bar_intervals) - trace.x)
+    )
+    error_style = {"linewidth": 0.8, "capsize": 1.5}
+    axes.barh(
+        trace.y,
+        trace.x,
+        _BAR_HEIGHT,
+        xerr=lengths,
+        error_kw=error_style,
+        label=_math_text(trace.name),
+        **properties,
+    )
 
 
-def _stack(axes: Axes, traces: Sequence[Trace]) -> None:
+def _draw_stacked_areas(axes: Axes, traces: Sequence[Trace]) -> None:
     bottom = np.zeros(traces[0].x.size)
     for trace in traces:
         top = bottom + trace.y
@@ -403,7 +428,7 @@ def _stack(axes: Axes, traces: Sequence[Trace]) -> None:
             trace.x,
             bottom,
             top,
-            label=_math(trace.name),
+            label=_math_text(trace.name),
             facecolor=ROLES[trace.role]["color"],
             hatch=_HATCHES[trace.role],
             edgecolor="0.35",
@@ -412,51 +437,61 @@ def _stack(axes: Axes, traces: Sequence[Trace]) -> None:
         bottom = top
 
 
-def _look(trace: Trace, series: int) -> dict[str, Any]:
-    look = dict(ROLES.get(trace.role, {}))
+def _trace_properties(trace: Trace, series_index: int) -> dict[str, Any]:
+    properties = dict(ROLES.get(trace.role, {}))
     if trace.role == "series":
-        look = {"markersize": 4.5, "linewidth": 0.9, **_SERIES[series % len(_SERIES)]}
-    elif trace.look == "marked" and trace.x.size <= _MARKED:
-        look |= {"marker": ".", "markersize": 4.0}
+        properties = {
+            "markersize": 4.5,
+            "linewidth": 0.9,
+            **_SERIES_STYLES[series_index % len(_SERIES_STYLES)],
+        }
+    elif trace.look == "marked" and trace.x.size <= _MAX_MARKED_POINTS:
+        properties |= {"marker": ".", "markersize": 4.0}
     if trace.colour:
-        look["color"] = trace.colour
+        properties["color"] = trace.colour
     if trace.marker:
-        look["marker"] = trace.marker
-    return look | dict(trace.style)
+        properties["marker"] = trace.marker
+    return properties | dict(trace.style)
 
 
-def _scale_of(colours: Colours) -> dict[str, Any]:
-    names = colours.colours
-    cmap = names if isinstance(names, str) else ListedColormap(names)
+def _colour_properties(colours: ColourScale) -> dict[str, Any]:
+    colour_map = colours.colour_map
+    cmap = colour_map if isinstance(colour_map, str) else ListedColormap(colour_map)
     return {"cmap": cmap, "norm": Normalize(colours.low, colours.high)}
 
 
-def _shade(axes: Axes, backdrop: Backdrop, colours: Colours | None) -> ScalarMappable | None:
-    """Colour the plane by values, or levels by their fills. Returns the artist of the values."""
-    plane: dict[str, Any] = {"shading": "nearest", "rasterized": True, "zorder": 0.0}
+def _draw_backdrop(
+    axes: Axes, backdrop: Backdrop, colours: ColourScale | None
+) -> ScalarMappable | None:
+    """Colour the plane by values or by level. Returns the artist whose colours show values."""
+    mesh_options: dict[str, Any] = {"shading": "nearest", "rasterized": True, "zorder": 0.0}
     x, y, levels = backdrop.x, backdrop.y, backdrop.levels.T
-    scale = {} if colours is None else _scale_of(colours)
+    colour_options = {} if colours is None else _colour_properties(colours)
     if min(levels.shape) < 2:
         points = np.meshgrid(x, y)
-        return axes.scatter(*points, _DOT, backdrop.values.T, linewidths=0.0, **scale)
-    mesh = axes.pcolormesh(x, y, backdrop.values.T, **plane, **scale) if scale else None
-    filled = np.array([bool(shade.fill) for shade in backdrop.shades])
-    if filled[levels].any():
+        return axes.scatter(*points, _DOT_AREA, backdrop.values.T, linewidths=0.0, **colour_options)
+    mesh = (
+        axes.pcolormesh(x, y, backdrop.values.T, **mesh_options, **colour_options)
+        if colour_options
+        else None
+    )
+    is_filled = np.array([bool(shade.fill) for shade in backdrop.shades])
+    if is_filled[levels].any():
         fills = [shade.fill or "none" for shade in backdrop.shades]
-        shown = np.ma.masked_where(~filled[levels], levels)
+        shown = np.ma.masked_where(~is_filled[levels], levels)
         norm = BoundaryNorm(np.arange(len(fills) + 1) - 0.5, len(fills))
-        axes.pcolormesh(x, y, shown, cmap=ListedColormap(fills), norm=norm, **plane)
-    named = {}
+        axes.pcolormesh(x, y, shown, cmap=ListedColormap(fills), norm=norm, **mesh_options)
+    legend_shades = {}
     for level, shade in enumerate(backdrop.shades):
         inside = np.equal(levels, level).astype(float)
         if inside.any() and shade.fill and shade.name:
-            named[shade.name] = shade
+            legend_shades[shade.name] = shade
         if inside.any() and shade.hatch and not inside.all():
             axes.contourf(x, y, inside, levels=[0.5, 1.5], colors="none", hatches=[shade.hatch])
             axes.contour(x, y, inside, levels=[0.5], colors="black", linewidths=0.8)
-    for name, shade in named.items():
+    for name, shade in legend_shades.items():
         patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=shade.fill, hatch=shade.hatch)
-        patch.set(label=_math(name), edgecolor=_EDGE, linewidth=0.5)
+        patch.set(label=_math_text(name), edgecolor=_EDGE_COLOUR, linewidth=0.5)
         axes.add_patch(patch)
     for contours in backdrop.contours:
         _draw_contours(axes, backdrop, contours)
@@ -471,28 +506,28 @@ def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
     low, high = float(finite.min()), float(finite.max())
     levels: int | list[float] = [level for level in contours.levels if low < level < high]
     if not contours.levels:
-        # Space lines at least by the smallest visible difference.
-        least = LEAST_CONTRAST * max(abs(low), abs(high))
-        levels = int(min((high - low) / least, _CONTOURS)) if least > 0.0 else 0
+        # Lines differ at least by the smallest displayed difference.
+        min_step = MIN_CONTRAST * max(abs(low), abs(high))
+        levels = int(min((high - low) / min_step, _MAX_CONTOURS)) if min_step > 0.0 else 0
     if not levels:
         return
-    look = ROLES[contours.role]
+    properties = ROLES[contours.role]
     lines = axes.contour(
         backdrop.x,
         backdrop.y,
         values,
         levels=levels,
-        colors=look["color"],
-        linewidths=look["linewidth"],
-        linestyles=[look["linestyle"]],
+        colors=properties["color"],
+        linewidths=properties["linewidth"],
+        linestyles=[properties["linestyle"]],
     )
     if contours.label:
         axes.clabel(lines, fontsize=6.5, fmt=contours.label)
     if contours.name:
-        axes.plot([], [], label=_math(contours.name), **look)
+        axes.plot([], [], label=_math_text(contours.name), **properties)
 
 
-def _scale(axes: Axes, chart: Chart) -> None:
+def _set_scales(axes: Axes, chart: Chart) -> None:
     # Set scales before drawing: data may be invalid on a logarithmic axis.
     if "x" in chart.log:
         axes.set_xscale("log", nonpositive="mask")
@@ -504,14 +539,14 @@ def _scale(axes: Axes, chart: Chart) -> None:
         axes.set_ylim(*chart.figure_y)
 
 
-def _limit(axes: Axes, chart: Chart) -> None:
+def _set_limits(axes: Axes, chart: Chart) -> None:
     if chart.tight and not chart.plane and chart.traces:
         axes.set_xlim(chart.traces[0].x[0], chart.traces[0].x[-1])
     if chart.linear_within:
         axes.set_xscale("symlog", linthresh=chart.linear_within)
     elif chart.to_scale:
-        fixed = None not in chart.figure_x
-        axes.set_aspect("equal", adjustable="box" if fixed else "datalim")
+        is_fixed = None not in chart.figure_x
+        axes.set_aspect("equal", adjustable="box" if is_fixed else "datalim")
     if any(limit is not None for limit in chart.figure_x):
         axes.set_xlim(*chart.figure_x)
     if any(limit is not None for limit in chart.figure_y):
@@ -523,13 +558,13 @@ def _draw_guide(axes: Axes, guide: Guide) -> None:
         axes.axhspan(axes.get_ylim()[0], guide.value, color="0.93", zorder=0.0)
         return
     line = axes.axvline if guide.vertical else axes.axhline
-    look = ROLES.get(guide.role)
-    # Lines without a role have no name in the legend.
-    if look is None:
-        line(guide.value, label="_", **_ZERO)
+    properties = ROLES.get(guide.role)
+    # Lines without a role are not in the legend.
+    if properties is None:
+        line(guide.value, label="_", **_PLAIN_GUIDE)
     else:
-        line(guide.value, label=_math(guide.label), **look)
+        line(guide.value, label=_math_text(guide.label), **properties)
 
 
-def _math(label: str) -> str:
+def _math_text(label: str) -> str:
     return label.math if isinstance(label, Label) else label.replace("$", r"\$")

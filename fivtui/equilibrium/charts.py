@@ -14,7 +14,7 @@ from fivtui.charts import (
     Trace,
     axis_label,
     math_symbol,
-    parameter_line,
+    parameter_text,
 )
 from fivtui.model import PARAMETERS, Parameters
 
@@ -76,7 +76,7 @@ def modes_sheet(result: Stability, scan: ModeScan) -> Sheet:
     p = result.parameters
     charts = (frequency_chart(scan, p, result), growth_chart(scan, p, result))
     plane = replace(plane_chart(result, scan), guides=(Guide(0.0),))
-    return Sheet([[chart] for chart in (*charts, plane)], _MODES_SIZE, parameter_line(p))
+    return Sheet([[chart] for chart in (*charts, plane)], _MODES_SIZE, parameter_text(p))
 
 
 def _over_mu(scan: ModeScan, label: str, parts: FloatArray, guides: tuple[Guide, ...]) -> Chart:

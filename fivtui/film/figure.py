@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from fivtui.charts import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
+from fivtui.charts import CASE_COLOURS, OFF_BELT_COLOUR, STYLE, new_figure, shade_times
 from fivtui.io import (
     check_output,
     check_suffix,
@@ -267,7 +267,7 @@ def _modes_of(run: Transient) -> set[Mode]:
 def _draw_curve(axes: Axes, motion: Trajectory, run: Transient, timing: Timing) -> Line2D:
     # Draw y over time, shaded off the belt and in stick, and the line of the current time.
     axes.plot(motion.t, motion.y, color=CASE_COLOURS[run.separation][0], linewidth=1.0)
-    shade_times(axes, run.separated_intervals, OFF_BELT)
+    shade_times(axes, run.separated_intervals, OFF_BELT_COLOUR)
     shade_times(axes, run.stick_intervals, _FACES[Mode.STICK])
     axes.set_xlim(timing.start, timing.end)
     axes.set_ylabel("$y$ (m)")

@@ -11,7 +11,7 @@ from fivtui.charts import (
     NO_VALUE,
     Backdrop,
     Chart,
-    Colours,
+    ColourScale,
     Contours,
     Label,
     Levels,
@@ -20,12 +20,12 @@ from fivtui.charts import (
     Sheet,
     Trace,
     axis_label,
-    colours_of,
+    colour_scale_of,
     column_label,
-    graded,
-    in_words,
-    parameter_line,
-    ranks,
+    grade_values,
+    label_shades,
+    parameter_text,
+    rank_levels,
     value_label,
 )
 from fivtui.model import Parameters
@@ -47,7 +47,7 @@ _LABELS: Final[Mapping[MapValue, str]] = {
 _STABLE: Final = tuple(Shade(character, "stable") for character in ":· ")
 _UNSTABLE: Final = tuple(Shade(character, "unstable") for character in "░▒▓█")
 _MODES: Final = (_STABLE[1], _UNSTABLE[1])
-_NOT_KNOWN: Final = Shade("×", "hidden", fill="0.65", name=NOT_KNOWN, missing=NOT_KNOWN)
+_NOT_KNOWN: Final = Shade("×", "hidden", fill="0.65", name=NOT_KNOWN, missing_text=NOT_KNOWN)
 _SAFE: Final = Shade("·", "stable", "safe", fill="#e8f1ea", name=REGIONS[0])
 # From the largest displacements to the smallest.
 _KNOCK: Final = tuple(
@@ -91,7 +91,7 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
         axis_label(result.grid.specs[1]),
         tuple(traces),
         backdrop=Backdrop(x, y, levels[ascending], shades, values[ascending], label, contours),
-        colours=_colours(result, label),
+        colour_scale=_colours(result, label),
         note=label,
         x_range=(float(x[0]), float(x[-1])),
         y_range=(float(y[0]), float(y[-1])),
@@ -103,7 +103,7 @@ def map_sheet(result: StabilityMap) -> Sheet:
     """The map in colours, with the stability boundary, or the basis of safe friction."""
     chart = map_chart(result)
     unused = ("mu",) if result.value in WITHOUT_MU else ()
-    title = parameter_line(result.parameters, (*result.names, *unused))
+    title = parameter_text(result.parameters, (*result.names, *unused))
     if result.of_safety:
         chart = replace(chart, traces=())
         title += f"\ncycles by {result.basis}"
@@ -129,17 +129,17 @@ def is_logarithmic(values: FloatArray) -> bool:
     return bool(np.allclose(steps, steps[0], rtol=1e-6))
 
 
-def _colours(result: StabilityMap, label: str) -> Colours | None:
+def _colours(result: StabilityMap, label: str) -> ColourScale | None:
     if result.value == "coexistence":
         return None
     if result.value == "unstable-modes":
-        return Colours(label, ("white", "#f2b48a"), -0.5, 1.5, (0.0, 1.0))
+        return ColourScale(label, ("white", "#f2b48a"), -0.5, 1.5, (0.0, 1.0))
     if result.value == "growth-rate":
         # Zero, the limit of stability, is the middle of the colours.
         magnitudes = np.abs(result.values[np.isfinite(result.values)])
         largest = max(float(magnitudes.max(initial=0.0)), np.finfo(float).tiny)
-        return Colours(label, "RdBu_r", -largest, largest)
-    return colours_of(label, result.values)
+        return ColourScale(label, "RdBu_r", -largest, largest)
+    return colour_scale_of(label, result.values)
 
 
 def _contours(result: StabilityMap) -> list[Contours]:
@@ -189,19 +189,19 @@ def _levels(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
     elif result.value == "unstable-modes":
         shades, levels = _MODES, np.clip(np.nan_to_num(values), 0, 1)
     else:
-        levels, (*shades, _) = graded(values)
+        levels, (*shades, _) = grade_values(values)
     levels = np.where(missing, len(shades), levels)
     levels = np.where(result.unknown, len(shades) + 1, levels).astype(np.intp)
     name = "none" if result.value in WITHOUT_MU else "no equilibrium"
     without = NO_VALUE._replace(text=result.missing, name=name)
-    return levels, in_words(levels, (*shades, without, _NOT_KNOWN), values)
+    return levels, label_shades(levels, (*shades, without, _NOT_KNOWN), values)
 
 
 def region_levels(regions: FloatArray, escape: FloatArray) -> tuple[Levels, Shades]:
     """Levels and shades of the three regions; the region of coexistence is graded by `escape`."""
     inside = (regions == 1.0) & np.isfinite(escape)
     knock = np.ones(regions.shape, dtype=np.intp)
-    knock[inside] += ranks(-escape[inside], len(_KNOCK), _LEAST_KNOCK)
+    knock[inside] += rank_levels(-escape[inside], len(_KNOCK), _LEAST_KNOCK)
     squeals = 1 + len(_KNOCK)
     levels = np.where(regions == 0.0, 0, np.where(regions == 2.0, squeals, knock))
     least = [escape[inside & (levels == level)].min(initial=np.inf) for level in range(1, squeals)]

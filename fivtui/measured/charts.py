@@ -5,13 +5,13 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.charts import CASE_COLOURS, WIDTH, Chart, Guide, Label, Sheet, Trace, math_symbol
+from fivtui.charts import CASE_COLOURS, FIGURE_WIDTH, Chart, Guide, Label, Sheet, Trace, math_symbol
 from fivtui.signals import frequency_range
 from fivtui.transient import TIME_LABEL, column_label, contact_strips
 
 from .comparison import Criterion, FloatArray, Validation
 
-_SIZE: Final = (WIDTH, 5.6)
+_SIZE: Final = (FIGURE_WIDTH, 5.6)
 _HEIGHTS: Final = (1.6, 1.0, 1.2)
 # Range of amplitudes in figures of spectra, relative to the greatest.
 _AMPLITUDES: Final = (1e-4, 2.0)

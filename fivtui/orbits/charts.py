@@ -15,7 +15,7 @@ from fivtui.charts import (
     axis_label,
     math_symbol,
     math_unit,
-    parameter_line,
+    parameter_text,
 )
 from fivtui.model import ALL_PARAMETERS
 from fivtui.transient import START_SPECS
@@ -86,7 +86,7 @@ def continuation_sheet(result: Continuation) -> Sheet:
         tight=False,
         figure_y=(-0.05 * largest, None),
     )
-    return Sheet([[chart]], _SIZE, parameter_line(result.parameters, (result.name,)))
+    return Sheet([[chart]], _SIZE, parameter_text(result.parameters, (result.name,)))
 
 
 def _coexistence(result: Continuation) -> list[tuple[float, float]]:
@@ -120,4 +120,4 @@ def basin_sheet(result: Basin) -> Sheet:
         for spec, value in zip(START_SPECS.values(), result.start, strict=True)
         if spec.name not in result.names
     )
-    return Sheet([[chart]], _SIZE, f"{parameter_line(result.parameters)}\n{fixed}")
+    return Sheet([[chart]], _SIZE, f"{parameter_text(result.parameters)}\n{fixed}")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fivtui.charts import (
+    FIGURE_WIDTH,
     LINE_COLOURS,
-    WIDTH,
     Chart,
     Guide,
     Label,
@@ -16,7 +16,7 @@ from fivtui.charts import (
     Trace,
     axis_label,
     math_symbol,
-    parameter_line,
+    parameter_text,
     value_label,
 )
 from fivtui.model import PARAMETERS
@@ -118,7 +118,7 @@ def figure_sheet(number: int, results: PaperResults) -> Sheet:
     panels = panels_of(number)
     first = panels[0]
     varied = [name for name in PARAMETERS if name not in first.fixed]
-    title = parameter_line(first.lines[0].scene.parameters, varied)
+    title = parameter_text(first.lines[0].scene.parameters, varied)
     if first.kind == "transient":
         return transient_sheet(results.runs(first), [first.shown], title)
     tables = [results.table(panel.key) for panel in panels]
@@ -132,7 +132,7 @@ def figure_sheet(number: int, results: PaperResults) -> Sheet:
         charts[1] = replace(charts[1], traces=(*charts[1].traces, *_critical_points(tables[0])))
     if len(charts) > 1:
         charts = [replace(c, title=f"({letter})") for c, letter in zip(charts, "ab", strict=True)]
-    width = WIDTH if len(charts) > 1 else _SINGLE_WIDTH
+    width = FIGURE_WIDTH if len(charts) > 1 else _SINGLE_WIDTH
     columns = [[chart] for chart in charts]
     return Sheet(columns, (width, _HEIGHT), title)
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from fivtui.charts import (
-    WIDTH,
+    FIGURE_WIDTH,
     Chart,
     Guide,
     Label,
@@ -16,9 +16,9 @@ from fivtui.charts import (
     Trace,
     axis_label,
     column_label,
+    label_with_unit,
     math_symbol,
-    parameter_line,
-    with_unit,
+    parameter_text,
 )
 from fivtui.sweeps import OUTPUTS, VARIABLES
 
@@ -114,10 +114,10 @@ def uncertainty_sheet(result: Uncertainty) -> Sheet:
     parts.append(_matrix(result))
     return Sheet(
         [],
-        (WIDTH, sum(part.size[1] for part in parts) + 0.9),
-        parameter_line(result.study.parameters, tuple(result.inputs)),
+        (FIGURE_WIDTH, sum(part.size[1] for part in parts) + 0.9),
+        parameter_text(result.study.parameters, tuple(result.inputs)),
         parts=parts,
-        small=True,
+        small_text=True,
     )
 
 
@@ -132,7 +132,7 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
             [(estimate.value, estimate.low, estimate.high) for estimate in estimates]
         ).T
         traces.append(
-            Trace(name, value, positions + shift, look="bars", role=name, errors=(low, high))
+            Trace(name, value, positions + shift, look="bars", role=name, bar_intervals=(low, high))
         )
     shares = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
     linear = [(estimate.share, y) for estimate, y in shares if estimate is not None]
@@ -144,7 +144,7 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
     if values.min() < -_EVIDENT or values.max() > 1.0 + _EVIDENT:
         title += "\n(beyond 0 to 1: sampling error)"
     # Indices of an output with almost no variance may have any value: clip the axis.
-    ends = [end for trace in traces[:2] for end in trace.errors or ()]
+    ends = [end for trace in traces[:2] for end in trace.bar_intervals or ()]
     low, high = (np.nanmin([0.0, *x, *ends[0], *ends[2]]), np.nanmax([1.0, *x, *ends[1], *ends[3]]))
     return Chart(
         "",
@@ -197,9 +197,9 @@ def _roles(result: Uncertainty) -> Sequence[str]:
 def _label(name: str) -> Label:
     """Symbol and unit of an input, or the name of an output."""
     if name in OUTPUTS:
-        return with_unit(name, OUTPUTS[name].unit)
+        return label_with_unit(name, OUTPUTS[name].unit)
     spec = VARIABLES[name]
-    return Label(axis_label(spec), with_unit(math_symbol(spec.symbol), spec.unit).math)
+    return Label(axis_label(spec), label_with_unit(math_symbol(spec.symbol), spec.unit).math)
 
 
 def _panels(charts: Sequence[Chart], height: float) -> Sheet:
@@ -207,7 +207,9 @@ def _panels(charts: Sequence[Chart], height: float) -> Sheet:
     rows = -(-len(charts) // _ACROSS)
     across = min(_ACROSS, -(-len(charts) // rows))
     padded = [*charts, *[None] * (rows * across - len(charts))]
-    return Sheet([padded[column::across] for column in range(across)], (WIDTH, height * rows))
+    return Sheet(
+        [padded[column::across] for column in range(across)], (FIGURE_WIDTH, height * rows)
+    )
 
 
 def _matrix(result: Uncertainty) -> Sheet:
@@ -222,4 +224,4 @@ def _matrix(result: Uncertainty) -> Sheet:
         charts = [replace(chart, x_axis=False) for chart in (diagonal, *cells)]
         charts[-1] = replace(charts[-1], x_axis=True)
         columns.append([*[None] * column, *charts])
-    return Sheet(columns, (WIDTH, _CELL * max(len(inputs), 1.3)))
+    return Sheet(columns, (FIGURE_WIDTH, _CELL * max(len(inputs), 1.3)))

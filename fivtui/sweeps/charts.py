@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from fivtui.charts import (
-    WIDTH,
+    FIGURE_WIDTH,
     Backdrop,
     Chart,
     Guide,
@@ -13,10 +13,10 @@ from fivtui.charts import (
     Sheet,
     Trace,
     axis_label,
-    colours_of,
+    colour_scale_of,
     column_label,
-    graded,
-    in_words,
+    grade_values,
+    label_shades,
 )
 from fivtui.model import InputError
 
@@ -24,7 +24,7 @@ from .design import VARIABLES, Range
 from .run import Sweep
 from .study import OUTPUTS, Study
 
-_SIZE: Final = (WIDTH, 3.2)
+_SIZE: Final = (FIGURE_WIDTH, 3.2)
 _CASES: Final = {True: "separation considered", False: "separation ignored"}
 # Outputs drawn over one name, in the terminal, and their roles in figures.
 _AMPLITUDES: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
@@ -122,8 +122,8 @@ def grid_chart(result: Sweep, case: bool, present: tuple[float, float] | None = 
     if study.design.kind == "product":
         values = np.full((x.size, y.size), np.nan)
         values[column, row] = results[chosen]
-        levels, shades = graded(values)
-        backdrop = Backdrop(x, y, levels, in_words(levels, shades, values), values, label)
+        levels, shades = grade_values(values)
+        backdrop = Backdrop(x, y, levels, label_shades(levels, shades, values), values, label)
     else:
         traces.append(
             Trace("", x[column], y[row], look="points", ordered=False, values=results[chosen])
@@ -136,7 +136,7 @@ def grid_chart(result: Sweep, case: bool, present: tuple[float, float] | None = 
         axis_label(VARIABLES[second]),
         tuple(traces),
         backdrop=backdrop,
-        colours=colours_of(label, results),
+        colour_scale=colour_scale_of(label, results),
         note=f"{label}, {_CASES[shown]}",
         title=_CASES[shown],
         log="x" * _is_log(study, first) + "y" * _is_log(study, second),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fivtui.charts import (
     CASE_COLOURS,
-    WIDTH,
+    FIGURE_WIDTH,
     Chart,
     Guide,
     Label,
@@ -92,7 +92,7 @@ class PlottedRun:
             ordered=ordered,
             mark=self.mark,
             colour=self.colour,
-            along=along,
+            curve_values=along,
             number=self.number,
             marker=self.marker,
             role=self.role,
@@ -269,7 +269,7 @@ def _portrait(
         guides=guides,
         note=window_text(window),
         tight=False,
-        along=TIME_LABEL,
+        curve_label=TIME_LABEL,
     )
 
 
@@ -313,7 +313,7 @@ def transient_sheet(
             ]
         )
     height = max(_ROW * len(quantities), _ONLY_ROW) + _MARGIN
-    return Sheet(columns, (WIDTH, height), title)
+    return Sheet(columns, (FIGURE_WIDTH, height), title)
 
 
 def _plotted(runs: Sequence[Transient]) -> list[PlottedRun]:

@@ -7,10 +7,10 @@ from hypothesis import given, strategies as st
 
 from fivtui.charts.plot_data import (
     axis_limits,
+    covered_shares,
     envelope,
     round_ticks,
-    shading,
-    share_of_time,
+    shade_text,
     tick_labels,
 )
 
@@ -49,7 +49,7 @@ def test_the_cost_of_drawing_does_not_grow_with_the_run() -> None:
 
 
 def test_shares_of_separation_are_exact_per_column() -> None:
-    shares = share_of_time([(0.5, 1.0), (1.5, 3.0)], (0.0, 4.0), 4)
+    shares = covered_shares([(0.5, 1.0), (1.5, 3.0)], (0.0, 4.0), 4)
     assert shares.tolist() == [0.5, 0.5, 1.0, 0.0]
 
 
@@ -59,17 +59,17 @@ def test_shares_of_separation_add_up_to_the_separated_time(
 ) -> None:
     edges = sorted(times)
     intervals = list(zip(edges[::2], edges[1::2], strict=False))
-    shares = share_of_time(intervals, (0.0, 10.0), columns)
+    shares = covered_shares(intervals, (0.0, 10.0), columns)
     total = sum(end - begin for begin, end in intervals)
     assert shares.sum() * 10.0 / columns == pytest.approx(total, abs=1e-9)
 
 
 def test_no_separation_is_blank_and_no_contact_is_full() -> None:
-    assert shading(np.array([0.0, 1e-9, 0.34, 0.67, 1.0 - 1e-9, 1.0])) == " ░▒▓▓█"
+    assert shade_text(np.array([0.0, 1e-9, 0.34, 0.67, 1.0 - 1e-9, 1.0])) == " ░▒▓▓█"
 
 
 def test_a_separation_shorter_than_a_column_stays_visible() -> None:
-    assert shading(share_of_time([(5.0, 5.0001)], (0.0, 100.0), 10)) == "░" + " " * 9
+    assert shade_text(covered_shares([(5.0, 5.0001)], (0.0, 100.0), 10)) == "░" + " " * 9
 
 
 @given(finite, finite)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fivtui.charts.plotting import save_figure
+from fivtui.charts.figure_style import save_figure
 from fivtui.cli import run as command
 from fivtui.io import read_columns, read_header
 from fivtui.measured.comparison import validate

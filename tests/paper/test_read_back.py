@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.charts.reading import NearestPoint
+from fivtui.charts.readout import NearestPoint
 from fivtui.paper import results as paper_results
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.charts import draw, figure_charts

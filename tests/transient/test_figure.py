@@ -16,7 +16,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fivtui.charts.plotting import check_figure_path, save_figure
+from fivtui.charts.figure_style import check_figure_path, save_figure
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.simulation import simulate

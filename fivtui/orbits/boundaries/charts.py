@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.charts import Chart, Label, Sheet, Trace, axis_label, parameter_line
+from fivtui.charts import Chart, Label, Sheet, Trace, axis_label, parameter_text
 from fivtui.model import PARAMETERS
 from fivtui.orbits.curves.events import EventKind
 
@@ -44,7 +44,7 @@ def boundary_sheet(result: Boundary) -> Sheet:
     ]
     x_label, y_label = (axis_label(PARAMETERS[name]) for name in result.names)
     chart = Chart(x_label, y_label, (*curves, *events))
-    title = parameter_line(result.parameters, result.names)
+    title = parameter_text(result.parameters, result.names)
     return Sheet([[chart]], _SIZE, title)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.charts import (
-    WIDTH,
+    FIGURE_WIDTH,
     Chart,
     Guide,
     Label,
@@ -17,7 +17,7 @@ from fivtui.charts import (
     Trace,
     axis_label,
     math_symbol,
-    parameter_line,
+    parameter_text,
 )
 from fivtui.model import ALL_PARAMETERS
 from fivtui.transient import Request, integrate
@@ -27,7 +27,7 @@ from .result import CycleBranch, CyclePoint, event_at
 
 FloatArray = NDArray[np.float64]
 
-_SIZE: Final = (WIDTH, 4.4)
+_SIZE: Final = (FIGURE_WIDTH, 4.4)
 # Letters for the terminal and markers for figures.
 _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
     EventKind.HOPF: ("H", "o"),
@@ -99,7 +99,7 @@ def branch_sheet(result: CycleBranch) -> Sheet:
     return Sheet(
         [[branch], [_orbit_chart(result, chosen), _multiplier_chart(result)]],
         _SIZE,
-        parameter_line(result.parameters, (result.name,)),
+        parameter_text(result.parameters, (result.name,)),
         widths=(1.5, 1.0),
     )
 

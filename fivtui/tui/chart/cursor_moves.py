@@ -5,13 +5,13 @@ from typing import Final
 from fivtui.charts import (
     Chart,
     NearestPoint,
-    Place,
+    Position,
     Trace,
     View,
     crosshair,
-    nearest,
     nearest_along,
     nearest_index,
+    nearest_points,
 )
 
 # Steps of a cursor along an entire curve, and initial positions of the cursors.
@@ -40,46 +40,48 @@ def _appear(chart: Chart, view: View, part: float) -> None:
     trace = _top_along(chart, view)
     if trace is None:
         move_cursor(chart, view, (part, 0.5))
-    elif trace.along is not None:
-        view.cursors.move((float(trace.along[int(part * (trace.along.size - 1))]), 0.0))
+    elif trace.curve_values is not None:
+        view.cursors.move(
+            (float(trace.curve_values[int(part * (trace.curve_values.size - 1))]), 0.0)
+        )
 
 
 def _top_along(chart: Chart, view: View) -> Trace | None:
     # The curve along which keys move a cursor.
-    if not chart.along:
+    if not chart.curve_label:
         return None
-    curves = [trace for _, trace in view.visible(chart) if trace.along is not None]
+    curves = [trace for _, trace in view.visible_traces(chart) if trace.curve_values is not None]
     return curves[-1] if curves and curves[-1].x.size else None
 
 
-def cursor_place(chart: Chart, view: View) -> Place | None:
+def cursor_place(chart: Chart, view: View) -> Position | None:
     """Position along the axes, from 0 to 1, of the cursor that keys move."""
     where = view.cursors.moving
     if where is None:
         return None
-    if chart.plane or chart.along:
-        points = nearest(chart, view, where)
-        if chart.along and not points:
+    if chart.plane or chart.curve_label:
+        points = nearest_points(chart, view, where)
+        if chart.curve_label and not points:
             return None
         where = crosshair(chart, where, points[-1:])
     x, y = view.axes(chart)
-    return float(x.place([where[0]])[0]), float(y.place([where[1]])[0])
+    return float(x.positions([where[0]])[0]), float(y.positions([where[1]])[0])
 
 
-def move_cursor(chart: Chart, view: View, position: Place, direction: int = 0) -> None:
+def move_cursor(chart: Chart, view: View, position: Position, direction: int = 0) -> None:
     """Move the cursor to the readable point nearest to a position along the axes.
 
     In a direction it moves at least to the next sample.
     """
     x, y = view.axes(chart)
     where = (x.value(position[0]), y.value(position[1]))
-    if chart.along:
+    if chart.curve_label:
         at = nearest_along(chart, view, where)
         if at is None:
             return
         where = (at, 0.0)
     elif chart.plane:
-        where = crosshair(chart, where, nearest(chart, view, where))
+        where = crosshair(chart, where, nearest_points(chart, view, where))
     else:
         where = (_sampled(chart, view, where[0], direction), where[1])
     view.cursors.move(where)
@@ -87,7 +89,7 @@ def move_cursor(chart: Chart, view: View, position: Place, direction: int = 0) -
 
 def _sampled(chart: Chart, view: View, x: float, direction: int) -> float:
     # The nearest sample of the top trace; in a direction, at least the next one.
-    traces = [trace for _, trace in view.visible(chart) if trace.x.size]
+    traces = [trace for _, trace in view.visible_traces(chart) if trace.x.size]
     if not traces:
         return x
     values, before = traces[-1].x, view.cursors.moving
@@ -118,12 +120,12 @@ def step_cursor(chart: Chart, view: View, step: tuple[int, int], cells: tuple[in
     return beyond
 
 
-def _other_point(chart: Chart, view: View, position: Place, change: Place) -> Place:
+def _other_point(chart: Chart, view: View, position: Position, change: Position) -> Position:
     # Repeat a step until it reaches a different point or leaves a map; else stay.
     x, y = view.axes(chart)
 
     def points_at(across: float, up: float) -> list[NearestPoint]:
-        return nearest(chart, view, (x.value(across), y.value(up)))
+        return nearest_points(chart, view, (x.value(across), y.value(up)))
 
     before = points_at(*position)
     across, up = position
@@ -136,8 +138,8 @@ def _other_point(chart: Chart, view: View, position: Place, change: Place) -> Pl
 
 def _step_along(view: View, trace: Trace, right: int) -> None:
     where = view.cursors.moving
-    if trace.along is not None and where is not None:
-        step = right * max(trace.along.size // _STEPS, 1)
-        at = nearest_index(trace.along, where[0]) + step
-        at = min(max(at, 0), trace.along.size - 1)
-        view.cursors.move((float(trace.along[at]), 0.0))
+    if trace.curve_values is not None and where is not None:
+        step = right * max(trace.curve_values.size // _STEPS, 1)
+        at = nearest_index(trace.curve_values, where[0]) + step
+        at = min(max(at, 0), trace.curve_values.size - 1)
+        view.cursors.move((float(trace.curve_values[at]), 0.0))

@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 
 from fivtui.charts import (
     CURSOR_SIGNS,
-    MOST_JOINED,
+    MAX_JOINED_SAMPLES,
     Axis,
     Backdrop,
     Chart,
     NearestPoint,
-    Place,
+    Position,
     Span,
     Trace,
     View,
+    covered_shares,
     crosshair,
-    heading,
-    nearest,
-    reduced,
-    shading,
-    share_of_time,
+    heading_spans,
+    nearest_points,
+    reduce_trace,
+    shade_text,
     trace_mark,
     trace_style,
 )
@@ -61,7 +61,7 @@ class Picture:
         """The characters without styles, line by line."""
         return "\n".join("".join(text for text, _ in line) for line in self.lines)
 
-    def place(self, column: float, row: float) -> tuple[float, float]:
+    def axis_positions(self, column: float, row: float) -> tuple[float, float]:
         """Axis positions (0 to 1 inside the plot) of the middle of a character cell."""
         first_column, top, columns, rows = self.plot
         return (column - first_column + 0.5) / columns, 1.0 - (row - top + 0.5) / rows
@@ -72,8 +72,8 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     below = len(chart.strips) + int(chart.x_axis)
     axes = view.axes(chart)
     cursors = (view.cursors.first, view.cursors.second)
-    read_points = [nearest(chart, view, position) for position in cursors]
-    lines, needed = _wrapped(*heading(chart, view, *read_points), width, reserved)
+    read_points = [nearest_points(chart, view, position) for position in cursors]
+    lines, needed = _wrapped(*heading_spans(chart, view, *read_points), width, reserved)
     # Shorten the legend to keep a few rows for the plot.
     heading_rows = max(min(needed, height - below - _MIN_ROWS_READ), height - below - _MIN_ROWS, 1)
     del lines[heading_rows:]
@@ -83,8 +83,8 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     if chart.backdrop is not None:
         canvas.shade(chart.backdrop)
     canvas.guide(chart)
-    canvas.curves(list(view.visible(chart)))
-    for index, trace in view.visible(chart):
+    canvas.curves(list(view.visible_traces(chart)))
+    for index, trace in view.visible_traces(chart):
         canvas.points(index, trace)
     canvas.label_guides()
     if len(chart.traces) > 1:
@@ -96,9 +96,9 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     for label, row in zip(margin, canvas.rows(), strict=True):
         lines.append([(label, "tick"), *row])
     for strip in chart.strips:
-        share = share_of_time(strip.intervals, (axes[0].low, axes[0].high), columns)
+        share = covered_shares(strip.intervals, (axes[0].low, axes[0].high), columns)
         name = (strip.label[:MARGIN].rjust(MARGIN), "tick")
-        lines.append([name, *canvas.strip(shading(share), chart, cursors)])
+        lines.append([name, *canvas.strip(shade_text(share), chart, cursors)])
     if chart.x_axis:
         lines.append(_column_labels(axes[0], chart.x_label, columns))
     return Picture(lines[:height], (MARGIN, top, columns, rows))
@@ -140,7 +140,7 @@ class _Canvas:
         labels = self._labels
         for guide in chart.guides:
             axis = self._axes[0 if guide.vertical else 1]
-            position = float(axis.place([guide.value])[0])
+            position = float(axis.positions([guide.value])[0])
             if not 0.0 <= position <= 1.0:
                 continue
             if guide.vertical:
@@ -171,8 +171,8 @@ class _Canvas:
         self._styles[row, column : column + len(text)] = style
 
     def _places(self, trace: Trace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        x, y = reduced(trace, self._axes[0], DOTS_X * self._columns)
-        return self._axes[0].place(x), self._axes[1].place(y)
+        x, y = reduce_trace(trace, self._axes[0], DOTS_X * self._columns)
+        return self._axes[0].positions(x), self._axes[1].positions(y)
 
     def curves(self, traces: Sequence[tuple[int, Trace]]) -> None:
         """Draw lines and dots; in cells shared by several traces, stripes show each of them."""
@@ -213,7 +213,7 @@ class _Canvas:
         elif trace.ordered:
             raster.lines(across, up)
         else:
-            early = max(across.size - MOST_JOINED, 0)
+            early = max(across.size - MAX_JOINED_SAMPLES, 0)
             raster.dots(across[:early], up[:early])
             raster.lines(across[early:], up[early:])
         return raster
@@ -228,21 +228,21 @@ class _Canvas:
     def number(self, chart: Chart, view: View) -> None:
         # Marks distinguish lines without colour.
         count = len(chart.traces)
-        for index, trace in view.visible(chart):
+        for index, trace in view.visible_traces(chart):
             if trace.look != "line" or not trace.x.size:
                 continue
             target = self._axes[0].value((index + 0.5) / count)
             sample = int(np.searchsorted(trace.x, target)) if trace.ordered else trace.x.size - 1
             sample = min(sample, trace.x.size - 1)
-            across = float(self._axes[0].place([trace.x[sample]])[0])
-            up = float(self._axes[1].place([trace.y[sample]])[0])
+            across = float(self._axes[0].positions([trace.x[sample]])[0])
+            up = float(self._axes[1].positions([trace.y[sample]])[0])
             if 0.0 <= across <= 1.0 and 0.0 <= up <= 1.0:
                 row, column = self._where(np.array([across]), np.array([up]))
                 self._characters[row, column] = ord(trace_mark(trace, index))
                 self._styles[row, column] = self._style(trace_style(trace, index))
 
     def cursor(
-        self, index: int, chart: Chart, where: Place | None, points: Sequence[NearestPoint]
+        self, index: int, chart: Chart, where: Position | None, points: Sequence[NearestPoint]
     ) -> None:
         if where is None:
             return
@@ -250,11 +250,11 @@ class _Canvas:
         style = self._style(name)
         across, up = crosshair(chart, where, points)
         column, row = self._column(across), self._row(up)
-        if column is not None and not chart.along:
+        if column is not None and not chart.curve_label:
             cells = self._characters[:, column]
             cells[cells == ord(" ")] = vertical
             self._styles[:, column] = style
-        if row is not None and chart.plane and not chart.along:
+        if row is not None and chart.plane and not chart.curve_label:
             cells = self._characters[row]
             cells[cells == ord(" ")] = _HORIZONTAL
             self._styles[row] = style
@@ -265,14 +265,16 @@ class _Canvas:
                 self._styles[row, column] = style
 
     def _column(self, x: float) -> int | None:
-        across = float(self._axes[0].place([x])[0])
+        across = float(self._axes[0].positions([x])[0])
         return _cell(across, self._columns) if 0.0 <= across <= 1.0 else None
 
     def _row(self, y: float) -> int | None:
-        up = float(self._axes[1].place([y])[0])
+        up = float(self._axes[1].positions([y])[0])
         return self._rows - 1 - _cell(up, self._rows) if 0.0 <= up <= 1.0 else None
 
-    def strip(self, shades: str, chart: Chart, cursors: Sequence[Place | None]) -> Iterator[Span]:
+    def strip(
+        self, shades: str, chart: Chart, cursors: Sequence[Position | None]
+    ) -> Iterator[Span]:
         """A row below the plot, with the cursors."""
         styles, characters = ["strip"] * len(shades), list(shades)
         for index in (1, 0):
@@ -307,7 +309,7 @@ def _closest(axis: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[
 def _row_labels(axis: Axis, ticks: Sequence[float], labels: Sequence[str], rows: int) -> list[str]:
     margin = ["│".rjust(MARGIN)] * rows
     for tick, label in zip(ticks, labels, strict=True):
-        row = rows - 1 - _cell(float(axis.place([tick])[0]), rows)
+        row = rows - 1 - _cell(float(axis.positions([tick])[0]), rows)
         if 0 <= row < rows:
             margin[row] = label[: MARGIN - 1].rjust(MARGIN - 1) + "┤"
     return margin
@@ -321,7 +323,7 @@ def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
     line = [" "] * (columns - len(after))
     free = 0
     for tick, text in zip(ticks, labels, strict=True):
-        middle = _cell(float(axis.place([tick])[0]), columns)
+        middle = _cell(float(axis.positions([tick])[0]), columns)
         start = max(min(middle - len(text) // 2, columns - len(text)), 0)
         if start >= free and start + len(text) <= len(line) - bool(after):
             line[start : start + len(text)] = text

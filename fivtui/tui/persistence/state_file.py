@@ -135,7 +135,7 @@ def _view_to_dict(view: View) -> dict[str, Any]:
         "log_x": view.log_x,
         "log_y": view.log_y,
         "hidden": sorted(view.hidden),
-        "since": view.since,
+        "since": view.newest_run,
     }
 
 
@@ -143,7 +143,7 @@ def _view_from_dict(data: Mapping[str, Any]) -> View:
     x, y = (_axis(data[name], bool(data[f"log_{name}"])) for name in ("x", "y"))
     hidden = {int(index) for index in data["hidden"]}
     since = int(data.get("since", 0))
-    return View(x, y, bool(data["log_x"]), bool(data["log_y"]), hidden, since=since)
+    return View(x, y, bool(data["log_x"]), bool(data["log_y"]), hidden, newest_run=since)
 
 
 def _axis(data: Any, log: bool) -> Axis | None:

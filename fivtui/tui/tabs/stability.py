@@ -134,7 +134,7 @@ class StabilityPane(ViewsPane):
         if self._analysis is None:
             raise InputError(f"no stability to export: {self._why}")
         export = scene_study_export(kind, "stability", self._analysis[1], self.session.name)
-        heading = Heading([self._analysis[0]], ignored=not self.session.separation)
+        heading = Heading([self._analysis[0]], ignores_separation=not self.session.separation)
         return as_displayed(export, self.visible_charts(), heading)
 
     def command_line(self) -> str:

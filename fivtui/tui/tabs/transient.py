@@ -315,7 +315,7 @@ class TransientPane(ViewsPane):
         validation = self.query_one(MeasuredView).validation
         name = f"{run.scene.name}-{run.number}"
         export = scene_study_export(kind, "validation", validation, name)
-        heading = Heading([run.scene.parameters], ignored=not run.scene.separation)
+        heading = Heading([run.scene.parameters], ignores_separation=not run.scene.separation)
         return as_displayed(export, charts, heading)
 
     def command_line(self) -> str:
@@ -365,7 +365,7 @@ class TransientPane(ViewsPane):
             for name in _QUANTITIES:
                 view = self.query_one(f"#plot-{name}", ChartView).view
                 view.x = Axis((1.0 - _LAST_PART) * t_end, t_end)
-                view.since = self.session.runs.count
+                view.newest_run = self.session.runs.count
             self.draw()
 
 

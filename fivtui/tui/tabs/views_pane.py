@@ -12,7 +12,7 @@ from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Button, ContentSwitcher, Static
 
-from fivtui.charts import Cursors, View, VisibleCharts, cursor_words
+from fivtui.charts import Cursors, View, VisibleCharts, cursor_texts
 from fivtui.tui.chart import ChartView
 
 from .pane import Pane
@@ -95,7 +95,7 @@ class ViewsPane(Pane):
         for chart in (self.query_one(f"#{name}", ChartView) for name in names):
             if chart is not event.view:
                 chart.view.x, chart.view.log_x = source.x, source.log_x
-                chart.view.since = source.since
+                chart.view.newest_run = source.newest_run
                 chart.redraw()
 
     @on(ChartView.CursorMoved)
@@ -116,7 +116,7 @@ class ViewsPane(Pane):
             if cursors.pinned:
                 phrases = list(_CURSOR_KEYS)
             if label and cursors.first is not None and cursors.second is not None:
-                phrases = cursor_words(label, cursors.first[0], cursors.second[0])
+                phrases = cursor_texts(label, cursors.first[0], cursors.second[0])
             if phrases:
                 break
         line = self.query_one(".cursor-words", Static)
@@ -178,7 +178,7 @@ class ViewsPane(Pane):
             for chart in self.shown_views()
             if chart.chart is not None
         ]
-        return VisibleCharts(panels, across=isinstance(shown, Horizontal)) if panels else None
+        return VisibleCharts(panels, side_by_side=isinstance(shown, Horizontal)) if panels else None
 
     @on(Button.Pressed, ".view-button")
     def _pressed(self, event: Button.Pressed) -> None:

@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 
 from fivtui.charts.axis import Axis, axis_for, parse_limits
 from fivtui.charts.chart import Backdrop, Chart, Cursors, Guide, Trace, View
-from fivtui.charts.reading import cursor_words, nearest, nearest_along
+from fivtui.charts.readout import cursor_texts, nearest_along, nearest_points
 from fivtui.charts.shades import Shade
 from fivtui.model.errors import InputError
 from fivtui.signals.charts import spectrum_chart
@@ -32,26 +32,26 @@ SINE = Chart("t (s)", "y (m)", (Trace("one", T, np.sin(T)), Trace("two", T, 2.0 
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.floats(0.0, 1.0))
 def test_positions_on_an_axis_invert_its_values(low: float, span: float, position: float) -> None:
     axis = Axis(low, low + span)
-    assert axis.place([axis.value(position)])[0] == pytest.approx(position, abs=1e-6)
+    assert axis.positions([axis.value(position)])[0] == pytest.approx(position, abs=1e-6)
 
 
 def test_a_logarithmic_axis_has_decades_and_only_positive_values() -> None:
     axis = Axis(1e-6, 1.0, log=True)
-    assert axis.place([1e-3])[0] == pytest.approx(0.5)
-    assert np.isnan(axis.place([0.0, -1.0])).all()
+    assert axis.positions([1e-3])[0] == pytest.approx(0.5)
+    assert np.isnan(axis.positions([0.0, -1.0])).all()
     assert axis.ticks(7)[1] == ["1e-06", "1e-05", "0.0001", "0.001", "0.01", "0.1", "1"]
     assert Axis(0.2, 6.0, log=True).ticks(8)[1] == ["0.2", "0.5", "1", "2", "5"]
 
 
 def test_zooming_keeps_its_centre_and_a_nonempty_axis() -> None:
     for axis in (Axis(-1.0, 3.0), Axis(0.1, 1000.0, log=True)):
-        zoomed = axis.moved(zoom=0.5, about=0.25)
+        zoomed = axis.transform(zoom=0.5, centre=0.25)
         assert zoomed.value(0.25) == pytest.approx(axis.value(0.25))
         for _ in range(5000):
-            zoomed = zoomed.moved(zoom=0.5)
+            zoomed = zoomed.transform(zoom=0.5)
         assert zoomed.low < zoomed.high
         for _ in range(5000):
-            zoomed = zoomed.moved(zoom=2.0, shift=0.1)
+            zoomed = zoomed.transform(zoom=2.0, shift=0.1)
         assert np.isfinite([zoomed.low, zoomed.high]).all()
 
 
@@ -119,12 +119,12 @@ def test_hidden_traces_are_not_drawn_and_limits_follow_the_others() -> None:
 
 def test_the_cursor_reads_the_nearest_sample_of_every_trace() -> None:
     view = View(cursors=Cursors((3.0001, 0.0)))
-    readings = nearest(SINE, view, view.cursors.first)
+    readings = nearest_points(SINE, view, view.cursors.first)
     assert [(point.trace, point.x) for point in readings] == [(0, 3.0), (1, 3.0)]
     assert readings[0].y == pytest.approx(np.sin(3.0))
     assert draw(SINE, view, 80, 20).text().startswith("t 3 s  y one 0.14112 m two -1.98 m")
     plane = Chart("a", "b", (Trace("", np.cos(T), np.sin(T), ordered=False),))
-    (point,) = nearest(plane, View(), (0.0, 0.9))
+    (point,) = nearest_points(plane, View(), (0.0, 0.9))
     assert (point.x, point.y) == pytest.approx((0.0, 1.0), abs=0.01)
 
 
@@ -302,9 +302,9 @@ def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
     sine = np.sin([3.0, 5.0])
     heading = draw(SINE, view, 80, 20).text().splitlines()[0]
     assert f"one ◆{sine[0]:.5g} ◇{sine[1]:.5g} Δ{sine[1] - sine[0]:.5g} m" in heading
-    assert cursor_words("t (s)", 3.0, 5.0) == ["t ◆3 ◇5 s", "Δt 2 s", "1/Δt 0.5 Hz"]
-    assert cursor_words("f (Hz)", 3.0, 2.5) == ["f ◆3 ◇2.5 Hz", "Δf -0.5 Hz", "1/Δf 2 s"]
-    assert cursor_words("μ", 1.0, 1.0) == ["μ ◆1 ◇1", "Δμ 0"]
+    assert cursor_texts("t (s)", 3.0, 5.0) == ["t ◆3 ◇5 s", "Δt 2 s", "1/Δt 0.5 Hz"]
+    assert cursor_texts("f (Hz)", 3.0, 2.5) == ["f ◆3 ◇2.5 Hz", "Δf -0.5 Hz", "1/Δf 2 s"]
+    assert cursor_texts("μ", 1.0, 1.0) == ["μ ◆1 ◇1", "Δμ 0"]
     # In a small terminal the plot shrinks, but the cursor values are complete.
     small = " ".join(draw(SINE, view, 38, 6).text().split())
     for name, values in (("one", np.sin([3.0, 5.0])), ("two", 2.0 * np.cos([3.0, 5.0]))):
@@ -317,18 +317,18 @@ def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
 
 
 def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
-    circle = Trace("", np.cos(T), np.sin(T), ordered=False, along=T)
-    chart = Chart("x (m)", "y (m)", (circle,), along="t (s)")
+    circle = Trace("", np.cos(T), np.sin(T), ordered=False, curve_values=T)
+    chart = Chart("x (m)", "y (m)", (circle,), curve_label="t (s)")
     assert chart.cursor_label == "t (s)"
     view = View(cursors=Cursors((0.0, 0.0), (4.71, 0.0)))
     first, second = (
-        nearest(chart, view, cursor) for cursor in (view.cursors.first, view.cursors.second)
+        nearest_points(chart, view, cursor) for cursor in (view.cursors.first, view.cursors.second)
     )
     assert [(p.x, p.y) for p in first + second] == [
         pytest.approx((1.0, 0.0)),
         pytest.approx((0.0, -1.0), abs=0.01),
     ]
-    assert nearest(chart, view, (11.0, 0.0)) == []
+    assert nearest_points(chart, view, (11.0, 0.0)) == []
     assert nearest_along(chart, view, (0.0, 1.2)) == pytest.approx(np.pi / 2, abs=0.01)
     text = draw(chart, view, 60, 20).text()
     assert text.count("◆") - text.splitlines()[0].count("◆") == 1
@@ -358,7 +358,7 @@ def test_limits_are_marked_and_a_new_run_outside_of_them_is_named() -> None:
     assert heading(low, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
     # Values exactly at the limits are not outside.
     assert heading(low, 1, np.linspace(-2.5, 2.5, T.size)) == "y (m) zoom y"
-    low.since = 1
+    low.newest_run = 1
     assert heading(low, 1, 3.0 * np.sin(T)) == "y (m) zoom y"
     late = View(x=Axis(20.0, 30.0))
     assert heading(late, 0, T).endswith("new outside, r: fit zoom t")

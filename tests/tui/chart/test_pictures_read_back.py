@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fivtui.charts.axis import Axis
 from fivtui.charts.chart import (
-    MOST_JOINED,
+    MAX_JOINED_SAMPLES,
     Backdrop,
     Chart,
     Cursors,
@@ -83,8 +83,8 @@ def test_points_guides_and_shades_stand_at_their_coordinates() -> None:
 
 def test_only_the_latest_points_of_a_long_orbit_are_joined() -> None:
     # First 20 corners far apart, then many points in one place, and two joined points at the end.
-    x = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 2.0), [2.0, 8.0]])
-    y = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 9.0), [9.0, 9.0]])
+    x = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MAX_JOINED_SAMPLES - 2, 2.0), [2.0, 8.0]])
+    y = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MAX_JOINED_SAMPLES - 2, 9.0), [9.0, 9.0]])
     chart = Chart("a (m)", "b (m)", (Trace("", x, y, ordered=False),), tight=False)
     read = Reading(draw(chart, View(), 80, 30))
     dots = read.dots()
@@ -167,7 +167,7 @@ def test_the_cursor_stands_at_the_sample_that_it_reads() -> None:
     # The centre of the mark's cell maps back to the cursor's position.
     column = next(c.index("◆") for c in read.cells if "◆" in c)
     row = next(r for r, c in enumerate(read.cells) if "◆" in c)
-    across, up = picture.place(MARGIN + column, picture.plot[1] + row)
+    across, up = picture.axis_positions(MARGIN + column, picture.plot[1] + row)
     x, y = view.axes(chart)
     assert x.value(across) == pytest.approx(16.0, abs=read.x_per_column)
     assert y.value(up) == pytest.approx(37.0, abs=read.y_per_row)

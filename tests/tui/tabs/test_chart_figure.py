@@ -20,7 +20,7 @@ from fivtui import safety_map
 from fivtui.charts import Heading
 from fivtui.charts.axis import Axis
 from fivtui.charts.chart import Chart, Cursors, Guide, Trace, View, VisibleCharts
-from fivtui.charts.figure import charts_figure, save_charts
+from fivtui.charts.displayed_charts import charts_figure, save_charts
 from fivtui.io.tables import read_columns, read_header
 from fivtui.maps import map_chart, stability_map
 from fivtui.model.errors import InputError
@@ -55,7 +55,7 @@ def check_panel(axes: Axes, chart: Chart, view: View) -> None:
     assert " ".join(axes.get_ylabel().split()) == chart.y_label
     assert axes.get_xlabel() == (chart.x_label if chart.x_axis else "")
     drawn = lines_of(axes)
-    shown = [trace for _, trace in view.visible(chart) if trace.name]
+    shown = [trace for _, trace in view.visible_traces(chart) if trace.name]
     if shown:
         assert len(drawn) == len(shown)
     for line, trace in zip(drawn, shown, strict=False):
@@ -69,7 +69,7 @@ def check_panel(axes: Axes, chart: Chart, view: View) -> None:
     visible = [
         guide
         for guide in chart.guides
-        if 0.0 <= (x if guide.vertical else y).place([guide.value])[0] <= 1.0
+        if 0.0 <= (x if guide.vertical else y).positions([guide.value])[0] <= 1.0
     ]
     assert texts == [guide.label for guide in visible if guide.label]
 
@@ -210,7 +210,9 @@ def test_a_picture_to_scale_keeps_its_aspect() -> None:
 def test_a_heading_lists_shared_parameters(tmp_path: Path) -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T),))
     both = [Parameters(), Parameters(F=70.0)]
-    figure = charts_figure(VisibleCharts([(chart, View())]), Heading(both, ("mu",), ignored=True))
+    figure = charts_figure(
+        VisibleCharts([(chart, View())]), Heading(both, ("mu",), ignores_separation=True)
+    )
     heading = figure.get_suptitle()
     assert "100\N{NO-BREAK SPACE}N/m" in heading
     assert heading.endswith("separation ignored")

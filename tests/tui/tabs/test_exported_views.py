@@ -46,12 +46,12 @@ def shown_words(chart: Chart, view: View) -> set[str]:
     x, y = view.axes(chart)
     labels = {chart.y_label, chart.note}
     for guide in chart.guides:
-        position = float((x if guide.vertical else y).place([guide.value])[0])
+        position = float((x if guide.vertical else y).positions([guide.value])[0])
         labels |= {guide.label} if 0.0 <= position <= 1.0 else set()
     labels |= {chart.x_label} if chart.x_axis else set()
     labels |= {strip.meaning for strip in chart.strips if strip.intervals}
     if len(chart.traces) > 1:
-        labels |= {trace.name for _, trace in view.visible(chart)}
+        labels |= {trace.name for _, trace in view.visible_traces(chart)}
     if chart.backdrop is not None:
         labels |= {chart.backdrop.label, *(shade.text for shade in chart.backdrop.shades)}
     return {" ".join(text.split()) for text in labels} - {""}

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fivtui.charts.chart import Cursors, View
-from fivtui.charts.reading import NearestPoint, nearest
+from fivtui.charts.readout import NearestPoint, nearest_points
 from fivtui.equilibrium.charts import frequency_chart, growth_chart, plane_chart
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.scan import mode_scan
@@ -241,7 +241,7 @@ def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
         assert np.all(np.diff(backdrop.levels[:, 0]) >= 0)
         (current,) = chart.traces
         assert (current.x.tolist(), current.y.tolist()) == ([30.0], [0.4])
-        point = nearest(chart, View(), (57.0, 0.2))[0]
+        point = nearest_points(chart, View(), (57.0, 0.2))[0]
         scene = point_scene(result.study, point, case)
         assert (scene.parameters.F, scene.parameters.mu, scene.separation) == (60.0, 0.1, case)
         moved = dataclasses.replace(result.study, start=(0.1, 0.2, -0.3, 0.4), t_end=7.0, tol=1e-6)

@@ -8,7 +8,7 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui import Parameters, safety_map
-from fivtui.charts import NO_VALUE, Shade, graded, in_words, scale_words
+from fivtui.charts import NO_VALUE, Shade, grade_values, label_shades, scale_text
 from fivtui.charts.chart import Cursors, View
 from fivtui.maps import StabilityMap
 from fivtui.maps.charts import map_chart, offsets, region_levels
@@ -28,7 +28,7 @@ def regions() -> StabilityMap:
 def scale_of(result: StabilityMap) -> str:
     backdrop = map_chart(result).backdrop
     assert backdrop is not None
-    return scale_words(backdrop.shades)
+    return scale_text(backdrop.shades)
 
 
 def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -> None:
@@ -60,10 +60,10 @@ def test_a_scale_gives_the_upper_value_of_each_shade() -> None:
     shades = (Shade(" ", "trace-1"), Shade("░", "trace-1"), NO_VALUE)
     values = np.array([[0.25, 0.5], [0.75, np.nan]])
     levels = np.array([[0, 0], [1, 2]])
-    assert scale_words(in_words(levels, shades, values)) == "blank ≤0.5 ░ ≤0.75 ? none"
+    assert scale_text(label_shades(levels, shades, values)) == "blank ≤0.5 ░ ≤0.75 ? none"
     # Enough digits to distinguish levels.
     close = np.array([[0.27785, 0.27785], [0.27791, np.nan]])
-    assert scale_words(in_words(levels, shades, close)) == "blank ≤0.2778 ░ ≤0.2779 ? none"
+    assert scale_text(label_shades(levels, shades, close)) == "blank ≤0.2778 ░ ≤0.2779 ? none"
 
 
 @pytest.fixture(scope="module")
@@ -85,11 +85,11 @@ def test_negligible_differences_have_one_shade(flat: StabilityMap) -> None:
     assert high - low == pytest.approx(1e-3 * flat.safe_mu.max())
     # Larger differences have shades of their own, and a plateau has one shade.
     plateau = np.array([[0.2778, 0.27785, 0.2779, 0.4], [0.2778, 0.9, 0.9001, np.nan]])
-    levels, shades = graded(plateau)
+    levels, shades = grade_values(plateau)
     assert len({*levels[0, :3].tolist(), levels[1, 0]}) == 1
     assert levels[0, 0] < levels[0, 3] < levels[1, 1] == levels[1, 2]
     assert shades[levels[1, 3]] == NO_VALUE
-    ramp, _ = graded(np.linspace(0.1, 1.0, 60))
+    ramp, _ = grade_values(np.linspace(0.1, 1.0, 60))
     assert np.bincount(ramp).tolist() == [10] * 6
     # The escaping offsets are accurate to 2 %.
     knock, _ = region_levels(np.ones((1, 3)), np.array([[1.0, 1.03, 3.0]]))

@@ -9,7 +9,7 @@ from textual.widgets import Input
 
 from fivtui.charts.axis import Axis
 from fivtui.charts.chart import Cursors, View
-from fivtui.charts.reading import nearest
+from fivtui.charts.readout import nearest_points
 from fivtui.maps import map_chart, stability_map
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
@@ -75,7 +75,7 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     picture = draw(chart, View(), 80, 20).text()
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursors=Cursors((60.2, 0.0)))
-    points = nearest(chart, view, view.cursors.first)
+    points = nearest_points(chart, view, view.cursors.first)
     assert case_of(study, points[0], False)
     assert point_scene(study, points[0], True).parameters == Parameters(F=60.0)
     assert not case_of(study, points[3], True)
@@ -97,7 +97,7 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_of_the_finished_points() -> N
         assert "◆" in draw(chart, View(), 80, 20).text()
         read = draw(chart, View(cursors=Cursors((41.0, 0.79))), 80, 20).text()
         assert read.startswith("F 40 N  μ 0.8  peak of |y| ")
-        (point,) = nearest(chart, View(), (41.0, 0.79))
+        (point,) = nearest_points(chart, View(), (41.0, 0.79))
         assert case_of(study, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
     part = compute_rows(study, 0, 7)
@@ -148,7 +148,7 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     assert turned.backdrop is not None
     assert np.all(np.diff(turned.backdrop.x) > 0.0)
     view = View(cursors=Cursors((80.0, 0.7)))
-    (point,) = nearest(turned, view, view.cursors.first)
+    (point,) = nearest_points(turned, view, view.cursors.first)
     result = stability_map(Parameters(), descending)
     texts = map_point(result, point)
     assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")

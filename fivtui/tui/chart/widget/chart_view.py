@@ -18,10 +18,10 @@ from textual.message import Message
 
 from fivtui.charts import (
     NearestPoint,
-    Place,
+    Position,
     Span,
     View,
-    nearest,
+    nearest_points,
 )
 from fivtui.tui.chart.cursor_moves import cursor_place, move_cursor, step_cursor, switch_cursor
 
@@ -176,7 +176,7 @@ class ChartView(DrawnChart, can_focus=True):
         self.redraw()
         self.post_message(self.CursorMoved(self))
 
-    def _move_cursor(self, position: Place) -> None:
+    def _move_cursor(self, position: Position) -> None:
         if self._chart is not None:
             move_cursor(self._chart, self.view, position)
             self._cursor_moved()
@@ -188,7 +188,7 @@ class ChartView(DrawnChart, can_focus=True):
         if self.view.cursors.moving is None:
             self.action_cursor(0)
             return
-        points = nearest(self._chart, self.view, self.view.cursors.moving)
+        points = nearest_points(self._chart, self.view, self.view.cursors.moving)
         if points:
             self.post_message(self.Opened(self, points[0]))
 
@@ -208,7 +208,7 @@ class ChartView(DrawnChart, can_focus=True):
                 self.view.pan(self._chart, -right / columns, 0.0 if follows else down / rows)
                 self._moved()
         elif not self.view.cursors.pinned:
-            position = picture.place(event.x, event.y)
+            position = picture.axis_positions(event.x, event.y)
             if all(0.0 <= part <= 1.0 for part in position):
                 self._move_cursor(position)
             elif self.view.cursors.moving is not None:
@@ -245,7 +245,7 @@ class ChartView(DrawnChart, can_focus=True):
         picture = self._drawn()
         if picture is not None:
             event.stop()
-            self._zoom(_WHEEL_STEP, direction, picture.place(event.x, event.y))
+            self._zoom(_WHEEL_STEP, direction, picture.axis_positions(event.x, event.y))
 
     async def on_click(self, event: Click) -> None:
         """Press a control, toggle a trace, place a cursor, or open a point (double click).
@@ -264,7 +264,7 @@ class ChartView(DrawnChart, can_focus=True):
             if index is not None:
                 self.action_trace(index + 1)
             return
-        position = picture.place(event.x, event.y)
+        position = picture.axis_positions(event.x, event.y)
         if not all(0.0 <= part <= 1.0 for part in position):
             return
         cursors = self.view.cursors

@@ -9,7 +9,7 @@ from rich.style import Style
 from textual.strip import Strip
 from textual.widget import Widget
 
-from fivtui.charts import Chart, Cursors, Span, View, is_long
+from fivtui.charts import Chart, Cursors, Span, View, needs_full_line
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
 
@@ -113,7 +113,7 @@ class DrawnChart(Widget):
             return [[("", "plot")], *([(f"{_INDENT}{line}", "label")] for line in below)]
         if self._picture is None:
             self._controls.clear()
-            crowded = width < _WIDE and is_long(self._chart, self.view)
+            crowded = width < _WIDE and needs_full_line(self._chart, self.view)
             controls = [] if crowded else self._heading_end(width)
             reserved = sum(len(text) for text, _ in controls)
             self._picture = draw(self._chart, self.view, width, height, reserved=reserved)

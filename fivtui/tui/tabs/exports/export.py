@@ -97,7 +97,7 @@ def belt_export(
 
         writers = {".wav": write_sound, **dict.fromkeys(plain.suffixes, plain.write)}
         return data_export(of, stem, "sound or trajectory", writers)
-    heading = Heading([result.parameters], ignored=not result.separation)
+    heading = Heading([result.parameters], ignores_separation=not result.separation)
     still = charts_export(of, stem, charts, heading) if charts is not None else plain
 
     def check(path: Path) -> None:

@@ -103,7 +103,9 @@ class BranchesPane(StudyPane):
 
     def heading(self, result: CycleBranch) -> Heading:
         """All parameters except the one along the branch."""
-        return Heading([result.parameters], (result.name,), ignored=not result.separation)
+        return Heading(
+            [result.parameters], (result.name,), ignores_separation=not result.separation
+        )
 
     def command_request(self) -> Any:
         """The displayed result: only results have a command."""

@@ -9,7 +9,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Static
 
-from fivtui.charts import Heading, NearestPoint, scale_words
+from fivtui.charts import Heading, NearestPoint, scale_text
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
@@ -177,7 +177,7 @@ class MapPane(StudyPane):
         chart = map_chart(result, self.parameters)
         self.query_one(ChartView).show(chart)
         if chart.backdrop is not None:
-            self.query_one("#scale", Static).update(scale_words(chart.backdrop.shades))
+            self.query_one("#scale", Static).update(scale_text(chart.backdrop.shades))
 
     def submitted(self) -> None:
         """Stop the current map and map the typed ranges."""
@@ -220,7 +220,7 @@ class MapPane(StudyPane):
 
     def heading(self, result: "StabilityMap") -> Heading:
         """The parameters that are not mapped."""
-        return Heading([result.parameters], result.names, ignored=not result.separation)
+        return Heading([result.parameters], result.names, ignores_separation=not result.separation)
 
     def command_request(self) -> Any:
         """The displayed result: only results have a command."""

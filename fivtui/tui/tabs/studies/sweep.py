@@ -7,7 +7,7 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Static
 
-from fivtui.charts import Heading, NearestPoint, scale_words
+from fivtui.charts import Heading, NearestPoint, scale_text
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
@@ -100,7 +100,7 @@ class SweepPane(StudyPane):
         chart = self.query_one(ChartView).chart
         if chart is None or chart.backdrop is None:
             return text
-        return f"{text}: {scale_words(chart.backdrop.shades)}"
+        return f"{text}: {scale_text(chart.backdrop.shades)}"
 
     def draw_result(self, result: "Sweep") -> None:
         """Draw the computed members, with the edited values of the swept parameters."""

@@ -92,7 +92,7 @@ class TradeoffPane(StudyPane):
 
     def heading(self, result: "Tradeoff") -> Heading:
         """The parameters of the scene."""
-        return Heading([result.scene.parameters], ignored=not result.scene.separation)
+        return Heading([result.scene.parameters], ignores_separation=not result.scene.separation)
 
     def request_of(self, result: "Tradeoff") -> Scene:
         """The scene of a measurement."""

@@ -14,15 +14,15 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from fivtui.io import check_output, check_suffix, write_atomically
 from fivtui.version import __version__
 
-# Metadata by suffix: no date, so that the same figure always gives the same bytes.
+# Metadata by suffix, without date: the same figure always gives the same bytes.
 _METADATA: Final[Mapping[str, Mapping[str, str | None]]] = {
     ".png": {"Software": f"fivtui {__version__}"},
     ".svg": {"Creator": f"fivtui {__version__}", "Date": None},
     ".pdf": {"Creator": f"fivtui {__version__}", "CreationDate": None},
 }
 FORMATS: Final = tuple(suffix.removeprefix(".") for suffix in _METADATA)
-# Type 42 keeps the text of a PDF searchable.
-_SAVING: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
+# Font type 42 keeps the text of a PDF searchable.
+_SAVE_OPTIONS: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
 _DPI: Final = 200
 
 STYLE: Final[dict[Any, Any]] = {
@@ -40,13 +40,13 @@ STYLE: Final[dict[Any, Any]] = {
     "ytick.direction": "in",
     "hatch.linewidth": 0.3,
 }
-# Colours of times off the belt and of sticking.
-OFF_BELT: Final = "0.9"
-STUCK: Final = "#f6e3c5"
+# Colours of intervals of separation and of stick.
+OFF_BELT_COLOUR: Final = "0.9"
+STUCK_COLOUR: Final = "#f6e3c5"
 
 
 def new_figure(width: float, height: float, *, wspace: float | None = None) -> Figure:
-    """An empty figure of a size in inches, with an Agg canvas; `wspace` is the gap of panels."""
+    """An empty figure in inches, with an Agg canvas; `wspace` is the gap between panels."""
     figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=wspace))
     FigureCanvasAgg(figure)
     return figure
@@ -69,7 +69,7 @@ def shade_times(
 
 
 def check_figure_path(path: Path) -> None:
-    """Raise `InputError` if a figure cannot be written to this path; checks before computing."""
+    """Raise `InputError` if a figure cannot be written to this path."""
     check_suffix(path, "figure", _METADATA)
     check_output(path)
 
@@ -81,7 +81,7 @@ def save_figure(figure: Figure, path: Path) -> None:
     def write(file: BinaryIO) -> None:
         # Draw into memory: matplotlib hides the cause if a file cannot be written.
         content = BytesIO()
-        with mpl.rc_context(_SAVING):
+        with mpl.rc_context(_SAVE_OPTIONS):
             figure.savefig(
                 content, format=suffix.removeprefix("."), dpi=_DPI, metadata=dict(_METADATA[suffix])
             )

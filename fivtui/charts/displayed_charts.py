@@ -1,0 +1,344 @@
+"""The displayed charts as a matplotlib figure, or their points as a table. Imports no Textual."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from textwrap import fill
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure
+
+from fivtui.io import write_table
+from fivtui.model import Column
+
+from .axis import Axis
+from .chart import (
+    COLOURS,
+    FIGURE_WIDTH,
+    Backdrop,
+    Chart,
+    Guide,
+    Heading,
+    Sheet,
+    Trace,
+    View,
+    VisibleCharts,
+)
+from .figure_style import STYLE
+from .labels import parameter_text
+from .readout import NearestPoint, crosshair, cursor_texts, heading_spans, nearest_points
+from .shades import ColourScale, Shade
+from .sheet import sheet_figure
+
+# Heights of a row and of a figure, inches.
+_ROW_HEIGHT: Final = 2.0
+_MIN_HEIGHT: Final = 3.4
+_SQUARE_HEIGHT: Final = 3.6
+_MARKERS: Final[Mapping[str, str]] = {
+    "●": "o", "○": "o", "■": "s", "□": "s", "▲": "^", "△": "^", "▼": "v", "▽": "v",
+    "◆": "D", "◇": "D", "★": "*", "☆": "*", "×": "x", "+": "+", "▫": "s", "▬": "_",
+}  # fmt: skip
+_HOLLOW_MARKS: Final = "○□△▽◇☆▫"
+_PRESENT_MARK: Final = "◆"
+# Styles of the first cursor and the second.
+_CURSOR_STYLES: Final[Sequence[Mapping[str, str]]] = (
+    {"linestyle": "-", "markerfacecolor": "0.1"},
+    {"linestyle": ":", "markerfacecolor": "white"},
+)
+# The markers of traces with more points are small.
+_MANY_POINTS: Final = 300
+# Dash patterns distinguish lines in black and white.
+_DASHES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
+# Colours of the styles of shades, and darkness of their characters.
+_SHADE_COLOURS: Final[Mapping[str, str]] = {
+    "stable": "#009E73", "unstable": "#D55E00", "trace-1": "#0072B2", "trace-2": "#E69F00",
+    "hidden": "#808080",
+}  # fmt: skip
+_DARKNESS: Final[Mapping[str, float]] = {
+    " ": 0.0, "·": 0.15, ":": 0.3, "?": 0.35, "×": 0.6, "░": 0.35, "▒": 0.55, "▓": 0.75, "█": 1.0,
+}  # fmt: skip
+# Height of a figure outside its panels, inches; letters of a label per inch; letters in a line of
+# a title; line spacing of the labels of guides, pt.
+_AROUND_PANELS: Final = 1.2
+_LETTERS_PER_INCH: Final = 14.0
+_TITLE_LETTERS: Final = 84
+_LABEL_LINE_PT: Final = 9.5
+# Width of a letter of a guide's label relative to a figure's width.
+_LETTER_WIDTH: Final = 0.0095
+
+
+def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figure:
+    """A matplotlib figure of the displayed charts."""
+    count = len(charts.panels)
+    rows, columns = (1, count) if charts.side_by_side else (count, 1)
+    height = _SQUARE_HEIGHT if charts.side_by_side else max(_ROW_HEIGHT * rows, _MIN_HEIGHT)
+    letters = int(_LETTERS_PER_INCH * (height - _AROUND_PANELS) / rows)
+    displayed = []
+    for index, (chart, view) in enumerate(charts.panels):
+        readout_text = _cursor_text(chart, view, first=index == 0)
+        # Omit a note that repeats the label of the shades.
+        note = chart.note if chart.backdrop is None or chart.note != chart.backdrop.label else ""
+        title = "\n".join(
+            fill(text, _TITLE_LETTERS // columns) for text in (note, readout_text) if text
+        )
+        label = fill(chart.y_label, letters)
+        displayed.append(replace(_displayed_chart(chart, view), title=title, y_label=label))
+    sheet = Sheet(
+        [[chart] for chart in displayed] if charts.side_by_side else [displayed],
+        (FIGURE_WIDTH, height),
+    )
+    # A single curve needs no name.
+    single_names = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
+    figure = sheet_figure(sheet, omitted=single_names)
+    with mpl.rc_context(STYLE):
+        for axes, (chart, view) in zip(figure.axes, charts.panels, strict=False):
+            _draw_guides(axes, chart, view.axes(chart), columns)
+            _draw_cursors(axes, chart, view)
+        if heading is not None:
+            figure.suptitle(_heading_text(heading), fontsize=mpl.rcParams["font.size"])
+    return figure
+
+
+def _heading_text(heading: Heading) -> str:
+    first, *following = heading.parameters
+    varied = [
+        name
+        for name in first.as_dict()
+        if any(getattr(parameters, name) != getattr(first, name) for parameters in following)
+    ]
+    line = parameter_text(first, [*heading.omitted, *varied])
+    return f"{line}, separation ignored" if heading.ignores_separation else line
+
+
+def _displayed_chart(chart: Chart, view: View) -> Chart:
+    """A chart with the traces, limits and shades that the terminal displays."""
+    x, y = view.axes(chart)
+    backdrop, colours = (None, None) if chart.backdrop is None else _band_backdrop(chart.backdrop)
+    return replace(
+        chart,
+        x_label=str(chart.x_label),
+        traces=tuple(_styled_trace(chart, index) for index, _ in view.visible_traces(chart)),
+        guides=(),
+        backdrop=backdrop,
+        colour_scale=colours,
+        y_names=(),
+        stacked=False,
+        tight=False,
+        log="x" * x.log + "y" * y.log,
+        linear_within=0.0,
+        legend="below",
+        figure_x=(x.low, x.high),
+        figure_y=(y.low, y.high),
+    )
+
+
+def _styled_trace(chart: Chart, index: int) -> Trace:
+    """A trace with the colour, dashes and marker that distinguish it in its chart."""
+    trace, several = chart.traces[index], len(chart.traces) > 1
+    properties = _trace_properties(trace, index, several=several)
+    if trace.number:
+        # Draw runs of a smaller range on top: those of a greater range would hide them.
+        ranges = sorted(
+            {_range(item) for item in chart.traces if item.number},
+            reverse=True,
+        )
+        properties["zorder"] += ranges.index(_range(trace)) / len(ranges)
+    if chart.to_scale:
+        properties |= {"linestyle": "-", "markevery": [trace.x.size - 1]}
+    marker = properties.pop("marker") if trace.look == "line" and not chart.to_scale else ""
+    look = "line" if trace.look == "area" else trace.look
+    return Trace(
+        str(trace.name), trace.x, trace.y, look, trace.ordered, marker=marker, style=properties
+    )
+
+
+def _range(trace: Trace) -> float:
+    finite = trace.y[np.isfinite(trace.y)]
+    return float(np.ptp(finite)) if finite.size else 0.0
+
+
+def _trace_properties(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
+    mark = trace.mark if several or trace.look != "line" else ""
+    # Letters and the present point are black: they lie on lines and shades of all colours.
+    is_points = trace.look == "points"
+    is_letter, is_small = mark.isalnum(), is_points and trace.x.size > _MANY_POINTS
+    marker = f"$\\mathrm{{{mark}}}$" if is_letter else _MARKERS.get(mark, "")
+    properties: dict[str, Any] = {
+        "color": trace.colour
+        or ("black" if is_letter or (is_points and mark == _PRESENT_MARK) else _colour(index)),
+        "linestyle": "none" if trace.look in ("points", "dots") else "-",
+        "linewidth": 1.0,
+        "marker": "." if trace.look == "dots" else marker,
+        "markersize": 2.0
+        if trace.look == "dots"
+        else 7.0
+        if is_letter
+        else 2.5
+        if is_small
+        else 4.5,
+        "zorder": 3.0 if trace.look == "points" else 2.0,
+    }
+    if trace.look in ("points", "marked") and not properties["marker"]:
+        properties["marker"] = "o"
+    if mark and mark in _HOLLOW_MARKS:
+        properties["markerfacecolor"] = "white"
+    if trace.look == "line" and not trace.mark:
+        properties["linestyle"] = _DASHES[index % len(_DASHES)]
+    return properties
+
+
+def _colour(index: int) -> str:
+    return COLOURS[index % len(COLOURS)]
+
+
+def _draw_guides(axes: Axes, chart: Chart, limits: tuple[Axis, Axis], columns: int) -> None:
+    # Labels that would overlap are on different rows.
+    row_ends: list[float] = []
+    for guide in chart.guides:
+        start = float(limits[0 if guide.vertical else 1].positions([guide.value])[0])
+        if not 0.0 <= start <= 1.0:
+            continue
+        row = 0
+        if guide.vertical and guide.label:
+            row = next((row for row, end in enumerate(row_ends) if start > end), len(row_ends))
+            row_ends[row : row + 1] = [start + (len(guide.label) + 1) * _LETTER_WIDTH * columns]
+        _draw_guide(axes, guide, row)
+
+
+def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
+    line = axes.axvline if guide.vertical else axes.axhline
+    line(guide.value, color="0.4", linewidth=0.6, zorder=1.0, label="_")
+    if guide.label:
+        anchor = (guide.value, 1.0) if guide.vertical else (1.0, guide.value)
+        axes.annotate(
+            guide.label,
+            anchor,
+            xycoords=axes.get_xaxis_transform() if guide.vertical else axes.get_yaxis_transform(),
+            textcoords="offset points",
+            xytext=(2.0, -2.0 - _LABEL_LINE_PT * row) if guide.vertical else (-2.0, 2.0),
+            ha="left" if guide.vertical else "right",
+            va="top" if guide.vertical else "bottom",
+            fontsize=7.5,
+            color="0.25",
+            annotation_clip=True,
+            parse_math=False,
+        )
+
+
+def _band_backdrop(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
+    """Number the displayed levels from 0 as values, with a scale of their colours."""
+    used = [level for level, shade in enumerate(backdrop.shades) if shade.text]
+    shades = [backdrop.shades[level] for level in used]
+    band_values = np.zeros(len(backdrop.shades))
+    band_values[used] = np.arange(len(used))
+    plain_shades = [shade._replace(fill="", hatch="") for shade in backdrop.shades]
+    colours = ColourScale(
+        str(backdrop.label),
+        tuple(map(_shade_colour, shades)),
+        -0.5,
+        len(used) - 0.5,
+        tuple(range(len(used))),
+        tuple(shade.text for shade in shades),
+    )
+    values = band_values[backdrop.levels]
+    return replace(backdrop, values=values, shades=plain_shades, contours=()), colours
+
+
+def _shade_colour(shade: Shade) -> str:
+    darkness = _DARKNESS[shade.character]
+    red, green, blue = (1.0 - darkness * (1.0 - c) for c in to_rgb(_SHADE_COLOURS[shade.style]))
+    return to_hex((red, green, blue))
+
+
+def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:
+    return [
+        nearest_points(chart, view, position)
+        for position in (view.cursors.first, view.cursors.second)
+    ]
+
+
+def _cursor_text(chart: Chart, view: View, *, first: bool) -> str:
+    """Values at the cursors; for the first chart, also the distance between the cursors."""
+    points = _cursor_points(chart, view)
+    if not any(points):
+        return ""
+    spans, count = heading_spans(chart, view, *points)
+    texts = [text.strip() for text, _ in spans[:count]]
+    label, (a, b) = (
+        chart.cursor_label,
+        (view.cursors.first, view.cursors.second),
+    )
+    if first and label and a is not None and b is not None:
+        texts = [*cursor_texts(label, a[0], b[0]), *texts]
+    return ", ".join(filter(None, texts))
+
+
+def _draw_cursors(axes: Axes, chart: Chart, view: View) -> None:
+    """Draw the cursors and the points at them."""
+    positions = (view.cursors.first, view.cursors.second)
+    for position, points, style in zip(
+        positions, _cursor_points(chart, view), _CURSOR_STYLES, strict=True
+    ):
+        if position is None:
+            continue
+        line: dict[str, Any] = {
+            "color": "0.1",
+            "linewidth": 0.8,
+            "linestyle": style["linestyle"],
+            "label": "_",
+        }
+        cursor_x, cursor_y = crosshair(chart, position, points)
+        if not chart.curve_label:
+            axes.axvline(cursor_x, **line)
+        if chart.plane and not chart.curve_label:
+            axes.axhline(cursor_y, **line)
+        axes.plot(
+            [point.x for point in points],
+            [point.y for point in points],
+            "D",
+            color="0.1",
+            markerfacecolor=style["markerfacecolor"],
+            markersize=5,
+            zorder=4,
+            label="_",
+        )
+
+
+def save_charts(charts: VisibleCharts, path: Path) -> None:
+    """Save the visible points of the displayed charts as CSV, NPZ or Parquet."""
+    point_parts: list[tuple[float, float, np.ndarray[Any, np.dtype[np.float64]], Any]] = []
+    panels = []
+    for number, (chart, view) in enumerate(charts.panels, start=1):
+        x, y = view.axes(chart)
+        names = {}
+        for index, trace in view.visible_traces(chart):
+            inside = _is_inside(trace.x, x) & _is_inside(trace.y, y)
+            point_parts.append((number, index + 1.0, trace.x[inside], trace.y[inside]))
+            names[str(index + 1)] = trace.name or chart.note
+        panels.append({"x": chart.x_label, "y": chart.y_label, "traces": names})
+    columns = {
+        "panel": _concatenate([np.full(part[2].size, part[0]) for part in point_parts]),
+        "trace": _concatenate([np.full(part[2].size, part[1]) for part in point_parts]),
+        "x": _concatenate([part[2] for part in point_parts]),
+        "y": _concatenate([part[3] for part in point_parts]),
+    }
+    specs = [
+        Column("panel", "1", "number of the chart, from the first"),
+        Column("trace", "1", "number of the trace in its chart"),
+        Column("x", "see panels", "along the x axis of the chart"),
+        Column("y", "see panels", "along the y axis of the chart"),
+    ]
+    write_table(path, "chart's data", specs, columns, {"panels": panels})
+
+
+def _concatenate(parts: Sequence[Any]) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.concatenate(parts) if parts else np.empty(0)
+
+
+def _is_inside(values: np.ndarray[Any, np.dtype[np.float64]], axis: Axis) -> Any:
+    with np.errstate(invalid="ignore"):
+        return (values >= axis.low) & (values <= axis.high)
