@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .arrays import StabilityPoints, critical_mus, is_on_belt, judge_growths
+    from .arrays import StabilityPoints, critical_mus, has_finite_speed, judge_stability
     from .belt import critical_mu_on_belt, critical_speeds
     from .charts import frequency_chart, growth_chart, plane_chart
     from .critical import (

@@ -1,6 +1,6 @@
 """Stability of many parameter sets at once, on arrays and in closed form.
 
-The equilibrium is that of `model.equilibrium`, eigenvalues follow from the resolvent cubic of the
+The equilibrium is that of `model.equilibrium`. Eigenvalues follow from the resolvent cubic of the
 characteristic quartic, the stability boundary from the Routh–Hurwitz criterion.
 """
 
@@ -30,23 +30,23 @@ from fivtui.model import (
 )
 
 from .belt import critical_mu_on_belt
-from .eigenvalues import ROUNDING, judge_growth
+from .eigenvalues import ROUNDING, growth_and_stability
 from .heights import resting_heights
 from .quartic import rightmost_real_part
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_MOST_ITERATIONS: Final = 200
+_MAX_ITERATIONS: Final = 200
 _CONVERGED: Final = 4.0 * np.finfo(float).eps
 
 
 class StabilityPoints:
-    """Growth rate, boundary and critical μ of n parameter sets at their equilibria.
+    """Growth rate, stability boundary and critical μ of n parameter sets at their equilibria.
 
-    Compute under ``np.errstate(all="ignore")`` and check what is not finite. `no_equilibrium` is
-    True where F < 0 lifts the slider and k3 = 0 does not hold it; `kt` is the tangent contact
-    stiffness, N/m, 0 where the slider is lifted.
+    Use it under ``np.errstate(all="ignore")`` and check for values that are not finite.
+    `no_equilibrium` is True where F < 0 lifts the slider and k3 = 0 does not hold it; `kt` is the
+    tangent contact stiffness, N/m, 0 where the slider is lifted.
     """
 
     m: FloatArray
@@ -72,15 +72,15 @@ class StabilityPoints:
             self.no_equilibrium = self.lifted & (
                 (stiffness == 0.0) | ~np.isfinite(self.load / stiffness)
             )
-            self.kt = np.where(self.lifted, 0.0, self._tangent(self.mu))
+            self.kt = np.where(self.lifted, 0.0, self._tangent_stiffness(self.mu))
 
     def growth_rate(self) -> FloatArray:
         """Greatest real part of the eigenvalues, 1/s, shape (n,).
 
-        Meaningless where `no_equilibrium`.
+        Undefined where `no_equilibrium`.
         """
         b = self.kt + self.h
-        # With this frequency as unit every coefficient is of order one.
+        # In units of √(stiffness/m) every coefficient is of order one.
         stiffness = self.a + b
         scale = np.sqrt(self.m * stiffness)
         push = self.h - self.mu * self.kt
@@ -92,15 +92,15 @@ class StabilityPoints:
             self.h * push / stiffness / stiffness,
         ) * np.sqrt(stiffness / self.m)
 
-    def _fastest(self) -> FloatArray:
-        # Upper bound of the moduli of the eigenvalues, of their order, 1/s.
+    def _eigenvalue_bound(self) -> FloatArray:
+        # Upper bound of the moduli of the eigenvalues, 1/s, of their order of magnitude.
         stiffness = self.a + self.kt + self.h
         return np.sqrt(stiffness) / np.sqrt(self.m) + (self.c1 + self.c2) / self.m
 
     def growth_and_stability(self) -> tuple[FloatArray, BoolArray]:
         """`growth_rate`, and whether it is negative beyond rounding; shape (n,) each."""
         growth = self.growth_rate()
-        return growth, growth < -ROUNDING * self._fastest()
+        return growth, growth < -ROUNDING * self._eigenvalue_bound()
 
     def excess(self) -> FloatArray:
         """Relative excess of μ h k_t over its value on the stability boundary, shape (n,).
@@ -115,46 +115,46 @@ class StabilityPoints:
         relative[self.no_equilibrium] = np.nan
         return relative
 
-    def _tangent(self, mu: FloatArray) -> FloatArray:
+    def _tangent_stiffness(self, mu: FloatArray) -> FloatArray:
         return tangent_stiffness(self, resting_heights(self, mu))
 
     def critical_mu(self) -> FloatArray:
         """The μ above which the equilibrium is unstable, shape (n,); NaN if none is in range."""
-        # Newton's method on the excess, which grows along μ. A step that leaves the bracket is
-        # replaced by bisection on a logarithmic scale.
+        # Newton's method on the distance from the boundary, which grows with μ. A step that leaves
+        # the bracket is replaced by bisection on a logarithmic scale.
         low, high = np.zeros_like(self.m), np.full_like(self.m, PARAMETERS["mu"].upper)
-        without = self.lifted | (self.k3 == 0.0)
-        without |= (self._excess(low)[0] >= 0.0) | (self._excess(high)[0] < 0.0)
+        is_missing = self.lifted | (self.k3 == 0.0)
+        is_missing |= (self._distance(low)[0] >= 0.0) | (self._distance(high)[0] < 0.0)
         with np.errstate(all="ignore"):
             mu = np.clip(flutter_boundary(self, self.k2) / (self.h * self.k2), 0.0, high)
-        moving = ~without
-        for _ in range(_MOST_ITERATIONS):
-            value, slope = self._excess(mu)
-            below = value < 0.0
+        moving = ~is_missing
+        for _ in range(_MAX_ITERATIONS):
+            distance, slope = self._distance(mu)
+            below = distance < 0.0
             low, high = np.where(below, mu, low), np.where(below, high, mu)
-            new = mu - value / slope
-            outside = ~((new > low) & (new < high))
+            next_mu = mu - distance / slope
+            outside = ~((next_mu > low) & (next_mu < high))
             middle = np.where(low > 0.0, np.sqrt(low * high), 0.5 * (low + high))
-            new = np.where(outside, middle, new)
-            moved = np.abs(new - mu) > _CONVERGED * mu
+            next_mu = np.where(outside, middle, next_mu)
+            moved = np.abs(next_mu - mu) > _CONVERGED * mu
             # Converged sets stay unchanged, so that no result depends on the rest of the batch.
-            mu = np.where(moving, new, mu)
+            mu = np.where(moving, next_mu, mu)
             moving &= moved & (high - low > _CONVERGED * high)
             if not moving.any():
                 break
-        return np.where(without, np.nan, mu)
+        return np.where(is_missing, np.nan, mu)
 
-    def _excess(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _distance(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
         # μ − boundary/(h k_t) and its derivative by μ; the equilibrium gives k_t for each μ.
         y = resting_heights(self, mu)
         alpha, beta, _ = rest_coefficients(self, mu)
         kt = tangent_stiffness(self, y)
-        by_mu = self.h / self.a * spring_force(self, y)
-        turn = tangent_slope(self, y) * by_mu / (3.0 * alpha * y * y + beta)
-        bound = flutter_boundary(self, kt)
+        force_slope = self.h / self.a * spring_force(self, y)
+        kt_slope = tangent_slope(self, y) * force_slope / (3.0 * alpha * y * y + beta)
+        boundary = flutter_boundary(self, kt)
         by_kt = flutter_boundary_slope(self, kt)
         coupling = self.h * kt
-        return mu - bound / coupling, 1.0 - (by_kt - bound / kt) / coupling * turn
+        return mu - boundary / coupling, 1.0 - (by_kt - boundary / kt) / coupling * kt_slope
 
 
 def critical_mus(
@@ -164,37 +164,37 @@ def critical_mus(
 
     The equilibrium becomes unstable above it; on a belt of finite speed the least such μ counts.
     """
-    if is_on_belt(p, varied):
-        return _critical_one_by_one(p, varied, separation)
+    if has_finite_speed(p, varied):
+        return _critical_mus_on_belt(p, varied, separation)
     with np.errstate(all="ignore"):
         return StabilityPoints(p, varied, separation).critical_mu()
 
 
-def is_on_belt(p: Parameters, varied: Collection[str]) -> bool:
-    """Whether parameter sets are on a belt of finite speed."""
+def has_finite_speed(p: Parameters, varied: Collection[str]) -> bool:
+    """Whether parameter sets have a belt of finite speed."""
     return p.v_belt is not None or "v_belt" in varied
 
 
-def _critical_one_by_one(
+def _critical_mus_on_belt(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> FloatArray:
-    # μ has no effect here; 0 is valid for every static friction.
+    # The value of μ has no effect on critical μ; 0 is valid for every static friction.
     lowest = np.full(separation.size, np.nan)
-    for index, considered in enumerate(separation.tolist()):
+    for index, separates in enumerate(separation.tolist()):
         values = {name: float(column[index]) for name, column in varied.items()}
-        changes = critical_mu_on_belt(System(p.with_values({**values, "mu": 0.0}), considered))
+        changes = critical_mu_on_belt(System(p.with_values({**values, "mu": 0.0}), separates))
         lowest[index] = next(
             (change.mu for change in changes if change.becomes == "unstable"), np.nan
         )
     return lowest
 
 
-def judge_growths(
+def judge_stability(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> tuple[FloatArray, BoolArray, dict[int, str]]:
-    """Growth rates and stability of n parameter sets."""
-    if is_on_belt(p, varied):
-        return _judge_one_by_one(p, varied, separation)
+    """Growth rates and stability of n parameter sets, and why some have no equilibrium."""
+    if has_finite_speed(p, varied):
+        return _growths_on_belt(p, varied, separation)
     with np.errstate(all="ignore"):
         points = StabilityPoints(p, varied, separation)
         growth, stable = points.growth_and_stability()
@@ -209,19 +209,19 @@ def judge_growths(
     return growth, stable, reasons
 
 
-def _judge_one_by_one(
+def _growths_on_belt(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> tuple[FloatArray, BoolArray, dict[int, str]]:
-    # On a belt of finite speed: from the eigenvalues of every set.
+    # On a belt of finite speed stability follows from the eigenvalues of every set.
     size = separation.size
     growth, stable = np.full(size, np.nan), np.zeros(size, dtype=bool)
     reasons: dict[int, str] = {}
-    for index, considered in enumerate(separation.tolist()):
+    for index, separates in enumerate(separation.tolist()):
         try:
             parameters = p.with_values(
                 {name: float(column[index]) for name, column in varied.items()}
             )
-            growth[index], stable[index] = judge_growth(System(parameters, considered))
+            growth[index], stable[index] = growth_and_stability(System(parameters, separates))
         except (ComputationError, InputError) as error:
             reasons[index] = str(error)
     return growth, stable, reasons

@@ -28,7 +28,7 @@ from fivtui.model import (
     resting_height,
 )
 
-from .critical import Becomes, CriticalMu, critical_mu as critical_mu_of_constant
+from .critical import Becomes, CriticalMu, critical_mu as constant_critical_mu
 from .heights import resting_heights
 
 FloatArray = NDArray[np.float64]
@@ -36,19 +36,19 @@ BoolArray = NDArray[np.bool_]
 
 # Intervals over the friction coefficient.
 _MU_INTERVALS: Final = 128
-# Parts of a refined interval, and levels of refinement: near zeros of the determinant, and where
-# the remaining conditions of stability begin or cease to hold.
-_PARTS: Final = 16
-_LEVELS: Final = 8
-_LEVELS_OF_CONDITIONS: Final = 2
+# Number of parts of a refined interval, and of levels of refinement: near zeros of the determinant,
+# and where the other conditions of stability begin or cease to hold.
+_REFINEMENT: Final = 16
+_MAX_LEVEL: Final = 8
+_MAX_CONDITION_LEVEL: Final = 2
 # A minimum of the determinant may touch zero if a value two points away is greater by this factor.
-_RISE: Final = 2.0
+_RISE_FACTOR: Final = 2.0
 # Determinant, relative to its terms, that is zero to rounding.
 _ROUNDING: Final = 2.0**-50
 
 
-class _Values(np.ndarray[Any, Any]):
-    # An array with the method `exp` that the friction law calls.
+class _ArrayWithExp(np.ndarray[Any, Any]):
+    # Values of μ or of the belt speed: the friction law calls their method `exp`.
 
     def exp(self) -> Any:
         return np.exp(np.asarray(self))
@@ -69,7 +69,7 @@ def critical_mu_on_belt(system: System) -> tuple[CriticalMu, ...]:
     """
     p = system.parameters
     if p.v_belt is None or not depends_on_speed(p.replaced(mu=0.0)):
-        return critical_mu_of_constant(system)
+        return constant_critical_mu(system)
     if p.v_belt == 0.0 or (system.separation and load(p) < 0.0):
         return ()
     top = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
@@ -83,8 +83,8 @@ def critical_speeds(system: System) -> tuple[CriticalSpeed, ...]:
 
     Two changes are omitted if rounding hides the interval between them.
     """
-    p, off = system.parameters, system.separation and load(system.parameters) < 0.0
-    if p.v_belt is None or off or not depends_on_speed(p):
+    p, lifted = system.parameters, system.separation and load(system.parameters) < 0.0
+    if p.v_belt is None or lifted or not depends_on_speed(p):
         return ()
     top = parameter_spec("v_belt").upper
     grid = (p.v_s or 1.0) * _relative_speeds()
@@ -107,7 +107,7 @@ def _relative_speeds() -> FloatArray:
 def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Becomes]]:
     # Values of a parameter at which stability changes, ascending, and the stability above each.
     def margins(values: FloatArray) -> tuple[FloatArray, BoolArray]:
-        varied = p.replaced(**{name: values.view(_Values)})
+        varied = p.replaced(**{name: values.view(_ArrayWithExp)})
         with np.errstate(all="ignore"):
             mu = np.asarray(friction_coefficient(varied, varied.v_belt))
             determinant, size, conditions_hold = _hurwitz(varied, resting_heights(varied, mu))
@@ -123,14 +123,14 @@ def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple
         return float(determinant if conditions_hold else -abs(determinant))
 
     return [
-        (_zero(margin, low, high), "stable" if stable else "unstable")
+        (_locate_zero(margin, low, high), "stable" if stable else "unstable")
         for low, high, stable in _brackets(margins, grid)
     ]
 
 
 def _hurwitz(p: Parameters, y: Any) -> tuple[Any, Any, Any]:
     # The last Hurwitz determinant of the equilibrium at y, the sum of the sizes of its terms, and
-    # whether the remaining conditions of stability hold. The characteristic polynomial is
+    # whether the other conditions of stability hold. The characteristic polynomial is
     # (λ² + c1 λ + a) (λ² + c2 λ + b) − d. Divided by c1 + c2 the determinant has a simple zero at
     # c1 = 0 if c2 = 0.
     _, (xx, xvx, xy, _), _, (yx, _, yy, yvy) = jacobian(p, y, Mode.FORWARD)
@@ -143,15 +143,14 @@ def _hurwitz(p: Parameters, y: Any) -> tuple[Any, Any, Any]:
 
 
 def _brackets(
-    function: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
+    margins_at: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
     grid: FloatArray,
     level: int = 0,
 ) -> list[tuple[float, float, bool]]:
-    # Brackets of single sign changes of the margin of stability, ascending, and whether it is
-    # positive above. Ranges that may hide two changes are refined: where the margin nearly touches
-    # zero, where the remaining conditions begin or cease to hold, and around changes on the first
-    # grid.
-    margins, conditions_hold = function(grid)
+    # Brackets of single sign changes of the stability margin, ascending, and whether it is positive
+    # above. Ranges that may hide two changes are refined: where the margin nearly touches zero,
+    # where the other conditions begin or cease to hold, and around changes on the first grid.
+    margins, conditions_hold = margins_at(grid)
     resolved = ~np.isnan(margins)
     if not resolved.any():
         return []
@@ -159,13 +158,13 @@ def _brackets(
     stable = margins > 0.0
     changes = np.flatnonzero(stable[1:] != stable[:-1]).tolist()
     ranges = [(n - 1, n + 2) for n in changes] if level == 0 else []
-    if level < _LEVELS:
-        ranges += [(n - 1, n + 1) for n in _near_zero(margins, conditions_hold)]
-    if level < _LEVELS_OF_CONDITIONS:
-        begins = np.flatnonzero(conditions_hold[1:] > conditions_hold[:-1]).tolist()
-        ends = np.flatnonzero(conditions_hold[1:] < conditions_hold[:-1]).tolist()
-        ranges += [(n, n + 1) for n in begins if not stable[n + 1 : n + 3].any()]
-        ranges += [(n, n + 1) for n in ends if not stable[max(n - 1, 0) : n + 1].any()]
+    if level < _MAX_LEVEL:
+        ranges += [(n - 1, n + 1) for n in _near_zeros(margins, conditions_hold)]
+    if level < _MAX_CONDITION_LEVEL:
+        begin_indices = np.flatnonzero(conditions_hold[1:] > conditions_hold[:-1]).tolist()
+        end_indices = np.flatnonzero(conditions_hold[1:] < conditions_hold[:-1]).tolist()
+        ranges += [(n, n + 1) for n in begin_indices if not stable[n + 1 : n + 3].any()]
+        ranges += [(n, n + 1) for n in end_indices if not stable[max(n - 1, 0) : n + 1].any()]
     ranges = _merge_ranges([(max(low, 0), min(high, grid.size - 1)) for low, high in ranges])
     brackets = [
         (float(grid[n]), float(grid[n + 1]), bool(stable[n + 1]))
@@ -173,16 +172,16 @@ def _brackets(
         if not any(low <= n < high for low, high in ranges)
     ]
     for low, high in ranges:
-        indices = np.linspace(low, high, _PARTS * (high - low) + 1)
+        indices = np.linspace(low, high, _REFINEMENT * (high - low) + 1)
         finer = np.interp(indices, np.arange(grid.size), grid)
-        brackets += _brackets(function, finer, level + 1)
+        brackets += _brackets(margins_at, finer, level + 1)
     return sorted(brackets)
 
 
-def _near_zero(margins: FloatArray, conditions_hold: BoolArray) -> Any:
-    # Indices of local minima of |margin| between neighbours of the same sign. One margin two points
-    # away exceeds the minimum by a factor, as for two lines or a parabola that touch zero. A margin
-    # stays negative where the remaining conditions fail at all three points.
+def _near_zeros(margins: FloatArray, conditions_hold: BoolArray) -> Any:
+    # Indices of local minima of |margin| between neighbours of the same sign. A margin two points
+    # away exceeds the minimum by a factor, as for two lines or a parabola that touch zero. Minima
+    # are left out if the other conditions fail at all three points: there is no stability.
     size, stable, index = np.abs(margins), margins > 0.0, np.arange(margins.size)
     far_before, before, after, far_after = (
         np.clip(index + offset, 0, margins.size - 1) for offset in (-2, -1, 1, 2)
@@ -190,8 +189,8 @@ def _near_zero(margins: FloatArray, conditions_hold: BoolArray) -> Any:
     same_sign = (stable[before] == stable) & (stable == stable[after])
     may_be_stable = conditions_hold[before] | conditions_hold | conditions_hold[after]
     smallest = (size <= size[before]) & (size <= size[after])
-    nearer = _RISE * size < np.maximum(size[far_before], size[far_after])
-    return np.flatnonzero(same_sign & may_be_stable & smallest & nearer).tolist()
+    nearly_touches = _RISE_FACTOR * size < np.maximum(size[far_before], size[far_after])
+    return np.flatnonzero(same_sign & may_be_stable & smallest & nearly_touches).tolist()
 
 
 def _merge_ranges(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -205,8 +204,8 @@ def _merge_ranges(ranges: list[tuple[int, int]]) -> list[tuple[int, int]]:
     return merged
 
 
-def _zero(function: Callable[[float], float], low: float, high: float) -> float:
-    # If rounding gives both ends the same sign, the end with the smaller value counts.
+def _locate_zero(function: Callable[[float], float], low: float, high: float) -> float:
+    # If rounding gives both ends the same sign, the zero is the end of the smaller absolute value.
     from scipy.optimize import brentq
 
     at_low, at_high = function(low), function(high)

@@ -30,15 +30,15 @@ _MODES: Final = ("mode 1", "mode 2")
 def growth_chart(scan: ModeScan, p: Parameters, result: Stability) -> Chart:
     """Growth rates of the modes over μ, with μ and every μ_c marked."""
     label = Label("Re λ (1/s)", "Growth rate Re $λ$ (1/s)")
-    guides = (Guide(0.0, vertical=False), *_guides(p, result))
-    return _over_mu(scan, label, scan.eigenvalues[:, :2].real, guides)
+    guides = (Guide(0.0, vertical=False), *_mu_guides(p, result))
+    return _mode_chart(scan, label, scan.eigenvalues[:, :2].real, guides)
 
 
 def frequency_chart(scan: ModeScan, p: Parameters, result: Stability) -> Chart:
     """Frequencies of the modes over μ, Hz, with μ and every μ_c marked."""
     label = Label("Im λ/(2π) (Hz)", "Frequency Im $λ$/(2π) (Hz)")
     hertz = scan.eigenvalues[:, :2].imag / (2.0 * np.pi)
-    return _over_mu(scan, label, hertz, _guides(p, result))
+    return _mode_chart(scan, label, hertz, _mu_guides(p, result))
 
 
 def plane_chart(result: Stability, scan: ModeScan | None) -> Chart:
@@ -57,9 +57,9 @@ def plane_chart(result: Stability, scan: ModeScan | None) -> Chart:
         )
     ]
     if scan is not None:
-        along, top = scan.eigenvalues.ravel(), f"{scan.mu[-1]:g}"
+        scanned, top = scan.eigenvalues.ravel(), f"{scan.mu[-1]:g}"
         name = Label(f"μ 0 to {top}", f"eigenvalues, $μ$ = 0 to {top}")
-        path = Trace(name, along.real, along.imag, look="dots", ordered=False, role="path")
+        path = Trace(name, scanned.real, scanned.imag, look="dots", ordered=False, role="path")
         traces.insert(0, path)
     guides = (Guide(0.0, "unstable →"), Guide(0.0, vertical=False))
     return Chart(
@@ -79,14 +79,14 @@ def modes_sheet(result: Stability, scan: ModeScan) -> Sheet:
     return Sheet([[chart] for chart in (*charts, plane)], _MODES_SIZE, parameter_text(p))
 
 
-def _over_mu(scan: ModeScan, label: str, parts: FloatArray, guides: tuple[Guide, ...]) -> Chart:
+def _mode_chart(scan: ModeScan, label: str, parts: FloatArray, guides: tuple[Guide, ...]) -> Chart:
     traces = tuple(
         Trace(name, scan.mu, part, role=name) for name, part in zip(_MODES, parts.T, strict=True)
     )
     return Chart(axis_label(PARAMETERS["mu"]), label, traces, guides=guides)
 
 
-def _guides(p: Parameters, result: Stability) -> tuple[Guide, ...]:
+def _mu_guides(p: Parameters, result: Stability) -> tuple[Guide, ...]:
     symbol, several = math_symbol("μ_c"), len(result.critical_mu) > 1
     critical = [
         Guide(

@@ -35,7 +35,7 @@ from fivtui.model import (
 
 Becomes = Literal["stable", "unstable"]
 Real = TypeVar("Real", float, NDArray[np.float64])
-_SECANTS: Final = 30
+_MAX_SECANTS: Final = 30
 _SECANT_TOLERANCE: Final = 1e-15
 
 
@@ -57,10 +57,10 @@ def linear_critical_mu(p: Parameters) -> float | None:
 def critical_mu(system: System) -> tuple[CriticalMu, ...]:
     """Every μ > 0 in range at which the growth rate changes sign, ascending and to the last bit.
 
-    The boundary is closed for a given k_t, and F fixes k_t by one scalar equation. Along μ the
-    left-hand side of μ h k_t = boundary grows faster than the right-hand side for every parameter
-    set in range (k_t falls by less than 3/4 of its own rate): there is one crossing at most. With
-    separation the equilibrium for F < 0 is off the belt: then there is none.
+    The boundary has a closed form for a given k_t, and F fixes k_t by one scalar equation. Along μ
+    the left-hand side of μ h k_t = boundary grows faster than the right-hand side for every
+    parameter set in range, as d ln k_t/d ln μ > −3/4: at most one μ is critical. For F < 0 with
+    separation the equilibrium is off the belt, and no μ is critical.
     """
     p = system.parameters
     if p.k3 == 0.0 or (system.separation and load(p) < 0.0):
@@ -76,13 +76,13 @@ def critical_mu(system: System) -> tuple[CriticalMu, ...]:
 
 
 def lowest_critical_mu(system: System) -> float | None:
-    """The least critical friction coefficient; None if there is none in range."""
+    """The least critical friction coefficient in range, if any."""
     critical = critical_mu(system)
     return critical[0].mu if critical else None
 
 
 def flutter_margin(system: System) -> float | None:
-    """By how much μ h k_t is below the Hopf boundary, N²/m²; None for an equilibrium off the belt.
+    """Distance of μ h k_t below the Hopf boundary, N²/m²; None for an equilibrium off the belt.
 
     Negative where the equilibrium is unstable, zero at a Hopf point. Raises `ComputationError` if
     there is no equilibrium.
@@ -95,14 +95,14 @@ def flutter_margin(system: System) -> float | None:
 
 
 def _least_nonnegative(function: Callable[[float], float], low: float, high: float) -> float | None:
-    # Where an increasing function becomes nonnegative; None if it is nonnegative at `low` or
-    # negative at `high`. Secants (Illinois) approach the crossing, evaluations a few bits away
-    # bracket it, and bisection finds its last bit.
+    # The least number at which an increasing function is nonnegative; None if the function is
+    # nonnegative at `low` or negative at `high`. Secants (Illinois) approach this number, values a
+    # few bits away bracket it, and bisection finds its last bit.
     below, above = function(low), function(high)
     if below >= 0.0 or above < 0.0:
         return None
     previous, guess = low, high
-    for _ in range(_SECANTS):
+    for _ in range(_MAX_SECANTS):
         previous, guess = guess, low - below * (high - low) / (above - below)
         if not low < guess < high or abs(guess - previous) <= _SECANT_TOLERANCE * guess:
             break
@@ -133,35 +133,34 @@ def coalescence_mu(system: System) -> float | None:
 def critical_mu_derivatives(
     system: System, names: Collection[str] = tuple(PARAMETERS)
 ) -> dict[str, float] | None:
-    """Derivatives of μ_c by all `names` except μ, per unit of each; None without μ_c.
+    """Derivatives of μ_c by all `names` except μ, per unit of each.
 
-    None also where friction falls with the sliding speed.
-
-    The equilibrium y and μ_c solve two equations in closed form. Their derivatives by complex
-    steps are exact to rounding, and the implicit function theorem gives those of μ_c.
-    The derivatives by dampings are NaN where both dampings are zero.
+    None without μ_c, and where friction falls with the sliding speed. The equilibrium y and μ_c
+    solve two equations in closed form. Their derivatives by complex steps are exact to rounding,
+    and the implicit function theorem gives those of μ_c. The derivatives by dampings are NaN where
+    both dampings are zero.
     """
     p, critical = system.parameters, critical_mu(system)
     if not critical or (p.v_belt is not None and p.speed_law is not None):
         return None
     mu = critical[0].mu
     y = equilibrium(System(p, separation=False), mu=mu).y
-    still = p.perturbed({})
+    fixed = p.perturbed({})
     step = complex(0.0, DERIVATIVE_STEP)
-    solved = np.array([_derivatives(still, y + step, mu), _derivatives(still, y, mu + step)]).T
-    by = {}
+    jacobian = np.array([_slopes(fixed, y + step, mu), _slopes(fixed, y, mu + step)]).T
+    derivatives = {}
     for name in names:
         if name == "mu":
             continue
-        changed = np.array(_derivatives(p.perturbed({name: 1.0}), y, mu))
-        by[name] = float(np.linalg.solve(solved, -changed)[1])
+        change = np.array(_slopes(p.perturbed({name: 1.0}), y, mu))
+        derivatives[name] = float(np.linalg.solve(jacobian, -change)[1])
         if name in ("c1", "c2") and p.c1 + p.c2 == 0.0:
-            by[name] = np.nan
-    return by
+            derivatives[name] = np.nan
+    return derivatives
 
 
-def _derivatives(p: Parameters, y: complex, mu: complex) -> tuple[float, float]:
-    # Derivatives of the balance of forces and of μ h k_t less the boundary, both zero at μ_c.
+def _slopes(p: Parameters, y: complex, mu: complex) -> tuple[float, float]:
+    # Derivatives of the balance of forces, and of μ h k_t less the boundary; both are zero at μ_c.
     alpha, beta, load = rest_coefficients(p, mu)
     kt = tangent_stiffness(p, y)
     return (

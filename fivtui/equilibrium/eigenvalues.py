@@ -187,7 +187,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     system = system_of(parameters, separation)
     p, point = system.parameters, equilibrium(system)
     values = _eigenvalues(p, point)
-    growth, stable = _growth_and_stability(values)
+    growth, stable = _judge_eigenvalues(values)
     critical = critical_mu_on_belt(system)
     modes = vibration_modes(p, point, values)
     frequencies = [mode.angular_frequency for mode in modes]
@@ -201,13 +201,13 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
         critical_speed=critical_speeds(system),
         linear_critical_mu=_linear_critical_mu(p),
         modes=modes,
-        margin=Margin(_distance(p.mu, critical), -growth),
+        margin=Margin(_mu_margin(p.mu, critical), -growth),
         coalescence=Coalescence(max(frequencies) - min(frequencies), coalescence_mu(system)),
     )
 
 
-def _distance(mu: float, critical: Sequence[CriticalMu]) -> float | None:
-    # Distance from the nearest critical μ, negative on its unstable side.
+def _mu_margin(mu: float, critical: Sequence[CriticalMu]) -> float | None:
+    # Distance of μ from the nearest critical μ, negative on its unstable side.
     if not critical:
         return None
     nearest = min(critical, key=lambda change: abs(change.mu - mu))
@@ -226,12 +226,12 @@ def growth_rate(system: System) -> float:
     return float(_eigenvalues(system.parameters, equilibrium(system)).real.max())
 
 
-def judge_growth(system: System) -> tuple[float, bool]:
+def growth_and_stability(system: System) -> tuple[float, bool]:
     """Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`."""
-    return _growth_and_stability(_eigenvalues(system.parameters, equilibrium(system)))
+    return _judge_eigenvalues(_eigenvalues(system.parameters, equilibrium(system)))
 
 
-def _growth_and_stability(values: NDArray[np.complex128]) -> tuple[float, bool]:
+def _judge_eigenvalues(values: NDArray[np.complex128]) -> tuple[float, bool]:
     growth = float(values.real.max())
     return growth, growth < -ROUNDING * float(np.abs(values).max())
 

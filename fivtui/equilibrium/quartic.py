@@ -15,15 +15,16 @@ Complex = tuple[FloatArray, FloatArray]
 # (c1, a), (c2, b) and d of (s² + c1 s + a)(s² + c2 s + b) − d.
 Quartic = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray], FloatArray]
 
-_POLISHES: Final = 3
-_DESCENT: Final = 8
+# Iterations of Newton's method: for the root, and for the resolvent from a start this far above.
+_ROOT_ITERATIONS: Final = 3
+_RESOLVENT_ITERATIONS: Final = 8
 _START_MARGIN: Final = 4e-8
 # Slope at a root, relative to its terms, below which another root is close.
 _COALESCING: Final = 1e-3
-# Steps of Newton's method, which converges quadratically: from a start up to 2.2 times too far, and
-# for two close roots.
-_APPROACH: Final = 9
-_SEPARATIONS: Final = 6
+# Iterations of Newton's method, which converges quadratically: from a start at most 2.2 times the
+# root, and for two close roots.
+_OUTER_ROOT_ITERATIONS: Final = 9
+_CLOSE_ROOT_ITERATIONS: Final = 6
 _ROUNDING: Final = 2.0**-50
 # Added to a third of a number's bits, read as an integer, this gives the bits of its cube root to
 # 3.3 %.
@@ -43,8 +44,8 @@ def rightmost_real_part(
     loses accuracy where two roots are close. Both are then solved for again, from the point between
     them at which the slope vanishes.
 
-    Coefficients are arrays of equal shape, scaled to the order of one, with c1, c2 ≥ 0. Accurate to
-    rounding of the greatest |s|, and to its root where roots coincide.
+    Coefficients are arrays of equal shape, scaled to the order of one, with c1, c2 ≥ 0. The error
+    is the rounding of the greatest |s|; where roots coincide, its square root.
     """
     g = 0.25 * (c1 + c2)
     e = 0.5 * (c1 - c2)
@@ -63,11 +64,11 @@ def rightmost_real_part(
     cancelled = total < 0.25 * (np.abs(terms[0]) + np.abs(terms[1]))
     half_difference = np.copysign(np.sqrt(np.maximum(total, 0.0)), q)
     half_difference = np.divide(0.5 * q, u, out=half_difference, where=cancelled & (u > 0.0))
-    near, far = (
+    right, left = (
         _factor_root(-0.5 * sign * u, 0.25 * square - (mean - sign * half_difference))
         for sign in (1.0, -1.0)
     )
-    root = _where(near[0] >= far[0], near, far)
+    root = _where(right[0] >= left[0], right, left)
     quartic = (c1, a), (c2, b), d
     root = _polish_root((root[0] - g, root[1]), quartic)
     real_part = root[0]
@@ -79,7 +80,7 @@ def rightmost_real_part(
 
 
 def cube_root_bound(value: FloatArray) -> FloatArray:
-    """A number that is at most 7 % above the cube root of a positive one, and not below."""
+    """An upper bound of the cube root of a positive number, at most 7 % above it."""
     bits = value.view(np.int64) // 3 + _CUBE_ROOT_BITS
     return _CUBE_ROOT_MARGIN * bits.view(np.float64)
 
@@ -90,7 +91,7 @@ def _factor_root(middle: FloatArray, inner: FloatArray) -> Complex:
 
 
 def _is_coalescing(root: Complex, quartic: Quartic) -> NDArray[np.bool_]:
-    # Where the slope of the quartic is small beside its terms.
+    # Whether the slope of the quartic is small relative to its terms, as close to another root.
     (c1, a), (c2, b), _ = quartic
     slope, s = _size(_value_and_slope(root, quartic)[1]), _size(root)
     terms = (2.0 * s + c1) * ((s + c2) * s + b) + ((s + c1) * s + a) * (2.0 * s + c2)
@@ -100,9 +101,9 @@ def _is_coalescing(root: Complex, quartic: Quartic) -> NDArray[np.bool_]:
 
 def _polish_root(root: Complex, quartic: Quartic) -> Complex:
     # Newton's method on the product, where it reduces the residual: with strong damping the shift
-    # cancels digits.
+    # by the mean decay loses digits.
     value, slope = _value_and_slope(root, quartic)
-    for _ in range(_POLISHES):
+    for _ in range(_ROOT_ITERATIONS):
         new = _difference(root, _ratio(value, slope))
         new_value, new_slope = _value_and_slope(new, quartic)
         better = _size(new_value) < _size(value)
@@ -112,10 +113,10 @@ def _polish_root(root: Complex, quartic: Quartic) -> Complex:
 
 
 def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
-    # The greater real part of a root and its close neighbour. With c where the slope vanishes,
+    # The greater real part of a root and its close neighbour. If the slope vanishes at c, the root
     # c + δ solves (bend + third δ + δ²) δ² + slope δ + value = 0.
     centre = root
-    for _ in range(_SEPARATIONS):
+    for _ in range(_CLOSE_ROOT_ITERATIONS):
         _, slope = _value_and_slope(centre, quartic)
         bend, _ = _bend_and_third(centre, quartic)
         centre = _difference(centre, _ratio(_scaled(0.5, slope), bend))
@@ -124,10 +125,10 @@ def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
     roots = []
     for sign in (1.0, -1.0):
         offset = _scaled(0.0, centre)
-        for _ in range(_SEPARATIONS):
-            head = _sum(bend, _product(_sum(third, offset), offset))
-            half = _scaled(0.5, _ratio(slope, head))
-            inner = _difference(_product(half, half), _ratio(value, head))
+        for _ in range(_CLOSE_ROOT_ITERATIONS):
+            leading = _sum(bend, _product(_sum(third, offset), offset))
+            half = _scaled(0.5, _ratio(slope, leading))
+            inner = _difference(_product(half, half), _ratio(value, leading))
             offset = _difference(_scaled(sign, _square_root(inner)), half)
         roots.append(_sum(centre, offset))
     residual = np.maximum(*(_size(_value_and_slope(candidate, quartic)[0]) for candidate in roots))
@@ -178,7 +179,7 @@ def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
     # Where roots meet, the closed form is wrong by the square root of rounding. From a start above
     # the greatest root Newton's method converges to it from above.
     root = np.maximum(third + greatest, 0.0) + _START_MARGIN * (np.abs(third) + outer)
-    for _ in range(_DESCENT):
+    for _ in range(_RESOLVENT_ITERATIONS):
         residual = ((root + 2.0 * p) * root + gap) * root - q * q
         steepness = (3.0 * root + 4.0 * p) * root + gap
         step = np.divide(residual, steepness, out=np.zeros_like(root), where=steepness > 0.0)
@@ -192,7 +193,7 @@ def _outer_root(slope: FloatArray, value: FloatArray) -> FloatArray:
     t = 2.0 * np.maximum(np.sqrt(np.maximum(slope, 0.0)), cube_root_bound(value))
     linear = np.divide(value, -1.5 * slope, out=np.full_like(t, np.inf), where=slope < 0.0)
     t = np.minimum(t, linear)
-    for _ in range(_APPROACH):
+    for _ in range(_OUTER_ROOT_ITERATIONS):
         residual = (t * t - 3.0 * slope) * t - 2.0 * value
         steepness = 3.0 * (t * t - slope)
         step = np.divide(residual, steepness, out=np.zeros_like(t), where=steepness > 0.0)
@@ -226,7 +227,7 @@ def _product(x: Complex, y: Complex) -> Complex:
 
 
 def _ratio(x: Complex, y: Complex) -> Complex:
-    # Zero where the divisor is.
+    # Zero where the divisor is zero.
     size = _size(y)
     real, imaginary = _direction(y, size)
     divisor = size * (real * real + imaginary * imaginary)

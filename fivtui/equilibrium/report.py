@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 # Growth rates below this part of the largest eigenvalue count as zero.
-_NEUTRAL: Final = 1e-9
+_ROUNDING: Final = 1e-9
 _CONSEQUENCE: Final = {
     "STABLE": "small disturbances die out",
     "UNSTABLE": "small disturbances grow (flutter)",
@@ -28,11 +28,11 @@ def verdict(s: Stability) -> str:
     """The stability of the equilibrium: ``STABLE``, ``UNSTABLE`` or ``NEUTRAL``."""
     if s.stable:
         return "STABLE"
-    return "NEUTRAL" if abs(s.growth_rate) <= _zero(s) else "UNSTABLE"
+    return "NEUTRAL" if abs(s.growth_rate) <= _rounding(s) else "UNSTABLE"
 
 
-def _zero(s: Stability) -> float:
-    return _NEUTRAL * float(np.abs(s.eigenvalues).max())
+def _rounding(s: Stability) -> float:
+    return _ROUNDING * float(np.abs(s.eigenvalues).max())
 
 
 def critical_mu_text(s: Stability, digits: int = 6) -> str:
@@ -53,13 +53,13 @@ def margin_text(s: Stability) -> str:
 
 def stability_rows(s: Stability) -> list[Row]:
     """All results of a stability analysis: label, value with unit, and a note."""
-    point, near, linear = s.equilibrium, s.coalescence, s.linear_critical_mu
-    distance, margin_mu = near.frequency_distance, s.margin.mu
+    point, coalescence, linear = s.equilibrium, s.coalescence, s.linear_critical_mu
+    distance, margin_mu = coalescence.frequency_distance, s.margin.mu
     margin = "" if margin_mu is None else f"{margin_text(s)}, margin {margin_mu:+.6g}"
-    meet = "nowhere" if near.mu is None else f"at μ {number(near.mu)}"
+    meeting = "nowhere" if coalescence.mu is None else f"at μ {number(coalescence.mu)}"
     rows = [
         Row("verdict", verdict(s), _CONSEQUENCE[verdict(s)]),
-        Row("growth rate", f"{s.growth_rate:+.6g} 1/s", _time_scale(s.growth_rate)),
+        Row("growth rate", f"{s.growth_rate:+.6g} 1/s", _time_scale_text(s.growth_rate)),
         Row("critical μ", critical_mu_text(s), margin),
         Row(
             "critical μ, linear",
@@ -76,19 +76,19 @@ def stability_rows(s: Stability) -> list[Row]:
         ),
         Row(
             "frequency distance",
-            "0: coalesced" if distance <= _zero(s) else f"{number(distance / math.tau)} Hz",
-            f"undamped, the modes coalesce {meet}",
+            "0: coalesced" if distance <= _rounding(s) else f"{number(distance / math.tau)} Hz",
+            f"undamped, the modes coalesce {meeting}",
         ),
     ]
     rows += [
-        Row(f"eigenvalue {index}", _eigenvalue(value))
+        Row(f"eigenvalue {index}", _eigenvalue_text(value))
         for index, value in enumerate((v for v in s.eigenvalues.tolist() if v.imag >= 0.0), 1)
     ]
     rows += [
         Row(
             f"mode {index}",
             f"{number(mode.frequency)} Hz",
-            f"damping ratio {number(mode.damping_ratio, 4)}, {_shape(mode)}",
+            f"damping ratio {number(mode.damping_ratio, 4)}, {_shape_text(mode)}",
         )
         for index, mode in enumerate(s.modes, 1)
     ]
@@ -107,19 +107,19 @@ def _belt_rows(s: Stability) -> list[Row]:
     ]
 
 
-def _eigenvalue(value: complex) -> str:
+def _eigenvalue_text(value: complex) -> str:
     imaginary = f" ± {value.imag:.6g}i" if value.imag else ""
     return f"{value.real:+.6g}{imaginary} 1/s"
 
 
-def _time_scale(rate: float) -> str:
+def _time_scale_text(rate: float) -> str:
     if rate == 0.0:
         return ""
     change = "doubles" if rate > 0.0 else "halves"
     return f"amplitude {change} every {math.log(2.0) / abs(rate):.4g} s"
 
 
-def _shape(mode: "VibrationMode") -> str:
+def _shape_text(mode: "VibrationMode") -> str:
     # Vertical over horizontal amplitude, and phase lead of y over x.
     x, y = mode.shape
     if x == 0.0:

@@ -15,9 +15,9 @@ from .eigenvalues import Stability
 FloatArray = NDArray[np.float64]
 
 _POINTS: Final = 241
-# Points per call of `go_on`.
+# Number of points between calls of `go_on`.
 _BLOCK: Final = 24
-_LEAST_TOP: Final = 1.0
+_MIN_TOP: Final = 1.0
 _TOP_FACTOR: Final = 1.5
 # Frequencies closer than this, relative to the fastest, have merged.
 _MERGED: Final = 1e-6
@@ -25,7 +25,7 @@ _MERGED: Final = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ModeScan(Result, Tabular):
-    """Eigenvalues at the equilibrium over μ, all else equal.
+    """Eigenvalues at the equilibrium over μ; other parameters stay the same.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ def scan_top(result: Stability) -> float:
     p = result.parameters
     highest = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
     lowest_top = _TOP_FACTOR * max(
-        _LEAST_TOP / _TOP_FACTOR, p.mu, *(c.mu for c in result.critical_mu), 0.0
+        _MIN_TOP / _TOP_FACTOR, p.mu, *(c.mu for c in result.critical_mu), 0.0
     )
     decade = 10.0 ** np.floor(np.log10(lowest_top))
     top = next(f * decade for f in (1.0, 1.5, 2.0, 3.0, 5.0, 10.0) if f * decade >= lowest_top)

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.equilibrium import StabilityPoints, critical_mus, is_on_belt, judge_growths
+from fivtui.equilibrium import StabilityPoints, critical_mus, has_finite_speed, judge_stability
 from fivtui.model import (
     InputError,
     OnProgress,
@@ -93,7 +93,7 @@ def stability_map(
     (first, second), (rows, columns) = grid.names, grid.axes
     values, excess = np.empty(total), np.empty(total)
     work = Progress(progress)
-    on_belt = is_on_belt(p, over)
+    on_belt = has_finite_speed(p, over)
     chunk = _CHUNK_ON_BELT if on_belt else _CHUNK
     for start in range(0, total, chunk):
         work.report(start / total)
@@ -123,7 +123,7 @@ def _on_belt(
     p: Parameters, varied: Mapping[str, FloatArray], value: str, separation: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     # The mapped quantity and the excess, from the eigenvalues of each point.
-    growth, stable, _ = judge_growths(p, varied, separation)
+    growth, stable, _ = judge_stability(p, varied, separation)
     excess = growth * time_scale(p)
     if value == "critical-mu":
         return critical_mus(p, varied, separation), excess

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from fivtui.distributions import Distribution, parse_distribution, parse_scattered
-from fivtui.equilibrium import is_on_belt
+from fivtui.equilibrium import has_finite_speed
 from fivtui.model import (
     PARAMETERS,
     InputError,
@@ -94,7 +94,7 @@ def scattered_study(
     for name in outputs:
         if name not in OUTPUTS and name in OF_SWEEPS:
             raise InputError(f"output {name}: must be a number; its probability is always told")
-    if is_on_belt(scene.parameters, inputs):
+    if has_finite_speed(scene.parameters, inputs):
         outputs = _on_belt(scene.parameters, outputs, inputs)
     scene.check_constant("an uncertainty study")
     if correlations is None:

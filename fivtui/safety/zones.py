@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.equilibrium import critical_mu, judge_growths
+from fivtui.equilibrium import critical_mu, judge_stability
 from fivtui.model import InputError, OnProgress, Progress, System, parameter_spec
 
 from .table import safe_mus
@@ -141,7 +141,7 @@ class _Judge:
     def _zones_and_growth(self, values: Floats) -> tuple[list[Zone], Floats]:
         # Zones by eigenvalues, and the growth rates.
         inside = np.maximum(values, self.least)
-        growth, stable, _ = judge_growths(
+        growth, stable, _ = judge_stability(
             self.p, {self.name: inside}, np.full(values.size, self.separation)
         )
         rest = Zone.SAFE if self.linear else Zone.SMALL

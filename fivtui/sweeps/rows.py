@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.batch import Batch, Requirement, simulate_batch
-from fivtui.equilibrium import critical_mus, judge_growths
+from fivtui.equilibrium import critical_mus, judge_stability
 from fivtui.model import (
     ALL_PARAMETERS,
     ComputationError,
@@ -390,7 +390,7 @@ class _Block:
 
     def judge(self, progress: OnProgress | None) -> None:
         for chunk, parameters in self._parts(progress):
-            growth, stable, reasons = judge_growths(
+            growth, stable, reasons = judge_stability(
                 self.study.parameters, parameters, self.separation[chunk]
             )
             for index, reason in reasons.items():

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from fivtui import Parameters, stability
 from fivtui.equilibrium import belt
 from fivtui.equilibrium.belt import critical_mu_on_belt, critical_speeds
-from fivtui.equilibrium.eigenvalues import judge_growth
+from fivtui.equilibrium.eigenvalues import growth_and_stability
 from fivtui.model import System, field
 from fivtui.model.errors import ComputationError
 from fivtui.model.field import depends_on_speed, friction_coefficient
@@ -72,7 +72,7 @@ def test_every_critical_mu_is_listed_where_friction_falls_with_the_speed() -> No
     p = TWICE
     critical_values = stability(p).critical_mu
     mus = np.linspace(0.0, 0.719, 201)
-    stable = [judge_growth(System(p.with_values({"mu": float(mu)})))[1] for mu in mus]
+    stable = [growth_and_stability(System(p.with_values({"mu": float(mu)})))[1] for mu in mus]
     changes = [
         (float(mus[n]), float(mus[n + 1]), "stable" if stable[n + 1] else "unstable")
         for n in range(200)
@@ -96,7 +96,9 @@ def test_critical_mus_that_nearly_merge_are_both_listed() -> None:
         assert (first.becomes, second.becomes) == ("stable", "unstable")
         gaps.append(second.mu - first.mu)
         between = beside.with_values({"mu": 0.5 * (first.mu + second.mu)})
-        assert judge_growth(System(between))[0] < 0.0 < judge_growth(System(beside))[0]
+        assert (
+            growth_and_stability(System(between))[0] < 0.0 < growth_and_stability(System(beside))[0]
+        )
     assert np.diff(np.log10(gaps)) == pytest.approx(-1.0, abs=0.05)
 
 
@@ -138,7 +140,7 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
         for name, listed in critical_values.items():
             grid = np.linspace(*ends[name], 120).tolist()
             stable = [
-                judge_growth(System(p.with_values({name: grid_value}), separation))[1]
+                growth_and_stability(System(p.with_values({name: grid_value}), separation))[1]
                 for grid_value in grid
             ]
             changes = [n for n in range(len(grid) - 1) if stable[n] != stable[n + 1]]
@@ -153,7 +155,7 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
                 assert grid[n] <= value <= grid[n + 1]
                 assert (next_stability == "stable") == stable[n + 1]
                 before, after = (
-                    judge_growth(System(p.with_values({name: value * by}), separation))[0]
+                    growth_and_stability(System(p.with_values({name: value * by}), separation))[0]
                     for by in (1.0 - 1e-9, min(1.0 + 1e-9, ends[name][1] / value))
                 )
                 assert before * after < 0.0
@@ -247,13 +249,15 @@ def test_changes_are_those_of_another_friction_law(monkeypatch: pytest.MonkeyPat
         assert listed
         for critical in listed:
             before, after = (
-                judge_growth(System(p.with_values({"v_belt": critical.v_belt * factor})))[0]
+                growth_and_stability(System(p.with_values({"v_belt": critical.v_belt * factor})))[0]
                 for factor in (1.0 - 1e-6, 1.0 + 1e-6)
             )
             assert before * after < 0.0
             assert (after < 0.0) == (critical.becomes == "stable")
         speeds = np.geomspace(1e-3, 1e4, 400).tolist()
-        stable = [judge_growth(System(p.with_values({"v_belt": speed})))[1] for speed in speeds]
+        stable = [
+            growth_and_stability(System(p.with_values({"v_belt": speed})))[1] for speed in speeds
+        ]
         assert np.count_nonzero(np.diff(stable)) == len(listed)
 
 

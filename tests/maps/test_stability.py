@@ -11,7 +11,7 @@ import pytest
 from hypothesis import example, given, settings, strategies as st
 
 from fivtui import Parameters, stability
-from fivtui.equilibrium.arrays import judge_growths
+from fivtui.equilibrium.arrays import judge_stability
 from fivtui.equilibrium.quartic import rightmost_real_part
 from fivtui.maps import stability_map
 from fivtui.maps.stability import EIGENVALUE_VALUES
@@ -63,7 +63,7 @@ def test_growth_rates_of_many_sets_are_those_of_each(
     ]
     separation = np.array([considered for _, considered in turns[: len(sets)]])
     varied = {name: np.array([getattr(p, name) for p in turned]) for name in PARAMETERS}
-    growth, stable, reasons = judge_growths(Parameters(), varied, separation)
+    growth, stable, reasons = judge_stability(Parameters(), varied, separation)
     for row, (p, considered) in enumerate(zip(turned, separation.tolist(), strict=True)):
         if row in reasons:
             assert math.isnan(growth[row])
@@ -111,7 +111,7 @@ def test_growth_rates_at_the_ends_of_the_ranges_need_no_eigenvalue_solver(
         with suppress(ComputationError), np.errstate(all="ignore"):
             expected[row] = stability(p).eigenvalues
     monkeypatch.setattr(np.linalg, "eigvals", None)
-    growth, _, reasons = judge_growths(Parameters(), varied, np.ones(1500, dtype=bool))
+    growth, _, reasons = judge_stability(Parameters(), varied, np.ones(1500, dtype=bool))
     assert set(reasons) == set(np.flatnonzero(np.isnan(growth)).tolist())
     assert not set(reasons) & set(expected)
     for row, values in expected.items():

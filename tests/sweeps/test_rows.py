@@ -358,7 +358,7 @@ def test_outputs_that_are_not_requested_are_not_computed(monkeypatch: pytest.Mon
     rows = sweep(vary={"F": (20.0, 120.0)}, outputs=["stable"]).rows
     assert [row[2] for row in rows] == [False, True]
     monkeypatch.undo()
-    monkeypatch.setattr(sweep_module, "judge_growths", refuse)
+    monkeypatch.setattr(sweep_module, "judge_stability", refuse)
     assert len(sweep(vary={"F": (20.0, 120.0)}, outputs=["y_abs"], t_end=1.0).rows) == 2
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy._core import _multiarray_umath  # type: ignore[attr-defined]
 
-from fivtui.equilibrium.arrays import judge_growths
+from fivtui.equilibrium.arrays import judge_stability
 from fivtui.kernel import why_interpreted
 from fivtui.model import Parameters
 from fivtui.ranges import log_spaced
@@ -33,7 +33,9 @@ def digests() -> str:
     varied["k_nl"] = rng.uniform(0.0, 500.0, SETS) * (rng.random(SETS) < 0.9)
     # Dampings are equal, nearly equal or different; modes coalesce for equal ones.
     varied["c1"] = rng.choice([0.32, 0.32 * (1.0 + 1e-9), 0.8, 0.0], SETS)
-    digest_input.append(judge_growths(Parameters(), varied, np.ones(SETS, dtype=bool))[0].tobytes())
+    digest_input.append(
+        judge_stability(Parameters(), varied, np.ones(SETS, dtype=bool))[0].tobytes()
+    )
     digest_input.append(log_spaced(0.3, 700.0, rng.random(SETS)).tobytes())
     return " ".join(hashlib.sha256(content).hexdigest()[:16] for content in digest_input)
 
