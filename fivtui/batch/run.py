@@ -241,7 +241,7 @@ class _BatchRun:
         parameters, separation, starts = members
         tol = local_tolerance(self._tol)
         peak, steady = "peak" in self._require, "steady" in self._require
-        kernel_work = kernel.work(
+        kernel_work = kernel.begin_batch(
             parameters=parameters,
             separation=separation,
             starts=starts,

@@ -1,8 +1,8 @@
-"""The equations of `fivtui.model.field` as text in C: headers that are made at the build.
+"""C headers with the equations of `fivtui.model.field`, generated when the kernel is compiled.
 
-Each function is evaluated on expressions, and its derivative on pairs of expressions, so that the
-kernel and the native FMU have the same equations as Python. Imported by the build hook, so that it
-needs the standard library alone.
+Each function is evaluated on expressions, and its derivative on pairs of expressions. So the kernel
+and the native FMU have the same equations as Python. The build hook imports this module, so it uses
+only the standard library.
 """
 
 import hashlib
@@ -15,7 +15,7 @@ from fivtui.model import field as equations
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
 from fivtui.taylor.expression import Expression, Reflected, expression
-from fivtui.taylor.recurrence import Terms, motion
+from fivtui.taylor.recurrence import Terms, motion_recurrence
 
 # Compiler options. Contraction is off, so that every compiler gives the same bits.
 FLAGS: Final = (
@@ -23,7 +23,7 @@ FLAGS: Final = (
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-strict-aliasing"),
     "-fomit-frame-pointer",
 )
-_NEXT: Final = ",\n        "
+_COMMA: Final = ",\n        "
 
 
 class Dual(Reflected):
@@ -68,15 +68,15 @@ def _dual(value: object) -> Dual:
 
 
 def column(name: str) -> str:
-    """Name in C of the column of a parameter."""
+    """C name of the column of a parameter."""
     return f"P_{name.upper()}"
 
 
-def _named(prefix: str) -> dict[str, Expression]:
+def _symbols(prefix: str) -> dict[str, Expression]:
     return {name: Expression(f"{prefix}[{column(name)}]") for name in ALL_PARAMETERS}
 
 
-def _parameters(values: Mapping[str, Any], *, by_law: bool = False) -> SimpleNamespace:
+def _namespace(values: Mapping[str, Any], *, by_law: bool = False) -> SimpleNamespace:
     law = {"v_s": values["v_s"] if by_law else None, "mu_static": values["mu_s"]}
     return SimpleNamespace(**{**values, **law})
 
@@ -84,7 +84,7 @@ def _parameters(values: Mapping[str, Any], *, by_law: bool = False) -> SimpleNam
 class Function(NamedTuple):
     """A C function of parameters and numbers: its Python function, and names of the numbers.
 
-    With `has_change` its derivative is also written, as `NAME_change`.
+    With `has_change` its derivative is generated too, as `NAME_change`.
     """
 
     compute: Callable[..., Any]
@@ -124,61 +124,62 @@ _FRICTION: Final = Function(equations.friction_coefficient, ("speed",), True)
 _TUNED_LAW: Final = "p[P_MU] + (p[P_MU_S] - p[P_MU]) * exponential(-speed / p[P_V_S])"
 
 
-def _value(of: Function, *, by_law: bool = False) -> str:
-    p = _parameters(_named("p"), by_law=by_law)
-    return expression(of.compute(p, *map(Expression, of.arguments))).text
+def _value_text(function: Function, *, by_law: bool = False) -> str:
+    p = _namespace(_symbols("p"), by_law=by_law)
+    return expression(function.compute(p, *map(Expression, function.arguments))).text
 
 
-def _change(of: Function, *, by_law: bool = False) -> str:
-    slopes = _named("q")
-    duals = {name: Dual(value, slopes[name]) for name, value in _named("p").items()}
-    numbers = [Dual(Expression(name), Expression(f"d{name}")) for name in of.arguments]
-    return _dual(of.compute(_parameters(duals, by_law=by_law), *numbers)).slope.text
+def _change_text(function: Function, *, by_law: bool = False) -> str:
+    slopes = _symbols("q")
+    duals = {name: Dual(value, slopes[name]) for name, value in _symbols("p").items()}
+    numbers = [Dual(Expression(name), Expression(f"d{name}")) for name in function.arguments]
+    return _dual(function.compute(_namespace(duals, by_law=by_law), *numbers)).slope.text
 
 
-def _function(name: str, of: Function, value: str) -> str:
-    arguments = "".join(f", double {argument}" for argument in of.arguments)
+def _define(name: str, function: Function, value: str) -> str:
+    arguments = "".join(f", double {argument}" for argument in function.arguments)
     return f"INLINE double {name}(const double *p{arguments})\n{{\n    return {value};\n}}\n"
 
 
-def _change_function(name: str, of: Function, change: str) -> str:
-    arguments = "".join(f", double {argument}, double d{argument}" for argument in of.arguments)
+def _define_change(name: str, function: Function, change: str) -> str:
+    arguments = "".join(f", double {number}, double d{number}" for number in function.arguments)
     return (
         f"INLINE double {name}_change(const double *p, const double *q{arguments})\n"
         f"{{\n    return {change};\n}}\n"
     )
 
 
-def _functions() -> list[str]:
-    texts = [_function(name, of, _value(of)) for name, of in _FUNCTIONS.items()]
+def _definitions() -> list[str]:
+    texts = [_define(name, f, _value_text(f)) for name, f in _FUNCTIONS.items()]
     texts += [
-        _change_function(name, of, _change(of)) for name, of in _FUNCTIONS.items() if of.has_change
+        _define_change(name, f, _change_text(f)) for name, f in _FUNCTIONS.items() if f.has_change
     ]
     # v_s = 0 means constant friction.
-    name, of = "friction_coefficient", _FRICTION
+    name, f = "friction_coefficient", _FRICTION
     value, change = (
-        f"p[P_V_S] > 0.0 ? {text(of, by_law=True)} : {text(of)}" for text in (_value, _change)
+        f"p[P_V_S] > 0.0 ? {text(f, by_law=True)} : {text(f)}"
+        for text in (_value_text, _change_text)
     )
-    scalar = [_function(name, of, value), _change_function(name, of, change)]
+    scalar = [_define(name, f, value), _define_change(name, f, change)]
     return [*texts, "#if LANES == 1\n", *scalar, "#endif\n"]
 
 
 def _coefficients() -> list[str]:
-    # Functions for the coefficients of each mode, of a mode by number, and their change for a
-    # parameter change q.
-    values, slopes = _named("p"), _named("q")
+    # C functions: coefficients of each mode, coefficients of a mode given by its number, and their
+    # derivative for a derivative q of the parameters.
+    values, slopes = _symbols("p"), _symbols("q")
     duals = {name: Dual(value, slopes[name]) for name, value in values.items()}
-    p, moved = _parameters(values), _parameters(duals)
+    p, changed = _namespace(values), _namespace(duals)
     head = "INLINE Coefficients"
     texts, cases = [], []
     for mode in Mode:
         name = f"{mode.name.lower()}_coefficients"
-        coefficients = _NEXT.join(expression(value).text for value in equations.field(p, mode))
+        coefficients = _COMMA.join(expression(value).text for value in equations.field(p, mode))
         texts.append(
             f"{head} {name}(const double *p)\n{{\n"
             f"    return (Coefficients){{\n        {coefficients}}};\n}}\n"
         )
-        changes = _NEXT.join(_dual(value).slope.text for value in equations.field(moved, mode))
+        changes = _COMMA.join(_dual(value).slope.text for value in equations.field(changed, mode))
         cases.append((mode.name, f"{name}(p)", f"(Coefficients){{\n        {changes}}}"))
     for signature, index in (
         ("coefficients_in(int mode, const double *p)", 1),
@@ -208,30 +209,30 @@ def _field_header() -> str:
         f"    double {', '.join(equations.Field._fields)};\n}} Coefficients;\n",
         f"/* As `fivtui.model.field.Rates`. */\ntypedef struct {{\n"
         f"    double {', '.join(equations.Rates._fields)};\n}} Rates;\n",
-        *_functions(),
+        *_definitions(),
         *_coefficients(),
         "#endif\n",
     ]
     return "\n".join(parts)
 
 
-def law_is_tuned() -> bool:
+def has_tuned_law() -> bool:
     """Whether the kernel has tuned recurrences for the friction law; if not, generated ones."""
-    return _value(_FRICTION, by_law=True) == _TUNED_LAW
+    return _value_text(_FRICTION, by_law=True) == _TUNED_LAW
 
 
-def _name_in_c(group: str, name: str) -> str:
+def _c_name(group: str, name: str) -> str:
     if group == "rates":
         return f"rates->{name}"
     return f"p[{column('mu_s' if name == 'mu_static' else name)}]"
 
 
-def _expansion(mode: Mode) -> str:
-    # The C function that expands sliding motion with a friction law.
+def _expansion_text(mode: Mode) -> str:
+    # The C function that expands a sliding motion with a friction law.
     terms = Terms(by_law=True, finite_belt=True, over_time=True)
-    recurrence, ax, ay = motion(terms, mode, _name_in_c)
+    recurrence, ax, ay = motion_recurrence(terms, mode, _c_name)
     lines = [f"const double {name} = {text};" for name, text in recurrence.constants.items()]
-    for name, (value, slope) in recurrence.lines.items():
+    for name, (value, slope) in recurrence.linear.items():
         lines.append(f"const double {name}[ROWS] = {{{value}, {slope}}};")
     lines += [f"double {name}[ROWS];" for name in recurrence.statements]
     lines.append("for (int n = 0; n < order; n++) {")
@@ -247,14 +248,14 @@ def _expansion(mode: Mode) -> str:
 
 
 def _recurrence_header() -> str:
-    tuned = law_is_tuned()
+    tuned = has_tuned_law()
     parts = [
         "/* Recurrences for a friction law of which the kernel has no tuned ones, made by\n"
         "   `fivtui.kernel.field_text`. */\n",
         "#ifndef FIVTUI_RECURRENCE_H\n#define FIVTUI_RECURRENCE_H\n",
         '#include "power_series.h"\n',
         f"#define LAW_IS_TUNED {int(tuned)}\n",
-        *([] if tuned else map(_expansion, (Mode.FORWARD, Mode.BACKWARD))),
+        *([] if tuned else map(_expansion_text, (Mode.FORWARD, Mode.BACKWARD))),
         "#endif\n",
     ]
     return "\n".join(parts)
@@ -266,7 +267,7 @@ def headers() -> dict[str, str]:
 
 
 def sources_digest(folder: Path) -> str:
-    """Digest of the kernel's sources, to recognise an outdated library."""
+    """Digest of the kernel's sources, by which an outdated library is recognised."""
     content = hashlib.sha256()
     texts = {path.name: path.read_bytes() for path in [*folder.glob("*.c"), *folder.glob("*.h")]}
     texts |= {name: text.encode() for name, text in headers().items()}

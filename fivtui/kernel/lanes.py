@@ -1,4 +1,4 @@
-"""Batches of the kernel, under way: runs side by side in lanes."""
+"""A batch of runs that the kernel computes side by side, in SIMD lanes."""
 
 from typing import Any, Final
 
@@ -10,14 +10,14 @@ from .runs import COLUMNS
 Floats = NDArray[np.float64]
 
 _K_NL: Final = 7
-# Bytes of a line of the processor's cache.
+# Bytes of a cache line of the processor.
 _LINE: Final = 64
 
 
-class Work:
-    """A chunk of a batch under way: n runs with a local tolerance and an order of expansion.
+class LaneBatch:
+    """n runs of a batch, with a local tolerance and an order of expansion.
 
-    `parameters`, shape (n, 9), have k_nl > 0 in all rows or in none. `observed` flags select
+    `parameters`, shape (n, 9), have k_nl > 0 in all rows or in none. The flags `observed` select
     extremes of y, all extremes, and extremes of y in the second half. `belts`, shape (n, 3), has
     v_belt, μ_s and v_s; v_s is 0 in all rows (constant friction) or in none.
     """
@@ -36,7 +36,7 @@ class Work:
         observed: tuple[bool, bool, bool],
         belts: Floats | None = None,
     ) -> None:
-        size, self._go_on, self._ended = (
+        size, self._advance, self._ended = (
             functions[f"{'batch' if belts is None else 'belts'}_{name}"]
             for name in ("size", "advance", "ended")
         )
@@ -48,16 +48,16 @@ class Work:
         self.results = np.empty((count, COLUMNS))
         self._memory = np.zeros((size() + _LINE) // 8)
         self._aligned_address = -(-self._memory.ctypes.data // _LINE) * _LINE
-        cubic = bool(count) and bool(self._parameters[0, _K_NL] > 0.0)
-        self._options = (t_end, tol, float(max_steps), order, cubic, *observed)
+        has_cubic_spring = bool(count) and bool(self._parameters[0, _K_NL] > 0.0)
+        self._options = (t_end, tol, float(max_steps), order, has_cubic_spring, *observed)
 
     def advance(self, budget: int) -> float:
-        """Continue until all runs have ended or the budget, in steps of all lanes, is spent.
+        """Continue until all runs have ended or `budget` steps of all lanes have been taken.
 
-        Returns the number of ended runs; unfinished runs count by the fraction of their horizon.
+        Returns the number of ended runs plus the computed fractions of the others.
         """
         return float(
-            self._go_on(
+            self._advance(
                 self._aligned_address,
                 self._parameters.ctypes.data,
                 self._separation.ctypes.data,

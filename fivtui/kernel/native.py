@@ -1,4 +1,4 @@
-"""The kernel in C as Python calls it: compiled when fivtui is installed, loaded when first used."""
+"""Loads and calls the kernel in C, which is compiled when fivtui is installed."""
 
 import ctypes
 import os
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from fivtui.model import ALL_PARAMETERS, PARAMETERS, ComputationError
 
-from .driven import Legs
-from .field_text import law_is_tuned, sources_digest
-from .in_turn import RunsInTurn
-from .lanes import Work
+from .field_text import has_tuned_law, sources_digest
+from .lanes import LaneBatch
 from .orbits import OrbitSearch
-from .runs import MOST_SEEDS, BeltRun, KernelRun, VariedRun
+from .over_time import CourseTable
+from .runs import MAX_SEEDS, BeltRun, KernelRun, VariedRun
+from .sequential import SequentialBatch
 
 Floats = NDArray[np.float64]
 
@@ -31,40 +31,40 @@ _LIBRARY: Final = _FOLDER / (
 _REASON: Final = _FOLDER / "libfivtui.txt"
 # Names by the return value of `fivtui_instruction_set`.
 INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
-# Functions that gain nothing by wider registers than those of AVX2.
-_OF_ONE_RUN: Final = ("run_", "belt_", "driven_", "vary_", "orbit_")
+# Prefixes of functions for one run. They gain nothing from registers wider than those of AVX2.
+_SINGLE_RUN_PREFIXES: Final = ("run_", "belt_", "driven_", "vary_", "orbit_")
 _X86: Final = ("x86_64", "amd64")
 # Environment variable that overrides the best instruction set.
-_CHOICE: Final = "FIVTUI_INSTRUCTION_SET"
+_VARIABLE: Final = "FIVTUI_INSTRUCTION_SET"
 
 _int, _float, _pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
-_BEGIN: Final[tuple[Any, list[Any]]] = (
+_BEGIN_SIGNATURE: Final[tuple[Any, list[Any]]] = (
     None,
     [_pointer, _pointer, _int, _pointer, _float, _float, _int],
 )
-_ADVANCE: Final[tuple[Any, list[Any]]] = (
+_ADVANCE_SIGNATURE: Final[tuple[Any, list[Any]]] = (
     _int,
     [
         *(_pointer, _pointer, _int, _pointer, _int, _pointer, _pointer, _pointer, _int, _int),
         _pointer,
     ],
 )
-_OF_LANES: Final[dict[str, tuple[Any, list[Any]]]] = {
+_BATCH_CALLS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "size": (_int, []),
     "advance": (_float, [*([_pointer] * 5), _int, _float, _float, _float, *([_int] * 6)]),
     "ended": (_int, [_pointer]),
 }
 # Prefixes of batch functions: without and with a finite belt speed.
 _BATCHES: Final = ("batch", "belts")
-_FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
+_SIGNATURES: Final[dict[str, tuple[Any, list[Any]]]] = {
     "run_size": (_int, []),
-    "run_begin": _BEGIN,
-    "run_advance": _ADVANCE,
+    "run_begin": _BEGIN_SIGNATURE,
+    "run_advance": _ADVANCE_SIGNATURE,
     "belt_size": (_int, []),
-    "belt_begin": _BEGIN,
-    "belt_advance": _ADVANCE,
-    "driven_begin": (None, [*_BEGIN[1], _int, _pointer, _int, _float]),
-    **{f"{name}_{function}": kind for name in _BATCHES for function, kind in _OF_LANES.items()},
+    "belt_begin": _BEGIN_SIGNATURE,
+    "belt_advance": _ADVANCE_SIGNATURE,
+    "driven_begin": (None, [*_BEGIN_SIGNATURE[1], _int, _pointer, _int, _float]),
+    **{f"{name}_{call}": kind for name in _BATCHES for call, kind in _BATCH_CALLS.items()},
     "vary_size": (_int, []),
     "vary_begin": (
         None,
@@ -74,9 +74,9 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "orbit_solve": (_int, [*([_pointer] * 5), _int, _pointer]),
     "static_starts": (None, [_pointer, _pointer, _pointer, _int]),
 }
-_packed_state: Final = struct.Struct("4d").pack
-_packed_parameters: Final = struct.Struct(f"{len(PARAMETERS)}d").pack
-_packed_with_belt: Final = struct.Struct(f"{len(ALL_PARAMETERS)}d").pack
+_pack_state: Final = struct.Struct("4d").pack
+_pack_parameters: Final = struct.Struct(f"{len(PARAMETERS)}d").pack
+_pack_with_belt: Final = struct.Struct(f"{len(ALL_PARAMETERS)}d").pack
 
 
 class Kernel:
@@ -87,22 +87,22 @@ class Kernel:
     """
 
     def __init__(self, instruction_set: str | None = None) -> None:
-        library = _library()
+        library = _load_library()
         best = library.fivtui_instruction_set()
         allowed = INSTRUCTION_SETS[: best + 1]
-        chosen = instruction_set or os.environ.get(_CHOICE) or allowed[-1]
+        chosen = instruction_set or os.environ.get(_VARIABLE) or allowed[-1]
         if chosen not in allowed:
             raise ComputationError(
                 f"instruction set {chosen!r}: this processor has {', '.join(allowed)}",
-                f"do not set {_CHOICE}",
+                f"do not set {_VARIABLE}",
             )
         self.instruction_set = chosen
         self.compiler = str(library.fivtui_compiler().decode())
         functions: dict[str, Any] = {}
         self._functions = functions
-        one_run = "avx2" if chosen == "avx512" else chosen
-        for name, (result, arguments) in _FUNCTIONS.items():
-            variant = one_run if name.startswith(_OF_ONE_RUN) else chosen
+        single_run_set = "avx2" if chosen == "avx512" else chosen
+        for name, (result, arguments) in _SIGNATURES.items():
+            variant = single_run_set if name.startswith(_SINGLE_RUN_PREFIXES) else chosen
             function = getattr(library, f"fivtui_{name}_{variant}")
             function.restype, function.argtypes = result, arguments
             functions[name] = function
@@ -110,7 +110,7 @@ class Kernel:
         self._belt_memory = _float * (functions["belt_size"]() // 8)
         self._varied_size = functions["vary_size"]() // 8
 
-    def begin(
+    def begin_run(
         self,
         parameters: Iterable[float],
         start: Iterable[float],
@@ -122,33 +122,33 @@ class Kernel:
         times: Floats | None = None,
         segments: bool = False,
         belt: tuple[float, float, float] | None = None,
-        legs: Legs | None = None,
+        table: CourseTable | None = None,
     ) -> KernelRun:
         """Begin a run with a local tolerance, of the order 8, 12, 16, 20, or with a law 24.
 
-        `times` are ascending sample times, s; `segments` enables their output. `belt` is v_belt,
-        μ_s and v_s of a belt of finite speed, with v_s = 0 for constant friction. `legs` are tables
-        over time. With either the run is a `BeltRun`.
+        `times` are ascending sample times, s; `segments` says whether to return segments. `belt`
+        is v_belt, μ_s and v_s of a belt of finite speed, with v_s = 0 for constant friction. With
+        `belt` or `table`, the parameters over time, the run is a `BeltRun`.
         """
-        state = _packed_state(*start)
-        if belt is None and legs is None:
-            memory, packed = self._run_memory(), _packed_parameters(*parameters)
+        state = _pack_state(*start)
+        if belt is None and table is None:
+            memory, packed = self._run_memory(), _pack_parameters(*parameters)
             self._functions["run_begin"](memory, packed, separation, state, t_end, tol, order)
             return KernelRun(self._functions["run_advance"], memory, order, times, segments)
         memory = self._belt_memory()
-        packed = _packed_with_belt(*parameters, *(belt or (0.0, 0.0, 0.0)))
+        packed = _pack_with_belt(*parameters, *(belt or (0.0, 0.0, 0.0)))
         problem = memory, packed, separation, state, t_end, tol, order
-        if legs is None:
+        if table is None:
             self._functions["belt_begin"](*problem)
         else:
-            rows = legs.rows.ctypes.data, len(legs.rows)
-            on_belt = belt is not None
-            self._functions["driven_begin"](*problem, on_belt, *rows, legs.greatest_load)
+            rows = table.rows.ctypes.data, len(table.rows)
+            finite = belt is not None
+            self._functions["driven_begin"](*problem, finite, *rows, table.greatest_load)
         run = BeltRun(self._functions["belt_advance"], memory, order, times, segments)
-        run.legs = legs
+        run.table = table
         return run
 
-    def vary(
+    def begin_varied_run(
         self,
         parameters: Floats,
         start: Floats,
@@ -159,13 +159,13 @@ class Kernel:
         tol: float,
         order: int,
     ) -> VariedRun:
-        """Begin a run with its derivatives; its motion has the same bits as by `begin`.
+        """Begin a run with its derivatives; the motion has the same bits as that of `begin_run`.
 
-        `seeds`, shape (k, 13), say how (x, ẋ, y, ẏ) at the start and the parameters change with
-        each of the k numbers to derive by, `MOST_SEEDS` at most.
+        `seeds`, shape (k, 13), are the derivatives of (x, ẋ, y, ẏ) at the start and of the
+        parameters by k numbers, at most `MAX_SEEDS`.
         """
-        if not 0 < len(seeds) <= MOST_SEEDS:
-            raise ValueError(f"{len(seeds)} seeds: must be 1 to {MOST_SEEDS}")
+        if not 0 < len(seeds) <= MAX_SEEDS:
+            raise ValueError(f"{len(seeds)} seeds: must be 1 to {MAX_SEEDS}")
         memory, seed_rows = np.empty(self._varied_size), np.ascontiguousarray(seeds)
         self._functions["vary_begin"](
             memory.ctypes.data,
@@ -180,26 +180,26 @@ class Kernel:
         )
         return VariedRun(self._functions["vary_advance"], memory, len(seed_rows))
 
-    def orbits(self, **arguments: Any) -> OrbitSearch:
-        """Begin a search of periodic orbits: see `OrbitSearch`."""
+    def orbit_search(self, **arguments: Any) -> OrbitSearch:
+        """A search for periodic orbits: see `OrbitSearch`."""
         return OrbitSearch(self._functions["orbit_solve"], self._varied_size, **arguments)
 
-    def work(
+    def begin_batch(
         self, *, observed: tuple[bool, bool, bool], belts: Floats | None = None, **arguments: Any
-    ) -> Work | RunsInTurn:
-        """Begin a chunk of a batch, in lanes or in turn, with the same bits: see `Work`."""
-        if belts is not None and (self._is_slow_in_lanes or not law_is_tuned()):
-            # Single runs always record all extremes.
-            return RunsInTurn(self.begin, belts=belts, **arguments)
-        return Work(self._functions, observed=observed, belts=belts, **arguments)
+    ) -> LaneBatch | SequentialBatch:
+        """Begin a chunk of a batch, side by side or one by one: see `LaneBatch`."""
+        if belts is not None and (self._is_slow_in_lanes or not has_tuned_law()):
+            # Single runs record all extremes, whatever `observed`.
+            return SequentialBatch(self.begin_run, belts=belts, **arguments)
+        return LaneBatch(self._functions, observed=observed, belts=belts, **arguments)
 
     @property
     def _is_slow_in_lanes(self) -> bool:
-        # Without hardware fused multiply-add the finite-belt lanes call a function for it.
+        # Without the processor's fused multiply-add, lanes with finite belts call a slow function.
         return self.instruction_set == "baseline" and platform.machine().lower() in _X86
 
     def static_starts(self, parameters: Floats, separation: NDArray[np.bool_]) -> Floats:
-        """The states at rest at the equilibria of μ = 0, shape (n, 4), infinite where none is."""
+        """States at rest at the equilibria for μ = 0, shape (n, 4); infinite if there is none."""
         starts = np.empty((len(parameters), 4))
         flags = separation.astype(np.uint8)
         self._functions["static_starts"](
@@ -208,7 +208,7 @@ class Kernel:
         return starts
 
 
-def _library() -> Any:
+def _load_library() -> Any:
     advice = "install fivtui anew; until then the interpreted kernel runs"
     if not _LIBRARY.is_file():
         why = _REASON.read_text(encoding="utf-8").strip() if _REASON.is_file() else "not installed"
@@ -225,7 +225,7 @@ def _library() -> Any:
 
 
 @lru_cache(maxsize=1)
-def _loaded() -> Kernel | ComputationError:
+def _load_or_error() -> Kernel | ComputationError:
     try:
         return Kernel()
     except ComputationError as error:
@@ -234,18 +234,18 @@ def _loaded() -> Kernel | ComputationError:
 
 def load_kernel() -> Kernel:
     """The kernel for this processor, loaded on first use."""
-    kernel = _loaded()
+    kernel = _load_or_error()
     if isinstance(kernel, ComputationError):
         raise ComputationError(kernel.why, kernel.advice)
     return kernel
 
 
 def why_interpreted() -> str | None:
-    """Why there is no compiled kernel; None where there is one."""
-    kernel = _loaded()
+    """The reason why runs are interpreted; None if the kernel is compiled."""
+    kernel = _load_or_error()
     return kernel.why if isinstance(kernel, ComputationError) else None
 
 
 def stepping_kernel() -> Literal["compiled", "interpreted"]:
-    """The kernel that takes steps here: the compiled one, or the interpreted one without it."""
+    """Which kernel computes runs here: the compiled one if it is available."""
     return "compiled" if why_interpreted() is None else "interpreted"

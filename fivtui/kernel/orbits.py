@@ -1,4 +1,4 @@
-"""Periodic orbits by the compiled kernel: Newton's method on shooting, without leaving it."""
+"""Periodic orbits by shooting and Newton's method, all in the compiled kernel."""
 
 import ctypes
 from collections.abc import Sequence
@@ -12,22 +12,22 @@ from fivtui.model import PARAMETERS
 Floats = NDArray[np.float64]
 
 _STATE: Final = 4
-_MOST_VARIED: Final = 2
-_UNKNOWNS: Final = _STATE + 1 + _MOST_VARIED
+_MAX_VARIED: Final = 2
+_UNKNOWNS: Final = _STATE + 1 + _MAX_VARIED
 _EXTREMES: Final = 7
 _double, _int = ctypes.c_double, ctypes.c_int64
 
 
-class _Asked(ctypes.Structure):
-    # Layout of the struct `Asked` in orbit.c.
+class _Request(ctypes.Structure):
+    # Layout of the struct `OrbitRequest` in orbit.c.
     _fields_ = (
         ("parameters", _double * len(PARAMETERS)),
         ("scales", _double * _UNKNOWNS),
-        ("low", _double * _MOST_VARIED),
-        ("high", _double * _MOST_VARIED),
+        ("low", _double * _MAX_VARIED),
+        ("high", _double * _MAX_VARIED),
         ("tol", _double),
-        ("longest", _double),
-        ("places", _int * _MOST_VARIED),
+        ("max_period", _double),
+        ("columns", _int * _MAX_VARIED),
         ("varied", _int),
         ("separation", _int),
         ("order", _int),
@@ -35,13 +35,13 @@ class _Asked(ctypes.Structure):
     )
 
 
-# Ends of the parts of the struct `Orbit` in orbit.c.
-_PARTS: Final = np.cumsum([_UNKNOWNS, _UNKNOWNS, _STATE, 9, _EXTREMES]).tolist()
-_FOUND: Final = _PARTS[-1] + 2
+# End offsets of the arrays in the struct `Orbit` in orbit.c.
+_PART_ENDS: Final = np.cumsum([_UNKNOWNS, _UNKNOWNS, _STATE, 9, _EXTREMES]).tolist()
+_RESULT_SIZE: Final = _PART_ENDS[-1] + 2
 
 
 class FoundOrbit(NamedTuple):
-    """A periodic orbit: scaled unknowns and derived quantities for `fivtui.orbits`."""
+    """A periodic orbit, its tangent on the curve of orbits, and its flow direction, scaled."""
 
     unknowns: Floats
     tangent: Floats
@@ -52,8 +52,8 @@ class FoundOrbit(NamedTuple):
     iterations: int
 
 
-class Varied(NamedTuple):
-    """A parameter that varies: its column among all parameters, and its bounds."""
+class VariedParameter(NamedTuple):
+    """A parameter that varies along the curve of orbits: its column and its bounds."""
 
     column: int
     low: float
@@ -61,10 +61,10 @@ class Varied(NamedTuple):
 
 
 class OrbitSearch:
-    """A search of periodic orbits of a parameter set of which one or two parameters vary.
+    """A search for periodic orbits of a parameter set of which one or two parameters vary.
 
-    `scales` are the units of state, period and varied parameters, `longest` is the greatest period,
-    s, and `budget` limits the steps of a motion.
+    `scales` are the units of state, period and varied parameters, `max_period` is in s, and
+    `budget` limits the steps of a period.
     """
 
     def __init__(
@@ -73,23 +73,23 @@ class OrbitSearch:
         size: int,
         *,
         parameters: Sequence[float],
-        varied: Sequence[Varied],
+        varied: Sequence[VariedParameter],
         scales: Floats,
         separation: bool,
         tol: float,
         order: int,
-        longest: float,
+        max_period: float,
         budget: int,
     ) -> None:
         self._function, self._memory = function, np.empty(size)
         count = len(varied)
-        self._request = _Asked(
+        self._request = _Request(
             tuple(parameters),
             tuple(scales),
             tuple(parameter.low for parameter in varied),
             tuple(parameter.high for parameter in varied),
             tol,
-            longest,
+            max_period,
             tuple(parameter.column for parameter in varied),
             count,
             separation,
@@ -99,15 +99,15 @@ class OrbitSearch:
         self._count = _STATE + 1 + count
 
     def solve(
-        self, guess: Floats, planes: Floats, along: Floats, *, turning: bool
+        self, guess: Floats, planes: Floats, along: Floats, *, tangent_across: bool
     ) -> FoundOrbit | None:
         """The orbit near a guess of the n scaled unknowns; None if Newton's method finds none.
 
         The search runs in the planes through the guess with the normals `planes`, shape (n − 4, n).
-        The new tangent has the direction of `along` on the curve of orbits; it is in the plane
-        across the orbit if `turning`, else in the first.
+        The new tangent points along `along` on the curve of orbits. It is normal to the orbit if
+        `tangent_across`, else to the first of `planes`.
         """
-        orbit = np.empty(_FOUND)
+        orbit = np.empty(_RESULT_SIZE)
         arguments = np.concatenate([guess, along, planes.ravel()])
         start, item = arguments.ctypes.data, arguments.itemsize
         if not self._function(
@@ -116,13 +116,13 @@ class OrbitSearch:
             start,
             start + 2 * item * self._count,
             start + item * self._count,
-            turning,
+            tangent_across,
             orbit.ctypes.data,
         ):
             return None
-        determinant, iterations = orbit[_PARTS[-1] :].tolist()
+        determinant, iterations = orbit[_PART_ENDS[-1] :].tolist()
         unknowns, tangent, flow_direction, monodromy, extremes = (
-            orbit[begin:end] for begin, end in zip([0, *_PARTS], _PARTS, strict=False)
+            orbit[begin:end] for begin, end in zip([0, *_PART_ENDS], _PART_ENDS, strict=False)
         )
         count = self._count
         return FoundOrbit(

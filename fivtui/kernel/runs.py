@@ -1,4 +1,4 @@
-"""Single runs of the kernel, under way: plain, and with derivatives."""
+"""Single runs by the kernel: plain, on a belt of finite speed, and with derivatives."""
 
 import ctypes
 from typing import Any, Final, NamedTuple
@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 
 from fivtui.model import Mode, State
 
-from .driven import Legs
+from .over_time import CourseTable
 from .status import Status
 
 Floats = NDArray[np.float64]
 
-# Columns of segments before their coefficients in θ = time/duration.
+# Columns of a segment before its coefficients in θ = time/duration.
 SEGMENT_HEAD: Final = 5
-# Most numbers to derive by, extremes that are derived, columns of crossings before derivatives.
-MOST_SEEDS: Final = 16
+# Limit of seeds, number of extremes, and columns of a crossing before its derivatives.
+MAX_SEEDS: Final = 16
 EXTREMES: Final = 7
 CROSSING_HEAD: Final = 6
 # Buffer sizes per call, in crossings, switches and segments. The allocator reuses a segment buffer
@@ -29,8 +29,8 @@ _SEGMENTS: Final = 2048
 class RunColumns(NamedTuple):
     """Columns of a result, SI units.
 
-    `y_low` and `y_high` are of the second half of the run; `first` and `last`, the times of
-    switches, are NaN where there is none.
+    `separated` is the time off the belt. `first` and `last` are the times of the first and last
+    switch, NaN without one. `y_low` and `y_high` are extremes of the second half of the run.
     """
 
     x: Any
@@ -59,36 +59,36 @@ _STATUSES: Final = tuple(Status)
 # Use ctypes arrays: in a short run, creating and passing buffers dominates the cost.
 _CHANGE_COLUMNS: Final = 3
 _Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHES
-# Columns after the common results: stick time, and the number of changes for each pair of modes.
-_TALLY: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)
+# Columns after the common results: stick time, and the number of switches for each pair of modes.
+_STICK_COLUMNS: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)
 _NO_TIMES: Final = np.empty(0)
 
 
 class KernelRun:
-    """A run under way; function and memory are from `Kernel.begin`."""
+    """A run that continues step by step; `Kernel.begin_run` makes it."""
 
-    # Numbers per switch, and buffer types for switches and the result.
-    _width, _room, _outcome = 1, _Switches, _Result
+    # Columns of a switch, and buffer types for switches and the result.
+    _switch_width, _SwitchBuffer, _ResultBuffer = 1, _Switches, _Result
     # Result up to the current time.
     outcome: RunColumns
-    # Rows x, ẋ, y and ẏ at the sample times, and a row for the contact force. One block lets the
-    # allocator reuse it between runs.
+    # Rows x, ẋ, y and ẏ at the sample times, and an empty row for the contact force. The allocator
+    # reuses one block between runs.
     samples: Floats
     modes: NDArray[np.int8]
-    # How many samples are computed.
+    # Number of samples computed so far.
     sampled: int
     # Times of the switches of the last call, s.
     switches: Floats
-    # A row for each segment of the last call: start, exact start minus start, duration, end, mode,
-    # and coefficients of x and y.
+    # A row for each segment of the last call: start, its remainder (exact start minus start),
+    # duration, end, mode, and coefficients of x and y.
     segments: Floats
 
     def __init__(
         self, function: Any, memory: Any, order: int, times: Floats | None, segments: bool
     ) -> None:
         self._function, self._memory = function, memory
-        self._result: Any = self._outcome()
-        self._switch_buffer: Any = self._room()
+        self._result: Any = self._ResultBuffer()
+        self._switch_buffer: Any = self._SwitchBuffer()
         self._columns = SEGMENT_HEAD + 2 * (order + 2) if segments else 0
         self._sampling: tuple[Any, ...] = (None, 0, None, None)
         self.sampled = 0
@@ -100,57 +100,57 @@ class KernelRun:
             self._sampling = (self._times.ctypes.data, times.size, samples, modes)
 
     def advance(self, budget: int) -> Status:
-        """Continue until the run has ended, a buffer is full or the budget, in steps, is spent."""
-        room, rows = None, 0
+        """Continue until the run has ended, a buffer is full or `budget` steps have been taken."""
+        segment_address, rows = None, 0
         if self._columns:
             rows = min(budget, _SEGMENTS)
             stored = np.empty((rows, self._columns))
-            room = stored.ctypes.data
+            segment_address = stored.ctypes.data
         status: int = self._function(
             self._memory,
             self._switch_buffer,
             _SWITCHES,
             *self._sampling,
-            room,
+            segment_address,
             rows,
             budget,
             self._result,
         )
         columns = self._result[: COLUMNS + 3]
         self.outcome = RunColumns._make(columns[:COLUMNS])
-        switched, filled, sampled = columns[COLUMNS:]
+        switch_count, segment_count, sampled = columns[COLUMNS:]
         self.sampled = int(sampled)
         self.switches = (
-            np.frombuffer(self._switch_buffer, count=int(switched) * self._width).copy()
-            if switched
+            np.frombuffer(self._switch_buffer, count=int(switch_count) * self._switch_width).copy()
+            if switch_count
             else _NO_TIMES
         )
         if self._columns:
-            self.segments = stored[: int(filled)]
+            self.segments = stored[: int(segment_count)]
         return _STATUSES[status]
 
 
 class BeltRun(KernelRun):
-    """A run on a belt of finite speed, or over legs, under way.
+    """A run on a belt of finite speed, or with parameters over time.
 
     `switches` has three numbers for each switch of the last call: time, s, and the modes before
     and after it.
     """
 
-    # Keeps the arrays alive that the kernel reads during the run.
-    legs: Legs | None = None
-    _width, _room = _CHANGE_COLUMNS, ctypes.c_double * (_CHANGE_COLUMNS * _SWITCHES)
-    _outcome = ctypes.c_double * _TALLY.stop
+    # Keeps the array alive that the kernel reads during the run.
+    table: CourseTable | None = None
+    _switch_width, _SwitchBuffer = _CHANGE_COLUMNS, ctypes.c_double * (_CHANGE_COLUMNS * _SWITCHES)
+    _ResultBuffer = ctypes.c_double * _STICK_COLUMNS.stop
 
     @property
     def tally(self) -> tuple[float, list[float]]:
-        """Time of stick so far, s, and numbers of switches by mode before · modes + mode after."""
-        stick_time, *kinds = self._result[_TALLY]
+        """Stick time so far, s, and counts of switches by mode before · modes + mode after."""
+        stick_time, *kinds = self._result[_STICK_COLUMNS]
         return stick_time, kinds
 
 
 class VariedRun:
-    """A run with its derivatives by k numbers, under way."""
+    """A run with its derivatives by k numbers."""
 
     # Result up to the current time, and (ẋ, ẍ, ẏ, ÿ) at that time, m/s and m/s².
     outcome: RunColumns
@@ -172,7 +172,7 @@ class VariedRun:
         self.extremes = np.empty((EXTREMES, 1 + count))
 
     def advance(self, budget: int) -> Status:
-        """Continue until the run has ended, the budget, in steps, is spent or a buffer is full."""
+        """Continue until the run has ended, `budget` steps have been taken or a buffer is full."""
         status = self._function(
             self._memory.ctypes.data,
             self._crossings.ctypes.data,

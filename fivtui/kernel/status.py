@@ -4,24 +4,24 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """How the transient of a member of a batch ended.
+    """How a run, or the transient of a member of a batch, ended.
 
     Attributes
     ----------
     DONE
         At the horizon.
     OVERFLOW
-        The motion left the range of numbers.
+        The motion exceeded the range of floating-point numbers.
     STALLED
-        It changed faster than the spacing of time.
+        The motion changed faster than floating-point time resolves.
     STEP_LIMIT
-        It took too many steps.
+        The run took too many steps.
     NO_START
-        F < 0 and no equilibrium to start from.
+        F < 0, and there is no equilibrium to start from.
     RUNNING
-        It has not ended.
+        The run has not ended.
     UNBOUNDED
-        Its derivatives cannot be followed on: they leave the range of numbers or change too fast.
+        The derivatives of the motion exceed the range of numbers or change too fast.
     """
 
     DONE = 0

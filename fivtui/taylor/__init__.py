@@ -1,10 +1,10 @@
-"""The Taylor integrator in plain floats. Imports the standard library and `model` alone."""
+"""The Taylor integrator in plain floats. It imports only the standard library and `model`."""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .belt import taylor_stepper
-    from .polynomial import derivative, evaluate, first_root, minimum_maximum, restricted, roots
+    from .polynomial import derivative, evaluate, first_root, minimum_maximum, restrict, roots
     from .segment import Segment, Stepper
     from .stepper import (
         DEFAULT_TOL,

@@ -30,12 +30,12 @@ from .stepper import TaylorStepper, local_tolerance
 SIMULTANEOUS: Final = 2.0**-40
 # Shortest step, relative to t, that advances a motion creeping by a steep friction law.
 UNRESOLVED: Final = 2.0**-50
-# Largest change of v/v_s over a step with a friction law; it grows with v/v_s. Above 37 the
-# exponential is below rounding, so a step that stays there may be longer.
-_CHANGE: Final = 12.0
-_WIDENING: Final = 0.09
-_NEGLIGIBLE: Final = 37.0
-_SHRINKING: Final = 0.75
+# Largest change of v/v_s over a step with a friction law, and its growth with v/v_s. Where v/v_s
+# stays above _FAR, the exponential is below rounding and the step may be longer.
+_MAX_CHANGE: Final = 12.0
+_GROWTH: Final = 0.09
+_FAR: Final = 37.0
+_SHRINK_FACTOR: Final = 0.75
 _HEIGHT_GUARDS: Final = (Guard.HEIGHT, Guard.DEPTH)
 SPEED_GUARDS: Final = (Guard.AHEAD, Guard.BEHIND)
 HOLD_GUARDS: Final = (Guard.HELD_FORWARD, Guard.HELD_BACKWARD)
@@ -60,7 +60,7 @@ class BeltStepper(TaylorStepper):
         self._deflection = static_deflection(p.with_values({"F": self._course.greatest_load}))
         self._row_time = self._course.next_break(t)
         self._mode = mode_of(p, state, separation=system.separation, rates=self._rates)
-        # A table of μ may begin at μ_s and fall: keep the law.
+        # A table of μ may begin at μ_s, where the law is constant, and fall later: keep the law.
         self._by_law = p.v_s is not None and p.mu_s is not None if tables else bool(p.speed_law)
         self._terms = Terms(self._by_law, p.v_belt is not None, bool(tables))
 
@@ -86,22 +86,22 @@ class BeltStepper(TaylorStepper):
         # Limit the step to the range of the expansions and to the next row.
         duration = super()._step_size(x, y)
         if self._by_law and MODES[self._mode].slips:
-            duration = self._within_law(duration, x)
+            duration = self._limit_to_law(duration, x)
         return min(duration, (self._row_time - self._time) - self._remainder)
 
-    def _within_law(self, duration: float, x: tuple[float, ...]) -> float:
-        # The part of a step, s, over which the expansion of friction in v/v_s holds.
+    def _limit_to_law(self, duration: float, x: tuple[float, ...]) -> float:
+        # The longest part of a step, s, over which the expansion of friction in v/v_s converges.
         v_s = self._p.v_s or 1.0
         speed = MODES[self._mode].friction_sign * ((self._p.v_belt or 0.0) - x[1])
         exponent = max(speed / v_s, 0.0)
-        allowed = max(_CHANGE + _WIDENING * exponent, exponent - _NEGLIGIBLE) * v_s
+        allowed = max(_MAX_CHANGE + _GROWTH * exponent, exponent - _FAR) * v_s
         # v_r also changes with the speed of the belt.
         relative = (*x[:2], x[2] - 0.5 * self._rates.v_belt, *x[3:])
-        while _greatest_change(relative, duration) > allowed:
-            duration *= _SHRINKING
+        while _max_speed_change(relative, duration) > allowed:
+            duration *= _SHRINK_FACTOR
         return duration
 
-    def _state_after(self, final: State, duration: float, ended: Transition | None) -> State:
+    def _final_state(self, final: State, duration: float, ended: Transition | None) -> State:
         x, vx, y, vy = final
         guard = None if ended is None else ended.guard
         on_belt = self._mode is Mode.STICK or guard in SPEED_GUARDS
@@ -118,32 +118,32 @@ class BeltStepper(TaylorStepper):
         p, _ = self._course.after(self._time + (duration + self._remainder))
         return p.v_belt or 0.0
 
-    def _successor(self, ended: Transition, state: State) -> Mode:
+    def _next_mode(self, ended: Transition, state: State) -> Mode:
         if ended.guard in HOLD_GUARDS:
             return ended.to[0]
         p, rates = self._course.after(self._time)
         return mode_of(p, state, separation=self._separation, rates=rates)
 
-    def _expanded(self, mode: Mode) -> Coefficients:
+    def _expand(self, mode: Mode) -> Coefficients:
         state = self._state
         if self._terms.over_time or (self._by_law and MODES[mode].slips):
             motion = motion_function(self._terms, mode)
             x, y = motion(self._p, self._rates, state, self._degree - 1)
         else:
-            x, y = self._expand[mode](*state, *self._constants[mode])
+            x, y = self._coefficient_functions[mode](*state, *self._constants[mode])
         if state[2] == 0.0 and self._separation:
-            y = self._with_balanced_forces(y)
+            y = self._balance_forces(y)
         if state[1] == self._p.v_belt and MODES[mode].slips:
-            x = self._with_belt_acceleration(x, forward=mode is Mode.FORWARD)
+            x = self._set_belt_acceleration(x, forward=mode is Mode.FORWARD)
         return x, y
 
-    def _with_balanced_forces(self, y: tuple[float, ...]) -> tuple[float, ...]:
-        settled = super()._with_balanced_forces(y)
+    def _balance_forces(self, y: tuple[float, ...]) -> tuple[float, ...]:
+        balanced = super()._balance_forces(y)
         if self._rates is CONSTANT or lift(self._p, self._state[0]) != 0.0:
-            return settled
-        return (*settled[:3], settled[3] - self._rates.F / (6.0 * self._p.m), *settled[4:])
+            return balanced
+        return (*balanced[:3], balanced[3] - self._rates.F / (6.0 * self._p.m), *balanced[4:])
 
-    def _with_belt_acceleration(self, x: tuple[float, ...], *, forward: bool) -> tuple[float, ...]:
+    def _set_belt_acceleration(self, x: tuple[float, ...], *, forward: bool) -> tuple[float, ...]:
         # Where friction balances the other forces, start with the belt's acceleration: a rounding
         # error would make the slider stick again at once.
         guard = Guard.HELD_FORWARD if forward else Guard.HELD_BACKWARD
@@ -164,7 +164,7 @@ class BeltStepper(TaylorStepper):
         else:
             super()._check_progress(mode, start, duration, cut=cut)
 
-    def _first_end(
+    def _find_first_end(
         self, motion: Coefficients, y: tuple[float, ...], powers: Sequence[float], final: State
     ) -> tuple[float, Transition] | None:
         first: tuple[float, Transition] | None = None
@@ -179,21 +179,21 @@ class BeltStepper(TaylorStepper):
                     # At the start of a mode its guard is zero and rises, except for rounding.
                     c[0], c[1] = 0.0, max(c[1], 0.0)
                 end_state = (final[0], final[1] / powers[1], final[2], final[3] / powers[1])
-                value = self._guard_after(end_state, guard, powers[1])
-                root = _first_fall(list(map(mul, c, powers)), value)
+                value = self._guard_at_end(end_state, guard, powers[1])
+                root = _first_root_of_guard(list(map(mul, c, powers)), value)
             if root is None:
                 continue
             if first is None or root < first[0] * (1.0 - SIMULTANEOUS):
                 first = root, transition
         return first
 
-    def _guard_after(self, state: State, guard: Guard, duration: float) -> float:
+    def _guard_at_end(self, state: State, guard: Guard, duration: float) -> float:
         # Value of a guard at the end of a step.
         p = parameters_after(self._p, self._rates, duration)
         return float(guard_value(p, state, guard, self._rates))
 
 
-def _greatest_change(x: Sequence[float], duration: float) -> float:
+def _max_speed_change(x: Sequence[float], duration: float) -> float:
     # Upper bound of the change of ẋ over a step.
     total = 0.0
     for n in range(len(x) - 1, 1, -1):
@@ -201,12 +201,12 @@ def _greatest_change(x: Sequence[float], duration: float) -> float:
     return total
 
 
-def _first_fall(c: Sequence[float], final: float) -> float | None:
-    # First root of a guard. It differs from its chord by at most max|second derivative|/8; a guard
-    # that starts at zero is divided by θ.
+def _first_root_of_guard(c: Sequence[float], final: float) -> float | None:
+    # First root of a guard. A guard differs from its chord by at most max|second derivative|/8. A
+    # guard that starts at zero is divided by θ.
     first = c[0] if c[0] != 0.0 else c[1]
-    bulge = sum(abs(coefficient) * n * (n - 1) for n, coefficient in enumerate(c)) / 8.0
-    if min(first, final) > bulge:
+    chord_distance = sum(abs(coefficient) * n * (n - 1) for n, coefficient in enumerate(c)) / 8.0
+    if min(first, final) > chord_distance:
         return None
     root = first_root(c)
     if root is None and final <= 0.0:

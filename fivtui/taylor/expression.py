@@ -1,10 +1,10 @@
-"""Arithmetic expressions as text, the same in Python and in C."""
+"""Arithmetic expressions as text that is valid in Python and in C."""
 
 from typing import Any
 
 
 class Reflected:
-    """Reflected operators: `_operand` converts a number on the left-hand side."""
+    """Operators with a number on the left-hand side, which `_operand` converts."""
 
     __slots__ = ()
 
@@ -27,24 +27,24 @@ class Reflected:
 class Expression(Reflected):
     """An arithmetic expression; products with 0 or 1 and sums with 0 are simplified."""
 
-    __slots__ = ("binds", "text")
+    __slots__ = ("precedence", "text")
 
-    def __init__(self, text: str, binds: int = 3) -> None:
-        # Precedence: 1 for a sum, 2 for a product, 3 for a name or call.
-        self.text, self.binds = text, binds
+    def __init__(self, text: str, precedence: int = 3) -> None:
+        # Precedences: 1 for a sum, 2 for a product, 3 for a name or a call.
+        self.text, self.precedence = text, precedence
 
     @property
     def is_zero(self) -> bool:
-        """Whether it is the number 0."""
+        """Whether the expression is the number 0."""
         return self.text == _ZERO
 
     @property
     def is_number(self) -> bool:
-        """Whether it is a number."""
+        """Whether the expression is a number."""
         return self.text.lstrip("-")[0].isdigit()
 
     def __neg__(self) -> "Expression":
-        text = self._within(2)
+        text = self._in_parentheses(2)
         if text.startswith("-"):
             return Expression(text[1:], 2)
         return self if self.is_zero else Expression(f"-{text}", 2)
@@ -53,13 +53,13 @@ class Expression(Reflected):
         b = expression(operand)
         if self.is_zero or b.is_zero:
             return b if self.is_zero else self
-        return Expression(f"{self.text} + {b._within(2)}", 1)
+        return Expression(f"{self.text} + {b._in_parentheses(2)}", 1)
 
     def __sub__(self, operand: object) -> "Expression":
         b = expression(operand)
         if self.is_zero or b.is_zero:
             return -b if self.is_zero else self
-        return Expression(f"{self.text} - {b._within(2)}", 1)
+        return Expression(f"{self.text} - {b._in_parentheses(2)}", 1)
 
     def __mul__(self, operand: object) -> "Expression":
         b = expression(operand)
@@ -68,13 +68,13 @@ class Expression(Reflected):
         for factor, rest in ((self, b), (b, self)):
             if factor.text in (_ONE, _MINUS_ONE):
                 return rest if factor.text == _ONE else -rest
-        return Expression(f"{self._within(2)} * {b._within(3)}", 2)
+        return Expression(f"{self._in_parentheses(2)} * {b._in_parentheses(3)}", 2)
 
     def __truediv__(self, operand: object) -> "Expression":
         b = expression(operand)
         if self.is_zero or b.text == _ONE:
             return self
-        return Expression(f"{self._within(2)} / {b._within(3)}", 2)
+        return Expression(f"{self._in_parentheses(2)} / {b._in_parentheses(3)}", 2)
 
     def _operand(self, value: object) -> "Expression":
         return expression(value)
@@ -83,8 +83,8 @@ class Expression(Reflected):
         """The exponential function, named `exponential` in C and Python."""
         return Expression(f"exponential({self.text})")
 
-    def _within(self, binds: int) -> str:
-        return self.text if self.binds >= binds else f"({self.text})"
+    def _in_parentheses(self, precedence: int) -> str:
+        return self.text if self.precedence >= precedence else f"({self.text})"
 
 
 _ZERO, _ONE, _MINUS_ONE = "0.0", "1.0", "-1.0"

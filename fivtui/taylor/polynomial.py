@@ -2,7 +2,7 @@
 
 A polynomial is a sequence of coefficients, constant term first. Roots are isolated by the
 sign changes of the Bernstein coefficients (Descartes' rule on an interval): none means no
-root, one means exactly one root, more are resolved by subdivision.
+root, one means exactly one root, and with more the interval is subdivided.
 """
 
 import math
@@ -12,7 +12,7 @@ from itertools import accumulate, pairwise, repeat
 from operator import mul
 from typing import Final
 
-# Two roots closer than 2**-MAX_DEPTH of the interval are one to double precision.
+# Two roots closer than 2**-MAX_DEPTH of the interval count as one root.
 MAX_DEPTH: Final = 48
 _NEWTON_STEPS: Final = 100
 
@@ -30,13 +30,13 @@ def derivative(c: Sequence[float]) -> list[float]:
     return [n * coefficient for n, coefficient in enumerate(c)][1:]
 
 
-def scaled(c: Sequence[float], h: float) -> list[float]:
-    """Coefficients in t/h, which maps [0, h] to [0, 1]."""
+def scale(c: Sequence[float], h: float) -> list[float]:
+    """Coefficients in t/h: the variable t/h maps [0, h] to [0, 1]."""
     return list(map(mul, c, accumulate(repeat(h, len(c) - 1), mul, initial=1.0)))
 
 
 def first_root(c: Sequence[float]) -> float | None:
-    """The first root in (0, 1] at which a polynomial changes sign, to rounding; None if none.
+    """The first root in (0, 1] at which a polynomial changes sign; None without one.
 
     A root at 0 does not count, whatever its multiplicity.
     """
@@ -54,7 +54,7 @@ def roots(c: Sequence[float]) -> Iterator[float]:
         return
     negative = reduced[0] < 0.0
     b = bernstein(reduced)
-    for low, high in _brackets(b):
+    for low, high in _isolate_roots(b):
         yield _refine(reduced, low, high, negative=negative)
         negative = not negative
     if b[-1] == 0.0:
@@ -68,15 +68,15 @@ def minimum_maximum(c: Sequence[float]) -> tuple[float, float]:
     return min(values), max(values)
 
 
-def restricted(c: Sequence[float], low: float, high: float) -> list[float]:
+def restrict(c: Sequence[float], low: float, high: float) -> list[float]:
     """Coefficients on [low, high] in (t − low)/(high − low)."""
     if low == 0.0:
-        return scaled(c, high)
+        return scale(c, high)
     shifted = list(c)
     for start in range(len(shifted) - 1):
         for n in range(len(shifted) - 2, start - 1, -1):
             shifted[n] += low * shifted[n + 1]
-    return scaled(shifted, high - low)
+    return scale(shifted, high - low)
 
 
 def bernstein(c: Sequence[float]) -> list[float]:
@@ -92,28 +92,28 @@ def _to_bernstein(size: int) -> tuple[tuple[float, ...], ...]:
     )
 
 
-def _variations(b: Sequence[float]) -> int:
+def _count_sign_changes(b: Sequence[float]) -> int:
     signs = [value > 0.0 for value in b if value != 0.0]
     return sum(map(bool.__ne__, signs, signs[1:]))
 
 
-def _brackets(b: list[float]) -> Iterator[tuple[float, float]]:
+def _isolate_roots(b: list[float]) -> Iterator[tuple[float, float]]:
     # Subintervals, in ascending order, over which the sign changes.
     stack = [(0.0, 1.0, b, 0)]
     while stack:
         low, high, b, depth = stack.pop()
-        variations = _variations(b)
-        if variations > 1 and depth < MAX_DEPTH:
+        sign_changes = _count_sign_changes(b)
+        if sign_changes > 1 and depth < MAX_DEPTH:
             part, lower, upper = _split(b)
             middle = low + part * (high - low)
             stack.append((middle, high, upper, depth + 1))
             stack.append((low, middle, lower, depth + 1))
-        elif variations % 2 == 1:
+        elif sign_changes % 2 == 1:
             yield low, high
 
 
 def _split(b: list[float]) -> tuple[float, list[float], list[float]]:
-    # de Casteljau's rule. A cut must not be a root: its sign is needed.
+    # De Casteljau's rule. The cut must not be a root, because the sign there is needed.
     for part in (0.5, 0.4375, 0.5625):
         lower, upper, level = [b[0]], [b[-1]], b
         while len(level) > 1:
@@ -127,7 +127,7 @@ def _split(b: list[float]) -> tuple[float, list[float], list[float]]:
 
 
 def _refine(c: Sequence[float], low: float, high: float, *, negative: bool) -> float:
-    # Newton's method, kept inside a bracket over which the sign changes once.
+    # Newton's method, safeguarded by a bracket over which the sign changes once.
     slope = derivative(c)
     t = 0.5 * (low + high)
     for _ in range(_NEWTON_STEPS):

@@ -1,9 +1,9 @@
 """Recurrences of Taylor coefficients, made from the equations of `fivtui.model.field`.
 
-The equations are evaluated on `Series`, which write the statements that compute their n-th
-coefficients from those of lower degree: in Python here, in C in `fivtui.kernel.field_text`. They
-serve all modes, friction laws and tables over time; where parameters are constant and friction
-follows no law `series` is faster.
+The equations are evaluated on `Series`. A series writes the statement that computes its n-th
+coefficient from those of lower degree: in Python here, in C in `fivtui.kernel.field_text`. The
+recurrences serve all modes, friction laws and tables over time. `series` is faster where
+parameters are constant and friction follows no law.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,9 +19,9 @@ from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.model.slider_belt import accelerations
 
 from .expression import Expression, Reflected, expression
-from .series import Coefficients, compiled
+from .series import Coefficients, compile_function
 
-# The name of a parameter ("p") or its rate ("rates") in a language.
+# Text of a value from its group ("p": parameters, "rates": their rates) and its name in the group.
 Naming = Callable[[str, str], str]
 
 
@@ -40,17 +40,17 @@ class Terms(NamedTuple):
 class Recurrence:
     """The statements of a recurrence.
 
-    `constants` are texts of numbers by name. `lines` are texts of value and slope of linear
+    `constants` are texts of numbers by name. `linear` has the texts of value and slope of linear
     functions of time. `statements` are texts of n-th coefficients in the order of computation.
     """
 
     def __init__(self) -> None:
         self.constants: dict[str, str] = {}
-        self.lines: dict[str, tuple[str, str]] = {}
+        self.linear: dict[str, tuple[str, str]] = {}
         self.statements: dict[str, str] = {}
 
-    def constant(self, value: Expression) -> Expression:
-        """A constant under a name, so that it is computed once."""
+    def add_constant(self, value: Expression) -> Expression:
+        """Store a constant under a name, so that it is computed once."""
         if value.is_number:
             return value
         names = {text: name for name, text in self.constants.items()}
@@ -58,29 +58,29 @@ class Recurrence:
         self.constants[name] = value.text
         return Expression(name)
 
-    def line(self, value: Expression, slope: Expression) -> "Series":
-        """A linear function of time, stored under a name."""
-        name = f"line{len(self.lines)}"
-        self.lines[name] = (value.text, slope.text)
+    def add_linear(self, value: Expression, slope: Expression) -> "Series":
+        """Store a linear function of time under a name."""
+        name = f"line{len(self.linear)}"
+        self.linear[name] = (value.text, slope.text)
         return Series(self, Expression(f"{name}[n]"), name)
 
-    def stored(self, value: Expression) -> "Series":
-        """A series whose n-th coefficient is computed by a statement."""
+    def add_series(self, value: Expression) -> "Series":
+        """Add a statement that computes the n-th coefficient of a series."""
         name = f"s{len(self.statements)}"
         self.statements[name] = value.text
         return Series(self, Expression(f"{name}[n]"), name)
 
-    def motion(self, name: str) -> tuple["Series", "Series"]:
-        """A coordinate whose coefficients are known, and its velocity."""
+    def coordinate(self, name: str) -> tuple["Series", "Series"]:
+        """A coordinate with known coefficients, and its velocity."""
         position = Series(self, Expression(f"{name}[n]"), name)
         return position, Series(self, Expression(f"(n + 1) * {name}[n + 1]", 2), "")
 
 
 class Series(Reflected):
-    """A function of time: its n-th coefficient as text, or the text of a constant.
+    """A function of time, or a constant; `value` is the text of its n-th coefficient or constant.
 
-    `array` is the name under which all coefficients are stored; empty if they are not, and None for
-    a constant.
+    `array` is the name of the array of coefficients. It is empty if they are not stored, and None
+    for a constant.
     """
 
     __slots__ = ("array", "recurrence", "value")
@@ -100,17 +100,17 @@ class Series(Reflected):
     def __mul__(self, operand: object) -> "Series":
         a, b = self, self._operand(operand)
         if a.array is None or b.array is None:
-            return self._linear(a, b, Expression.__mul__)
-        product = f"product({a._stored()}, {b._stored()}, n)"
-        return self.recurrence.stored(Expression(product))
+            return self._combine_with_constant(a, b, Expression.__mul__)
+        product = f"product({a._array_name()}, {b._array_name()}, n)"
+        return self.recurrence.add_series(Expression(product))
 
     def __truediv__(self, operand: object) -> "Series":
         a, b = self, self._operand(operand)
         if b.array is None:
-            return self._linear(a, b, Expression.__truediv__)
-        numerator, denominator = a.varying()._stored(), b._stored()
+            return self._combine_with_constant(a, b, Expression.__truediv__)
+        numerator, denominator = a.as_varying()._array_name(), b._array_name()
         result = f"s{len(self.recurrence.statements)}"
-        return self.recurrence.stored(
+        return self.recurrence.add_series(
             Expression(f"quotient({numerator}, {denominator}, {result}, n)")
         )
 
@@ -118,9 +118,9 @@ class Series(Reflected):
         """The exponential of the series."""
         if self.array is None:
             return Series(self.recurrence, self.value.exp(), None)
-        exponent = self._stored()
+        exponent = self._array_name()
         result = f"s{len(self.recurrence.statements)}"
-        return self.recurrence.stored(Expression(f"exponential_term({exponent}, {result}, n)"))
+        return self.recurrence.add_series(Expression(f"exponential_term({exponent}, {result}, n)"))
 
     def _operand(self, value: object) -> "Series":
         return value if isinstance(value, Series) else _constant(self.recurrence, value)
@@ -130,62 +130,62 @@ class Series(Reflected):
     ) -> "Series":
         if self.array is None and operand.array is None:
             return Series(self.recurrence, add(self.value, operand.value), None)
-        a, b = (side if side.value.is_zero else side.varying() for side in (self, operand))
+        a, b = (side if side.value.is_zero else side.as_varying() for side in (self, operand))
         return Series(self.recurrence, add(a.value, b.value), "")
 
-    def _linear(
+    def _combine_with_constant(
         self, a: "Series", b: "Series", combine: Callable[[Expression, Expression], Expression]
     ) -> "Series":
-        # A product or quotient with a constant operand.
+        # A product with a constant operand, or a quotient with a constant denominator.
         if a.array is None and b.array is None:
             return Series(self.recurrence, combine(a.value, b.value), None)
         values = [
-            self.recurrence.constant(side.value) if side.array is None else side.value
+            self.recurrence.add_constant(side.value) if side.array is None else side.value
             for side in (a, b)
         ]
         product = combine(values[0], values[1])
         return Series(self.recurrence, product, None if product.is_zero else "")
 
-    def varying(self) -> "Series":
+    def as_varying(self) -> "Series":
         """The series itself, or a constant as a linear function of zero slope."""
         if self.array is not None:
             return self
-        return self.recurrence.line(self.recurrence.constant(self.value), expression(0.0))
+        return self.recurrence.add_linear(self.recurrence.add_constant(self.value), expression(0.0))
 
-    def _stored(self) -> str:
+    def _array_name(self) -> str:
         if not self.array:
-            self.array = self.recurrence.stored(self.value).array
+            self.array = self.recurrence.add_series(self.value).array
             self.value = Expression(f"{self.array}[n]")
         assert self.array is not None  # noqa: S101
         return self.array
 
 
-def motion(terms: Terms, mode: Mode, name: Naming) -> tuple[Recurrence, Series, Series]:
+def motion_recurrence(terms: Terms, mode: Mode, name: Naming) -> tuple[Recurrence, Series, Series]:
     """The recurrence of a mode, with the accelerations in x and y."""
     recurrence = Recurrence()
     p, rates = _parameters(recurrence, terms, name)
-    (x, vx), (y, vy) = recurrence.motion("x"), recurrence.motion("y")
+    (x, vx), (y, vy) = recurrence.coordinate("x"), recurrence.coordinate("y")
     state: Any = (x, vx, y, vy)
     ax, ay = accelerations(p, state, mode, rates)
-    return recurrence, _series(recurrence, ax), _series(recurrence, ay)
+    return recurrence, _as_series(recurrence, ax), _as_series(recurrence, ay)
 
 
-def guard(terms: Terms, of: Guard, name: Naming) -> tuple[Recurrence, Series]:
+def guard_recurrence(terms: Terms, guard: Guard, name: Naming) -> tuple[Recurrence, Series]:
     """The recurrence of a guard along a motion whose coefficients are known."""
     recurrence = Recurrence()
     p, rates = _parameters(recurrence, terms, name)
-    (x, vx), (y, vy) = recurrence.motion("x"), recurrence.motion("y")
-    value = guard_value(p, (x, vx, y, vy), of, rates)
-    return recurrence, _series(recurrence, value)
+    (x, vx), (y, vy) = recurrence.coordinate("x"), recurrence.coordinate("y")
+    value = guard_value(p, (x, vx, y, vy), guard, rates)
+    return recurrence, _as_series(recurrence, value)
 
 
 def _constant(recurrence: Recurrence, value: object) -> Series:
     return Series(recurrence, expression(value), None)
 
 
-def _series(recurrence: Recurrence, value: Any) -> Series:
-    # Convert a value to a series that varies with time.
-    return (value if isinstance(value, Series) else _constant(recurrence, value)).varying()
+def _as_series(recurrence: Recurrence, value: Any) -> Series:
+    # The value as a series that varies with time.
+    return (value if isinstance(value, Series) else _constant(recurrence, value)).as_varying()
 
 
 def _parameters(recurrence: Recurrence, terms: Terms, name: Naming) -> tuple[Any, Any]:
@@ -200,7 +200,7 @@ def _parameters(recurrence: Recurrence, terms: Terms, name: Naming) -> tuple[Any
         for key in rates:
             slope = Expression(name("rates", key))
             rates[key] = _constant(recurrence, slope)
-            p[key] = recurrence.line(values[key], slope)
+            p[key] = recurrence.add_linear(values[key], slope)
     p["v_s"] = p["v_s"] if terms.by_law else None
     p["v_belt"] = p["v_belt"] if terms.finite_belt else None
     return SimpleNamespace(**p), SimpleNamespace(**rates)
@@ -211,29 +211,29 @@ def python_name(group: str, name: str) -> str:
     return f"{group}.{name}"
 
 
-def _python(recurrence: Recurrence, count: str, results: Sequence[str]) -> list[str]:
+def _python_lines(recurrence: Recurrence, count: str, loop_end: Sequence[str]) -> list[str]:
     lines = [f"    {name} = {text}" for name, text in recurrence.constants.items()]
-    for name, (value, slope) in recurrence.lines.items():
+    for name, (value, slope) in recurrence.linear.items():
         lines.append(f"    {name} = [{value}, {slope}, *repeat(0.0, {count})]")
     lines += [f"    {name} = [0.0] * ({count})" for name in recurrence.statements]
     lines.append(f"    for n in range({count}):")
     lines += [f"        {name}[n] = {text}" for name, text in recurrence.statements.items()]
-    return [*lines, *(f"        {line}" for line in results)]
+    return [*lines, *(f"        {line}" for line in loop_end)]
 
 
-def _function(head: str, lines: Sequence[str], returned: str) -> Callable[..., Any]:
-    source = "\n".join([f"def computed({head}):", *lines, f"    return {returned}", ""])
+def _compile(head: str, lines: Sequence[str], returned: str) -> Callable[..., Any]:
+    source = "\n".join([f"def recurrence({head}):", *lines, f"    return {returned}", ""])
     functions = (exponential, exponential_term, product, quotient, repeat)
-    return compiled(source, "computed", **{function.__name__: function for function in functions})
+    return compile_function(source, "recurrence", **{f.__name__: f for f in functions})
 
 
 @lru_cache(maxsize=64)
 def motion_function(terms: Terms, mode: Mode) -> Callable[[Any, Rates, Any, int], Coefficients]:
-    """The function of (p, rates, state, order) that continues a motion in a mode.
+    """The function of (p, rates, state, order) that expands the motion in a mode.
 
     It returns the coefficients of x and of y, order + 2 each, in m/sⁿ.
     """
-    recurrence, ax, ay = motion(terms, mode, python_name)
+    recurrence, ax, ay = motion_recurrence(terms, mode, python_name)
     steps = [
         "share = 1.0 / ((n + 1) * (n + 2))",
         f"ax, ay = {ax.value.text}, {ay.value.text}",
@@ -241,20 +241,20 @@ def motion_function(terms: Terms, mode: Mode) -> Callable[[Any, Rates, Any, int]
         "y.append(ay * share)",
     ]
     lines = ["    x, y = [state[0], state[1]], [state[2], state[3]]"]
-    lines += _python(recurrence, "order", steps)
-    return _function("p, rates, state, order", lines, "tuple(x), tuple(y)")
+    lines += _python_lines(recurrence, "order", steps)
+    return _compile("p, rates, state, order", lines, "tuple(x), tuple(y)")
 
 
 @lru_cache(maxsize=64)
-def guard_function(terms: Terms, of: Guard) -> Callable[[Any, Rates, Any, Any], list[float]]:
+def guard_function(terms: Terms, guard: Guard) -> Callable[[Any, Rates, Any, Any], list[float]]:
     """The function of (p, rates, x, y) that returns a guard's coefficients in 1/sⁿ.
 
-    The motion has the coefficients x and y in m/sⁿ; there are as many for the guard.
+    x and y are coefficients of the motion in m/sⁿ; the guard has as many.
     """
-    recurrence, value = guard(terms, of, python_name)
+    recurrence, value = guard_recurrence(terms, guard, python_name)
     lines = ["    x, c = [*x, 0.0], []"]
-    lines += _python(recurrence, "len(y)", [f"c.append({value.value.text})"])
-    return _function("p, rates, x, y", lines, "c")
+    lines += _python_lines(recurrence, "len(y)", [f"c.append({value.value.text})"])
+    return _compile("p, rates, x, y", lines, "c")
 
 
 def product(a: Sequence[Any], b: Sequence[Any], n: int) -> Any:
@@ -272,5 +272,5 @@ def exponential_term(exponent: Sequence[Any], power: Sequence[Any], n: int) -> A
     """The n-th coefficient of an exponential function from the lower coefficients."""
     if n == 0:
         return exponential(exponent[0])
-    slopes = map(mul, count(1), exponent[1 : n + 1])
-    return sum(map(mul, slopes, power[n - 1 :: -1])) / n
+    weighted = map(mul, count(1), exponent[1 : n + 1])
+    return sum(map(mul, weighted, power[n - 1 :: -1])) / n

@@ -1,4 +1,4 @@
-"""A segment of the motion in one mode, as polynomials in time; every integrator yields these."""
+"""Segments: the motion in one mode over an interval of time, as polynomials in time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from .series import state_function
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """The motion over an interval of time, in one mode; times in s, displacements in m."""
+    """The motion over an interval of time in one mode; times in s, displacements in m."""
 
     mode: Mode
     start: float
     # Exact start time less `start` (compensated summation).
     start_remainder: float
-    # More precise than end − start.
+    # Length of the interval, more precise than end − start.
     duration: float
     end: float
     # Coefficients of x and y in θ = (time since the start)/duration, equally many.
@@ -57,7 +57,7 @@ class Stepper(Protocol):
     """An integrator that returns the motion segment by segment."""
 
     def advance(self) -> Segment:
-        """Compute the next segment, from where the last one ended.
+        """Compute the next segment; it starts at the end of the previous one.
 
         Raises `ComputationError` if the motion cannot be continued.
         """

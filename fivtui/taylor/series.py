@@ -11,12 +11,12 @@ give, for every n ≥ 0,
 
     zₙ₊₂ = C zₙ₊₁/(n+2) + (a xₙ + b yₙ − d qₙ − (0, F/m) δₙ₀)/((n+1)(n+2))
 
-The newest coefficient yₙ is taken out of both products, which shortens the chain of operations
-that wait for it: with rₙ = sₙ + y₀ yₙ, and sums over 0 < i < n,
+The terms with the newest coefficient yₙ are separated from both products: this shortens the chain
+of operations that wait for yₙ. With rₙ = sₙ + y₀ yₙ, and sums over 0 < i < n,
 
     rₙ = 3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ,   qₙ = 3 s₀ yₙ + Σ yᵢ rₙ₋ᵢ
 
-They are written as text: straight-line Python is several times faster than a loop.
+The recurrences are written as text: straight-line Python is several times faster than a loop.
 """
 
 from collections.abc import Callable, Sequence
@@ -60,7 +60,7 @@ class _Pair(NamedTuple):
     def plus(self, addend: "_Pair") -> "_Pair":
         return _Pair(self.x + addend.x, self.y + addend.y)
 
-    def less(self, subtrahend: "_Pair") -> "_Pair":
+    def minus(self, subtrahend: "_Pair") -> "_Pair":
         return _Pair(self.x - subtrahend.x, self.y - subtrahend.y)
 
 
@@ -85,30 +85,30 @@ def straight_line_source(rhs: RightHandSide, order: int) -> str:
     code = _Lines(f"def coefficients({', '.join(arguments)}):")
     a, b = _Pair(xx, yx), _Pair(xy, yy)
     z = [_Pair(x0, y0), _Pair(x1, y1)]
-    pull = a.times(x0).plus(b.times(y0))
-    pull = _Pair(pull.x, pull.y - load)
+    acceleration = a.times(x0).plus(b.times(y0))
+    acceleration = _Pair(acceleration.x, acceleration.y - load)
     r = [y0]
     if rhs is RightHandSide.CUBIC:
         d = code.assign_both("d", _Pair(friction * cubic, cubic))
         thrice = code.assign("thrice", y0 * 3.0)
         square = code.assign("square", y0 * y0)
-        pull = pull.less(d.times(code.assign("q", square * y0)))
-        b = code.assign_both("b", b.less(d.times(code.assign("slope", square * 3.0))))
+        acceleration = acceleration.minus(d.times(code.assign("q", square * y0)))
+        b = code.assign_both("b", b.minus(d.times(code.assign("slope", square * 3.0))))
     for n in range(order):
         if n > 0:
-            pull = a.times(z[n].x).plus(b.times(z[n].y))
+            acceleration = a.times(z[n].x).plus(b.times(z[n].y))
         if n > 0 and rhs is RightHandSide.CUBIC:
             newest = thrice * z[n].y
             if n > 1:
                 square_term, cube_term = _products([pair.y for pair in z], r, n)
-                pull = pull.less(d.times(code.assign("q", cube_term)))
+                acceleration = acceleration.minus(d.times(code.assign("q", cube_term)))
                 newest = square_term + newest
             r.append(code.assign(f"r{n}", newest))
         damping = _Pair(
             xvx * (1.0 / (n + 2)) * z[n + 1].x,
             yvy * (1.0 / (n + 2)) * z[n + 1].y,
         )
-        new = pull.times(1.0 / ((n + 1) * (n + 2))).plus(damping)
+        new = acceleration.times(1.0 / ((n + 1) * (n + 2))).plus(damping)
         z.append(code.assign_both(f"{n + 2}", new))
     xs, ys = (", ".join(value.text for value in values) for values in zip(*z, strict=True))
     return "\n".join([*code.lines, f"    return ({xs}), ({ys})", ""])
@@ -144,7 +144,7 @@ def state_source(degree: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def compiled(source: str, name: str, **namespace: Any) -> Callable[..., Any]:
+def compile_function(source: str, name: str, **namespace: Any) -> Callable[..., Any]:
     """The function `name` that a source defines; the source may use the objects passed by name."""
     exec(compile(source, f"<{name}>", "exec"), namespace)
     return cast("Callable[..., Any]", namespace[name])
@@ -156,10 +156,10 @@ def coefficient_function(rhs: RightHandSide, order: int) -> CoefficientFunction:
 
     It takes (x, ẋ, y, ẏ, *constants) and returns the coefficients of x and of y, N + 2 each.
     """
-    return compiled(straight_line_source(rhs, order), "coefficients")
+    return compile_function(straight_line_source(rhs, order), "coefficients")
 
 
 @lru_cache(maxsize=64)
 def state_function(degree: int) -> StateFunction:
     """The compiled `state_source` for two polynomials of a degree ≥ 1."""
-    return compiled(state_source(degree), "state")
+    return compile_function(state_source(degree), "state")

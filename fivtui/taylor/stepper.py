@@ -1,4 +1,4 @@
-"""Variable-step Taylor integrator in plain floats: the default method, and that of the FMU.
+"""Variable-step Taylor integrator in plain floats: the default method, also of the Python FMU.
 
 Every step expands the motion about its start (`series`), takes the step size from the last two
 coefficients, and ends at the first root of y if there is one. The polynomial of a step is its
@@ -44,8 +44,8 @@ MAX_LAW_ORDER: Final = 24
 ORDER_STEP: Final = 4
 # Longest step over √(m/stiffness), reached at rest.
 LONGEST_STEP: Final = 1e3
-# Smallest scale of a coordinate relative to the larger of both.
-LEAST_SHARE: Final = 2.0**-30
+# Smallest scale of a coordinate relative to the larger scale of x and y.
+MIN_SCALE_RATIO: Final = 2.0**-30
 # Centres the error of `rough_exp2`, which is a straight line between powers of two.
 EXP2_BIAS: Final = 0.043
 # States below this, in m and m/s, overflow by their derivatives, not by growth.
@@ -60,7 +60,7 @@ class StepperSnapshot(NamedTuple):
     """State of an integrator between two steps.
 
     `remainder` is the exact time less `t`, s (compensated summation), `mode` that of the next step,
-    and `stalled` the number of consecutive steps that did not advance the motion.
+    and `stalled` the number of consecutive steps that were too short to advance the motion.
     """
 
     t: float
@@ -125,7 +125,7 @@ def stall_error(t: float, p: Parameters) -> StallError:
 def rough_log2(number: float) -> float:
     """Logarithm to base 2 of a positive number, linear between powers of two: up to 0.09 too small.
 
-    Accurate enough for step sizes; in machine code it reads the bits of a float as an integer.
+    Accurate enough for step sizes. The compiled kernel reads the bits of a float as an integer.
     """
     mantissa, exponent = math.frexp(number)
     return exponent - 2 + 2.0 * mantissa
@@ -162,7 +162,7 @@ class TaylorStepper:
         self._degree = (order or order_for(tol, by_law=follows_law(p))) + 1
         modes = ALWAYS_SLIDING if p.v_belt is None else tuple(Mode)
         self._constants = {mode: field(p, mode) for mode in modes}
-        self._expand = {
+        self._coefficient_functions = {
             mode: coefficient_function(right_hand_side(p, mode), self._degree - 1) for mode in modes
         }
         self._evaluate = state_function(self._degree)
@@ -188,12 +188,12 @@ class TaylorStepper:
         Raises `ComputationError` if the motion overflows, or switches faster than time resolves.
         """
         mode, start, remainder = self._mode, self._time, self._remainder
-        x, y = motion = self._expanded(mode)
+        x, y = motion = self._expand(mode)
         duration = self._step_size(x, y)
         powers = tuple(accumulate(repeat(duration, self._degree), mul, initial=1.0))
         x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
         final = self._evaluate(x, y, 1.0)
-        end = self._first_end(motion, y, powers, final)
+        end = self._find_first_end(motion, y, powers, final)
         ended: Transition | None = None
         if end is not None:
             root, ended = end
@@ -202,37 +202,37 @@ class TaylorStepper:
             x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
             final = self._evaluate(x, y, 1.0)
         if not math.isfinite(sum(final)) or duration == 0.0:
-            raise self._overflow(self._state)
-        self._state = state = self._state_after(final, duration, ended)
+            raise self._overflow_error(self._state)
+        self._state = state = self._final_state(final, duration, ended)
         self._add_to_time(duration)
         if ended is not None:
-            self._mode = self._successor(ended, state)
+            self._mode = self._next_mode(ended, state)
         self._check_progress(mode, start, duration, cut=ended is not None)
         return Segment(mode, start, remainder, duration, self._time, x, y, state, self._mode)
 
-    def _expanded(self, mode: Mode) -> Coefficients:
+    def _expand(self, mode: Mode) -> Coefficients:
         # The coefficients of x and y in m/sⁿ.
-        x, y = self._expand[mode](*self._state, *self._constants[mode])
-        return x, self._with_balanced_forces(y) if self._state[2] == 0.0 and self._separation else y
+        x, y = self._coefficient_functions[mode](*self._state, *self._constants[mode])
+        return x, self._balance_forces(y) if self._state[2] == 0.0 and self._separation else y
 
-    def _first_end(
+    def _find_first_end(
         self, _motion: Coefficients, y: tuple[float, ...], _powers: Sequence[float], final: State
     ) -> tuple[float, Transition] | None:
         # Earliest end of the mode as a fraction of the step, with its transition.
         root = self._first_root(y, final[2]) if self._separation else None
         return None if root is None else (root, MODES[self._mode].ends[0])
 
-    def _state_after(self, final: State, duration: float, ended: Transition | None) -> State:
+    def _final_state(self, final: State, duration: float, ended: Transition | None) -> State:
         # Convert the final state from step units to SI.
         x, vx, y, vy = final
         return (x, vx / duration, y if ended is None else 0.0, vy / duration)
 
-    def _successor(self, _ended: Transition, state: State) -> Mode:
+    def _next_mode(self, _ended: Transition, state: State) -> Mode:
         return mode_of(self._p, state, separation=self._separation)
 
-    def _with_balanced_forces(self, y: tuple[float, ...]) -> tuple[float, ...]:
-        # At a switch with balanced forces use the damper's acceleration: rounding errors of random
-        # sign would cause repeated switches.
+    def _balance_forces(self, y: tuple[float, ...]) -> tuple[float, ...]:
+        # Where the forces balance at a switch, use the acceleration of the damper alone: a rounding
+        # error of random sign would cause repeated switches.
         x, vx, _, vy = self._state
         if lift(self._p, x) != 0.0:
             return y
@@ -243,30 +243,30 @@ class TaylorStepper:
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
         # Keep the last two terms of each velocity below the tolerance relative to the scale of that
-        # coordinate. A coordinate near zero has at least a share of the scale of both and of the
-        # static deflection.
+        # coordinate. The scale is at least a fraction of the larger scale of x, y and the static
+        # deflection.
         scales = [max(abs(z[1]), abs(z[0]) / self._time_scale) for z in (x, y)]
-        least = LEAST_SHARE * max(*scales, self._deflection / self._time_scale)
+        min_scale = MIN_SCALE_RATIO * max(*scales, self._deflection / self._time_scale)
         longest = LONGEST_STEP * self._time_scale
         exponent = math.inf
-        for z, size in zip((x, y), scales, strict=True):
-            allowed = self._tol * max(size, least)
+        for z, scale in zip((x, y), scales, strict=True):
+            allowed = self._tol * max(scale, min_scale)
             for n in (self._degree, self._degree - 1):
                 term = n * abs(z[n])
                 if not math.isfinite(term):
-                    raise self._overflow(self._state)
+                    raise self._overflow_error(self._state)
                 if term > 0.0 and allowed > 0.0:
                     exponent = min(exponent, (rough_log2(allowed) - rough_log2(term)) / (n - 1))
         return longest if exponent == math.inf else min(longest, rough_exp2(exponent))
 
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:
-        # The bound |y − chord| <= max|d²y/dθ²|/8 rejects most steps at the cost of one sum. After a
-        # switch y starts at zero, and the bound holds for y/θ.
-        bulge = sum(map(mul, map(abs, y), self._weights))
+        # The bound |y − chord| <= max|d²y/dθ²|/8 excludes a root in most steps at the cost of one
+        # sum. After a switch y starts at zero, and the bound holds for y/θ.
+        chord_distance = sum(map(mul, map(abs, y), self._weights))
         contact = self._mode in IN_CONTACT
         first = y[0] if y[0] != 0.0 else y[1]
         nearest = max(first, final) if contact else -min(first, final)
-        if nearest + bulge < 0.0:
+        if nearest + chord_distance < 0.0:
             return None
         root = first_root(y)
         if root is None and (final >= 0.0 if contact else final <= 0.0):
@@ -274,7 +274,7 @@ class TaylorStepper:
             return 1.0
         return root
 
-    def _overflow(self, state: State) -> ComputationError:
+    def _overflow_error(self, state: State) -> ComputationError:
         return overflow_error(self._time, state, System(self._p, self._separation))
 
     def _add_to_time(self, duration: float) -> None:

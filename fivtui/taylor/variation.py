@@ -1,13 +1,12 @@
 """Deviations from a motion: its derivatives by numbers that change start and parameters.
 
-A deviation is carried as the imaginary part of the motion: the equations of `fivtui.model.field`
-are expanded at a state and parameters with small steps in the imaginary direction, so that no
+A deviation is the imaginary part of the motion (complex-step derivative): the equations of
+`fivtui.model.field` are expanded at a state and parameters with small imaginary parts, so that no
 derivative is written by hand. At a switch the saltation matrix applies. Where the slider sticks,
-the deviation of ẋ is the change of the belt's speed, whatever it was before: a deviation across
-v_r = 0 is lost.
+the deviation of ẋ is the change of the belt's speed, and the earlier deviation of ẋ is lost.
 
 A deviation oscillates at the system's frequencies even if the motion is slow. So each segment of
-the motion is divided into pieces, and the deviation is expanded on each.
+the motion is divided into substeps, and the deviation is expanded on each of them.
 """
 
 import math
@@ -30,15 +29,15 @@ from .series import Coefficients, coefficient_function, right_hand_side, state_f
 from .stepper import overflow_error
 
 ORDER: Final = 20
-# Largest ratio of a piece's last terms to its first ones, and the number of first terms.
+# Largest ratio of the last terms of a substep to its first ones, and the number of first terms.
 _NEGLIGIBLE: Final = 2.0**-54
 _FIRST_TERMS: Final = 9
-_SHORTENED: Final = 0.8
-_MOST_SHORTENINGS: Final = 64
+_SHORTENING: Final = 0.8
+_MAX_SHORTENINGS: Final = 64
 
 
 class Seed(NamedTuple):
-    """How the start (x, ẋ, y, ẏ), and parameters by name, change with a number."""
+    """Derivatives of the start (x, ẋ, y, ẏ), and of parameters by name, by a number."""
 
     start: State
     parameters: Mapping[str, float] = {}
@@ -47,19 +46,21 @@ class Seed(NamedTuple):
 Series = tuple[list[float], list[float]]
 
 
-def past_switch(deviation: State, jump: Sequence[float], guard_change: float, rate: float) -> State:
-    """A deviation behind a switch where a guard g(state, parameters) vanishes.
+def apply_saltation(
+    deviation: State, jumps: Sequence[float], guard_change: float, rate: float
+) -> State:
+    """A deviation after a switch at which a guard g(state, parameters) vanishes.
 
     A deviation δ moves the switch by −(∇g·δ + g′)/(∇g·f⁻), hence
 
         δ⁺ = δ + (f⁺ − f⁻) (∇g·δ + g′)/(∇g·f⁻),
 
-    the saltation matrix I + (f⁺ − f⁻) ∇gᵀ/(∇g·f⁻) with its part by parameters.
+    the saltation matrix I + (f⁺ − f⁻) ∇gᵀ/(∇g·f⁻) with the term of the parameters.
     """
-    if not any(jump):
+    if not any(jumps):
         return deviation
-    moved = guard_change / rate
-    x, vx, y, vy = (value + leap * moved for value, leap in zip(deviation, jump, strict=True))
+    shift = guard_change / rate
+    x, vx, y, vy = (value + jump * shift for value, jump in zip(deviation, jumps, strict=True))
     return (x, vx, y, vy)
 
 
@@ -72,10 +73,7 @@ def unbounded_error(t: float) -> ComputationError:
 
 
 class Deviations:
-    """Deviations from one motion, carried along its segments.
-
-    While the slider sticks, the deviation of ẋ is the change of the belt's speed.
-    """
+    """Deviations from one motion, integrated segment by segment."""
 
     def __init__(self, p: Parameters, seeds: Sequence[Seed]) -> None:
         self._p = p
@@ -88,69 +86,69 @@ class Deviations:
     def advance(
         self, segment: Segment, end: float = 1.0, fractions: Sequence[float] = ()
     ) -> list[list[State]]:
-        """Carry the deviations over the next segment of the motion."""
+        """Integrate over the next segment, to θ = `end`; returns the deviations at `fractions`."""
         mode, span = segment.mode, end * segment.duration
         if mode is Mode.STICK:
-            self.current = self._at_belt_speed(self.current)
-        moments = [fraction * segment.duration for fraction in fractions]
-        at_moments: list[list[State]] = [[] for _ in fractions]
-        waiting = sorted(range(len(moments)), key=moments.__getitem__, reverse=True)
+            self.current = self._with_belt_speed(self.current)
+        times = [fraction * segment.duration for fraction in fractions]
+        deviations_at: list[list[State]] = [[] for _ in fractions]
+        pending = sorted(range(len(times)), key=times.__getitem__, reverse=True)
         covered = 0.0
         while covered < span:
             series = self._series(mode, segment, covered)
             remaining = span - covered
-            length = _length(series, remaining)
+            length = _substep_length(series, remaining)
             if length == 0.0:
                 raise self._error_at(segment, covered)
-            while waiting and (length == remaining or moments[waiting[-1]] <= covered + length):
-                index = waiting.pop()
-                at_moments[index] = [_evaluate_at(z, moments[index] - covered) for z in series]
-            self.current = [_evaluate_at(z, length) for z in series]
+            while pending and (length == remaining or times[pending[-1]] <= covered + length):
+                index = pending.pop()
+                deviations_at[index] = [_deviation_at(z, times[index] - covered) for z in series]
+            self.current = [_deviation_at(z, length) for z in series]
             covered = span if length == remaining else covered + length
         if segment.switches and end == 1.0:
-            self._switch(segment)
-        if segment.switches and self._guard(segment) in SPEED_GUARDS:
+            self._cross_switch(segment)
+        if segment.switches and self._ending_guard(segment) in SPEED_GUARDS:
             # At the switch the slider has the belt's speed.
-            for fraction, deviations in zip(fractions, at_moments, strict=True):
+            for fraction, deviations in zip(fractions, deviations_at, strict=True):
                 if fraction == 1.0:
-                    deviations[:] = self._at_belt_speed(deviations)
-        return at_moments
+                    deviations[:] = self._with_belt_speed(deviations)
+        return deviations_at
 
-    def _at_belt_speed(self, deviations: Sequence[State]) -> list[State]:
+    def _with_belt_speed(self, deviations: Sequence[State]) -> list[State]:
         return [
             (x, speed, y, vy) for (x, _, y, vy), speed in zip(deviations, self._speeds, strict=True)
         ]
 
-    def _series(self, mode: Mode, segment: Segment, since: float) -> list[Series]:
+    def _series(self, mode: Mode, segment: Segment, offset: float) -> list[Series]:
         # Expand every deviation at a time after the segment's start.
         duration = segment.duration
         evaluate = state_function(len(segment.x) - 1)
-        x, vx, y, vy = evaluate(segment.x, segment.y, since / duration)
+        x, vx, y, vy = evaluate(segment.x, segment.y, offset / duration)
         start = (x, vx / duration, y, vy / duration)
         return [
-            _imaginary_parts(expanded(p, mode, _towards(start, deviation)))
+            _imaginary_parts(expand(p, mode, _add_imaginary_step(start, deviation)))
             for p, deviation in zip(self._perturbed, self.current, strict=True)
         ]
 
-    def _error_at(self, segment: Segment, since: float) -> ComputationError:
+    def _error_at(self, segment: Segment, offset: float) -> ComputationError:
         # Distinguish an overflow of the motion from one of the deviations.
-        t = segment.start + since
+        t = segment.start + offset
         state = segment.state(t)
-        motion = expanded(self._p, segment.mode, state)
+        motion = expand(self._p, segment.mode, state)
         size = sum(n * abs(value) for z in motion for n, value in enumerate(z, 1))
         if math.isfinite(size):
             return unbounded_error(t)
         return overflow_error(t, state, System(self._p))
 
-    def _guard(self, segment: Segment) -> Guard:
-        # The guard that ended the segment.
+    def _ending_guard(self, segment: Segment) -> Guard:
+        # The guard whose zero ended the segment.
         return next(end.guard for end in MODES[segment.mode].ends if segment.next_mode in end.to)
 
-    def _switch(self, segment: Segment) -> None:
-        # Carry the deviations over the switch at the end of a segment.
-        guard, next_mode = self._guard(segment), segment.next_mode
+    def _cross_switch(self, segment: Segment) -> None:
+        # Apply the switch at the end of a segment to the deviations.
+        guard, next_mode = self._ending_guard(segment), segment.next_mode
         if next_mode is Mode.STICK and guard in SPEED_GUARDS:
-            self.current = self._at_belt_speed(self.current)
+            self.current = self._with_belt_speed(self.current)
             return
         if guard in HOLD_GUARDS and self._smooth:
             return
@@ -158,7 +156,7 @@ class Deviations:
         before, after = accelerations(p, state, mode), accelerations(p, state, next_mode)
         jump = (0.0, after[0] - before[0], 0.0, after[1] - before[1])
         rates = (state[1], before[0], state[3], before[1])
-        rate = derivative(guard_value(p, _towards(state, rates), guard))
+        rate = derivative(guard_value(p, _add_imaginary_step(state, rates), guard))
         if rate == 0.0 and any(jump):
             raise ComputationError(
                 f"at t = {segment.end:.9g} s the motion touches {guard.value} = 0 without crossing "
@@ -166,17 +164,17 @@ class Deviations:
                 "change the start or a parameter a little",
             )
         self.current = [
-            past_switch(
+            apply_saltation(
                 deviation,
                 jump,
-                derivative(guard_value(perturbed, _towards(state, deviation), guard)),
+                derivative(guard_value(perturbed, _add_imaginary_step(state, deviation), guard)),
                 rate,
             )
             for perturbed, deviation in zip(self._perturbed, self.current, strict=True)
         ]
 
 
-def expanded(p: Parameters, mode: Mode, state: Any) -> Coefficients:
+def expand(p: Parameters, mode: Mode, state: Any) -> Coefficients:
     """Taylor coefficients of order `ORDER` from real or complex parameters and state."""
     if p.speed_law is None or not MODES[mode].slips:
         return coefficient_function(right_hand_side(p, mode), ORDER)(*state, *field(p, mode))
@@ -184,8 +182,8 @@ def expanded(p: Parameters, mode: Mode, state: Any) -> Coefficients:
     return motion_function(terms, mode)(p, CONSTANT, state, ORDER)
 
 
-def _towards(state: State, direction: State) -> tuple[complex, ...]:
-    # A state with a step in the imaginary direction.
+def _add_imaginary_step(state: State, direction: State) -> tuple[complex, ...]:
+    # A state with a small imaginary part in a direction.
     return tuple(
         complex(value, slope * DERIVATIVE_STEP)
         for value, slope in zip(state, direction, strict=True)
@@ -197,17 +195,17 @@ def _imaginary_parts(motion: Any) -> Series:
     return x, y
 
 
-def _length(series: Sequence[Series], remaining: float) -> float:
-    # Length of the next piece: the remaining span or an equal part of it. Zero if deviations
-    # overflow or need too many pieces.
+def _substep_length(series: Sequence[Series], remaining: float) -> float:
+    # Length of the next substep: the remaining span or an equal part of it. Zero if deviations
+    # overflow or need too many substeps.
     if not all(math.isfinite(x[-1] + y[-1]) for x, y in series):
         return 0.0
     sizes = [list(map(max, map(abs, x), map(abs, y))) for x, y in series]
     length = remaining
-    for _ in range(_MOST_SHORTENINGS):
+    for _ in range(_MAX_SHORTENINGS):
         if all(_is_short(size, length) for size in sizes):
             return remaining / math.ceil(remaining / length)
-        length *= _SHORTENED
+        length *= _SHORTENING
     return 0.0
 
 
@@ -219,11 +217,11 @@ def _is_short(size: Sequence[float], length: float) -> bool:
     return bool(scale <= LEAST or max(terms[-2:]) <= scale * _NEGLIGIBLE)
 
 
-def _evaluate_at(series: Series, t: float) -> State:
-    # Evaluate and flush tiny deviations to zero: subnormal numbers are slow.
+def _deviation_at(series: Series, t: float) -> State:
+    # Value of a deviation. Flush tiny numbers to zero: subnormal numbers are slow.
     x, vx, y, vy = state_function(ORDER + 1)(series[0], series[1], t)
-    return (_flushed(x), _flushed(vx), _flushed(y), _flushed(vy))
+    return (_flush(x), _flush(vx), _flush(y), _flush(vy))
 
 
-def _flushed(value: float) -> float:
+def _flush(value: float) -> float:
     return value if abs(value) > LEAST else 0.0

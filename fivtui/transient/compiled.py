@@ -12,7 +12,7 @@ from fivtui.kernel import (
     KernelRun,
     Status,
     VariedRun,
-    legs_of,
+    course_table,
     load_kernel,
 )
 from fivtui.model import Parameters, Progress
@@ -71,7 +71,7 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
     p = system.parameters
     tol = local_tolerance(request.tol)
     order = order_for(tol, by_law=follows_law(p))
-    under_way = load_kernel().begin(
+    under_way = load_kernel().begin_run(
         p.values(),
         request.initial,
         separation=system.separation,
@@ -81,7 +81,7 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
         times=times,
         segments=dense,
         belt=_belt_of(request),
-        legs=None if course is None else legs_of(course, request.t_end),
+        table=None if course is None else course_table(course, request.t_end),
     )
     switches: list[NDArray[np.float64]] = []
     segments: list[NDArray[np.float64]] = []

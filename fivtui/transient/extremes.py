@@ -7,7 +7,7 @@ from functools import lru_cache
 from operator import mul
 
 from fivtui.model import State
-from fivtui.taylor import Segment, derivative, minimum_maximum, restricted
+from fivtui.taylor import Segment, derivative, minimum_maximum, restrict
 
 
 @dataclass(slots=True)
@@ -31,7 +31,7 @@ class Extremes:
         """Include the part of a segment between two times, s."""
         low, high = max(segment.fraction(start), 0.0), min(segment.fraction(end), 1.0)
         if low < high:
-            x, y = restricted(segment.x, low, high), restricted(segment.y, low, high)
+            x, y = restrict(segment.x, low, high), restrict(segment.y, low, high)
             duration = segment.duration * (high - low)
             final = (sum(x), sum(derivative(x)) / duration, sum(y), 0.0)
             self._include(x, y, final, duration)

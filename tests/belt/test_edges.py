@@ -182,7 +182,7 @@ def durations_of(p: Parameters, v_s: float) -> list[float]:
     """
     start, law = static_start(System(p)), (p.v_belt or 0.0, p.mu_static, v_s)
     steps: list[float] = []
-    run = load_kernel().begin(
+    run = load_kernel().begin_run(
         p.values(), start, separation=True, t_end=1e3, tol=1e-9, order=12, belt=law
     )
     t, status = 0.0, Status.RUNNING

@@ -34,7 +34,7 @@ def watched(seed: int, count: int) -> Iterator[Watched]:
 def steps_of(kernel: Kernel, motion: Watched, order: int, step_limit: int) -> int:
     """Count the steps of a run that may only overflow; check the mean step of each `WINDOW`."""
     p, separation, start = motion
-    run = kernel.begin(
+    run = kernel.begin_run(
         np.array(p.values()),
         np.array(start),
         separation=separation,

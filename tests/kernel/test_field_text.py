@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fivtui import Parameters
-from fivtui.kernel.field_text import headers, law_is_tuned
+from fivtui.kernel.field_text import has_tuned_law, headers
 from fivtui.model import field as equations
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import ALL_PARAMETERS
@@ -83,7 +83,7 @@ def test_functions_in_c_are_those_of_the_model(name: str, arguments: str, text: 
 def test_every_function_of_the_header_is_compared() -> None:
     assert {name.removesuffix("_change") for name, _, _ in FUNCTIONS} == set(PYTHON)
     assert HEADER.count("INLINE double") == len(FUNCTIONS)
-    assert law_is_tuned()
+    assert has_tuned_law()
 
 
 def test_the_coefficients_of_every_mode_and_their_changes_are_those_of_the_model() -> None:

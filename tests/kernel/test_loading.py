@@ -27,7 +27,7 @@ KERNEL = PACKAGE / "kernel"
 @pytest.fixture
 def anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """Load the kernel without the cache during the test."""
-    monkeypatch.setattr(native, "_loaded", native._loaded.__wrapped__)
+    monkeypatch.setattr(native, "_load_or_error", native._load_or_error.__wrapped__)
 
 
 def test_the_first_run_of_a_process_is_compiled() -> None:

@@ -13,8 +13,8 @@ import pytest
 
 import fivtui
 from fivtui.kernel import Kernel, Status, load_kernel
-from fivtui.kernel.driven import Legs
 from fivtui.kernel.field_text import FLAGS
+from fivtui.kernel.over_time import CourseTable
 
 from .test_same_bits import COLUMNS, Members, alone, assert_same, in_lanes, members
 
@@ -42,7 +42,7 @@ def compiled_for(target: str, folder: Path) -> Path:
     return program
 
 
-def on_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[Legs]]:
+def on_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[CourseTable]]:
     """Parameters on belts of finite speed, and legs of tables, of each member."""
     rng, count = np.random.default_rng(3), len(parameters)
     speeds = rng.choice([0.0, 1.0], count) * rng.uniform(0.0, 3.0, count)
@@ -54,17 +54,17 @@ def on_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[Legs]]:
         change = rng.uniform(-1.0, 1.0, 2)
         row = [load, change[0], mu, 0.0, grip, 0.0, speed, abs(change[1]), speed + change[1]]
         rows = [[0.4 * T_END * n, *row] for n in range(3)]
-        every.append(Legs(np.array(rows), 80.0))
+        every.append(CourseTable(np.array(rows), 80.0))
     return np.column_stack([parameters, speeds, static, of_law]), every
 
 
 def expected_on_belts(
-    kernel: Kernel, inputs: Members, belts: np.ndarray, every: list[Legs], driven: bool
+    kernel: Kernel, inputs: Members, belts: np.ndarray, every: list[CourseTable], driven: bool
 ) -> np.ndarray:
     _, separation, starts = inputs
     rows = np.empty((len(belts), COLUMNS))
     for member, row in enumerate(belts.tolist()):
-        run = kernel.begin(
+        run = kernel.begin_run(
             row[:9],
             starts[member].tolist(),
             separation=bool(separation[member]),
@@ -72,7 +72,7 @@ def expected_on_belts(
             tol=10.0 ** (-0.75 * ORDER),
             order=ORDER,
             belt=None if driven and member % 4 == 0 else (row[9], row[10], row[11]),
-            legs=every[member] if driven else None,
+            table=every[member] if driven else None,
         )
         while run.advance(701) is Status.RUNNING:
             pass

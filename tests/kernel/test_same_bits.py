@@ -12,8 +12,8 @@ import pytest
 import fivtui
 import hatch_build
 from fivtui.kernel import Kernel, RunColumns, Status, load_kernel, native
-from fivtui.kernel.in_turn import RunsInTurn
-from fivtui.kernel.lanes import Work
+from fivtui.kernel.lanes import LaneBatch
+from fivtui.kernel.sequential import SequentialBatch
 from fivtui.model import ComputationError
 from fivtui.taylor.stepper import MAX_LAW_ORDER
 
@@ -58,14 +58,14 @@ def belts_of(inputs: Members, seed: int) -> np.ndarray:
     return np.column_stack([speed, static, v_s])
 
 
-def lanes(kernel: Kernel, **inputs: Any) -> Work:
-    """Work in lanes, even where runs one after the other are faster."""
-    return Work(kernel._functions, **inputs)
+def lanes(kernel: Kernel, **inputs: Any) -> LaneBatch:
+    """LaneBatch in lanes, even where runs one after the other are faster."""
+    return LaneBatch(kernel._functions, **inputs)
 
 
-def in_turn(kernel: Kernel, *, observed: tuple[bool, bool, bool], **inputs: Any) -> RunsInTurn:
+def in_turn(kernel: Kernel, *, observed: tuple[bool, bool, bool], **inputs: Any) -> SequentialBatch:
     assert observed == EVERYTHING
-    return RunsInTurn(kernel.begin, **inputs)
+    return SequentialBatch(kernel.begin_run, **inputs)
 
 
 def in_lanes(
@@ -76,7 +76,7 @@ def in_lanes(
     observed: tuple[bool, bool, bool],
     belts: np.ndarray | None = None,
     max_steps: int = 20_000,
-    make: Callable[..., Work | RunsInTurn] = lanes,
+    make: Callable[..., LaneBatch | SequentialBatch] = lanes,
 ) -> np.ndarray:
     parameters, separation, starts = inputs
     results = np.empty((len(parameters), COLUMNS))
@@ -109,7 +109,7 @@ def alone(
 ) -> np.ndarray:
     results = np.empty((len(inputs[0]), COLUMNS))
     for row, (parameters, separation, start) in enumerate(zip(*inputs, strict=True)):
-        run = kernel.begin(
+        run = kernel.begin_run(
             np.array(parameters),
             np.array(start),
             separation=bool(separation),
@@ -199,15 +199,15 @@ def test_members_on_belts_are_in_lanes_where_operations_are_fused_in_hardware(
     arguments |= {"t_end": 1.0, "tol": 1e-15, "order": 20, "max_steps": 9, "observed": EVERYTHING}
     belts = belts_of(inputs, 6)
     for instruction_set, machine, kind in (
-        ("baseline", "x86_64", RunsInTurn),
-        ("baseline", "aarch64", Work),
-        ("avx2", "x86_64", Work),
+        ("baseline", "x86_64", SequentialBatch),
+        ("baseline", "aarch64", LaneBatch),
+        ("avx2", "x86_64", LaneBatch),
     ):
         kernel = Kernel()
         monkeypatch.setattr(platform, "machine", lambda machine=machine: machine)
         kernel.instruction_set = instruction_set
-        assert type(kernel.work(**arguments, belts=belts)) is kind
-        assert type(kernel.work(**arguments)) is Work
+        assert type(kernel.begin_batch(**arguments, belts=belts)) is kind
+        assert type(kernel.begin_batch(**arguments)) is LaneBatch
 
 
 @pytest.mark.whole
@@ -245,7 +245,7 @@ def test_additional_outputs_change_no_bit() -> None:
 
 @pytest.mark.parametrize("make", [lanes, in_turn])
 def test_the_number_of_runs_ended_rises_with_the_part_of_those_under_way(
-    make: Callable[..., Work | RunsInTurn],
+    make: Callable[..., LaneBatch | SequentialBatch],
 ) -> None:
     parameters, separation, starts = members(3, 6)
     work = make(

@@ -11,8 +11,8 @@ import fivtui
 import hatch_build
 from fivtui.kernel import Kernel, Status, VariedRun, load_kernel, native
 from fivtui.kernel.field_text import headers
-from fivtui.kernel.runs import MOST_SEEDS
-from fivtui.taylor.variation import past_switch
+from fivtui.kernel.runs import MAX_SEEDS
+from fivtui.taylor.variation import apply_saltation
 
 from .test_same_bits import Members, alone, assert_same, members, processor_has
 
@@ -24,7 +24,7 @@ def varied(
     seeds = np.random.default_rng(count).normal(size=(count, 13))
     runs = []
     for parameters, separation, start in zip(*inputs, strict=True):
-        run = kernel.vary(
+        run = kernel.begin_varied_run(
             np.array(parameters),
             np.array(start),
             seeds,
@@ -90,7 +90,7 @@ def test_another_compiler_gives_the_same_derivatives(
 
 def test_more_seeds_than_there_is_room_for_are_refused() -> None:
     inputs = members(1, 1)
-    for count in (0, MOST_SEEDS + 1):
+    for count in (0, MAX_SEEDS + 1):
         with pytest.raises(ValueError, match="seeds: must be 1 to 16"):
             varied(load_kernel(), inputs, 1.0, 20, count)
 
@@ -126,7 +126,7 @@ def test_deviations_pass_a_switch_of_any_field_as_those_in_python(tmp_path: Path
     options = ["-std=c11", "-O0", "-Wno-psabi", *includes, str(source), "-o", str(program)]
     subprocess.run(["gcc", *options, "-lm"], check=True, capture_output=True)
     process = subprocess.run([str(program)], check=True, capture_output=True, text=True)
-    expected = past_switch(
+    expected = apply_saltation(
         (1.5, -2.0, 0.75, 4.0), (0.5, -1.0, 0.25, 2.0), 1.5 + 1.0 + 1.5 + 0.5 + 0.3, 1.25
     )
     assert [*map(float, process.stdout.split())] == pytest.approx(expected, rel=1e-15)

@@ -28,8 +28,8 @@ from fivtui.sweeps.run import sweep
 from fivtui.sweeps.study import Study
 from fivtui.taylor.series import coefficient_function, right_hand_side
 from fivtui.taylor.stepper import (
-    LEAST_SHARE,
     LONGEST_STEP,
+    MIN_SCALE_RATIO,
     TaylorStepper,
     order_for,
     rough_exp2,
@@ -121,7 +121,7 @@ def test_a_step_ends_where_the_last_terms_reach_the_tolerance(
     degree, field = order_for(tol) + 1, right_hand_side(p, Mode.CONTACT)
     x, y = coefficient_function(field, degree - 1)(*state, *field_of(p, Mode.CONTACT))
     expected_scales = [max(abs(z[1]), abs(z[0]) / time_scale(p)) for z in (x, y)]
-    least = LEAST_SHARE * max(*expected_scales, static_deflection(p) / time_scale(p))
+    least = MIN_SCALE_RATIO * max(*expected_scales, static_deflection(p) / time_scale(p))
     allowed = [
         (tol * max(size, least) / (n * abs(z[n]))) ** (1.0 / (n - 1))
         for z, size in zip((x, y), expected_scales, strict=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
-from fivtui.kernel import Kernel, legs_of, load_kernel
+from fivtui.kernel import Kernel, course_table, load_kernel
 from fivtui.model import Course, TimeTable, course_of
 from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.transient import KernelChoice, Transient
@@ -152,11 +152,11 @@ def test_legs_follow_the_tables() -> None:
         [1.0, 10.0, 5.0, 0.3, 0.0, 0.3, 0.0, 1.5, -0.5, 1.0],
         [2.0, 15.0, 5.0, 0.3, 0.0, 0.3, 0.0, 0.5, 0.0, 0.5],
     ]
-    legs = legs_of(course, 2.5)
+    legs = course_table(course, 2.5)
     assert legs.rows.tolist() == expected
     assert legs.greatest_load == 20.0
     follows = Course(Parameters(mu_s=0.9), {"mu": TimeTable((0.0, 1.0), (0.1, 0.5))})
-    assert legs_of(follows, 0.5).rows[0, 3:7].tolist() == [0.1, 0.4, 0.9, 0.0]
+    assert course_table(follows, 0.5).rows[0, 3:7].tolist() == [0.1, 0.4, 0.9, 0.0]
 
 
 @pytest.mark.parametrize("seed", range(1, 7))
@@ -167,7 +167,7 @@ def test_the_least_and_the_best_instruction_set_give_the_same_bits(seed: int) ->
         course = course_of(p, options["over_time"])
         p, _ = course.after(0.0)
         belt = None if p.v_belt is None else (p.v_belt, p.mu_static, p.speed_law or 0.0)
-        run = kernel.begin(
+        run = kernel.begin_run(
             p.values(),
             (0.1, 0.3, -1.0, 0.5),
             separation=True,
@@ -175,7 +175,7 @@ def test_the_least_and_the_best_instruction_set_give_the_same_bits(seed: int) ->
             tol=1e-15,
             order=20,
             belt=belt,
-            legs=legs_of(course, 60.0),
+            table=course_table(course, 60.0),
         )
         while run.advance(1000).name == "RUNNING":
             pass

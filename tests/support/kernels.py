@@ -13,4 +13,4 @@ def _missing() -> ComputationError:
 
 
 # A context manager and decorator; `.start()` applies it permanently.
-INTERPRETED = mock.patch.object(native, "_loaded", _missing)
+INTERPRETED = mock.patch.object(native, "_load_or_error", _missing)

@@ -11,9 +11,9 @@ from fivtui.taylor.polynomial import (
     evaluate,
     first_root,
     minimum_maximum,
-    restricted,
+    restrict,
     roots,
-    scaled,
+    scale,
 )
 
 coefficients = st.lists(st.floats(-10.0, 10.0, allow_subnormal=False), min_size=2, max_size=18)
@@ -104,7 +104,7 @@ def test_a_restricted_polynomial_has_the_same_values(
     c: list[float], first_end: float, second_end: float, part: float
 ) -> None:
     start, end = min(first_end, second_end), max(first_end, second_end)
-    value = evaluate(restricted(c, start, end), part)
+    value = evaluate(restrict(c, start, end), part)
     expected = evaluate(c, start + part * (end - start))
     assert value == pytest.approx(expected, abs=1e-10 * (1.0 + sum(map(abs, c))))
 
@@ -114,7 +114,7 @@ def test_scaling_maps_the_interval_to_the_unit_interval(
     c: list[float], h: float, part: float
 ) -> None:
     size = sum(abs(a) * h**n for n, a in enumerate(c))
-    assert evaluate(scaled(c, h), part) == pytest.approx(evaluate(c, h * part), abs=1e-13 * size)
+    assert evaluate(scale(c, h), part) == pytest.approx(evaluate(c, h * part), abs=1e-13 * size)
 
 
 @given(coefficients)

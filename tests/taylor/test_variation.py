@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from fivtui.model.field import derivative, field as field_of
 from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.taylor.variation import past_switch
+from fivtui.taylor.variation import apply_saltation
 from tests.support.strategies import moderate_parameters
 
 
@@ -43,7 +43,7 @@ def test_a_deviation_passes_a_switch_of_any_field() -> None:
     difference = (end(1e-3) - end(-1e-3)) / 2e-3
     x, vx, y, vy = start_change.tolist()
     rate = float(normal @ before)
-    deviation = past_switch(
+    deviation = apply_saltation(
         (x, vx, y, vy), after - before, normal @ start_change + guard_change, rate
     )
     assert deviation == pytest.approx(difference, rel=1e-10)
@@ -51,4 +51,4 @@ def test_a_deviation_passes_a_switch_of_any_field() -> None:
 
 def test_where_no_rate_jumps_a_deviation_passes_unchanged_even_along_the_switch() -> None:
     deviation = (1.0, -2.0, 3.0, 0.5)
-    assert past_switch(deviation, (0.0,) * 4, 3.0, 0.0) == deviation
+    assert apply_saltation(deviation, (0.0,) * 4, 3.0, 0.0) == deviation

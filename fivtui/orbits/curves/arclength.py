@@ -13,7 +13,7 @@ from typing import Final, Generic, NamedTuple, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.kernel import OrbitSearch, Varied, load_kernel, why_interpreted
+from fivtui.kernel import OrbitSearch, VariedParameter, load_kernel, why_interpreted
 from fivtui.model import PARAMETERS, Progress
 from fivtui.taylor import local_tolerance, order_for
 from fivtui.transient import MAX_T_END
@@ -167,7 +167,7 @@ class OrbitCurve:
             return None
         direction = planes[-1] if along is None else along
         if self._search is not None:
-            orbit = self._search.solve(guess, planes, direction, turning=tangent_across)
+            orbit = self._search.solve(guess, planes, direction, tangent_across=tangent_across)
             return None if orbit is None else OrbitOnCurve(**orbit._asdict())
         state_count = self._state_count
 
@@ -267,13 +267,13 @@ def _compiled_search(flow: Flow, scales: FloatArray) -> OrbitSearch | None:
     tol = local_tolerance(FLOW_TOL)
     indices = {name: index for index, name in enumerate(PARAMETERS)}
     specs = (PARAMETERS[name] for name in flow.names)
-    return load_kernel().orbits(
+    return load_kernel().orbit_search(
         parameters=[getattr(flow.system.parameters, name) for name in PARAMETERS],
-        varied=[Varied(indices[spec.name], spec.lower, spec.upper) for spec in specs],
+        varied=[VariedParameter(indices[spec.name], spec.lower, spec.upper) for spec in specs],
         scales=scales,
         separation=flow.system.separation,
         tol=tol,
         order=order_for(tol),
-        longest=MAX_T_END,
+        max_period=MAX_T_END,
         budget=MAX_FLOW_STEPS,
     )

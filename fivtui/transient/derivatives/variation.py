@@ -87,7 +87,7 @@ def _vary_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> V
         row[:4] = seed.start
         for name, change in seed.parameters.items():
             row[4 + _COLUMNS[name]] = change
-    run = load_kernel().vary(
+    run = load_kernel().begin_varied_run(
         np.array(request.parameters.values()),
         np.array(request.initial),
         seed_rows,

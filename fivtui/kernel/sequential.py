@@ -1,4 +1,4 @@
-"""Batches of the kernel, under way: runs one after the other."""
+"""A batch of runs that the kernel computes one after the other."""
 
 from collections.abc import Callable
 from typing import Final
@@ -14,8 +14,8 @@ Floats = NDArray[np.float64]
 _STATUS: Final = RunColumns._fields.index("status")
 
 
-class RunsInTurn:
-    """A chunk of a batch under way, with the bits of `Work`; all extremes are observed."""
+class SequentialBatch:
+    """Runs of a batch with the same bits as those of `LaneBatch`; records all extremes."""
 
     def __init__(
         self,
@@ -47,16 +47,16 @@ class RunsInTurn:
         self.results = np.empty((len(parameters), COLUMNS))
 
     def advance(self, budget: int) -> float:
-        """Continue until all runs have ended or the budget, in steps, is spent.
+        """Continue until all runs have ended or `budget` steps have been taken.
 
-        Returns the number of ended runs; the current run counts by the fraction of its horizon.
+        Returns the number of ended runs plus the computed fraction of the current run.
         """
         while budget > 0 and not self.done:
             run = self._run or self._start(self._member)
-            before = 0 if self._run is None else int(run.outcome.steps)
-            status = run.advance(min(budget, self._max_steps - before))
+            steps_before = 0 if self._run is None else int(run.outcome.steps)
+            status = run.advance(min(budget, self._max_steps - steps_before))
             steps = int(run.outcome.steps)
-            budget -= max(steps - before, 1)
+            budget -= max(steps - steps_before, 1)
             if status is Status.RUNNING and steps >= self._max_steps:
                 status = Status.STEP_LIMIT
             self._run = run
@@ -64,8 +64,8 @@ class RunsInTurn:
                 self.results[self._member] = run.outcome
                 self.results[self._member, _STATUS] = status
                 self._member, self._run = self._member + 1, None
-        behind = 0.0 if self._run is None else min(self._run.outcome.t / self._t_end, 1.0)
-        return self._member + behind
+        fraction = 0.0 if self._run is None else min(self._run.outcome.t / self._t_end, 1.0)
+        return self._member + fraction
 
     @property
     def done(self) -> bool:
