@@ -11,7 +11,7 @@ from fivtui.console.layout import GAP, TableColumn, blocks_of
 from fivtui.console.printing import print_list, print_rows
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
-from fivtui.orbits.branches import BranchPoint, Continuation
+from fivtui.orbits.attractor_continuation import BranchPoint, Continuation
 from fivtui.orbits.explorer import Explorer
 from fivtui.orbits.report import print_attractors, print_continuation
 from fivtui.sweeps.design import Design

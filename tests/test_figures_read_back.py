@@ -20,8 +20,8 @@ from fivtui.equilibrium.scan import mode_scan
 from fivtui.maps import stability_map
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
+from fivtui.orbits.attractor_continuation import BranchPoint, Continuation
 from fivtui.orbits.basins import Basin
-from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.results import Grid

@@ -9,9 +9,9 @@ import pytest
 from fivtui.model import System
 from fivtui.model.errors import Cancelled
 from fivtui.model.parameters import Parameters
+from fivtui.orbits.attractor_continuation import continuation
 from fivtui.orbits.attractor_search import coexistence, find_attractors
 from fivtui.orbits.basins import basin, escape_offset
-from fivtui.orbits.branches import continuation
 from fivtui.orbits.curves.cycle_branches import branch
 from fivtui.simulation import simulate
 from fivtui.transient import integrate

@@ -15,7 +15,6 @@ Complex = tuple[FloatArray, FloatArray]
 # (c1, a), (c2, b) and d of (s² + c1 s + a)(s² + c2 s + b) − d.
 Quartic = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray], FloatArray]
 
-# Iterations of Newton's method: for the root, and for the resolvent from a start this far above.
 _ROOT_ITERATIONS: Final = 3
 _RESOLVENT_ITERATIONS: Final = 8
 _START_MARGIN: Final = 4e-8

@@ -3,12 +3,12 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .attractor_continuation import continuation
     from .attractor_search import Coexistence, attractors, coexistence
     from .basins import basin
     from .boundaries.fold_orbits import FoldOrbit, fold_near, stabilising_folds
     from .boundaries.result import BOUNDARIES
     from .boundaries.search import boundary
-    from .branches import continuation
     from .curves.charts import branch_chart, branch_extents, event_name
     from .curves.cycle_branches import branch, branch_through, cycles_at
     from .curves.events import End, EventKind
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .decay import DecayRegion
     from .explorer import Explorer
     from .options import BranchOptions
-    from .phrases import SEARCHING, coexistence_phrase, transients_phrase
+    from .phrases import SEARCHING_TEXT, coexistence_phrase, transients_phrase
     from .rest import length_scale, slowest_period
 else:
     from fivtui.lazy import lazily

@@ -9,7 +9,7 @@ from fivtui.results import SystemResult, scene_text, to_data
 from fivtui.transient import Kernel
 
 from .basins import EscapeOffset, escape_offset
-from .explorer import AT_REST, Attractor, Explorer, Kind, add_attractor, search_starts
+from .explorer import AT_REST, Attractor, Explorer, Kind, add_attractor, standard_starts
 
 # Part of the progress that the search for attractors takes.
 _SEARCH_PART: Final = 0.3
@@ -183,7 +183,7 @@ def find_attractors(
     """
     work = Progress(progress)
     explorer = Explorer(system, kernel=kernel, work=work)
-    starts = search_starts(explorer)
+    starts = standard_starts(explorer)
     attractors: list[Attractor] = []
     reached = []
     for index, start in enumerate(starts):

@@ -32,7 +32,7 @@ MAX_STARTS: Final = 1_000_000
 # Offsets to test, in characteristic lengths: lowest, highest, number.
 _MIN_OFFSET: Final = 1e-3
 _MAX_OFFSET: Final = 100.0
-_OFFSET_COUNT: Final = 31
+_COUNT: Final = 31
 # Relative accuracy of an escape offset.
 _ACCURACY: Final = 1e-4
 
@@ -233,33 +233,31 @@ def escape_offset(
     if not explorer.equilibrium_attracts:
         return None
     x, _, y, _ = explorer.rest
-    tested_offsets = (
-        explorer.length * np.geomspace(_MIN_OFFSET, _MAX_OFFSET, _OFFSET_COUNT)
-    ).tolist()
+    offset_grid = (explorer.length * np.geomspace(_MIN_OFFSET, _MAX_OFFSET, _COUNT)).tolist()
     offsets: list[float | None] = []
     for side, sign in enumerate((1.0, -1.0)):
 
-        def kind_reached(offset: float, sign: float = sign) -> Kind:
+        def kind_at(offset: float, sign: float = sign) -> Kind:
             return explorer.reach((x, 0.0, y + sign * offset, 0.0)).kind
 
         inside, outside = 0.0, None
-        for step, offset in enumerate(tested_offsets):
-            work.report((side + step / len(tested_offsets)) / 2.0)
-            kind = kind_reached(offset)
+        for step, offset in enumerate(offset_grid):
+            work.report((side + step / len(offset_grid)) / 2.0)
+            kind = kind_at(offset)
             if kind is Kind.EQUILIBRIUM:
                 inside = offset
                 continue
             outside = None if kind is Kind.UNSETTLED else offset
             break
-        offsets.append(None if outside is None else _bisect_offset(kind_reached, inside, outside))
+        offsets.append(None if outside is None else _bisect_offset(kind_at, inside, outside))
     work.advance(1.0)
     return EscapeOffset(*offsets)
 
 
-def _bisect_offset(kind_reached: Callable[[float], Kind], inside: float, outside: float) -> float:
+def _bisect_offset(kind_at: Callable[[float], Kind], inside: float, outside: float) -> float:
     while outside - inside > _ACCURACY * outside:
         middle = 0.5 * (inside + outside)
         inside, outside = (
-            (middle, outside) if kind_reached(middle) is Kind.EQUILIBRIUM else (inside, middle)
+            (middle, outside) if kind_at(middle) is Kind.EQUILIBRIUM else (inside, middle)
         )
     return outside

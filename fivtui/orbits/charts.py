@@ -20,8 +20,8 @@ from fivtui.charts import (
 from fivtui.model import ALL_PARAMETERS
 from fivtui.transient import START_SPECS
 
+from .attractor_continuation import DIRECTIONS, Continuation
 from .basins import Basin
-from .branches import DIRECTIONS, Continuation
 from .explorer import AT_REST, Kind
 
 _SIZE: Final = (4.8, 3.9)

@@ -32,9 +32,7 @@ class CycleLike(Protocol):
 
 def attribute_table(records: Sequence[object], columns: Iterable[Column]) -> Table:
     """Columns of the attributes of records; each column is named after its attribute."""
-    return {
-        column: np.array([getattr(record, column.name) for record in records]) for column in columns
-    }
+    return {c: np.array([getattr(record, c.name) for record in records]) for c in columns}
 
 
 def multiplier_table(cycles: Sequence[CycleLike]) -> Table:

@@ -58,19 +58,17 @@ class DecayRegion:
         y_norm = float(np.linalg.norm(vectors[2]))
         in_contact = point.mode in IN_CONTACT
         cubic_bound = self._drive_bound(p) * (p.k_nl if in_contact else 0.0) / p.m
-        # σ = B |q| + C |q|².
+        # The radius is the |q| that solves σ = linear |q| + quadratic |q|².
         linear = 3.0 * cubic_bound * abs(point.y) * y_norm**2
         quadratic = cubic_bound * y_norm**3
         vx_norm = float(np.linalg.norm(vectors[1]))
         if in_contact and p.v_belt is not None and depends_on_speed(p):
-            modal_norm = float(np.linalg.norm(self._modal[:, 1])) / p.m
-            friction_bound = 0.5 * modal_norm * abs(friction_derivatives(p, 0.0, 2)[2]) * vx_norm**2
+            drive = float(np.linalg.norm(self._modal[:, 1])) / p.m
+            bend_bound = 0.5 * drive * abs(friction_derivatives(p, 0.0, 2)[2]) * vx_norm**2
             stiffness = tangent_stiffness(p, point.y)
             slope = abs(friction_slope(p, p.v_belt))
-            linear += (
-                friction_bound * abs(point.P) + modal_norm * slope * stiffness * y_norm * vx_norm
-            )
-            quadratic += friction_bound * stiffness * y_norm
+            linear += bend_bound * abs(point.P) + drive * slope * stiffness * y_norm * vx_norm
+            quadratic += bend_bound * stiffness * y_norm
         root = linear + math.sqrt(linear * linear - 4.0 * quadratic * growth)
         self.radius = -2.0 * growth / root if root > 0.0 else math.inf
         if system.separation and y_norm > 0.0:
@@ -83,9 +81,9 @@ class DecayRegion:
         if p.v_belt is None or not depends_on_speed(p):
             mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
             return float(np.linalg.norm(self._modal @ np.array([0.0, mu, 0.0, 1.0])))
-        along, across = np.linalg.norm(self._modal[:, [1, 3]], axis=0).tolist()
+        horizontal, vertical = np.linalg.norm(self._modal[:, [1, 3]], axis=0).tolist()
         greatest = max(friction_coefficient(p, speed) for speed in (0.0, 2.0 * p.v_belt))
-        return float(greatest * along + across)
+        return float(greatest * horizontal + vertical)
 
     @property
     def offset(self) -> float:

@@ -40,7 +40,8 @@ _RECURRENCE_DISTANCE: Final = 0.01
 _ORBIT_DISTANCE: Final = 0.05
 # Distance of returns from a known orbit, relative to the motion, below which it is the same orbit.
 _KNOWN_ORBIT_DISTANCE: Final = 1e-2
-_MAX_RETURNS: Final = 8
+# Greatest number of returns in a period.
+_PERIOD_RETURNS: Final = 8
 # Relative difference below which two cycles are equal.
 _EQUAL_CYCLES: Final = 1e-6
 _SAMPLES_A_PERIOD: Final = 64
@@ -213,7 +214,7 @@ class Explorer:
             ):
                 return Attractor(Kind.STICK)
             returns = _find_returns(run)
-            if 0 < returns.times.size < _MAX_RETURNS + 2 and returns.section is Section.STICK:
+            if 0 < returns.times.size < _PERIOD_RETURNS + 2 and returns.section is Section.STICK:
                 # Sticks on a slow belt are long: a leg has too few returns.
                 leg_time = min(2.0 * leg_time, _MAX_LEG * self._leg_time)
                 continue
@@ -230,18 +231,15 @@ class Explorer:
 
     def _find_cycle(self, returns: _Returns) -> Attractor | None:
         section, times, states = returns
-        if times.size < _MAX_RETURNS + 2:
+        if times.size < _PERIOD_RETURNS + 2:
             return None
         size = np.ptp(states, axis=0).max(initial=0.0) + np.abs(states - self.rest).max()
         latest = states[-1]
-        recent = states[-_MAX_RETURNS:]
+        recent = states[-_PERIOD_RETURNS:]
         for orbit in self._orbits:
-            if (
-                orbit.section is section
-                and _least_distance(recent, orbit) < _KNOWN_ORBIT_DISTANCE * size
-            ):
+            if orbit.section is section and _distance(recent, orbit) < _KNOWN_ORBIT_DISTANCE * size:
                 return _cycle_attractor(orbit) if orbit.stable else None
-        for count in range(1, _MAX_RETURNS + 1):
+        for count in range(1, _PERIOD_RETURNS + 1):
             if np.abs(latest - states[-1 - count]).max() > _RECURRENCE_DISTANCE * size:
                 continue
             try:
@@ -254,7 +252,7 @@ class Explorer:
                 )
             except ComputationError:
                 return None
-            if _least_distance(recent, orbit) > _ORBIT_DISTANCE * size:
+            if _distance(recent, orbit) > _ORBIT_DISTANCE * size:
                 return None
             self._orbits.append(orbit)
             if orbit.stable:
@@ -267,7 +265,7 @@ def last_mode(run: Transient) -> Mode:
     return Mode(int(run.changes[-1, 2])) if len(run.changes) else run.first_mode
 
 
-def _least_distance(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
+def _distance(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
     return float(np.abs(states - orbit.start).max(axis=1).min())
 
 
@@ -314,7 +312,7 @@ def _states(run: Transient, times: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([states.x, states.vx, states.y, states.vy], axis=1)
 
 
-def search_starts(explorer: Explorer) -> list[State]:
+def standard_starts(explorer: Explorer) -> list[State]:
     """Starts of a search: the static start, and releases above and below the equilibrium.
 
     Offsets are from 1e-3 to 30 characteristic lengths.

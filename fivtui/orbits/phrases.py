@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from .attractor_search import Coexistence
 
-SEARCHING: Final = "searching for limit cycles…"
+SEARCHING_TEXT: Final = "searching for limit cycles…"
 
 
 def coexistence_phrase(result: "Coexistence", since: str = "") -> str:
@@ -31,11 +31,9 @@ def coexistence_phrase(result: "Coexistence", since: str = "") -> str:
         parts.append(f"motion grows without bounds{cause}")
     if not parts:
         parts.append(f"no limit cycle found from {start_count} starts")
-    unsettled_count = sum(
-        result.attractors[index].kind is Kind.UNSETTLED for index in result.reached
-    )
-    if unsettled_count:
-        parts.append(f"from {unsettled_count} of {start_count} starts motion did not settle")
+    unsettled = sum(result.attractors[index].kind is Kind.UNSETTLED for index in result.reached)
+    if unsettled:
+        parts.append(f"from {unsettled} of {start_count} starts motion did not settle")
     return "; ".join(parts)
 
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from fivtui.console import number, print_list, print_rows
 
+from .attractor_continuation import Continuation
 from .attractor_search import Coexistence
 from .basins import Basin
-from .branches import Continuation
 from .explorer import Attractor
 from .phrases import coexistence_phrase
 

@@ -12,9 +12,9 @@ from fivtui.model import System
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import equilibrium
 from fivtui.orbits import explorer
+from fivtui.orbits.attractor_continuation import BranchPoint, Continuation, continuation
 from fivtui.orbits.attractor_search import Coexistence, coexistence, find_attractors
 from fivtui.orbits.basins import EscapeOffset, basin, escape_offset
-from fivtui.orbits.branches import BranchPoint, Continuation, continuation
 from fivtui.orbits.decay import DecayRegion
 from fivtui.orbits.explorer import Attractor, Explorer, Kind
 from fivtui.orbits.shooting import PeriodicOrbit

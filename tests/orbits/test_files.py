@@ -9,8 +9,8 @@ import pytest
 from fivtui import boundary, branch
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
+from fivtui.orbits.attractor_continuation import KINDS, BranchPoint, Continuation
 from fivtui.orbits.boundaries.result import Boundary
-from fivtui.orbits.branches import KINDS, BranchPoint, Continuation
 from fivtui.orbits.curves.events import End
 from fivtui.orbits.explorer import Attractor, Kind
 

@@ -24,8 +24,7 @@ _MAX_STEP: Final = 0.5
 _FIRST_STEP: Final = 0.05
 # Least cosine between the motion and the normal of the phase plane.
 _MIN_COSINE: Final = 0.5
-# Step, relative to the amplitude, at which the search has converged, and largest distance of a
-# multiplier from 1 at a fold.
+# Step, relative to the amplitude, of a converged search; distance of a fold's multiplier from 1.
 _CONVERGED: Final = 3e-6
 _UNIT: Final = 1e-2
 # Curvature, times the square of the amplitude, above which it may be rounding. It is then computed
@@ -58,7 +57,7 @@ class FoldOrbit:
 
 
 def stabilising_folds(branch: CycleBranch) -> list[FoldOrbit]:
-    """The folds of a branch along μ at which attracting cycles begin, see `fold_near`."""
+    """The folds of a branch along μ above which cycles attract, see `fold_near`."""
     folds = []
     units = _units(branch.system)
     for before, point, after in zip(

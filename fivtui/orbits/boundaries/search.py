@@ -41,7 +41,7 @@ from .result import (
 from .touch_curve import TouchCurve
 from .tracing import FoldTracer
 
-# Number of values of one parameter at which branches along the other one are followed.
+# Number of values of one parameter, besides the set's, at which branches along the other begin.
 _LINES: Final = 8
 # Distance from a curve below which a point is on it: relative to the curve's segment, and absolute.
 _RELATIVE_DISTANCE: Final = 0.1

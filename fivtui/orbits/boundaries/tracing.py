@@ -1,9 +1,8 @@
 """Curves of folds of cycles in contact and of separating cycles, through the corners in between.
 
-The curve of folds has a corner where a fold begins to touch y = 0. The curve of folds in contact
-is smooth and extends beyond the corner. On the separating part the highest point rises from y = 0
-with the square of the distance from the corner. There the curve turns back or goes on. Where it
-turns back there is a cusp: two folds and the touch point of a branch meet.
+A corner is where a fold begins to touch y = 0. The curve of folds in contact is smooth and extends
+beyond the corner. On the curve of separating folds the highest point rises with the square of the
+distance from the corner. If the curve turns back there, two folds and a touch meet in a cusp.
 """
 
 from dataclasses import dataclass, replace
@@ -23,7 +22,7 @@ from .plane import FIRST, SECOND, ParameterPlane
 from .touch_curve import TouchCurve
 
 # Amplitude, relative to the length, below which folds end in a Hopf point.
-_MIN_AMPLITUDE: Final = 4e-3
+_MIN_SIZE: Final = 4e-3
 # Heights of the highest point, relative to the length, below which a cycle is near a corner, and
 # below which it is in contact.
 _CORNER_HEIGHT: Final = 1e-3
@@ -77,13 +76,11 @@ class FoldTracer:
         return self._separating if separates and self._plane.system.separation else self._contact
 
     def _follow_to_corner(
-        self, trace: _Trace, start: FoldOnCurve, start_event: EventKind | None
+        self, trace: _Trace, start: FoldOnCurve, event: EventKind | None
     ) -> FoldOnCurve | None:
-        # Follow the curve to its end or to a corner; return the fold at which to continue, if any.
+        # Follow the curve to its end or a corner; return the fold at which to go on, if any.
         curve, points = self._curve_for(float(start.extremes[3])), trace.points
-        part = Follower(curve, _MIN_AMPLITUDE).follow(
-            start, until=(EventKind.TOUCH,), start_event=start_event
-        )
+        part = Follower(curve, _MIN_SIZE).follow(start, until=(EventKind.TOUCH,), start_event=event)
         trace.events |= {len(points) + index: kind for index, kind in part.events.items()}
         points += part.points
         trace.end = part.end

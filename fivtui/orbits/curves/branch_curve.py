@@ -18,12 +18,10 @@ from .following import Bound
 
 # Derivatives of the parameter along the curve that are zero to rounding.
 _SLOPE_ROUNDING: Final = 1e-9
-# Tolerance for complex multipliers on the unit circle.
 _CIRCLE_TOL: Final = 1e-6
 # Range within a stick in which a period may begin, relative to the stick.
 _INTERIOR: Final = (0.25, 0.75)
-# A lost branch has reached the end of a stick below this length, relative to the period, or the
-# belt speed below this gap, relative to that speed.
+# Below this part of the period a stick vanishes, below this part of the belt speed the gap to it.
 _VANISHING: Final = 1e-3
 # Lower bound of the parameter's unit: its range divided by this. Units are powers of two.
 _RANGE_PER_UNIT: Final = 64.0
@@ -119,10 +117,8 @@ class BranchCurve(CycleCurve[OrbitOnCurve]):
         if kind is not EventKind.TORUS:
             return True
         values = point.multipliers
-        complex_values = values[np.abs(values.imag) > _CIRCLE_TOL]
-        return bool(
-            complex_values.size and np.abs(np.abs(complex_values) - 1.0).min() < _CIRCLE_TOL
-        )
+        pairs = values[np.abs(values.imag) > _CIRCLE_TOL]
+        return bool(pairs.size and np.abs(np.abs(pairs) - 1.0).min() < _CIRCLE_TOL)
 
 
 def mode_pattern(orbit: OrbitOnCurve) -> ModePattern:
@@ -170,10 +166,10 @@ class FiniteSpeedBranchCurve(BranchCurve):
         moved = self.orbits.restart_later(point, pattern.longest_stick_middle)
         if moved is None:
             return point
-        valid = mode_pattern(moved).start_in_stick > 0.0 and self.pattern(moved) == self.pattern(
+        fits = mode_pattern(moved).start_in_stick > 0.0 and self.pattern(moved) == self.pattern(
             point
         )
-        return moved if valid else point
+        return moved if fits else point
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 from .saved import interpolate_cycle, read_cycle
 
 _ORIGINS: Final = ("hopf", "cycle")
-# The default range of the parameter is from its value divided by this to its value times this.
+# The default range of a parameter is from its value divided by this to its value times this.
 _RANGE_FACTOR: Final = 10.0
 # Amplitude, relative to the characteristic length, below which a branch ends in the equilibrium.
 _MIN_AMPLITUDE: Final = 4e-3
@@ -135,12 +135,12 @@ def branch_through(
 
 
 def _follow_branch(line: ParameterLine, start: BranchStart, origin: Origin) -> CycleBranch:
-    # From a Hopf point the branch is followed one way, from a cycle both ways.
+    # The branch is followed one way from a Hopf point, and both ways from a cycle.
     curve, hopf = start.curve, start.hopf
     end_at_start = None if hopf is None else End.EQUILIBRIUM
-    whole = follow_both_ways(_follower(curve, line.work).follow, start.orbit, end_at_start)
-    points, events = _points_and_events(curve, whole.points, whole.events)
-    first_end, last_end = whole.ends
+    cycles = follow_both_ways(_follower(curve, line.work).follow, start.orbit, end_at_start)
+    points, events = _points_and_events(curve, cycles.points, cycles.events)
+    first_end, last_end = cycles.ends
     if hopf is not None:
         events.insert(0, hopf)
     elif first_end is End.EQUILIBRIUM:
@@ -149,7 +149,7 @@ def _follow_branch(line: ParameterLine, start: BranchStart, origin: Origin) -> C
         events += end_events(line, points[-1].value)
     low, high = line.bounds
     return CycleBranch(
-        line.system, line.name, low, high, origin, tuple(points), tuple(events), whole.ends
+        line.system, line.name, low, high, origin, tuple(points), tuple(events), cycles.ends
     )
 
 

@@ -14,8 +14,7 @@ _DISTANCES: Final = (0.01, 0.003, 0.03, 0.1)
 # Greatest number of points up to a period doubling, and length of the first step.
 _MAX_DOUBLING_POINTS: Final = 20
 _FIRST_STEP: Final = 1e-4
-# Distance from the start after half the period, relative to the state, below which the cycle has
-# half the period.
+# Relative distance from the start after half a period, below which the cycle has half the period.
 _HALF_PERIOD_DISTANCE: Final = 3e-4
 
 
@@ -62,7 +61,5 @@ def doubling_near(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | Non
     follower = Follower(curve, max_points=_MAX_DOUBLING_POINTS)
     doublings = follower.events_both_ways(start, EventKind.PERIOD_DOUBLING, _FIRST_STEP)
     return min(
-        doublings,
-        key=lambda point: abs(float(point.unknowns[PARAMETER] - guess[PARAMETER])),
-        default=None,
+        doublings, key=lambda p: abs(float(p.unknowns[PARAMETER] - guess[PARAMETER])), default=None
     )

@@ -3,7 +3,6 @@
 from enum import StrEnum
 from typing import Final
 
-# Greatest number of points of a curve.
 MAX_POINTS: Final = 2000
 
 

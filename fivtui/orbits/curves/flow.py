@@ -13,7 +13,6 @@ from fivtui.transient import EXTREMES, START_SEEDS, Request, Variation, vary
 
 FloatArray = NDArray[np.float64]
 
-# Tolerance of a motion, and greatest number of its steps.
 FLOW_TOL: Final = 1e-13
 MAX_FLOW_STEPS: Final = 20_000
 # The same on a belt of finite speed: steps are slow there, and a period takes less than a hundred.
@@ -22,7 +21,7 @@ _MAX_BELT_STEPS: Final = 2_000
 
 @dataclass(frozen=True, slots=True)
 class MotionEnd:
-    """The end of a motion: state, rate, derivatives by state and parameters, and `EXTREMES`."""
+    """The end of a motion: state, rate, derivatives by state and parameters, and extremes."""
 
     final: FloatArray
     rate: FloatArray
@@ -46,9 +45,9 @@ class Flow(Protocol):
 class ModePattern(NamedTuple):
     """Sticks and order of modes of a motion over a period on a belt of finite speed.
 
-    These are numbers of sticks and of slips backward, a code of the order of modes, the shortest
-    stick and the middle of the longest, relative to the period, the least distance from the belt
-    speed, relative to it, and the part of a stick after which the period starts; -1 without stick.
+    `sticks` and `reversals` are numbers of sticks and slips backward, `order` a code of the order.
+    Times are relative to the period, `speed_gap`, the least distance from the belt speed, to that
+    speed. `start_in_stick` is the part of a stick at which the period starts, -1 elsewhere.
     """
 
     sticks: float
@@ -102,8 +101,7 @@ def _mode_pattern(motion: Variation, period: float, speed: float) -> ModePattern
 class SliderBeltFlow:
     """The flow of the slider-belt model.
 
-    On a belt of finite speed a start at the belt speed, to rounding, sticks if friction can hold
-    the slider.
+    On a belt of finite speed a start at the belt speed, to rounding, sticks if friction holds it.
     """
 
     state_count: Final = 4

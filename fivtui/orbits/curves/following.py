@@ -26,7 +26,6 @@ _STEP_GROWTH: Final = 1.5
 _FEW_ITERATIONS: Final = 4
 # Least ratio of the sizes after and before a step.
 _MIN_SIZE_RATIO: Final = 0.3
-# Components of the tangent below this are rounding.
 _TANGENT_ROUNDING: Final = 1e-9
 # Least length of the previous step, relative to the present one, for extrapolation of the bend.
 _MIN_PREVIOUS_STEP: Final = 0.2

@@ -25,7 +25,7 @@ from fivtui.model import (
     tangent_stiffness,
 )
 
-# Intervals of the search along a parameter other than μ, in a constant ratio above this range.
+# Intervals of the search along a parameter; their ratio is constant in ranges above a decade.
 _INTERVALS: Final = 512
 _DECADE: Final = 10.0
 # Lyapunov coefficient, relative to its terms, that is zero to rounding.

@@ -15,7 +15,7 @@ from fivtui.model import (
     equilibrium,
     mode_of,
 )
-from fivtui.orbits.explorer import Explorer, search_starts
+from fivtui.orbits.explorer import Explorer, standard_starts
 from fivtui.orbits.rest import length_scale
 
 from .arclength import PARAMETER, OrbitOnCurve
@@ -91,7 +91,7 @@ def attractor_start(line: ParameterLine) -> BranchStart:
     if not low <= line.value <= high:
         raise InputError(f"{line.name} = {line.value:g}: must be in the range {low:g} to {high:g}")
     explorer = Explorer(line.system, work=line.work)
-    starts = search_starts(explorer)
+    starts = standard_starts(explorer)
     orbits = (explorer.reach(start).orbit for start in starts)
     orbit = next((orbit for orbit in orbits if orbit is not None), None)
     if orbit is None:

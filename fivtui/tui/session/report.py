@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from fivtui.equilibrium import Stability, critical_mu_text, margin_text, verdict
-from fivtui.orbits import SEARCHING
+from fivtui.orbits import SEARCHING_TEXT
 from fivtui.results import Row
 from fivtui.safety import basis_rows, safety_words
 from fivtui.transient import Transient, later_amplitude
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class AttractorSearch:
     """State of the search for attractors beside the equilibrium."""
 
-    text: str = SEARCHING
+    text: str = SEARCHING_TEXT
     note: str = ""
     coexists: bool = False
     complete: bool = False

@@ -15,7 +15,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import Coexistence
 from fivtui.orbits.basins import EscapeOffset
 from fivtui.orbits.explorer import Attractor, Kind
-from fivtui.orbits.phrases import SEARCHING, coexistence_phrase
+from fivtui.orbits.phrases import SEARCHING_TEXT, coexistence_phrase
 from fivtui.orbits.report import print_coexistence
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
@@ -156,7 +156,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     pilot: Pilot[None], searches: Searches
 ) -> None:
     await edit(pilot, "120")
-    assert f"STABLE, {SEARCHING}" in headline(pilot)
+    assert f"STABLE, {SEARCHING_TEXT}" in headline(pilot)
     await until(pilot, lambda: searches.started == [P])
     searches.answers[120.0] = Coexistence(
         System(P), (REST, LARGE), (0, 1), True, EscapeOffset(0.25, None)
@@ -215,7 +215,7 @@ async def test_an_edit_or_the_end_cancels_the_search(searches: Searches) -> None
         searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
         await until(pilot, lambda: len(searches.started) == 2)
         assert searches.started[1].F == 125.0
-        assert f"STABLE, {SEARCHING}" in headline(pilot)
+        assert f"STABLE, {SEARCHING_TEXT}" in headline(pilot)
         # The equilibrium is unstable: no search runs.
         await edit(pilot, "80")
         assert "UNSTABLE: growth rate" in headline(pilot)

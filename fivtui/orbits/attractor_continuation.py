@@ -25,7 +25,7 @@ from fivtui.model import (
 from fivtui.results import Plottable, Table, TableResult, scene_text
 from fivtui.transient import Kernel
 
-from .explorer import AT_REST, Attractor, Explorer, Kind, add_attractor, search_starts
+from .explorer import AT_REST, Attractor, Explorer, Kind, add_attractor, standard_starts
 
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
@@ -245,7 +245,7 @@ def continuation(
             changed = system.with_values({name: value})
             explorer = Explorer(changed, kernel=kernel, work=work)
             if starts is None:
-                starts = search_starts(explorer)
+                starts = standard_starts(explorer)
             reached: list[Attractor] = []
             for start in starts:
                 add_attractor(reached, explorer.reach(start))
