@@ -145,11 +145,11 @@ def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Pa
     figure = scene_study_export(FIGURE, "bounce", RESULT, "mine")
     assert write_export(figure, tmp_path / "b.png") == ""
     store = ResultStore(tmp_path / "kept")
-    files, notes = store.put({"bounce": DisplayedStudy(RESULT, "mine", "here")})
+    files, notes = store.save({"bounce": DisplayedStudy(RESULT, "mine", "here")})
     assert notes == {}
-    again = ResultStore(tmp_path / "kept").get("bounce", files["bounce"])
+    again = ResultStore(tmp_path / "kept").read("bounce", files["bounce"])
     assert (again.value, again.name, again.source) == (RESULT, "mine", "here")
-    store.remove_others({})
+    store.remove_unused({})
     assert list((tmp_path / "kept").iterdir()) == []
     line = study_command("bounce", RESULT, Origin(PRESETS["base"], ""))
     assert line == "fivtui bounce --set F=60"

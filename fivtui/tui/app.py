@@ -27,19 +27,19 @@ from .persistence import Autosave, Slot, State, load_config, restore_session, se
 from .session import SCREEN_PRIORITY, ComputingThreads, Session
 from .tabs import Reported, SessionRequested
 
-_SAVE_PERIOD: Final = 2.0
+_SAVE_INTERVAL_S: Final = 2.0
 _STYLES = Path(__file__).parent / "styles"
 # Signals that end the program; Windows has no SIGHUP.
-_TERMINATING: Final = tuple(
+_TERMINATION_SIGNALS: Final = tuple(
     signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
 # A program ended by a signal exits with this status plus the number of the signal.
 SIGNAL_STATUS_BASE: Final = 128
 # Time limit for restoring the terminal after a signal, s; a closed terminal may block.
-_RESTORING_TIME: Final = 5.0
+_RESTORE_TIMEOUT_S: Final = 5.0
 
 
-def _commands() -> type[Provider]:
+def _command_provider() -> type[Provider]:
     from .lab import LabCommands
 
     return LabCommands
@@ -52,7 +52,7 @@ def _read_results(
     errors: list[str] = []
     for key, stored in stored_results.items():
         try:
-            results[key] = autosave.result(key, stored)
+            results[key] = autosave.read_result(key, stored)
         except InputError as error:
             results[key] = None
             errors.append(str(error))
@@ -62,9 +62,9 @@ def _read_results(
 def _report_interpreted(lab: Screen[object]) -> None:
     from fivtui.kernel import why_interpreted
 
-    why = why_interpreted()
-    if why is not None:
-        lab.post_message(Reported(f"runs are interpreted, which takes long: {why}"))
+    reason = why_interpreted()
+    if reason is not None:
+        lab.post_message(Reported(f"runs are interpreted, which takes long: {reason}"))
 
 
 class FivtuiApp(App[None]):
@@ -76,19 +76,19 @@ class FivtuiApp(App[None]):
         _STYLES / "charts.tcss",
         _STYLES / "dialogs.tcss",
     ]
-    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_commands}
+    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_command_provider}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+q", "quit", "Quit", show=True, priority=True),
     ]
     # A Textual mode per session, so that sessions can be switched.
     DEFAULT_MODE = "session"
-    HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (the base class says so)
+    HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (typed as in the base class)
         (0, "-cramped"),
         (40, "-narrow"),
         (80, "-regular"),
         (140, "-wide"),
     ]
-    VERTICAL_BREAKPOINTS = [  # noqa: RUF012 (the base class says so)
+    VERTICAL_BREAKPOINTS = [  # noqa: RUF012 (typed as in the base class)
         (0, "-flat"),
         (10, "-tiny"),
         (16, "-low"),
@@ -118,9 +118,9 @@ class FivtuiApp(App[None]):
         self._state_file = state
         self._autosave = Autosave(state)
         self._reported_error = ""
-        self._ticker: Timer | None = None
-        self._first_start = False
-        # Theme and live curve of the configuration apply at every start.
+        self._save_timer: Timer | None = None
+        self._is_first_start = False
+        # The configuration file overrides theme and live curve of the saved session.
         self._configured_theme = ""
         self._live_enabled: bool | None = None
         # Reports for the screen, once it is displayed.
@@ -145,7 +145,7 @@ class FivtuiApp(App[None]):
 
     def _restore(self, *, scene_given: bool) -> None:
         state = self._autosave.load()
-        self._first_start = (
+        self._is_first_start = (
             self._autosave.enabled and state is None and not self._autosave.other_slots
         )
         self._reports += [Reported(text, error=True) for text in self._autosave.notices]
@@ -161,7 +161,7 @@ class FivtuiApp(App[None]):
             self._reports.append(Reported(text))
 
     def _apply_state(self, state: State, *, scene_given: bool = False) -> list[str]:
-        # Returns why some results were not saved.
+        # Returns messages about results that were not saved.
         if state.theme in self.available_themes and not self._configured_theme:
             self.theme = state.theme
         if not scene_given:
@@ -170,12 +170,12 @@ class FivtuiApp(App[None]):
                 self.session.restore(state.edit_state)
             self.session.tab = state.tab
         restore_session(self.session, state)
-        return [f"{key} was not saved: {why}" for key, why in state.notes.items()]
+        return [f"{key} was not saved: {reason}" for key, reason in state.notes.items()]
 
     @property
     def save_error(self) -> str:
-        """Why the session or one of its results could not be saved; empty if all is saved."""
-        return self._autosave.error
+        """Why the session or a result could not be saved; empty if both were saved."""
+        return self._autosave.save_error
 
     @property
     def other_sessions(self) -> list[Slot]:
@@ -190,27 +190,27 @@ class FivtuiApp(App[None]):
         except InputError as error:
             self.screen_stack[0].post_message(Reported(str(error), error=True))
             return
-        self._autosave.close(self._state())
+        self._autosave.close(self._session_state())
         self._autosave, self._reported_error = autosave, ""
         texts = [f"session {event.number} opened", *self._apply_state(state)]
         self._reports.append(Reported("; ".join(texts)))
-        # Removing its screen ends the previous session and its computations.
-        before, self._mode = self._mode, f"session {event.number}"
+        # Removing the screen of the previous session ends its computations.
+        previous_mode, self._mode = self._mode, f"session {event.number}"
         self.add_mode(self._mode, self.get_default_screen)
         self.switch_mode(self._mode)
-        self.remove_mode(before)
-        self._begin()
+        self.remove_mode(previous_mode)
+        self._start_screen()
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory's screen."""
         if self._live_enabled is not None:
             self.session.live_enabled = self._live_enabled
-        screen = LabScreen(self.session, lambda: self.other_sessions, welcome=self._first_start)
+        screen = LabScreen(self.session, lambda: self.other_sessions, welcome=self._is_first_start)
         # Size classes set before the first layout avoid a second one.
         screen.set_classes(
             [
-                next(name for least, name in reversed(names) if extent >= least)
-                for extent, names in zip(
+                next(name for limit, name in reversed(breakpoints) if size >= limit)
+                for size, breakpoints in zip(
                     self.size, (self.HORIZONTAL_BREAKPOINTS, self.VERTICAL_BREAKPOINTS), strict=True
                 )
             ]
@@ -218,7 +218,7 @@ class FivtuiApp(App[None]):
         return screen
 
     async def action_quit(self) -> None:
-        """Stop all computations, which would delay the end, and quit."""
+        """Stop all computations, because threads would delay the end, and quit."""
         self._stop_computing()
         await super().action_quit()
 
@@ -227,42 +227,42 @@ class FivtuiApp(App[None]):
             if isinstance(screen, LabScreen):
                 screen.stop_computing()
 
-    def _handle_signals(self) -> None:
+    def _install_signal_handlers(self) -> None:
         # Unavailable on Windows and outside the main thread.
         with suppress(NotImplementedError, RuntimeError, ValueError):
-            for number in _TERMINATING:
+            for number in _TERMINATION_SIGNALS:
                 asyncio.get_running_loop().add_signal_handler(number, self._terminate, number)
 
     def _terminate(self, number: signal.Signals) -> None:
         """Save the session, restore the terminal and quit because of a signal."""
         status = SIGNAL_STATUS_BASE + number
-        limit = threading.Timer(_RESTORING_TIME, os._exit, (status,))
-        limit.daemon = True
-        limit.start()
+        exit_timer = threading.Timer(_RESTORE_TIMEOUT_S, os._exit, (status,))
+        exit_timer.daemon = True
+        exit_timer.start()
         # Save first: the terminal may be closed.
-        self._autosave.close(self._state())
+        self._autosave.close(self._session_state())
         self._stop_computing()
         self.exit(return_code=status)
 
     def on_load(self) -> None:
-        """Set the executor of threads, before anything is computed."""
+        """Set the executor that runs computations in threads."""
         if self._threads is not None:
             asyncio.get_running_loop().set_default_executor(self._threads)
 
     def on_mount(self) -> None:
-        """Report what was restored, and start saving the session."""
+        """Start saving the session at intervals, and report what was restored."""
         if self._autosave.enabled:
-            self._ticker = self.set_interval(_SAVE_PERIOD, self._save_session)
+            self._save_timer = self.set_interval(_SAVE_INTERVAL_S, self._save_session)
         if not self.is_headless:
-            self._handle_signals()
-        self._begin()
+            self._install_signal_handlers()
+        self._start_screen()
 
-    def _begin(self) -> None:
+    def _start_screen(self) -> None:
         lab = cast("LabScreen", self.screen_stack[0])
         for report in self._reports:
             lab.post_message(report)
         self._reports.clear()
-        # After the first frame, because it loads the kernel.
+        # After the first frame, because loading the kernel is slow.
         self.call_after_refresh(_report_interpreted, lab)
         if self.session.unread_results:
             autosave, stored_results = self._autosave, dict(self.session.unread_results)
@@ -284,10 +284,10 @@ class FivtuiApp(App[None]):
             await self._handle_event(event)
 
     async def _handle_event(self, event: Event) -> None:
-        """Reserve the interpreter for a key, and treat keys with Alt as keys without text."""
+        """Pause computing threads after input, and remove the text of keys with Alt."""
         if isinstance(event, InputEvent):
             if not self.screen_stack:
-                # A key pressed after quitting.
+                # The application has quit.
                 return
             if isinstance(event, Key):
                 discard_alt_character(event, option=isinstance(self.screen, LabScreen))
@@ -299,25 +299,25 @@ class FivtuiApp(App[None]):
         """Report that the first screen is displayed."""
         self._when_shown()
 
-    def _state(self) -> State:
+    def _session_state(self) -> State:
         return session_state(self.session, self.theme)
 
     def _save_session(self) -> None:
-        if self._autosave.error != self._reported_error:
-            self._reported_error = self._autosave.error
+        if self._autosave.save_error != self._reported_error:
+            self._reported_error = self._autosave.save_error
             text = (
                 f"the session is not saved: {self._reported_error}"
                 if self._reported_error
                 else "the session is saved again"
             )
             self.screen_stack[0].post_message(Reported(text, error=bool(self._reported_error)))
-        autosave, state = self._autosave, self._state()
-        if autosave.due(state):
-            # Writing files may be slow.
+        autosave, state = self._autosave, self._session_state()
+        if autosave.needs_save(state):
+            # In a thread, because writing files may be slow.
             self.run_worker(lambda: autosave.save(state), thread=True, exit_on_error=False)
 
     def on_unmount(self) -> None:
         """Save the session, whatever ended the application."""
-        if self._ticker is not None:
-            self._ticker.stop()
-        self._autosave.close(self._state())
+        if self._save_timer is not None:
+            self._save_timer.stop()
+        self._autosave.close(self._session_state())

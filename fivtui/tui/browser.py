@@ -20,108 +20,114 @@ if TYPE_CHECKING:
 
 HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 8000
-_NAME: Final = "localhost"
-_USUAL_PORT: Final = 80
-# The page loads nothing from and sends nothing to other sites.
-_POLICY: Final = (
+_HOST_NAME: Final = "localhost"
+_DEFAULT_HTTP_PORT: Final = 80
+# The page must not exchange data with other sites.
+_CONTENT_POLICY: Final = (
     "default-src 'self' 'unsafe-inline' data: blob:; connect-src 'self' ws://{0}; "
     "frame-ancestors 'none'"
 )
 
 
-def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
+def serve(port: int = DEFAULT_PORT, *, show_message: Callable[[str], None]) -> None:
     """Serve the terminal UI to browsers on this machine, until interrupted.
 
-    A browser can read and write files as the serving user. The server therefore listens on the
-    loopback address only, refuses requests from other sites' pages, and asks for a token. The
-    printed address has the token, which other users of this machine do not know.
+    A browser can read and write files as the user who serves. The server therefore listens on the
+    loopback address only, refuses requests from pages of other sites, and requires a token. The
+    printed address contains the token, so other users of this machine do not know it.
     """
     if find_spec("textual_serve") is None:
         raise InputError("serve: needs textual-serve: install fivtui[serve]")
-    _check_free(port)
+    _check_port(port)
     from aiohttp import web
     from textual_serve.server import Server
 
-    door = _Door(port)
+    access = _AccessControl(port)
 
-    async def guard(request: "Request", handler: "Handler") -> "StreamResponse":
-        if why := door.refusal(request):
-            raise web.HTTPForbidden(text=why)
-        if door.has_token(request.query):
-            # Redirect to an address without the token, which would stay in the browser's history.
-            answer = web.Response(status=302, headers={"Location": "/"})
-            answer.set_cookie(door.cookie, door.token, httponly=True, samesite="Strict")
-            return answer
+    async def refuse_others(request: "Request", handler: "Handler") -> "StreamResponse":
+        if reason := access.refusal_reason(request):
+            raise web.HTTPForbidden(text=reason)
+        if access.has_token(request.query):
+            # The redirection keeps the token out of the browser's history.
+            response = web.Response(status=302, headers={"Location": "/"})
+            response.set_cookie(access.cookie, access.token, httponly=True, samesite="Strict")
+            return response
         return await handler(request)
 
-    async def restrict(request: "Request", response: "StreamResponse") -> None:
-        response.headers["Content-Security-Policy"] = _POLICY.format(request.host)
+    async def add_security_headers(request: "Request", response: "StreamResponse") -> None:
+        response.headers["Content-Security-Policy"] = _CONTENT_POLICY.format(request.host)
         response.headers["Referrer-Policy"] = "no-referrer"
 
     class LocalServer(Server):
-        """A textual-serve server with guarded requests."""
+        """A textual-serve server that refuses requests without a token."""
 
         async def _make_app(self) -> "Application":
             application: Application = await super()._make_app()
-            application.middlewares.append(web.middleware(guard))
-            application.on_response_prepare.append(restrict)
+            application.middlewares.append(web.middleware(refuse_others))
+            application.on_response_prepare.append(add_security_headers)
             return application
 
         async def handle_index(self, request: "Request") -> "StreamResponse":
             # Addresses in the page use the host name of the request.
-            named = copy(self)
-            named.public_url = f"http://{request.host}"
-            answer: StreamResponse = await super(LocalServer, named).handle_index(request)
-            return answer
+            server = copy(self)
+            server.public_url = f"http://{request.host}"
+            response: StreamResponse = await super(LocalServer, server).handle_index(request)
+            return response
 
         async def on_startup(self, app: "Application") -> None:  # noqa: ARG002
-            say(f"fivtui is at http://{HOST}:{port}/?token={door.token}; Ctrl+C stops it")
+            show_message(
+                f"fivtui is at http://{HOST}:{port}/?token={access.token}; Ctrl+C stops it"
+            )
 
         def initialize_logging(self) -> None:
             """Log nothing to the terminal."""
 
-    LocalServer(_command(), host=HOST, port=port, title="fivtui").serve()
+    LocalServer(_start_command(), host=HOST, port=port, title="fivtui").serve()
 
 
-class _Door:
-    # Accepts requests of its own page that have the token.
+class _AccessControl:
+    # Accepts requests that come from this server's page and carry the token.
 
     def __init__(self, port: int) -> None:
-        self.hosts = {f"{name}:{port}" for name in (HOST, _NAME)}
-        if port == _USUAL_PORT:
+        self.hosts = {f"{name}:{port}" for name in (HOST, _HOST_NAME)}
+        if port == _DEFAULT_HTTP_PORT:
             # Browsers omit the usual port.
-            self.hosts |= {HOST, _NAME}
+            self.hosts |= {HOST, _HOST_NAME}
         self.token = secrets.token_urlsafe()
         self.cookie = f"fivtui-{port}"
 
-    def refusal(self, request: "Request") -> str:
-        """Why a request is refused; empty if it is answered."""
+    def refusal_reason(self, request: "Request") -> str:
+        """Why a request is refused; empty if it is accepted."""
         origin = request.headers.get("Origin")
         is_own_page = origin is None or origin in {f"http://{name}" for name in self.hosts}
         if request.host not in self.hosts or not is_own_page:
             return "fivtui answers requests from its own page only"
         # The style sheets and scripts of the page are no secret.
-        free = request.path.startswith("/static/")
-        if free or self.has_token(request.query) or self.has_token(request.cookies, self.cookie):
+        is_static = request.path.startswith("/static/")
+        if (
+            is_static
+            or self.has_token(request.query)
+            or self.has_token(request.cookies, self.cookie)
+        ):
             return ""
         return "open the address that fivtui serve has printed"
 
     def has_token(self, values: Mapping[str, str], name: str = "token") -> bool:
-        """Whether a query or cookies contain the token."""
+        """Whether the query or the cookies of a request contain the token."""
         return secrets.compare_digest(values.get(name, "").encode(), self.token.encode())
 
 
-def _check_free(port: int) -> None:
+def _check_port(port: int) -> None:
     try:
         with socket.socket() as probe:
             if os.name == "posix":
-                # As the server does, so that a recently closed port can be used again.
+                # The server sets it too: a recently closed port can be used again.
                 probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             probe.bind((HOST, port))
     except OSError as error:
         raise InputError(f"--port {port}: cannot be used: {error.strerror or error}") from None
 
 
-def _command() -> str:
+def _start_command() -> str:
     arguments = [sys.executable, "-m", "fivtui.tui"]
     return subprocess.list2cmdline(arguments) if sys.platform == "win32" else shlex.join(arguments)

@@ -8,19 +8,20 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from fivtui.scene import Scene
 
-_SWITCH_INTERVAL: Final = 1e-3
+# Time after which a computing thread lets the screen's thread run, s.
+_SWITCH_INTERVAL_S: Final = 1e-3
 # Exit status of a program that Ctrl+C ended.
-_INTERRUPTED: Final = 130
+_INTERRUPTED_STATUS: Final = 130
 
 
 def shorten_switch_interval() -> None:
     """Shorten the thread switch interval so that the screen responds quickly."""
-    sys.setswitchinterval(_SWITCH_INTERVAL)
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
 
 
 def run(scene: "Scene | None" = None, source: str = "") -> None:
     """Run the terminal UI until the user quits; `scene` replaces that of the last session."""
-    # Objects created before the first frame live until the end: no collection needed.
+    # Garbage collection during the start would only delay the first frame.
     gc.disable()
     from .app import SIGNAL_STATUS_BASE, FivtuiApp
     from .persistence import config_path, state_path
@@ -33,7 +34,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         source,
         state=state_path(),
         config=config_path(),
-        on_first_frame=_collect_later,
+        on_first_frame=_enable_collection,
         threads=threads,
     )
     app.run()
@@ -44,7 +45,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     try:
         FILE_WRITES.wait(_report_writing)
     except KeyboardInterrupt:
-        os._exit(_INTERRUPTED)
+        os._exit(_INTERRUPTED_STATUS)
     if app.save_error:
         sys.stderr.write(f"the session is not saved: {app.save_error}\n")
     if threads.busy:
@@ -59,7 +60,7 @@ def _report_writing(names: str) -> None:
     sys.stderr.flush()
 
 
-def _collect_later() -> None:
-    # Excluding existing objects saves a tenth of a second per collection.
+def _enable_collection() -> None:
+    # Exempting the objects created so far saves a tenth of a second per collection.
     gc.freeze()
     gc.enable()

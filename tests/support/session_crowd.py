@@ -208,7 +208,7 @@ class Observer:
                 ]
                 for key in runs:
                     stored: Any = state.results[key]
-                    assert autosave.result(key, stored) is not None
+                    assert autosave.read_result(key, stored) is not None
                     read += 1
         return read
 

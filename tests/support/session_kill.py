@@ -49,7 +49,10 @@ def restored(autosave: Autosave) -> Session:
         restore_session(session, state)
         restore_results(
             session,
-            {key: autosave.result(key, stored) for key, stored in session.unread_results.items()},
+            {
+                key: autosave.read_result(key, stored)
+                for key, stored in session.unread_results.items()
+            },
         )
     return session
 
@@ -77,7 +80,7 @@ def look(path: Path) -> Session:
     for run in session.runs:
         assert (run.result is None) is (run.state is not RunState.DONE)
     autosave.close(state)
-    assert not autosave.error, autosave.error
+    assert not autosave.save_error, autosave.save_error
     return session
 
 
@@ -146,7 +149,10 @@ async def use_lab(path: Path) -> None:
         for text in ("0.5", "0.6"):
             app.session.set_text("t_end", text)
             await pilot.press("f5")
-            await until(pilot, lambda: runs.active is None and not app._autosave.due(app._state()))
+            await until(
+                pilot,
+                lambda: runs.active is None and not app._autosave.needs_save(app._session_state()),
+            )
 
 
 def main() -> None:

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from fivtui.model.errors import InputError
-from fivtui.tui.browser import _Door, serve
+from fivtui.tui.browser import _AccessControl, serve
 from tests.support.laboratory import HANG_S
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -45,7 +45,7 @@ def reachable(port: int) -> bool:
 def test_without_the_extra_its_name_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fivtui.tui.browser.find_spec", lambda _name: None)
     with pytest.raises(InputError, match=r"install fivtui\[serve\]"):
-        serve(say=print)
+        serve(show_message=print)
 
 
 @pytest.fixture
@@ -122,7 +122,7 @@ def test_only_requests_with_the_token_from_its_own_pages_are_answered(
     elsewhere = {"Origin": "http://elsewhere.example"}
     assert answer(port, "/ws", **WEBSOCKET, **elsewhere, **cookies).status == 403
     with pytest.raises(InputError, match=f"--port {port}: cannot be used"):
-        serve(port, say=print)
+        serve(port, show_message=print)
 
 
 @pytest.mark.host
@@ -198,14 +198,16 @@ async def test_an_export_is_downloaded_by_the_browser_and_not_stored_on_the_serv
 def test_on_port_80_the_origin_has_no_port() -> None:
     test_utils = pytest.importorskip("aiohttp.test_utils")
     make_mocked_request = test_utils.make_mocked_request
-    door = _Door(80)
-    headers = {"Cookie": f"{door.cookie}={door.token}"}
+    access = _AccessControl(80)
+    headers = {"Cookie": f"{access.cookie}={access.token}"}
     for host in ("localhost", "127.0.0.1:80"):
         request = make_mocked_request(
             "GET", "/", {**headers, "Host": host, "Origin": f"http://{host}"}
         )
-        assert door.refusal(request) == ""
-    assert _Door(8000).refusal(make_mocked_request("GET", "/", {"Host": "localhost"}))
+        assert access.refusal_reason(request) == ""
+    assert _AccessControl(8000).refusal_reason(
+        make_mocked_request("GET", "/", {"Host": "localhost"})
+    )
 
 
 @pytest.fixture

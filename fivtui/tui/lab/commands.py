@@ -281,7 +281,9 @@ def _run_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
 
 def _session_commands(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:
     for slot in slots:
-        used = f"last used {datetime.fromtimestamp(slot.used):%Y-%m-%d %H:%M}; this one is saved"
+        used = (
+            f"last used {datetime.fromtimestamp(slot.last_used):%Y-%m-%d %H:%M}; this one is saved"
+        )
         open_it = partial(lab.post_message, SessionRequested(slot.number))
         yield PaletteEntry(f"Open session {slot.number}: {_content(slot)}", used, open_it)
 

@@ -1,4 +1,4 @@
-"""Restores a session at the start and saves it when it changes. Imports no Textual."""
+"""Restores a session at the start and saves its changes. Imports no Textual."""
 
 import threading
 from contextlib import ExitStack
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fivtui.model import InputError
 from fivtui.tui.session import StoredResult
 
-from .slots import Slot, claim, hold, saved_slots, slot_of
+from .slots import Slot, lock_free_slot, lock_slot, saved_slots, slot_of
 from .state_file import DamagedSession, State, load_state, rename_damaged, save_state
 
 if TYPE_CHECKING:
@@ -17,21 +17,21 @@ if TYPE_CHECKING:
 
 
 class Autosave:
-    """Restores a session and saves it whenever it differs from its file.
+    """Restores a session, locks it against other processes, and saves its changes.
 
-    A session is locked against other processes.
+    `path` is the file of session 1; None saves nothing.
     """
 
     def __init__(self, path: Path | None) -> None:
-        self._first = path
+        self._first_path = path
         self._slot: Slot | None = None
         self._slot_lock: ExitStack | None = None
-        # Signature of a session read without a lock.
+        # File signature of a session that was read without a lock.
         self._signature: tuple[int, int] | None = None
-        self._saved: State | None = None
+        self._saved_state: State | None = None
         self._lock = threading.Lock()
-        self._results: ResultStore | None = None
-        self.error = ""
+        self._store: ResultStore | None = None
+        self.save_error = ""
         self.notices: list[str] = []
 
     @property
@@ -41,54 +41,54 @@ class Autosave:
 
     @property
     def number(self) -> int:
-        """Number of the session; 0 if none."""
+        """Number of the open session; 0 if no session is open."""
         return 0 if self._slot is None else self._slot.number
 
     @property
     def other_slots(self) -> list[Slot]:
-        """The other saved sessions, last used first; other processes may have locked them."""
-        if self._first is None:
+        """The other saved sessions, last used first; some may be open in other processes."""
+        if self._first_path is None:
             return []
-        return [slot for slot in saved_slots(self._first) if slot.number != self.number]
+        return [slot for slot in saved_slots(self._first_path) if slot.number != self.number]
 
     def load(self) -> State | None:
-        """Open the session last used that is not locked. Returns None for a new session."""
-        if self._first is None:
+        """Open the last used session that is not locked. Returns None for a new session."""
+        if self._first_path is None:
             return None
-        useless: set[int] = set()
+        unreadable: set[int] = set()
         while True:
             try:
-                self._slot, self._slot_lock = claim(self._first, useless)
+                self._slot, self._slot_lock = lock_free_slot(self._first_path, unreadable)
             except InputError as error:
-                self.error = str(error)
-                return self._look(self._first)
+                self.save_error = str(error)
+                return self._load_unlocked(self._first_path)
             try:
-                return self._read(self._slot)
+                return self._load_or_explain(self._slot)
             except InputError as error:
                 self.notices.append(str(error))
                 if self._slot.signature is None:
                     return None
-                # The file stays for a version that can read it.
-                useless.add(self._slot.number)
+                # Keep the file: another version of fivtui may read it.
+                unreadable.add(self._slot.number)
                 self._release()
 
-    def _look(self, first: Path) -> State | None:
-        # Without a lock, read only.
-        for slot in saved_slots(first):
+    def _load_unlocked(self, first_path: Path) -> State | None:
+        # Sessions cannot be locked here, for example in a read-only folder.
+        for slot in saved_slots(first_path):
             self._slot, self._signature = slot, slot.signature
             try:
                 return self._load(slot)
             except InputError as error:
                 self.notices.append(f"{slot.path}: {error}")
-        self._slot, self._signature = slot_of(first, 1), slot_of(first, 1).signature
+        self._slot, self._signature = slot_of(first_path, 1), slot_of(first_path, 1).signature
         return None
 
     def open(self, number: int) -> State:
         """Open the session `number`; raises `InputError` if it is locked or cannot be restored."""
-        slot = slot_of(self._first or Path(), number)
-        self._slot_lock = hold(slot)
+        slot = slot_of(self._first_path or Path(), number)
+        self._slot_lock = lock_slot(slot)
         try:
-            state = self._read(slot)
+            state = self._load_or_explain(slot)
             if state is None:
                 raise InputError(f"session {number} no longer exists")
         except InputError:
@@ -97,7 +97,7 @@ class Autosave:
         self._slot = slot
         return state
 
-    def _read(self, slot: Slot) -> State | None:
+    def _load_or_explain(self, slot: Slot) -> State | None:
         try:
             return self._load(slot)
         except DamagedSession as error:
@@ -112,49 +112,49 @@ class Autosave:
             ) from None
 
     def _load(self, slot: Slot) -> State | None:
-        self._saved = load_state(slot.path)
-        if self._saved is not None:
-            self._store_of(slot).adopt(self._saved.results)
-        return self._saved
+        self._saved_state = load_state(slot.path)
+        if self._saved_state is not None:
+            self._result_store(slot).register(self._saved_state.results)
+        return self._saved_state
 
-    def due(self, state: State) -> bool:
-        """Whether a state differs from the session's file."""
-        return self.enabled and state != self._saved
+    def needs_save(self, state: State) -> bool:
+        """Whether a state differs from the saved one."""
+        return self.enabled and state != self._saved_state
 
     def save(self, state: State) -> None:
-        """Save a state if it is due."""
+        """Save a state if it differs from the saved one."""
         with self._lock:
-            if self._slot is not None and self.due(state):
+            if self._slot is not None and self.needs_save(state):
                 self._save(state, self._slot)
 
     def _save(self, state: State, slot: Slot) -> None:
         # After a failure, try again only when the state changes.
-        self._saved = state
-        store = self._store_of(slot)
+        self._saved_state = state
+        store = self._result_store(slot)
         try:
-            self._hold_again(slot)
-            # Results are written before the state that refers to them, and removed after it.
-            files, notes = store.put(state.results)
+            self._ensure_locked(slot)
+            # Write new results before the session file that refers to them; remove old ones later.
+            files, notes = store.save(state.results)
             save_state(replace(state, results=files, notes=notes), slot.path)
         except InputError as error:
-            self.error = str(error)
+            self.save_error = str(error)
         else:
-            store.remove_others(files)
-            self.error = store.failure
+            store.remove_unused(files)
+            self.save_error = store.write_error
 
-    def _hold_again(self, slot: Slot) -> None:
+    def _ensure_locked(self, slot: Slot) -> None:
         if self._slot_lock is not None:
             return
-        slot_lock = hold(slot)
+        slot_lock = lock_slot(slot)
         if slot.signature != self._signature:
             slot_lock.close()
             raise InputError(f"{slot.path}: another fivtui has written it since it was read")
         self._slot_lock = slot_lock
 
     def close(self, state: State) -> None:
-        """Save for the last time and release the session."""
+        """Save a state and unlock the session."""
         with self._lock:
-            if self._slot is not None and (self.due(state) or self.error):
+            if self._slot is not None and (self.needs_save(state) or self.save_error):
                 self._save(state, self._slot)
             self._release()
             self._slot = None
@@ -164,16 +164,16 @@ class Autosave:
             self._slot_lock.close()
             self._slot_lock = None
 
-    def result(self, key: str, stored: StoredResult) -> Any:
+    def read_result(self, key: str, stored: StoredResult) -> Any:
         """Read a stored result; raises `InputError` if it cannot be read."""
         slot = self._slot
         if slot is None:
             raise InputError(f"{key}: the session is closed")
-        return self._store_of(slot).get(key, stored, aside=self._slot_lock is not None)
+        return self._result_store(slot).read(key, stored, rename=self._slot_lock is not None)
 
-    def _store_of(self, slot: Slot) -> "ResultStore":
+    def _result_store(self, slot: Slot) -> "ResultStore":
         from .results import ResultStore
 
-        if self._results is None or self._results.folder != slot.results:
-            self._results = ResultStore(slot.results)
-        return self._results
+        if self._store is None or self._store.folder != slot.results:
+            self._store = ResultStore(slot.results)
+        return self._store

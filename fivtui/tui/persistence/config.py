@@ -1,4 +1,4 @@
-"""The user's keys and themes, from a TOML file. Imports no Textual."""
+"""The configuration file with the user's keys and themes. Imports no Textual."""
 
 import os
 import re
@@ -24,9 +24,9 @@ _COLOURS: Final = (
     "surface",
     "panel",
 )
-_KEYS: Final = ("theme", "live", "keys", "themes")
-# One key for two actions: it runs, or stops an active run.
-_RUN: Final = ("run", "stop")
+_ENTRIES: Final = ("theme", "live", "keys", "themes")
+# Both actions have the key of the first: it starts a run or stops the active one.
+_RUN_ACTIONS: Final = ("run", "stop")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,16 +43,16 @@ class Config:
 
 
 def config_path(environment: Mapping[str, str] | None = None) -> Path:
-    """The default file.
+    """The default configuration file.
 
     ``fivtui/config.toml`` in XDG_CONFIG_HOME, in APPDATA on Windows, or in ``~/.config``.
     """
     variables = os.environ if environment is None else environment
-    home = variables.get("XDG_CONFIG_HOME", "")
-    if not Path(home).is_absolute():
-        roaming = variables.get("APPDATA", "") if os.name == "nt" else ""
-        home = roaming or str(Path("~/.config").expanduser())
-    return Path(home) / "fivtui" / "config.toml"
+    folder = variables.get("XDG_CONFIG_HOME", "")
+    if not Path(folder).is_absolute():
+        app_data = variables.get("APPDATA", "") if os.name == "nt" else ""
+        folder = app_data or str(Path("~/.config").expanduser())
+    return Path(folder) / "fivtui" / "config.toml"
 
 
 def load_config(path: Path | None, actions: Collection[str]) -> Config:
@@ -69,40 +69,42 @@ def load_config(path: Path | None, actions: Collection[str]) -> Config:
     except (ValueError, RecursionError) as error:
         raise InputError(f"not TOML: {error}") from None
     for name in data:
-        check_known("key", name, _KEYS)
-    keys = {name: _text(f"keys.{name}", key) for name, key in _table("keys", data).items()}
+        check_known("key", name, _ENTRIES)
+    keys = {
+        name: _checked_text(f"keys.{name}", key) for name, key in _table_of("keys", data).items()
+    }
     for name in keys:
         check_known("action", name, actions)
-    keys |= {name: keys[_RUN[0]] for name in _RUN if _RUN[0] in keys}
-    themes = _table("themes", data)
+    keys |= {name: keys[_RUN_ACTIONS[0]] for name in _RUN_ACTIONS if _RUN_ACTIONS[0] in keys}
+    themes = _table_of("themes", data)
     return Config(
-        _text("theme", data.get("theme", "")),
-        _live(data.get("live")),
+        _checked_text("theme", data.get("theme", "")),
+        _checked_live(data.get("live")),
         keys,
-        {name: _theme(name, _table(name, themes)) for name in themes},
+        {name: _checked_theme(name, _table_of(name, themes)) for name in themes},
     )
 
 
-def _table(name: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
+def _table_of(name: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
     table = data.get(name, {})
     if not isinstance(table, dict):
         raise InputError(f"{name}: must be a table")
     return table
 
 
-def _text(name: str, value: object) -> str:
+def _checked_text(name: str, value: object) -> str:
     if not isinstance(value, str):
         raise InputError(f"{name} = {value!r}: must be text in quotes")
     return value
 
 
-def _live(value: object) -> bool | None:
+def _checked_live(value: object) -> bool | None:
     if value is not None and not isinstance(value, bool):
         raise InputError(f"live = {value!r}: must be true or false")
     return value
 
 
-def _theme(name: str, table: Mapping[str, Any]) -> Mapping[str, str | bool]:
+def _checked_theme(name: str, table: Mapping[str, Any]) -> Mapping[str, str | bool]:
     colours: dict[str, str | bool] = {}
     for key, value in table.items():
         if key == "dark":
@@ -110,7 +112,7 @@ def _theme(name: str, table: Mapping[str, Any]) -> Mapping[str, str | bool]:
             continue
         if key not in _COLOURS:
             raise unknown_name(f"colour of theme {name}:", key, (*_COLOURS, "dark"))
-        if _COLOUR.fullmatch(_text(key, value)) is None:
+        if _COLOUR.fullmatch(_checked_text(key, value)) is None:
             raise InputError(f"themes.{name}.{key} = {value!r}: must be a colour such as '#E69F00'")
         colours[key] = value
     if "primary" not in colours:

@@ -15,12 +15,12 @@ from .state_file import rename_damaged
 
 # Maximum size of a stored result, bytes, so that the start stays fast.
 _MAX_SIZE: Final = 20_000_000
-_RUN: Final = "run"
+_RUN_KIND: Final = "run"
 _RESULT_FILE: Final = re.compile(r"([a-z]+)-[0-9a-f]{16}\.\w+")
 
 
 class _NotStored(InputError):
-    # A result that is deliberately not stored.
+    # A result is unfinished or too large to be stored.
     pass
 
 
@@ -32,42 +32,43 @@ class ResultStore:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.failure = ""
-        # Names of files that this session wrote or refers to.
-        self._ours: set[str] = set()
-        # Results and their files, by key.
-        self._files: dict[str, tuple[object, StoredResult]] = {}
+        self.write_error = ""
+        # Names of the files that this session has written or refers to.
+        self._own_files: set[str] = set()
+        # By key, the result in the file, for comparison by value, and the file.
+        self._written: dict[str, tuple[object, StoredResult]] = {}
 
-    def adopt(self, results: Mapping[str, object]) -> None:
-        """Register the files of a restored session."""
-        self._ours |= {
+    def register(self, results: Mapping[str, object]) -> None:
+        """Register the result files of a restored session."""
+        self._own_files |= {
             stored.file for stored in results.values() if isinstance(stored, StoredResult)
         }
 
-    def put(self, results: Mapping[str, object]) -> tuple[dict[str, StoredResult], dict[str, str]]:
-        """Write new results, by key; a `StoredResult` is returned unchanged.
+    def save(self, results: Mapping[str, object]) -> tuple[dict[str, StoredResult], dict[str, str]]:
+        """Write the results that are not stored yet; a `StoredResult` is returned unchanged.
 
-        Returns the files by key, and by key why a result was not stored (its previous file stays).
+        Returns two mappings by key: the files, and why a result was not stored. The previous file
+        of a result that was not stored is kept.
         """
         files: dict[str, StoredResult] = {}
         notes: dict[str, str] = {}
-        self.failure = ""
+        self.write_error = ""
         for key, result in results.items():
             if isinstance(result, StoredResult):
                 files[key] = result
                 continue
-            token = result.result if isinstance(result, Run) else result
-            stored_token, file = self._files.get(key, (None, None))
-            if stored_token is not token or file is None or not (self.folder / file.file).exists():
+            value = result.result if isinstance(result, Run) else result
+            saved, file = self._written.get(key, (None, None))
+            if saved is not value or file is None or not (self.folder / file.file).exists():
                 try:
                     written = self._write(key, result)
                 except (_NotStored, ComputationError) as error:
                     notes[key] = str(error)
                 except InputError as error:
-                    notes[key] = self.failure = str(error)
+                    notes[key] = self.write_error = str(error)
                 else:
-                    self._files[key] = (token, written)
-                    self._ours.add(written.file)
+                    self._written[key] = (value, written)
+                    self._own_files.add(written.file)
                     file = written
                 if key in notes and file is not None:
                     notes[key] += "; the previous one is kept"
@@ -76,16 +77,16 @@ class ResultStore:
         return files, notes
 
     def _write(self, key: str, result: object) -> StoredResult:
-        kind, value, name, source = _parts(result, key)
-        form = study(kind).stored
-        if form is None:
+        kind, value, name, source = _study_parts(result, key)
+        storage = study(kind).stored
+        if storage is None:
             raise TypeError(f"{kind}: {type(value)}")
-        if why := form.unfinished(value):
-            raise _NotStored(why)
-        size = form.size(value)
+        if reason := storage.unfinished(value):
+            raise _NotStored(reason)
+        size = storage.size(value)
         if size > _MAX_SIZE:
             raise _NotStored(f"it takes {size / 1e6:.0f} MB; the limit is {_MAX_SIZE / 1e6:.0f} MB")
-        file = f"{kind.replace('-', '')}-{secrets.token_hex(8)}{form.suffix}"
+        file = f"{kind.replace('-', '')}-{secrets.token_hex(8)}{storage.suffix}"
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -93,52 +94,52 @@ class ResultStore:
         store_study(kind, value, self.folder / file)
         return StoredResult(file, name, source)
 
-    def get(self, key: str, stored: StoredResult, *, aside: bool = True) -> Any:
+    def read(self, key: str, stored: StoredResult, *, rename: bool = True) -> Any:
         """Read the result `key`; raises `InputError` if it cannot be read.
 
-        A damaged file is renamed if `aside`, and no longer belongs to the session.
+        A damaged file no longer belongs to the session; `rename` also renames it.
         """
-        kind = _kind(key)
+        kind = _study_kind(key)
         path = self.folder / stored.file
         try:
-            if not _is_own(stored.file):
+            if not _is_result_file(stored.file):
                 raise InputError("not the name of a file of this session")
             value = restore_study(kind, path)
         except InputError as error:
-            why = str(error).removeprefix(f"{path}: ")
-            self._ours.discard(stored.file)
-            is_own = _is_own(stored.file)
-            where = f"; {rename_damaged(path)}" if aside and is_own and path.exists() else ""
+            reason = str(error).removeprefix(f"{path}: ")
+            self._own_files.discard(stored.file)
+            is_own = _is_result_file(stored.file)
+            renamed = f"; {rename_damaged(path)}" if rename and is_own and path.exists() else ""
             raise InputError(
-                f"the {key.replace('-', ' ') if kind == _RUN else key} of the last session could "
-                f"not be restored ({why}){where}"
+                f"the {key.replace('-', ' ') if kind == _RUN_KIND else key} of the last session "
+                f"could not be restored ({reason}){renamed}"
             ) from None
-        result = value if kind == _RUN else DisplayedStudy(value, stored.name, stored.source)
-        self._files[key] = (result, stored)
-        self._ours.add(stored.file)
+        result = value if kind == _RUN_KIND else DisplayedStudy(value, stored.name, stored.source)
+        self._written[key] = (result, stored)
+        self._own_files.add(stored.file)
         return result
 
-    def remove_others(self, files: Mapping[str, StoredResult]) -> None:
-        """Remove files of this session that are not in `files`."""
-        for name in self._ours - {stored.file for stored in files.values()}:
-            if _is_own(name):
+    def remove_unused(self, files: Mapping[str, StoredResult]) -> None:
+        """Delete files of this session that are not in `files`."""
+        for name in self._own_files - {stored.file for stored in files.values()}:
+            if _is_result_file(name):
                 with suppress(OSError):
                     (self.folder / name).unlink(missing_ok=True)
-            self._ours.discard(name)
+            self._own_files.discard(name)
 
 
-def _is_own(name: str) -> bool:
+def _is_result_file(name: str) -> bool:
     match = _RESULT_FILE.fullmatch(name)
     return match is not None and match[1] in {kind.replace("-", "") for kind in STUDIES}
 
 
-def _kind(key: str) -> str:
-    return _RUN if key.startswith(f"{_RUN}-") else key
+def _study_kind(key: str) -> str:
+    return _RUN_KIND if key.startswith(f"{_RUN_KIND}-") else key
 
 
-def _parts(result: object, key: str) -> tuple[str, Any, str, str]:
+def _study_parts(result: object, key: str) -> tuple[str, Any, str, str]:
     if isinstance(result, Run):
-        return _RUN, result.result, "", ""
+        return _RUN_KIND, result.result, "", ""
     if not isinstance(result, DisplayedStudy):
         raise TypeError(f"{key}: {type(result)}")
     return key, result.value, result.name, result.source

@@ -1,4 +1,4 @@
-"""Session folders and their locks. Imports no Textual."""
+"""Slots: numbered session files with locks and result folders. Imports no Textual."""
 
 import os
 import re
@@ -12,38 +12,39 @@ from typing import Final
 from fivtui.io import TEMPORARY_GLOB, LockedError, hold_lock
 from fivtui.model import InputError
 
-_HOLDER: Final = "another fivtui"
+# Owner of a lock in the message that a session is locked.
+_LOCK_OWNER: Final = "another fivtui"
 
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """Number of a session, from 1, and its file; results and lock are in the same folder."""
+    """Number of a session, from 1, and its file; results and lock file are beside it."""
 
     number: int
     path: Path
 
     @property
     def results(self) -> Path:
-        """The folder of its results."""
+        """The folder of the result files."""
         return self.path.parent / "results"
 
     @property
-    def lock(self) -> Path:
+    def lock_path(self) -> Path:
         """The lock file."""
         return self.path.with_suffix(".lock")
 
     @property
-    def used(self) -> float:
-        """Time of its last use, as a system time, s."""
+    def last_used(self) -> float:
+        """Time of the last use: seconds since the epoch."""
         times = [0.0]
-        for path in (self.path, self.lock):
+        for path in (self.path, self.lock_path):
             with suppress(OSError):
                 times.append(path.stat().st_mtime)
         return max(times)
 
     @property
     def signature(self) -> tuple[int, int] | None:
-        """Modification time and size of the session file; None if there is none."""
+        """Modification time and size of the session file; None if it does not exist."""
         try:
             status = self.path.stat()
         except OSError:
@@ -51,28 +52,28 @@ class Slot:
         return status.st_mtime_ns, status.st_size
 
 
-def slot_of(first: Path, number: int) -> Slot:
-    """The slot of a number; `first` is the file of session 1."""
-    folder = first.parent if number == 1 else first.parent / f"{first.stem}-{number}"
-    return Slot(number, folder / first.name)
+def slot_of(first_path: Path, number: int) -> Slot:
+    """The slot of a number; `first_path` is the file of session 1."""
+    folder = first_path.parent if number == 1 else first_path.parent / f"{first_path.stem}-{number}"
+    return Slot(number, folder / first_path.name)
 
 
-def saved_slots(first: Path) -> list[Slot]:
-    """The slots with a session, last used first."""
+def saved_slots(first_path: Path) -> list[Slot]:
+    """The slots that have a session file, last used first."""
     numbers = {1}
     with suppress(OSError):
-        for path in first.parent.iterdir():
-            match = re.fullmatch(rf"{re.escape(first.stem)}-([1-9][0-9]{{0,8}})", path.name)
+        for path in first_path.parent.iterdir():
+            match = re.fullmatch(rf"{re.escape(first_path.stem)}-([1-9][0-9]{{0,8}})", path.name)
             if match:
                 numbers.add(int(match[1]))
-    slots = [slot_of(first, number) for number in sorted(numbers)]
-    return sorted((slot for slot in slots if slot.signature), key=lambda slot: -slot.used)
+    slots = [slot_of(first_path, number) for number in sorted(numbers)]
+    return sorted((slot for slot in slots if slot.signature), key=lambda slot: -slot.last_used)
 
 
-def hold(slot: Slot) -> ExitStack:
+def lock_slot(slot: Slot) -> ExitStack:
     """Lock a slot until the returned stack is closed or the process ends.
 
-    Raises `LockedError` if another process holds it, `InputError` if it cannot be locked.
+    Raises `LockedError` if another process has locked it, `InputError` if it cannot be locked.
     """
     folder = slot.path.parent
     try:
@@ -80,11 +81,11 @@ def hold(slot: Slot) -> ExitStack:
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
     stack = ExitStack()
-    stack.enter_context(hold_lock(slot.lock, _HOLDER))
-    stack.callback(_touch, slot.lock)
-    _touch(slot.lock)
+    stack.enter_context(hold_lock(slot.lock_path, _LOCK_OWNER))
+    stack.callback(_touch, slot.lock_path)
+    _touch(slot.lock_path)
     with suppress(OSError):
-        # Temporary files of killed processes; the lock excludes other writers.
+        # Killed processes leave temporary files; the lock excludes other writers.
         for path in (*folder.glob(TEMPORARY_GLOB), *slot.results.glob(TEMPORARY_GLOB)):
             path.unlink(missing_ok=True)
     return stack
@@ -95,18 +96,18 @@ def _touch(path: Path) -> None:
         os.utime(path)
 
 
-def claim(first: Path, but: Collection[int] = ()) -> tuple[Slot, ExitStack]:
-    """Lock the last used free session except `but`, or else an empty slot."""
-    for slot in saved_slots(first):
-        if slot.number not in but:
+def lock_free_slot(first_path: Path, excluded: Collection[int] = ()) -> tuple[Slot, ExitStack]:
+    """Lock the last used session that is free and not `excluded`, or else an empty slot."""
+    for slot in saved_slots(first_path):
+        if slot.number not in excluded:
             with suppress(InputError):
-                return slot, hold(slot)
-    for slot in _empty(first):
+                return slot, lock_slot(slot)
+    for slot in _empty_slots(first_path):
         with suppress(LockedError):
-            return slot, hold(slot)
-    raise AssertionError("there are places without end")
+            return slot, lock_slot(slot)
+    raise AssertionError("the number of empty slots is unlimited")
 
 
-def _empty(first: Path) -> Iterator[Slot]:
-    slots = (slot_of(first, number) for number in count(1))
+def _empty_slots(first_path: Path) -> Iterator[Slot]:
+    slots = (slot_of(first_path, number) for number in count(1))
     return (slot for slot in slots if slot.signature is None)

@@ -10,20 +10,22 @@ from fivtui.tui.session import Run, RunState, RunStyle, Session, StoredResult
 
 from .state_file import SavedRun, SavedRuns, State
 
-_RUN: Final = "run-"
+_RUN_PREFIX: Final = "run-"
 
 
 def session_state(session: Session, theme: str) -> State:
-    """The saved state of a session: a copy that shares the results."""
+    """The state to save: a copy of the session that shares its results."""
     runs = session.runs
     results: dict[str, object] = {}
     for run in runs:
-        key = f"{_RUN}{run.number}"
+        key = f"{_RUN_PREFIX}{run.number}"
         if run.result is not None:
             results[key] = run
         elif key in session.unread_results:
             results[key] = session.unread_results[key]
-    results |= {k: stored for k, stored in session.unread_results.items() if not k.startswith(_RUN)}
+    results |= {
+        k: stored for k, stored in session.unread_results.items() if not k.startswith(_RUN_PREFIX)
+    }
     results |= session.studies
     return State(
         session.edit_state,
@@ -61,7 +63,7 @@ def _saved_run(run: Run) -> SavedRun:
 
 
 def restore_session(session: Session, state: State) -> None:
-    """Restore everything but the edited texts and the results."""
+    """Restore a session except the edited texts and the results."""
     session.recent = state.recent
     session.settings = {name: dict(values) for name, values in state.settings.items()}
     session.views = {
@@ -72,32 +74,32 @@ def restore_session(session: Session, state: State) -> None:
         key: stored for key, stored in state.results.items() if isinstance(stored, StoredResult)
     }
     runs = session.runs
-    runs.restore((_run(stored, state) for stored in state.runs.runs), state.runs.count)
+    runs.restore((_restored_run(stored, state) for stored in state.runs.runs), state.runs.count)
     runs.displayed = runs.find(state.runs.shown)
     runs.baseline = runs.find(state.runs.baseline)
 
 
 def restore_results(session: Session, results: Mapping[str, Any]) -> None:
-    """Add results read from files to a session; None if a result could not be read."""
+    """Add results read from files to a session; a result is None if it could not be read."""
     for key, result in results.items():
         session.unread_results.pop(key, None)
-        if not key.startswith(_RUN):
-            # A result computed since the start is newer.
+        if not key.startswith(_RUN_PREFIX):
+            # Keep a newer result that was computed since the start.
             if result is not None and session.studies.get(key) is None:
                 session.studies[key] = result
             continue
-        run = session.runs.find_with_removed(int(key.removeprefix(_RUN)))
+        run = session.runs.find_with_removed(int(key.removeprefix(_RUN_PREFIX)))
         if run is not None:
             run.result = result
             run.state = RunState.DONE if result is not None else RunState.NOT_KEPT
 
 
-def _run(saved: SavedRun, state: State) -> Run:
+def _restored_run(saved: SavedRun, state: State) -> Run:
     run = Run(saved.number, scene_from_dict(saved.scene), saved.state, fraction=1.0)
     run.message, run.source = saved.message, saved.source
     run.edited_scene = None if saved.edited is None else scene_from_dict(saved.edited)
     run.overlaid = saved.overlaid
     run.style = RunStyle(saved.colour, saved.marker)
-    if run.state is RunState.DONE and f"{_RUN}{run.number}" not in state.results:
+    if run.state is RunState.DONE and f"{_RUN_PREFIX}{run.number}" not in state.results:
         run.state = RunState.NOT_KEPT
     return run

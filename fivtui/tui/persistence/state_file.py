@@ -23,12 +23,12 @@ _MAX_DAMAGED: Final = 100
 
 
 class DamagedSession(InputError):
-    """A session file that no version can read."""
+    """The session file is damaged, or its version is too old."""
 
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """A saved run without its result, its scenes as data; see `Run`."""
+    """A saved run without its result; `scene` and `edited` are scenes as JSON data."""
 
     number: int
     scene: dict[str, Any]
@@ -43,7 +43,7 @@ class SavedRun:
 
 @dataclass(frozen=True, slots=True)
 class SavedRuns:
-    """The saved runs, oldest first; `shown` and `baseline` are numbers, 0 for none."""
+    """The saved runs, oldest first; `shown` and `baseline` are numbers of runs or 0."""
 
     runs: tuple[SavedRun, ...] = ()
     count: int = 0
@@ -60,18 +60,18 @@ class State:
     edit_state : EditState
         The edited texts.
     recent : tuple of str
-        As in `Session`.
+        Paths of recent scene files.
     tab, theme : str
-        Unknown names are ignored.
-    settings, views
-        As in `Session`; views without cursors.
+        Names of the displayed tab and of the theme; unknown names are ignored.
+    settings, views : mapping of str to object
+        Texts of input bars and views of plots by tab; views without cursors.
     runs : SavedRuns
         The runs.
     results : mapping of str to object
         Results by key, such as ``run-1`` or ``sweep``: `Run`, `DisplayedStudy`,
         or `StoredResult` if unread.
     notes : mapping of str to str
-        Why other results were not stored.
+        By key, why a result was not stored.
     """
 
     edit_state: EditState
@@ -91,11 +91,11 @@ def state_path(environment: Mapping[str, str] | None = None) -> Path:
     ``fivtui/session.json`` in XDG_STATE_HOME, in LOCALAPPDATA on Windows, or in ``~/.local/state``.
     """
     variables = os.environ if environment is None else environment
-    home = variables.get("XDG_STATE_HOME", "")
-    if not Path(home).is_absolute():
+    folder = variables.get("XDG_STATE_HOME", "")
+    if not Path(folder).is_absolute():
         local = variables.get("LOCALAPPDATA", "") if os.name == "nt" else ""
-        home = local or str(Path("~/.local/state").expanduser())
-    return Path(home) / "fivtui" / "session.json"
+        folder = local or str(Path("~/.local/state").expanduser())
+    return Path(folder) / "fivtui" / "session.json"
 
 
 def save_state(state: State, path: Path) -> None:
@@ -105,8 +105,8 @@ def save_state(state: State, path: Path) -> None:
         "texts": dict(state.edit_state.texts),
         "scene": scene_to_dict(state.edit_state.loaded),
         "over_time": over_time_to_dict(state.edit_state.over_time),
-        "source": _absolute(state.edit_state.source),
-        "recent": [_absolute(recent) for recent in state.recent],
+        "source": _absolute_source(state.edit_state.source),
+        "recent": [_absolute_source(recent) for recent in state.recent],
         "tab": state.tab,
         "theme": state.theme,
         "settings": {name: dict(values) for name, values in state.settings.items()},
@@ -150,20 +150,21 @@ def _axis(data: Any, log: bool) -> Axis | None:
     if data is None:
         return None
     axis = Axis(float(data[0]), float(data[1]), bool(data[2]))
-    good = math.isfinite(axis.low) and math.isfinite(axis.high) and axis.low < axis.high
-    if not good or axis.log is not log or (axis.log and axis.low <= 0.0):
+    is_valid = math.isfinite(axis.low) and math.isfinite(axis.high) and axis.low < axis.high
+    if not is_valid or axis.log is not log or (axis.log and axis.low <= 0.0):
         raise InputError(f"limits {data}")
     return axis
 
 
-def _absolute(source: str) -> str:
-    # The next start may be in a different folder. A preset has no suffix.
+def _absolute_source(source: str) -> str:
+    # Make the path of a file absolute, because the next start may be in a different folder.
+    # The name of a preset has no suffix and stays as it is.
     path = Path(source)
     return str(path.absolute()) if path.suffix else source
 
 
 def load_state(path: Path) -> State | None:
-    """Read a session file; None if there is none.
+    """Read a session file; None if it does not exist.
 
     Raises `DamagedSession` if it is damaged or too old, `InputError` if unreadable or too new.
     """
@@ -176,7 +177,7 @@ def load_state(path: Path) -> State | None:
     try:
         data = json.loads(content)
         version = data[_VERSION_KEY]
-        state = _state(data) if version == STATE_VERSION else None
+        state = _state_from_dict(data) if version == STATE_VERSION else None
     except InputError as error:
         raise DamagedSession(str(error)) from None
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
@@ -188,7 +189,7 @@ def load_state(path: Path) -> State | None:
     raise DamagedSession(f"version {version!r}, not {STATE_VERSION}")
 
 
-def _state(data: Any) -> State:
+def _state_from_dict(data: Any) -> State:
     loaded = scene_from_dict(data["scene"])
     texts = {name: field.text_of(loaded) for name, field in FIELDS.items()}
     texts |= {name: str(text) for name, text in data["texts"].items() if name in FIELDS}
@@ -197,7 +198,7 @@ def _state(data: Any) -> State:
         over_time = over_time_from("over_time", data["over_time"])
     runs = from_data(data["runs"], SavedRuns)
     for run in runs.runs:
-        # Detect damaged scenes early.
+        # Raise an error for a damaged scene here.
         for scene in filter(None, (run.scene, run.edited)):
             scene_from_dict(scene)
     return State(
@@ -220,11 +221,11 @@ def _state(data: Any) -> State:
 def rename_damaged(path: Path) -> str:
     """Rename a damaged file. Returns a phrase that names its new path."""
     for number in range(1, _MAX_DAMAGED):
-        aside = path.with_name(f"{path.stem}.damaged-{number}{path.suffix}")
-        if not aside.exists():
+        new_path = path.with_name(f"{path.stem}.damaged-{number}{path.suffix}")
+        if not new_path.exists():
             try:
-                path.rename(aside)
+                path.rename(new_path)
             except OSError:
                 break
-            return f"it is kept as {aside}"
+            return f"it is kept as {new_path}"
     return f"it stays in {path}"

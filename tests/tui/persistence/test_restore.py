@@ -232,26 +232,26 @@ def a_map() -> DisplayedStudy[Any]:
 
 def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: Path) -> None:
     store, shown = ResultStore(tmp_path), a_map()
-    files, notes = store.put({"map": shown})
+    files, notes = store.save({"map": shown})
     assert not notes
     path = tmp_path / files["map"].file
     before = path.stat().st_mtime_ns
-    assert store.put({"map": shown}) == (files, {})
+    assert store.save({"map": shown}) == (files, {})
     assert path.stat().st_mtime_ns == before
     # Another program may have deleted the file as unused.
     path.unlink()
-    again, _ = store.put({"map": shown})
+    again, _ = store.save({"map": shown})
     second_store = ResultStore(tmp_path)
-    read = second_store.get("map", again["map"])
+    read = second_store.read("map", again["map"])
     assert (read.name, read.source) == ("mine", "mine.csv")
     np.testing.assert_array_equal(read.value.values, shown.value.values)
     # Results that were not read yet keep their files.
-    assert second_store.put({"map": again["map"]}) == (again, {})
+    assert second_store.save({"map": again["map"]}) == (again, {})
     # Files of other sessions and unknown files stay.
-    theirs, _ = ResultStore(tmp_path).put({"map": a_map()})
+    theirs, _ = ResultStore(tmp_path).save({"map": a_map()})
     (tmp_path / "mine.txt").write_text("mine")
-    newer, _ = second_store.put({"map": a_map()})
-    second_store.remove_others(newer)
+    newer, _ = second_store.save({"map": a_map()})
+    second_store.remove_unused(newer)
     remaining = {"mine.txt", theirs["map"].file, newer["map"].file}
     assert {file.name for file in tmp_path.iterdir()} == remaining
 
@@ -260,13 +260,13 @@ def test_a_study_that_is_not_stored_keeps_the_previous_one(tmp_path: Path) -> No
     store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
     complete = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, study.members)]), "base")
     partial = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
-    files, _ = store.put({"sweep": complete})
-    store.remove_others(files)
-    again, notes = store.put({"sweep": partial})
-    store.remove_others(again)
+    files, _ = store.save({"sweep": complete})
+    store.remove_unused(files)
+    again, notes = store.save({"sweep": partial})
+    store.remove_unused(again)
     assert again == files
     assert notes == {"sweep": "it is incomplete; the previous one is kept"}
-    read = ResultStore(tmp_path).get("sweep", again["sweep"])
+    read = ResultStore(tmp_path).read("sweep", again["sweep"])
     assert len(read.value.table.reasons) == study.members
 
 
@@ -275,18 +275,18 @@ def test_too_large_results_give_a_note_and_foreign_names_are_refused(
 ) -> None:
     monkeypatch.setattr(result_store, "_MAX_SIZE", 100)
     store = ResultStore(tmp_path / "results")
-    files, notes = store.put({"map": a_map()})
+    files, notes = store.save({"map": a_map()})
     assert not files
     assert "it takes" in notes["map"]
     save_result(a_map().value, tmp_path / "mine.npz")
     with pytest.raises(InputError, match="not the name of a file of this session"):
-        store.get("map", StoredResult("../mine.npz"))
+        store.read("map", StoredResult("../mine.npz"))
     assert (tmp_path / "mine.npz").is_file()
-    store.adopt({"map": StoredResult("../mine.npz")})
-    store.remove_others({})
+    store.register({"map": StoredResult("../mine.npz")})
+    store.remove_unused({})
     assert (tmp_path / "mine.npz").is_file()
     with pytest.raises(InputError, match="the map of the last session could not be restored"):
-        store.get("map", StoredResult("map-0123456789abcdef.npz"))
+        store.read("map", StoredResult("map-0123456789abcdef.npz"))
 
 
 async def test_verdicts_on_the_papers_claims_outlast_a_restart(tmp_path: Path) -> None:

@@ -66,7 +66,7 @@ def preload_of(autosave: Autosave, state: State) -> str:
     """The preload F of a session whose map agrees with it and is complete."""
     stored = state.results["map"]
     assert isinstance(stored, StoredResult)
-    shown = autosave.result("map", stored)
+    shown = autosave.read_result("map", stored)
     assert shown.value.values.shape == (3, 2)
     assert shown.name == state.edit_state.texts["F"]
     return str(shown.name)
@@ -93,7 +93,7 @@ def use(path: Path, F: str, at: float) -> None:
     autosave.save(a_state(F))
     slot = slot_of(path, autosave.number)
     autosave.close(a_state(F))
-    for file in (slot.path, slot.lock):
+    for file in (slot.path, slot.lock_path):
         os.utime(file, (at, at))
 
 
@@ -132,7 +132,7 @@ def test_the_session_used_last_is_restored_and_the_others_can_be_opened(tmp_path
     for autosave, F, at in ((first, "11", 100.0), (second, "22", 300.0)):
         slot = slot_of(path, autosave.number)
         autosave.close(a_state(F))
-        for file in (slot.path, slot.lock):
+        for file in (slot.path, slot.lock_path):
             os.utime(file, (at, at))
     autosave, state = load(path)
     assert preload_of(autosave, state) == "22"
@@ -213,7 +213,7 @@ def test_without_a_lock_a_session_is_read_and_not_changed(
     with monkeypatch.context() as patched:
         patched.setattr(locks, "lock_file", refuse)
         autosave, state = load(path)
-        assert os.strerror(number) in autosave.error
+        assert os.strerror(number) in autosave.save_error
         assert preload_of(autosave, state) == "11"
         result.write_bytes(b"PK")
         with pytest.raises(
@@ -222,13 +222,13 @@ def test_without_a_lock_a_session_is_read_and_not_changed(
             preload_of(autosave, state)
         result.write_bytes(before[result])
         autosave.save(a_state("22"))
-        assert os.strerror(number) in autosave.error
+        assert os.strerror(number) in autosave.save_error
         assert {file: file.read_bytes() for file in before} == before
     # The session is written once the lock is available, unless another process used it meanwhile.
     second, _ = load(path)
     second.close(a_state("33"))
     autosave.save(a_state("44"))
-    assert "another fivtui has written it since" in autosave.error
+    assert "another fivtui has written it since" in autosave.save_error
     assert stored_preload(path) == "33"
 
 
@@ -246,11 +246,11 @@ def test_a_full_disk_is_reported_and_loses_nothing(
     with monkeypatch.context() as patched:
         patched.setattr("fivtui.io.writing.os.fsync", full)
         autosave.save(state)
-        assert "No space left" in autosave.error
+        assert "No space left" in autosave.save_error
         assert stored_preload(path) == "11"
         assert not list(tmp_path.rglob("*.tmp"))
     autosave.close(state)
-    assert not autosave.error
+    assert not autosave.save_error
     again, reloaded = load(path)
     assert preload_of(again, reloaded) == "22"
     assert len(list((tmp_path / "results").iterdir())) == 1
@@ -266,10 +266,10 @@ def test_a_result_that_cannot_be_written_is_reported_and_written_later(
     (tmp_path / "results").rename(tmp_path / "gone")
     (tmp_path / "results").write_text("in the way")
     autosave.save(state)
-    assert f"{tmp_path / 'results'}: cannot be made" in autosave.error
+    assert f"{tmp_path / 'results'}: cannot be made" in autosave.save_error
     (tmp_path / "results").unlink()
     autosave.close(state)
-    assert not autosave.error
+    assert not autosave.save_error
     again, reloaded = load(path)
     assert preload_of(again, reloaded) == "22"
 
@@ -278,9 +278,9 @@ def test_a_state_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> No
     (tmp_path / "file").write_text("")
     autosave = Autosave(tmp_path / "file" / "fivtui" / "session.json")
     assert autosave.load() is None
-    assert "cannot be made a folder" in autosave.error
+    assert "cannot be made a folder" in autosave.save_error
     autosave.save(a_state("1"))
-    assert "cannot be made a folder" in autosave.error
+    assert "cannot be made a folder" in autosave.save_error
     autosave.close(a_state("2"))
 
 

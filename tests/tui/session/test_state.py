@@ -354,20 +354,20 @@ def test_an_autosave_writes_only_changes_and_reports_errors(tmp_path: Path) -> N
     session.set_text("F", "1")
     path.mkdir()
     autosave.save(state(session))
-    assert "is a folder" in autosave.error
+    assert "is a folder" in autosave.save_error
     path.rmdir()
     session.set_text("F", "2")
     autosave.save(state(session))
-    assert not autosave.error
+    assert not autosave.save_error
     # Closing tries to write again.
     path.unlink()
     path.mkdir()
     session.set_text("F", "3")
     autosave.save(state(session))
-    assert autosave.error
+    assert autosave.save_error
     path.rmdir()
     autosave.close(state(session))
-    assert not autosave.error
+    assert not autosave.save_error
     assert stat.S_ISREG(path.stat().st_mode)
     nowhere = Autosave(None)
     nowhere.save(state(session))

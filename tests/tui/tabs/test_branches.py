@@ -154,7 +154,7 @@ async def test_a_branch_is_followed_opened_written_and_copied(
     assert run.result.steady.y_half_range == pytest.approx(chosen.half_range, rel=0.3)
 
     assert list(app_of(pilot).session.studies) == ["branch"]
-    files, notes = ResultStore(tmp_path / "kept").put(app_of(pilot).session.studies)
+    files, notes = ResultStore(tmp_path / "kept").save(app_of(pilot).session.studies)
     assert (list(files), notes) == (["branch"], {})
     pane.export(DATA).write(tmp_path / "b.csv")
     assert read_columns(tmp_path / "b.csv", "branch")["mu"].size == len(BRANCH.points)
