@@ -50,4 +50,4 @@ def serve(port: int) -> None:
     """
     from fivtui.tui import serve as start
 
-    start(port, show_message=print_note)
+    start(port, report=print_note)

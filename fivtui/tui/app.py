@@ -46,11 +46,11 @@ def _command_provider() -> type[Provider]:
 
 
 def _read_results(
-    autosave: Autosave, stored_results: Mapping[str, StoredResult]
+    autosave: Autosave, unread: Mapping[str, StoredResult]
 ) -> tuple[dict[str, object], list[str]]:
     results: dict[str, object] = {}
     errors: list[str] = []
-    for key, stored in stored_results.items():
+    for key, stored in unread.items():
         try:
             results[key] = autosave.read_result(key, stored)
         except InputError as error:
@@ -265,13 +265,11 @@ class FivtuiApp(App[None]):
         # After the first frame, because loading the kernel is slow.
         self.call_after_refresh(_report_interpreted, lab)
         if self.session.unread_results:
-            autosave, stored_results = self._autosave, dict(self.session.unread_results)
+            autosave, unread = self._autosave, dict(self.session.unread_results)
             # After the first frame, because reading files may be slow.
             self.call_after_refresh(
                 self.run_worker,
-                lambda: lab.call_later(
-                    lab.restore_results, *_read_results(autosave, stored_results)
-                ),
+                lambda: lab.call_later(lab.restore_results, *_read_results(autosave, unread)),
                 thread=True,
                 exit_on_error=False,
             )

@@ -29,7 +29,7 @@ _CONTENT_POLICY: Final = (
 )
 
 
-def serve(port: int = DEFAULT_PORT, *, show_message: Callable[[str], None]) -> None:
+def serve(port: int = DEFAULT_PORT, *, report: Callable[[str], None]) -> None:
     """Serve the terminal UI to browsers on this machine, until interrupted.
 
     A browser can read and write files as the user who serves. The server therefore listens on the
@@ -75,9 +75,7 @@ def serve(port: int = DEFAULT_PORT, *, show_message: Callable[[str], None]) -> N
             return response
 
         async def on_startup(self, app: "Application") -> None:  # noqa: ARG002
-            show_message(
-                f"fivtui is at http://{HOST}:{port}/?token={access.token}; Ctrl+C stops it"
-            )
+            report(f"fivtui is at http://{HOST}:{port}/?token={access.token}; Ctrl+C stops it")
 
         def initialize_logging(self) -> None:
             """Log nothing to the terminal."""
@@ -103,12 +101,8 @@ class _AccessControl:
         if request.host not in self.hosts or not is_own_page:
             return "fivtui answers requests from its own page only"
         # The style sheets and scripts of the page are no secret.
-        is_static = request.path.startswith("/static/")
-        if (
-            is_static
-            or self.has_token(request.query)
-            or self.has_token(request.cookies, self.cookie)
-        ):
+        static = request.path.startswith("/static/")
+        if static or self.has_token(request.query) or self.has_token(request.cookies, self.cookie):
             return ""
         return "open the address that fivtui serve has printed"
 

@@ -114,7 +114,7 @@ def kill_labs(folder: Path, times: int) -> int:
     chosen = random.Random(SEED)
     # Use interpreted runs, and store the session often.
     INTERPRETED.start()
-    mock.patch.object(app_module, "_SAVE_PERIOD", 0.01).start()
+    mock.patch.object(app_module, "_SAVE_INTERVAL_S", 0.01).start()
     recorded: set[int] = set()
     killed = 0
     while killed < times:

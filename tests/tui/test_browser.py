@@ -45,7 +45,7 @@ def reachable(port: int) -> bool:
 def test_without_the_extra_its_name_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fivtui.tui.browser.find_spec", lambda _name: None)
     with pytest.raises(InputError, match=r"install fivtui\[serve\]"):
-        serve(show_message=print)
+        serve(report=print)
 
 
 @pytest.fixture
@@ -122,7 +122,7 @@ def test_only_requests_with_the_token_from_its_own_pages_are_answered(
     elsewhere = {"Origin": "http://elsewhere.example"}
     assert answer(port, "/ws", **WEBSOCKET, **elsewhere, **cookies).status == 403
     with pytest.raises(InputError, match=f"--port {port}: cannot be used"):
-        serve(port, show_message=print)
+        serve(port, report=print)
 
 
 @pytest.mark.host

@@ -61,13 +61,11 @@ class LiveController:
         if scene == self._scene:
             return False
         self._scene = scene
-        displayed = session.runs.displayed
+        run = session.runs.displayed
         if scene is None:
             self.stop()
             live.status = "live: waits for valid inputs"
-        elif displayed is not None and not differences(
-            scene, displayed.edited_scene or displayed.scene
-        ):
+        elif run is not None and not differences(scene, run.edited_scene or run.scene):
             self.stop()
             live.clear()
         else:
@@ -78,7 +76,7 @@ class LiveController:
         live = self._session.live
         if self._job is not None and self._job.elapsed > MAX_IMMEDIATE_S:
             # The run takes longer than expected: the next runs wait for a pause.
-            live.learn(self._job.scene, self._job.elapsed)
+            live.record_duration(self._job.scene, self._job.elapsed)
         pace = live.pace(scene)
         if pace is Pace.AT_ONCE:
             self._stop_waiting()
@@ -89,9 +87,9 @@ class LiveController:
             return
         self.stop()
         if pace is Pace.OFF:
-            live.refuse(scene)
+            live.switch_off(scene)
         else:
-            live.wait(scene)
+            live.announce_run(scene)
             self._waiting = self._screen.set_timer(_PAUSE, self._idle)
 
     def _idle(self) -> None:
@@ -121,13 +119,13 @@ class LiveController:
         live, displayed = self._session.live, self._session.runs.displayed
         displayed_result = None if displayed is None else displayed.result
         if outcome.result is not None:
-            live.learn(job.scene, job.duration - job.setup)
+            live.record_duration(job.scene, job.duration - job.setup_time)
             live.show_result(LiveRun(job.scene, outcome.result, job.duration), displayed_result)
         elif outcome.error:
-            live.fail(outcome.error, displayed_result)
+            live.show_failure(outcome.error, displayed_result)
         else:
-            live.learn(job.scene, job.estimate)
-            live.refuse(job.scene)
+            live.record_duration(job.scene, job.estimate)
+            live.switch_off(job.scene)
         if self._next is not None:
             self._begin(self._next)
         self._screen.show_live()

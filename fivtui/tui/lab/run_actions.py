@@ -97,7 +97,7 @@ class RunActions(LabActions):
             self.session.runs.displayed = run
             # The elapsed time of the first run includes loading libraries.
             cpu_s = run.result.stats.cpu_s
-            self.session.live.learn(run.scene, run.elapsed if cpu_s is None else cpu_s)
+            self.session.live.record_duration(run.scene, run.elapsed if cpu_s is None else cpu_s)
             report = "; ".join([f"run {run.number} done", *result_summary(run.result)])
             self.report(report, routine=True)
             self._go_on(run)

@@ -16,8 +16,8 @@ from fivtui.tui.session import (
     LiveCurve,
     Run,
     Runs,
+    base_scene,
     changes,
-    default_scene,
     differences,
     percent_text,
     quantity,
@@ -138,7 +138,7 @@ def _plotted(run: Run, runs: Runs, live: LiveCurve) -> str:
 
 
 def _cells(run: Run, runs: Runs, live: LiveCurve) -> Sequence[str | Text]:
-    different = ", ".join(map(str, differences(run.scene, default_scene()))) or "none"
+    different = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
     name = Text.assemble((run.style.marker_sign, run.style.colour_code), f" {run.number}")
     changed = run.source or different
     if run.result is None:

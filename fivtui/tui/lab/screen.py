@@ -169,11 +169,11 @@ class LabScreen(EditActions, RunActions):
             view.show("invalid", [f"NO VERDICT{why}"], [str(error)])
             self._search.stop()
             self._gauges.stop()
-            self.session.attractor_search = None
+            self.session.attractors = None
         else:
             stable = verdict(result) == "STABLE"
-            coexisting = self._search.attractor_search(result.system, stable=stable)
-            self.session.attractor_search = coexisting
+            coexisting = self._search.attractors(result.system, stable=stable)
+            self.session.attractors = coexisting
             gauges = self._gauges.gauges(result, coexisting, both=self.has_class("-tall"))
             lines = stability_summary(result, coexisting)
             if self.session.over_time:

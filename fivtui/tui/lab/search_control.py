@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from textual.timer import Timer
 
 from fivtui.model import System
-from fivtui.tui.session import AttractorSearch, Job, compute_outcome
+from fivtui.tui.session import Attractors, Job, compute_outcome
 
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
@@ -37,10 +37,10 @@ class SearchController:
         self._key: Key | None = None
         self._job: Job | None = None
         self._waiting: Timer | None = None
-        self._cache: OrderedDict[Key, AttractorSearch] = OrderedDict()
+        self._cache: OrderedDict[Key, Attractors] = OrderedDict()
         self._result: Coexistence | None = None
 
-    def attractor_search(self, system: System, *, stable: bool) -> AttractorSearch:
+    def attractors(self, system: System, *, stable: bool) -> Attractors:
         """The known attractors beside the equilibrium; starts a search if it is incomplete."""
         key = (system, stable)
         if key != self._key:
@@ -48,7 +48,7 @@ class SearchController:
             self._key = key
             if key not in self._cache or not self._cache[key].searched:
                 self._waiting = self._screen.set_timer(_PAUSE, self._begin)
-        return self._cache.get(key, AttractorSearch() if stable else AttractorSearch(text=""))
+        return self._cache.get(key, Attractors() if stable else Attractors(text=""))
 
     def stop(self) -> None:
         """Stop the search."""
@@ -110,22 +110,18 @@ class SearchController:
         self._screen.show_search_result()
 
     def _store_error(self, key: Key, error: str) -> None:
-        self._cache[key] = AttractorSearch(
-            f"search for limit cycles failed: {error}", complete=True
-        )
+        self._cache[key] = Attractors(f"search for limit cycles failed: {error}", complete=True)
 
     def _store_result(self, key: Key, result: "Coexistence", complete: bool) -> None:
         from fivtui.orbits import coexistence_phrase
 
         self._result = result
         note = (result.warning or "") if complete else ""
-        self._cache[key] = AttractorSearch(
-            coexistence_phrase(result), note, result.coexists, complete
-        )
+        self._cache[key] = Attractors(coexistence_phrase(result), note, result.coexists, complete)
 
     def _store_safe(self, key: Key, safe: "SafeFriction | None") -> None:
         self._job = None
-        before = self._cache.get(key, AttractorSearch(text=""))
+        before = self._cache.get(key, Attractors(text=""))
         self._cache[key] = replace(before, safe=safe, searched=True)
         if safe is None or not before.text:
             return

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .live import MAX_IMMEDIATE_S, LiveCurve, LiveJob, LiveRun, Pace, execute_live
     from .report import (
         HALF_RANGE_LABEL,
-        AttractorSearch,
+        Attractors,
         attractor_rows,
         late_separation_warning,
         quantity,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         verdict_kind,
     )
     from .runs import MAX_RUNS, NATIVE_ENGINE, Run, Runs, RunState, RunStyle, default_style, execute
-    from .scene_differences import default_scene, differences, legend_names
+    from .scene_differences import base_scene, differences, legend_names
     from .scenes_of_paper import paper_scenes
     from .session import Session
     from .studies import DisplayedStudy, StoredResult, check_drawable

@@ -9,7 +9,7 @@ from fivtui.results import Command
 from fivtui.scene import Scene
 from fivtui.studies import command_of
 
-from .scene_differences import default_scene, differences
+from .scene_differences import base_scene, differences
 
 # Settings that error targets replace.
 _SET_BY_ACCURACY: Final = ("tol", "step")
@@ -17,14 +17,14 @@ _SET_BY_ACCURACY: Final = ("tol", "step")
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Origin:
-    """A scene with its name on the command line: preset or file, empty for the base scene."""
+    """A scene and how the command line names it: preset, file, or empty for the base scene."""
 
     scene: Scene
     source: str
 
 
 def _arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
-    # The command, its scene, and an option for every difference from that scene.
+    # Command, name of the scene, and an option for every field that differs from that scene.
     arguments = ["fivtui", command.name, *([origin.source] if origin.source else [])]
     ignored = _SET_BY_ACCURACY if scene.accuracy else ()
     for difference in differences(scene, origin.scene):
@@ -33,31 +33,31 @@ def _arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
     return arguments
 
 
-def _unset_fields(scene: Scene, begin: Scene, command: Command) -> list[str]:
-    # Fields that differ but cannot be set by an option: most commands take no tables over time,
-    # and none switches separation on again or removes error targets.
+def _fields_without_option(scene: Scene, base: Scene, command: Command) -> list[str]:
+    # Fields that differ although no option sets them: most commands take no tables over time, and
+    # no option switches separation on or removes error targets.
     needed = {"over_time": (), **command.needed}
-    fields = [name for name, value in needed.items() if getattr(begin, name) != value]
-    if "separation" in command.settable and scene.separation and not begin.separation:
+    fields = [name for name, value in needed.items() if getattr(base, name) != value]
+    if "separation" in command.settable and scene.separation and not base.separation:
         fields.append("separation")
-    if "accuracy" in command.settable and not scene.accuracy and begin.accuracy:
+    if "accuracy" in command.settable and not scene.accuracy and base.accuracy:
         fields.append("accuracy")
     return fields
 
 
-def study_command(kind: str, of: Any, origin: Origin) -> str:
+def study_command(kind: str, study: Any, origin: Origin) -> str:
     """The command that computes a study of a kind, quoted for a POSIX shell.
 
-    `of` is its result or its request, see `StudyKind.command`. Raises `InputError` if no command
-    can express it.
+    `study` is a result or a request, see `StudyKind.command`. Raises `InputError` if no command
+    computes it.
     """
-    command = command_of(kind, of)
-    scene = dataclasses.replace(default_scene(), **command.scene)
-    begin = origin
-    if not origin.source or _unset_fields(scene, origin.scene, command):
-        begin = Origin(default_scene(), "")
-        if unset := _unset_fields(scene, begin.scene, command):
-            names = " and ".join(unset)
-            raise InputError(f"{kind}: no option sets {names}; save the scene to a file first")
-    arguments = _arguments(scene, begin, command) if command.scene else ["fivtui", command.name]
+    command = command_of(kind, study)
+    scene = dataclasses.replace(base_scene(), **command.scene)
+    base = origin
+    if not origin.source or _fields_without_option(scene, origin.scene, command):
+        base = Origin(base_scene(), "")
+        if names := _fields_without_option(scene, base.scene, command):
+            fields = " and ".join(names)
+            raise InputError(f"{kind}: no option sets {fields}; save the scene to a file first")
+    arguments = _arguments(scene, base, command) if command.scene else ["fivtui", command.name]
     return shlex.join([*arguments, *command.arguments])

@@ -12,18 +12,18 @@ from fivtui.transient import Transient
 from .report import HALF_RANGE_LABEL, quantity
 from .runs import engine_of
 
-_FIGURES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
-    ("peak |y|", "m", lambda r: r.peak.y_abs),
-    ("peak |x|", "m", lambda r: r.peak.x_abs),
-    (HALF_RANGE_LABEL, "m", lambda r: r.steady.y_half_range),
-    ("contact force max", "N", lambda r: r.contact_force.max),
-    ("separations", "", lambda r: float(r.events.separations)),
-    ("time off the belt", "s", lambda r: r.events.separated_time),
-    ("max ẋ", "m/s", lambda r: r.peak.vx_max),
-    ("final x", "m", lambda r: r.final.x),
-    ("final ẋ", "m/s", lambda r: r.final.vx),
-    ("final y", "m", lambda r: r.final.y),
-    ("final ẏ", "m/s", lambda r: r.final.vy),
+_QUANTITIES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
+    ("peak |y|", "m", lambda run: run.peak.y_abs),
+    ("peak |x|", "m", lambda run: run.peak.x_abs),
+    (HALF_RANGE_LABEL, "m", lambda run: run.steady.y_half_range),
+    ("contact force max", "N", lambda run: run.contact_force.max),
+    ("separations", "", lambda run: float(run.events.separations)),
+    ("time off the belt", "s", lambda run: run.events.separated_time),
+    ("max ẋ", "m/s", lambda run: run.peak.vx_max),
+    ("final x", "m", lambda run: run.final.x),
+    ("final ẋ", "m/s", lambda run: run.final.vx),
+    ("final y", "m", lambda run: run.final.y),
+    ("final ẏ", "m/s", lambda run: run.final.vy),
 )
 
 
@@ -48,8 +48,8 @@ class Change:
 
 
 def changes(run: Transient, baseline: Transient) -> list[Change]:
-    """All compared quantities, the most important first."""
-    return [Change(label, unit, of(run), of(baseline)) for label, unit, of in _FIGURES]
+    """The compared quantities, the most important first."""
+    return [Change(label, unit, read(run), read(baseline)) for label, unit, read in _QUANTITIES]
 
 
 def percent_text(change: Change) -> str:
@@ -61,20 +61,20 @@ def percent_text(change: Change) -> str:
 
 
 def change_rows(run: Transient, baseline: Transient) -> list[Row]:
-    """Differences as rows: the difference as value, baseline and percent as note."""
+    """A row per quantity: the difference as value, baseline and percentage as note."""
     rows = []
     for change in changes(run, baseline):
         percent = change.percent
-        part = f" ({percent:+.3g} %)" if percent else ""
+        percent_suffix = f" ({percent:+.3g} %)" if percent else ""
         sign = "+" if change.difference > 0.0 else ""
         value = f"{sign}{quantity(change.difference, change.unit)}"
-        note = f"from {quantity(change.baseline, change.unit)}{part}"
+        note = f"from {quantity(change.baseline, change.unit)}{percent_suffix}"
         rows.append(Row(change.label, value, note))
     return rows
 
 
 def engine_difference_text(native: Transient, fmu: Transient) -> str:
-    """Differences between the FMU's and the native result of a scene, in one phrase."""
+    """Describe the differences between the FMU's and the native result of a scene."""
     final_states = [
         (getattr(native.final, name), getattr(fmu.final, name)) for name in ("x", "vx", "y", "vy")
     ]
@@ -82,9 +82,9 @@ def engine_difference_text(native: Transient, fmu: Transient) -> str:
     peak = abs(native.peak.y_abs - fmu.peak.y_abs)
     text = f"{engine_of(fmu.method)} against {native.method}: "
     text += f"final state {state:.2g} (m, m/s), peak |y| {peak:.2g} m"
-    a, b = native.trajectory, fmu.trajectory
-    if a is not None and b is not None and np.array_equal(a.t, b.t):
-        text += f", y at any time {float(np.abs(a.y - b.y).max()):.2g} m"
+    curve, fmu_curve = native.trajectory, fmu.trajectory
+    if curve is not None and fmu_curve is not None and np.array_equal(curve.t, fmu_curve.t):
+        text += f", y at any time {float(np.abs(curve.y - fmu_curve.y).max()):.2g} m"
     equal_count = native.events.separations == fmu.events.separations
     count = f"{native.events.separations} and {fmu.events.separations}"
     return f"{text}, separations {'equal' if equal_count else count}"

@@ -9,16 +9,16 @@ from fivtui.ranges import number_text
 from fivtui.scene import OverTime, Scene
 
 from .fields import FIELDS
-from .scene_differences import default_scene
+from .scene_differences import base_scene
 
-# Maximum numbers of undo steps, and of actions among them.
+# Maximum number of undo steps, and of those that are an `Action`.
 _MAX_STEPS: Final = 1000
 _MAX_ACTIONS: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
 class EditState:
-    """Edited texts and tables over time, the loaded scene, and its preset or file."""
+    """Edited texts and tables over time, the loaded scene, and the scene's preset or file."""
 
     texts: Mapping[str, str]
     over_time: OverTime
@@ -28,14 +28,14 @@ class EditState:
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """An undo step that is no edit of texts: functions that undo and redo it."""
+    """An undo step that does not edit texts, such as the deletion of a run."""
 
     undo: Callable[[], None]
     redo: Callable[[], None]
 
 
 def initial_value_text(table: TimeTable) -> str:
-    """The text of a parameter that follows a table: its value from t = 0 on."""
+    """The field text of a parameter that follows a table over time: its value just after t = 0."""
     return number_text(table.after(0.0)[0])
 
 
@@ -47,14 +47,14 @@ def _edit_state(scene: Scene, source: str) -> EditState:
 class Editing:
     """Field texts edited from a scene, with undo.
 
-    Consecutive edits of one kind are one step until `close_step`, so a typed number is one step.
+    Consecutive edits of one kind are one undo step, so a number is undone as a whole.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
-        self._past: list[EditState | Action] = []
-        self._future: list[EditState | Action] = []
-        self._kind = ""
-        self._apply(_edit_state(default_scene() if scene is None else scene, source))
+        self._undo_steps: list[EditState | Action] = []
+        self._redo_steps: list[EditState | Action] = []
+        self._step_kind = ""
+        self._apply(_edit_state(base_scene() if scene is None else scene, source))
 
     def _apply(self, state: EditState) -> None:
         self.texts, self.over_time = dict(state.texts), state.over_time
@@ -62,45 +62,45 @@ class Editing:
 
     @property
     def edit_state(self) -> EditState:
-        """The edited state, for `restore` in this or another session."""
+        """The current texts, tables and loaded scene, as `restore` takes them."""
         return EditState(dict(self.texts), self.over_time, self._loaded, self.source)
 
     def restore(self, state: EditState) -> None:
-        """Restore an edited state as one step that can be undone."""
+        """Replace texts, tables and loaded scene in one undo step."""
         self._begin_step()
         self._apply(state)
 
     def close_step(self) -> None:
         """Make the next edit a separate undo step."""
-        self._kind = ""
+        self._step_kind = ""
 
     def _begin_step(self, kind: str = "") -> None:
         # Record the state before an edit; an edit without a kind is a separate step.
-        self._future.clear()
-        if not kind or kind != self._kind:
-            self._past.append(self.edit_state)
-            del self._past[:-_MAX_STEPS]
-        self._kind = kind
+        self._redo_steps.clear()
+        if not kind or kind != self._step_kind:
+            self._undo_steps.append(self.edit_state)
+            del self._undo_steps[:-_MAX_STEPS]
+        self._step_kind = kind
 
     @property
     def can_undo(self) -> bool:
         """Whether there is an edit to undo."""
-        return bool(self._past)
+        return bool(self._undo_steps)
 
     @property
     def can_redo(self) -> bool:
         """Whether there is an edit to redo."""
-        return bool(self._future)
+        return bool(self._redo_steps)
 
     def undo(self) -> bool:
         """Undo the last edit. Returns False if there is nothing to undo."""
-        return self._turn(self._past, self._future)
+        return self._move(self._undo_steps, self._redo_steps)
 
     def redo(self) -> bool:
         """Redo the last undone edit. Returns False if there is nothing to redo."""
-        return self._turn(self._future, self._past)
+        return self._move(self._redo_steps, self._undo_steps)
 
-    def _turn(self, source: list[EditState | Action], target: list[EditState | Action]) -> bool:
+    def _move(self, source: list[EditState | Action], target: list[EditState | Action]) -> bool:
         self.close_step()
         if not source:
             return False
@@ -108,7 +108,7 @@ class Editing:
         target.append(step if isinstance(step, Action) else self.edit_state)
         if isinstance(step, EditState):
             self._apply(step)
-        elif source is self._past:
+        elif source is self._undo_steps:
             step.undo()
         else:
             step.redo()
@@ -117,19 +117,19 @@ class Editing:
     def record(self, action: Action) -> None:
         """Record a completed action as an undo step."""
         self.close_step()
-        self._future.clear()
-        self._past.append(action)
-        # Actions may hold results.
-        for step in [step for step in self._past if isinstance(step, Action)][:-_MAX_ACTIONS]:
-            self._past.remove(step)
+        self._redo_steps.clear()
+        self._undo_steps.append(action)
+        # Limit the number of actions, because they may hold results.
+        for step in [step for step in self._undo_steps if isinstance(step, Action)][:-_MAX_ACTIONS]:
+            self._undo_steps.remove(step)
 
     def load(self, scene: Scene, source: str = "") -> None:
-        """Load a scene: replace all texts. `source` is its preset or file, if it has one."""
+        """Replace all texts by those of a scene; `source` is its preset or file, or empty."""
         self.restore(_edit_state(scene, source))
 
     def record_saved(self, scene: Scene, source: str) -> None:
         """Record that the edited scene was saved to a file; this is not an undo step."""
-        for steps in (self._past, self._future):
+        for steps in (self._undo_steps, self._redo_steps):
             steps[:] = [
                 replace(step, loaded=scene, source=source)
                 if isinstance(step, EditState) and step.loaded is self._loaded
@@ -167,21 +167,21 @@ class Editing:
     def set_text(self, name: str, text: str) -> None:
         """Edit a field's text, valid or not."""
         if self.texts[name] != text:
-            self._set(name, text, "type")
+            self._set_field(name, text, "type")
 
-    def _set(self, name: str, text: str, how: str) -> None:
-        self._begin_step(f"{how} {name}")
+    def _set_field(self, name: str, text: str, kind: str) -> None:
+        self._begin_step(f"{kind} {name}")
         self.texts[name] = text
 
     def set_tables(self, over_time: OverTime) -> None:
-        """Let parameters follow tables over time; other texts do not change."""
+        """Set the parameters that follow tables over time, and their texts."""
         self._begin_step()
         self.over_time = over_time
         self.texts |= {name: initial_value_text(table) for name, table in over_time}
 
     def reset(self, name: str) -> None:
         """Reset a field, and its table over time, to the loaded scene."""
-        self._set(name, FIELDS[name].text_of(self._loaded), "reset")
+        self._set_field(name, FIELDS[name].text_of(self._loaded), "reset")
         table, tables = dict(self._loaded.over_time).get(name), dict(self.over_time)
         if table is not None:
             tables[name] = table

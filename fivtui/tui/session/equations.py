@@ -1,4 +1,4 @@
-"""Symbols of parameters as displayed, and the model's equations. Imports no Textual."""
+"""Displayed symbols of parameters, and the model's equations. Imports no Textual."""
 
 import re
 from dataclasses import dataclass
@@ -8,30 +8,30 @@ from fivtui.model import ALL_PARAMETERS, ParameterSpec
 
 
 def symbol_of(name: str) -> str:
-    """A parameter as displayed: μ for ``mu``; its name if the symbol is ASCII."""
+    """The displayed symbol of a parameter: μ for ``mu``; the name if the symbol is ASCII."""
     spec = ALL_PARAMETERS.get(name)
     return name if spec is None or spec.symbol.isascii() else spec.symbol
 
 
-# Symbols that may be typed in place of names.
-_NAMES: Final = {spec.symbol: name for name, spec in ALL_PARAMETERS.items()}
-_SYMBOLS: Final = re.compile(rf"(?<!\w)({'|'.join(map(re.escape, _NAMES))})(?!\w)")
+# Users may type symbols in place of names.
+_NAME_BY_SYMBOL: Final = {spec.symbol: name for name, spec in ALL_PARAMETERS.items()}
+_SYMBOLS: Final = re.compile(rf"(?<!\w)({'|'.join(map(re.escape, _NAME_BY_SYMBOL))})(?!\w)")
 
 
 def replace_symbols(text: str) -> str:
     """Replace symbols of parameters by their names, e.g. ``k_1=1:9:3`` by ``k1=1:9:3``."""
-    return _SYMBOLS.sub(lambda match: _NAMES[match[0]], text)
+    return _SYMBOLS.sub(lambda match: _NAME_BY_SYMBOL[match[0]], text)
 
 
 @dataclass(frozen=True, slots=True)
 class Equation:
-    """An equation of the paper, with its number, subject and text in the parameters' names."""
+    """An equation of the paper: its number, subject, and text with parameters by name."""
 
     number: str
     subject: str
     text: str
 
-    def has(self, spec: ParameterSpec) -> bool:
+    def contains(self, spec: ParameterSpec) -> bool:
         """Whether a parameter occurs in the equation, by name or symbol."""
         names = "|".join(map(re.escape, (spec.name, spec.symbol)))
         return re.search(rf"(?<!\w)({names})(?!\w)", self.text) is not None
@@ -47,4 +47,4 @@ EQUATIONS: Final = (
 
 def equations_with(spec: ParameterSpec) -> list[Equation]:
     """The equations in which a parameter occurs."""
-    return [equation for equation in EQUATIONS if equation.has(spec)]
+    return [equation for equation in EQUATIONS if equation.contains(spec)]

@@ -14,31 +14,31 @@ from fivtui.transient import DEFAULT_T_END, SETTINGS, RunSetting
 
 from .equations import equations_with, symbol_of
 
-# Initial value when the arrow keys change an empty step, s.
-_FIRST_STEP: Final = 0.001
-# A comma that is followed by a blank separates the values of a start.
+# Integration step from which the arrow keys start if the field is empty, s.
+_INITIAL_STEP: Final = 0.001
+# A comma with a blank after it separates the values of a start; others are decimal commas.
 _START_SEPARATOR: Final = re.compile(r"(,\s+)")
 _START_SIZE: Final = 4
-# A comma that is followed by a digit does not separate error targets: these begin with a name.
+# A decimal comma in an error target such as ``y=0,01``.
 _COMMA_IN_TARGET: Final = re.compile(r"(=\s*[0-9]*),(?=[0-9])")
 
 # Arguments: value, direction (+1 or -1), fine or not. Returns the new value.
-Step = Callable[[float, int, bool], float]
+StepFunction = Callable[[float, int, bool], float]
 
 
-def digit_step(default: float) -> Step:
-    """Steps of one in the second significant digit (1 to 10 %), fine steps in the third.
+def digit_step(default: float) -> StepFunction:
+    """Return a function that changes the second significant digit by one, or the third if fine.
 
-    A step and its reverse restore the number, also across powers of ten. `default` sets the size
-    of the step from zero.
+    A step and its reverse restore the number, also across powers of ten. From zero, the size of
+    the step is that of a step from `default`.
     """
 
     def step(value: float, direction: int, fine: bool) -> float:
         number = Decimal(repr(value))
         size = number or Decimal(repr(default)) or Decimal(1)
         exponent = size.adjusted()
-        inwards = number != 0 and (direction > 0) != (number > 0)
-        if inwards and abs(number) == Decimal(1).scaleb(exponent):
+        towards_zero = number != 0 and (direction > 0) != (number > 0)
+        if towards_zero and abs(number) == Decimal(1).scaleb(exponent):
             exponent -= 1
         return float(number + direction * Decimal(1).scaleb(exponent - (2 if fine else 1)))
 
@@ -46,13 +46,13 @@ def digit_step(default: float) -> Step:
 
 
 def decade_step(value: float, direction: int, _fine: bool) -> float:
-    """Steps by a factor of ten."""
+    """Multiply or divide a value by ten."""
     return float(Decimal(repr(value)).scaleb(direction))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormField:
-    """An input field, edited as text."""
+    """An input field of the form, edited as text."""
 
     name: str
     group: str
@@ -64,19 +64,19 @@ class FormField:
     check: Callable[[str], object]
     text_of: Callable[[Scene], str]
     respell: Callable[[str], str] = decimal_point
-    step_function: Step | None = None
+    step_function: StepFunction | None = None
     when_empty: str = ""
     choices: Mapping[str, str] | None = None
     details: tuple[tuple[str, str], ...] = ()
 
 
-_MODES: Final = tuple(
+_MODE_ROWS: Final = tuple(
     (mode.name.lower(), f"{row.meaning}; friction {row.friction}") for mode, row in MODES.items()
 )
 
 
-def _parameter(spec: ParameterSpec) -> FormField:
-    # An empty text means none if the parameter is optional.
+def _parameter_field(spec: ParameterSpec) -> FormField:
+    # The text of an optional parameter without a value is empty.
     def text_of(scene: Scene) -> str:
         value = getattr(scene.parameters, spec.name)
         return "" if value is None else number_text(value)
@@ -97,7 +97,7 @@ def _parameter(spec: ParameterSpec) -> FormField:
         text_of=text_of,
         step_function=digit_step(spec.default),
         when_empty=NONE if spec.optional else "",
-        details=_MODES if spec.optional else equations,
+        details=_MODE_ROWS if spec.optional else equations,
     )
 
 
@@ -113,16 +113,16 @@ def _respell_start(text: str) -> str:
     return "".join(parts)
 
 
-_RESPELL: Final = {"start": _respell_start, "accuracy": _respell_accuracy}
-_STEPS: Final = {
+_RESPELL_FUNCTIONS: Final = {"start": _respell_start, "accuracy": _respell_accuracy}
+_STEP_FUNCTIONS: Final = {
     "t_end": digit_step(DEFAULT_T_END),
     "tol": decade_step,
-    "step": digit_step(_FIRST_STEP),
+    "step": digit_step(_INITIAL_STEP),
 }
 _DEFAULTS: Final = {field.name: field.default for field in dataclasses.fields(Scene)}
 
 
-def _of_setting(setting: RunSetting) -> FormField:
+def _setting_field(setting: RunSetting) -> FormField:
     choices = None if setting.choices is None else setting.choices()
     return FormField(
         name=setting.name,
@@ -134,8 +134,8 @@ def _of_setting(setting: RunSetting) -> FormField:
         default=setting.to_text(_DEFAULTS[setting.name]),
         check=setting.read,
         text_of=lambda scene: setting.to_text(getattr(scene, setting.name)),
-        respell=_RESPELL.get(setting.name, decimal_point),
-        step_function=_STEPS.get(setting.name),
+        respell=_RESPELL_FUNCTIONS.get(setting.name, decimal_point),
+        step_function=_STEP_FUNCTIONS.get(setting.name),
         when_empty=setting.when_empty,
         choices=choices,
         details=setting.details or tuple((choices or {}).items()),
@@ -145,7 +145,7 @@ def _of_setting(setting: RunSetting) -> FormField:
 FIELDS: Final[Mapping[str, FormField]] = {
     field.name: field
     for field in (
-        *map(_parameter, ALL_PARAMETERS.values()),
-        *map(_of_setting, SETTINGS.values()),
+        *map(_parameter_field, ALL_PARAMETERS.values()),
+        *map(_setting_field, SETTINGS.values()),
     )
 }

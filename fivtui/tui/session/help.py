@@ -1,4 +1,4 @@
-"""Help texts as rows. Imports no Textual."""
+"""Rows of the help dialog. Imports no Textual."""
 
 from typing import Final
 
@@ -38,7 +38,7 @@ WELCOME: Final = (
 
 
 def general_help() -> list[Row]:
-    """Hints beyond the list of keys, and the equations."""
+    """Hints that the list of keys does not give, and the equations."""
     model = [Row(f"Eq. {e.number}", e.text, e.subject) for e in EQUATIONS]
     return [*HINTS, Row("", ""), *model]
 

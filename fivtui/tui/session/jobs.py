@@ -14,29 +14,29 @@ from fivtui.model import Cancelled, ComputationError, InputError
 P = ParamSpec("P")
 T = TypeVar("T")
 
-# Longest time reserved for the response to a key, s.
-_ANSWER: Final = 0.06
-# Time after which the awaited files are reported, s.
-_REPORT_AFTER: Final = 0.2
+# Maximum time for which a computing thread waits for the response to a key, s.
+_RESPONSE_TIME_S: Final = 0.06
+# Time after which the files that the program waits for are reported, s.
+_REPORT_DELAY_S: Final = 0.2
 # Polling interval, s.
-_POLL: Final = 0.005
+_POLL_INTERVAL_S: Final = 0.005
 
 
 class ScreenPriority:
-    """Gives the screen the interpreter for a moment after each key.
+    """Pauses computing threads for a moment after each key, so that the screen responds quickly.
 
-    Python threads computing beside the screen would double its response time.
+    Without the pause, computing Python threads would double its response time.
     """
 
     def __init__(self) -> None:
         self._until = 0.0
 
     def claim(self) -> None:
-        """Reserve the interpreter for the screen, after a key press."""
-        self._until = time.monotonic() + _ANSWER
+        """Pause computing threads after a key press."""
+        self._until = time.monotonic() + _RESPONSE_TIME_S
 
     def release(self) -> None:
-        """End the reservation: the response is displayed."""
+        """End the pause, because the response to the key is displayed."""
         self._until = 0.0
 
     @property
@@ -45,20 +45,20 @@ class ScreenPriority:
         return time.monotonic() < self._until
 
     def yield_to_screen(self) -> None:
-        """Wait for the screen's response; called by computing threads between pieces of work.
+        """Wait until the screen has responded; computing threads call it between units of work.
 
-        Waits for one response at most, however many keys are pressed.
+        Further keys do not extend the wait.
         """
-        latest = time.monotonic() + _ANSWER
-        while time.monotonic() < min(self._until, latest):
-            time.sleep(_POLL)
+        deadline = time.monotonic() + _RESPONSE_TIME_S
+        while time.monotonic() < min(self._until, deadline):
+            time.sleep(_POLL_INTERVAL_S)
 
 
 SCREEN_PRIORITY: Final = ScreenPriority()
 
 
 class FileWrites:
-    """The files being written in threads; the program waits for them at its end."""
+    """The files that threads are writing; the program waits for them before it exits."""
 
     def __init__(self) -> None:
         self._names: list[str] = []
@@ -79,7 +79,7 @@ class FileWrites:
     def wait(self, show: Callable[[str], None]) -> None:
         """Wait until all files are written; after a moment, `show` their names."""
         with self._changed:
-            if not self._changed.wait_for(lambda: not self._names, _REPORT_AFTER):
+            if not self._changed.wait_for(lambda: not self._names, _REPORT_DELAY_S):
                 show(", ".join(self._names))
                 self._changed.wait_for(lambda: not self._names)
 
@@ -88,11 +88,11 @@ FILE_WRITES: Final = FileWrites()
 
 
 class ComputingThreads(ThreadPoolExecutor):
-    """Runs every function in a new thread; the program does not wait for them at its end."""
+    """Runs every function in a new thread; the program does not wait for threads at its exit."""
 
     def __init__(self) -> None:
         super().__init__(max_workers=1)
-        self._over = False
+        self._is_shut_down = False
         self._started: set[threading.Thread] = set()
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
@@ -105,10 +105,10 @@ class ComputingThreads(ThreadPoolExecutor):
             try:
                 result = fn(*args, **kwargs)
             except BaseException as error:  # noqa: BLE001 (the future raises it)
-                if not self._over:
+                if not self._is_shut_down:
                     future.set_exception(error)
             else:
-                if not self._over:
+                if not self._is_shut_down:
                     future.set_result(result)
 
         thread = threading.Thread(target=run, daemon=True)
@@ -117,12 +117,12 @@ class ComputingThreads(ThreadPoolExecutor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: ARG002
-        """Ignore the results of running threads."""
-        self._over = True
+        """Ignore the results of threads that are still running."""
+        self._is_shut_down = True
 
     @property
     def busy(self) -> bool:
-        """Whether a thread has not ended."""
+        """Whether a thread is running."""
         return any(thread.is_alive() for thread in self._started)
 
 
@@ -140,7 +140,7 @@ class Job:
     """A computation in progress; `fraction` (0 to 1) is written by the computing thread."""
 
     fraction: float = 0.0
-    _begin: float = field(default_factory=time.monotonic)
+    _start_time: float = field(default_factory=time.monotonic)
     _stop: threading.Event = field(default_factory=threading.Event)
 
     def report(self, fraction: float) -> bool:
@@ -161,7 +161,7 @@ class Job:
     @property
     def elapsed(self) -> float:
         """Time since the start, s."""
-        return time.monotonic() - self._begin
+        return time.monotonic() - self._start_time
 
     @property
     def progress_text(self) -> str:
@@ -176,7 +176,7 @@ class Job:
 
     @property
     def stop_text(self) -> str:
-        """The progress at which it was stopped, as text."""
+        """The text that reports a stopped job and its progress."""
         return f"stopped at {_percent(self.fraction)}"
 
 
@@ -196,7 +196,7 @@ class Outcome(Generic[Value]):
 
 
 def compute_outcome(compute: Callable[[], Value]) -> Outcome[Value]:
-    """Call a function in a computing thread; expected errors become an outcome."""
+    """Call a function; return its result, or its error if that is an expected one."""
     try:
         return Outcome(compute())
     except Cancelled:
@@ -207,5 +207,5 @@ def compute_outcome(compute: Callable[[], Value]) -> Outcome[Value]:
 
 def crash_message(error: BaseException | None) -> str:
     """Message for an unexpected error in a thread."""
-    limit = limit_error(error) if isinstance(error, OSError) else None
-    return str(limit) if limit else f"unexpected {type(error).__name__}: {error}"
+    limit_message = limit_error(error) if isinstance(error, OSError) else None
+    return str(limit_message) if limit_message else f"unexpected {type(error).__name__}: {error}"

@@ -11,17 +11,18 @@ from fivtui.transient import METHODS, Transient
 from .jobs import Job, Outcome, compute_outcome, duration_text
 from .runs import sample_times
 
-# Durations of a run, s: below the first it follows every edit, below the second every pause.
+# Longest run that follows every edit, and longest run that follows a pause of the edits, s.
 MAX_IMMEDIATE_S: Final = 0.1
 MAX_LIVE_S: Final = 15.0
-_FASTEST: Final = next(iter(METHODS))
-# Progress that ends the setup, and the least progress from which a duration is extrapolated.
+_FASTEST_METHOD: Final = next(iter(METHODS))
+# The first report of a progress below `_SETUP_END` ends the setup of a run; a progress above
+# `_MIN_PROGRESS` is extrapolated to the duration of the run.
 _SETUP_END: Final = 0.2
 _MIN_PROGRESS: Final = 0.01
 
 
 class Pace(Enum):
-    """When the live curve follows an edit."""
+    """When an edit updates the live curve."""
 
     AT_ONCE = "at once"
     IDLE = "when idle"
@@ -34,25 +35,25 @@ class LiveJob(Job):
 
     scene: Scene
     pace: Pace
-    setup: float = 0.0
+    setup_time: float = 0.0
     duration: float = 0.0
 
     def report(self, fraction: float) -> bool:
         """As `Job.report`. Returns False also after `MAX_LIVE_S`."""
-        if not self.setup and fraction < _SETUP_END:
-            self.setup = self.elapsed
-        return Job.report(self, fraction) and self.elapsed - self.setup < MAX_LIVE_S
+        if not self.setup_time and fraction < _SETUP_END:
+            self.setup_time = self.elapsed
+        return Job.report(self, fraction) and self.elapsed - self.setup_time < MAX_LIVE_S
 
     @property
     def estimate(self) -> float:
-        """Duration of the complete run, s, from its progress; a lower bound at its start."""
+        """Duration of the complete run, s, extrapolated from its progress."""
         fraction = self.fraction if self.fraction > _MIN_PROGRESS else 1.0
-        return (self.elapsed - self.setup) / fraction
+        return (self.elapsed - self.setup_time) / fraction
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LiveRun:
-    """A result for the live curve, its scene, and its duration, s."""
+    """The run that the live curve shows: its scene, result, and computing time, s."""
 
     scene: Scene
     result: Transient
@@ -60,34 +61,34 @@ class LiveRun:
 
 
 class LiveCurve:
-    """The live curve, the previous one as its ghost, and measured durations."""
+    """The live curve; its ghost, which is the previous curve; and measured durations of runs."""
 
     def __init__(self) -> None:
         self.curve: LiveRun | None = None
         self.ghost: Transient | None = None
         self.status = self.error = ""
-        # Computing time per second of the scene, by kind of scene.
+        # Computing time per simulated second, by kind of scene.
         self._rates: dict[Hashable, float] = {}
 
     @property
     def visible(self) -> bool:
-        """Whether the live curve or its ghost replaces the displayed run in the plots."""
+        """Whether the plots show the live curve or its ghost in place of the displayed run."""
         return self.curve is not None or self.ghost is not None
 
-    def learn(self, scene: Scene, seconds: float) -> None:
+    def record_duration(self, scene: Scene, seconds: float) -> None:
         """Record the duration of a run."""
-        self._rates[_kind(scene)] = seconds / scene.t_end
+        self._rates[_scene_kind(scene)] = seconds / scene.t_end
 
-    def expected(self, scene: Scene) -> float | None:
-        """Expected duration of a run, s; None if no scene of its kind was measured."""
-        rate = self._rates.get(_kind(scene))
+    def expected_duration(self, scene: Scene) -> float | None:
+        """Expected duration of a run, s; None if no run of this kind of scene was measured."""
+        rate = self._rates.get(_scene_kind(scene))
         return None if rate is None else rate * scene.t_end
 
     def pace(self, scene: Scene) -> Pace:
-        """When to run a scene. Without a measurement, a compiled run is assumed to be short."""
-        seconds = self.expected(scene)
+        """When to run an edited scene; a compiled run is assumed short until it is measured."""
+        seconds = self.expected_duration(scene)
         if seconds is None:
-            fast = scene.method == _FASTEST and not scene.over_time
+            fast = scene.method == _FASTEST_METHOD and not scene.over_time
             return Pace.AT_ONCE if fast else Pace.IDLE
         if seconds < MAX_IMMEDIATE_S:
             return Pace.AT_ONCE
@@ -97,10 +98,10 @@ class LiveCurve:
         """Show a result; the previous curve, or else `displayed`, becomes the ghost."""
         self.ghost = self._next_ghost(displayed)
         self.curve, self.error = run, ""
-        self.status = f"live in {_short(run.duration)}; F5 keeps a run"
+        self.status = f"live in {_short_duration(run.duration)}; F5 keeps a run"
 
-    def fail(self, error: str, displayed: Transient | None) -> None:
-        """Show the ghost only, with the error."""
+    def show_failure(self, error: str, displayed: Transient | None) -> None:
+        """Show only the ghost, and the error."""
         self.ghost, self.curve = self._next_ghost(displayed), None
         self.status, self.error = "live: no result", error
 
@@ -114,15 +115,15 @@ class LiveCurve:
         self.curve = self.ghost = None
         self.status, self.error = status, ""
 
-    def wait(self, scene: Scene) -> None:
-        """Report that a run will follow a pause."""
-        seconds = self.expected(scene)
-        delay = " when idle" if seconds is None else f" in about {_short(seconds)}"
+    def announce_run(self, scene: Scene) -> None:
+        """Set the status: a run follows when the edits pause."""
+        seconds = self.expected_duration(scene)
+        delay = " when idle" if seconds is None else f" in about {_short_duration(seconds)}"
         self.status = f"live: follows{delay}"
 
-    def refuse(self, scene: Scene) -> None:
-        """Report that a run would take too long, and remove the live curve."""
-        seconds = self.expected(scene)
+    def switch_off(self, scene: Scene) -> None:
+        """Remove the live curve, because a run would take too long, and say so in the status."""
+        seconds = self.expected_duration(scene)
         duration = "" if seconds is None else f", a run takes {duration_text(seconds)}"
         self.clear(f"live off{duration}: F5 runs")
 
@@ -135,10 +136,10 @@ def execute_live(job: LiveJob) -> Outcome[Transient]:
     )
 
 
-def _kind(scene: Scene) -> Hashable:
+def _scene_kind(scene: Scene) -> Hashable:
     finite = scene.parameters.v_belt is not None
     return scene.method, scene.separation, bool(scene.accuracy), finite, bool(scene.over_time)
 
 
-def _short(seconds: float) -> str:
+def _short_duration(seconds: float) -> str:
     return f"{1e3 * seconds:.2g} ms" if seconds < MAX_IMMEDIATE_S else f"{seconds:.2g} s"

@@ -1,4 +1,4 @@
-"""Verdicts and results as text and rows. Imports no Textual."""
+"""Stability verdicts and results of runs as texts and rows. Imports no Textual."""
 
 import math
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class AttractorSearch:
-    """State of the search for attractors beside the equilibrium."""
+class Attractors:
+    """State and results of the search for attractors that coexist with the equilibrium."""
 
     text: str = SEARCHING_TEXT
     note: str = ""
@@ -26,12 +26,12 @@ class AttractorSearch:
     searched: bool = False
 
 
-def attractor_rows(coexisting: AttractorSearch) -> list[Row]:
-    """The attractors beside the equilibrium, as rows."""
-    rows = [Row("coexisting", coexisting.text, coexisting.note)] if coexisting.text else []
-    if coexisting.safe is not None:
-        rows.append(Row("disturbances", safety_words(coexisting.safe)))
-        rows += [Row(name, text) for name, text in basis_rows(coexisting.safe)]
+def attractor_rows(search: Attractors) -> list[Row]:
+    """Rows about the attractors that coexist with the equilibrium."""
+    rows = [Row("coexisting", search.text, search.note)] if search.text else []
+    if search.safe is not None:
+        rows.append(Row("disturbances", safety_words(search.safe)))
+        rows += [Row(name, text) for name, text in basis_rows(search.safe)]
     return rows
 
 
@@ -41,112 +41,112 @@ def quantity(value: float, unit: str = "") -> str:
     return f"{text} {unit}".rstrip()
 
 
-def verdict_kind(s: Stability, coexisting: AttractorSearch | None) -> str:
-    """The kind of verdict for colouring; "stable" only if no other attractor was found."""
-    if coexisting is None or not coexisting.text:
-        return verdict(s).lower()
-    if coexisting.coexists:
+def verdict_kind(result: Stability, search: Attractors | None) -> str:
+    """The kind of verdict, for its colour; "stable" only if the search found no attractor."""
+    if search is None or not search.text:
+        return verdict(result).lower()
+    if search.coexists:
         return "coexisting"
-    return "stable" if coexisting.complete else "searching"
+    return "stable" if search.complete else "searching"
 
 
-# Short name of the half peak-to-peak of y.
+# Label of the half range of y.
 HALF_RANGE_LABEL: Final = "±y, 2nd half of run"
 
 
-def _modes(s: Stability) -> list[complex]:
+def _distinct_eigenvalues(result: Stability) -> list[complex]:
     # One eigenvalue of each conjugate pair, and all real ones.
-    return [complex(value) for value in s.eigenvalues if value.imag >= 0.0]
+    return [complex(value) for value in result.eigenvalues if value.imag >= 0.0]
 
 
-def _mode_words(value: complex) -> str:
+def _mode_text(value: complex) -> str:
     rate = f"{value.real:+.3g} 1/s"
     if value.imag == 0.0:
         return f"aperiodic {rate}"
     return f"{value.imag / math.tau:.4g} Hz {rate}"
 
 
-def _attracting(coexisting: AttractorSearch) -> str:
-    # The limit cycle that attracts near an unstable equilibrium.
-    if coexisting.safe is None or not coexisting.safe.coexisting:
+def _limit_cycle_text(search: Attractors) -> str:
+    # The limit cycle around an unstable equilibrium.
+    if search.safe is None or not search.safe.coexisting:
         return ""
-    return f"; a limit cycle attracts: ±{quantity(coexisting.safe.coexisting[-1].half_range, 'm')}"
+    return f"; a limit cycle attracts: ±{quantity(search.safe.coexisting[-1].half_range, 'm')}"
 
 
-def _safe(coexisting: AttractorSearch | None) -> str:
-    if coexisting is None or coexisting.safe is None:
+def _safe_mu_text(search: Attractors | None) -> str:
+    if search is None or search.safe is None:
         return ""
-    if coexisting.safe.unknown_above is not None:
-        above = coexisting.safe.unknown_above
+    if search.safe.unknown_above is not None:
+        above = search.safe.unknown_above
         return f" · safe μ not known{f' above {above:.4g}' if above else ''}"
-    if coexisting.safe.safe_mu is None:
+    if search.safe.safe_mu is None:
         return ""
-    if not coexisting.safe.others:
+    if not search.safe.others:
         return " · no cycle found below it"
-    return f" · safe below {coexisting.safe.safe_mu:.4g}"
+    return f" · safe below {search.safe.safe_mu:.4g}"
 
 
-def stability_summary(s: Stability, coexisting: AttractorSearch | None = None) -> list[str]:
+def stability_summary(result: Stability, search: Attractors | None = None) -> list[str]:
     """The verdict in a few lines, the most important first."""
-    point, margin = s.equilibrium, margin_text(s)
-    leading = max(_modes(s), key=lambda value: value.real)
+    point, margin = result.equilibrium, margin_text(result)
+    leading = max(_distinct_eigenvalues(result), key=lambda value: value.real)
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
-    growth = f"growth rate {s.growth_rate:+.4g} 1/s{frequency}"
-    head = [f"{verdict(s)}: {growth}"]
-    if coexisting is not None and not coexisting.text:
-        head = [f"{head[0]}{_attracting(coexisting)}"]
-    elif coexisting is not None:
-        link = ", but" if coexisting.coexists else ","
-        head = [f"{verdict(s)}{link} {coexisting.text}", growth]
+    growth = f"growth rate {result.growth_rate:+.4g} 1/s{frequency}"
+    headline = [f"{verdict(result)}: {growth}"]
+    if search is not None and not search.text:
+        headline = [f"{headline[0]}{_limit_cycle_text(search)}"]
+    elif search is not None:
+        conjunction = ", but" if search.coexists else ","
+        headline = [f"{verdict(result)}{conjunction} {search.text}", growth]
     return [
-        *head,
-        f"μ_c {critical_mu_text(s, 4)}{margin and ', '}{margin}{_safe(coexisting)}",
+        *headline,
+        f"μ_c {critical_mu_text(result, 4)}{margin and ', '}{margin}{_safe_mu_text(search)}",
         f"x_e {quantity(point.x, 'm')}  y_e {quantity(point.y, 'm')}  P_e {quantity(point.P, 'N')}",
-        "modes " + " · ".join(_mode_words(value) for value in _modes(s)),
+        "modes " + " · ".join(_mode_text(value) for value in _distinct_eigenvalues(result)),
     ]
 
 
-def result_summary(r: Transient) -> list[str]:
-    """A transient in a few short lines, the most important first."""
-    peak, force, later = r.peak, r.contact_force, later_amplitude(r)
-    settling = []
+def result_summary(run: Transient) -> list[str]:
+    """The result of a run in a few short lines, the most important first."""
+    peak, force, later = run.peak, run.contact_force, later_amplitude(run)
+    settling_lines = []
     if later is not None:
         amplitude = quantity(later.y_half_range, "m")
-        settling = [f"not settled: ±{amplitude} {later.after:.3g} s after the end"]
+        settling_lines = [f"not settled: ±{amplitude} {later.after:.3g} s after the end"]
     return [
-        f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half ±{quantity(r.steady.y_half_range, 'm')}"
-        f"{' unsettled' if settling else ''}",
-        _separation_words(r),
+        f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half ±{quantity(run.steady.y_half_range, 'm')}"
+        f"{' unsettled' if settling_lines else ''}",
+        _separation_text(run),
         f"P {quantity(force.min)} to {quantity(force.max, 'N')} · peak |x| "
         f"{quantity(peak.x_abs, 'm')}",
-        _belt_words(r),
-        *settling,
+        _belt_text(run),
+        *settling_lines,
     ]
 
 
-def _belt_words(r: Transient) -> str:
-    if r.parameters.v_belt is None:
-        return f"valid for belts faster than {quantity(r.peak.vx_max, 'm/s')}"
-    share = r.events.stick_time / r.t_end
-    return f"{r.events.sticks} sticks · {quantity(r.events.stick_time, 's')} ({share:.1%})"
+def _belt_text(run: Transient) -> str:
+    if run.parameters.v_belt is None:
+        return f"valid for belts faster than {quantity(run.peak.vx_max, 'm/s')}"
+    share = run.events.stick_time / run.t_end
+    return f"{run.events.sticks} sticks · {quantity(run.events.stick_time, 's')} ({share:.1%})"
 
 
-def _separation_words(r: Transient) -> str:
-    if not r.separation:
+def _separation_text(run: Transient) -> str:
+    if not run.separation:
         return "separation ignored (Case 2)"
-    if r.events.separated_time == 0.0:
+    if run.events.separated_time == 0.0:
         return "no separation: contact is never lost"
-    share = 100.0 * r.events.separated_time / r.t_end
-    noun = "separation" if r.events.separations == 1 else "separations"
+    share = 100.0 * run.events.separated_time / run.t_end
+    noun = "separation" if run.events.separations == 1 else "separations"
     return (
-        f"{r.events.separations} {noun} · off belt "
-        f"{quantity(r.events.separated_time, 's')} ({share:.3g} %)"
+        f"{run.events.separations} {noun} · off belt "
+        f"{quantity(run.events.separated_time, 's')} ({share:.3g} %)"
     )
 
 
-def late_separation_warning(r: Transient, s: Stability) -> str:
-    """A warning that a run still separates although the equilibrium is stable; else empty."""
-    last_separation = r.events.last
-    if s.stable and last_separation is not None and last_separation > 0.5 * r.t_end:
+def late_separation_warning(run: Transient, result: Stability) -> str:
+    """A warning if a run still separates although the equilibrium is stable; else empty."""
+    last_separation = run.events.last
+    if result.stable and last_separation is not None and last_separation > 0.5 * run.t_end:
         return f"stable equilibrium, but still separating at t = {quantity(last_separation, 's')}"
     return ""

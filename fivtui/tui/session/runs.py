@@ -18,14 +18,14 @@ from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, uses_step
 from .jobs import Job, Outcome, compute_outcome
 
 MAX_RUNS: Final = 20
-# Engine of the native methods, and engines of the methods that run an FMU.
+# Displayed name of the native engine, and of the engines of methods that run an FMU.
 NATIVE_ENGINE: Final = "native"
 FMU_ENGINES: Final = {
     method: f"{flavour.capitalize() if flavour == 'python' else flavour} FMU"
     for method, flavour in FMU_FLAVOURS.items()
 }
-# Samples per shortest linear period, and limits of the number of samples.
-_PER_PERIOD: Final = 64
+# Number of samples per shortest natural period, and limits of the number per run.
+_SAMPLES_PER_PERIOD: Final = 64
 _MIN_SAMPLES: Final = 1000
 _MAX_SAMPLES: Final = 250_000
 MARKERS: Final = "●■▲◆▼★"
@@ -47,7 +47,7 @@ class RunState(Enum):
 
 
 # States without a result.
-_WITHOUT: Final = (RunState.STOPPED, RunState.FAILED, RunState.NOT_KEPT)
+_NO_RESULT: Final = (RunState.STOPPED, RunState.FAILED, RunState.NOT_KEPT)
 
 
 @dataclass(slots=True)
@@ -69,16 +69,16 @@ class RunStyle:
 
 
 def default_style(number: int) -> RunStyle:
-    """The default style of a run; different for any 42 consecutive numbers."""
+    """The default style of run `number`; it repeats after 42 runs."""
     return RunStyle(number - 1, number - 1)
 
 
 class PartialTrajectory:
-    """Collects trajectory parts from the computing thread, for another thread to read."""
+    """Collects parts of a trajectory from the computing thread; the screen's thread reads them."""
 
     def __init__(self) -> None:
         self._parts: list[Trajectory] = []
-        self._read: list[Trajectory] | None = None
+        self._joined_parts: list[Trajectory] | None = None
         self._count = 0
         self._joined: Trajectory | None = None
 
@@ -91,8 +91,8 @@ class PartialTrajectory:
     def trajectory(self) -> Trajectory | None:
         """The trajectory so far; None before the first part."""
         parts = self._parts
-        if parts is not self._read:
-            self._read, self._count, self._joined = parts, 0, None
+        if parts is not self._joined_parts:
+            self._joined_parts, self._count, self._joined = parts, 0, None
         new = parts[self._count :]
         if new:
             previous = [] if self._joined is None else [self._joined]
@@ -121,17 +121,17 @@ class Run(Job):
 
     @property
     def engine(self) -> str:
-        """As `engine_of`, or ``file`` if it was read."""
+        """The engine of its method, or ``file`` if the run was read from a file."""
         return "file" if self.source else engine_of(self.scene.method)
 
     def report(self, fraction: float) -> bool:
-        """As `Job.report`, but each run that verifies an accuracy restarts the progress."""
+        """As `Job.report`; progress starts again for a second run that verifies the accuracy."""
         self.fraction = min(self.fraction, fraction)
         return Job.report(self, fraction)
 
     @property
     def accuracy(self) -> str:
-        """The requested accuracy as text."""
+        """The text about the requested accuracy."""
         scene = self.scene
         if self.source:
             return f"read from {self.source}: extrema are those of its samples"
@@ -144,20 +144,20 @@ class Run(Job):
 
 
 def sample_interval(scene: Scene) -> Fraction:
-    """A round interval, s, below 1/64 of the shortest linear period.
+    """Sampling interval, s, of at most 1/64 of the shortest natural period.
 
-    1, 2 or 5 times a power of ten, limited to 1000 to 250 000 samples.
+    It is 1, 2 or 5 times a power of ten, and yields 1000 to 250 000 samples.
     """
-    p = scene.parameters
+    parameters = scene.parameters
     try:
         y = equilibrium(scene.system).y
     except ComputationError:
         y = 0.0
-    # Upper bound of the natural frequencies: all springs act on one mass.
-    longest = math.tau * time_scale(p, y) / _PER_PERIOD
-    interval = _rounded(min(longest, scene.t_end / _MIN_SAMPLES), up=False)
-    shortest = scene.t_end / _MAX_SAMPLES
-    return interval if interval >= shortest else _rounded(shortest, up=True)
+    # 1 / `time_scale` is an upper bound of the natural frequencies: all springs act on one mass.
+    max_interval = math.tau * time_scale(parameters, y) / _SAMPLES_PER_PERIOD
+    interval = _round_interval(min(max_interval, scene.t_end / _MIN_SAMPLES), up=False)
+    min_interval = scene.t_end / _MAX_SAMPLES
+    return interval if interval >= min_interval else _round_interval(min_interval, up=True)
 
 
 def sample_times(scene: Scene) -> NDArray[np.float64]:
@@ -169,7 +169,7 @@ def sample_times(scene: Scene) -> NDArray[np.float64]:
     return np.append(times[times < scene.t_end], scene.t_end)
 
 
-def _rounded(value: float, *, up: bool) -> Fraction:
+def _round_interval(value: float, *, up: bool) -> Fraction:
     decade = Fraction(10) ** math.floor(math.log10(value))
     candidates = [decade * r for r in (Fraction(1, 2), 1, 2, 5, 10, 20)]
     if up:
@@ -199,7 +199,7 @@ class Runs:
         self.displayed: Run | None = None
         self.baseline: Run | None = None
         self._runs: list[Run] = []
-        self._aside: dict[int, Run] = {}
+        self._removed: dict[int, Run] = {}
         self._count = 0
 
     def __iter__(self) -> Iterator[Run]:
@@ -217,11 +217,11 @@ class Runs:
 
     @property
     def count(self) -> int:
-        """The number of the newest run, deleted or not."""
+        """The number of the newest run, even if it was deleted."""
         return self._count
 
     def restore(self, runs: Iterable[Run], count: int) -> None:
-        """Insert runs of an earlier session first; `count` is as in `Runs.count`."""
+        """Insert the runs of a saved session before all others; `count` is its `Runs.count`."""
         self._runs[:0] = runs
         self._count = max(count, self._count, *(run.number for run in self._runs), 0)
 
@@ -239,7 +239,7 @@ class Runs:
         while len(self._runs) > MAX_RUNS:
             protected = (self.displayed, self.baseline, self.active, run)
             removable = [old for old in self._runs if old not in protected]
-            self.remove(next((old for old in removable if old.state in _WITHOUT), removable[0]))
+            self.remove(next((old for old in removable if old.state in _NO_RESULT), removable[0]))
         return run
 
     def add_loaded(self, scene: Scene, result: Transient, source: str) -> Run:
@@ -251,7 +251,7 @@ class Runs:
         return run
 
     def remove(self, run: Run) -> None:
-        """Delete a run, stopping it first; the newest result replaces a displayed one."""
+        """Delete a run, after stopping it. The newest result replaces a displayed one."""
         if run is self.active:
             self.stop()
         self._runs.remove(run)
@@ -264,13 +264,13 @@ class Runs:
     def remove_restorably(self, run: Run) -> None:
         """Delete a run so that `reinsert` can restore it."""
         self.remove(run)
-        self._aside[run.number] = run
-        if len(self._aside) > MAX_RUNS:
-            del self._aside[next(iter(self._aside))]
+        self._removed[run.number] = run
+        if len(self._removed) > MAX_RUNS:
+            del self._removed[next(iter(self._removed))]
 
     def reinsert(self, run: Run) -> None:
-        """Restore a deleted run in the order of numbers."""
-        self._aside.pop(run.number, None)
+        """Restore a deleted run at its place in the order of numbers."""
+        self._removed.pop(run.number, None)
         self._runs.append(run)
         self._runs.sort(key=lambda member: member.number)
 
@@ -304,9 +304,9 @@ class Runs:
         return True
 
     def find(self, number: int) -> Run | None:
-        """The run with a number, None if deleted."""
+        """The run with this number; None if it was deleted."""
         return next((run for run in self._runs if run.number == number), None)
 
     def find_with_removed(self, number: int) -> Run | None:
-        """The run with a number, including deleted runs."""
-        return self.find(number) or self._aside.get(number)
+        """The run with this number, including deleted runs that `reinsert` can restore."""
+        return self.find(number) or self._removed.get(number)

@@ -9,14 +9,14 @@ from fivtui.scene import Scene
 
 
 def paper_scenes() -> Iterator[tuple[Scene, str]]:
-    """For each figure, the scene nearest to the base set, such as ``fig-13``, and the caption."""
+    """Of each figure, the scene nearest to the default parameters, and the caption."""
     for key, panel in PANELS.items():
         distances = [_distance(panel.by, line.scene) for line in panel.lines]
         scene = panel.lines[distances.index(min(distances))].scene
         yield dataclasses.replace(scene, name=f"fig-{key}", description=""), panel.caption
 
 
-def _distance(by: str, scene: Scene) -> float:
-    if by == SEPARATION:
+def _distance(parameter: str, scene: Scene) -> float:
+    if parameter == SEPARATION:
         return float(not scene.separation)
-    return abs(scene.parameters.as_dict()[by] - PARAMETERS[by].default)
+    return abs(scene.parameters.as_dict()[parameter] - PARAMETERS[parameter].default)

@@ -22,9 +22,9 @@ from .editing import Action, Editing, initial_value_text
 from .equations import symbol_of
 from .fields import FIELDS
 from .live import LiveCurve
-from .report import AttractorSearch
+from .report import Attractors
 from .runs import FMU_ENGINES, Run, Runs, engine_of
-from .scene_differences import default_scene, differences
+from .scene_differences import base_scene, differences
 
 if TYPE_CHECKING:
     from .command_lines import Origin
@@ -38,7 +38,7 @@ _FIRST_METHOD: Final = next(iter(METHODS))
 
 
 class Session(Editing):
-    """Edited scene, runs and studies."""
+    """The edited scene, its runs and studies, and the state of the tabs."""
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
         super().__init__(scene, source)
@@ -47,15 +47,15 @@ class Session(Editing):
         self.reports: list[str] = []
         self.recent: tuple[str, ...] = ()
         self.tab = ""
-        # The displayed results by kind of study; a sweep may be incomplete.
+        # Displayed results by kind of study; a sweep may be incomplete.
         self.studies: dict[str, DisplayedStudy[Any]] = {}
         self.settings: dict[str, dict[str, str]] = {}
         self.views: dict[str, View] = {}
         self.unread_results: dict[str, StoredResult] = {}
-        self.attractor_search: AttractorSearch | None = None
+        self.attractors: Attractors | None = None
         # Last native and last FMU method, for `switch_engine` and `engine_pair`.
         self._native_method, self._fmu_method = _FIRST_METHOD, next(iter(FMU_ENGINES))
-        # Cached: several views need it after every key.
+        # Cached, because several views need it after every key.
         self._stability: Stability | None = None
 
     @property
@@ -69,13 +69,13 @@ class Session(Editing):
 
     def add_recent(self, path: str) -> None:
         """Put a scene file first in the recent files."""
-        older = [
+        other_paths = [
             source for source in self.recent if Path(source).absolute() != Path(path).absolute()
         ]
-        self.recent = (path, *older)[:MAX_RECENT]
+        self.recent = (path, *other_paths)[:MAX_RECENT]
 
     def field_error(self, name: str) -> str:
-        """Error message of a field; empty if it is valid."""
+        """Error message of a field; empty if its text is valid."""
         try:
             FIELDS[name].check(self.texts[name])
         except InputError as error:
@@ -88,7 +88,7 @@ class Session(Editing):
         return self._step_error() if name == "step" else ""
 
     def _friction_error(self) -> str:
-        # The lower limit of static friction is the kinetic coefficient.
+        # Static friction must be at least the sliding friction.
         try:
             Parameters(**{name: cast("Any", self._value(name)) for name in ("mu", "mu_s")})
         except InputError as error:
@@ -104,7 +104,7 @@ class Session(Editing):
             return ""
         values: dict[str, Any] = {name: self._value(name) for name in ("t_end", "method", "step")}
         try:
-            dataclasses.replace(default_scene(), **values)
+            dataclasses.replace(base_scene(), **values)
         except InputError as error:
             return str(error)
         return ""
@@ -116,7 +116,7 @@ class Session(Editing):
         return {name: message for name, message in messages.items() if message}
 
     def step_field(self, name: str, direction: int, *, fine: bool = False) -> bool:
-        """Change a number by a step, or `fine` by a tenth. Returns False if that is impossible."""
+        """Change a number by a step, or a tenth of it if `fine`. Returns False if not allowed."""
         field = FIELDS[name]
         if field.step_function is None:
             return False
@@ -128,7 +128,7 @@ class Session(Editing):
             field.check(text)
         except InputError:
             return False
-        self._set(name, text, f"step {direction:+d}")
+        self._set_field(name, text, f"step {direction:+d}")
         return True
 
     @property
@@ -142,13 +142,13 @@ class Session(Editing):
         return engine_of(self._next_method())
 
     def switch_engine(self) -> None:
-        """Switch to the next engine: each FMU in turn, then the last native method."""
+        """Switch to the next engine: one FMU after the other, then the last native method."""
         method = self._next_method()
         if self.texts["method"] not in FMU_ENGINES:
             self._native_method = self.texts["method"]
         if method in FMU_ENGINES:
             self._fmu_method = method
-        self._set("method", method, "engine")
+        self._set_field("method", method, "engine")
         self.close_step()
 
     def _next_method(self) -> str:
@@ -158,9 +158,9 @@ class Session(Editing):
         return (*fmus, self._native_method)[fmus.index(method) + 1]
 
     def engine_pair(self) -> tuple[Scene, Scene]:
-        """The edited scene for the native solver and for an FMU; raises `InputError`.
+        """The edited scene for the native solver, and for its own or the last used FMU.
 
-        The FMU is that of the scene, or the last one used.
+        Raises `InputError` if a field is invalid.
         """
         scene = self.scene()
         is_fmu = scene.method in FMU_ENGINES
@@ -179,7 +179,7 @@ class Session(Editing):
 
     @property
     def notes(self) -> dict[str, str]:
-        """Notes on parameters that follow tables or have no effect, by name."""
+        """By name, notes on parameters that follow a table over time or have no effect."""
         notes = {}
         for name, table in self.over_time:
             values, unit = table.values, f" {FIELDS[name].unit}".rstrip()
@@ -192,12 +192,12 @@ class Session(Editing):
 
     @property
     def belt_is_finite(self) -> bool:
-        """Whether a belt of finite speed is edited."""
+        """Whether the edited belt has a finite speed."""
         return any(self.texts[name] for name in BELT_PARAMETERS)
 
     @property
     def separation(self) -> bool:
-        """Whether separation is considered."""
+        """Whether the edited scene considers separation."""
         return self.texts["separation"] == CONSIDERED
 
     def stability(self) -> Stability:
@@ -221,7 +221,7 @@ class Session(Editing):
         )
 
     def delete_run(self, run: Run) -> None:
-        """Delete a run, which `undo` brings back."""
+        """Delete a run; `undo` restores it."""
         runs = self.runs
         displayed, baseline = runs.displayed, runs.baseline
 

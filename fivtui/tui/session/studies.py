@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DisplayedStudy(Generic[T]):
-    """A displayed result, the name of its scene or file, and the file it was read from."""
+    """A displayed result, the name of its scene or file, and the file that it was read from."""
 
     value: T
     name: str
@@ -32,7 +32,7 @@ def check_drawable(study: "Study") -> None:
 
 @dataclass(frozen=True, slots=True)
 class StoredResult:
-    """A stored result: the name of its file, and name and source as in `DisplayedStudy`."""
+    """The file of a stored result; `name` and `source` are those of `DisplayedStudy`."""
 
     file: str
     name: str = ""

@@ -23,7 +23,7 @@ from fivtui.equilibrium import (
 from fivtui.model import Cancelled, ComputationError, InputError, Parameters
 from fivtui.ranges import number_text
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Session, attractor_rows, default_scene
+from fivtui.tui.session import Session, attractor_rows, base_scene
 
 from .messages import PointOpened
 from .tables import RowsView
@@ -108,7 +108,7 @@ class StabilityPane(ViewsPane):
         """Draw the current view."""
         if self.view == "facts":
             rows = [] if self._analysis is None else stability_rows(self._analysis[1])
-            beside = self.session.attractor_search
+            beside = self.session.attractors
             if rows and beside is not None:
                 rows[1:1] = attractor_rows(beside)
             self.query_one("#facts", RowsView).show(rows, self._why)
@@ -142,5 +142,5 @@ class StabilityPane(ViewsPane):
         from fivtui.tui.session import study_command
 
         p = self.session.parameters()
-        scene = replace(default_scene(), parameters=p, separation=self.session.separation)
+        scene = replace(base_scene(), parameters=p, separation=self.session.separation)
         return study_command("stability", scene, self.session.origin)

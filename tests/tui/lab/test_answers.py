@@ -23,7 +23,7 @@ def test_computations_pause_until_the_screen_has_answered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # The screen keeps its turn until it is released, even on a slow machine.
-    monkeypatch.setattr(jobs, "_ANSWER", HANG_S)
+    monkeypatch.setattr(jobs, "_RESPONSE_TIME_S", HANG_S)
     turn = ScreenPriority()
     turn.yield_to_screen()
     assert not turn.claimed
@@ -64,7 +64,7 @@ def test_continuous_key_presses_do_not_stop_computations() -> None:
 async def test_a_key_has_precedence_until_its_frame(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(jobs, "_ANSWER", HANG_S)
+    monkeypatch.setattr(jobs, "_RESPONSE_TIME_S", HANG_S)
     claims: list[bool] = []
     original = app_of(pilot).session.step_field
 

@@ -11,7 +11,7 @@ from fivtui.safety import SafeFriction, Zone, Zones, linear_zones, safety_zones
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.lab.verdict.gauge import Gauge, Parts, round_span
 from fivtui.tui.lab.verdict.gauge_control import GaugeController
-from fivtui.tui.session import AttractorSearch, Session
+from fivtui.tui.session import Attractors, Session
 from tests.support.laboratory import focus, text_of, type_into, until, until_screen, until_shown
 
 SIZE = (80, 24)
@@ -154,7 +154,7 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     controller = GaugeController(Mock(spec=LabScreen, session=session))
     controller.focus("F")
     safe = None if confirmed_to is None else Mock(spec=SafeFriction, safe_to=confirmed_to)
-    coexisting = AttractorSearch(safe=safe, searched=safe is not None)
+    coexisting = Attractors(safe=safe, searched=safe is not None)
     (first,) = controller.gauges(session.stability(), coexisting, both=False)
     assert isinstance(first, Gauge)
     # Eigenvalues alone do not show that a value is safe.

@@ -166,7 +166,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         assert not any(job.stopped for job in jobs)
         # A longer run waits for a pause, and an edit stops it.
         pausable.may_end.clear()
-        live.learn(BASE, 2.0)
+        live.record_duration(BASE, 2.0)
         await pilot.press("up", "up")
         await until_shown(pilot, "live: follows in about 2 s")
         await end_pause(pilot)
@@ -178,9 +178,9 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         await until_live(pilot)
         assert [job.scene.parameters.m for job in jobs[2:]] == [5.6, 5.7]
         # The newest measured duration replaces the earlier one.
-        assert live.expected(BASE) != pytest.approx(2.0)
+        assert live.expected_duration(BASE) != pytest.approx(2.0)
         # Runs that take too long are left to the user; a shorter scene is live again.
-        live.learn(BASE, 60.0)
+        live.record_duration(BASE, 60.0)
         await pilot.press("up")
         await until_shown(pilot, "live off, a run takes 1 min 00 s: F5 runs")
         assert not live.visible
@@ -283,19 +283,19 @@ def test_the_expected_duration_decides_when_a_run_starts() -> None:
         (0.9 * MAX_IMMEDIATE_S, Pace.AT_ONCE),
         (1.1 * MAX_IMMEDIATE_S, Pace.IDLE),
     ):
-        live.learn(fmu, seconds)
+        live.record_duration(fmu, seconds)
         assert live.pace(fmu) is pace
-    live.learn(fmu, 1.1 * MAX_LIVE_S)
+    live.record_duration(fmu, 1.1 * MAX_LIVE_S)
     assert live.pace(fmu) is Pace.OFF
     assert live.pace(dataclasses.replace(fmu, t_end=0.5 * fmu.t_end)) is Pace.IDLE
     assert live.pace(dataclasses.replace(fmu, separation=False)) is Pace.IDLE
     # Time before the first progress callback counts as setup.
     job = LiveJob(scene=fmu, pace=Pace.IDLE)
-    job._begin -= 2.0 * MAX_LIVE_S
+    job._start_time -= 2.0 * MAX_LIVE_S
     assert job.report(0.1)
-    assert job.setup >= 2.0 * MAX_LIVE_S
-    job._begin -= 0.5 * MAX_LIVE_S
+    assert job.setup_time >= 2.0 * MAX_LIVE_S
+    job._start_time -= 0.5 * MAX_LIVE_S
     assert job.report(0.5)
     assert job.estimate == pytest.approx(MAX_LIVE_S, rel=0.1)
-    job._begin -= 0.5 * MAX_LIVE_S
+    job._start_time -= 0.5 * MAX_LIVE_S
     assert not job.report(0.6)

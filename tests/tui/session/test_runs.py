@@ -24,7 +24,7 @@ from fivtui.tui.session.runs import (
     sample_interval,
     sample_times,
 )
-from fivtui.tui.session.scene_differences import default_scene
+from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.session import Session
 from fivtui.tui.tabs.exports.export import (
     DATA,
@@ -35,7 +35,7 @@ from fivtui.tui.tabs.exports.export import (
     write_export,
 )
 
-SHORT = dataclasses.replace(default_scene(), t_end=10.0)
+SHORT = dataclasses.replace(base_scene(), t_end=10.0)
 
 
 def finished(scene: Scene = SHORT) -> Run:
@@ -105,7 +105,7 @@ def test_old_runs_are_dropped_but_numbers_are_never_reused() -> None:
 def test_the_time_left_follows_from_the_progress() -> None:
     run = Run(1, SHORT)
     assert run.progress_text == "0 %"
-    run._begin -= 10.0
+    run._start_time -= 10.0
     run.report(0.25)
     match = re.fullmatch(r"25 %, ([\d.]+) s left", run.progress_text)
     assert match is not None
@@ -138,8 +138,8 @@ def test_sample_times_cover_the_horizon_in_bounded_number(t_end: float, m: float
 
 
 def test_the_base_scene_is_sampled_at_plain_hundredths() -> None:
-    assert float(sample_interval(default_scene())) == 0.01
-    assert sample_times(default_scene())[:4].tolist() == [0.0, 0.01, 0.02, 0.03]
+    assert float(sample_interval(base_scene())) == 0.01
+    assert sample_times(base_scene())[:4].tolist() == [0.0, 0.01, 0.02, 0.03]
 
 
 def test_verdicts_are_stable_unstable_or_neutral() -> None:

@@ -24,11 +24,11 @@ from fivtui.tui.persistence.state_file import (
 from fivtui.tui.session.comparison import change_rows, changes, engine_difference_text, percent_text
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, default_style, execute
-from fivtui.tui.session.scene_differences import default_scene
+from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.scenes_of_paper import paper_scenes
 from fivtui.tui.session.session import MAX_RECENT, Session
 
-SHORT = dataclasses.replace(default_scene(), t_end=10.0)
+SHORT = dataclasses.replace(base_scene(), t_end=10.0)
 
 
 def finished(runs: Runs, **changed: object) -> Run:
@@ -298,7 +298,7 @@ def test_files_are_found_again_from_another_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    session = Session(default_scene(), "mine.toml")
+    session = Session(base_scene(), "mine.toml")
     session.add_recent("mine.toml")
     save_state(state(session), tmp_path / "session.json")
     loaded = load_state(tmp_path / "session.json")

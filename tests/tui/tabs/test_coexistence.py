@@ -20,7 +20,7 @@ from fivtui.orbits.report import print_coexistence
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.session.report import AttractorSearch
+from fivtui.tui.session.report import Attractors
 from tests.support.laboratory import HANG_S, app_of, lab_of, text_of, until, until_shown
 
 P = Parameters(F=120.0)
@@ -134,8 +134,8 @@ async def pilot(searches: Searches) -> AsyncIterator[Pilot[None]]:
         yield started
 
 
-def current_search(pilot: Pilot[None]) -> AttractorSearch:
-    beside = app_of(pilot).session.attractor_search
+def current_search(pilot: Pilot[None]) -> Attractors:
+    beside = app_of(pilot).session.attractors
     assert beside is not None
     return beside
 

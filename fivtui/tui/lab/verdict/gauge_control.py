@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from fivtui.equilibrium import Stability, scan_top
 from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, System
 from fivtui.safety import Zone, Zones, linear_zones, searched_zones
-from fivtui.tui.session import FIELDS, AttractorSearch, Job, compute_outcome
+from fivtui.tui.session import FIELDS, Attractors, Job, compute_outcome
 
 from .gauge import Gauge, round_span
 
@@ -50,9 +50,7 @@ class GaugeController:
         if self._focused != _MU:
             self._second_name = self._focused
 
-    def gauges(
-        self, result: Stability, coexisting: AttractorSearch, *, both: bool
-    ) -> list[Gauge | str]:
+    def gauges(self, result: Stability, coexisting: Attractors, *, both: bool) -> list[Gauge | str]:
         """The gauge of the edited parameter; if `both`, those of μ and of the second parameter."""
         over_time = [name for name, _ in self._session.over_time]
         if over_time:
@@ -68,15 +66,13 @@ class GaugeController:
         self._begin()
         return shown
 
-    def _gauge_or_error(
-        self, name: str, result: Stability, coexisting: AttractorSearch
-    ) -> Gauge | str:
+    def _gauge_or_error(self, name: str, result: Stability, coexisting: Attractors) -> Gauge | str:
         try:
             return self._gauge(name, result, coexisting)
         except (ComputationError, InputError) as error:
             return f"{FIELDS[name].symbol}: no zones: {error}"
 
-    def _gauge(self, name: str, result: Stability, coexisting: AttractorSearch) -> Gauge | str:
+    def _gauge(self, name: str, result: Stability, coexisting: Attractors) -> Gauge | str:
         value = getattr(result.parameters, name)
         key = self._key(name, value, result)
         searched = coexisting.safe if name == _MU else None

@@ -10,8 +10,8 @@ from fivtui.scene import Scene
 from fivtui.transient import START_SPECS, resolve_start
 from fivtui.tui.session import (
     FIELDS,
+    base_scene,
     check_drawable,
-    default_scene,
     replace_symbols,
 )
 
@@ -93,12 +93,7 @@ def point_scene(study: "Study", point: NearestPoint, case: bool) -> Scene:
         state = dict(zip(START_SPECS, resolve_start(System(p, case), start), strict=True))
         start = tuple((state | moved).values())
     return dataclasses.replace(
-        default_scene(),
-        parameters=p,
-        separation=case,
-        start=start,
-        t_end=study.t_end,
-        tol=study.tol,
+        base_scene(), parameters=p, separation=case, start=start, t_end=study.t_end, tol=study.tol
     )
 
 

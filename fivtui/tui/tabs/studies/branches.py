@@ -15,7 +15,7 @@ from fivtui.orbits import CycleBranch, CyclePoint, branch_chart, branch_extents,
 from fivtui.ranges import parse_ends
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, default_scene, replace_symbols
+from fivtui.tui.session import DisplayedStudy, Job, base_scene, replace_symbols
 from fivtui.tui.tabs.requests.sweep import point_texts
 
 from .study_pane import StudyPane
@@ -129,7 +129,7 @@ def nearest_cycle(result: CycleBranch, x: float, y: float) -> CyclePoint:
 def orbit_scene(result: CycleBranch, point: CyclePoint) -> Scene:
     """The scene that begins on a limit cycle of a branch and lasts twenty of its periods."""
     return replace(
-        default_scene(),
+        base_scene(),
         parameters=result.parameters.with_values({result.name: point.value}),
         separation=result.separation,
         start=point.start,
