@@ -156,8 +156,8 @@ def _fmi_headers() -> Path | None:
 
 
 def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Path) -> _Plan:
-    text = _module("fmu_src.build.native_text", root)
-    for name, content in text.generated().items():
+    text = _module("fmu_src.build.c_sources", root)
+    for name, content in text.generated_files().items():
         (scratch / name).write_text(content, encoding="utf-8")
     native = root / FMU_FOLDER
     folders = native, root / FOLDER, scratch, headers

@@ -43,8 +43,8 @@ _ROOT = Path(__file__).parents[1]
 _STALE = """
 import sys
 from fivtui.kernel import why_interpreted
-from fmu_src.build import why_no_native
-why = str(why_no_native())
+from fmu_src.build import native_failure
+why = str(native_failure())
 sys.exit(bool(why_interpreted()) or "another text" in why or "not installed" in why)
 """
 

@@ -248,12 +248,12 @@ def measure_tradeoff(
 
 def _build_fmus(folder: Path) -> dict[str, Path]:
     # Build the FMUs, by method; the native one only if it is compiled.
-    from fmu_src.build import build_fmu, why_no_native
+    from fmu_src.build import build_fmu, native_failure
 
     return {
         method: build_fmu(folder / f"{method}.fmu", flavour=flavour)
         for method, flavour in FMU_FLAVOURS.items()
-        if flavour != "native" or why_no_native() is None
+        if flavour != "native" or native_failure() is None
     }
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .builder import build_fmu
     from .bundle import IMPORT_LOCK
-    from .native import why_no_native
+    from .native import native_failure
     from .ssp import build_ssp
 else:
     from fivtui.lazy import lazily

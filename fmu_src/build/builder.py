@@ -1,4 +1,4 @@
-"""Building an FMU: pythonfmu's export completed, or the native one; reproducible to the byte."""
+"""Build an FMU from pythonfmu's export or from native binaries, reproducible to the byte."""
 
 import re
 import sys
@@ -12,10 +12,10 @@ from fivtui.io import check_output, check_suffix, output_path, temporary_folder,
 from fivtui.model import InputError, check_known
 
 from .bundle import IMPORT_LOCK, Bundle
-from .component import Component, documentation, reference_files
-from .components import COMPONENTS, DEFAULT
-from .description import completed
-from .native import native_content
+from .component import Component, documentation_files, reference_files
+from .components import COMPONENTS, DEFAULT_COMPONENT
+from .description import complete_xml
+from .native import native_files
 
 SUFFIX: Final = ".fmu"
 PYTHON: Final = "python"
@@ -24,10 +24,10 @@ FLAVOURS: Final = (PYTHON, NATIVE)
 _VERSIONS: Final = ("2", "3")
 _DESCRIPTION: Final = "modelDescription.xml"
 ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
-_UNIX: Final = 3
-_WRAPPER: Final = "resources/pythonfmu/"
-_OF_BUILDER: Final = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
-_IMPORT_OF_BUILDER: Final = re.compile(rb"^from \.builder import .*\n", re.MULTILINE)
+_UNIX_SYSTEM: Final = 3
+_WRAPPER_FOLDER: Final = "resources/pythonfmu/"
+_BUILDER_MODULES: Final = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
+_BUILDER_IMPORT: Final = re.compile(rb"^from \.builder import .*\n", re.MULTILINE)
 _OPTIONS: Final = {
     "needsExecutionTool": False,
     "canGetAndSetFMUstate": True,
@@ -38,7 +38,7 @@ _OPTIONS: Final = {
 def build_fmu(
     path: str | Path,
     *,
-    component: str = DEFAULT,
+    component: str = DEFAULT_COMPONENT,
     fmi: str = "2",
     flavour: str = PYTHON,
     platforms: Sequence[str] = (),
@@ -56,14 +56,14 @@ def build_fmu(
     fmi : "2" or "3"
         FMI 2.0, or FMI 3.0 in the native flavour.
     flavour : "python" or "native"
-        Python code for co-simulation, which needs Python where it runs and runs on Linux and
-        Windows alike; or compiled code for co-simulation and model exchange, which needs nothing
-        and runs on a platform such as this one.
+        ``"python"``: for co-simulation on Linux and Windows; needs Python where it runs.
+        ``"native"``: compiled, for co-simulation and model exchange; needs no Python, and runs on
+        `platforms` alone.
     platforms : sequence of str
-        Platforms of the native flavour: ``"linux64"``, ``"win64"``, ``"darwin64"``; this one if not
-        given. Others need the package ziglang.
+        Platforms of the native flavour: ``"linux64"``, ``"win64"``, ``"darwin64"``; by default the
+        platform of this machine. Others need the package ziglang.
     sources : bool
-        Whether to add the C files of the native flavour, for other platforms.
+        Whether to add the C files of the native flavour, to compile them on other platforms.
     force : bool
         Whether to replace an existing file.
 
@@ -75,7 +75,7 @@ def build_fmu(
     Raises
     ------
     InputError
-        If there is no such component or flavour, or FMI 3.0 is asked of the Python one, the
+        If the component or flavour is unknown, FMI 3.0 is combined with the Python flavour, the
         binary of the native flavour was not compiled at installation, the name does not end in
         ``.fmu``, the folder is missing or cannot be written, or the file exists and `force` is not
         set.
@@ -91,24 +91,24 @@ def build_fmu(
         raise InputError(f"sources: the {flavour} flavour has no C files")
     if flavour != NATIVE and platforms:
         raise InputError(f"platforms: the {flavour} flavour is for Linux and Windows alike")
-    made_of = _component(component, fmi, flavour)
+    definition = _find_component(component, fmi, flavour)
     target = output_path(path, force=force)
     check_suffix(target, "FMU", (SUFFIX,))
     check_output(target)
     if flavour == NATIVE:
-        content = native_content(made_of, fmi, platforms, with_sources=sources)
+        content = native_files(definition, fmi, platforms, with_sources=sources)
     else:
         with temporary_folder() as folder:
-            content = _exported(folder, made_of)
-    content |= documentation(made_of, is_native=flavour == NATIVE)
-    content |= reference_files(made_of.model, made_of.reference())
+            content = _export_with_pythonfmu(folder, definition)
+    content |= documentation_files(definition, is_native=flavour == NATIVE)
+    content |= reference_files(definition.model, definition.reference())
     if flavour != NATIVE:
-        content[_DESCRIPTION] = completed(content.pop(_DESCRIPTION), content, made_of.table)
+        content[_DESCRIPTION] = complete_xml(content.pop(_DESCRIPTION), content, definition.table)
     write_atomically(target, lambda file: _write_archive(file, content))
     return Path(path)
 
 
-def _component(name: str, fmi: str, flavour: str) -> Component:
+def _find_component(name: str, fmi: str, flavour: str) -> Component:
     check_known("component", name, COMPONENTS)
     if fmi not in _VERSIONS:
         raise InputError(f"FMI {fmi}: must be {' or '.join(_VERSIONS)}")
@@ -117,17 +117,17 @@ def _component(name: str, fmi: str, flavour: str) -> Component:
     return COMPONENTS[name]
 
 
-def _exported(folder: Path, component: Component) -> dict[str, bytes]:
-    # Files by name of the FMU that pythonfmu exports from the bundled sources.
+def _export_with_pythonfmu(folder: Path, component: Component) -> dict[str, bytes]:
+    # Returns the files of the FMU that pythonfmu exports, content by name.
     from pythonfmu.builder import FmuBuilder
 
-    bundle = Bundle.collected(component)
+    bundle = Bundle.from_component(component)
     sources = folder / "sources"
     for name, text in bundle.sources.items():
         file = sources / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8", newline="\n")
-    with IMPORT_LOCK, _imports_restored(bundle):
+    with IMPORT_LOCK, _restore_imports(bundle):
         exported = FmuBuilder.build_FMU(
             sources / f"{bundle.entry}.py",
             dest=folder / f"exported{SUFFIX}",
@@ -135,27 +135,27 @@ def _exported(folder: Path, component: Component) -> dict[str, bytes]:
             **_OPTIONS,
         )
     with zipfile.ZipFile(exported) as archive:
-        return _without_builder({name: archive.read(name) for name in archive.namelist()})
+        return _remove_builder({name: archive.read(name) for name in archive.namelist()})
 
 
-def _without_builder(content: dict[str, bytes]) -> dict[str, bytes]:
-    # What pythonfmu builds FMUs with is not run in one, and is most of the time of its import.
-    head = f"{_WRAPPER}__init__.py"
-    for name in _OF_BUILDER:
-        del content[f"{_WRAPPER}{name}.py"]
-    content[head] = _IMPORT_OF_BUILDER.sub(b"", content[head])
+def _remove_builder(content: dict[str, bytes]) -> dict[str, bytes]:
+    # pythonfmu's builder is not needed in an FMU, and importing it takes most of pythonfmu's time.
+    init_file = f"{_WRAPPER_FOLDER}__init__.py"
+    for name in _BUILDER_MODULES:
+        del content[f"{_WRAPPER_FOLDER}{name}.py"]
+    content[init_file] = _BUILDER_IMPORT.sub(b"", content[init_file])
     return content
 
 
 @contextmanager
-def _imports_restored(bundle: Bundle) -> Iterator[None]:
+def _restore_imports(bundle: Bundle) -> Iterator[None]:
     path, cached, before = sys.path[:], set(sys.path_importer_cache), set(sys.modules)
-    writes = sys.dont_write_bytecode
+    dont_write_bytecode = sys.dont_write_bytecode
     sys.dont_write_bytecode = True
     try:
         yield
     finally:
-        sys.dont_write_bytecode = writes
+        sys.dont_write_bytecode = dont_write_bytecode
         sys.path[:] = path
         for name in set(sys.modules) - before:
             if name.partition(".")[0] in (bundle.package, bundle.entry):
@@ -169,6 +169,6 @@ def _write_archive(file: BinaryIO, content: Mapping[str, bytes]) -> None:
         for name in sorted(content, key=lambda name: (name != _DESCRIPTION, name)):
             entry = zipfile.ZipInfo(name, ZIP_DATE)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system = _UNIX
+            entry.create_system = _UNIX_SYSTEM
             entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
             archive.writestr(entry, content[name], compresslevel=9)

@@ -1,4 +1,4 @@
-"""The Python sources that an FMU carries, in a package of a unique name.
+"""The Python sources that an FMU contains, in a package with a unique name.
 
 Modules of the same name collide in an interpreter that hosts several FMUs, so the package is named
 by a hash of its content.
@@ -14,10 +14,10 @@ from typing import Final, Self
 
 from .component import Component
 
-# Held while the Python of an FMU is imported, which changes tables that all threads share.
+# Held while an FMU's Python code is imported: importing changes `sys.path` and `sys.modules`.
 IMPORT_LOCK: Final = threading.Lock()
-_IMPORT: Final = re.compile(r"^from (?=(?:fivtui|fmu_src)[. ])", re.MULTILINE)
-_DIGITS: Final = 12
+_PROJECT_IMPORT: Final = re.compile(r"^from (?=(?:fivtui|fmu_src)[. ])", re.MULTILINE)
+_HASH_DIGITS: Final = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +29,8 @@ class Bundle:
     sources: dict[str, str]
 
     @classmethod
-    def collected(cls, component: Component) -> Self:
-        """The bundle of a component, from the installed sources; equal for equal sources."""
+    def from_component(cls, component: Component) -> Self:
+        """Collect the bundle of a component from the installed sources; equal for equal sources."""
         texts = {
             f"{package.replace('.', '/')}/{name}.py": _text(package, name)
             for package, names in component.modules.items()
@@ -38,12 +38,14 @@ class Bundle:
         }
         entry_text = _text("fmu_src.slave", component.entry)
         content = "\0".join(f"{path}\0{text}" for path, text in texts.items()) + entry_text
-        digest = hashlib.sha256(content.encode()).hexdigest()[:_DIGITS]
+        digest = hashlib.sha256(content.encode()).hexdigest()[:_HASH_DIGITS]
         package, entry = f"fivtui_{digest}", f"fivtui_entry_{digest}"
-        sources = {f"{package}/{path}": _renamed(text, package) for path, text in texts.items()}
+        sources = {
+            f"{package}/{path}": _rename_imports(text, package) for path, text in texts.items()
+        }
         folders = {folder for path in sources for folder in PurePosixPath(path).parents[:-1]}
         sources |= {f"{folder}/__init__.py": "" for folder in folders}
-        sources[f"{entry}.py"] = _renamed(entry_text, package)
+        sources[f"{entry}.py"] = _rename_imports(entry_text, package)
         return cls(package, entry, sources)
 
 
@@ -51,5 +53,5 @@ def _text(package: str, name: str) -> str:
     return files(package).joinpath(f"{name}.py").read_text(encoding="utf-8")
 
 
-def _renamed(text: str, package: str) -> str:
-    return _IMPORT.sub(f"from {package}.", text)
+def _rename_imports(text: str, package: str) -> str:
+    return _PROJECT_IMPORT.sub(f"from {package}.", text)

@@ -1,4 +1,4 @@
-"""A component that FMUs are built of, its documentation and its reference run as files."""
+"""A component to build FMUs of, and its documentation and reference run as files."""
 
 import html
 from collections.abc import Callable, Mapping, Sequence
@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 from fmu_src.slave import Role, VariableTable
 
-_RULES: Final = """\
+_PYTHON_RULES: Final = """\
 <h2>Rules</h2>
 <p>Inputs are held from one communication point to the next (input derivatives cannot be given).
 Results do not depend on the communication step.</p>
@@ -42,13 +42,13 @@ _TITLES: Final = {
     Role.OUTPUT: "Outputs",
     Role.LOCAL: "Local variables",
 }
-_EXTRA: Final = "extra"
+_EXTRA_FOLDER: Final = "extra"
 
 
 class Reference(NamedTuple):
-    """A run that any tool can repeat: times in s; inputs and outputs by name, each with ``time``.
+    """A run that any tool can repeat: inputs and outputs by name, each with a column ``time``, s.
 
-    Two rows of one time in the inputs are a jump; outputs are at all communication points.
+    Two equal times in the inputs are a jump; outputs are given at all communication points.
     """
 
     stop_time: float
@@ -66,32 +66,32 @@ class Component:
     model: str
     # Module of ``fmu_src.slave`` that the wrapper imports.
     entry: str
-    # Modules that the FMU carries, by package; they import the standard library, pythonfmu and each
-    # other alone.
+    # Modules that the FMU contains, by package; they import only the standard library, pythonfmu
+    # and each other.
     modules: Mapping[str, Sequence[str]]
     table: VariableTable
     # One sentence on the model.
     description: str
-    # Documentation of the model in HTML.
-    about: str
+    # Documentation of the model.
+    about_html: str
     # Computes a reference run.
     reference: Callable[[], Reference]
 
 
-def documentation(component: Component, *, is_native: bool) -> dict[str, bytes]:
+def documentation_files(component: Component, *, is_native: bool) -> dict[str, bytes]:
     """The files below ``documentation/``: content by name in the FMU."""
-    rules = _NATIVE_RULES if is_native else _RULES
-    files = {"documentation/index.html": _index(component, rules).encode()}
+    rules = _NATIVE_RULES if is_native else _PYTHON_RULES
+    files = {"documentation/index.html": _index_page(component, rules).encode()}
     if not is_native:
-        files["documentation/licenses/pythonfmu.txt"] = _license_of("pythonfmu")
+        files["documentation/licenses/pythonfmu.txt"] = _license_text("pythonfmu")
     return files
 
 
-def _index(component: Component, rules: str) -> str:
+def _index_page(component: Component, rules: str) -> str:
     parts = [
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
         f"<title>{component.model}</title></head><body>\n<h1>{component.model}</h1>\n",
-        component.about,
+        component.about_html,
         rules,
     ]
     for role, title in _TITLES.items():
@@ -105,7 +105,7 @@ def _index(component: Component, rules: str) -> str:
     return "".join(parts) + "</body></html>\n"
 
 
-def _license_of(package: str) -> bytes:
+def _license_text(package: str) -> bytes:
     for file in distribution(package).files or ():
         if file.name == "LICENSE":
             return Path(str(file.locate())).read_bytes()
@@ -121,15 +121,15 @@ def reference_files(model: str, reference: Reference) -> dict[str, bytes]:
         "RelTol": reference.tol,
     }
     texts = {
-        "in.csv": _table(reference.inputs),
-        "ref.csv": _table(reference.outputs),
+        "in.csv": _csv_text(reference.inputs),
+        "ref.csv": _csv_text(reference.outputs),
         "ref.opt": "".join(f"{name}, {value!r}\n" for name, value in options.items()),
     }
-    return {f"{_EXTRA}/{model}_{name}": text.encode() for name, text in texts.items()}
+    return {f"{_EXTRA_FOLDER}/{model}_{name}": text.encode() for name, text in texts.items()}
 
 
-def _table(columns: Mapping[str, Sequence[float]]) -> str:
-    # Ten digits; further ones depend on the platform's mathematical library.
+def _csv_text(columns: Mapping[str, Sequence[float]]) -> str:
+    # Ten digits: further digits depend on the platform's mathematical library.
     lines = [",".join(f'"{name}"' for name in columns)]
     lines += [
         ",".join(f"{value:.10g}" for value in row) for row in zip(*columns.values(), strict=True)

@@ -18,8 +18,8 @@ from fmu_src.slave import (
 
 from .component import Component, Reference
 
-_INSTANCE: Final = ("experiment", "instance", "instance_state", "variable")
-_MODEL: Final[Mapping[str, tuple[str, ...]]] = {
+_INSTANCE_MODULES: Final = ("experiment", "instance", "instance_state", "variable")
+_MODEL_MODULES: Final[Mapping[str, tuple[str, ...]]] = {
     "fivtui.model": (
         "advice",
         "columns",
@@ -42,37 +42,37 @@ _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
         "stepper",
     ),
 }
-_STEP: Final = 0.01
-_STOP: Final = 20.0
-# Time of the jump of preload or command in the reference run, s; values before and after, N.
-_JUMP: Final = 10.0
-_BEFORE: Final = 80.0
-_AFTER: Final = 120.0
+_STEP_SIZE: Final = 0.01
+_STOP_TIME: Final = 20.0
+# Jump of preload or command in the reference run: time, s; forces before and after, N.
+_JUMP_TIME: Final = 10.0
+_FORCE_BEFORE: Final = 80.0
+_FORCE_AFTER: Final = 120.0
 
 
 def _times() -> list[float]:
-    return [count * _STEP for count in range(round(_STOP / _STEP) + 1)]
+    return [count * _STEP_SIZE for count in range(round(_STOP_TIME / _STEP_SIZE) + 1)]
 
 
 def _slider_belt_reference() -> Reference:
-    p = Parameters(F=_BEFORE)
+    p = Parameters(F=_FORCE_BEFORE)
     start = start_state({reference: v.start for reference, v in enumerate(VARIABLES)})
     motion = SliderBeltMotion(p, start, t=0.0, separation=True, tol=DEFAULT_TOL)
     names = ("x", "vx", "y", "vy", "P", "separations", "reattachments")
     rows = []
     for t in _times():
         if t > 0.0:
-            motion.move_to(t, F=_BEFORE if t <= _JUMP else _AFTER, mu=p.mu)
-        at = motion.current
-        force = motion.contact_force(at.state[2])
-        rows.append((t, *at.state, force, at.separations, at.reattachments))
+            motion.move_to(t, F=_FORCE_BEFORE if t <= _JUMP_TIME else _FORCE_AFTER, mu=p.mu)
+        current = motion.current
+        force = motion.contact_force(current.state[2])
+        rows.append((t, *current.state, force, current.separations, current.reattachments))
     return Reference(
-        _STOP,
-        _STEP,
+        _STOP_TIME,
+        _STEP_SIZE,
         DEFAULT_TOL,
         {
-            "time": (0.0, _JUMP, _JUMP, _STOP),
-            "F": (_BEFORE, _BEFORE, _AFTER, _AFTER),
+            "time": (0.0, _JUMP_TIME, _JUMP_TIME, _STOP_TIME),
+            "F": (_FORCE_BEFORE, _FORCE_BEFORE, _FORCE_AFTER, _FORCE_AFTER),
             "mu": (p.mu,) * 4,
         },
         dict(zip(("time", *names), zip(*rows, strict=True), strict=True)),
@@ -81,25 +81,25 @@ def _slider_belt_reference() -> Reference:
 
 def _actuator_reference() -> Reference:
     starts: Mapping[str, Any] = {v.name: v.start for v in ACTUATOR_TABLE.variables}
-    tau, gain, begin = starts["tau"], starts["gain"], starts["F_start"]
-    feedback = 0.75 * _BEFORE
+    tau, gain, initial = starts["tau"], starts["gain"], starts["F_start"]
+    feedback = 0.75 * _FORCE_BEFORE
 
-    goals = [command + gain * (command - feedback) for command in (_BEFORE, _AFTER)]
+    targets = [command + gain * (command - feedback) for command in (_FORCE_BEFORE, _FORCE_AFTER)]
 
     def preload(t: float) -> float:
-        force: float = goals[0] + (begin - goals[0]) * math.exp(-min(t, _JUMP) / tau)
-        if t > _JUMP:
-            force = goals[1] + (force - goals[1]) * math.exp((_JUMP - t) / tau)
+        force: float = targets[0] + (initial - targets[0]) * math.exp(-min(t, _JUMP_TIME) / tau)
+        if t > _JUMP_TIME:
+            force = targets[1] + (force - targets[1]) * math.exp((_JUMP_TIME - t) / tau)
         return force
 
     times = _times()
     return Reference(
-        _STOP,
-        _STEP,
+        _STOP_TIME,
+        _STEP_SIZE,
         DEFAULT_TOL,
         {
-            "time": (0.0, _JUMP, _JUMP, _STOP),
-            "command": (_BEFORE, _BEFORE, _AFTER, _AFTER),
+            "time": (0.0, _JUMP_TIME, _JUMP_TIME, _STOP_TIME),
+            "command": (_FORCE_BEFORE, _FORCE_BEFORE, _FORCE_AFTER, _FORCE_AFTER),
             "P": (feedback,) * 4,
         },
         {"time": times, "F": [preload(t) for t in times]},
@@ -124,7 +124,7 @@ what holds it, f = c1 v_belt + m dv_belt/dt + a x - h y, as long as |f| is at mo
 Separated is mode 0. mu(v) = mu + (mu_s - mu) exp(-v/v_s); with v_s = 0 friction has its static
 value in stick alone, and with mu_s = 0 that is mu. mu above mu_s is refused.</p>
 """
-_LOCATED: Final = """\
+_EVENTS_ABOUT: Final = """\
 <p>State events (separation and reattachment at y = 0; where stick and slip begin) are located
 inside a communication step to rounding. An event is counted at the first communication point that
 is not before it.</p>
@@ -144,25 +144,25 @@ COMPONENTS: Final[Mapping[str, Component]] = {
         model="SliderBelt",
         entry="entry",
         modules={
-            **_MODEL,
-            "fmu_src.slave": (*_INSTANCE, "motion", "slider_belt", "variables"),
+            **_MODEL_MODULES,
+            "fmu_src.slave": (*_INSTANCE_MODULES, "motion", "slider_belt", "variables"),
         },
         table=SLIDER_BELT_TABLE,
         description=SUMMARY,
-        about=_SLIDER_BELT_ABOUT + _LOCATED,
+        about_html=_SLIDER_BELT_ABOUT + _EVENTS_ABOUT,
         reference=_slider_belt_reference,
     ),
     "brake-actuator": Component(
         model="BrakeActuator",
         entry="actuator_entry",
         modules={
-            **_MODEL,
-            "fmu_src.slave": (*_INSTANCE, "actuator", "actuator_variables"),
+            **_MODEL_MODULES,
+            "fmu_src.slave": (*_INSTANCE_MODULES, "actuator", "actuator_variables"),
         },
         table=ACTUATOR_TABLE,
         description=ACTUATOR_SUMMARY,
-        about=_ACTUATOR_ABOUT,
+        about_html=_ACTUATOR_ABOUT,
         reference=_actuator_reference,
     ),
 }
-DEFAULT: Final = "slider-belt"
+DEFAULT_COMPONENT: Final = "slider-belt"

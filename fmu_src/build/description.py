@@ -1,4 +1,4 @@
-"""The model description of FMI 2.0: pythonfmu's, completed from the table of variables."""
+"""Model descriptions of FMI 2.0: complete that of pythonfmu from the table of variables."""
 
 import hashlib
 import math
@@ -21,15 +21,15 @@ GENERATION: Final = {
 }
 AUTHOR: Final = {"author": "The fivtui developers", "license": "MIT"}
 # Exponents of the base units, in the order in which FMI names their attributes.
-_BASE: Final = {
+_BASE_EXPONENTS: Final = {
     "kg": {"kg": 1},
     "m": {"m": 1},
     "s": {"s": 1},
     "N": {"kg": 1, "m": 1, "s": -2},
     "1": {},
 }
-# One display unit used by engineers; value in it = factor times SI value.
-_READ_IN: Final = {
+# Display unit used by engineers, and its factor: display value = factor times SI value.
+_DISPLAY_UNITS: Final = {
     "kg": ("g", 1e3),
     "m": ("mm", 1e3),
     "m/s": ("mm/s", 1e3),
@@ -43,11 +43,11 @@ _READ_IN: Final = {
 }
 
 
-def completed(xml: bytes, content: Mapping[str, bytes], table: VariableTable) -> bytes:
+def complete_xml(xml: bytes, content: Mapping[str, bytes], table: VariableTable) -> bytes:
     """Complete the model description that pythonfmu wrote.
 
-    Added are units, bounds, types, derivatives, dependencies, initial unknowns, and a GUID that
-    follows from `content`, the other files of the FMU by name.
+    This adds units, bounds, types, derivatives, dependencies, initial unknowns, and a GUID from a
+    hash of `content`, the other files of the FMU by name.
     """
     root = ET.fromstring(xml)  # noqa: S314
     root.set("generationDateAndTime", TIMESTAMP)
@@ -64,10 +64,10 @@ def completed(xml: bytes, content: Mapping[str, bytes], table: VariableTable) ->
     for name in sorted(content):
         digest.update(f"\0{name}\0".encode() + content[name])
     root.set("guid", f"{{{uuid.uuid5(uuid.NAMESPACE_OID, digest.hexdigest())}}}")
-    return as_text(root)
+    return xml_bytes(root)
 
 
-def as_text(root: ET.Element) -> bytes:
+def xml_bytes(root: ET.Element) -> bytes:
     """A model description as the bytes of its file, indented."""
     for element in root.iter():
         element.text = element.tail = None
@@ -98,29 +98,29 @@ def unit_definitions(table: VariableTable) -> ET.Element:
 def type_definitions(
     table: VariableTable, add_type: Callable[[ET.Element, str], ET.Element]
 ) -> list[ET.Element]:
-    """``TypeDefinitions`` of the enumerations, each an element that `add_type` adds; or nothing."""
+    """``TypeDefinitions`` with an element from `add_type` per enumeration; empty without any."""
     definitions = ET.Element("TypeDefinitions")
     for variable in table.variables:
         if variable.value_names:
-            enumeration = add_type(definitions, type_of(variable))
+            enumeration = add_type(definitions, type_name(variable))
             for value, name in enumerate(variable.value_names):
                 ET.SubElement(enumeration, "Item", name=name, value=str(value))
     return [definitions] if len(definitions) else []
 
 
 def add_type(definitions: ET.Element, name: str) -> ET.Element:
-    """The element of an enumeration; FMI 2.0."""
+    """Add the type of an enumeration, and return the element of its items; FMI 2.0."""
     return ET.SubElement(ET.SubElement(definitions, "SimpleType", name=name), "Enumeration")
 
 
-def type_of(variable: Variable) -> str:
+def type_name(variable: Variable) -> str:
     """Name of the type of an enumeration."""
     # A type must not have the name of a variable.
     return f"{variable.name}_type"
 
 
-def identity_of(variable: Variable, reference: int) -> dict[str, str]:
-    """Attributes of a variable in every FMI version, without those of its type."""
+def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
+    """Attributes of a variable that do not depend on its type, in every FMI version."""
     attributes = {
         "name": variable.name,
         "valueReference": str(reference),
@@ -133,14 +133,14 @@ def identity_of(variable: Variable, reference: int) -> dict[str, str]:
     return attributes
 
 
-def start_description(
+def new_description(
     identity: Mapping[str, str],
     interfaces: Mapping[str, Mapping[str, str]],
     table: VariableTable,
     types: Sequence[ET.Element],
     categories: Mapping[str, str],
 ) -> ET.Element:
-    """A model description up to the variables; `categories` are those of messages."""
+    """A model description without variables; `categories` are log categories, described by name."""
     root = ET.Element("fmiModelDescription", dict(identity))
     for interface, capabilities in interfaces.items():
         ET.SubElement(root, interface, dict(capabilities), modelIdentifier=identity["modelName"])
@@ -156,19 +156,19 @@ def start_description(
 
 def complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:
     """Add type, unit, bounds, derivative and start to a ``ScalarVariable``; FMI 2.0."""
-    typed = _child(element, (Type.INTEGER if variable.value_names else variable.type).value)
-    typed.tag = variable.type.value
+    type_element = _child(element, (Type.INTEGER if variable.value_names else variable.type).value)
+    type_element.tag = variable.type.value
     if variable.value_names:
-        typed.set("declaredType", type_of(variable))
-    derivative_of = variable.derivative_of and _index(table, variable.derivative_of)
-    for name, text in numbers_of(variable, derivative_of).items():
-        typed.set(name, text)
+        type_element.set("declaredType", type_name(variable))
+    derivative_of = variable.derivative_of and _index_text(table, variable.derivative_of)
+    for name, text in value_attributes(variable, derivative_of).items():
+        type_element.set(name, text)
 
 
-def numbers_of(variable: Variable, derivative_of: str) -> dict[str, str]:
+def value_attributes(variable: Variable, derivative_of: str) -> dict[str, str]:
     """Attributes of unit, bounds, typical size, derivative and start, in every version of FMI.
 
-    `derivative_of` identifies the variable whose derivative it is; empty if there is none.
+    `derivative_of` refers to the state whose derivative the variable is; empty if there is none.
     """
     attributes: dict[str, str] = {}
     if variable.unit:
@@ -181,12 +181,12 @@ def numbers_of(variable: Variable, derivative_of: str) -> dict[str, str]:
     if derivative_of:
         attributes["derivative"] = derivative_of
     if variable.settable:
-        boolean = variable.type is Type.BOOLEAN
-        attributes["start"] = str(variable.start).lower() if boolean else repr(variable.start)
+        is_boolean = variable.type is Type.BOOLEAN
+        attributes["start"] = str(variable.start).lower() if is_boolean else repr(variable.start)
     return attributes
 
 
-def _index(table: VariableTable, name: str) -> str:
+def _index_text(table: VariableTable, name: str) -> str:
     return str(table.references[name] + 1)
 
 
@@ -215,7 +215,7 @@ def _add_unknowns(
         ET.SubElement(
             group,
             "Unknown",
-            index=_index(table, variable.name),
+            index=_index_text(table, variable.name),
             dependencies=" ".join(
                 str(i + 1) for i in sorted(table.references[name] for name in names)
             ),
@@ -226,19 +226,19 @@ def _add_unknowns(
 def base_exponents(unit: str) -> dict[str, int]:
     """Exponents of the SI base units in a unit, without zeros.
 
-    `unit` is factors separated by spaces, then divisors each after a slash; "^" precedes an
-    exponent. Raises `KeyError` if a factor is not a unit of this model.
+    `unit` consists of factors separated by spaces, then divisors each after a slash; "^" precedes
+    an exponent. Raises `KeyError` if a factor is not a unit of this model.
     """
     total: Counter[str] = Counter()
     numerator, *divisors = unit.split("/")
     for sign, factors in ((1, numerator.split()), (-1, divisors)):
         for factor in factors:
             name, _, power = factor.partition("^")
-            for base, exponent in _BASE[name].items():
+            for base, exponent in _BASE_EXPONENTS[name].items():
                 total[base] += sign * exponent * int(power or 1)
     return {base: exponent for base, exponent in total.items() if exponent}
 
 
 def display_units(unit: str) -> dict[str, float]:
-    """Display units of an SI unit, itself first, with their factors from the SI unit."""
-    return {unit: 1.0, **dict([_READ_IN[unit]] if unit in _READ_IN else [])}
+    """Display units of an SI unit with their factors, the SI unit itself first."""
+    return {unit: 1.0, **dict([_DISPLAY_UNITS[unit]] if unit in _DISPLAY_UNITS else [])}

@@ -1,4 +1,4 @@
-"""The model description of a native FMU for FMI 3.0, and how its text in C is built."""
+"""Model description of a native FMU for FMI 3.0, and build description of its C files."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Final, NamedTuple
@@ -6,18 +6,18 @@ from xml.etree import ElementTree as ET
 
 from fmu_src.slave import Role, Type, Variable, VariableTable
 
+from .c_sources import model_guid, sources
 from .component import Component
 from .description import (
     AUTHOR,
     GENERATION,
-    as_text,
-    identity_of,
-    numbers_of,
-    start_description,
+    common_attributes,
+    new_description,
     type_definitions,
-    type_of,
+    type_name,
+    value_attributes,
+    xml_bytes,
 )
-from .native_text import guid_of, sources
 
 _TAGS: Final = {
     Type.REAL: "Float64",
@@ -36,20 +36,20 @@ class Indicator(NamedTuple):
     depends_on: tuple[str, ...]
 
 
-_HOLD: Final = ("x", "y", "mu", "v_belt", "k1", "k2", "k3", "c1", "k_nl", "mu_s")
-# The switches of each model are zeros of its event indicators.
+_STICK_NAMES: Final = ("x", "y", "mu", "v_belt", "k1", "k2", "k3", "c1", "k_nl", "mu_s")
+# Event indicators by model: their zeros are its switches.
 INDICATORS: Final[Mapping[str, Sequence[Indicator]]] = {
     "SliderBelt": (
         Indicator("event_indicator", "m", "y, where that is zero on the side of the mode", ("y",)),
         Indicator("event_indicator_slip", "m/s", "v_belt - vx in slip, 1 else", ("vx", "v_belt")),
-        Indicator("event_indicator_forward", "N", "mu_s P - f in stick, 1 else", _HOLD),
-        Indicator("event_indicator_backward", "N", "mu_s P + f in stick, 1 else", _HOLD),
+        Indicator("event_indicator_forward", "N", "mu_s P - f in stick, 1 else", _STICK_NAMES),
+        Indicator("event_indicator_backward", "N", "mu_s P + f in stick, 1 else", _STICK_NAMES),
     ),
     "BrakeActuator": (),
 }
 
 
-_SHARED: Final = {
+_CAPABILITIES: Final = {
     "needsExecutionTool": "false",
     "canBeInstantiatedOnlyOncePerProcess": "false",
     "canGetAndSetFMUState": "true",
@@ -58,9 +58,9 @@ _SHARED: Final = {
     "providesAdjointDerivatives": "true",
 }
 _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
-    "ModelExchange": {**_SHARED, "needsCompletedIntegratorStep": "false"},
+    "ModelExchange": {**_CAPABILITIES, "needsCompletedIntegratorStep": "false"},
     "CoSimulation": {
-        **_SHARED,
+        **_CAPABILITIES,
         "canHandleVariableCommunicationStepSize": "true",
         "hasEventMode": "true",
         "mightReturnEarlyFromDoStep": "true",
@@ -73,13 +73,13 @@ _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
 def native_description_3(component: Component, categories: Mapping[str, str]) -> bytes:
     """The model description: co-simulation with event mode, and model exchange.
 
-    `categories` are those of messages, with their descriptions.
+    `categories` are log categories with their descriptions.
     """
     table, indicators = component.table, INDICATORS[component.model]
     identity = {
         "fmiVersion": "3.0",
         "modelName": component.model,
-        "instantiationToken": guid_of(component.model),
+        "instantiationToken": model_guid(component.model),
         "description": component.description,
         **AUTHOR,
         **GENERATION,
@@ -87,7 +87,7 @@ def native_description_3(component: Component, categories: Mapping[str, str]) ->
     types = type_definitions(
         table, lambda group, name: ET.SubElement(group, "EnumerationType", name=name)
     )
-    root = start_description(identity, _INTERFACES, table, types, categories)
+    root = new_description(identity, _INTERFACES, table, types, categories)
     variables = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table.variables):
         ET.SubElement(variables, _TAGS[variable.type], _attributes(variable, reference, table))
@@ -107,22 +107,22 @@ def native_description_3(component: Component, categories: Mapping[str, str]) ->
             unit=indicator.unit,
         )
     root.append(_model_structure(table, indicators))
-    return as_text(root)
+    return xml_bytes(root)
 
 
 def _attributes(variable: Variable, reference: int, table: VariableTable) -> dict[str, str]:
-    attributes = identity_of(variable, reference)
+    attributes = common_attributes(variable, reference)
     if variable.variability == "continuous":
         attributes["intermediateUpdate"] = "true"
     derivative_of = variable.derivative_of and str(table.references[variable.derivative_of])
-    attributes |= numbers_of(variable, derivative_of)
+    attributes |= value_attributes(variable, derivative_of)
     if variable.value_names:
-        attributes["declaredType"] = type_of(variable)
+        attributes["declaredType"] = type_name(variable)
     return attributes
 
 
 def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> ET.Element:
-    # References of indicators follow that of the time.
+    # The references of the event indicators follow the reference of the time.
     structure = ET.Element("ModelStructure")
     states = {v.derivative_of for v in table.variables if v.derivative_of}
 
@@ -137,11 +137,11 @@ def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> E
 
     for reference, variable in enumerate(table.variables):
         if variable.role is Role.OUTPUT:
-            names = (*exchange_dependencies(variable, states), *_parameters_of(variable))
+            names = (*dependencies_in_exchange(variable, states), *_direct_parameters(variable))
             add("Output", reference, names)
     for reference, variable in enumerate(table.variables):
         if variable.derivative_of:
-            names = (*variable.rate_depends_on, *_parameters_of(variable))
+            names = (*variable.rate_depends_on, *_direct_parameters(variable))
             add("ContinuousStateDerivative", reference, names)
     for reference, variable in enumerate(table.variables):
         if variable.role is Role.OUTPUT or variable.derivative_of:
@@ -151,14 +151,14 @@ def _model_structure(table: VariableTable, indicators: Sequence[Indicator]) -> E
     return structure
 
 
-def exchange_dependencies(output: Variable, states: Collection[str]) -> tuple[str, ...]:
+def dependencies_in_exchange(output: Variable, states: Collection[str]) -> tuple[str, ...]:
     """States and inputs that an output depends on in model exchange."""
     from_states = (output.name,) if output.name in states else _FROM_STATES.get(output.name, ())
     return (*from_states, *output.depends_on)
 
 
-def _parameters_of(variable: Variable) -> tuple[str, ...]:
-    """Parameters that an output or derivative depends on directly: known in FMI 3.0 alone."""
+def _direct_parameters(variable: Variable) -> tuple[str, ...]:
+    """Parameters that an output or derivative depends on directly, listed only in FMI 3.0."""
     return _FROM_PARAMETERS.get(variable.name, ())
 
 
@@ -179,11 +179,11 @@ _FROM_PARAMETERS: Final = {
 
 
 def build_description(component: Component) -> bytes:
-    """How the text in C is built."""
+    """The build description: the C files to compile."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=component.model)
     files = ET.SubElement(build, "SourceFileSet", language="C11")
     for name in sources(component.model):
         if name.endswith(".c"):
             ET.SubElement(files, "SourceFile", name=name)
-    return as_text(root)
+    return xml_bytes(root)

@@ -1,4 +1,4 @@
-"""What a native FMU holds: the binary that installation compiled, and its model description."""
+"""Files of a native FMU: binaries, C files if wanted, and the model description."""
 
 import platform
 import sys
@@ -9,31 +9,32 @@ from xml.etree import ElementTree as ET
 from fivtui.model import InputError, check_known
 from fmu_src.slave import Type
 
+from .c_sources import MODELS, NATIVE, build_name, model_guid, sources
 from .component import Component
-from .cross import TARGETS, compiled_for
+from .cross_compilation import TARGETS, compile_binary
 from .description import (
     AUTHOR,
     GENERATION,
     add_type,
-    as_text,
+    common_attributes,
     complete_variable,
-    identity_of,
     model_structure,
-    start_description,
+    new_description,
     type_definitions,
+    xml_bytes,
 )
 from .description_3 import (
     INDICATORS,
     build_description,
-    exchange_dependencies,
+    dependencies_in_exchange,
     native_description_3,
 )
-from .native_text import MODELS, NATIVE, build_name, guid_of, sources
 
 _DESCRIPTION: Final = "modelDescription.xml"
-_REASON: Final = NATIVE / "native.txt"
-# This machine in `TARGETS`, by `sys.platform` and processor.
-_HERE: Final[Mapping[tuple[str, str], str]] = {
+# Why the compilation at installation failed, if it did.
+_FAILURE: Final = NATIVE / "native.txt"
+# Name in `TARGETS` of the host, by `sys.platform` and processor.
+_HOSTS: Final[Mapping[tuple[str, str], str]] = {
     ("linux", "x86_64"): "linux64",
     ("linux", "aarch64"): "aarch64-linux",
     ("darwin", "x86_64"): "darwin64",
@@ -47,7 +48,7 @@ _LOG_CATEGORIES: Final = {
     "logStatusError": "Log messages with fmi2Error status.",
     "logAll": "Log all messages.",
 }
-_SHARED: Final = {
+_CAPABILITIES: Final = {
     "needsExecutionTool": "false",
     "canBeInstantiatedOnlyOncePerProcess": "false",
     "canNotUseMemoryManagementFunctions": "true",
@@ -56,43 +57,44 @@ _SHARED: Final = {
     "providesDirectionalDerivative": "true",
 }
 _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
-    "ModelExchange": {**_SHARED, "completedIntegratorStepNotNeeded": "true"},
+    "ModelExchange": {**_CAPABILITIES, "completedIntegratorStepNotNeeded": "true"},
     "CoSimulation": {
-        **_SHARED,
+        **_CAPABILITIES,
         "canHandleVariableCommunicationStepSize": "true",
         "canInterpolateInputs": "true",
     },
 }
 
 
-def why_no_native() -> str | None:
-    """Why no native FMU can be built here; None if one can."""
+def native_failure() -> str | None:
+    """Message why native FMUs cannot be built here; None if they can."""
     try:
         for model in MODELS:
-            _binary(model)
+            _read_binary(model)
     except InputError as error:
         return str(error)
     return None
 
 
-def native_content(
+def native_files(
     component: Component, fmi: str, platforms: Sequence[str], *, with_sources: bool
 ) -> dict[str, bytes]:
-    """The binaries, the text in C if asked for, and the model description: content by name.
+    """The binaries, the C files if `with_sources`, and the model description: content by name.
 
-    The binary that installation compiled serves this platform, which is meant by no `platforms`;
-    for others they are compiled now. Raises `InputError` where there is no binary, or it was
-    compiled from another text, and `ComputationError` if one cannot be compiled.
+    The binary compiled at installation is used for the host, the default of `platforms`; binaries
+    for others are compiled now. Raises `InputError` if the host's binary is missing or compiled
+    from other sources, and `ComputationError` if a compilation fails.
     """
     content: dict[str, bytes] = {}
-    model, names = component.model, platforms or [_platform_name()]
+    model, names = component.model, platforms or [_host_platform()]
     for name in names:
         check_known("platform", name, TARGETS)
-    # Those of x86 first: a folder in which importers for ARM look, too, is theirs.
-    for name in sorted(names, key=lambda name: bool(TARGETS[name].older)):
+    # x86 first: its binary takes precedence in its folder, where importers on ARM look, too.
+    for name in sorted(names, key=lambda name: bool(TARGETS[name].x86_folder)):
         target = TARGETS[name]
-        binary = _binary(model) if name == _HERE.get(_machine()) else compiled_for(model, name)
-        folders = (target.folders[0], target.older) if fmi == "2" else target.folders[1:]
+        is_host = name == _HOSTS.get(_machine())
+        binary = _read_binary(model) if is_host else compile_binary(model, name)
+        folders = (target.folders[0], target.x86_folder) if fmi == "2" else target.folders[1:]
         for folder in filter(None, folders):
             content.setdefault(f"binaries/{folder}/{model}{target.suffix}", binary)
     if with_sources:
@@ -111,20 +113,22 @@ def _machine() -> tuple[str, str]:
     return sys.platform, platform.machine().lower()
 
 
-def _platform_name() -> str:
-    """Name of this platform."""
-    if _machine() not in _HERE:
+def _host_platform() -> str:
+    """Name in `TARGETS` of the platform of this machine."""
+    if _machine() not in _HOSTS:
         raise InputError(
             f"a native FMU for {', '.join(_machine())}: there is none; build the Python flavour"
         )
-    return _HERE[_machine()]
+    return _HOSTS[_machine()]
 
 
-def _binary(model: str) -> bytes:
+def _read_binary(model: str) -> bytes:
     advice = "install fivtui anew, or build the Python flavour"
-    file = NATIVE / f"{model}{TARGETS[_platform_name()].suffix}"
+    file = NATIVE / f"{model}{TARGETS[_host_platform()].suffix}"
     if not file.is_file():
-        why = _REASON.read_text(encoding="utf-8").strip() if _REASON.is_file() else "not installed"
+        why = (
+            _FAILURE.read_text(encoding="utf-8").strip() if _FAILURE.is_file() else "not installed"
+        )
         raise InputError(f"the native FMU is not compiled: {why}; {advice}")
     binary = file.read_bytes()
     if build_name().encode() not in binary:
@@ -135,21 +139,21 @@ def _binary(model: str) -> bytes:
 def native_description(component: Component, *, with_sources: bool = False) -> bytes:
     """The model description of a native FMU: co-simulation and model exchange, FMI 2.0.
 
-    With sources it names the files to compile.
+    `with_sources` lists the files to compile.
     """
     table = component.table
     states = {v.derivative_of for v in table.variables if v.derivative_of}
     identity = {
         "fmiVersion": "2.0",
         "modelName": component.model,
-        "guid": guid_of(component.model),
+        "guid": model_guid(component.model),
         **GENERATION,
         "numberOfEventIndicators": str(len(INDICATORS[component.model])),
         "description": component.description,
         **AUTHOR,
     }
     types = type_definitions(table, add_type)
-    root = start_description(identity, _INTERFACES, table, types, _LOG_CATEGORIES)
+    root = new_description(identity, _INTERFACES, table, types, _LOG_CATEGORIES)
     if with_sources:
         for element in root[: len(_INTERFACES)]:
             files = ET.SubElement(element, "SourceFiles")
@@ -158,8 +162,8 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
                     ET.SubElement(files, "File", name=name)
     variables = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table.variables):
-        element = ET.SubElement(variables, "ScalarVariable", identity_of(variable, reference))
+        element = ET.SubElement(variables, "ScalarVariable", common_attributes(variable, reference))
         ET.SubElement(element, (Type.INTEGER if variable.value_names else variable.type).value)
         complete_variable(element, variable, table)
-    root.append(model_structure(table, lambda v: exchange_dependencies(v, states)))
-    return as_text(root)
+    root.append(model_structure(table, lambda v: dependencies_in_exchange(v, states)))
+    return xml_bytes(root)

@@ -14,15 +14,15 @@ SUFFIX: Final = ".ssp"
 _NAMESPACE: Final = "http://ssp-standard.org/SSP1/SystemStructure"
 _SSD: Final = f"{{{_NAMESPACE}Description}}"
 _SSC: Final = f"{{{_NAMESPACE}Common}}"
-# Ports of each component. The command is none: hosts overwrite the start value of an input
-# that they know, and not every host can read ports of the system, which would be its source.
+# Ports of each component. The actuator's command is not a port: hosts overwrite the start value of
+# an input port, and not every host can connect it to a port of the system.
 # The actuator comes first: its preload does not depend on the contact force, and hosts that
 # initialize in this order start the slider under that preload.
 _PORTS: Final = {
     "brake-actuator": ("P", "F"),
     "slider-belt": ("F", "x", "y", "P", "friction_slider", "mode", "separations"),
 }
-_LINKS: Final = (
+_CONNECTIONS: Final = (
     ("brake-actuator", "F", "slider-belt", "F"),
     ("slider-belt", "P", "brake-actuator", "P"),
 )
@@ -36,7 +36,7 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
     path : str or Path
         The ``.ssp`` file to write.
     flavour : "python" or "native"
-        That of both FMUs; see `build_fmu`.
+        Flavour of both FMUs; see `build_fmu`.
     force : bool
         Whether to replace an existing file.
 
@@ -48,7 +48,7 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
     Raises
     ------
     InputError
-        If there is no such flavour or no compiled binary of it, the name does not end in ``.ssp``,
+        If the flavour is unknown or its binary was not compiled, the name does not end in ``.ssp``,
         the folder is missing or cannot be written, or the file exists and `force` is not set.
 
     Examples
@@ -60,12 +60,12 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
     target = output_path(path, force=force)
     check_suffix(target, "system", (SUFFIX,))
     check_output(target)
-    content = {"SystemStructure.ssd": _structure()}
+    content = {"SystemStructure.ssd": _system_structure()}
     with temporary_folder() as folder:
         for component in COMPONENTS:
-            file = folder / _file_of(component)
+            file = folder / _fmu_name(component)
             fmu = build_fmu(file, component=component, flavour=flavour)
-            content[_source_of(component)] = fmu.read_bytes()
+            content[_fmu_path(component)] = fmu.read_bytes()
 
     def write(file: BinaryIO) -> None:
         with zipfile.ZipFile(file, "w") as archive:
@@ -76,19 +76,19 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
     return Path(path)
 
 
-def _name_of(component: str) -> str:
+def _element_name(component: str) -> str:
     return component.replace("-", "_")
 
 
-def _file_of(component: str) -> str:
-    return f"{_name_of(component)}.fmu"
+def _fmu_name(component: str) -> str:
+    return f"{_element_name(component)}.fmu"
 
 
-def _source_of(component: str) -> str:
-    return f"resources/{_file_of(component)}"
+def _fmu_path(component: str) -> str:
+    return f"resources/{_fmu_name(component)}"
 
 
-def _structure() -> bytes:
+def _system_structure() -> bytes:
     for prefix, space in (("ssd", "Description"), ("ssc", "Common")):
         ET.register_namespace(prefix, f"{_NAMESPACE}{space}")
     root = ET.Element(
@@ -100,9 +100,9 @@ def _structure() -> bytes:
         element = ET.SubElement(
             elements,
             f"{_SSD}Component",
-            name=_name_of(component),
+            name=_element_name(component),
             type="application/x-fmu-sharedlibrary",
-            source=_source_of(component),
+            source=_fmu_path(component),
         )
         connectors = ET.SubElement(element, f"{_SSD}Connectors")
         table = COMPONENTS[component].table
@@ -113,13 +113,13 @@ def _structure() -> bytes:
             )
             ET.SubElement(connector, f"{_SSC}{variable.type.value}")
     connections = ET.SubElement(system, f"{_SSD}Connections")
-    for start, output, end, port in _LINKS:
+    for start, output, end, port in _CONNECTIONS:
         ET.SubElement(
             connections,
             f"{_SSD}Connection",
-            startElement=_name_of(start),
+            startElement=_element_name(start),
             startConnector=output,
-            endElement=_name_of(end),
+            endElement=_element_name(end),
             endConnector=port,
         )
     ET.SubElement(root, f"{_SSD}DefaultExperiment", startTime="0.0", stopTime="100.0")

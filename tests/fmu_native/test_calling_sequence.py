@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import pytest
 
-from fmu_src.build.native_text import MODELS, NATIVE, guid_of
+from fmu_src.build.c_sources import MODELS, NATIVE, model_guid
 from fmu_src.slave.variable import Role, Type
 
 ERROR: Final = 3
@@ -129,7 +129,7 @@ _UPDATE: Final = ctypes.CFUNCTYPE(
 @cache
 def token_of(model: str) -> bytes:
     """GUID or instantiation token of a model; cached, as it depends on all sources."""
-    return guid_of(model).encode()
+    return model_guid(model).encode()
 
 
 class _Callbacks(ctypes.Structure):

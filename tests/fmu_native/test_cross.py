@@ -21,9 +21,9 @@ from fivtui.cli import run
 from fivtui.fmu.check import check_fmu
 from fivtui.kernel.field_text import FLAGS
 from fivtui.model.errors import InputError
-from fmu_src.build import cross, native
+from fmu_src.build import cross_compilation, native
 from fmu_src.build.builder import build_fmu
-from fmu_src.build.native_text import name_options, sources
+from fmu_src.build.c_sources import name_options, sources
 
 needs_zig = pytest.mark.skipif(
     find_spec("ziglang") is None, reason="ziglang is not installed (extra cross)"
@@ -55,9 +55,9 @@ class Commands:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.calls: list[tuple[Path | None, Mapping[str, str], list[str]]] = []
-        monkeypatch.setattr(subprocess, "run", self._run)
+        monkeypatch.setattr(subprocess, "run", self._run_compiler)
 
-    def _run(
+    def _run_compiler(
         self, command: list[str], *, env: Mapping[str, str], cwd: Path | None = None, **_: object
     ) -> None:
         self.calls.append((cwd, env, command))
@@ -79,7 +79,7 @@ def test_the_build_hook_compiles_for_the_same_macos(
     monkeypatch.setattr(platform, "machine", lambda: processor)
     monkeypatch.setattr(hatch_build, "find_spec", lambda _: True)
     _, command = hatch_build._compilers()[0]
-    assert command[-2:] == ["-target", cross.TARGETS[name].triple]
+    assert command[-2:] == ["-target", cross_compilation.TARGETS[name].triple]
 
 
 @pytest.mark.parametrize(
@@ -103,10 +103,10 @@ def test_a_second_build_finds_the_text_and_the_cache_of_the_first(
     for name, value in variables.items():
         monkeypatch.setenv(name, str(tmp_path / value))
     monkeypatch.setattr(os, "name", "posix")
-    monkeypatch.setattr(cross, "find_spec", lambda _: True)
+    monkeypatch.setattr(cross_compilation, "find_spec", lambda _: True)
     compiler = Commands(monkeypatch)
     for _ in range(2):
-        cross.compiled_for("SliderBelt", "win64")
+        cross_compilation.compile_binary("SliderBelt", "win64")
     folders = {(cwd, env["ZIG_GLOBAL_CACHE_DIR"]) for cwd, env, _ in compiler.calls}
     if folder is None:
         # The cache is in the temporary folder of the build.
@@ -151,7 +151,7 @@ def test_libraries_for_macos_are_for_version_11_and_the_same_from_any_folder(
         root.mkdir(exist_ok=True)
         monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(root / "cache"))
         monkeypatch.setattr(tempfile, "tempdir", str(root))
-        libraries.append(cross.compiled_for("BrakeActuator", name))
+        libraries.append(cross_compilation.compile_binary("BrakeActuator", name))
         files.append({file: file.stat().st_mtime_ns for file in root.rglob("*.o")})
     assert libraries == [libraries[0]] * 3
     # The second build compiles nothing.
@@ -167,7 +167,7 @@ def test_libraries_for_macos_are_for_version_11_and_the_same_from_any_folder(
 def test_without_ziglang_its_extra_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cross, "find_spec", lambda _name: None)
+    monkeypatch.setattr(cross_compilation, "find_spec", lambda _name: None)
     platform = "win64" if fmpy.platform != "win64" else "linux64"
     with pytest.raises(InputError, match=f"platform {platform}: needs the package ziglang, of the"):
         build_fmu(tmp_path / "m.fmu", flavour="native", platforms=[platform])
@@ -213,7 +213,7 @@ def test_unsupported_processors_have_no_native_flavour(
     monkeypatch.setattr(native, "_machine", lambda: ("linux", "riscv64"))
     with pytest.raises(InputError, match="for linux, riscv64: there is none; build the Python"):
         build_fmu(tmp_path / "m.fmu", flavour="native")
-    assert "riscv64" in str(native.why_no_native())
+    assert "riscv64" in str(native.native_failure())
 
 
 def assert_native_bits(program: str, host: Path) -> None:
@@ -249,9 +249,9 @@ def test_the_binary_for_windows_has_the_native_bits(
     if wine is None:
         pytest.skip("there is no wine")
     host, library = tmp_path / "host.exe", tmp_path / "SliderBelt.dll"
-    library.write_bytes(cross.compiled_for("SliderBelt", "win64"))
+    library.write_bytes(cross_compilation.compile_binary("SliderBelt", "win64"))
     flags = ["-target", "x86_64-windows-gnu", *sources_of_host, str(library)]
-    cross._run(tmp_path, *flags, "-o", str(host))
+    cross_compilation._run_compiler(tmp_path, *flags, "-o", str(host))
     assert_native_bits(wine, host)
 
 
@@ -265,5 +265,5 @@ def test_on_arm_it_has_the_native_bits(tmp_path: Path, sources_of_host: list[str
     host = tmp_path / "host"
     units = [str(path) for path in tmp_path.glob("*.c")]
     flags = ["-target", "aarch64-linux-musl", "-static", *sources_of_host, *units, "-lm"]
-    cross._run(tmp_path, *flags, "-o", str(host))
+    cross_compilation._run_compiler(tmp_path, *flags, "-o", str(host))
     assert_native_bits(qemu, host)

@@ -15,7 +15,7 @@ from lxml import etree
 from fivtui.cli import run
 from fivtui.fmu.check import check_fmu
 from fivtui.model.errors import InputError
-from fmu_src.build import native, why_no_native
+from fmu_src.build import native, native_failure
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.components import COMPONENTS
 from fmu_src.build.ssp import build_ssp
@@ -92,13 +92,13 @@ def test_what_there_is_not_is_refused(
 def test_without_a_binary_the_reason_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert why_no_native() is None
+    assert native_failure() is None
     monkeypatch.setattr(native, "NATIVE", tmp_path)
     monkeypatch.setattr(native, "_REASON", tmp_path / "native.txt")
-    assert "not compiled: not installed; install fivtui anew" in str(why_no_native())
+    assert "not compiled: not installed; install fivtui anew" in str(native_failure())
     (tmp_path / "native.txt").write_text("there is no compiler\n", encoding="utf-8")
     assert run(["fmu", "build", "--flavour", "native", "--out", str(tmp_path / "m.fmu")]) == 2
-    assert "there is no compiler" in str(why_no_native())
+    assert "there is no compiler" in str(native_failure())
 
 
 def test_a_binary_of_another_text_is_refused(

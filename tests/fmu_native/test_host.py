@@ -15,8 +15,8 @@ from fmpy.validation import validate_fmu
 
 from fivtui import simulate
 from fmu_src.build.builder import build_fmu
+from fmu_src.build.c_sources import sources
 from fmu_src.build.components import COMPONENTS
-from fmu_src.build.native_text import sources
 from tests.support.fmu_instance import FmuInstance
 
 pytestmark = [

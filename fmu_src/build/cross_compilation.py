@@ -1,4 +1,4 @@
-"""Binaries of native FMUs for other platforms, compiled by ziglang when an FMU is built."""
+"""Compile binaries of native FMUs for other platforms with ziglang, when an FMU is built."""
 
 import os
 import subprocess
@@ -13,22 +13,22 @@ from fivtui.io import output_path, temporary_folder, write_atomically
 from fivtui.kernel import FLAGS
 from fivtui.model import ComputationError, InputError
 
-from .native_text import STEPPING_UNIT, build_name, name_options, sources
+from .c_sources import STEPPING_UNIT, build_name, name_options, sources
 
 _TIMEOUT_S: Final = 600.0
 
 
 class Platform(NamedTuple):
-    """A platform: the compiler's name of it, suffix of binaries, and its folder in FMI 2.0, 3.0.
+    """A platform: the compiler's name for it, suffix of binaries, and its folders in FMI 2.0, 3.0.
 
-    `older` is where many importers of FMI 2.0 look on 64-bit ARM, for which it had no names before
-    2.0.4; it is that of x86.
+    FMI 2.0 names no folders for 64-bit ARM before 2.0.4: there many importers look in `x86_folder`,
+    the folder of the x86 platform.
     """
 
     triple: str
     suffix: str
     folders: tuple[str, str]
-    older: str = ""
+    x86_folder: str = ""
 
 
 TARGETS: Final[Mapping[str, Platform]] = {
@@ -53,10 +53,10 @@ _X86: Final[Mapping[str, Sequence[str]]] = {
 _ARM: Final[Mapping[str, Sequence[str]]] = {"baseline": []}
 
 
-def compiled_for(model: str, platform: str) -> bytes:
-    """The binary of a model for one of `TARGETS`.
+def compile_binary(model: str, platform: str) -> bytes:
+    """Compile the binary of a model for one of `TARGETS`.
 
-    Raises `InputError` where ziglang is not installed, `ComputationError` if it fails.
+    Raises `InputError` if ziglang is not installed, `ComputationError` if it fails.
     """
     if find_spec("ziglang") is None:
         raise InputError(f"platform {platform}: needs the package ziglang, of the extra cross")
@@ -64,28 +64,28 @@ def compiled_for(model: str, platform: str) -> bytes:
 
     target = TARGETS[platform]
     with temporary_folder() as folder:
-        texts = _text_folder(model, folder)
+        source_folder = _source_folder(model, folder)
         headers = Path(str(fmpy_file)).parent / "c-code"
         flags = [flag for flag in FLAGS if (flag, target.suffix) != ("-fPIC", ".dll")]
         options = ["-target", target.triple, *flags, "-I.", f"-I{headers}"]
-        units = [path.name for path in texts.glob("*.c") if path.stem != STEPPING_UNIT]
-        if (texts / f"{STEPPING_UNIT}.c").is_file():
-            steppings = _X86 if target.triple.startswith("x86_64") else _ARM
-            for variant, variant_options in steppings.items():
+        units = [path.name for path in source_folder.glob("*.c") if path.stem != STEPPING_UNIT]
+        if (source_folder / f"{STEPPING_UNIT}.c").is_file():
+            instruction_sets = _X86 if target.triple.startswith("x86_64") else _ARM
+            for variant, variant_options in instruction_sets.items():
                 units.append(str(folder / f"{variant}.o"))
-                chosen = [*variant_options, f"-DVARIANT={variant}", "-c", "-o", units[-1]]
-                _run(texts, *options, *chosen, f"{STEPPING_UNIT}.c")
-            options += ["-DWITH_AVX2"] if "avx2" in steppings else []
+                variant_flags = [*variant_options, f"-DVARIANT={variant}", "-c", "-o", units[-1]]
+                _run_compiler(source_folder, *options, *variant_flags, f"{STEPPING_UNIT}.c")
+            options += ["-DWITH_AVX2"] if "avx2" in instruction_sets else []
         library = folder / f"{model}{target.suffix}"
         options += ["-O2", "-shared", "-s", *name_options(library.name)]
-        _run(texts, *options, *sorted(units), "-o", str(library))
+        _run_compiler(source_folder, *options, *sorted(units), "-o", str(library))
         return library.read_bytes()
 
 
-def _text_folder(model: str, scratch: Path) -> Path:
-    """The folder of a model's C files: in the cache of ziglang, else in `scratch`.
+def _source_folder(model: str, scratch: Path) -> Path:
+    """Write a model's C files to a folder in the cache of ziglang, or else in `scratch`.
 
-    ziglang reuses compiled files only for sources of the same path.
+    ziglang reuses compiled files only if the paths of the sources are the same.
     """
     folder = (_cache_folder() or scratch) / "fivtui" / build_name() / model
     folder.mkdir(parents=True, exist_ok=True)
@@ -99,8 +99,8 @@ def _text_folder(model: str, scratch: Path) -> Path:
 def _cache_folder() -> Path | None:
     """The cache folder of ziglang; None if it is not writable."""
     local = os.environ.get("LOCALAPPDATA") if os.name == "nt" else None
-    usual = os.environ.get("XDG_CACHE_HOME") or local or Path.home() / ".cache"
-    folder = Path(os.environ.get("ZIG_GLOBAL_CACHE_DIR") or Path(usual, "zig")).absolute()
+    default = os.environ.get("XDG_CACHE_HOME") or local or Path.home() / ".cache"
+    folder = Path(os.environ.get("ZIG_GLOBAL_CACHE_DIR") or Path(default, "zig")).absolute()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
@@ -108,7 +108,7 @@ def _cache_folder() -> Path | None:
     return folder if os.access(folder, os.W_OK) else None
 
 
-def _run(folder: Path, *arguments: str) -> None:
+def _run_compiler(folder: Path, *arguments: str) -> None:
     cache = str(_cache_folder() or folder)
     try:
         subprocess.run(  # noqa: S603, a compiler

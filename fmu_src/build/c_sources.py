@@ -1,6 +1,6 @@
-"""The text in C of the native FMU: its files, and tables made from those of `fmu_src.slave`.
+"""The C files of the native FMUs, and the tables of variables generated for them.
 
-Imported by the build hook, so that it needs the standard library alone.
+The build hook imports this module, so it imports only the standard library.
 """
 
 import hashlib
@@ -13,7 +13,7 @@ from fivtui.kernel import headers
 from fivtui.model import PARAMETERS
 from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Type, Variable, VariableTable
 
-# Names of the binaries, which are the model identifiers, and their tables.
+# Tables of variables by model identifier, which is also the name of the binary.
 MODELS: Final[Mapping[str, VariableTable]] = {
     "SliderBelt": SLIDER_BELT_TABLE,
     "BrakeActuator": ACTUATOR_TABLE,
@@ -27,12 +27,12 @@ SHARED_UNITS: Final = (
     *("cosimulation", "derivatives", "exchange", "experiment", "instance", "state", "values"),
     *("fmi3", "fmi3_values", "fmi3_absent", "intermediate"),
 )
-# Compiled for each instruction set.
+# Unit that is compiled once for each instruction set.
 STEPPING_UNIT: Final = "stepping"
-_HERE: Final = Path(__file__).parents[1]
-NATIVE: Final = _HERE / "native"
-KERNEL: Final = _HERE.parent / "fivtui" / "kernel"
-_KINDS: Final = {
+_PACKAGE_FOLDER: Final = Path(__file__).parents[1]
+NATIVE: Final = _PACKAGE_FOLDER / "native"
+KERNEL: Final = _PACKAGE_FOLDER.parent / "fivtui" / "kernel"
+_C_KINDS: Final = {
     Type.REAL: "REAL",
     Type.INTEGER: "INTEGER",
     Type.ENUMERATION: "INTEGER",
@@ -41,52 +41,52 @@ _KINDS: Final = {
 
 
 def sources(model: str) -> dict[str, str]:
-    """All text in C that the binary of a model is made of, by file name."""
+    """All C files of the binary of a model, by file name."""
     other_units = {unit for model_name in UNITS for unit in UNITS[model_name]} - {*UNITS[model]}
-    left_out = {f"{unit}{end}" for unit in other_units for end in (".c", "_table.h")}
-    texts = {**_sources(), **generated()}
-    return {name: text for name, text in sorted(texts.items()) if name not in left_out}
+    excluded = {f"{unit}{end}" for unit in other_units for end in (".c", "_table.h")}
+    texts = {**_all_sources(), **generated_files()}
+    return {name: text for name, text in sorted(texts.items()) if name not in excluded}
 
 
-def _sources() -> dict[str, str]:
+def _all_sources() -> dict[str, str]:
     files = [*NATIVE.glob("*.[ch]"), *KERNEL.glob("*.h")]
     texts = {file.name: file.read_text(encoding="utf-8") for file in files}
     for model, table in MODELS.items():
-        texts[f"{UNITS[model][0]}_table.h"] = _table(table)
+        texts[f"{UNITS[model][0]}_table.h"] = _table_header(table)
     texts |= headers()
     return dict(sorted(texts.items()))
 
 
-def generated() -> dict[str, str]:
-    """Generated files: tables, and names that identify the binaries."""
+def generated_files() -> dict[str, str]:
+    """Generated files: tables of variables, model equations, and identifiers of the build."""
     names = {"BUILD_NAME": build_name()}
-    names |= {f"{units[0].upper()}_GUID": guid_of(model) for model, units in UNITS.items()}
+    names |= {f"{units[0].upper()}_GUID": model_guid(model) for model, units in UNITS.items()}
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
     head = "/* Names of the text that the binaries are compiled from. */\n\n"
-    texts = {name: text for name, text in _sources().items() if name.endswith("_table.h")}
+    texts = {name: text for name, text in _all_sources().items() if name.endswith("_table.h")}
     texts |= headers()
     return {**texts, "build.h": head + "".join(lines)}
 
 
 def name_options(library: str) -> list[str]:
-    """Linker options that name a library for macOS without the folder in which it is built."""
+    """Linker options by which the name of a macOS library does not contain its build folder."""
     return [f"-Wl,-install_name,@rpath/{library}"] if library.endswith(".dylib") else []
 
 
 def build_name() -> str:
-    """A hash of the sources: binaries and saved states of other sources are refused."""
-    content = "\0".join(f"{name}\0{text}" for name, text in _sources().items())
+    """A hash of the sources; binaries and saved states of other sources are refused."""
+    content = "\0".join(f"{name}\0{text}" for name, text in _all_sources().items())
     return hashlib.sha256(content.encode()).hexdigest()[:32]
 
 
-def guid_of(model: str) -> str:
-    """The GUID of a model's FMU, which follows from the text."""
+def model_guid(model: str) -> str:
+    """The GUID of a model's FMU, which depends on the sources alone."""
     return f"{{{uuid.uuid5(uuid.NAMESPACE_OID, f'{model} {build_name()}')}}}"
 
 
-def _table(table: VariableTable) -> str:
+def _table_header(table: VariableTable) -> str:
     names = [f"    V_{variable.name}," for variable in table.variables]
-    rows = [_row(variable) for variable in table.variables]
+    rows = [_table_row(variable) for variable in table.variables]
     return "\n".join(
         (
             "/* Made from the table of variables in fmu_src/slave. */",
@@ -98,7 +98,7 @@ def _table(table: VariableTable) -> str:
             "    VARIABLE_COUNT",
             "};",
             "",
-            *_references(table),
+            *_parameter_references(table),
             "static const Variable TABLE[VARIABLE_COUNT] = {",
             *rows,
             "};",
@@ -107,7 +107,7 @@ def _table(table: VariableTable) -> str:
     )
 
 
-def _references(table: VariableTable) -> list[str]:
+def _parameter_references(table: VariableTable) -> list[str]:
     # Value references of the kernel's parameters, in its order.
     names = {variable.name for variable in table.variables}
     if not names.issuperset(PARAMETERS):
@@ -116,9 +116,9 @@ def _references(table: VariableTable) -> list[str]:
     return [f"static const uint32_t PARAMETER_REFERENCES[] = {{{columns}}};", ""]
 
 
-def _row(v: Variable) -> str:
+def _table_row(v: Variable) -> str:
     numbers = [_number(value) for value in (v.start, v.lower, v.upper)]
-    parts = (f'"{v.name}"', _KINDS[v.type], v.role.name, *numbers)
+    parts = (f'"{v.name}"', _C_KINDS[v.type], v.role.name, *numbers)
     rest = (f'"{v.range_text}"', _number(v.nominal or 1.0), str(int(v.variability == "continuous")))
     return f"    {{{', '.join((*parts, *rest))}}},"
 
