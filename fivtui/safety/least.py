@@ -148,7 +148,7 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     # Weights give displacements and velocities the same unit.
     weights = np.array([1.0, least.period, 1.0, least.period])
     state = (flow.derivatives[:, :4] - np.eye(4)) * weights[:, None] / weights
-    rate = flow.rate * weights
+    rate = flow.final_rate * weights
     left_vectors = np.linalg.svd(np.column_stack([state, rate / np.abs(rate).max()]))[0]
     null = left_vectors[:, -1] * weights
     by_mu, *by = (null @ flow.derivatives[:, 4:]).tolist()

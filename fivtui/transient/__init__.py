@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         first_tol,
         observation,
     )
-    from .files import trajectory_of
+    from .files import checked_trajectory
     from .linear.rounding import rounding_error
     from .methods import (
         ALL_METHODS,

@@ -24,7 +24,7 @@ from fivtui.charts import (
 )
 from fivtui.model import ALL_PARAMETERS, COLUMNS, InputError, Mode, System, check_known
 
-from .files import trajectory_of
+from .files import checked_trajectory
 from .result import Transient
 from .trajectory import Trajectory
 
@@ -32,32 +32,32 @@ FloatArray = NDArray[np.float64]
 Intervals = Sequence[tuple[float, float]]
 
 _SYMBOLS: Final = {"vx": "ẋ", "vy": "ẏ"}
-_COLUMNS: Final = {column.name: column for column in COLUMNS}
+_COLUMNS_BY_NAME: Final = {column.name: column for column in COLUMNS}
 TIME_LABEL: Final = Label("t (s)", "Time $t$ (s)")
 # Marker of sticking in phase portraits.
 _STICK_MARK: Final = "■"
-# Quantities of the panels of a figure.
-_PANELS: Final = ("P", "x", "y")
-# Several runs of one case differ by their markers.
+# Quantities that a figure shows by default, one per row.
+_DEFAULT_QUANTITIES: Final = ("P", "x", "y")
+# Markers that distinguish runs of one case.
 _MARKERS: Final = ("", "o", "s", "^", "D", "v")
-# Motion smaller than this, relative to the displacement, is rest.
-_ROUNDING: Final = 1e-9
-# Heights in inches: a row of panels, a single row, and the margins together.
-_ROW: Final = 1.85
-_ONLY_ROW: Final = 2.3
-_MARGIN: Final = 0.85
-# Approximate number of last cycles to enlarge, if the run has more than twice as many.
-_CYCLES: Final = 8
-# Above this number of cycles dashes and shading are too fine.
-_CROWDED: Final = 120
-# Suffixes of line roles: thin, and thin and solid.
+# Range of y, relative to its greatest size, below which a motion is at rest.
+_REST_TOLERANCE: Final = 1e-9
+# Heights in inches: a row of charts, at least all rows, and the margins.
+_ROW_HEIGHT: Final = 1.85
+_MIN_HEIGHT: Final = 2.3
+_MARGIN_HEIGHT: Final = 0.85
+# Approximate number of cycles in the enlarged end of a run that has at least twice as many.
+_LAST_CYCLES: Final = 8
+# Number of cycles above which dashes and shading are too narrow to be seen.
+_MAX_SHADED: Final = 120
+# Suffixes of line roles: thin lines, and thin solid lines.
 _THIN: Final = ", thin"
 _FINE: Final = ", fine"
 
 
 def column_label(name: str) -> Label:
     """Symbol and unit of a trajectory's column; in figures also its meaning."""
-    column = _COLUMNS[name]
+    column = _COLUMNS_BY_NAME[name]
     meaning = column.meaning.capitalize().replace(" ", "\n")
     return Label(
         f"{_SYMBOLS.get(name, name)} ({column.unit})",
@@ -67,7 +67,7 @@ def column_label(name: str) -> Label:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlottedRun:
-    """A trajectory and how it is plotted."""
+    """A trajectory with its intervals of separation and stick, and the style of its lines."""
 
     name: str
     trajectory: Trajectory
@@ -84,7 +84,7 @@ class PlottedRun:
     def trace(
         self, x: FloatArray, y: FloatArray, *, ordered: bool = True, along: FloatArray | None = None
     ) -> Trace:
-        """Points in the name and the colour of the run."""
+        """A trace of points with the name and the style of the run."""
         return Trace(
             self.name,
             x,
@@ -100,8 +100,8 @@ class PlottedRun:
 
     def samples_in(self, window: tuple[float, float]) -> slice:
         """The samples within a window of time, s."""
-        first, stop = np.searchsorted(self.trajectory.t, window, side="left").tolist()
-        return slice(first, stop + 1)
+        first, last = np.searchsorted(self.trajectory.t, window, side="left").tolist()
+        return slice(first, last + 1)
 
 
 def plotted_run(
@@ -132,27 +132,27 @@ def partial_run(
     mark: str = "",
     colour: str = "",
 ) -> PlottedRun:
-    """The part computed so far of a run, with the intervals that its samples resolve."""
+    """The computed part of a run in progress; its intervals are those between samples."""
     on_belt = system.parameters.v_belt is not None
     return PlottedRun(
         name,
         trajectory,
-        _intervals_in(Mode.SEPARATED, trajectory),
+        _mode_intervals(Mode.SEPARATED, trajectory),
         t_end,
         mark,
         colour,
         v_belt=_constant_speed(system),
-        stuck=_intervals_in(Mode.STICK, trajectory) if on_belt else None,
+        stuck=_mode_intervals(Mode.STICK, trajectory) if on_belt else None,
     )
 
 
 def _constant_speed(system: System) -> float | None:
-    # Constant speed of the belt, m/s.
+    # Speed of the belt, m/s; None if it changes or is always above that of the slider.
     return None if "v_belt" in system.over_time else system.parameters.v_belt
 
 
-def _intervals_in(mode: Mode, trajectory: Trajectory) -> list[tuple[float, float]]:
-    # The samples limit the resolution.
+def _mode_intervals(mode: Mode, trajectory: Trajectory) -> list[tuple[float, float]]:
+    # Intervals of a mode, to the resolution of the samples.
     inside = np.concatenate(([False], trajectory.mode == mode, [False]))
     changes = np.flatnonzero(np.diff(inside))
     times = np.append(trajectory.t, trajectory.t[-1])[changes].tolist()
@@ -160,15 +160,15 @@ def _intervals_in(mode: Mode, trajectory: Trajectory) -> list[tuple[float, float
 
 
 def contact_strips(separated: Intervals, stuck: Intervals | None) -> tuple[Strip, ...]:
-    """When a slider is off the belt, and when it sticks to a belt of finite speed."""
-    off = Strip("off belt", "off the belt", separated)
-    return (off,) if stuck is None else (off, Strip("stick", "stuck to the belt", stuck))
+    """Strips that mark separation and, on a belt of finite speed, stick (`stuck` not None)."""
+    strip = Strip("off belt", "off the belt", separated)
+    return (strip,) if stuck is None else (strip, Strip("stick", "stuck to the belt", stuck))
 
 
 def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis: bool) -> Chart:
-    """A quantity over time, a trace per run, the first on top.
+    """A quantity over time, with one trace per run; the first run is drawn on top.
 
-    `strip` marks when the first run is off the belt, and when it sticks to it.
+    `strip` marks the separation and stick of the first run.
     """
     return Chart(
         TIME_LABEL,
@@ -184,7 +184,7 @@ def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis
 
 
 def _belt_guides(quantity: str, runs: Sequence[PlottedRun]) -> tuple[Guide, ...]:
-    # Guides at constant belt speeds, where sticking sliders lie.
+    # Guides at constant belt speeds, at which the slider sticks.
     if quantity != "vx":
         return ()
     speeds = dict.fromkeys(run.v_belt for run in runs if run.v_belt is not None)
@@ -196,15 +196,15 @@ def difference_chart(
 ) -> Chart:
     """Difference of a quantity between a run and a baseline over their common time.
 
-    `strip` marks when the run is off the belt, and when it sticks to it.
-    The baseline is interpolated linearly where the sample times differ.
+    `strip` marks the separation and stick of the run. If the sample times differ, the baseline is
+    interpolated linearly.
     """
     baseline_t = baseline.trajectory.t
     t = run.trajectory.t[run.trajectory.t <= baseline_t[-1]]
     values = getattr(run.trajectory, quantity)[: t.size]
-    subtracted = getattr(baseline.trajectory, quantity)
+    reference = getattr(baseline.trajectory, quantity)
     same_times = np.array_equal(t, baseline_t[: t.size])
-    values = values - (subtracted[: t.size] if same_times else np.interp(t, baseline_t, subtracted))
+    values = values - (reference[: t.size] if same_times else np.interp(t, baseline_t, reference))
     note = f"{run.name} − {baseline.name}" + ("" if same_times else ", interpolated")
     return Chart(
         TIME_LABEL,
@@ -224,48 +224,48 @@ def second_half(t_end: float) -> tuple[float, float]:
 
 
 def window_text(window: tuple[float, float]) -> str:
-    """A window of time in words."""
+    """A window of time as text."""
     return f"t {window[0]:.4g} to {window[1]:.4g} s"
 
 
 def phase_chart(quantity: str, runs: Sequence[PlottedRun], window: tuple[float, float]) -> Chart:
     """Velocity against displacement within a time window, a trace per run; stick is marked."""
-    return _portrait(quantity, f"v{quantity}", runs, window)
+    return _plane_chart(quantity, f"v{quantity}", runs, window)
 
 
 def path_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> Chart:
     """The path of the slider, y over x, within a time window; stick is marked."""
-    return _portrait("x", "y", runs, window)
+    return _plane_chart("x", "y", runs, window)
 
 
-def _portrait(
-    across: str, up: str, runs: Sequence[PlottedRun], window: tuple[float, float]
+def _plane_chart(
+    x_name: str, y_name: str, runs: Sequence[PlottedRun], window: tuple[float, float]
 ) -> Chart:
-    paths, stuck = [], []
+    traces, stick_traces = [], []
     for run in reversed(runs):
-        motion, part = run.trajectory, run.samples_in(window)
-        x, y = getattr(motion, across)[part], getattr(motion, up)[part]
-        paths.append(run.trace(x, y, ordered=False, along=motion.t[part]))
-        sticks = motion.mode[part] == Mode.STICK
-        if sticks.any():
-            stuck.append(
+        motion, samples = run.trajectory, run.samples_in(window)
+        x, y = getattr(motion, x_name)[samples], getattr(motion, y_name)[samples]
+        traces.append(run.trace(x, y, ordered=False, along=motion.t[samples]))
+        in_stick = motion.mode[samples] == Mode.STICK
+        if in_stick.any():
+            stick_traces.append(
                 Trace(
                     f"{run.name} stick" if len(runs) > 1 else "stick",
-                    x[sticks],
-                    y[sticks],
+                    x[in_stick],
+                    y[in_stick],
                     look="points",
                     ordered=False,
                     mark=_STICK_MARK,
                     colour=run.colour,
                 )
             )
-    guides = _belt_guides(up, runs[:1])
-    if "y" in (across, up):
-        guides = (Guide(0.0, "y = 0", vertical=across == "y"), *guides)
+    guides = _belt_guides(y_name, runs[:1])
+    if "y" in (x_name, y_name):
+        guides = (Guide(0.0, "y = 0", vertical=x_name == "y"), *guides)
     return Chart(
-        column_label(across),
-        column_label(up),
-        (*paths, *stuck),
+        column_label(x_name),
+        column_label(y_name),
+        (*traces, *stick_traces),
         guides=guides,
         note=window_text(window),
         tight=False,
@@ -277,28 +277,28 @@ def _portrait(
 
 
 def transient_sheet(
-    runs: Sequence[Transient], quantities: Sequence[str] = _PANELS, title: str = ""
+    runs: Sequence[Transient], quantities: Sequence[str] = _DEFAULT_QUANTITIES, title: str = ""
 ) -> Sheet:
     """Contact force, horizontal and vertical displacement over time (the paper's Figs. 10 to 12).
 
-    Beside the whole time stand the last cycles, enlarged. The times off the belt are shaded where
-    they are those of one run, and those at which the only run sticks to a belt of finite speed.
+    A second column enlarges the last cycles. Shading marks separation if exactly one run has it,
+    and stick if there is one run only.
     """
     if not runs:
         raise InputError("figure: there is no run to draw")
     for name in quantities:
-        check_known("quantity", name, _COLUMNS)
-    plotted = _plotted(runs)
-    considered = [run for run in runs if run.separation]
+        check_known("quantity", name, _COLUMNS_BY_NAME)
+    plotted = _plotted_runs(runs)
+    runs_with_separation = [run for run in runs if run.separation]
     strips = contact_strips(
-        considered[0].separated_intervals if len(considered) == 1 else (),
+        runs_with_separation[0].separated_intervals if len(runs_with_separation) == 1 else (),
         runs[0].stick_intervals if len(runs) == 1 else (),
     )
     columns = []
     for window in _windows(max(plotted, key=lambda run: run.t_end)):
-        drawn = [replace(run, role=f"{run.role}{window.role}") for run in reversed(plotted)]
+        drawn_runs = [replace(run, role=f"{run.role}{window.role}") for run in reversed(plotted)]
         charts = [
-            time_chart(name, drawn, strip=False, x_axis=name == quantities[-1])
+            time_chart(name, drawn_runs, strip=False, x_axis=name == quantities[-1])
             for name in quantities
         ]
         columns.append(
@@ -312,12 +312,12 @@ def transient_sheet(
                 for chart in charts
             ]
         )
-    height = max(_ROW * len(quantities), _ONLY_ROW) + _MARGIN
+    height = max(_ROW_HEIGHT * len(quantities), _MIN_HEIGHT) + _MARGIN_HEIGHT
     return Sheet(columns, (FIGURE_WIDTH, height), title)
 
 
-def _plotted(runs: Sequence[Transient]) -> list[PlottedRun]:
-    """Runs in the colours of their cases; markers distinguish several of one case."""
+def _plotted_runs(runs: Sequence[Transient]) -> list[PlottedRun]:
+    """Runs in the colours of their cases; markers distinguish the runs of one case."""
     counts = {True: 0, False: 0}
     plotted = []
     for run, label in zip(runs, run_labels(runs), strict=True):
@@ -326,7 +326,7 @@ def _plotted(runs: Sequence[Transient]) -> list[PlottedRun]:
         plotted.append(
             PlottedRun(
                 Label(label, label),
-                trajectory_of(run),
+                checked_trajectory(run),
                 run.separated_intervals,
                 run.t_end,
                 colour=colours[count % len(colours)],
@@ -341,23 +341,22 @@ def _plotted(runs: Sequence[Transient]) -> list[PlottedRun]:
 def run_labels(runs: Sequence[Transient]) -> list[str]:
     """Legend labels of runs, each different, in matplotlib's mathtext.
 
-    Whether separation is considered, then the parameters, method and start in which the runs
-    differ.
+    A label has the separation, then the parameters, method and start in which the runs differ.
     """
-    varied = [n for n in ALL_PARAMETERS if len({getattr(run.parameters, n) for run in runs}) > 1]
-    several = len({run.method for run in runs}) > 1
+    varying = [n for n in ALL_PARAMETERS if len({getattr(run.parameters, n) for run in runs}) > 1]
+    methods_differ = len({run.method for run in runs}) > 1
     labels = []
     for run in runs:
         parts = ["separation considered" if run.separation else "separation ignored"]
-        parts += [value_label(name, getattr(run.parameters, name)) for name in varied]
-        labels.append(", ".join([*parts, run.method] if several else parts))
+        parts += [value_label(name, getattr(run.parameters, name)) for name in varying]
+        labels.append(", ".join([*parts, run.method] if methods_differ else parts))
     starts = [f"start ({', '.join(f'{value:.3g}' for value in run.start)})" for run in runs]
-    labels = _distinguished(labels, [start.replace("-", "−") for start in starts])
-    return _distinguished(labels, [f"run {number}" for number in range(1, len(runs) + 1)])
+    labels = _distinct_labels(labels, [start.replace("-", "−") for start in starts])
+    return _distinct_labels(labels, [f"run {number}" for number in range(1, len(runs) + 1)])
 
 
-def _distinguished(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
-    """Labels, with the additions where those of equal labels differ."""
+def _distinct_labels(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
+    """Labels; equal labels get their additions if these differ."""
     pairs = set(zip(labels, additions, strict=True))
     counts = Counter(label for label, _ in pairs)
     return [
@@ -376,27 +375,27 @@ class _Window(NamedTuple):
 
 
 def _windows(run: PlottedRun) -> list[_Window]:
-    """The whole time and, if it has many cycles, the last of them."""
+    """The window of the whole run and, if it has many cycles, that of its last cycles."""
     t_end, period = run.t_end, _period(run.trajectory)
-    if period is None or t_end < 2 * _CYCLES * period:
+    if period is None or t_end < 2 * _LAST_CYCLES * period:
         return [_Window("", 0.0, t_end)]
-    length = _round_number(_CYCLES * period)
+    length = _round_number(_LAST_CYCLES * period)
     return [
-        _Window("whole run", 0.0, t_end, _FINE if t_end > _CROWDED * period else _THIN),
+        _Window("whole run", 0.0, t_end, _FINE if t_end > _MAX_SHADED * period else _THIN),
         _Window(f"last {length:g} s", t_end - length, t_end),
     ]
 
 
 def _period(trajectory: Trajectory) -> float | None:
-    """Mean time between upward crossings of the mean vertical displacement, late in the run."""
-    late = trajectory.t >= 0.5 * trajectory.t[-1]
-    t, y = trajectory.t[late], trajectory.y[late]
-    rising = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
-    if np.ptp(y) <= _ROUNDING * np.abs(y).max():
+    """Mean time between upward crossings of the mean of y in the second half of the run."""
+    selected = trajectory.t >= 0.5 * trajectory.t[-1]
+    t, y = trajectory.t[selected], trajectory.y[selected]
+    upward = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
+    if np.ptp(y) <= _REST_TOLERANCE * np.abs(y).max():
         return None
-    return float(rising[-1] - rising[0]) / (rising.size - 1) if rising.size > 1 else None
+    return float(upward[-1] - upward[0]) / (upward.size - 1) if upward.size > 1 else None
 
 
 def _round_number(value: float) -> float:
     unit = 10.0 ** math.floor(math.log10(value))
-    return unit * min((1.0, 2.0, 5.0, 10.0), key=lambda digit: abs(digit * unit - value))
+    return unit * min((1.0, 2.0, 5.0, 10.0), key=lambda factor: abs(factor * unit - value))

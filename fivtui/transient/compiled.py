@@ -29,29 +29,29 @@ from .extremes import Extremes
 from .request import OnSamples, Request
 from .result import NO_CHANGES, Stats, Transient, assemble, lift_times
 from .stiffness import step_limit_error
-from .trajectory import DenseSolution, Trajectory, trajectory_of
+from .trajectory import DenseSolution, Trajectory, build_trajectory
 
-# Steps between progress reports, and between checks for interrupts without a callback.
-_REPORT: Final = 256
-_PAUSE: Final = 65536
-# Enum lookups would slow down short runs, which are one kernel call.
+# Steps per kernel call: with a callback, and without one, when only interrupts are checked.
+_REPORT_STEPS: Final = 256
+_INTERRUPT_STEPS: Final = 65536
+# A constant, because lookups of enums slow down short runs.
 _DONE: Final = Status.DONE
 # Samples per call of `on_samples`.
-_PART: Final = 1024
+_BATCH_SIZE: Final = 1024
 
 
 def follow(
-    run: KernelRun | VariedRun, request: Request, work: Progress, portion: int = _REPORT
+    run: KernelRun | VariedRun, request: Request, work: Progress, call_steps: int = _REPORT_STEPS
 ) -> Iterator[None]:
-    """Continue a run to its end; yields after every kernel call of `portion` steps."""
+    """Continue a run to its end; yields after every kernel call of `call_steps` steps."""
     t_end, max_steps = request.t_end, request.max_steps
     reached, steps = 0.0, 0
     while True:
         work.report(reached / t_end)
-        budget = min(portion, max_steps - steps)
-        if budget <= 0:
+        allowed_steps = min(call_steps, max_steps - steps)
+        if allowed_steps <= 0:
             raise step_limit_error(request, reached)
-        status = run.advance(budget)
+        status = run.advance(allowed_steps)
         outcome = run.outcome
         reached, steps = outcome.t, int(outcome.steps)
         yield
@@ -66,12 +66,12 @@ def follow(
 
 
 def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -> Transient:
-    """Compute a transient with the compiled kernel: the interpreted one's, to rounding."""
+    """Compute a transient with the compiled kernel; it agrees with interpreted code to rounding."""
     system, course, times, dense = request.system, request.course, request.times, request.dense
     p = system.parameters
     tol = local_tolerance(request.tol)
     order = order_for(tol, by_law=follows_law(p))
-    under_way = load_kernel().begin_run(
+    native = load_kernel().begin_run(
         p.values(),
         request.initial,
         separation=system.separation,
@@ -80,29 +80,29 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
         order=order,
         times=times,
         segments=dense,
-        belt=_belt_of(request),
+        belt=_belt_arguments(request),
         table=None if course is None else course_table(course, request.t_end),
     )
     switches: list[NDArray[np.float64]] = []
     segments: list[NDArray[np.float64]] = []
-    given_out = 0
+    passed = 0
     is_silent = work.callback is None and on_samples is None
-    for _ in follow(under_way, request, work, _PAUSE if is_silent else _REPORT):
-        switches.append(under_way.switches)
+    for _ in follow(native, request, work, _INTERRUPT_STEPS if is_silent else _REPORT_STEPS):
+        switches.append(native.switches)
         if dense:
-            segments.append(under_way.segments)
-        if on_samples is not None and times is not None and under_way.sampled - given_out >= _PART:
-            on_samples(_trajectory(p, times, under_way, slice(given_out, under_way.sampled)))
-            given_out = under_way.sampled
+            segments.append(native.segments)
+        if on_samples is not None and times is not None and native.sampled - passed >= _BATCH_SIZE:
+            on_samples(_trajectory(p, times, native, slice(passed, native.sampled)))
+            passed = native.sampled
     work.advance(1.0)
-    outcome = under_way.outcome
-    switch_times, changes, tally = _joined(switches), NO_CHANGES, None
-    if isinstance(under_way, BeltRun):
-        rows = switch_times.reshape(-1, NO_CHANGES.shape[1])
-        has_lifts = outcome.separations + outcome.reattachments > 0.0
-        switch_times = lift_times(rows) if has_lifts else rows[:0, 0]
-        changes = rows if p.v_belt is not None else NO_CHANGES
-        tally = under_way.tally
+    outcome = native.outcome
+    switch_times, changes, tally = _concatenate(switches), NO_CHANGES, None
+    if isinstance(native, BeltRun):
+        mode_changes = switch_times.reshape(-1, NO_CHANGES.shape[1])
+        separates = outcome.separations + outcome.reattachments > 0.0
+        switch_times = lift_times(mode_changes) if separates else mode_changes[:0, 0]
+        changes = mode_changes if p.v_belt is not None else NO_CHANGES
+        tally = native.tally
     return assemble(
         request,
         final=outcome[:4],
@@ -115,34 +115,35 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
         separated_time=outcome.separated,
         stats=Stats(int(outcome.steps), None, "compiled"),
         first_mode=request.first_mode,
-        trajectory=None if times is None else _trajectory(p, times, under_way),
-        solution=_solution(p, _joined(segments), order + 1) if dense else None,
+        trajectory=None if times is None else _trajectory(p, times, native),
+        solution=_solution(p, _concatenate(segments), order + 1) if dense else None,
         changes=changes,
         tally=tally,
     )
 
 
-def _belt_of(request: Request) -> tuple[float, float, float] | None:
-    # Belt arguments of the kernel. Keep the law if μ follows a table, which may start at μ_s.
+def _belt_arguments(request: Request) -> tuple[float, float, float] | None:
+    # Arguments of the kernel for the belt: speed, μ_s and v_s, which is 0 for constant friction. If
+    # tables change parameters, μ may equal μ_s at the start alone, so v_s is kept.
     p = request.system.parameters
     if p.v_belt is None:
         return None
-    law = p.v_s if request.course is not None and p.mu_s is not None else p.speed_law
-    return p.v_belt, p.mu_static, law or 0.0
+    v_s = p.v_s if request.course is not None and p.mu_s is not None else p.speed_law
+    return p.v_belt, p.mu_static, v_s or 0.0
 
 
-def _joined(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+def _concatenate(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _trajectory(
-    p: Parameters, times: NDArray[np.float64], under_way: KernelRun, part: slice = slice(None)
+    p: Parameters, times: NDArray[np.float64], native: KernelRun, part: slice = slice(None)
 ) -> Trajectory:
-    x, vx, y, vy, force = under_way.samples[:, part]
-    return trajectory_of(p, times[part], (x, vx, y, vy), under_way.modes[part], force)
+    x, vx, y, vy, force = native.samples[:, part]
+    return build_trajectory(p, times[part], (x, vx, y, vy), native.modes[part], force)
 
 
-def _solution(p: Parameters, stored: NDArray[np.float64], degree: int) -> DenseSolution:
-    middle = SEGMENT_HEAD + degree + 1
-    x, y = stored[:, SEGMENT_HEAD:middle], stored[:, middle:]
-    return DenseSolution.from_arrays(p, stored[:, :SEGMENT_HEAD].copy(), x.T.copy(), y.T.copy())
+def _solution(p: Parameters, rows: NDArray[np.float64], degree: int) -> DenseSolution:
+    y_start = SEGMENT_HEAD + degree + 1
+    x, y = rows[:, SEGMENT_HEAD:y_start], rows[:, y_start:]
+    return DenseSolution.from_arrays(p, rows[:, :SEGMENT_HEAD].copy(), x.T.copy(), y.T.copy())

@@ -28,11 +28,11 @@ class Deviation:
     half_range : float
         Difference of half peak-to-peak over the second half, relative to the peak of |y|.
     events : float
-        Greatest difference in the time of a switch, s; infinite if their numbers differ.
+        Greatest difference in the time of a switch, s; infinite if the numbers of switches differ.
     separations : int
-        Separations too many (positive) or missing (negative).
+        Number of separations less that of the reference.
     sticks : int
-        The same of sticks to a belt of finite speed.
+        Number of sticks to a belt of finite speed less that of the reference.
     """
 
     final: float
@@ -63,7 +63,7 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """The numbers of a run that are compared."""
+    """The results of a run that a comparison uses."""
 
     final: State
     peak: float
@@ -74,7 +74,7 @@ class Observation:
 
 
 def observation(run: Transient) -> Observation:
-    """The numbers of a transient that are compared."""
+    """The results of a transient that a comparison uses."""
     return Observation(
         final=(run.final.x, run.final.vx, run.final.y, run.final.vy),
         peak=run.peak.y_abs,
@@ -85,41 +85,41 @@ def observation(run: Transient) -> Observation:
     )
 
 
-def deviation(run: Observation, truth: Observation) -> Deviation:
+def deviation(run: Observation, reference: Observation) -> Deviation:
     """Errors of a run against a reference run of the same request."""
-    difference = max(abs(a - b) for a, b in zip(run.final, truth.final, strict=True))
-    missing = run.switch_times.size != truth.switch_times.size
-    late = np.empty(0) if missing else np.abs(run.switch_times - truth.switch_times)
+    difference = max(abs(a - b) for a, b in zip(run.final, reference.final, strict=True))
+    mismatch = run.switch_times.size != reference.switch_times.size
+    time_errors = np.empty(0) if mismatch else np.abs(run.switch_times - reference.switch_times)
     return Deviation(
-        final=_relative(difference, max(map(abs, truth.final))),
-        peak=_relative(abs(run.peak - truth.peak), truth.peak),
-        half_range=_relative(abs(run.half_range - truth.half_range), truth.peak),
-        events=math.inf if missing else float(late.max(initial=0.0)),
-        separations=run.separations - truth.separations,
-        sticks=run.sticks - truth.sticks,
+        final=_relative_error(difference, max(map(abs, reference.final))),
+        peak=_relative_error(abs(run.peak - reference.peak), reference.peak),
+        half_range=_relative_error(abs(run.half_range - reference.half_range), reference.peak),
+        events=math.inf if mismatch else float(time_errors.max(initial=0.0)),
+        separations=run.separations - reference.separations,
+        sticks=run.sticks - reference.sticks,
     )
 
 
-def _relative(difference: float, size: float) -> float:
+def _relative_error(difference: float, scale: float) -> float:
     if difference == 0.0:
         return 0.0
-    return difference / size if size > 0.0 else math.inf
+    return difference / scale if scale > 0.0 else math.inf
 
 
-# Relative threshold for different motions: of the amplitude for states, of √(m/stiffness) for
-# switch times.
+# Least difference of diverging runs: of states relative to the amplitude, of switch times relative
+# to √(m/stiffness).
 MIN_DIVERGENCE: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class Divergence:
-    """Time in s at which two runs of the same request part, and the difference found there."""
+    """Time in s from which two runs of the same request differ, and how they differ."""
 
     t: float
     reason: str
 
     def error(self) -> ComputationError:
-        """The error that refuses to verify numbers after this time."""
+        """The error for a run whose results after this time cannot be verified."""
         return ComputationError(
             f"two runs at different accuracy part at t = {self.t:.6g} s: {self.reason}; nothing "
             "after that can be verified",
@@ -128,52 +128,51 @@ class Divergence:
 
 
 def divergence(
-    run: Observation, truth: Observation, *, t_end: float, time_scale: float
+    run: Observation, reference: Observation, *, t_end: float, time_scale: float
 ) -> Divergence | None:
-    """The time at which two runs of the same request part; None if they do not."""
-    times, truth_times = run.switch_times.tolist(), truth.switch_times.tolist()
-    at = _first_difference(times, truth_times, MIN_DIVERGENCE * time_scale)
-    if at is not None:
-        counts = f"{len(times)} and {len(truth_times)} in all"
-        return Divergence(at, f"their switches differ from there on ({counts})")
+    """The time from which two runs of the same request differ; None if they agree."""
+    times, reference_times = run.switch_times.tolist(), reference.switch_times.tolist()
+    divergence_time = _first_difference(times, reference_times, MIN_DIVERGENCE * time_scale)
+    if divergence_time is not None:
+        counts = f"{len(times)} and {len(reference_times)} in all"
+        return Divergence(divergence_time, f"their switches differ from there on ({counts})")
     weights = (1.0, time_scale, 1.0, time_scale)
-    pairs = zip(run.final, truth.final, weights, strict=True)
+    pairs = zip(run.final, reference.final, weights, strict=True)
     difference = max(abs(a - b) * weight for a, b, weight in pairs)
-    sizes = (abs(a) * weight for a, weight in zip(truth.final, weights, strict=True))
-    size = max(truth.peak, *sizes)
+    sizes = (abs(a) * weight for a, weight in zip(reference.final, weights, strict=True))
+    size = max(reference.peak, *sizes)
     if difference <= MIN_DIVERGENCE * size:
         return None
     return Divergence(t_end, f"their states differ by {difference / size:.1%} of the amplitude")
 
 
 def _first_difference(
-    times: Sequence[float], truth_times: Sequence[float], allowed: float
+    times: Sequence[float], reference_times: Sequence[float], threshold: float
 ) -> float | None:
-    for time, truth_time in zip(times, truth_times, strict=False):
-        if abs(time - truth_time) > allowed:
-            return min(time, truth_time)
-    common = min(len(times), len(truth_times))
-    return next(iter((*times[common:], *truth_times[common:])), None)
+    for time, reference_time in zip(times, reference_times, strict=False):
+        if abs(time - reference_time) > threshold:
+            return min(time, reference_time)
+    common = min(len(times), len(reference_times))
+    return next(iter((*times[common:], *reference_times[common:])), None)
 
 
 # Ratio of the smallest target error to the first tolerance: errors of a run are up to twenty times
-# its tolerance.
-_MARGIN: Final = 100.0
-_FINER: Final = 100.0
-_APART: Final = 10.0
+# its tolerance. Below: ratio of a tolerance to that of the run that verifies it, and its minimum.
+_FIRST_TOL_RATIO: Final = 100.0
+_FINER_TOL_RATIO: Final = 100.0
+_MIN_TOL_RATIO: Final = 10.0
 
 
 def first_tol(errors: Mapping[str, float]) -> float:
-    """Tolerance of the first run: a hundredth of the least error, above the finest tolerance."""
+    """Tolerance of the first run: a hundredth of the least error, within `TOL_RANGE`."""
     least = min(errors.values(), default=TOL_RANGE[1])
-    return min(max(least / _MARGIN, TOL_RANGE[0] * _FINER), TOL_RANGE[1])
+    return min(max(least / _FIRST_TOL_RATIO, TOL_RANGE[0] * _FINER_TOL_RATIO), TOL_RANGE[1])
 
 
 def finer_tol(tol: float) -> float:
     """Tolerance of the run that verifies a run of this tolerance: a hundredth of it.
 
-    It is the finest tolerance if a hundredth is close to it or below: two runs at similar
-    tolerances do not verify each other.
+    Within ten times the finest tolerance it is the finest tolerance itself.
     """
-    finer, least = tol / _FINER, TOL_RANGE[0]
-    return finer if finer > _APART * least else least
+    finer, least = tol / _FINER_TOL_RATIO, TOL_RANGE[0]
+    return finer if finer > _MIN_TOL_RATIO * least else least

@@ -1,4 +1,4 @@
-"""Results as plain data and in files, with units and provenance and without loss of precision."""
+"""Transients as plain data and in files, with units, provenance and full precision."""
 
 import json
 from collections.abc import Mapping
@@ -40,18 +40,18 @@ from .result import (
 )
 from .trajectory import COLUMNS, Trajectory, touching
 
-_KIND: Final = "trajectory"
-_SAID: Final = "transient"
+_TRAJECTORY: Final = "trajectory"
+_DATA: Final = "transient"
 _SWITCHES: Final = "switch_times"
 _CHANGES: Final = "changes"
-# Advice for a result that is not finite.
-_SMALLER_NUMBERS: Final = "use a shorter horizon or parameters of less extreme size"
+# Advice for results with infinite or undefined numbers.
+_NOT_FINITE_ADVICE: Final = "use a shorter horizon or parameters of less extreme size"
 _FIRST_MODE: Final = "first_mode"
 _DIGITS: Final = "final_digits"
 _SENSITIVITIES: Final = "sensitivities"
 _OVER_TIME: Final = "over_time"
-# Types of the nested records in the data of a transient.
-_PARTS: Final = {
+# Types of the nested records in the data of a transient, by key.
+_RECORDS: Final = {
     "final": FinalState,
     "peak": Peak,
     "steady": Steady,
@@ -68,8 +68,8 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
     """
     transitions = dict(transient.events.transitions)
     data = {
-        **_request(transient),
-        **{name: getattr(transient, name)._asdict() for name in _PARTS if name != "stats"},
+        **_request_data(transient),
+        **{name: getattr(transient, name)._asdict() for name in _RECORDS if name != "stats"},
         "events": transient.events._asdict() | {"transitions": transitions},
         "stats": asdict(transient.stats),
     }
@@ -77,14 +77,13 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
         data["stop"] = transient.stop._asdict()
     if transient.sensitivities is not None:
         data[_SENSITIVITIES] = transient.sensitivities.to_dict()
-    check_finite(data, "", _SMALLER_NUMBERS)
+    check_finite(data, "", _NOT_FINITE_ADVICE)
     digits = final_digits(transient)
     data[_DIGITS] = None if digits is None else digits._asdict()
     return data
 
 
-def _request(transient: Transient) -> dict[str, Any]:
-    # Pairs of time, s, and value.
+def _request_data(transient: Transient) -> dict[str, Any]:
     rows = {name: table.rows() for name, table in transient.over_time.items()}
     return {
         "parameters": transient.parameters.as_dict(),
@@ -98,7 +97,7 @@ def _request(transient: Transient) -> dict[str, Any]:
     }
 
 
-def trajectory_of(transient: Transient) -> Trajectory:
+def checked_trajectory(transient: Transient) -> Trajectory:
     """The trajectory of a transient, checked.
 
     Raises `InputError` if the transient was computed without sample times, and `ComputationError`
@@ -109,33 +108,33 @@ def trajectory_of(transient: Transient) -> Trajectory:
         raise InputError("samples: the transient has no trajectory; compute it with sample times")
     for column in COLUMNS:
         if not np.all(np.isfinite(getattr(trajectory, column.name))):
-            raise not_finite_error(f"trajectory.{column.name}", _SMALLER_NUMBERS)
+            raise not_finite_error(f"trajectory.{column.name}", _NOT_FINITE_ADVICE)
     return trajectory
 
 
 def save_trajectory(transient: Transient, path: Path) -> None:
     """Write a trajectory with units and provenance.
 
-    The same transient always gives the same bytes. CSV has them in comment lines (``# key: JSON``)
-    before the names of the columns, NPZ in arrays beside the columns, Parquet in the metadata of
-    the schema and its fields.
+    The same transient always gives the same bytes. Units and provenance are comment lines
+    (``# key: JSON``) before the header in CSV, additional arrays in NPZ, and metadata of schema and
+    fields in Parquet.
     """
-    trajectory = trajectory_of(transient)
-    request = {key: value for key, value in _request(transient).items() if value is not None}
+    trajectory = checked_trajectory(transient)
+    request = {key: value for key, value in _request_data(transient).items() if value is not None}
     values = {column.name: getattr(trajectory, column.name) for column in COLUMNS}
-    write_table(path, _KIND, COLUMNS, values, request)
+    write_table(path, _TRAJECTORY, COLUMNS, values, request)
 
 
 def load_trajectory(path: Path) -> Trajectory:
     """Read a trajectory from a file."""
-    columns = read_columns(path, _KIND, [column.name for column in COLUMNS])
+    columns = read_columns(path, _TRAJECTORY, [column.name for column in COLUMNS])
     try:
-        return _trajectory(columns)
+        return _trajectory_from_columns(columns)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _trajectory(columns: Columns) -> Trajectory:
+def _trajectory_from_columns(columns: Columns) -> Trajectory:
     missing = [column.name for column in COLUMNS if column.name not in columns]
     if missing:
         raise InputError(f"not a trajectory: no column {', '.join(missing)}")
@@ -159,9 +158,9 @@ def _trajectory(columns: Columns) -> Trajectory:
 
 def load_transient(path: Path) -> Transient:
     """Read a transient from a trajectory file that fivtui wrote."""
-    motion, header = load_trajectory(path), read_header(path, _KIND)
+    motion, header = load_trajectory(path), read_header(path, _TRAJECTORY)
     try:
-        return _from_samples(header, motion)
+        return _assemble_from_samples(header, motion)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except (KeyError, ValueError, TypeError, AttributeError):
@@ -170,23 +169,23 @@ def load_transient(path: Path) -> Transient:
         ) from None
 
 
-def _from_samples(header: Mapping[str, Any], motion: Trajectory) -> Transient:
+def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Transient:
     method = str(header["method"])
     has_step = method in FMU_FLAVOURS or uses_step(method)
-    request = _request_of(header, header.get("step") if has_step else None)
-    off = ~touching(motion.mode)
-    edges = np.flatnonzero(off[1:] != off[:-1])
-    switches = _crossings(motion, edges)
+    request = _read_request(header, header.get("step") if has_step else None)
+    separated = ~touching(motion.mode)
+    indices = np.flatnonzero(separated[1:] != separated[:-1])
+    switches = _crossing_times(motion, indices)
     changes = _mode_changes(motion, switches)
-    bounds = np.concatenate(([motion.t[0]], switches, [motion.t[-1]]))
+    edge_times = np.concatenate(([motion.t[0]], switches, [motion.t[-1]]))
     run = assemble(
         request,
-        final=_state(motion),
+        final=_final_state(motion),
         extremes=_extremes(motion, 0.0),
         second_half=_extremes(motion, 0.5),
         switches=switches,
-        separations=int(np.count_nonzero(off[1:][edges])),
-        separated_time=float(np.diff(bounds)[0 if off[0] else 1 :: 2].sum()),
+        separations=int(np.count_nonzero(separated[1:][indices])),
+        separated_time=float(np.diff(edge_times)[0 if separated[0] else 1 :: 2].sum()),
         stats=Stats(steps=motion.t.size - 1),
         first_mode=Mode(int(motion.mode[0])),
         trajectory=motion,
@@ -196,24 +195,24 @@ def _from_samples(header: Mapping[str, Any], motion: Trajectory) -> Transient:
     return replace(run, final=run.final._replace(t=float(motion.t[-1])))
 
 
-def _state(motion: Trajectory) -> State:
+def _final_state(motion: Trajectory) -> State:
     x, vx, y, vy = (float(values[-1]) for values in (motion.x, motion.vx, motion.y, motion.vy))
     return (x, vx, y, vy)
 
 
-def _extremes(motion: Trajectory, share: float) -> Extremes:
-    # Extremes of the samples after a share of the run.
-    late = motion.t >= share * motion.t[-1]
-    x, y = motion.x[late], motion.y[late]
-    ends = (x.min(), y.min(), x.max(), y.max(), motion.vx[late].max())
-    return Extremes(*map(float, ends))
+def _extremes(motion: Trajectory, start_fraction: float) -> Extremes:
+    # Extremes of the samples after a fraction of the run.
+    selected = motion.t >= start_fraction * motion.t[-1]
+    x, y = motion.x[selected], motion.y[selected]
+    limits = (x.min(), y.min(), x.max(), y.max(), motion.vx[selected].max())
+    return Extremes(*map(float, limits))
 
 
 def _mode_changes(
     motion: Trajectory, switches: np.ndarray[Any, np.dtype[np.float64]]
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    # Changes of the mode between samples: at `switches` where the slider leaves the belt or comes
-    # back, else in the middle.
+    # Changes of the mode between samples: separations and reattachments at the times `switches`,
+    # all other changes midway between two samples.
     indices = np.flatnonzero(np.diff(motion.mode))
     first, second = motion.mode[indices], motion.mode[indices + 1]
     times = 0.5 * (motion.t[indices] + motion.t[indices + 1])
@@ -221,23 +220,23 @@ def _mode_changes(
     return np.stack((times, first, second), axis=1)
 
 
-def _crossings(
-    motion: Trajectory, edges: np.ndarray[Any, np.dtype[np.intp]]
+def _crossing_times(
+    motion: Trajectory, index: np.ndarray[Any, np.dtype[np.intp]]
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    # Zero crossings of y between samples of different mode, by linear interpolation.
-    before, after = motion.y[edges], motion.y[edges + 1]
+    # Times at which y crosses zero between samples of different mode, by linear interpolation.
+    before, after = motion.y[index], motion.y[index + 1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(before == after, 0.5, before / (before - after))
-    times = motion.t[edges] + np.clip(share, 0.0, 1.0) * (motion.t[edges + 1] - motion.t[edges])
+        theta = np.where(before == after, 0.5, before / (before - after))
+    times = motion.t[index] + np.clip(theta, 0.0, 1.0) * (motion.t[index + 1] - motion.t[index])
     crossings: np.ndarray[Any, np.dtype[np.float64]] = times
     return crossings
 
 
 def store_transient(transient: Transient, path: Path) -> None:
-    """Write all of a transient but its solution, exactly, to an ``.npz`` file; replaces a file."""
+    """Write a transient without its solution, exactly, to an ``.npz`` file, which is replaced."""
     data = {**transient_to_dict(transient), _FIRST_MODE: int(transient.first_mode)}
-    arrays: dict[str, Any] = trajectory_of(transient).to_columns()
-    arrays |= {_SAID: np.array(json.dumps(data)), _SWITCHES: transient.switch_times}
+    arrays: dict[str, Any] = checked_trajectory(transient).to_columns()
+    arrays |= {_DATA: np.array(json.dumps(data)), _SWITCHES: transient.switch_times}
     if transient.changes.size:
         arrays[_CHANGES] = transient.changes
 
@@ -248,17 +247,17 @@ def store_transient(transient: Transient, path: Path) -> None:
 
 
 def restore_transient(path: Path) -> Transient:
-    """Read what `store_transient` wrote; `InputError` if the file is damaged."""
+    """Read a file of `store_transient`; raises `InputError` if it is damaged."""
     try:
         with open_regular(path) as file, npz_arrays(file) as archive:
             arrays = {name: archive[name] for name in archive.files}
-        data = json.loads(str(arrays[_SAID]))
-        request, derived = _request_of(data, data["step"]), data.get(_SENSITIVITIES)
+        data = json.loads(str(arrays[_DATA]))
+        request, derived = _read_request(data, data["step"]), data.get(_SENSITIVITIES)
         return Transient(
             request.system,
             request.initial,
             **{name: getattr(request, name) for name in ("t_end", "method", "tol", "step")},
-            **{name: kind(**data[name]) for name, kind in _PARTS.items()},
+            **{name: record(**data[name]) for name, record in _RECORDS.items()},
             switch_times=arrays[_SWITCHES],
             first_mode=Mode(data[_FIRST_MODE]),
             trajectory=Trajectory(*(arrays[column.name] for column in COLUMNS)),
@@ -269,7 +268,7 @@ def restore_transient(path: Path) -> Transient:
         raise InputError(f"{path}: damaged") from None
 
 
-def _request_of(data: Mapping[str, Any], step: float | None) -> Request:
+def _read_request(data: Mapping[str, Any], step: float | None) -> Request:
     p = Parameters().with_values(data["parameters"])
     return Request(
         System(p, bool(data["separation"]), time_tables(data.get(_OVER_TIME, {}))),

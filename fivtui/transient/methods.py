@@ -56,7 +56,7 @@ def _taylor(request: Request) -> Stepper:
     return taylor_stepper(request.system, request.initial, tol=request.tol)
 
 
-def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
+def _rk4(*, bisect: bool) -> Callable[[Request], Stepper]:
     def create_stepper(request: Request) -> Stepper:
         from .steppers.rk4 import ReferenceStepper, RungeKutta4
         from .steppers.rk4_on_belts import BeltRungeKutta4
@@ -68,7 +68,7 @@ def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
             [request.initial],
             step=fixed_step(request),
             separation=request.separation,
-            locate=locate,
+            bisect=bisect,
         )
         return ReferenceStepper(p, integrator)
 
@@ -90,8 +90,8 @@ METHODS: Final[Mapping[str, Method]] = {
     method.name: method
     for method in (
         Method("taylor", "Taylor series of variable step, events to rounding", False, _taylor),
-        Method("rk4", "the paper's fixed-step RK4 with bisection", True, _rk4(locate=True)),
-        Method("rk4-across", "fixed-step RK4 across the switch", True, _rk4(locate=False)),
+        Method("rk4", "the paper's fixed-step RK4 with bisection", True, _rk4(bisect=True)),
+        Method("rk4-across", "fixed-step RK4 across the switch", True, _rk4(bisect=False)),
         Method("scipy-dop853", "SciPy's explicit Runge-Kutta of order 8", False, _scipy("DOP853")),
         Method("scipy-radau", "SciPy's implicit Radau of order 5", False, _scipy("Radau")),
         Method("scipy-lsoda", "SciPy's Adams/BDF with automatic choice", False, _scipy("LSODA")),

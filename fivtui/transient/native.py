@@ -1,4 +1,4 @@
-"""Transients by any native method: the entry point for all callers."""
+"""Computation of transients by any native method."""
 
 import dataclasses
 import math
@@ -22,14 +22,15 @@ from .request import OnSamples, Request
 from .result import Transient
 
 _KERNELS: Final = ("auto", "compiled", "interpreted", "exact")
-# Periods to compute after the end of a run; their second half gives the amplitude.
-_PERIODS: Final = 20
-# Relative change of the amplitude above which a run has not settled. Amplitudes below _AT_REST
-# times the peak count as rest.
-_LEAST_CHANGE: Final = 0.01
-_AT_REST: Final = 1e-6
-_TOL: Final = 1e-9
-_MAX_STEPS: Final = 20_000
+# Number of periods by which a run is continued after its end.
+_LATER_PERIODS: Final = 20
+# A run has settled if its amplitude changes by at most this fraction after its end, or is below
+# this fraction of the peak.
+_SETTLED: Final = 0.01
+_REST_AMPLITUDE: Final = 1e-6
+# Tolerance and largest number of steps of the continuation.
+_LATER_TOL: Final = 1e-9
+_LATER_MAX_STEPS: Final = 20_000
 
 
 def integrate(
@@ -43,21 +44,21 @@ def integrate(
     if request.method != "taylor":
         check_taylor_options(request)
         if METHODS[request.method].fixed_step:
-            _check_count(request)
+            _check_step_count(request)
         return _run_stepper(request, work, on_samples)
     if request.kernel != "auto" or request.course is not None:
         _check_kernel(request)
     if not request.sensitivities:
-        return _taylor(request, work, on_samples)
-    from .derivatives.sensitivity import sensitivities_of
+        return _run_taylor(request, work, on_samples)
+    from .derivatives.sensitivity import compute_sensitivities
 
-    transient = _taylor(request, work.part(0.0, 0.5), on_samples)
-    sensitivities = sensitivities_of(request, transient, work.part(0.5, 1.0))
+    transient = _run_taylor(request, work.part(0.0, 0.5), on_samples)
+    sensitivities = compute_sensitivities(request, transient, work.part(0.5, 1.0))
     return dataclasses.replace(transient, sensitivities=sensitivities)
 
 
 def _check_kernel(request: Request) -> None:
-    # Raises `InputError` if the method ``taylor`` cannot do what is asked.
+    # Raise `InputError` if the method ``taylor`` does not support the kernel of the request.
     kernel = request.kernel
     check_known("kernel", kernel, _KERNELS)
     if request.course is not None:
@@ -80,14 +81,14 @@ def _run_stepper(
     on_samples: OnSamples | None,
     kernel: Literal["interpreted"] | None = None,
 ) -> Transient:
-    # Run an integrator in Python.
+    # Run an integrator that is written in Python.
     recorder = Recorder(request, on_samples)
     recorder.follow(METHODS[request.method].stepper(request), work)
     return recorder.result(kernel)
 
 
-def _taylor(request: Request, work: Progress, on_samples: OnSamples | None) -> Transient:
-    # Choose the exact solution, compiled or interpreted code; they agree to rounding.
+def _run_taylor(request: Request, work: Progress, on_samples: OnSamples | None) -> Transient:
+    # Choose between the exact solution, compiled and interpreted code, which agree to rounding.
     kernel = request.kernel
     if kernel in ("auto", "exact") and linear.is_linear(request):
         return linear.run(request, work)
@@ -96,7 +97,7 @@ def _taylor(request: Request, work: Progress, on_samples: OnSamples | None) -> T
     return compiled.run(request, work, on_samples)
 
 
-def _check_count(request: Request) -> None:
+def _check_step_count(request: Request) -> None:
     step = fixed_step(request)
     if request.t_end / step > request.max_steps:
         raise ComputationError(
@@ -124,36 +125,37 @@ def check_taylor_options(request: Request) -> None:
 
 
 class LaterAmplitude(NamedTuple):
-    """Half peak-to-peak of y, m, around a time, s, after the end of a run."""
+    """Half peak-to-peak of y, m, at a time after the end of a run, s."""
 
     y_half_range: float
     after: float
 
 
 def later_amplitude(result: Transient) -> LaterAmplitude | None:
-    """The amplitude after the end of a run that has not settled.
+    """The amplitude after the end of a run that has not settled; None for a settled run.
 
-    The motion is followed from the final state for at most 20 periods, and no longer than the run.
+    The motion is continued for at most 20 periods and at most the length of the run. The second
+    half of this time gives the amplitude.
     """
     if result.over_time:
         return None
-    p, final, before = result.parameters, result.final, result.steady.y_half_range
+    p, state, amplitude = result.parameters, result.final, result.steady.y_half_range
     period = 2.0 * math.pi * math.sqrt(p.m / horizontal_stiffness(p))
-    t_end = min(_PERIODS * period, result.t_end)
+    t_end = min(_LATER_PERIODS * period, result.t_end)
     try:
         motion = integrate(
             Request(
                 result.system,
                 t_end=t_end,
-                tol=_TOL,
-                start=(final.x, final.vx, final.y, final.vy),
-                max_steps=_MAX_STEPS,
+                tol=_LATER_TOL,
+                start=(state.x, state.vx, state.y, state.vy),
+                max_steps=_LATER_MAX_STEPS,
             )
         )
     except (ComputationError, InputError):
         return None
     later = motion.steady.y_half_range
-    greatest = max(before, later)
-    if greatest < _AT_REST * result.peak.y_abs or abs(later - before) <= _LEAST_CHANGE * greatest:
+    size = max(amplitude, later)
+    if size < _REST_AMPLITUDE * result.peak.y_abs or abs(later - amplitude) <= _SETTLED * size:
         return None
     return LaterAmplitude(later, t_end)

@@ -42,15 +42,15 @@ class Recorder:
         self._on_belt = request.parameters.v_belt is not None
         self._separations = 0
 
-    def follow(self, stepper: Stepper, progress: Progress) -> None:
+    def follow(self, stepper: Stepper, work: Progress) -> None:
         """Include the segments of an integrator until the horizon is reached."""
         t_end, max_steps = self._request.t_end, self._request.max_steps
         for count in range(max_steps):
             if count % _STEPS_PER_REPORT == 0:
-                progress.report(min(self.t / t_end, 1.0))
+                work.report(min(self.t / t_end, 1.0))
             self.include(stepper.advance())
             if self.t >= t_end:
-                progress.advance(1.0)
+                work.advance(1.0)
                 return
         raise step_limit_error(self._request, self.t)
 

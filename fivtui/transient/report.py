@@ -6,14 +6,14 @@ from fivtui.console import number, parameter_line, print_list, print_rows
 from fivtui.model import parameter_spec
 from fivtui.results import Row
 
-from .derivatives.digits import MOST_DIGITS, FinalDigits, final_digits
+from .derivatives.digits import MAX_DIGITS, FinalDigits, final_digits
 from .derivatives.sensitivity import Sensitivities
 from .errors import Deviation
 from .native import later_amplitude
 from .result import Transient
 
-# Printed sensitivities: label, part of a `Sensitivity`, and field of the part.
-_DERIVED: Final = (
+# Rows of the printed sensitivities: label, part of a `Sensitivity`, and field of the part.
+_SENSITIVITY_ROWS: Final = (
     ("peak |y|, m", "peak", "y_abs"),
     ("greatest y, m", "peak", "y_max"),
     ("least y, m", "peak", "y_min"),
@@ -32,31 +32,31 @@ _DERIVED: Final = (
 def transient_rows(
     result: Transient, accuracy: str = "", errors: Deviation | None = None
 ) -> list[Row]:
-    """All results of a transient."""
+    """The rows of a report on a transient."""
     peak, events, force, final = result.peak, result.events, result.contact_force, result.final
 
-    def note(quantity: str, otherwise: str = "", unit: str = "relative") -> str:
-        return otherwise if errors is None else f"± {errors.of(quantity):.1g} {unit}"
+    def note(quantity: str, default: str = "", unit: str = "relative") -> str:
+        return default if errors is None else f"± {errors.of(quantity):.1g} {unit}"
 
-    above = "above 0: off the belt" if result.separation else "above 0: contact in tension"
+    range_note = "above 0: off the belt" if result.separation else "above 0: contact in tension"
     later = later_amplitude(result)
     unsettled = (
         ""
         if later is None
         else f"; not settled: {number(later.y_half_range)} m {number(later.after)} s later"
     )
-    error = "" if errors is None else f", {note('half_range')}"
+    half_range_error = "" if errors is None else f", {note('half_range')}"
     share = events.separated_time / result.t_end
     rows = [
         *(Row(f"{name} over time", table.in_words()) for name, table in result.over_time.items()),
         Row("separation", "considered" if result.separation else "ignored"),
         Row("peak |y|", f"{number(peak.y_abs)} m", note("peak", "exact")),
-        Row("range of y", f"{number(peak.y_min)} to {number(peak.y_max)} m", above),
+        Row("range of y", f"{number(peak.y_min)} to {number(peak.y_max)} m", range_note),
         Row("peak |x|", f"{number(peak.x_abs)} m"),
         Row(
             "half peak-to-peak of y",
             f"{number(result.steady.y_half_range)} m",
-            f"over the second half of the run{error}{unsettled}",
+            f"over the second half of the run{half_range_error}{unsettled}",
         ),
         Row("contact force", f"{number(force.min)} to {number(force.max)} N"),
         Row("separations", str(events.separations), note("events", unit="s in their times")),
@@ -66,7 +66,7 @@ def transient_rows(
     p = result.parameters
     if p.v_belt is not None:
         stick_share = f"{events.stick_time / result.t_end:.1%} of the run"
-        kinds = ", ".join(f"{count} {name}" for name, count in events.transitions.items())
+        transitions = ", ".join(f"{count} {name}" for name, count in events.transitions.items())
         rows += [
             Row(
                 "sticks",
@@ -74,7 +74,7 @@ def transient_rows(
                 f"to a belt of {number(p.v_belt)} m/s" if "v_belt" not in result.over_time else "",
             ),
             Row("time of stick", f"{number(events.stick_time)} s", stick_share),
-            Row("transitions", kinds or "none"),
+            Row("transitions", transitions or "none"),
         ]
     rows += _stop_rows(result)
     if events.first is not None and events.last is not None:
@@ -84,15 +84,15 @@ def transient_rows(
         ]
     at_end = f"t = {number(final.t)} s"
     digits = final_digits(result)
-    printed = at_end if digits is None else f"{at_end}, the digits that hold"
+    state_note = at_end if digits is None else f"{at_end}, the digits that hold"
     rows += [
         Row(
             "max ẋ",
             f"{number(peak.vx_max)} m/s",
             "valid for faster belts" if p.v_belt is None else "",
         ),
-        *_final_rows(result, digits, note("final", printed, f"relative, {at_end}")),
-        Row("method", _method(result), accuracy),
+        *_final_rows(result, digits, note("final", state_note, f"relative, {at_end}")),
+        Row("method", _method_text(result), accuracy),
         Row("steps", str(result.stats.steps)),
     ]
     if result.stats.cpu_s is not None:
@@ -101,26 +101,26 @@ def transient_rows(
 
 
 def _stop_rows(result: Transient) -> list[Row]:
-    stop = result.stop
-    if stop is None:
+    stop_times = result.stop
+    if stop_times is None:
         return []
 
-    def moment(t: float | None) -> str:
+    def start_text(t: float | None) -> str:
         return "none" if t is None else f"from {number(t)} s"
 
-    groan = moment(stop.groan_begin)
-    if stop.groan_end is not None:
-        groan += f" to {number(stop.groan_end)} s"
+    groan = start_text(stop_times.groan_begin)
+    if stop_times.groan_end is not None:
+        groan += f" to {number(stop_times.groan_end)} s"
     return [
-        Row("squeal", moment(stop.squeal), "the slider leaves the belt"),
+        Row("squeal", start_text(stop_times.squeal), "the slider leaves the belt"),
         Row("stick-slip groan", groan, "stick and slip alternate"),
-        Row("final stick", moment(stop.final_stick), "until the end"),
+        Row("final stick", start_text(stop_times.final_stick), "until the end"),
     ]
 
 
 def _final_rows(result: Transient, digits: FinalDigits | None, note: str) -> list[Row]:
-    # Rows of the final state, rounded to the reliable digits if known.
-    counts, final = digits or (MOST_DIGITS,) * 4, result.final
+    # Rows of the final state, rounded to the reliable digits if these are known.
+    digit_counts, final = digits or (MAX_DIGITS,) * 4, result.final
     names, units = ("x", "ẋ", "y", "ẏ"), ("m", "m/s", "m", "m/s")
     notes = (note, "", "", "")
     return [
@@ -130,7 +130,7 @@ def _final_rows(result: Transient, digits: FinalDigits | None, note: str) -> lis
             text if count else "no digit holds",
         )
         for name, value, count, unit, text in zip(
-            names, final[1:], counts, units, notes, strict=True
+            names, final[1:], digit_counts, units, notes, strict=True
         )
     ]
 
@@ -142,7 +142,7 @@ def print_transient(
     *,
     title: str = "Transient",
 ) -> None:
-    """Print the report of a transient, with its errors as verified by `runs` runs."""
+    """Print the report of a transient, with its errors if `runs` runs have verified them."""
     verified = "" if errors is None else f"verified by {runs} runs"
     rows = transient_rows(result, verified, errors)
     print_list(title, [Row("parameters", parameter_line(result.parameters)), *rows])
@@ -164,15 +164,15 @@ def _print_sensitivities(sensitivities: Sensitivities, tol: float) -> None:
                 for sensitivity in sensitivities.values()
             ),
         ]
-        for label, part, name in _DERIVED
+        for label, part, name in _SENSITIVITY_ROWS
     ]
-    growth = f"small deviations grow {number(sensitivities.growth, 3)} times until the end"
+    growth_text = f"small deviations grow {number(sensitivities.growth, 3)} times until the end"
     digits = sensitivities.digits(tol)
-    trust = f"about {digits} digits hold" if digits else "no digit holds"
-    heading = f"Sensitivities; {growth}, where {trust}"
+    digits_text = f"about {digits} digits hold" if digits else "no digit holds"
+    heading = f"Sensitivities; {growth_text}, where {digits_text}"
     print_rows(heading, ["derivative of, by", *header], rows)
 
 
-def _method(result: Transient) -> str:
+def _method_text(result: Transient) -> str:
     exact = result.stats.kernel == "exact"
     return "matrix exponential: the scene is linear" if exact else result.method

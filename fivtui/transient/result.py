@@ -331,9 +331,9 @@ class Transient(SystemResult, Plottable):
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """The trajectory as arrays by name; `InputError` if it has none."""
-        from .files import trajectory_of
+        from .files import checked_trajectory
 
-        return trajectory_of(self).to_columns()
+        return checked_trajectory(self).to_columns()
 
     def _sheet(self) -> "Sheet":
         from .charts import transient_sheet

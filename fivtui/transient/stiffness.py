@@ -1,4 +1,4 @@
-"""Stiffness: deviations decay much faster than the motion changes."""
+"""Detection of stiff scenes, in which deviations decay much faster than the motion changes."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -17,32 +17,33 @@ from fivtui.model import (
 from .methods import uses_step
 from .request import TOL_RANGE, Request
 
-# Stability limit of an explicit high-order method, as decay rate times step.
-_REACH: Final = 9.0
-# A scene is stiff above this number of steps forced by stability, and this ratio of rates.
-_BURDEN: Final = 20_000.0
-_RATIO: Final = 100.0
+# Stability limit of an explicit high-order method: the product of decay rate and step.
+_STABILITY_LIMIT: Final = 9.0
+# A scene is stiff if stability requires more than this number of steps and the decay rate exceeds
+# the rate of the motion by more than this ratio.
+_STIFF_STEPS: Final = 20_000.0
+_STIFF_RATIO: Final = 100.0
 # Methods for stiff scenes.
-_IMPLICIT: Final = ("scipy-lsoda", "scipy-radau")
+_STIFF_METHODS: Final = ("scipy-lsoda", "scipy-radau")
 
 
 @dataclass(frozen=True, slots=True)
 class Stiffness:
-    """Why a scene is stiff."""
+    """Rates of decay and of the motion, 1/s, in a stiff scene, and the steps for stability."""
 
-    decay: float
-    motion: float
+    decay_rate: float
+    motion_rate: float
     steps: float
 
     def __str__(self) -> str:
         return (
-            f"the scene is stiff: deviations decay at up to {self.decay:.3g} 1/s, the motion goes "
-            f"at {self.motion:.3g} 1/s"
+            f"the scene is stiff: deviations decay at up to {self.decay_rate:.3g} 1/s, "
+            f"the motion goes at {self.motion_rate:.3g} 1/s"
         )
 
 
 def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
-    """Stiffness of a scene, from the eigenvalues in contact and off the belt."""
+    """Stiffness of a scene, from the eigenvalues in contact and off the belt; None if not stiff."""
     modes = (Mode.CONTACT, Mode.SEPARATED) if system.separation else (Mode.CONTACT,)
     try:
         y = min(equilibrium(system).y, 0.0)
@@ -53,24 +54,24 @@ def find_stiffness(system: System, *, t_end: float) -> Stiffness | None:
         matrix = np.array(jacobian(system.parameters, y, mode))
         if not np.all(np.isfinite(matrix)):
             continue
-        values = np.linalg.eigvals(matrix)
-        decaying = values.real < -10.0 * np.abs(values.imag)
+        eigenvalues = np.linalg.eigvals(matrix)
+        decaying = eigenvalues.real < -10.0 * np.abs(eigenvalues.imag)
         if not np.any(decaying):
             continue
-        decay = float(-values.real[decaying].min())
-        motion = float(np.abs(values).min())
-        steps = decay * t_end / _REACH
+        decay_rate = float(-eigenvalues.real[decaying].min())
+        motion_rate = float(np.abs(eigenvalues).min())
+        steps = decay_rate * t_end / _STABILITY_LIMIT
         if (
-            decay > _RATIO * motion
-            and steps > _BURDEN
-            and (not stiffness or decay > stiffness.decay)
+            decay_rate > _STIFF_RATIO * motion_rate
+            and steps > _STIFF_STEPS
+            and (not stiffness or decay_rate > stiffness.decay_rate)
         ):
-            stiffness = Stiffness(decay, motion, steps)
+            stiffness = Stiffness(decay_rate, motion_rate, steps)
     return stiffness
 
 
-def stiffness_of(request: Request) -> Stiffness | None:
-    """Stiffness of a requested transient, see `find_stiffness`."""
+def request_stiffness(request: Request) -> Stiffness | None:
+    """Stiffness of a requested transient; None if it is not stiff."""
     return find_stiffness(request.system, t_end=request.t_end)
 
 
@@ -89,10 +90,10 @@ def step_limit_error(request: Request, t: float) -> ComputationError:
     method = request.method
     tol = None if uses_step(method) else request.tol
     error = max_steps_error(request.max_steps, t, request.t_end, tol=tol)
-    stiff = stiffness_of(request)
-    if stiff is None:
+    stiffness = request_stiffness(request)
+    if stiffness is None:
         return error
-    why = f"{error.why}; {stiff}"
-    if method in _IMPLICIT or request.course is not None or request.sensitivities:
-        return ComputationError(why, error.advice)
-    return ComputationError(why, f"use the method {' or '.join(_IMPLICIT)}")
+    reason = f"{error.why}; {stiffness}"
+    if method in _STIFF_METHODS or request.course is not None or request.sensitivities:
+        return ComputationError(reason, error.advice)
+    return ComputationError(reason, f"use the method {' or '.join(_STIFF_METHODS)}")

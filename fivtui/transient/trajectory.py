@@ -136,7 +136,7 @@ class DenseSolution:
         theta = ((t - self._start[index]) - self._remainder[index]) / duration
         x, vx = _horner(self._x[:, index], theta)
         y, vy = _horner(self._y[:, index], theta)
-        return trajectory_of(self._p, t, (x, vx / duration, y, vy / duration), self._mode[index])
+        return build_trajectory(self._p, t, (x, vx / duration, y, vy / duration), self._mode[index])
 
 
 def touching(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
@@ -145,7 +145,7 @@ def touching(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
     return flags
 
 
-def trajectory_of(
+def build_trajectory(
     p: Parameters,
     t: FloatArray,
     states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],

@@ -187,7 +187,7 @@ def test_stick_takes_the_rank_exactly() -> None:
     expected = [float(name == "v_belt") for name in names]
     assert inside.derivatives[1, 4:].tolist() == expected
     assert inside.final[1] == 1.0
-    assert inside.rate[1] == 0.0
+    assert inside.final_rate[1] == 0.0
     after = derived(p, start, 8.0, separation=True).derivatives[:, :4]
     values = np.linalg.svd(after, compute_uv=False)
     assert values[3] < 1e-14 * values[0] < values[2]

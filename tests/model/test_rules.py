@@ -36,7 +36,7 @@ from fivtui.taylor.stepper import (
     rough_log2,
 )
 from fivtui.transient.steppers.rk4 import RungeKutta4
-from fivtui.transient.trajectory import trajectory_of
+from fivtui.transient.trajectory import build_trajectory
 from tests.support.strategies import magnitudes, moderate_parameters, states, wide_parameters
 
 
@@ -46,7 +46,7 @@ def test_the_force_of_a_trajectory_is_that_of_every_state(
 ) -> None:
     modes = [data.draw(st.sampled_from(ALWAYS_SLIDING)) for _ in heights]
     y, zero = np.array(heights), np.zeros(len(heights))
-    forces = trajectory_of(p, zero, (zero, zero, y, zero), np.array(modes, dtype=np.int8)).P
+    forces = build_trajectory(p, zero, (zero, zero, y, zero), np.array(modes, dtype=np.int8)).P
     assert forces.tolist() == [
         contact_force(p, height, mode) for height, mode in zip(heights, modes, strict=True)
     ]

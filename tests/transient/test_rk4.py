@@ -16,10 +16,10 @@ from tests.support.strategies import moderate_parameters, states
 T_END = 4.0
 
 
-def end_state(step: float, *, separation: bool = True, locate: bool = True) -> np.ndarray:
+def end_state(step: float, *, separation: bool = True, bisect: bool = True) -> np.ndarray:
     # From well above the belt: an early landing, several switches within the horizon.
     integrator = RungeKutta4(
-        [Parameters()], [(0.1, 0.0, 0.5, 1.0)], step=step, separation=separation, locate=locate
+        [Parameters()], [(0.1, 0.0, 0.5, 1.0)], step=step, separation=separation, bisect=bisect
     )
     for _ in range(round(T_END / step)):
         integrator.advance()
@@ -33,29 +33,29 @@ def orders(errors: list[float]) -> list[float]:
 
 
 @cache
-def errors(*, separation: bool, locate: bool) -> list[float]:
+def errors(*, separation: bool, bisect: bool) -> list[float]:
     exact = simulate(
         Parameters(), t_end=T_END, start=(0.1, 0.0, 0.5, 1.0), separation=separation
     ).final
     expected = np.array([exact.x, exact.vx, exact.y, exact.vy])
     steps = [0.02 / 2**n for n in range(5)]
-    ends = [end_state(step, separation=separation, locate=locate) for step in steps]
+    ends = [end_state(step, separation=separation, bisect=bisect) for step in steps]
     return [float(np.abs(end - expected).max()) for end in ends]
 
 
 def test_with_bisection_the_order_is_four() -> None:
-    observed = orders(errors(separation=True, locate=True))
+    observed = orders(errors(separation=True, bisect=True))
     assert observed[-1] == pytest.approx(4.0, abs=0.25)
     assert observed[-2] == pytest.approx(4.0, abs=0.4)
 
 
 def test_with_separation_ignored_the_order_is_four() -> None:
-    assert orders(errors(separation=False, locate=True))[-1] == pytest.approx(4.0, abs=0.25)
+    assert orders(errors(separation=False, bisect=True))[-1] == pytest.approx(4.0, abs=0.25)
 
 
 def test_without_bisection_it_converges_at_a_lower_order() -> None:
-    located = errors(separation=True, locate=True)
-    ignored = errors(separation=True, locate=False)
+    located = errors(separation=True, bisect=True)
+    ignored = errors(separation=True, bisect=False)
     assert ignored[-1] < 0.02 * ignored[0]
     assert np.mean(orders(ignored)) < 3.2
     assert ignored[-1] > 30.0 * located[-1]

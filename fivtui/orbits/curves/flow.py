@@ -129,4 +129,4 @@ class SliderBeltFlow:
         if speed is not None:
             pattern = _mode_pattern(motion, time, speed)
             extremes = np.append(extremes[:POSITION_EXTREMES], pattern)
-        return MotionEnd(np.array(motion.final), motion.rate, motion.derivatives, extremes)
+        return MotionEnd(np.array(motion.final), motion.final_rate, motion.derivatives, extremes)

@@ -21,7 +21,7 @@ from fivtui.model import (
 from fivtui.paper import FloatArray, PaperResults, critical_mu, modes
 from fivtui.scene import PRESETS
 from fivtui.simulation import simulate
-from fivtui.transient import Trajectory, trajectory_of
+from fivtui.transient import Trajectory, checked_trajectory
 
 from .claim import Finding, Test, Values
 from .trends import columns, compare, crossing, falls, falls_then_rises, rises, trend
@@ -55,7 +55,9 @@ def _at_reattachments(paper: PaperResults) -> Trajectory:
     scene = PRESETS["base"]
     run = paper.run(scene)
     ends = [end for _, end in run.separated_intervals if end < run.t_end]
-    return trajectory_of(simulate(scene.parameters, t_end=scene.t_end, tol=scene.tol, samples=ends))
+    return checked_trajectory(
+        simulate(scene.parameters, t_end=scene.t_end, tol=scene.tol, samples=ends)
+    )
 
 
 def _reattachment_without_force(paper: PaperResults) -> Finding:

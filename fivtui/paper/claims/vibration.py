@@ -12,7 +12,7 @@ from fivtui.model import Mode, Parameters, System, equilibrium, static_start
 from fivtui.orbits import EventKind, branch
 from fivtui.paper import Amplitude, FloatArray, PaperResults, critical_mu
 from fivtui.scene import PRESETS, Scene
-from fivtui.transient import trajectory_of
+from fivtui.transient import checked_trajectory
 
 from .claim import Finding, Test, Values
 from .trends import columns, compare, crossing, falls, rises, trend
@@ -93,7 +93,7 @@ def _critical_friction_of_the_example(_: PaperResults) -> Finding:
 
 
 def _ignored_contact_force_becomes_negative(paper: PaperResults) -> Finding:
-    trajectory = trajectory_of(paper.run(_IGNORED))
+    trajectory = checked_trajectory(paper.run(_IGNORED))
     P, negative = trajectory.P, trajectory.P < 0.0
     first = int(np.argmax(negative))
     greatest = P[:first].max(initial=0.0)
@@ -108,14 +108,14 @@ def _contact_force_falls_to_zero_repeatedly(paper: PaperResults) -> Finding:
 
 
 def _no_force_off_the_belt(paper: PaperResults) -> Finding:
-    trajectory = trajectory_of(paper.run(_CONSIDERED))
+    trajectory = checked_trajectory(paper.run(_CONSIDERED))
     off = trajectory.mode == Mode.SEPARATED
     greatest = np.abs(trajectory.P[off]).max()
     return greatest == 0.0 and np.all(trajectory.y[off] >= 0.0), (int(off.sum()), greatest)
 
 
 def _stretched_spring_holds_back(paper: PaperResults) -> Finding:
-    trajectory = trajectory_of(paper.run(_IGNORED))
+    trajectory = checked_trajectory(paper.run(_IGNORED))
     P, y = trajectory.P, trajectory.y
     highest = paper.run(_CONSIDERED).peak.y_max
     return np.all(P[y > 0.0] < 0.0), (int((y > 0.0).sum()), P.min(), y.max(), highest)
@@ -130,7 +130,7 @@ def _separation_changes_both_motions(paper: PaperResults) -> Finding:
 def _asymmetry(paper: PaperResults, **rest: float) -> Finding:
     # Excursions in the second half of the run, after the initial transient.
     run = paper.run(_CONSIDERED)
-    trajectory = trajectory_of(run)
+    trajectory = checked_trajectory(run)
     late = trajectory.t >= 0.5 * run.t_end
     excursions = [getattr(trajectory, name)[late] - level for name, level in rest.items()]
     sides = [(values.max(), -values.min()) for values in excursions]

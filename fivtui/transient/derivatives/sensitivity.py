@@ -21,7 +21,7 @@ from fivtui.transient.result import ContactForce, Peak, Steady, Transient
 
 from .variation import EXTREMES, START_SEEDS, Variation, vary
 
-_AT_REST: Final = (0.0, 0.0, 0.0, 0.0)
+_ZERO_STATE: Final = (0.0, 0.0, 0.0, 0.0)
 
 
 class FinalChange(NamedTuple):
@@ -35,20 +35,20 @@ class FinalChange(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sensitivity:
-    """Derivatives of the results of a transient by a parameter, each in its unit per that of it.
+    """Derivatives of the results of a transient by a parameter, in units of result per parameter.
 
-    An extreme has the derivative of the motion at the time where it is taken, the first if it is
-    taken more than once: then that holds to one side alone, and of a slider that rests, which is at
-    its extremes all the time, it is the derivative of the start. What has a kink, as a size at zero
-    or the contact force where the slider just touches, has the derivative towards greater values.
-    The least contact force of a slider that comes off the belt is zero and stays so.
+    The derivative of an extreme is that of the motion at the first time of the extreme. If the
+    motion takes the extreme again, it is a one-sided derivative; for a slider at rest, it is that
+    of the start. At a kink, such as an absolute value at zero or a contact force at touch, the
+    derivative is that towards greater values. If the slider separates, the least contact force is
+    zero with derivative zero.
 
     Attributes
     ----------
     final : FinalChange
-        Of the state at the end.
+        Derivatives of the final state.
     peak, steady, contact_force
-        Of the numbers with these names in `Transient`.
+        Derivatives of the results with these names in `Transient`.
     """
 
     final: FinalChange
@@ -59,16 +59,16 @@ class Sensitivity:
 
 @dataclass(frozen=True, slots=True)
 class Sensitivities(Mapping[str, Sensitivity]):
-    """Sensitivities by the name of the parameter.
+    """A mapping from the names of parameters to their sensitivities.
 
     Attributes
     ----------
     by : dict
         The sensitivities.
     growth : float
-        By how much small deviations of the start grow at most until the end, displacements beside
-        velocities times √(m/stiffness). Derivatives hold for changes that are small against its
-        inverse, and have lost the digits that `tol` times it takes.
+        Largest factor by which a small deviation of the start grows until the end; velocities are
+        scaled by √(m/stiffness). Derivatives are valid for changes much smaller than 1/growth,
+        and have a relative error of about `tol` times growth.
     """
 
     by: dict[str, Sensitivity]
@@ -84,7 +84,7 @@ class Sensitivities(Mapping[str, Sensitivity]):
         return len(self.by)
 
     def to_dict(self) -> dict[str, Any]:
-        """All as data for JSON: ``growth``, and ``by`` parameter the derivatives by name."""
+        """Data for JSON: ``growth``, and in ``by`` the derivatives for each parameter."""
         parts = ("final", "peak", "steady", "contact_force")
         by = {
             name: {part: getattr(sensitivity, part)._asdict() for part in parts}
@@ -107,17 +107,17 @@ class Sensitivities(Mapping[str, Sensitivity]):
         return cls(by, float(data["growth"]))
 
     def digits(self, tol: float) -> int:
-        """How many digits of the derivatives of the final state to believe at a tolerance."""
+        """Number of correct digits of the derivatives of the final state at a tolerance."""
         return max(math.floor(-math.log10(tol * max(self.growth, 1.0))), 0)
 
 
-def sensitivities_of(request: Request, transient: Transient, work: Progress) -> Sensitivities:
+def compute_sensitivities(request: Request, run: Transient, work: Progress) -> Sensitivities:
     """The requested sensitivities of a transient; see `simulate`."""
     p, names = request.parameters, request.sensitivities
-    static = isinstance(request.start, str)
+    is_static = isinstance(request.start, str)
     seeds = [
         Seed(
-            static_start_change(request.system, name) if static else _AT_REST,
+            static_start_change(request.system, name) if is_static else _ZERO_STATE,
             {name: 1.0},
         )
         for name in names
@@ -125,43 +125,43 @@ def sensitivities_of(request: Request, transient: Transient, work: Progress) -> 
     variation = vary(request, [*START_SEEDS, *seeds], work)
     count = len(START_SEEDS)
     weights = np.array([1.0, time_scale(p), 1.0, time_scale(p)])
-    flow = variation.derivatives[:, :count] * weights[:, None] / weights
+    scaled_derivatives = variation.derivatives[:, :count] * weights[:, None] / weights
     by = {
-        name: _sensitivity(transient, name, variation, column)
+        name: _sensitivity(run, name, variation, column)
         for column, name in enumerate(names, start=count)
     }
-    return Sensitivities(by, float(np.linalg.norm(flow, 2)))
+    return Sensitivities(by, float(np.linalg.norm(scaled_derivatives, 2)))
 
 
 def _sensitivity(transient: Transient, name: str, variation: Variation, column: int) -> Sensitivity:
-    p, considered = transient.parameters, transient.separation
-    value: dict[str, float] = dict(zip(EXTREMES, variation.extremes.tolist(), strict=True))
-    change: dict[str, float] = dict(
+    p, separation = transient.parameters, transient.separation
+    values: dict[str, float] = dict(zip(EXTREMES, variation.extremes.tolist(), strict=True))
+    slopes: dict[str, float] = dict(
         zip(EXTREMES, variation.extreme_derivatives[:, column].tolist(), strict=True)
     )
     x, vx, y, vy = variation.derivatives[:, column].tolist()
-    moved = p.perturbed({name: 1.0})
+    perturbed = p.perturbed({name: 1.0})
 
-    def size(low: str, high: str) -> float:
-        if value[high] == -value[low]:
-            return max(change[high], -change[low])
-        return change[high] if value[high] > -value[low] else -change[low]
+    def size_derivative(minimum: str, maximum: str) -> float:
+        if values[maximum] == -values[minimum]:
+            return max(slopes[maximum], -slopes[minimum])
+        return slopes[maximum] if values[maximum] > -values[minimum] else -slopes[minimum]
 
-    def force(height: str) -> float:
-        y = value[height]
-        if considered and (y > 0.0 or (y == 0.0 and change[height] >= 0.0)):
+    def force_derivative(y_name: str) -> float:
+        y = values[y_name]
+        if separation and (y > 0.0 or (y == 0.0 and slopes[y_name] >= 0.0)):
             return 0.0
-        return derivative(spring_force(moved, complex(y, change[height] * DERIVATIVE_STEP)))
+        return derivative(spring_force(perturbed, complex(y, slopes[y_name] * DERIVATIVE_STEP)))
 
     return Sensitivity(
         FinalChange(x, vx, y, vy),
         Peak(
-            size("y_min", "y_max"),
-            change["y_max"],
-            change["y_min"],
-            size("x_min", "x_max"),
-            change["vx_max"],
+            size_derivative("y_min", "y_max"),
+            slopes["y_max"],
+            slopes["y_min"],
+            size_derivative("x_min", "x_max"),
+            slopes["vx_max"],
         ),
-        Steady(0.5 * (change["y_high"] - change["y_low"])),
-        ContactForce(force("y_max"), force("y_min")),
+        Steady(0.5 * (slopes["y_high"] - slopes["y_low"])),
+        ContactForce(force_derivative("y_max"), force_derivative("y_min")),
     )

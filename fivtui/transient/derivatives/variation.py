@@ -1,4 +1,4 @@
-"""A transient with its derivatives by numbers that change start and parameters."""
+"""A transient with the derivatives of its motion by start and parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -33,30 +33,32 @@ from fivtui.transient.stiffness import step_limit_error
 
 FloatArray = NDArray[np.float64]
 
-# Relative tolerance for a new extremum.
-_ROUNDING: Final = 2.0**-50
+# An extreme replaces a former one if it is greater by more than this fraction of itself.
+_EXTREME_TOLERANCE: Final = 2.0**-50
 # Extremes over the whole run, and of y over its second half.
 EXTREMES: Final = ("x_min", "x_max", "y_min", "y_max", "vx_max", "y_low", "y_high")
-# Derivatives by x, ẋ, y and ẏ at the start.
+# Seeds of the derivatives by x, ẋ, y and ẏ at the start.
 START_SEEDS: Final = (
     Seed((1.0, 0.0, 0.0, 0.0)),
     Seed((0.0, 1.0, 0.0, 0.0)),
     Seed((0.0, 0.0, 1.0, 0.0)),
     Seed((0.0, 0.0, 0.0, 1.0)),
 )
-_COLUMNS: Final = {name: column for column, name in enumerate(PARAMETERS)}
+_PARAMETER_COLUMNS: Final = {name: column for column, name in enumerate(PARAMETERS)}
 # Steps between progress reports.
-_REPORT: Final = 8
+_STEPS_PER_REPORT: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
 class Variation:
-    """A motion and its derivatives by k numbers that its start and parameters depend on."""
+    """A motion and its derivatives by k seeds, which are directions of start and parameters."""
 
     final: State
-    rate: FloatArray
+    # Time derivative of the final state, and its derivatives by the seeds, shape (4, k).
+    final_rate: FloatArray
     derivatives: FloatArray
-    moments: FloatArray
+    # The extremes in the order of EXTREMES: times, values, and derivatives, shape (7, k).
+    extreme_times: FloatArray
     extremes: FloatArray
     extreme_derivatives: FloatArray
     switch_times: FloatArray
@@ -66,9 +68,9 @@ class Variation:
 def vary(request: Request, seeds: Sequence[Seed], work: Progress | None = None) -> Variation:
     """Compute a transient with its derivatives, by the variational equations.
 
-    Both right-hand sides agree at y = 0, so that no derivative jumps where the slider separates. On
-    a belt of finite speed they jump where it begins or ends to slide, and are interpreted. Steps
-    are those of the method ``taylor``, also where the scene is linear.
+    The equations of both modes agree at y = 0, so derivatives are continuous at separation. On a
+    belt of finite speed they jump at the start and end of sliding, which interpreted code handles.
+    All scenes are integrated by the method ``taylor``, also linear ones.
     """
     if request.course is not None:
         raise InputError(
@@ -76,17 +78,17 @@ def vary(request: Request, seeds: Sequence[Seed], work: Progress | None = None) 
         )
     on_belt = request.parameters.v_belt is not None
     if on_belt or request.kernel == "interpreted" or why_interpreted() is not None:
-        return _vary_interpreted(request, seeds, work or Progress(None))
-    return _vary_compiled(request, seeds, work or Progress(None))
+        return _run_interpreted(request, seeds, work or Progress(None))
+    return _run_compiled(request, seeds, work or Progress(None))
 
 
-def _vary_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
+def _run_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
     tol = local_tolerance(request.tol)
     seed_rows = np.zeros((len(seeds), 4 + len(PARAMETERS)))
     for row, seed in zip(seed_rows, seeds, strict=True):
         row[:4] = seed.start
         for name, change in seed.parameters.items():
-            row[4 + _COLUMNS[name]] = change
+            row[4 + _PARAMETER_COLUMNS[name]] = change
     run = load_kernel().begin_varied_run(
         np.array(request.parameters.values()),
         np.array(request.initial),
@@ -108,7 +110,7 @@ def _vary_compiled(request: Request, seeds: Sequence[Seed], work: Progress) -> V
     )
 
 
-def _vary_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
+def _run_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -> Variation:
     p, t_end = request.parameters, request.t_end
     stepper = taylor_stepper(request.system, request.initial, tol=request.tol)
     deviations = Deviations(p, seeds)
@@ -117,22 +119,22 @@ def _vary_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -
     changes: list[tuple[float, int, int]] = []
     t, state = 0.0, request.initial
     for count in range(request.max_steps):
-        if count % _REPORT == 0:
+        if count % _STEPS_PER_REPORT == 0:
             work.report(t / t_end)
         segment = stepper.advance()
-        is_last = segment.end >= t_end
-        end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0
-        extremes.follow(segment, end, deviations)
-        t, state = segment.end, segment.final if end == 1.0 else segment.state(t_end)
-        if segment.switches and end == 1.0 and p.v_belt is not None:
+        reaches_end = segment.end >= t_end
+        theta_end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0
+        extremes.include(segment, theta_end, deviations)
+        t, state = segment.end, segment.final if theta_end == 1.0 else segment.state(t_end)
+        if segment.switches and theta_end == 1.0 and p.v_belt is not None:
             changes.append((t, segment.mode, segment.next_mode))
-        if segment.lifts_or_lands and end == 1.0:
+        if segment.lifts_or_lands and theta_end == 1.0:
             switches.append(t)
-        if is_last:
+        if reaches_end:
             break
     else:
         raise step_limit_error(request, t)
-    mode = segment.next_mode if end == 1.0 else segment.mode
+    mode = segment.next_mode if theta_end == 1.0 else segment.mode
     if mode is Mode.STICK:
         state = (state[0], p.v_belt or 0.0, state[2], state[3])
     ax, ay = accelerations(p, state, mode)
@@ -140,65 +142,67 @@ def _vary_interpreted(request: Request, seeds: Sequence[Seed], work: Progress) -
         state,
         np.array([state[1], ax, state[3], ay]),
         np.array(deviations.current).T,
-        extremes.moments,
+        extremes.times,
         extremes.values,
-        extremes.by,
+        extremes.derivatives,
         np.array(switches),
         np.array(changes, dtype=float).reshape(-1, 3),
     )
 
 
 class _Extremes:
-    # Running extremes of a motion with their times and derivatives.
+    # The extremes of a motion so far, with their times and derivatives.
 
-    def __init__(self, half: float, count: int) -> None:
-        self._half = half
-        self._best = [-np.inf] * len(EXTREMES)
+    def __init__(self, half_time: float, count: int) -> None:
+        self._half_time = half_time
+        self._signed_values = [-np.inf] * len(EXTREMES)
         self.values = np.zeros(len(EXTREMES))
-        self.moments = np.zeros(len(EXTREMES))
-        self.by = np.zeros((len(EXTREMES), count))
+        self.times = np.zeros(len(EXTREMES))
+        self.derivatives = np.zeros((len(EXTREMES), count))
 
-    def follow(self, segment: Segment, end: float, deviations: Deviations) -> None:
-        """Carry deviations along a segment as far as θ = end, and note them at new extremes."""
-        thetas, component = {}, {}
-        for index, (sign, polynomial, quantity, begin) in enumerate(
+    def include(self, segment: Segment, end: float, deviations: Deviations) -> None:
+        """Advance deviations along a segment up to θ = end; store those at new extremes."""
+        thetas, components = {}, {}
+        for index, (sign, polynomial, component, begin) in enumerate(
             self._extreme_polynomials(segment)
         ):
             if begin > 0.0 and begin >= end:
                 continue
-            turns = roots(derivative(polynomial))
-            candidates = [begin, *(turn for turn in turns if begin < turn < end), end]
-            if quantity == 1 and self._begins_to_stick(segment):
-                # At the begin of stick the speed extremum belongs to the stick segment.
+            stationary = roots(derivative(polynomial))
+            candidates = [begin, *(point for point in stationary if begin < point < end), end]
+            if component == 1 and self._begins_to_stick(segment):
+                # An extreme of the speed at the start of stick belongs to the stick segment.
                 candidates.pop()
             values = [sign * evaluate(polynomial, theta) for theta in candidates]
             greatest = max(values)
-            if greatest - self._best[index] > _ROUNDING * abs(greatest):
-                self._best[index], self.values[index] = greatest, sign * greatest
-                thetas[index], component[index] = candidates[values.index(greatest)], quantity
+            if greatest - self._signed_values[index] > _EXTREME_TOLERANCE * abs(greatest):
+                self._signed_values[index], self.values[index] = greatest, sign * greatest
+                thetas[index], components[index] = candidates[values.index(greatest)], component
         deviations_at = deviations.advance(segment, end, list(thetas.values()))
         for index, seed_deviations in zip(thetas, deviations_at, strict=True):
-            self.moments[index] = segment.start + (
+            self.times[index] = segment.start + (
                 segment.start_remainder + thetas[index] * segment.duration
             )
-            self.by[index] = [deviation[component[index]] for deviation in seed_deviations]
+            self.derivatives[index] = [
+                deviation[components[index]] for deviation in seed_deviations
+            ]
 
     def _begins_to_stick(self, segment: Segment) -> bool:
-        ends = segment.end < 2.0 * self._half and segment.mode is not Mode.STICK
-        return ends and segment.next_mode is Mode.STICK
+        ends_in_run = segment.end < 2.0 * self._half_time and segment.mode is not Mode.STICK
+        return ends_in_run and segment.next_mode is Mode.STICK
 
     def _extreme_polynomials(
         self, segment: Segment
     ) -> list[tuple[float, Sequence[float], int, float]]:
-        # Sign, polynomial, state component and first θ of each extreme, in the order of EXTREMES.
+        # Sign (−1: minimum), polynomial, state component and first θ of each of EXTREMES.
         speed = [coefficient / segment.duration for coefficient in derivative(segment.x)]
-        late = max(segment.fraction(self._half), 0.0)
+        half_theta = max(segment.fraction(self._half_time), 0.0)
         return [
             (-1.0, segment.x, 0, 0.0),
             (1.0, segment.x, 0, 0.0),
             (-1.0, segment.y, 2, 0.0),
             (1.0, segment.y, 2, 0.0),
             (1.0, speed, 1, 0.0),
-            (-1.0, segment.y, 2, late),
-            (1.0, segment.y, 2, late),
+            (-1.0, segment.y, 2, half_theta),
+            (1.0, segment.y, 2, half_theta),
         ]

@@ -1,1 +1,1 @@
-"""Linear scenes: solved exactly by the matrix exponential."""
+"""Exact solution of linear scenes by the matrix exponential."""

@@ -4,9 +4,9 @@ A contact without cubic term that never breaks leaves ż = A z + b. Over a span 
 
     z(t + s) = z(t) + Φ(s) (A z(t) + b),   Φ(s) = ∫₀ˢ exp(A r) dr,
 
-whether or not A has all its eigenvectors (at the coalescence of two modes it has not). Φ is summed
-as a Taylor series where it converges at once and doubled from there (scaling and squaring: Higham,
-SIAM J. Matrix Anal. Appl. 26, 2005). Spans are powers of two in seconds, so that times are exact.
+also where A lacks eigenvectors, as at the coalescence of two modes. For short spans Φ is a Taylor
+series; longer spans follow by doubling (scaling and squaring: Higham, SIAM J. Matrix Anal. Appl.
+26, 2005). Spans are powers of two in seconds, so that times are exact.
 """
 
 import math
@@ -28,14 +28,13 @@ from fivtui.taylor import overflow_error
 
 FloatArray = NDArray[np.float64]
 
-# The series of a span of ‖A‖ s <= 2 ends with 2²⁶/26!, far below rounding.
-_REACH: Final = 2.0
+# Largest ‖A‖ s of a Taylor series. Its last term, 2²⁶/26!, is far below rounding.
+_MAX_NORM: Final = 2.0
 DEGREE: Final = 26
-# Overflow threshold, with a margin for derivatives and bounds.
-_LARGEST: Final = 1e300
-# Number of halvings of the longest span. Over the shortest span a motion equals its chord to
-# rounding.
-DEEPEST: Final = 28
+# Overflow threshold, with a margin for the derivatives and bounds computed from a state.
+_OVERFLOW_LIMIT: Final = 1e300
+# Number of halvings of the base span. Over the shortest span a motion equals its chord to rounding.
+HALVINGS: Final = 28
 
 
 class LinearMotion:
@@ -45,23 +44,23 @@ class LinearMotion:
         frequency = math.sqrt(total_stiffness(p) / p.m)
         self._scale = np.array([1.0, frequency, 1.0, frequency])
         matrix = np.array(jacobian(p, 0.0, Mode.CONTACT)) * self._scale / self._scale[:, None]
-        x, y = accelerations(p, (0.0, 0.0, 0.0, 0.0), Mode.CONTACT)
-        self.load = np.array([0.0, x, 0.0, y]) / self._scale
-        size = float(np.abs(matrix).sum(axis=1).max())
+        x_acceleration, y_acceleration = accelerations(p, (0.0, 0.0, 0.0, 0.0), Mode.CONTACT)
+        self.load = np.array([0.0, x_acceleration, 0.0, y_acceleration]) / self._scale
+        norm = float(np.abs(matrix).sum(axis=1).max())
         self.matrix = matrix
         self.rest = np.linalg.solve(matrix, -self.load)
         # Longest span with ‖A‖ s between 1 and 2.
-        longest = math.ldexp(1.0, math.frexp(_REACH / size)[1] - 1)
-        self._double_spans(longest, t_end)
+        base_span = math.ldexp(1.0, math.frexp(_MAX_NORM / norm)[1] - 1)
+        self._double_spans(base_span, t_end)
 
-    def _double_spans(self, longest: float, t_end: float) -> None:
-        short = longest * 2.0 ** np.arange(-DEEPEST, 1)
+    def _double_spans(self, base_span: float, t_end: float) -> None:
+        short_spans = base_span * 2.0 ** np.arange(-HALVINGS, 1)
         identity = np.eye(4)
-        scaled = self.matrix * short[:, None, None]
+        scaled = self.matrix * short_spans[:, None, None]
         total = np.broadcast_to(identity, scaled.shape)
         for n in range(DEGREE, 1, -1):
             total = identity + scaled @ total / n
-        spans, integrals = list(short), list(total * short[:, None, None])
+        spans, integrals = list(short_spans), list(total * short_spans[:, None, None])
         exponentials = [identity + self.matrix @ integral for integral in integrals]
         while 2.0 * spans[-1] <= t_end:
             integral, exponential = integrals[-1], exponentials[-1]
@@ -72,11 +71,11 @@ class LinearMotion:
             spans.append(2.0 * spans[-1])
             integrals.append(integral)
             exponentials.append(exponential)
-        self.base = DEEPEST
+        self.base = HALVINGS
         self.spans = np.array(spans)
         self.integrals, self.exponentials = np.array(integrals), np.array(exponentials)
 
-    def scaled(self, state: State) -> FloatArray:
+    def scaled_state(self, state: State) -> FloatArray:
         """A state in the coordinates of this class, shape (4,)."""
         scaled: FloatArray = np.array(state) / self._scale
         return scaled
@@ -91,28 +90,28 @@ class LinearMotion:
         velocity: FloatArray = z @ self.matrix.T + self.load
         return velocity
 
-    def after(self, z: FloatArray, level: int) -> FloatArray:
+    def states_after(self, z: FloatArray, level: int) -> FloatArray:
         """States, shape (n, 4), one span later; `level` is the index of the span."""
-        later: FloatArray = z + self.velocity(z) @ self.integrals[level].T
-        return later
+        later_states: FloatArray = z + self.velocity(z) @ self.integrals[level].T
+        return later_states
 
-    def at(self, z: FloatArray, times: FloatArray) -> FloatArray:
-        """States, shape (n, 4), at times in s after the state `z`, not beyond an overflow."""
+    def states_at(self, z: FloatArray, times: FloatArray) -> FloatArray:
+        """States, shape (n, 4), at times in s after the state `z`; the motion must not overflow."""
         states, remaining = np.tile(z, (times.size, 1)), times.copy()
         for level in range(self.spans.size - 1, self.base - 1, -1):
             span = self.spans[level]
-            while np.any(far := remaining >= span):
-                states[far] = self.after(states[far], level)
-                remaining[far] -= span
-        share, total = (remaining / self.spans[self.base])[:, None], np.zeros_like(states)
+            while np.any(unfinished := remaining >= span):
+                states[unfinished] = self.states_after(states[unfinished], level)
+                remaining[unfinished] -= span
+        fraction, total = (remaining / self.spans[self.base])[:, None], np.zeros_like(states)
         for term in self.series(states)[::-1]:
-            total = total * share + term
+            total = total * fraction + term
         return total
 
     def series(self, z: FloatArray) -> FloatArray:
         """Taylor coefficients of the motion from states, shape (27, n, 4).
 
-        Of powers of (time since)/(base span), over which they converge.
+        The variable is the time since a state divided by the base span.
         """
         span = self.spans[self.base]
         terms, scaled = [z, self.velocity(z) * span], self.matrix.T * span
@@ -121,32 +120,32 @@ class LinearMotion:
         return np.array(terms)
 
 
-class Walk:
-    """A walk along a linear motion in the longest spans that fit; it is at time `t`, state `z`."""
+class Propagation:
+    """Evaluation of a linear motion in the longest spans that fit, up to time `t` and state `z`."""
 
     def __init__(self, motion: LinearMotion, p: Parameters, start: State) -> None:
         self._motion, self._p = motion, p
-        self.t, self.z = 0.0, motion.scaled(start)[None, :]
+        self.t, self.z = 0.0, motion.scaled_state(start)[None, :]
 
-    def to(self, t_end: float) -> list[tuple[int, FloatArray]]:
-        """Walk on to a time; returns the index of every span and the state (1, 4) at its start.
+    def advance_to(self, t_end: float) -> list[tuple[int, FloatArray]]:
+        """Advance to a time; return the index of every span and the state (1, 4) at its start.
 
-        Raises `ComputationError`, with the time, if the motion overflows on the way.
+        Raises `ComputationError`, with the time, if the motion overflows before.
         """
         motion, remaining = self._motion, t_end - self.t
-        walked, blocked = [], False
+        spans, overflows = [], False
         for level in range(motion.spans.size - 1, -1, -1):
             span = float(motion.spans[level])
             while remaining >= span:
                 with np.errstate(over="ignore", invalid="ignore"):
-                    later = motion.after(self.z, level)
-                    finite = self._finite(later)
-                if not finite:
-                    blocked = True
+                    later = motion.states_after(self.z, level)
+                    is_finite = self._is_finite(later)
+                if not is_finite:
+                    overflows = True
                     break
-                walked.append((level, self.z))
+                spans.append((level, self.z))
                 remaining, self.z = remaining - span, later
-        if blocked:
+        if overflows:
             x, vx, y, vy = motion.states(self.z)[0].tolist()
             raise overflow_error(
                 t_end - remaining, (x, vx, y, vy), System(self._p, separation=False)
@@ -154,9 +153,9 @@ class Walk:
         # The remaining time is so short that the chord suffices.
         self.z = self.z + remaining * motion.velocity(self.z)
         self.t = t_end
-        return walked
+        return spans
 
-    def _finite(self, z: FloatArray) -> bool:
+    def _is_finite(self, z: FloatArray) -> bool:
         force = self._p.k2 * z[0, 2]
-        reached = (*self._motion.states(z)[0], *self._motion.velocity(z)[0], force)
-        return all(abs(number) < _LARGEST for number in reached)
+        values = (*self._motion.states(z)[0], *self._motion.velocity(z)[0], force)
+        return all(abs(number) < _OVERFLOW_LIMIT for number in values)

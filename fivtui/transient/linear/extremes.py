@@ -1,7 +1,7 @@
 """Exact extremes of a linear motion by branch and bound over time.
 
-A span is searched only if its bounds exceed the extremes so far. With growth or decay that leaves a
-few periods for any horizon. The bounds need no eigenvectors.
+A span of time is searched only if its bounds exceed the extremes so far. If the motion grows or
+decays, few periods are searched for any horizon. The bounds need no eigenvectors.
 """
 
 from typing import Final
@@ -17,17 +17,17 @@ from .exponential import DEGREE, LinearMotion
 FloatArray = NDArray[np.float64]
 Spans = list[tuple[int, FloatArray]]
 
-# Quantities to maximise: x, −x, y, −y and ẋ/ω.
-_SOUGHT: Final = np.array(
+# Quantities to maximise, as rows that multiply a state: x, −x, y, −y and ẋ/ω.
+_QUANTITIES: Final = np.array(
     [[1.0, 0, 0, 0], [-1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]]
 )
-_CHUNK: Final = 1 << 15
-# Bounds are sampled at intervals of the base span / 2^_REFINEMENT, in chunks of _SAMPLES.
+_MAX_STATES: Final = 1 << 15
+# Bounds are computed at intervals of the base span / 2^_REFINEMENT, in chunks of this number.
 _REFINEMENT: Final = 6
-_SAMPLES: Final = 1 << 10
-# Relative rounding of a state, and the largest relative uncertainty of an extreme.
-_NOISE: Final = 2.0**-46
-_DOUBT: Final = 2.0**-44
+_BOUNDS_PER_CHUNK: Final = 1 << 10
+# Relative rounding error of a state, and largest relative error of an extreme.
+_STATE_ROUNDING: Final = 2.0**-46
+_EXTREME_TOLERANCE: Final = 2.0**-44
 
 
 class Search:
@@ -36,17 +36,18 @@ class Search:
     def __init__(self, motion: LinearMotion, t_end: float, max_steps: int, work: Progress) -> None:
         self._motion, self._t_end, self._max_steps, self._work = motion, t_end, max_steps, work
         self._steps, self._searched = 0, 0.0
-        self._best = np.full(5, -np.inf)
-        self._rest = _SOUGHT @ motion.rest
+        self._extremes = np.full(5, -np.inf)
+        self._rest_values = _QUANTITIES @ motion.rest
         spans = motion.spans[: motion.base + _REFINEMENT, None, None]
-        # Bounds of the distance from rest per unit of z − rest, and from the chord per unit of ż.
-        self._reach = self._greatest(_SOUGHT, motion.spans.size)
-        bend = self._greatest(_SOUGHT @ motion.matrix, len(spans))
-        self._bend = bend * spans[: len(bend)] ** 2 / 8.0
+        # Bounds over each span: of the distance from rest per |z − rest|, and from the chord per
+        # |ż|.
+        self._distance_bounds = self._row_bounds(_QUANTITIES, motion.spans.size)
+        chord_bounds = self._row_bounds(_QUANTITIES @ motion.matrix, len(spans))
+        self._chord_bounds = chord_bounds * spans[: len(chord_bounds)] ** 2 / 8.0
 
-    def _greatest(self, rows: FloatArray, levels: int) -> FloatArray:
-        # Bounds, per span, of |rows exp(A s)| over it. From the level `fine` on they are sampled at
-        # multiples of a span; the growth over one such span covers the times between.
+    def _row_bounds(self, rows: FloatArray, levels: int) -> FloatArray:
+        # Bounds of |rows exp(A s)| over each span. From the level `fine` on they are computed at
+        # multiples of the span `fine`, times the largest growth within that span.
         motion = self._motion
         fine = motion.base - _REFINEMENT
         growth, term = np.eye(4)[None], np.eye(4)
@@ -56,68 +57,70 @@ class Search:
             term = term @ scaled / n
             growth = growth + term * shares**n
         bounds = list(np.abs(rows) @ growth)
-        powers, within = np.eye(4)[None], None
+        powers, previous_bounds = np.eye(4)[None], None
         with np.errstate(over="ignore", invalid="ignore"):
             for exponential in motion.exponentials[fine : levels - 1]:
-                if len(powers) == _SAMPLES:
-                    powers, within = np.eye(4)[None], bounds[-1]
+                if len(powers) == _BOUNDS_PER_CHUNK:
+                    powers, previous_bounds = np.eye(4)[None], bounds[-1]
                 powers = np.concatenate([powers, powers @ exponential])
-                if within is None:
+                if previous_bounds is None:
                     sampled = np.abs(rows @ powers) @ growth[-1]
                 else:
-                    sampled = within @ np.abs(powers)
+                    sampled = previous_bounds @ np.abs(powers)
                 bounds.append(sampled.max(axis=0))
         return np.array(bounds)
 
-    def over(self, spans: Spans, end: FloatArray) -> Extremes:
+    def find_extremes(self, spans: Spans, end: FloatArray) -> Extremes:
         """Extremes over consecutive spans and those before.
 
         `spans` has the index of every span and the state, shape (1, 4), at its start; `end` is the
-        state after the last. Raises `ComputationError` if too many spans must be looked at, and
-        `Cancelled`.
+        state after the last. Raises `ComputationError` if more than `max_steps` spans are searched,
+        and `Cancelled`.
         """
         starts = [z for _, z in spans]
-        self._update_best(np.concatenate([*starts, end]) @ _SOUGHT.T)
-        waiting = spans.copy()
-        while waiting:
-            level, z = waiting.pop()
-            if len(z) > _CHUNK:
-                waiting += [(level, part) for part in np.array_split(z, len(z) // _CHUNK + 1)]
+        self._update_extremes(np.concatenate([*starts, end]) @ _QUANTITIES.T)
+        queue = spans.copy()
+        while queue:
+            level, z = queue.pop()
+            if len(z) > _MAX_STATES:
+                queue += [(level, part) for part in np.array_split(z, len(z) // _MAX_STATES + 1)]
                 continue
-            promising = self._promising(level, z)
-            if len(promising) and level > 0:
-                middle = self._motion.after(promising, level - 1)
-                self._update_best(middle @ _SOUGHT.T)
-                waiting.append((level - 1, np.concatenate([promising, middle])))
-                rest = len(z) - len(promising)
+            candidates = self._candidate_states(level, z)
+            if len(candidates) and level > 0:
+                middle = self._motion.states_after(candidates, level - 1)
+                self._update_extremes(middle @ _QUANTITIES.T)
+                queue.append((level - 1, np.concatenate([candidates, middle])))
+                excluded = len(z) - len(candidates)
             else:
-                rest = len(z)
-            self._account(len(z), rest * float(self._motion.spans[level]))
-        x_max, x_low, y_max, y_low, fastest = (self._best + 0.0).tolist()
-        vx_max = float(self._motion.states(np.array([0.0, fastest, 0.0, 0.0]))[1])
-        return Extremes(0.0 - x_low, 0.0 - y_low, x_max, y_max, vx_max)
+                excluded = len(z)
+            self._count_searched(len(z), excluded * float(self._motion.spans[level]))
+        x_max, x_neg_max, y_max, y_neg_max, scaled_vx_max = (self._extremes + 0.0).tolist()
+        vx_max = float(self._motion.states(np.array([0.0, scaled_vx_max, 0.0, 0.0]))[1])
+        return Extremes(0.0 - x_neg_max, 0.0 - y_neg_max, x_max, y_max, vx_max)
 
-    def _update_best(self, values: FloatArray) -> None:
-        self._best = np.maximum(self._best, values.max(axis=0))
+    def _update_extremes(self, values: FloatArray) -> None:
+        self._extremes = np.maximum(self._extremes, values.max(axis=0))
 
-    def _promising(self, level: int, z: FloatArray) -> FloatArray:
-        # States whose spans may exceed the extremes so far by more than rounding.
-        motion, best = self._motion, self._best
-        size = max(float(np.abs(best).max()), float(np.abs(self._rest).max()))
+    def _candidate_states(self, level: int, z: FloatArray) -> FloatArray:
+        # States from which the motion may exceed the extremes so far within the span.
+        motion, extremes = self._motion, self._extremes
+        size = max(float(np.abs(extremes).max()), float(np.abs(self._rest_values).max()))
         with np.errstate(over="ignore", invalid="ignore"):
-            reach = self._reach[level].T
-            noise = _NOISE * (np.abs(z) + np.abs(motion.rest))
-            doubt = np.minimum(noise @ reach, _DOUBT * size)
-            bound = self._rest + np.abs(z - motion.rest) @ reach
-            if level < len(self._bend):
-                ends = np.maximum(z @ _SOUGHT.T, motion.after(z, level) @ _SOUGHT.T)
-                bent = np.abs(motion.velocity(z)) @ self._bend[level].T
-                bound = np.minimum(bound, ends + bent)
-        # A bound of NaN excludes nothing.
-        promising: FloatArray = z[~np.all(bound <= best + doubt, axis=1)]
-        return promising
+            distance_bounds = self._distance_bounds[level].T
+            rounding = _STATE_ROUNDING * (np.abs(z) + np.abs(motion.rest))
+            tolerance = np.minimum(rounding @ distance_bounds, _EXTREME_TOLERANCE * size)
+            bound = self._rest_values + np.abs(z - motion.rest) @ distance_bounds
+            if level < len(self._chord_bounds):
+                chord_maxima = np.maximum(
+                    z @ _QUANTITIES.T, motion.states_after(z, level) @ _QUANTITIES.T
+                )
+                chord_distances = np.abs(motion.velocity(z)) @ self._chord_bounds[level].T
+                bound = np.minimum(bound, chord_maxima + chord_distances)
+        # Spans with a bound of NaN are searched.
+        candidates: FloatArray = z[~np.all(bound <= extremes + tolerance, axis=1)]
+        return candidates
 
-    def _account(self, steps: int, seconds: float) -> None:
+    def _count_searched(self, steps: int, seconds: float) -> None:
         self._steps += steps
         self._searched += seconds
         self._work.report(min(self._searched / self._t_end, 1.0))

@@ -1,7 +1,7 @@
-"""Errors that rounding makes in the exact solution of a linear scene.
+"""Rounding errors of the exact solution of a linear scene.
 
-Parameters are known to a relative ε = 2⁻⁵², and so is the frequency of every mode: after a time t
-the phase is off by ω t ε, and the error of the state is that part of the vibration that is left.
+Parameters, and so the frequency ω of a vibration, have a relative error ε = 2⁻⁵². After a time t
+the phase has an error of ω t ε, and the state has that fraction of the vibration as its error.
 """
 
 import math
@@ -17,9 +17,9 @@ _EPSILON: Final = float(np.finfo(float).eps)
 
 
 def rounding_error(run: Transient) -> Deviation:
-    """Relative rounding errors of a run as a `Deviation`, where two runs do not show them.
+    """Relative rounding errors of the exact solution, which runs at two tolerances share.
 
-    Zero for runs in steps, whose rounding differs between tolerances.
+    They are zero for other runs, whose rounding differs between tolerances.
     """
     if run.stats.kernel != "exact":
         return Deviation(0.0, 0.0, 0.0, 0.0, 0)
@@ -30,10 +30,10 @@ def rounding_error(run: Transient) -> Deviation:
     amplitude = max(run.peak.x_abs, run.peak.y_abs) * max(1.0, omega)
     if size == 0.0:
         return Deviation(0.0, 0.0, 0.0, 0.0, 0)
-    # Vibration left at the end, as a share, and the time for which it stays large.
+    # Vibration at the end relative to the final state, and the time for which it stays large.
     share = 1.0 if growth >= 0.0 else min(1.0, math.exp(growth * run.t_end) * amplitude / size)
-    lasting = run.t_end if growth >= 0.0 else min(run.t_end, -1.0 / growth)
-    # The longest span contributes the rounding error of the amplitude.
+    duration = run.t_end if growth >= 0.0 else min(run.t_end, -1.0 / growth)
+    # Rounding of the result, of the greatest amplitude and of the phase.
     final_error = _EPSILON * (1.0 + amplitude / size + omega * run.t_end * share)
-    peak_error = _EPSILON * (1.0 + omega * lasting)
+    peak_error = _EPSILON * (1.0 + omega * duration)
     return Deviation(final_error, peak_error, peak_error, 0.0, 0)

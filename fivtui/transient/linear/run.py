@@ -1,4 +1,4 @@
-"""Transients of linear scenes, by the exponential of the matrix: exact, without steps."""
+"""Transients of linear scenes by the matrix exponential."""
 
 import math
 from typing import Final
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from fivtui.model import ComputationError, Mode, Progress
 from fivtui.transient.request import Request
 from fivtui.transient.result import Stats, Transient, assemble
-from fivtui.transient.trajectory import DenseSolution, Trajectory, trajectory_of
+from fivtui.transient.trajectory import DenseSolution, Trajectory, build_trajectory
 
-from .exponential import DEGREE, LinearMotion, Walk
+from .exponential import DEGREE, LinearMotion, Propagation
 from .extremes import Search
 
 # Sample times per progress report.
-_TIMES: Final = 4096
+_TIMES_PER_REPORT: Final = 4096
 
 
 def is_linear(request: Request) -> bool:
-    """Whether the scene is linear: no cubic term, separation ignored, a belt that is faster."""
+    """Whether the scene is linear: no cubic term, no separation, no belt speed, no tables."""
     system = request.system
     p = system.parameters
     return not system.separation and p.k_nl == 0.0 and p.v_belt is None and not system.over_time
@@ -28,22 +28,22 @@ def is_linear(request: Request) -> bool:
 def run(request: Request, work: Progress) -> Transient:
     """Compute the transient of a linear scene; its tolerance is not used.
 
-    The cost does not grow with the horizon, except where the motion neither grows nor decays: then
-    its extremes are searched for in all of it. `max_steps` limits the spans of time looked at or
-    stored. Exact except for rounding errors, as large as the effect of the parameters' last digits.
+    The cost grows with the horizon only if the motion neither grows nor decays: then extremes are
+    searched over the whole run. `max_steps` limits the number of spans of time searched or stored.
+    Rounding errors are as large as the effect of the last digits of the parameters.
     """
     p, t_end = request.parameters, request.t_end
     times = request.times
     motion = LinearMotion(p, t_end)
-    start = motion.scaled(request.initial)
-    walk = Walk(motion, p, request.initial)
-    first = walk.to(0.5 * t_end)
-    middle = walk.z
-    second = walk.to(t_end)
+    start = motion.scaled_state(request.initial)
+    propagation = Propagation(motion, p, request.initial)
+    first_spans = propagation.advance_to(0.5 * t_end)
+    middle_state = propagation.z
+    second_spans = propagation.advance_to(t_end)
     search = Search(motion, t_end, request.max_steps, work)
-    second_half = search.over(second, walk.z)
-    extremes = search.over(first, middle)
-    x, vx, y, vy = motion.states(walk.z)[0].tolist()
+    second_half = search.find_extremes(second_spans, propagation.z)
+    extremes = search.find_extremes(first_spans, middle_state)
+    x, vx, y, vy = motion.states(propagation.z)[0].tolist()
     transient = assemble(
         request,
         final=(x, vx, y, vy),
@@ -69,13 +69,13 @@ def _trajectory(
     work: Progress,
 ) -> Trajectory:
     states = np.empty((times.size, 4))
-    for first in range(0, times.size, _TIMES):
+    for first in range(0, times.size, _TIMES_PER_REPORT):
         work.report(1.0)
-        part = slice(first, first + _TIMES)
-        states[part] = motion.states(motion.at(start, times[part]))
+        part = slice(first, first + _TIMES_PER_REPORT)
+        states[part] = motion.states(motion.states_at(start, times[part]))
     x, vx, y, vy = states.T.copy()
     contact = np.full(times.size, Mode.CONTACT, dtype=np.int8)
-    return trajectory_of(request.parameters, times, (x, vx, y, vy), contact)
+    return build_trajectory(request.parameters, times, (x, vx, y, vy), contact)
 
 
 def _solution(request: Request, motion: LinearMotion, start: NDArray[np.float64]) -> DenseSolution:
@@ -89,7 +89,7 @@ def _solution(request: Request, motion: LinearMotion, start: NDArray[np.float64]
     begin: NDArray[np.float64] = np.arange(count, dtype=float) * span
     end = np.minimum(begin + span, t_end)
     duration = end - begin
-    series = motion.series(motion.at(start, begin))
+    series = motion.series(motion.states_at(start, begin))
     powers = (duration / span) ** np.arange(DEGREE + 1)[:, None]
     contact = np.full(count, float(Mode.CONTACT))
     rows = np.stack([begin, np.zeros(count), duration, end, contact], axis=1)

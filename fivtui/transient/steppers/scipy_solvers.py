@@ -23,22 +23,23 @@ from fivtui.model import (
 )
 from fivtui.taylor import Segment, first_root
 
-# Classes of the solvers, and the degree that represents their dense output.
+# Classes of the solvers, and the degree of the polynomials that represent their dense output.
 _SOLVERS: Final[dict[str, tuple[Callable[..., OdeSolver], int]]] = {
     "DOP853": (DOP853, 7),
     "Radau": (Radau, 3),
     "LSODA": (LSODA, 7),
 }
-_MAX_STALLED: Final = 64
-_LARGEST: Final = 1e150
-_OF_HEIGHT: Final = (Guard.HEIGHT, Guard.DEPTH)
-_OF_SPEED: Final = (Guard.AHEAD, Guard.BEHIND)
+_MAX_EMPTY_STEPS: Final = 64
+_OVERFLOW_LIMIT: Final = 1e150
+_HEIGHT_GUARDS: Final = (Guard.HEIGHT, Guard.DEPTH)
+_SPEED_GUARDS: Final = (Guard.AHEAD, Guard.BEHIND)
 
 
 class ScipyStepper:
-    """A SciPy solver (``"DOP853"``, ``"Radau"`` or ``"LSODA"``), one instance per mode interval.
+    """A stepper by SciPy (``"DOP853"``, ``"Radau"`` or ``"LSODA"``); each mode has a new solver.
 
-    `tol` is the relative tolerance; the absolute one is `tol` times the size of the start.
+    `tol` is the relative tolerance. The absolute one is `tol` times the start displacement, at
+    least the static deflection.
     """
 
     def __init__(
@@ -51,129 +52,129 @@ class ScipyStepper:
         tol: float,
     ) -> None:
         self._p = p = system.parameters
-        self._make, self._degree = _SOLVERS[solver]
+        self._solver_class, self._degree = _SOLVERS[solver]
         self._t_end = t_end
         self._separation = system.separation
         self._tol = tol
         size = max(abs(state[0]), abs(state[2]), static_deflection(p))
-        self._absolute = tol * (size if size > 0.0 else 1.0)
+        self._absolute_tol = tol * (size if size > 0.0 else 1.0)
         nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(self._degree + 1) / self._degree)
         self._nodes: NDArray[np.float64] = nodes
-        self._to_power = np.linalg.inv(np.vander(nodes, increasing=True))
-        self._stalled = 0
-        self._y = state[2]
+        self._to_coefficients = np.linalg.inv(np.vander(nodes, increasing=True))
+        self._empty_steps = 0
+        self._y_start = state[2]
         self._mode = mode_of(p, state, separation=system.separation)
-        self._solver = self._begin(0.0, state)
+        self._solver = self._create_solver(0.0, state)
 
-    def _begin(self, t: float, state: State) -> OdeSolver:
+    def _create_solver(self, t: float, state: State) -> OdeSolver:
         mode, p = self._mode, self._p
 
-        def motion(_t: float, z: NDArray[np.float64]) -> list[float]:
+        def right_hand_side(_t: float, z: NDArray[np.float64]) -> list[float]:
             x, vx, y, vy = z.tolist()
             ax, ay = accelerations(p, (x, vx, y, vy), mode)
             return [vx, ax, vy, ay]
 
-        def linearised(_t: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
+        def state_jacobian(_t: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
             return np.array(jacobian(p, float(z[2]), mode))
 
-        # The derivative of sliding friction by the speed is left to the solver.
-        explicit = self._make is DOP853 or p.v_belt is not None
-        options = {} if explicit else {"jac": linearised}
-        return self._make(
-            motion,
+        # With a friction law of speed, the solver approximates the Jacobian.
+        needs_no_jacobian = self._solver_class is DOP853 or p.v_belt is not None
+        options = {} if needs_no_jacobian else {"jac": state_jacobian}
+        return self._solver_class(
+            right_hand_side,
             t,
             np.array(state),
             self._t_end,
             rtol=self._tol,
-            atol=self._absolute,
+            atol=self._absolute_tol,
             **options,
         )
 
     def advance(self) -> Segment:
-        """The next segment: one step of the solver, cut where the first guard falls to zero.
+        """The next segment: one step of the solver, or its part before the first zero of a guard.
 
-        Raises `ComputationError` if the solver fails, the motion overflows, or switches stop
-        advancing time.
+        Raises `ComputationError` if the solver fails, the motion overflows, or switches follow at
+        the same time without end.
         """
         solver, start = self._solver, float(self._solver.t)
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 message = solver.step()
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
-            raise self._failure(start, str(error)) from error
+            raise self._solver_error(start, str(error)) from error
         if solver.status == "failed":
-            raise self._failure(start, message or "no reason given")
-        if not np.abs(solver.y).max() < _LARGEST:
-            raise self._failure(start, "the motion grows beyond the floating-point range")
+            raise self._solver_error(start, message or "no reason given")
+        if not np.abs(solver.y).max() < _OVERFLOW_LIMIT:
+            raise self._solver_error(start, "the motion grows beyond the floating-point range")
         dense = solver.dense_output()
         end, mode = float(solver.t), self._mode
         samples = dense(start + (end - start) * self._nodes)
         x, y = self._polynomials(samples)
         final = _state_of(solver.y)
-        first_end = self._end_of_mode(y, samples, final)
-        if first_end is not None:
-            root, ended = first_end
+        mode_end = self._find_mode_end(y, samples, final)
+        if mode_end is not None:
+            root, transition = mode_end
             end = start + (end - start) * root
-            final = self._past(ended, _state_of(dense(end)))
+            final = self._next_state(transition, _state_of(dense(end)))
             x, y = self._polynomials(dense(start + (end - start) * self._nodes))
-            if len(ended.to) == 1 and ended.guard not in _OF_HEIGHT:
-                self._mode = ended.to[0]
+            if len(transition.to) == 1 and transition.guard not in _HEIGHT_GUARDS:
+                self._mode = transition.to[0]
             else:
                 self._mode = mode_of(self._p, final, separation=self._separation)
-            self._solver = self._begin(end, final)
-        self._y = final[2]
-        self._stalled = self._stalled + 1 if end == start else 0
-        if self._stalled > _MAX_STALLED:
+            self._solver = self._create_solver(end, final)
+        self._y_start = final[2]
+        self._empty_steps = self._empty_steps + 1 if end == start else 0
+        if self._empty_steps > _MAX_EMPTY_STEPS:
             raise ComputationError(
                 f"SciPy's solver does not get past the switch at t = {start:.6g} s",
                 "use the taylor method",
             )
         return Segment(mode, start, 0.0, end - start, end, x, y, final, self._mode)
 
-    def _end_of_mode(
+    def _find_mode_end(
         self, y: list[float], samples: NDArray[np.float64], final: State
     ) -> tuple[float, Transition] | None:
-        # Earliest end of the mode as a fraction of the step, with its transition.
-        first: tuple[float, Transition] | None = None
+        # The earliest end of the mode in the step, as a fraction of the step, and its transition.
+        earliest: tuple[float, Transition] | None = None
         for transition in MODES[self._mode].ends:
-            if transition.guard not in _OF_HEIGHT:
-                root = self._first_fall(transition.guard, samples, final)
+            if transition.guard not in _HEIGHT_GUARDS:
+                root = self._guard_zero(transition.guard, samples, final)
             else:
-                root = self._first_root(y, final[2]) if self._separation else None
-            if root is not None and (first is None or root < first[0]):
-                first = root, transition
-        return first
+                root = self._height_zero(y, final[2]) if self._separation else None
+            if root is not None and (earliest is None or root < earliest[0]):
+                earliest = root, transition
+        return earliest
 
-    def _first_fall(self, guard: Guard, samples: NDArray[np.float64], final: State) -> float | None:
+    def _guard_zero(self, guard: Guard, samples: NDArray[np.float64], final: State) -> float | None:
         values = [guard_value(self._p, _state_of(state), guard) for state in samples.T]
-        c = (self._to_power @ np.array(values)).tolist()
-        c[0] = values[0]
-        if c[0] <= 0.0:
-            # At the start of a mode its guard is zero and rises, except for rounding.
-            c[0], c[1] = 0.0, max(c[1], 0.0)
-        root = first_root(c)
+        coefficients = (self._to_coefficients @ np.array(values)).tolist()
+        coefficients[0] = values[0]
+        if coefficients[0] <= 0.0:
+            # At the start of its mode a guard is zero and rises; remove rounding errors.
+            coefficients[0], coefficients[1] = 0.0, max(coefficients[1], 0.0)
+        root = first_root(coefficients)
         return 1.0 if root is None and guard_value(self._p, final, guard) <= 0.0 else root
 
-    def _past(self, ended: Transition, state: State) -> State:
+    def _next_state(self, transition: Transition, state: State) -> State:
         # The state with which the next mode begins.
         x, vx, y, vy = state
-        if ended.guard in _OF_HEIGHT:
+        if transition.guard in _HEIGHT_GUARDS:
             return (x, vx, 0.0, vy)
-        return (x, self._p.v_belt or 0.0, y, vy) if ended.guard in _OF_SPEED else state
+        return (x, self._p.v_belt or 0.0, y, vy) if transition.guard in _SPEED_GUARDS else state
 
-    def _failure(self, t: float, why: str) -> ComputationError:
+    def _solver_error(self, t: float, reason: str) -> ComputationError:
         return ComputationError(
-            f"SciPy's solver fails at t = {t:.6g} s: {why}",
+            f"SciPy's solver fails at t = {t:.6g} s: {reason}",
             "try another tolerance or method taylor",
         )
 
     def _polynomials(self, samples: NDArray[np.float64]) -> tuple[list[float], list[float]]:
-        x, y = self._to_power @ samples[0], self._to_power @ samples[2]
-        # Rounding must not add a root next to the switch at the start of the step.
-        y[0] = self._y
+        x, y = self._to_coefficients @ samples[0], self._to_coefficients @ samples[2]
+        # Set the value at the start exactly: rounding must not add a root after a switch there.
+        y[0] = self._y_start
         return x.tolist(), y.tolist()
 
-    def _first_root(self, y: list[float], final: float) -> float | None:
+    def _height_zero(self, y: list[float], final: float) -> float | None:
         root = first_root(y)
         contact = self._mode in IN_CONTACT
         if root is None and (final > 0.0 if contact else final < 0.0):
@@ -182,6 +183,6 @@ class ScipyStepper:
 
 
 def _state_of(z: NDArray[np.float64]) -> State:
-    """A state as numbers."""
+    """A state as a tuple of Python floats."""
     x, vx, y, vy = z.tolist()
     return (x, vx, y, vy)
