@@ -109,7 +109,7 @@ class FivtuiApp(App[None]):
     ) -> None:
         register_alt_keys()
         super().__init__()
-        self._when_shown = on_first_frame
+        self._on_first_frame = on_first_frame
         self._threads = threads
         self.session = Session(scene, source)
         self._keys = KeyQueue(self, self._handle_event)
@@ -277,7 +277,7 @@ class FivtuiApp(App[None]):
     async def on_event(self, event: Event) -> None:
         """Queue keys and pasted text; handle all other events at once."""
         if isinstance(event, Key | Paste) and not event.is_forwarded:
-            await self._keys.put(event)
+            await self._keys.enqueue(event)
         else:
             await self._handle_event(event)
 
@@ -288,14 +288,14 @@ class FivtuiApp(App[None]):
                 # The application has quit.
                 return
             if isinstance(event, Key):
-                discard_alt_character(event, option=isinstance(self.screen, LabScreen))
+                discard_alt_character(event, mac_option=isinstance(self.screen, LabScreen))
             if not isinstance(event, MouseMove):
                 SCREEN_PRIORITY.claim()
         await super().on_event(event)
 
     def on_ready(self) -> None:
         """Report that the first screen is displayed."""
-        self._when_shown()
+        self._on_first_frame()
 
     def _session_state(self) -> State:
         return session_state(self.session, self.theme)

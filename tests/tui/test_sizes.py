@@ -118,7 +118,7 @@ async def test_notifications_lie_over_nothing_that_is_clicked(size: tuple[int, i
         assert "▌ one" not in text_of(pilot)
         screen.post_message(Reported("two"))
         await until_shown(pilot, "▌ two ")
-        notices._end(notices.notices[0])
+        notices._remove(notices.notices[0])
         await until(pilot, lambda: not notices.display)
 
 

@@ -1,4 +1,4 @@
-"""Actions of keys and palette on the main screen with its parts, tabs and files."""
+"""Actions of the main screen on its parts, tabs and files."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class LabActions(Screen[None]):
-    """The actions of the main screen, by their names in bindings and commands."""
+    """Actions that key bindings and palette entries of the main screen call."""
 
     def __init__(self, session: Session, *, welcome: bool) -> None:
         super().__init__()
@@ -30,7 +30,7 @@ class LabActions(Screen[None]):
 
     @cached_property
     def files(self) -> "FileController":
-        """Opens and saves files; imported late, as it loads slow modules."""
+        """The controller that opens and saves files; imported on first use, which is slow."""
         from .file_control import FileController
 
         return FileController(cast("LabScreen", self))
@@ -45,38 +45,38 @@ class LabActions(Screen[None]):
 
     @contextmanager
     def report_errors(self) -> Iterator[None]:
-        """Report errors of input or computation instead of raising them."""
+        """Report an `InputError` or `ComputationError` instead of raising it."""
         try:
             yield
         except (InputError, ComputationError) as error:
             self.report(str(error), error=True)
 
     @property
-    def book(self) -> TabBook:
+    def tab_book(self) -> TabBook:
         """The tabs."""
         return self.query_one(TabBook)
 
     @property
     def active_bindings(self) -> dict[str, ActiveBinding]:
-        """The active keys, the laboratory's before those of the focused widget."""
+        """The active keys; those of the laboratory come before those of the focused widget."""
         bindings = super().active_bindings
         return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Whether an action is available: run and stop exclude each other."""
         running = self.session.runs.active is not None
-        applies = {"run": not running, "stop": running, "run_both": not running}
-        return applies.get(action, True)
+        availability = {"run": not running, "stop": running, "run_both": not running}
+        return availability.get(action, True)
 
-    def _end_welcome(self) -> None:
+    def _remove_welcome(self) -> None:
         if self._welcome:
             self._welcome = False
             self.query("#welcome").remove()
 
     def action_turn_tab(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""
-        self._end_welcome()
-        self.book.turn(direction)
+        self._remove_welcome()
+        self.tab_book.turn(direction)
 
     def action_list_runs(self) -> None:
         """Show and focus the list of runs, or hide it."""
@@ -91,25 +91,25 @@ class LabActions(Screen[None]):
     def action_work(self) -> None:
         """Start or stop the computation of the current tab."""
 
-        def work(pane: Pane) -> None:
+        def toggle(pane: Pane) -> None:
             if not pane.work():
                 self.app.bell()
 
-        self.book.when_ready(work)
+        self.tab_book.when_ready(toggle)
 
     def action_show_tab(self, name: str) -> None:
-        """Show the tab with this identifier."""
-        self._end_welcome()
-        self.book.show(name)
+        """Show the tab with the identifier `name`."""
+        self._remove_welcome()
+        self.tab_book.show(name)
 
     @property
     def pane(self) -> Pane | None:
-        """The pane of the current tab, None before it is created."""
-        return self.book.pane
+        """The pane of the current tab; None before it is created."""
+        return self.tab_book.pane
 
     def action_export(self, kind: str) -> None:
-        """Export figure or data of the current tab."""
-        self.book.when_ready(lambda pane: self._export(pane, kind))
+        """Export the figure or the data of the current tab."""
+        self.tab_book.when_ready(lambda pane: self._export(pane, kind))
 
     def _export(self, pane: Pane, kind: str) -> None:
         with self.report_errors():
@@ -132,7 +132,7 @@ class LabActions(Screen[None]):
         self.files.read_result()
 
     def action_help(self) -> None:
-        """Show all keys that work now, then help on the focused field, then the equations."""
+        """Show the active keys, help on the focused field, and the equations."""
         from fivtui.results import Row
         from fivtui.tui.session import field_help, general_help
 
@@ -152,13 +152,13 @@ class LabActions(Screen[None]):
         if part == "fields":
             self.query_one(Form).take_focus()
         elif part == "tabs":
-            self.book.take_focus()
+            self.tab_book.take_focus()
         elif part == "runs":
             self.add_class("-runs")
             self.query_one(RunsPane).take_focus()
         else:
-            self.book.when_ready(lambda pane: pane.take_focus(bar=part == "bar"))
+            self.tab_book.when_ready(lambda pane: pane.take_focus(bar=part == "bar"))
 
-    def edit_field(self, name: str) -> None:
+    def focus_field(self, name: str) -> None:
         """Focus a field of the form."""
         self.query_one(Form).focus_field(name)

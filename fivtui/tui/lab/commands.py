@@ -30,19 +30,19 @@ from fivtui.tui.tabs import (
 from .keys import key_text
 from .screen import LabScreen
 
-# Scores of a match with the title or the meaning; a match of single letters scores less.
-_BY_TITLE: Final = 2.0
-_BY_MEANING: Final = 1.0
-_EXPORTS: Final = {
+# Scores if all words of a search match the title or the search terms; letters alone score less.
+_TITLE_SCORE: Final = 2.0
+_TERMS_SCORE: Final = 1.0
+_EXPORT_TERMS: Final = {
     "figure": "plot picture image pdf png svg save export write graph print",
     "data": "csv npz parquet json table numbers save export write excel",
 }
-_OF_BELT: Final = {
+_BELT_EXPORT_TERMS: Final = {
     "figure": "film movie video animation gif mp4 plot picture image save export write",
     "data": "sound wav audio noise csv npz parquet save export write",
 }
-# Search terms for tabs and views, by identifier.
-_MEANINGS: Final = {
+# Search terms of tabs and views, by identifier.
+_SEARCH_TERMS: Final = {
     "stability": "squeal verdict critical linear modes unstable stable",
     "over-mu": "frequency growth rate critical friction mode coupling",
     "plane": "root locus poles complex",
@@ -68,7 +68,7 @@ _MEANINGS: Final = {
     "log": "messages errors history",
     "branch": "bifurcation continuation limit cycles hopf fold attractors coexistence",
 }
-_OF_SYSTEM: Final = {
+_SYSTEM_COMMAND_TERMS: Final = {
     "Theme": "dark light colours colors appearance",
     "Quit": "exit leave close end",
     "Screenshot": "picture image svg print screen",
@@ -84,34 +84,34 @@ class PaletteEntry:
     help: str
     run: Callable[[], object]
     # Search terms besides the title.
-    meaning: str = ""
+    search_terms: str = ""
 
     def score(self, matcher: Matcher, query: str) -> float:
-        """Score of a search: a match with the title, the meaning or single letters; 0 if none."""
+        """Score of the match with a search; 0 if nothing matches."""
         terms, title = query.lower().split(), self.title.lower()
-        letters = matcher.match(self.title)
-        # Limit the matcher's score to half of that of a meaning.
-        letters = 0.5 * letters / (1.0 + letters)
+        letter_score = matcher.match(self.title)
+        # Keep the score of single letters below half of that of search terms.
+        letter_score = 0.5 * letter_score / (1.0 + letter_score)
         if all(term in title for term in terms):
-            return _BY_TITLE + letters
-        vocabulary = re.split(r"[^\w+-]+", f"{title} {self.meaning} {self.help}".lower())
-        if all(any(entry.startswith(term) for entry in vocabulary) for term in terms):
-            return _BY_MEANING + letters
-        return letters
+            return _TITLE_SCORE + letter_score
+        vocabulary = re.split(r"[^\w+-]+", f"{title} {self.search_terms} {self.help}".lower())
+        if all(any(word.startswith(term) for word in vocabulary) for term in terms):
+            return _TERMS_SCORE + letter_score
+        return letter_score
 
 
-def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
+def _lab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     if lab.session.runs.active is None:
         yield PaletteEntry(
             "Run the transient", "F5", lab.action_run, "simulate compute start calculate solve"
         )
-        both = "F9: native solver, then FMU, then compare"
+        both_help = "F9: native solver, then FMU, then compare"
         yield PaletteEntry(
-            "Run with native solver and FMU", both, lab.action_run_both, "check verify compare"
+            "Run with native solver and FMU", both_help, lab.action_run_both, "check verify compare"
         )
     else:
         yield PaletteEntry("Stop the run", "F5", lab.action_stop, "cancel abort break")
-    yield from _tab_commands(lab)
+    yield from _tab_entries(lab)
     session = lab.session
     yield PaletteEntry(
         f"Engine: {session.next_engine}",
@@ -125,18 +125,18 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
         lab.action_help,
         "shortcuts manual equations keymap config",
     )
-    live = "Alt+L: the transient follows every edit; its runs are not kept"
-    switch = f"Live curve {'off' if session.live_enabled else 'on'}"
-    yield PaletteEntry(switch, live, lab.action_switch_live, "ghost redraw preview background")
+    live_help = "Alt+L: the transient follows every edit; its runs are not kept"
+    title = f"Live curve {'off' if session.live_enabled else 'on'}"
+    yield PaletteEntry(title, live_help, lab.action_switch_live, "ghost redraw preview background")
     yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene, "load file toml")
     yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene, "write file toml")
     yield PaletteEntry("Save the scene as…", "Alt+S", lab.action_save_scene_as, "write file toml")
     for path in session.recent:
-        reopen = partial(lab.files.open_path, Path(path))
-        yield PaletteEntry(f"Recent: {path}", "Open again", reopen)
-    kinds = "Alt+O: a run, sweep, map, trade-off, branch"
+        open_scene = partial(lab.files.open_path, Path(path))
+        yield PaletteEntry(f"Recent: {path}", "Open again", open_scene)
+    read_help = "Alt+O: a run, sweep, map, trade-off, branch"
     yield PaletteEntry(
-        "Read a result…", kinds, lab.action_read_result, "import load open csv npz json parquet"
+        "Read a result…", read_help, lab.action_read_result, "import load open csv npz json parquet"
     )
     if session.can_undo:
         yield PaletteEntry("Undo", "Ctrl+Z", lab.action_undo, "back revert restore deleted run")
@@ -156,29 +156,29 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
         lab.action_switch_belt,
         "belt speed stick slip static friction Stribeck v_belt mu_s v_s",
     )
-    meaning = "preload friction belt speed course csv measured brake application ramp"
+    table_terms = "preload friction belt speed course csv measured brake application ramp"
     yield PaletteEntry(
         "Parameters over time from a file…",
         "CSV: time, F, mu, v_belt",
         lab.files.read_tables,
-        meaning,
+        table_terms,
     )
     if session.over_time:
         yield PaletteEntry(
-            "Drop the tables over time", "Values at t = 0 stay", lab.action_drop_tables, meaning
+            "Drop the tables over time", "Values at t = 0 stay", lab.action_drop_tables, table_terms
         )
-    yield from _choices(lab)
+    yield from _field_entries(lab)
     for tab in TABS:
         show = partial(lab.action_show_tab, tab.id)
         yield PaletteEntry(
-            f"Tab {tab.title}", key_text(lab.app, tab.key), show, _MEANINGS.get(tab.id, "")
+            f"Tab {tab.title}", key_text(lab.app, tab.key), show, _SEARCH_TERMS.get(tab.id, "")
         )
-        yield from _view_commands(lab, tab)
-    yield from _scene_commands(lab)
-    yield from _run_commands(lab)
+        yield from _view_entries(lab, tab)
+    yield from _scene_entries(lab)
+    yield from _run_entries(lab)
 
 
-def _tab_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
+def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     pane = lab.pane
     if pane is None:
         return
@@ -188,37 +188,37 @@ def _tab_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
             title = f"Export the {export.kind} of {export.of}…"
             text = f"{key}: {', '.join(export.suffixes)}"
             run = partial(lab.action_export, kind)
-            meanings = _OF_BELT if {".gif", ".wav"} & set(export.suffixes) else _EXPORTS
-            yield PaletteEntry(title, text, run, meanings[kind])
+            terms = _BELT_EXPORT_TERMS if {".gif", ".wav"} & set(export.suffixes) else _EXPORT_TERMS
+            yield PaletteEntry(title, text, run, terms[kind])
     with suppress(InputError):
         line = pane.command_line()
         copy = partial(lab.files.copy_command, pane)
         yield PaletteEntry("Copy the command line", line, copy, "clipboard shell script cli")
     if isinstance(pane, ViewsPane) and pane.visible_charts() is not None:
-        yield from _plot_commands(lab, pane)
+        yield from _plot_entries(lab, pane)
 
 
-def _plot_commands(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
-    # Commands act on the first visible plot, as its keys do.
+def _plot_entries(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
+    # Entries that act on the first visible plot.
     chart = next(view for view in pane.shown_views() if view.chart is not None)
 
-    def command(title: str, key: str, run: Callable[[], object], text: str) -> PaletteEntry:
+    def entry(title: str, key: str, run: Callable[[], object], text: str) -> PaletteEntry:
         def focus_and_run() -> None:
             chart.focus()
             run()
 
         return PaletteEntry(title, f"In the plot: {key}", focus_and_run, text)
 
-    yield command("Limits of the axes…", "g", chart.action_limits, "range zoom scale")
-    yield command("Fit the axes", "r", chart.action_whole, "reset zoom limits all")
-    yield command("Zoom in", "+", partial(chart.action_zoom, -1), "enlarge magnify")
-    yield command("Zoom out", "-", partial(chart.action_zoom, 1), "shrink")
+    yield entry("Limits of the axes…", "g", chart.action_limits, "range zoom scale")
+    yield entry("Fit the axes", "r", chart.action_whole, "reset zoom limits all")
+    yield entry("Zoom in", "+", partial(chart.action_zoom, -1), "enlarge magnify")
+    yield entry("Zoom out", "-", partial(chart.action_zoom, 1), "shrink")
     for number, (key, text) in enumerate((("c", "First cursor"), ("C", "Second cursor"))):
         cursor = partial(chart.action_cursor, number)
-        yield command(text, key, cursor, "read value point crosshair measure difference delta")
+        yield entry(text, key, cursor, "read value point crosshair measure difference delta")
     for axis in "xy":
         log = partial(chart.action_log, axis)
-        yield command(f"Logarithmic {axis} axis", axis, log, "log linear scale")
+        yield entry(f"Logarithmic {axis} axis", axis, log, "log linear scale")
     yield PaletteEntry(
         "Copy the plot as text",
         "To the clipboard",
@@ -230,14 +230,14 @@ def _plot_commands(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
     yield PaletteEntry("Copy the picture", picture, copy, "plot figure image png clipboard")
 
 
-def _view_commands(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
+def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
     def show(view: str) -> None:
         lab.action_show_tab(tab.id)
-        lab.book.when_ready(lambda pane: cast("ViewsPane", pane).show_view(view))
+        lab.tab_book.when_ready(lambda pane: cast("ViewsPane", pane).show_view(view))
 
     views = getattr(tab.kind(), "VIEWS", {})
     for view, title in views.items() if len(views) > 1 else ():
-        meaning = f"plot {_MEANINGS.get(view, '')}"
+        meaning = f"plot {_SEARCH_TERMS.get(view, '')}"
         yield PaletteEntry(
             f"{tab.title}: {title}",
             f"{key_text(lab.app, tab.key)}, v",
@@ -246,49 +246,49 @@ def _view_commands(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
         )
 
 
-def _scene_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
-    def command(title: str, text: str, scene: Scene, source: str, report: str) -> PaletteEntry:
+def _scene_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
+    def entry(title: str, text: str, scene: Scene, source: str, report: str) -> PaletteEntry:
         load = partial(lab.post_message, SceneLoaded(scene, source, report))
         return PaletteEntry(title, text, load, "load example scene case")
 
     for name, scene in PRESETS.items():
-        yield command(f"Preset {name}", scene.description, scene, name, f"preset {name}")
+        yield entry(f"Preset {name}", scene.description, scene, name, f"preset {name}")
     for scene, caption in paper_scenes():
         title = f"Scene of {scene.name.replace('fig-', 'Fig. ')}"
-        yield command(title, caption, scene, "", f"scene {scene.name}: {caption}")
+        yield entry(title, caption, scene, "", f"scene {scene.name}: {caption}")
 
 
-def _run_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
+def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     runs = lab.session.runs
 
-    def command(title: str, text: str, run: Run, action: str) -> PaletteEntry:
+    def entry(title: str, text: str, run: Run, action: str) -> PaletteEntry:
         return PaletteEntry(
             title, text, partial(lab.post_message, RunActionRequested(run.number, action))
         )
 
     for run in runs:
-        yield command(f"Load the scene of run {run.number}", "In the run list: Enter", run, "load")
-        yield command(f"Delete run {run.number}", "In the run list: x; remove", run, "delete")
+        yield entry(f"Load the scene of run {run.number}", "In the run list: Enter", run, "load")
+        yield entry(f"Delete run {run.number}", "In the run list: x; remove", run, "delete")
         if run.result is None:
             continue
         if run is not runs.displayed:
-            yield command(f"Show run {run.number}", "Plots and results of this run", run, "show")
+            yield entry(f"Show run {run.number}", "Plots and results of this run", run, "show")
             title = f"{'Hide' if run.overlaid else 'Overlay'} run {run.number}"
-            yield command(title, "In the run list: Space; overlay", run, "overlay")
+            yield entry(title, "In the run list: Space; overlay", run, "overlay")
         title = "Clear the baseline" if run is runs.baseline else f"Baseline: run {run.number}"
-        yield command(title, "In the run list: b; compare", run, "baseline")
+        yield entry(title, "In the run list: b; compare", run, "baseline")
 
 
-def _session_commands(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:
+def _session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:
     for slot in slots:
-        used = (
+        hint = (
             f"last used {datetime.fromtimestamp(slot.last_used):%Y-%m-%d %H:%M}; this one is saved"
         )
-        open_it = partial(lab.post_message, SessionRequested(slot.number))
-        yield PaletteEntry(f"Open session {slot.number}: {_content(slot)}", used, open_it)
+        open_session = partial(lab.post_message, SessionRequested(slot.number))
+        yield PaletteEntry(f"Open session {slot.number}: {_summary(slot)}", hint, open_session)
 
 
-def _content(slot: Slot) -> str:
+def _summary(slot: Slot) -> str:
     try:
         state = load_state(slot.path)
     except InputError as error:
@@ -302,9 +302,9 @@ def _content(slot: Slot) -> str:
     return ", ".join([*names, *(key for key in state.results if not key.startswith("run-"))])
 
 
-def _choices(lab: LabScreen) -> Iterator[PaletteEntry]:
+def _field_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     for field in FIELDS.values():
-        edit = partial(lab.edit_field, field.name)
+        edit = partial(lab.focus_field, field.name)
         yield PaletteEntry(f"Edit {field.symbol or field.name}", field.meaning, edit, field.name)
         for text, meaning in (field.choices or {}).items():
             if text != lab.session.texts[field.name]:
@@ -313,33 +313,33 @@ def _choices(lab: LabScreen) -> Iterator[PaletteEntry]:
 
 
 class LabCommands(Provider):
-    """The laboratory's commands, followed by those of every Textual app."""
+    """Palette entries of the laboratory, followed by those of every Textual application."""
 
     async def startup(self) -> None:
-        """List the other sessions once, as this reads files."""
-        self._sessions: list[PaletteEntry] = []
+        """List the other sessions once, because listing them reads files."""
+        self._other_sessions: list[PaletteEntry] = []
         if isinstance(self.screen, LabScreen):
-            self._sessions += _session_commands(self.screen, self.screen.other_sessions())
+            self._other_sessions += _session_entries(self.screen, self.screen.other_sessions())
 
-    def _all(self) -> Iterator[PaletteEntry]:
+    def _all_entries(self) -> Iterator[PaletteEntry]:
         if isinstance(self.screen, LabScreen):
-            yield from _commands(self.screen)
-        yield from self._sessions
+            yield from _lab_entries(self.screen)
+        yield from self._other_sessions
         for command in self.app.get_system_commands(self.screen):
             # Omit Textual's list of keys: the laboratory has its own.
             if command[0] != "Keys":
-                yield PaletteEntry(*command[:3], _OF_SYSTEM.get(command[0], ""))
+                yield PaletteEntry(*command[:3], _SYSTEM_COMMAND_TERMS.get(command[0], ""))
 
     async def discover(self) -> Hits:
         """All entries, while the search is empty."""
-        for command in self._all():
-            yield DiscoveryHit(command.title, command.run, help=command.help)
+        for entry in self._all_entries():
+            yield DiscoveryHit(entry.title, entry.run, help=entry.help)
 
     async def search(self, query: str) -> Hits:
         """The entries that match the search."""
         matcher = self.matcher(query)
-        for command in self._all():
-            score = command.score(matcher, query)
+        for entry in self._all_entries():
+            score = entry.score(matcher, query)
             if score > 0:
-                title = matcher.highlight(command.title)
-                yield Hit(score, title, command.run, help=command.help)
+                title = matcher.highlight(entry.title)
+                yield Hit(score, title, entry.run, help=entry.help)

@@ -22,8 +22,8 @@ from fivtui.tui.tabs import grid
 class PathDialog(ModalScreen[Path | None]):
     """Asks for a path; overwriting an existing file needs a second confirmation.
 
-    `check` takes a path and raises `InputError` if it is invalid. It runs in a thread, as it may
-    import a library.
+    `check` raises `InputError` for an invalid path. It runs in a thread, because it may import a
+    library.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss_dialog", "Cancel")]
@@ -31,41 +31,41 @@ class PathDialog(ModalScreen[Path | None]):
     def __init__(
         self,
         title: str,
-        proposal: str,
+        proposed_path: str,
         hint: str,
         check: Callable[[Path], object],
         verb: str = "Save",
     ) -> None:
         super().__init__()
         self._title = title
-        self._proposal = proposal
+        self._proposed_path = proposed_path
         self._hint = hint
         self._check = check
         self._verb = verb
-        self._confirmed = ""
+        self._confirmed_text = ""
 
     def compose(self) -> ComposeResult:
         """Title, input, hint and buttons."""
         with Vertical(id="dialog"):
             yield Label(self._title, id="dialog-title", markup=False)
-            yield TextInput(self._proposal, id="path", select_on_focus=False)
+            yield TextInput(self._proposed_path, id="path", select_on_focus=False)
             yield Static(self._hint, id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button(self._verb, id="save", variant="primary", compact=True)
                 yield Button("Cancel", id="cancel", compact=True)
 
     @on(Input.Changed, "#path")
-    def _edited(self) -> None:
-        self._show_hint(self._hint, self._verb, wrong=False)
-        self._confirmed = ""
+    def _reset_hint(self) -> None:
+        self._show_hint(self._hint, self._verb, is_error=False)
+        self._confirmed_text = ""
 
     @on(Input.Submitted, "#path")
     @on(Button.Pressed, "#save")
-    async def _accept(self) -> None:
+    async def _confirm(self) -> None:
         text = self.query_one("#path", Input).value.strip()
-        confirmed = bool(text) and self._confirmed == text
+        confirmed = bool(text) and self._confirmed_text == text
         path = output_path(Path(text).expanduser(), force=confirmed)
-        error = await asyncio.to_thread(self._error, path) if text else "type a path"
+        error = await asyncio.to_thread(self._path_error, path) if text else "type a path"
         if not self.is_current:
             return
         if not error:
@@ -73,26 +73,26 @@ class PathDialog(ModalScreen[Path | None]):
         elif (
             text
             and not confirmed
-            and not await asyncio.to_thread(self._error, output_path(path, force=True))
+            and not await asyncio.to_thread(self._path_error, output_path(path, force=True))
         ):
-            # The only objection is that the file exists.
-            self._confirmed = text
-            self._show_hint(f"{path} exists. Overwrite it?", "Overwrite", wrong=True)
+            # The path is valid, but the file exists.
+            self._confirmed_text = text
+            self._show_hint(f"{path} exists. Overwrite it?", "Overwrite", is_error=True)
         else:
-            self._show_hint(error, self._verb, wrong=True)
+            self._show_hint(error, self._verb, is_error=True)
 
-    def _error(self, path: Path) -> str:
+    def _path_error(self, path: Path) -> str:
         try:
             self._check(path)
         except InputError as error:
             return str(error)
         return ""
 
-    def _show_hint(self, text: str, label: str, *, wrong: bool) -> None:
-        # The input may change before the button exists, or after it was removed.
+    def _show_hint(self, text: str, label: str, *, is_error: bool) -> None:
+        # While the dialog opens or closes, the hint or the button may not exist.
         for hint in self.query("#dialog-hint").results(Static):
             hint.update(text)
-            hint.set_class(wrong, "-wrong")
+            hint.set_class(is_error, "-wrong")
         for button in self.query("#save").results(Button):
             button.label = label
 

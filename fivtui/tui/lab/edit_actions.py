@@ -1,4 +1,4 @@
-"""Edits of the session's fields: typing, steps, scenes, undo and reset."""
+"""Edits of the session's fields: typed texts, steps, loaded scenes, undo and reset."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -19,22 +19,22 @@ class EditActions(LabActions):
     """Actions on fields, by keys, commands and messages."""
 
     @on(FieldEdited)
-    def _edited(self, event: FieldEdited) -> None:
-        # Ignore typed text that undo or reset has replaced.
+    def _edit_field(self, event: FieldEdited) -> None:
+        # Undo or reset may have replaced the typed text before its message arrives.
         form, session = self.query_one(Form), self.session
-        current = not event.typed or form.text_of(event.name) == event.text
-        if current and session.texts[event.name] != event.text:
+        is_current = not event.typed or form.text_of(event.name) == event.text
+        if is_current and session.texts[event.name] != event.text:
             session.set_text(event.name, event.text)
             self.show_inputs()
 
     @on(FieldStepped)
-    def _stepped(self, event: FieldStepped) -> None:
-        self._show_or_ring(self.session.step_field(event.name, event.direction, fine=event.fine))
+    def _step_field(self, event: FieldStepped) -> None:
+        self._show_or_beep(self.session.step_field(event.name, event.direction, fine=event.fine))
 
     @on(SceneLoaded)
-    def _loaded(self, event: SceneLoaded) -> None:
+    def _load_scene(self, event: SceneLoaded) -> None:
         self.session.load(event.scene, event.source)
-        self._remember(event.source)
+        self._add_recent(event.source)
         self.show_inputs()
         self.report(event.report)
 
@@ -45,33 +45,33 @@ class EditActions(LabActions):
         self.report(report)
 
     def action_drop_tables(self) -> None:
-        """Keep the parameters over time at their values at t = 0."""
+        """Remove the tables over time; their parameters keep their values at t = 0."""
         self.set_tables((), "tables over time dropped")
 
     def record_saved_scene(self, scene: Scene, path: Path) -> None:
         """Record that the edited scene was saved to a file."""
         self.session.record_saved(scene, str(path))
-        self._remember(str(path))
+        self._add_recent(str(path))
         self.show_inputs()
         self.report(f"scene {scene.name} saved: {describe_files(path)}")
 
     def action_undo(self) -> None:
         """Undo the last edit."""
-        self._turn(self.session.undo)
+        self._change_history(self.session.undo)
 
     def action_redo(self) -> None:
         """Redo the last undone edit."""
-        self._turn(self.session.redo)
+        self._change_history(self.session.redo)
 
     def action_reset(self) -> None:
-        """Reset the focused field to the scene's value."""
+        """Reset the focused field to its value in the loaded scene."""
         field = field_of(self.focused)
         if field is not None:
             self.session.reset(field.name)
-        self._show_or_ring(field is not None)
+        self._show_or_beep(field is not None)
 
     def action_reset_all(self) -> None:
-        """Reset all fields to the scene's values."""
+        """Reset all fields to their values in the loaded scene."""
         self.session.reset_all()
         self.show_inputs()
 
@@ -84,31 +84,31 @@ class EditActions(LabActions):
     def action_switch_belt(self) -> None:
         """Give the belt a finite speed, or make it faster than the slider again."""
         session, form = self.session, self.query_one(Form)
-        finite = session.belt_is_finite
+        is_finite = session.belt_is_finite
         for name, spec in BELT_PARAMETERS.items():
-            text = number_text(spec.default) if name == "v_belt" and not finite else ""
+            text = number_text(spec.default) if name == "v_belt" and not is_finite else ""
             session.set_text(name, text)
         session.close_step()
         self.show_inputs()
-        if finite:
+        if is_finite:
             form.focus_field("mu")
             form.hide_belt()
         else:
             form.call_after_refresh(form.focus_field, "v_belt")
 
-    def _turn(self, turn: Callable[[], bool]) -> None:
-        # The step may restore or delete a run.
-        before = list(self.session.runs)
-        self._show_or_ring(turn())
-        if list(self.session.runs) != before:
+    def _change_history(self, change: Callable[[], bool]) -> None:
+        # An undo step may restore or delete a run.
+        runs_before = list(self.session.runs)
+        self._show_or_beep(change())
+        if list(self.session.runs) != runs_before:
             self.post_message(RunsChanged())
 
-    def _show_or_ring(self, changed: bool) -> None:
+    def _show_or_beep(self, changed: bool) -> None:
         if changed:
             self.show_inputs()
         else:
             self.app.bell()
 
-    def _remember(self, source: str) -> None:
+    def _add_recent(self, source: str) -> None:
         if source and source not in PRESETS:
             self.session.add_recent(source)

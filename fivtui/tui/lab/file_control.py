@@ -1,4 +1,4 @@
-"""Opens and saves files: dialogs on the screen, work in threads."""
+"""Opens and saves files: asks for paths in dialogs, and reads and writes in threads."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -31,42 +31,42 @@ from .dialogs import PathDialog
 if TYPE_CHECKING:
     from .screen import LabScreen
 
-_READABLE: Final = (
+_RESULT_HINT: Final = (
     "A file written by fivtui: run, sweep or map (.csv, .npz, .parquet), map, trade-off or "
     "branch (.json), trade-off (.csv), unfinished sweep (FILE.parts)."
 )
-_TABLES: Final = (
+_TABLE_HINT: Final = (
     "A CSV file with columns time and F, mu or v_belt, in SI units; linear between its rows."
 )
 
 
 class FileController:
-    """Reads and writes files for the screen, which shows the dialogs."""
+    """Opens and saves files for the main screen."""
 
     def __init__(self, lab: "LabScreen") -> None:
         self._lab = lab
         self._session = lab.session
 
-    def _ask(self, dialog: PathDialog, use: Callable[[Path], None]) -> None:
-        # Call `use` with the answer, unless the dialog is cancelled.
-        def answered(target: Path | None) -> None:
+    def _ask_path(self, dialog: PathDialog, use_path: Callable[[Path], None]) -> None:
+        # Call `use_path` with the answer, unless the dialog is cancelled.
+        def handle_answer(target: Path | None) -> None:
             if target is not None:
-                use(target)
+                use_path(target)
 
-        self._lab.app.push_screen(dialog, answered)
+        self._lab.app.push_screen(dialog, handle_answer)
 
-    def _in_thread(self, name: str, work: Callable[[], None]) -> None:
+    def _run_in_thread(self, name: str, work: Callable[[], None]) -> None:
         self._lab.run_worker(work, name=name, thread=True, exit_on_error=False)
 
     def export(self, export: Export) -> None:
-        """Ask for a path and write an export there."""
-        opened = scene_file(self._session.source)
+        """Ask for a path and write an export to it."""
+        scene_path = scene_file(self._session.source)
         title = f"Export the {export.kind} of {export.of}"
 
         def check(path: Path) -> None:
             # Check before asking whether to overwrite.
-            read = [] if opened is None else [("the scene opened", opened)]
-            check_distinct([("the file", path)], read)
+            read_files = [] if scene_path is None else [("the scene opened", scene_path)]
+            check_distinct([("the file", path)], read_files)
             export.check(path)
 
         def check_download(path: Path) -> None:
@@ -75,37 +75,37 @@ class FileController:
                 try:
                     export.check(Path(folder) / name)
                 except InputError as error:
-                    raise InputError(_without_folder(str(error), folder)) from None
+                    raise InputError(_remove_folder(str(error), folder)) from None
 
         if self._lab.app.is_web:
-            # The browser chooses the folder: ask for a name only, and overwrite no file.
+            # The browser chooses the folder; a download overwrites no file.
             hint = f"{export.hint} The browser downloads the file."
             dialog = PathDialog(title, export.proposal, hint, check_download, verb="Download")
-            self._ask(dialog, lambda target: self._download(export, download_name(target)))
+            self._ask_path(dialog, lambda target: self._download(export, download_name(target)))
         else:
             dialog = PathDialog(title, export.proposal, export.hint, check)
-            self._ask(dialog, lambda target: self._write(export, target))
+            self._ask_path(dialog, lambda target: self._write(export, target))
 
     def _download(self, export: Export, name: str) -> None:
         def work() -> None:
             with TemporaryDirectory() as folder:
                 path = Path(folder) / name
-                error = _without_folder(write_export(export, path), folder)
+                error = _remove_folder(write_export(export, path), folder)
                 data = None if error else path.read_bytes()
-            self._lab.call_later(self._exported, export.kind, Path(name), error, data)
+            self._lab.call_later(self._report, export.kind, Path(name), error, data)
 
-        self._in_thread(export.kind, work)
+        self._run_in_thread(export.kind, work)
 
     def _write(self, export: Export, target: Path) -> None:
         def work() -> None:
             with FILE_WRITES.track(str(target)):
                 error = write_export(export, target)
-            self._lab.call_later(self._exported, export.kind, target, error)
+            self._lab.call_later(self._report, export.kind, target, error)
 
-        self._in_thread(export.kind, work)
+        self._run_in_thread(export.kind, work)
 
-    def _exported(self, label: str, path: Path, error: str, download: bytes | None = None) -> None:
-        # In a browser, `download` has the content of the file.
+    def _report(self, label: str, path: Path, error: str, download: bytes | None = None) -> None:
+        # `download` is the content of the file if it goes to a browser.
         text = error or f"{label} written to {describe_files(path)}"
         if download is not None:
             self._lab.app.deliver_binary(BytesIO(download), save_filename=path.name)
@@ -140,7 +140,7 @@ class FileController:
 
         with self._lab.report_errors():
             export = pane.export("figure")
-            self._in_thread("copying", work)
+            self._run_in_thread("copying", work)
 
     def open_scene(self) -> None:
         """Ask for a scene or result file and open it."""
@@ -149,7 +149,7 @@ class FileController:
             if _is_scene(target):
                 self.open_path(target)
             else:
-                self._read(target)
+                self._read_result(target)
 
         def check(path: Path) -> None:
             if _is_scene(path):
@@ -160,7 +160,7 @@ class FileController:
         hint = "A scene (.toml) or a result file written by fivtui."
         if self._session.recent:
             hint += " The palette (Ctrl+P) lists recent scenes."
-        self._ask(PathDialog("Open a scene or a result", "", hint, check, verb="Open"), load)
+        self._ask_path(PathDialog("Open a scene or a result", "", hint, check, verb="Open"), load)
 
     def open_path(self, path: Path) -> None:
         """Load a scene file."""
@@ -178,15 +178,15 @@ class FileController:
             scene = self._session.scene()
             path = Path(self._session.source)
             scene_path = path if _is_scene(path) else None
-            if scene_path is not None and not ask and self._unchanged(scene_path):
+            if scene_path is not None and not ask and self._file_is_current(scene_path):
                 self._save(scene, output_path(scene_path, force=True))
                 return
             proposal = f"{scene.name}.toml" if scene_path is None else str(scene_path)
             hint = "A scene file (.toml)."
             dialog = PathDialog("Save the scene as", proposal, hint, check_scene_path)
-            self._ask(dialog, lambda target: self._save(scene, target))
+            self._ask_path(dialog, lambda target: self._save(scene, target))
 
-    def _unchanged(self, path: Path) -> bool:
+    def _file_is_current(self, path: Path) -> bool:
         try:
             return load_scene(path) == self._session.loaded
         except InputError:
@@ -194,27 +194,29 @@ class FileController:
 
     def _save(self, scene: Scene, target: Path) -> None:
         with self._lab.report_errors():
-            named = save_scene_as(scene, target)
-            self._lab.record_saved_scene(named, target)
+            saved_scene = save_scene_as(scene, target)
+            self._lab.record_saved_scene(saved_scene, target)
 
     def read_tables(self) -> None:
         """Ask for a file with parameters over time, and add them to the scene."""
         check = read_over_time
-        dialog = PathDialog("Parameters over time", "", _TABLES, check, verb="Read")
-        self._ask(dialog, self._read_tables)
+        dialog = PathDialog("Parameters over time", "", _TABLE_HINT, check, verb="Read")
+        self._ask_path(dialog, self._read_tables)
 
     def _read_tables(self, target: Path) -> None:
         with self._lab.report_errors():
-            # A scene refuses tables that do not fit its parameters.
+            # Raises `InputError` if the tables do not fit the parameters of the scene.
             scene = replace(self._session.scene(), over_time=read_over_time(target))
             self._lab.set_tables(scene.over_time, f"tables over time from {target}")
 
     def read_result(self) -> None:
         """Ask for a result file and read it."""
         check = check_readable
-        self._ask(PathDialog("Read a result", "", _READABLE, check, verb="Read"), self._read)
+        self._ask_path(
+            PathDialog("Read a result", "", _RESULT_HINT, check, verb="Read"), self._read_result
+        )
 
-    def _read(self, target: Path) -> None:
+    def _read_result(self, target: Path) -> None:
         path = target
 
         def work() -> None:
@@ -223,25 +225,25 @@ class FileController:
                 if kind == "run":
                     self._lab.call_later(self._lab.add_run, path, *load_run(path))
                 else:
-                    study = DisplayedStudy(load_displayed(kind, path), path.stem, str(path))
+                    study = DisplayedStudy(load_displayable(kind, path), path.stem, str(path))
                     self._lab.call_later(self._lab.show_study, kind, study)
 
-        self._in_thread("reading", work)
+        self._run_in_thread("reading", work)
 
 
-def load_displayed(kind: str, path: Path) -> Any:
+def load_displayable(kind: str, path: Path) -> Any:
     """Read a result of a study; raises `InputError` if it cannot be read or displayed."""
     result = load_study(kind, path)
     if kind == "sweep":
-        with _names(path):
+        with _errors_with_path(path):
             check_drawable(result.study)
     return result
 
 
 def load_run(path: Path) -> tuple[Scene, Transient]:
-    """Read a scene and transient from a trajectory file; `InputError` if it is none."""
+    """Read scene and transient from a trajectory file; raises `InputError` if it is invalid."""
     run: Transient = load_study("run", path)
-    with _names(path):
+    with _errors_with_path(path):
         scene = Scene(
             name=path.stem,
             description="",
@@ -257,7 +259,7 @@ def load_run(path: Path) -> tuple[Scene, Transient]:
 
 
 @contextmanager
-def _names(path: Path) -> Iterator[None]:
+def _errors_with_path(path: Path) -> Iterator[None]:
     # Prefix errors with the path.
     try:
         yield
@@ -265,7 +267,7 @@ def _names(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: {error}") from None
 
 
-def _without_folder(text: str, folder: str) -> str:
+def _remove_folder(text: str, folder: str) -> str:
     return text.replace(f"{folder}{os.sep}", "")
 
 

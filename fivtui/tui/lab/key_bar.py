@@ -11,15 +11,15 @@ from textual.events import Click
 from textual.screen import Screen
 from textual.widget import Widget
 
-_ESSENTIAL: Final = ("run", "stop", "help", "next-tab")
-_KEY: Final = "bold $footer-key-foreground"
-_DESCRIPTION: Final = "$footer-description-foreground"
-_OFF: Final = "dim $footer-description-foreground"
+_ESSENTIAL_IDS: Final = ("run", "stop", "help", "next-tab")
+_KEY_STYLE: Final = "bold $footer-key-foreground"
+_TEXT_STYLE: Final = "$footer-description-foreground"
+_OFF_STYLE: Final = "dim $footer-description-foreground"
 
 
 @dataclass(frozen=True, slots=True)
 class _Item:
-    # A key and its description; only the last key of a group has the description.
+    # A key and its description, which is empty for all but the last key of a group.
     key: str
     display: str
     description: str
@@ -32,13 +32,16 @@ class _Item:
     @property
     def parts(self) -> tuple[tuple[str, str], ...]:
         description = f" {self.description} " if self.description else " "
-        return ((self.display, _KEY if self.enabled else _OFF), (description, _DESCRIPTION))
+        return (
+            (self.display, _KEY_STYLE if self.enabled else _OFF_STYLE),
+            (description, _TEXT_STYLE),
+        )
 
 
 class KeyBar(Widget):
     """One line of active keys; a click presses a key.
 
-    Textual's footer creates a widget per key at every change of focus, which is noticeably slow.
+    Textual's footer is noticeably slow: it creates a widget per key at every change of focus.
     """
 
     def __init__(self) -> None:
@@ -47,45 +50,45 @@ class KeyBar(Widget):
 
     def on_mount(self) -> None:
         """Follow changes of the active keys."""
-        self.screen.bindings_updated_signal.subscribe(self, self._changed)
+        self.screen.bindings_updated_signal.subscribe(self, self._refresh_keys)
 
-    def _changed(self, screen: Screen[object]) -> None:
+    def _refresh_keys(self, screen: Screen[object]) -> None:
         if screen is self.screen and screen.app.app_focus:
             self.refresh()
 
     def render(self) -> Content:
-        """Essential keys, those of the focused widget, further keys that fit, and the palette."""
+        """Essential keys, keys of the focused widget, others that fit, and the palette's key."""
         active = self.screen.active_bindings
         palette = active.get(self.app.COMMAND_PALETTE_BINDING)
         palette_items = [] if palette is None else next(self._groups([palette]))
-        listed = [entry for entry in active.values() if entry.binding.show]
-        listed.sort(key=self._rank)
-        essential = [entry for entry in listed if self._rank(entry) <= len(_ESSENTIAL)]
+        bindings = [entry for entry in active.values() if entry.binding.show]
+        bindings.sort(key=self._priority)
+        essential = [entry for entry in bindings if self._priority(entry) <= len(_ESSENTIAL_IDS)]
         if sum(map(_width, self._groups(essential))) + _width(palette_items) > self.size.width:
             palette_items = [replace(item, description="") for item in palette_items]
-        room = self.size.width - _width(palette_items)
-        shown: list[_Item] = []
-        for group in self._groups(listed):
-            if _width(shown) + _width(group) > room:
+        width = self.size.width - _width(palette_items)
+        items: list[_Item] = []
+        for group in self._groups(bindings):
+            if _width(items) + _width(group) > width:
                 break
-            shown += group
-        blanks = max(room - _width(shown), 0)
-        ends = accumulate(item.width for item in shown)
-        self._items = [(end - item.width, item) for end, item in zip(ends, shown, strict=True)]
-        self._items += [(room, item) for item in palette_items]
+            items += group
+        blanks = max(width - _width(items), 0)
+        ends = accumulate(item.width for item in items)
+        self._items = [(end - item.width, item) for end, item in zip(ends, items, strict=True)]
+        self._items += [(width, item) for item in palette_items]
         return Content.assemble(
-            *(part for item in shown for part in item.parts),
+            *(part for item in items for part in item.parts),
             " " * blanks,
             *(part for item in palette_items for part in item.parts),
         )
 
-    def _rank(self, active: ActiveBinding) -> int:
-        if active.binding.id in _ESSENTIAL:
-            return _ESSENTIAL.index(active.binding.id)
-        return len(_ESSENTIAL) + (active.node in (self.screen, self.app))
+    def _priority(self, active: ActiveBinding) -> int:
+        if active.binding.id in _ESSENTIAL_IDS:
+            return _ESSENTIAL_IDS.index(active.binding.id)
+        return len(_ESSENTIAL_IDS) + (active.node in (self.screen, self.app))
 
     def _groups(self, bindings: Iterable[ActiveBinding]) -> Iterator[list[_Item]]:
-        # The first key of every action, by group.
+        # Yield the first key of every action, grouped as in the bindings.
         by_action: dict[str, ActiveBinding] = {}
         for active in bindings:
             by_action.setdefault(active.binding.action, active)

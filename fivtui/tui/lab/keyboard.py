@@ -1,4 +1,4 @@
-"""Handles keys before they reach a widget: in order, and keys with Alt never as text."""
+"""Queues keys in the order of typing, and makes keys with Alt insert no text."""
 
 from collections import deque
 from collections.abc import Awaitable, Callable
@@ -12,46 +12,46 @@ from textual.dom import DOMNode
 from textual.events import Event, Key
 from textual.widget import Widget
 
-# Signs typed with a Mac's Option key if the terminal does not send Alt.
-_OPTION_DIGITS: Final = dict(zip("¡™£¢∞§¶•ªº", "1234567890", strict=True))
-_NAMES: Final = {sign: sign for sign in digits + ascii_lowercase} | {
+# Digit keys by the sign that they type with a Mac's Option key if the terminal sends no Alt.
+_DIGIT_OF_OPTION_SIGN: Final = dict(zip("¡™£¢∞§¶•ªº", "1234567890", strict=True))
+_KEY_NAMES: Final = {sign: sign for sign in digits + ascii_lowercase} | {
     "-": "minus",
     "=": "equals_sign",
 }
 
-# Alt+f goes to the fields; Ctrl+→ also moves forward by a word.
-_OVERRIDDEN: Final = "f"
+# Letters whose Alt key in Textual is replaced: Alt+F goes to the fields, not a word forward.
+_OVERRIDDEN_LETTERS: Final = "f"
 
-# An editor handles the key, then its message that its value has changed.
-_TURNS: Final = 2
+# The focused widget may handle two messages: the key, then its own message of a changed value.
+_CALLBACKS_AT_TARGET: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
 class _AltKey:
-    # A key in the form of Textual's table.
+    # Textual's table of key sequences has objects with this attribute.
     value: str
 
 
 def register_alt_keys() -> None:
-    """Make Textual read Alt with a letter or digit as a key; by default it inserts a symbol."""
+    """Make Textual read Alt with a letter or digit as a key instead of inserting a symbol."""
     # Versions of Textual without this table insert no symbols.
     with suppress(ImportError):
         from textual._ansi_sequences import ANSI_SEQUENCES_KEYS
 
         sequences = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
-        for sign, name in _NAMES.items():
-            # Keep existing keys, such as Alt+b (word back), except the overridden one.
-            if sign in _OVERRIDDEN or isinstance(sequences.get(f"\x1b{sign}", ""), str):
+        for sign, name in _KEY_NAMES.items():
+            # Keep keys that Textual defines, such as Alt+B (a word back).
+            if sign in _OVERRIDDEN_LETTERS or isinstance(sequences.get(f"\x1b{sign}", ""), str):
                 sequences[f"\x1b{sign}"] = (_AltKey(f"alt+{name}"),)
 
 
-def discard_alt_character(key: Key, *, option: bool) -> None:
-    """Turn a key with Alt into a key without text.
+def discard_alt_character(key: Key, *, mac_option: bool) -> None:
+    """Remove the text of a key with Alt, so that no widget inserts it.
 
-    `option` also reads the signs that Option and a digit type on a Mac as Alt and that digit.
+    `mac_option` also reads signs that a Mac's Option key types with a digit as Alt and the digit.
     """
-    digit = _OPTION_DIGITS.get(key.character or "")
-    if option and digit is not None:
+    digit = _DIGIT_OF_OPTION_SIGN.get(key.character or "")
+    if mac_option and digit is not None:
         key.key = f"alt+{digit}"
     if "alt" in key.key.split("+")[:-1]:
         key.character = None
@@ -60,8 +60,8 @@ def discard_alt_character(key: Key, *, option: bool) -> None:
 class KeyQueue:
     """Queues keys and pasted text, so that they are handled in order.
 
-    Textual lets a widget type a letter at once, but runs the action of a key only after the key has
-    reached the application: letters after Ctrl+U would be typed before it deletes.
+    Textual inserts a letter at once, but runs the action of a key only after the key has reached
+    the application: letters typed after Ctrl+U would be inserted before it deletes.
     """
 
     def __init__(self, app: App[None], handle: Callable[[Event], Awaitable[None]]) -> None:
@@ -70,7 +70,7 @@ class KeyQueue:
         self._events: deque[Event] = deque()
         self._busy = False
 
-    async def put(self, event: Event) -> None:
+    async def enqueue(self, event: Event) -> None:
         """Handle an event after all earlier events."""
         self._events.append(event)
         if not self._busy:
@@ -84,29 +84,28 @@ class KeyQueue:
         target = self._app.focused or screen
         await self._handle(event)
 
-        def climb(node: DOMNode, turns: int = 1) -> None:
-            # Post a callback: it is handled after the event.
-            # A widget that is being removed accepts none.
-            if not node.call_later(follow, node, turns):
-                follow(node, 1)
+        def post(node: DOMNode, count: int = 1) -> None:
+            # A node runs a posted callback after the event; one that is being removed runs none.
+            if not node.call_later(proceed, node, count):
+                proceed(node, 1)
 
-        def follow(node: DOMNode, turns: int) -> None:
-            if turns > 1:
-                climb(node, turns - 1)
+        def proceed(node: DOMNode, count: int) -> None:
+            if count > 1:
+                post(node, count - 1)
             elif node is self._app or _is_typed(event, node):
-                finish()
+                handle_next()
             else:
-                climb(node.parent or self._app)
+                post(node.parent or self._app)
 
-        def finish() -> None:
+        def handle_next() -> None:
             stack = self._app.screen_stack
-            # A new screen chooses its focused widget in its own message loop.
-            if not (stack and stack[-1] is not screen and stack[-1].call_later(self._go_on)):
-                self._go_on()
+            # A new screen sets the focus in its own message loop.
+            if not (stack and stack[-1] is not screen and stack[-1].call_later(self._resume)):
+                self._resume()
 
-        climb(target, _TURNS)
+        post(target, _CALLBACKS_AT_TARGET)
 
-    def _go_on(self) -> None:
+    def _resume(self) -> None:
         self._app.call_later(self._handle_first)
 
 

@@ -11,7 +11,7 @@ from textual.widgets import Input
 from fivtui.results import Row
 from fivtui.tui.tabs import TABS
 
-_ENGINES: Final = "Next engine: native solver, Python FMU, native FMU"
+_ENGINE_TOOLTIP: Final = "Next engine: native solver, Python FMU, native FMU"
 
 
 def _key(
@@ -20,18 +20,18 @@ def _key(
     action: str,
     description: str,
     *,
-    shown: str = "",
+    label: str = "",
     priority: bool = False,
     tooltip: str = "",
 ) -> Binding:
-    # `shown`: the key as the key bar displays it. `tooltip`: its text in the list of all keys.
-    # `id`: its name in the user's keymap.
+    # `id`: name of the key in the configuration file. `label`: its text in the key bar.
+    # `tooltip`: its description in the help.
     return Binding(
         keys,
         action,
         description,
-        show=bool(shown),
-        key_display=shown or None,
+        show=bool(label),
+        key_display=label or None,
         priority=priority,
         tooltip=tooltip,
         id=id,
@@ -39,25 +39,25 @@ def _key(
 
 
 LAB_KEYS: Final = (
-    _key("run", "f5,ctrl+r", "run", "Run", shown="F5", tooltip="Run the scene and keep the run"),
-    _key("stop", "f5,ctrl+r", "stop", "Stop", shown="F5", tooltip="Stop the run"),
+    _key("run", "f5,ctrl+r", "run", "Run", label="F5", tooltip="Run the scene and keep the run"),
+    _key("stop", "f5,ctrl+r", "stop", "Stop", label="F5", tooltip="Stop the run"),
     _key(
         "help",
         "f1,question_mark",
         "help",
         "Help",
-        shown="F1",
+        label="F1",
         priority=True,
         tooltip="All keys that work now",
     ),
-    _key("next-tab", "f2", "turn_tab(1)", "Tab", shown="F2", tooltip="Next tab"),
+    _key("next-tab", "f2", "turn_tab(1)", "Tab", label="F2", tooltip="Next tab"),
     _key("previous-tab", "shift+f2", "turn_tab(-1)", "Previous tab"),
-    _key("runs", "f3", "list_runs", "Runs", shown="F3", tooltip="Go to the run list, or back"),
-    _key("engine", "f4", "switch_engine", "Engine", shown="F4", tooltip=_ENGINES),
+    _key("runs", "f3", "list_runs", "Runs", label="F3", tooltip="Go to the run list, or back"),
+    _key("engine", "f4", "switch_engine", "Engine", label="F4", tooltip=_ENGINE_TOOLTIP),
     _key("both", "f9", "run_both", "Compare with the FMU"),
     _key("compute", "f10,ctrl+g", "work", "Compute in the tab, or stop"),
-    _key("figure", "f6", "export('figure')", "Figure…", shown="F6", tooltip="Write the figure"),
-    _key("data", "f7", "export('data')", "Data…", shown="F7", tooltip="Write the data"),
+    _key("figure", "f6", "export('figure')", "Figure…", label="F6", tooltip="Write the figure"),
+    _key("data", "f7", "export('data')", "Data…", label="F7", tooltip="Write the data"),
     _key("live", "alt+l", "switch_live", "Live curve on or off", priority=True),
     _key("reset", "f8", "reset", "Reset the field"),
     _key("reset-all", "shift+f8", "reset_all", "Reset all fields"),
@@ -78,25 +78,25 @@ LAB_KEYS: Final = (
     ),
 )
 KEY_IDS: Final = frozenset(str(binding.id) for binding in LAB_KEYS)
-_TYPING: Final = frozenset(
+_TYPING_KEYS: Final = frozenset(
     key
     for binding in Input.BINDINGS
     if isinstance(binding, Binding)
     for key in binding.key.split(",")
 )
-_SCROLLING: Final = ("scroll_", "page_")
+_SCROLLING_ACTIONS: Final = ("scroll_", "page_")
 
 
 def active_keys(screen: Screen[Any]) -> list[Row]:
-    """All active keys: of the focused widget, the laboratory, then typing and scrolling."""
+    """Rows of the active keys: of the focused widget, the laboratory, typing and scrolling."""
     focused: list[ActiveBinding] = []
     laboratory: list[ActiveBinding] = []
     general: list[ActiveBinding] = []
     for active in screen.active_bindings.values():
         if not active.enabled or not active.binding.description:
             continue
-        typing = isinstance(active.node, Input) and active.binding.key in _TYPING
-        if typing or active.binding.action.startswith(_SCROLLING):
+        typing = isinstance(active.node, Input) and active.binding.key in _TYPING_KEYS
+        if typing or active.binding.action.startswith(_SCROLLING_ACTIONS):
             general.append(active)
         else:
             (laboratory if active.node in (screen, screen.app) else focused).append(active)
@@ -104,7 +104,7 @@ def active_keys(screen: Screen[Any]) -> list[Row]:
 
 
 def _rows(screen: Screen[Any], group: Iterable[ActiveBinding]) -> list[Row]:
-    # One row per purpose, with all its keys.
+    # One row per purpose lists all keys that serve it.
     keys: dict[str, list[str]] = {}
     for _, binding, _, tooltip in group:
         purpose = tooltip or binding.description
@@ -118,7 +118,7 @@ def _rows(screen: Screen[Any], group: Iterable[ActiveBinding]) -> list[Row]:
 def key_text(app: App[Any], key: str) -> str:
     """A key as displayed, such as Alt+F, Shift+F2, Esc or ↑."""
     *modifiers, base = key.split("+")
-    shown = app.get_key_display(Binding(base, ""))
-    if modifiers or len(shown) > 1:
-        shown = shown[:1].upper() + shown[1:]
-    return "+".join([*(name.capitalize() for name in modifiers), shown])
+    text = app.get_key_display(Binding(base, ""))
+    if modifiers or len(text) > 1:
+        text = text[:1].upper() + text[1:]
+    return "+".join([*(name.capitalize() for name in modifiers), text])

@@ -23,44 +23,43 @@ from fivtui.tui.tabs import compute_in_thread
 if TYPE_CHECKING:
     from .screen import LabScreen
 
-# Delay of a run after the last edit if it does not follow at once, s.
+# Delay between the last edit and a run that waits for a pause, s.
 _PAUSE: Final = 0.4
 
 
 class LiveController:
-    """Updates the live curve of a session to the edited scene, one run at a time, for a screen.
+    """Runs the edited scene and shows the result as the live curve, one run at a time.
 
-    A short run is finished and shown even if the scene has changed since, so that the curve moves
-    while a key is held; a long run is stopped by the next edit. The newest waiting scene is run.
-    Results of stopped runs are dropped.
+    The next edit stops a long run. A short run is completed and shown, so that the curve moves
+    while a key is held; then the newest scene is run. Results of stopped runs are ignored.
     """
 
     def __init__(self, screen: "LabScreen") -> None:
         self._screen = screen
         self._session = session = screen.session
         # The scene of the last request, and the run displayed then.
-        self._scene = self._edited()
+        self._requested_scene = self._edited_scene()
         self._displayed = session.runs.displayed
         self._job: LiveJob | None = None
-        self._next: Scene | None = None
-        self._waiting: Timer | None = None
+        self._queued_scene: Scene | None = None
+        self._pause_timer: Timer | None = None
 
-    def _edited(self) -> Scene | None:
+    def _edited_scene(self) -> Scene | None:
         try:
             return self._session.scene()
         except InputError:
             return None
 
-    def request(self) -> bool:
-        """Follow the edited scene. Returns whether the display has changed."""
+    def update(self) -> bool:
+        """Run the edited scene if it has changed. Returns False if nothing has changed."""
         session, live = self._session, self._session.live
         if not session.live_enabled or session.runs.active is not None:
             self.stop()
             return False
-        scene = self._edited()
-        if scene == self._scene:
+        scene = self._edited_scene()
+        if scene == self._requested_scene:
             return False
-        self._scene = scene
+        self._requested_scene = scene
         run = session.runs.displayed
         if scene is None:
             self.stop()
@@ -69,40 +68,40 @@ class LiveController:
             self.stop()
             live.clear()
         else:
-            self._follow(scene)
+            self._schedule(scene)
         return True
 
-    def _follow(self, scene: Scene) -> None:
+    def _schedule(self, scene: Scene) -> None:
         live = self._session.live
         if self._job is not None and self._job.elapsed > MAX_IMMEDIATE_S:
-            # The run takes longer than expected: the next runs wait for a pause.
+            # The run takes longer than expected, so the next runs wait for a pause.
             live.record_duration(self._job.scene, self._job.elapsed)
         pace = live.pace(scene)
         if pace is Pace.AT_ONCE:
-            self._stop_waiting()
+            self._stop_pause_timer()
             if self._job is not None and self._job.pace is Pace.AT_ONCE:
-                self._next = scene
+                self._queued_scene = scene
             else:
-                self._begin(scene)
+                self._start_job(scene)
             return
         self.stop()
         if pace is Pace.OFF:
             live.switch_off(scene)
         else:
             live.announce_run(scene)
-            self._waiting = self._screen.set_timer(_PAUSE, self._idle)
+            self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
 
-    def _idle(self) -> None:
-        self._waiting = None
+    def _start_after_pause(self) -> None:
+        self._pause_timer = None
         if SCREEN_PRIORITY.claimed:
-            self._waiting = self._screen.set_timer(_PAUSE, self._idle)
-        elif self._scene is not None:
-            self._begin(self._scene)
+            self._pause_timer = self._screen.set_timer(_PAUSE, self._start_after_pause)
+        elif self._requested_scene is not None:
+            self._start_job(self._requested_scene)
 
-    def _begin(self, scene: Scene) -> None:
+    def _start_job(self, scene: Scene) -> None:
         if self._job is not None:
             self._job.stop()
-        self._next = None
+        self._queued_scene = None
         self._job = job = LiveJob(scene=scene, pace=self._session.live.pace(scene))
 
         def compute() -> Outcome[Transient]:
@@ -110,9 +109,9 @@ class LiveController:
             job.duration = job.elapsed
             return outcome
 
-        compute_in_thread(self._screen, compute, partial(self._ended, job))
+        compute_in_thread(self._screen, compute, partial(self._handle_outcome, job))
 
-    def _ended(self, job: LiveJob, outcome: Outcome[Transient]) -> None:
+    def _handle_outcome(self, job: LiveJob, outcome: Outcome[Transient]) -> None:
         if job is not self._job:
             return
         self._job = None
@@ -126,37 +125,37 @@ class LiveController:
         else:
             live.record_duration(job.scene, job.estimate)
             live.switch_off(job.scene)
-        if self._next is not None:
-            self._begin(self._next)
+        if self._queued_scene is not None:
+            self._start_job(self._queued_scene)
         self._screen.show_live()
 
-    def runs_changed(self) -> None:
-        """Stop if a run is active; clear the curve if the displayed run has changed."""
+    def handle_runs_changed(self) -> None:
+        """Stop live runs during other runs; clear the curve if the displayed run has changed."""
         runs = self._session.runs
         if runs.active is not None:
             self.stop()
         if runs.displayed is not self._displayed:
-            self._displayed, self._scene = runs.displayed, self._edited()
+            self._displayed, self._requested_scene = runs.displayed, self._edited_scene()
             self.stop()
             self._session.live.clear()
 
-    def switch(self) -> None:
+    def toggle(self) -> None:
         """Switch the live curve on or off."""
         session = self._session
         session.live_enabled = not session.live_enabled
         self.stop()
         session.live.clear()
-        self._scene = None if session.live_enabled else self._scene
+        self._requested_scene = None if session.live_enabled else self._requested_scene
 
     def stop(self) -> None:
-        """Stop the current run and drop the waiting scene."""
-        self._stop_waiting()
-        self._next = None
+        """Stop the live run and discard the queued scene."""
+        self._stop_pause_timer()
+        self._queued_scene = None
         if self._job is not None:
             self._job.stop()
             self._job = None
 
-    def _stop_waiting(self) -> None:
-        if self._waiting is not None:
-            self._waiting.stop()
-            self._waiting = None
+    def _stop_pause_timer(self) -> None:
+        if self._pause_timer is not None:
+            self._pause_timer.stop()
+            self._pause_timer = None

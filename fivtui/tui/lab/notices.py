@@ -1,4 +1,4 @@
-"""Notices: the last messages, in a few lines over the lower edge of the main screen."""
+"""Notices: the latest messages, in a few lines at the lower edge of the main screen."""
 
 from dataclasses import dataclass
 from textwrap import shorten, wrap
@@ -7,11 +7,11 @@ from typing import Final
 from textual.content import Content
 from textual.widget import Widget
 
-# As high as the hint about a field, so that no button or field is covered.
-_LINES: Final = 3
-_SHOWN_S: Final = 5.0
-_EDGE: Final = "▌ "
-_MORE: Final = "… (tab Log)"
+# The height of the hint about a field, so that notices cover no button or field.
+_MAX_LINES: Final = 3
+_DISPLAY_TIME_S: Final = 5.0
+_LEFT_EDGE: Final = "▌ "
+_CUT_MARK: Final = "… (tab Log)"
 
 
 @dataclass(eq=False, frozen=True, slots=True)
@@ -23,9 +23,9 @@ class Notice:
 
 
 class NoticeView(Widget):
-    """The notices of the last seconds; newer ones replace older ones, and a click removes all.
+    """Shows notices for some seconds; newer ones replace older ones, and a click removes all.
 
-    Textual's notifications would cover buttons without limit.
+    Textual's notifications could cover any number of buttons.
     """
 
     def __init__(self) -> None:
@@ -36,36 +36,36 @@ class NoticeView(Widget):
         """Show a message for some seconds."""
         notice = Notice(text, error)
         self.notices.append(notice)
-        self.set_timer(_SHOWN_S, lambda: self._end(notice))
-        self._follow()
+        self.set_timer(_DISPLAY_TIME_S, lambda: self._remove(notice))
+        self._update_display()
 
-    def _end(self, notice: Notice) -> None:
+    def _remove(self, notice: Notice) -> None:
         if notice in self.notices:
             self.notices.remove(notice)
-            self._follow()
+            self._update_display()
 
-    def _follow(self) -> None:
-        while len(self.notices) > 1 and len(self._lines()) > _LINES:
+    def _update_display(self) -> None:
+        while len(self.notices) > 1 and len(self._wrapped_lines()) > _MAX_LINES:
             del self.notices[0]
         self.display = bool(self.notices)
         self.refresh(layout=True)
 
-    def _lines(self) -> list[tuple[str, Notice]]:
-        width = max(self.screen.size.width - len(_EDGE) - 1, len(_MORE))
+    def _wrapped_lines(self) -> list[tuple[str, Notice]]:
+        width = max(self.screen.size.width - len(_LEFT_EDGE) - 1, len(_CUT_MARK))
         styled_lines: list[tuple[str, Notice]] = []
         for notice in self.notices:
             lines = wrap(notice.text, width)
-            if len(lines) > _LINES:
-                remainder = " ".join(lines[_LINES - 1 :])
-                lines[_LINES - 1 :] = [shorten(remainder, width, placeholder=_MORE)]
+            if len(lines) > _MAX_LINES:
+                remainder = " ".join(lines[_MAX_LINES - 1 :])
+                lines[_MAX_LINES - 1 :] = [shorten(remainder, width, placeholder=_CUT_MARK)]
             styled_lines += [(line, notice) for line in lines]
         return styled_lines
 
     def render(self) -> Content:
-        """The lines of all messages, each with an edge in the colour of its kind."""
+        """The lines of all messages, each with a coloured edge: red for an error."""
         return Content("\n").join(
-            Content.assemble((_EDGE, "$error" if notice.error else "$success"), line, " ")
-            for line, notice in self._lines()
+            Content.assemble((_LEFT_EDGE, "$error" if notice.error else "$success"), line, " ")
+            for line, notice in self._wrapped_lines()
         )
 
     def on_click(self) -> None:
@@ -75,4 +75,4 @@ class NoticeView(Widget):
     def clear(self) -> None:
         """Remove the notices."""
         self.notices.clear()
-        self._follow()
+        self._update_display()

@@ -34,82 +34,82 @@ class RunActions(LabActions):
 
     def __init__(self, session: Session, *, welcome: bool) -> None:
         super().__init__(session, welcome=welcome)
-        # The scene to run next, and the run to compare its result with.
-        self._next: Scene | None = None
-        self._partner: Run | None = None
+        # The FMU's scene to run next, and the native run to compare with it.
+        self._next_scene: Scene | None = None
+        self._native_run: Run | None = None
 
     def action_run(self) -> None:
         """Run the edited scene."""
         with self.report_errors():
             scene = self.session.scene()
-            self._next = self._partner = None
+            self._next_scene = self._native_run = None
             self._start(scene)
             self.action_show_tab("transient")
 
     def action_run_both(self) -> None:
-        """Run the edited scene by the native solver and an FMU, and compare them."""
+        """Run the edited scene with the native solver, then with an FMU, and compare them."""
         with self.report_errors():
             edited_scene = self.session.scene()
-            native, self._next = self.session.engine_pair()
-            self._partner = None
+            native, self._next_scene = self.session.engine_pair()
+            self._native_run = None
             self._start(native, edited_scene)
             self.action_show_tab("transient")
 
     def _start(self, scene: Scene, edited_scene: Scene | None = None) -> None:
         self.session.close_step()
-        before = list(self.session.runs)
+        runs_before = list(self.session.runs)
         run = self.session.runs.start(scene, edited_scene)
-        self._report_deleted(before)
-        compute_in_thread(self, lambda: execute(run), partial(self._ended, run))
+        self._report_deleted(runs_before)
+        compute_in_thread(self, lambda: execute(run), partial(self._finish_run, run))
         self.post_message(RunsChanged())
 
     def action_stop(self) -> None:
         """Stop the active run and cancel the next one."""
-        self._next = self._partner = None
+        self._next_scene = self._native_run = None
         run = self.session.runs.stop()
         if run is not None:
             self.post_message(RunsChanged())
             self.report(f"run {run.number} {run.stop_text}")
 
     @on(RunRequested)
-    def _run_requested(self) -> None:
+    def _toggle_run(self) -> None:
         if self.session.runs.active is None:
             self.action_run()
         else:
             self.action_stop()
 
     @on(PointOpened)
-    def _point_opened(self, event: PointOpened) -> None:
+    def _run_point(self, event: PointOpened) -> None:
         for name, text in event.texts.items():
             self.session.set_text(name, text)
         self.show_inputs()
         self.report(event.report, routine=True)
         self.action_run()
 
-    def _ended(self, run: Run, outcome: Outcome[Transient]) -> None:
+    def _finish_run(self, run: Run, outcome: Outcome[Transient]) -> None:
         # The run may have been stopped.
         if not self.session.runs.finish(run, outcome):
             return
         if run.result is None:
-            self._next = self._partner = None
+            self._next_scene = self._native_run = None
             self.report(f"run {run.number}: {run.message}", error=True)
         else:
             self.session.runs.displayed = run
-            # The elapsed time of the first run includes loading libraries.
+            # The elapsed time of the first run would include the time to load libraries.
             cpu_s = run.result.stats.cpu_s
             self.session.live.record_duration(run.scene, run.elapsed if cpu_s is None else cpu_s)
             report = "; ".join([f"run {run.number} done", *result_summary(run.result)])
             self.report(report, routine=True)
-            self._go_on(run)
+            self._continue_comparison(run)
         self.post_message(RunsChanged())
 
-    def _go_on(self, run: Run) -> None:
-        # Run the FMU after the native solver, then compare them.
-        if self._next is not None:
-            scene, self._next, self._partner = self._next, None, run
+    def _continue_comparison(self, run: Run) -> None:
+        # The FMU runs after the native solver; then both results are compared.
+        if self._next_scene is not None:
+            scene, self._next_scene, self._native_run = self._next_scene, None, run
             self._start(scene, run.edited_scene)
-        elif self._partner is not None:
-            native, self._partner = self._partner, None
+        elif self._native_run is not None:
+            native, self._native_run = self._native_run, None
             if native.result is not None and run.result is not None and run.engine != NATIVE_ENGINE:
                 native.overlaid = True
                 self.session.runs.baseline = native
@@ -117,20 +117,20 @@ class RunActions(LabActions):
 
     def add_run(self, path: Path, scene: Scene, result: Transient) -> None:
         """Add a run read from a file."""
-        before = list(self.session.runs)
+        runs_before = list(self.session.runs)
         run = self.session.runs.add_loaded(scene, result, str(path))
-        self._report_deleted(before)
+        self._report_deleted(runs_before)
         self.report(f"run {run.number} read from {path}")
         self.post_message(RunsChanged())
 
-    def _report_deleted(self, before: list[Run]) -> None:
-        for run in before:
+    def _report_deleted(self, runs_before: list[Run]) -> None:
+        for run in runs_before:
             if self.session.runs.find(run.number) is None:
-                why = f"the list holds {MAX_RUNS} runs"
-                self.report(f"run {run.number} (the oldest) was deleted: {why}")
+                reason = f"the list holds {MAX_RUNS} runs"
+                self.report(f"run {run.number} (the oldest) was deleted: {reason}")
 
     @on(RunActionRequested)
-    def _act(self, event: RunActionRequested) -> None:
+    def _handle_run_action(self, event: RunActionRequested) -> None:
         run = self.session.runs.find(event.number)
         if run is None:
             return

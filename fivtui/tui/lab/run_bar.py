@@ -1,4 +1,4 @@
-"""Run button, progress and state of the last run."""
+"""The bar with the run button, and progress and state of the newest run."""
 
 from typing import Final
 
@@ -18,17 +18,17 @@ class RunBar(JobBar):
         super().__init__("Run", NO_RUN_TEXT)
 
     @on(Button.Pressed)
-    def _press(self, event: Button.Pressed) -> None:
+    def _request_run(self, event: Button.Pressed) -> None:
         event.stop()
         self.post_message(RunRequested())
 
     def show_run(self, run: Run, *, outdated: bool) -> None:
         """Display the state of a run; `outdated` if the inputs have changed since."""
         running = run.state is RunState.RUNNING
-        self.show(run if running else None, _end_words(run, outdated=outdated))
+        self.show(run if running else None, _state_text(run, outdated=outdated))
 
 
-def _end_words(run: Run, *, outdated: bool) -> str:
+def _state_text(run: Run, *, outdated: bool) -> str:
     text = f"run {run.number} {run.state.value}"
     if outdated:
         return f"{text}, inputs changed since"

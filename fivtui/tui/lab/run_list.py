@@ -70,7 +70,7 @@ class RunsTable(ListTable[str | Text]):
 
 
 class RunsPane(Vertical):
-    """The runs, newest first, with differences from base scene and baseline."""
+    """The runs, newest first, with their differences from the base scene and the baseline."""
 
     BORDER_TITLE = "Runs"
     KEYS: ClassVar[str] = "⏎ load  Space overlay  b base  x delete"
@@ -78,7 +78,7 @@ class RunsPane(Vertical):
 
     def __init__(self) -> None:
         super().__init__(id="runs")
-        self._marks: list[str] = []
+        self._plot_marks: list[str] = []
 
     def compose(self) -> ComposeResult:
         """The table."""
@@ -86,12 +86,12 @@ class RunsPane(Vertical):
 
     def show(self, runs: Runs, live: LiveCurve) -> None:
         """Display the runs, and mark those that are plotted."""
-        self._marks = _marks(runs, live)
+        self._plot_marks = _plot_marks(runs, live)
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))
         self.border_subtitle = self.KEYS if newest_first else self.NO_RUNS
-        # Differences need a baseline.
+        # Without a baseline, omit the differences.
         columns = [
             column
             for column, label in enumerate(_COLUMNS)
@@ -102,15 +102,15 @@ class RunsPane(Vertical):
             [_COLUMNS[column] for column in columns],
             {key: [row[column] for column in columns] for key, row in rows.items()},
         )
-        # The cursor stays at its run, or in its row if the run was deleted.
+        # Keep the cursor at its run, or in its row if the run was deleted.
         numbers = [run.number for run in newest_first]
         table.move_cursor(
             row=numbers.index(number) if number in numbers else min(row, len(numbers) - 1)
         )
 
-    def mark(self, runs: Runs, live: LiveCurve) -> None:
+    def update_marks(self, runs: Runs, live: LiveCurve) -> None:
         """Update the display if the set of plotted runs has changed."""
-        if self._marks != _marks(runs, live):
+        if self._plot_marks != _plot_marks(runs, live):
             self.show(runs, live)
 
     def take_focus(self) -> None:
@@ -118,18 +118,18 @@ class RunsPane(Vertical):
         self.query_one(RunsTable).focus()
 
     @on(DataTable.RowSelected)
-    def _choose(self, event: DataTable.RowSelected) -> None:
-        # By mouse only: Enter loads the scene.
+    def _show_selected(self, event: DataTable.RowSelected) -> None:
+        # A mouse click selects a row; Enter loads the scene instead.
         event.stop()
         self.post_message(RunActionRequested(int(str(event.row_key.value)), "show"))
 
 
-def _marks(runs: Runs, live: LiveCurve) -> list[str]:
-    return [_plotted(run, runs, live) for run in runs]
+def _plot_marks(runs: Runs, live: LiveCurve) -> list[str]:
+    return [_plot_mark(run, runs, live) for run in runs]
 
 
-def _plotted(run: Run, runs: Runs, live: LiveCurve) -> str:
-    # The live curve and its ghost replace the displayed run.
+def _plot_mark(run: Run, runs: Runs, live: LiveCurve) -> str:
+    # The live curve and its ghost are plotted in place of the displayed run.
     if run is runs.displayed and not live.visible:
         return "shown"
     if run.overlaid:
@@ -138,27 +138,27 @@ def _plotted(run: Run, runs: Runs, live: LiveCurve) -> str:
 
 
 def _cells(run: Run, runs: Runs, live: LiveCurve) -> Sequence[str | Text]:
-    different = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
+    differing_fields = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
     name = Text.assemble((run.style.marker_sign, run.style.colour_code), f" {run.number}")
-    changed = run.source or different
+    description = run.source or differing_fields
     if run.result is None:
-        return (name, "", run.engine, run.state.value, "", "", "", "", "", changed)
-    result, compared = run.result, ("", "")
+        return (name, "", run.engine, run.state.value, "", "", "", "", "", description)
+    result, changes_in_percent = run.result, ("", "")
     if runs.baseline is run:
-        compared = ("base", "base")
+        changes_in_percent = ("base", "base")
     elif runs.baseline is not None and runs.baseline.result is not None:
         by_label = {change.label: change for change in changes(result, runs.baseline.result)}
         labels = ("peak |y|", HALF_RANGE_LABEL)
-        compared = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
+        changes_in_percent = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
     return (
         name,
-        _plotted(run, runs, live),
+        _plot_mark(run, runs, live),
         run.engine,
         quantity(result.peak.y_abs),
-        compared[0],
+        changes_in_percent[0],
         quantity(result.steady.y_half_range),
-        compared[1],
+        changes_in_percent[1],
         str(result.events.separations),
         f"{100.0 * result.events.separated_time / result.t_end:.3g}",
-        changed,
+        description,
     )

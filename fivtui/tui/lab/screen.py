@@ -50,7 +50,7 @@ from .search_control import SearchController
 from .verdict.gauge_control import GaugeController
 from .verdict.view import VerdictView
 
-_PROGRESS_PERIOD: Final = 0.1
+_POLL_INTERVAL_S: Final = 0.1
 # The tab that shows the live curve.
 _LIVE_TAB: Final = "transient"
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
@@ -65,7 +65,7 @@ class LabScreen(EditActions, RunActions):
     """The laboratory's main screen; it owns the session and handles all messages."""
 
     BINDINGS: ClassVar[list[BindingType]] = [*LAB_KEYS]
-    # `on_mount` sets the focus once: every change of focus costs time.
+    # No automatic focus: `on_mount` sets it, and every change of focus is slow.
     AUTO_FOCUS: ClassVar[str | None] = ""
 
     def __init__(
@@ -80,10 +80,10 @@ class LabScreen(EditActions, RunActions):
         self._search = SearchController(self)
         self._live = LiveController(self)
         self._gauges = GaugeController(self)
-        self._tab_behind = False
+        self._is_tab_outdated = False
 
     def compose(self) -> ComposeResult:
-        """Verdict above; form at the left; run bar, tabs and runs at the right."""
+        """Verdict at the top; form at the left; run bar, tabs and runs at the right."""
         yield VerdictView(id="verdict")
         with Horizontal(id="bench"):
             yield Form(self.session.texts)
@@ -99,16 +99,16 @@ class LabScreen(EditActions, RunActions):
 
     def on_mount(self) -> None:
         """Display the session and start polling the progress of runs."""
-        # Polling: a run's thread never waits for the screen.
-        self._ticker = self.set_interval(_PROGRESS_PERIOD, self._tick, pause=True)
+        # The screen polls, so that the thread of a run never waits for the screen.
+        self._progress_timer = self.set_interval(_POLL_INTERVAL_S, self._poll_progress, pause=True)
         self.show_inputs()
-        self._show_runs()
+        self._update_runs()
         self.query_one(Form).focus_field("mu")
-        self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
+        self.app.theme_changed_signal.subscribe(self, lambda _: self._apply_theme())
 
     def on_unmount(self) -> None:
         """Stop all computations."""
-        self._ticker.stop()
+        self._progress_timer.stop()
         self.stop_computing()
 
     def stop_computing(self) -> None:
@@ -120,21 +120,21 @@ class LabScreen(EditActions, RunActions):
         for pane in self.query(JobPane):
             pane.stop()
 
-    def _redraw(self) -> None:
-        self.call_after_refresh(self.book.update_pane, lambda pane: pane.theme_changed())
+    def _apply_theme(self) -> None:
+        self.call_after_refresh(self.tab_book.update_pane, lambda pane: pane.theme_changed())
 
     @on(Reported)
-    def _reported(self, event: Reported) -> None:
+    def _show_report(self, event: Reported) -> None:
         if not event.routine:
             self.query_one(NoticeView).add(event.text, error=event.error)
-        mark = "ERROR: " if event.error else ""
-        self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.text}")
-        self.book.update_pane(lambda pane: pane.reported())
+        prefix = "ERROR: " if event.error else ""
+        self.session.reports.append(f"{datetime.now():%H:%M:%S} {prefix}{event.text}")
+        self.tab_book.update_pane(lambda pane: pane.reported())
 
     # Editing
 
     @on(FieldFocused)
-    def _field_focused(self, event: FieldFocused) -> None:
+    def _handle_field_focus(self, event: FieldFocused) -> None:
         self.session.close_step()
         self._gauges.focus(event.name)
         self.show_verdict()
@@ -142,70 +142,70 @@ class LabScreen(EditActions, RunActions):
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""
         session = self.session
-        mark = " (changed)" if session.changed_fields else ""
-        self.query_one(VerdictView).show_scene_name(f"{session.name}{mark}")
+        suffix = " (changed)" if session.changed_fields else ""
+        self.query_one(VerdictView).show_scene_name(f"{session.name}{suffix}")
         self.query_one(Form).show(
             session.texts, session.errors, session.changed_fields, session.notes
         )
         self.show_verdict()
-        self._show_newest()
-        if not self._tab_behind:
-            # Form and verdict are updated first; the tab is drawn in the next frame.
-            self._tab_behind = True
-            self.call_after_refresh(self._show_in_tab)
+        self._show_newest_run()
+        if not self._is_tab_outdated:
+            # The tab is drawn in the next frame, after form and verdict.
+            self._is_tab_outdated = True
+            self.call_after_refresh(self._update_tab)
 
-    def _show_in_tab(self) -> None:
-        self._tab_behind = False
-        self.book.update_pane(lambda pane: pane.scene_changed())
+    def _update_tab(self) -> None:
+        self._is_tab_outdated = False
+        self.tab_book.update_pane(lambda pane: pane.scene_changed())
         self.call_after_refresh(SCREEN_PRIORITY.release)
 
     def show_verdict(self) -> None:
-        """Display the stability of the edited scene, and the result of the search."""
+        """Display the stability of the edited scene, and the attractors beside it."""
         view = self.query_one(VerdictView)
         try:
             result = self.session.stability()
         except (InputError, ComputationError) as error:
-            why = ": invalid input" if isinstance(error, InputError) else ""
-            view.show("invalid", [f"NO VERDICT{why}"], [str(error)])
+            reason = ": invalid input" if isinstance(error, InputError) else ""
+            view.show("invalid", [f"NO VERDICT{reason}"], [str(error)])
             self._search.stop()
             self._gauges.stop()
             self.session.attractors = None
         else:
             stable = verdict(result) == "STABLE"
-            coexisting = self._search.attractors(result.system, stable=stable)
-            self.session.attractors = coexisting
-            gauges = self._gauges.gauges(result, coexisting, both=self.has_class("-tall"))
-            lines = stability_summary(result, coexisting)
+            attractors = self._search.attractors(result.system, stable=stable)
+            self.session.attractors = attractors
+            gauges = self._gauges.gauges(result, attractors, both=self.has_class("-tall"))
+            lines = stability_summary(result, attractors)
             if self.session.over_time:
                 lines[0] = f"at t = 0: {lines[0]}"
-            view.show(verdict_kind(result, coexisting), lines, gauges)
+            view.show(verdict_kind(result, attractors), lines, gauges)
 
     @on(Resize)
-    def _resized(self) -> None:
+    def _update_gauges(self) -> None:
         # The number of gauges depends on the height.
         self.call_after_refresh(self.show_verdict)
 
     def show_search_result(self) -> None:
         """Display the result of a search."""
         self.show_verdict()
-        self.book.update_pane(lambda pane: pane.scene_changed())
+        self.tab_book.update_pane(lambda pane: pane.scene_changed())
 
     # Runs and files
 
-    def _tick(self) -> None:
+    def _poll_progress(self) -> None:
         if not SCREEN_PRIORITY.claimed:
             self._show_progress()
 
     @on(TabBook.TabActivated)
-    def _show_newest(self) -> None:
-        newest, live = self.session.runs.newest, self.session.live.status
+    def _show_newest_run(self) -> None:
+        newest, live_status = self.session.runs.newest, self.session.live.status
         bar = self.query_one(RunBar)
         failed = newest is not None and newest.state is RunState.FAILED
         if failed and newest is not None and not self.session.is_outdated(newest):
-            # A scene that failed has no live curve.
-            live = ""
-        if live and self.book.active == _LIVE_TAB and self.session.runs.active is None:
-            bar.show(None, live)
+            # Show the error of the run: its scene has no live curve.
+            live_status = ""
+        if live_status and self.tab_book.active == _LIVE_TAB and self.session.runs.active is None:
+            bar.show(None, live_status)
         elif newest is not None:
             bar.show_run(newest, outdated=self.session.is_outdated(newest))
         else:
@@ -214,45 +214,45 @@ class LabScreen(EditActions, RunActions):
     # The live curve
 
     @on(LiveRequested)
-    def _live_requested(self) -> None:
-        shown = self.session.live.curve
-        if self._live.request():
-            self._show_newest()
-            if self.session.live.curve is not shown:
+    def _update_live(self) -> None:
+        curve = self.session.live.curve
+        if self._live.update():
+            self._show_newest_run()
+            if self.session.live.curve is not curve:
                 self._show_curves()
 
     def show_live(self) -> None:
         """Display the live curve."""
-        self._show_newest()
+        self._show_newest_run()
         self._show_curves()
 
     def _show_curves(self) -> None:
-        self.query_one(RunsPane).mark(self.session.runs, self.session.live)
-        self.book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
+        self.query_one(RunsPane).update_marks(self.session.runs, self.session.live)
+        self.tab_book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
 
     def action_switch_live(self) -> None:
         """Switch the live curve on or off."""
-        self._live.switch()
+        self._live.toggle()
         state = "follows every edit" if self.session.live_enabled else "off"
         self.report(f"live curve {state}")
-        self._show_newest()
-        self.book.catch_up()
+        self._show_newest_run()
+        self.tab_book.catch_up()
 
     def _show_progress(self) -> None:
-        self._show_newest()
+        self._show_newest_run()
         active = self.session.runs.active
         if active is not None:
-            self.book.update_pane(lambda pane: pane.run_progressed(active))
+            self.tab_book.update_pane(lambda pane: pane.run_progressed(active))
 
     @on(RunsChanged)
-    def _show_runs(self) -> None:
+    def _update_runs(self) -> None:
         if self.session.runs.newest is not None:
-            self._end_welcome()
-        self._live.runs_changed()
+            self._remove_welcome()
+        self._live.handle_runs_changed()
         if self.session.runs.active is None:
-            self._ticker.pause()
+            self._progress_timer.pause()
         else:
-            self._ticker.resume()
+            self._progress_timer.resume()
         self._show_progress()
         self.query_one(RunsPane).show(self.session.runs, self.session.live)
         self._show_curves()
@@ -262,8 +262,8 @@ class LabScreen(EditActions, RunActions):
         """Display a result read from a file in the tab of its kind."""
         self.session.studies[kind] = study
         self.action_show_tab(kind)
-        self.book.when_ready(_reset_charts)
-        self.book.catch_up()
+        self.tab_book.when_ready(_reset_charts)
+        self.tab_book.catch_up()
         self.report(f"{kind} read from {study.source}")
 
     def restore_results(self, results: Mapping[str, Any], errors: Sequence[str]) -> None:
@@ -271,10 +271,10 @@ class LabScreen(EditActions, RunActions):
         restore_results(self.session, results)
         for error in errors:
             self.report(error, error=True)
-        self._show_runs()
-        self.book.catch_up()
+        self._update_runs()
+        self.tab_book.catch_up()
 
     @on(Worker.StateChanged)
-    def _thread_failed(self, event: Worker.StateChanged) -> None:
+    def _report_crash(self, event: Worker.StateChanged) -> None:
         if event.state is WorkerState.ERROR:
             self.report(f"{event.worker.name}: {crash_message(event.worker.error)}", error=True)

@@ -23,10 +23,10 @@ _START_SIZE: Final = 4
 _COMMA_IN_TARGET: Final = re.compile(r"(=\s*[0-9]*),(?=[0-9])")
 
 # Arguments: value, direction (+1 or -1), fine or not. Returns the new value.
-StepFunction = Callable[[float, int, bool], float]
+StepRule = Callable[[float, int, bool], float]
 
 
-def digit_step(default: float) -> StepFunction:
+def digit_step(default: float) -> StepRule:
     """Return a function that changes the second significant digit by one, or the third if fine.
 
     A step and its reverse restore the number, also across powers of ten. From zero, the size of
@@ -64,7 +64,7 @@ class FormField:
     check: Callable[[str], object]
     text_of: Callable[[Scene], str]
     respell: Callable[[str], str] = decimal_point
-    step_function: StepFunction | None = None
+    step_rule: StepRule | None = None
     when_empty: str = ""
     choices: Mapping[str, str] | None = None
     details: tuple[tuple[str, str], ...] = ()
@@ -95,7 +95,7 @@ def _parameter_field(spec: ParameterSpec) -> FormField:
         default="" if spec.optional else number_text(spec.default),
         check=(lambda text: spec.read(text or NONE)) if spec.optional else spec.check,
         text_of=text_of,
-        step_function=digit_step(spec.default),
+        step_rule=digit_step(spec.default),
         when_empty=NONE if spec.optional else "",
         details=_MODE_ROWS if spec.optional else equations,
     )
@@ -114,7 +114,7 @@ def _respell_start(text: str) -> str:
 
 
 _RESPELL_FUNCTIONS: Final = {"start": _respell_start, "accuracy": _respell_accuracy}
-_STEP_FUNCTIONS: Final = {
+_STEP_RULES: Final = {
     "t_end": digit_step(DEFAULT_T_END),
     "tol": decade_step,
     "step": digit_step(_INITIAL_STEP),
@@ -135,7 +135,7 @@ def _setting_field(setting: RunSetting) -> FormField:
         check=setting.read,
         text_of=lambda scene: setting.to_text(getattr(scene, setting.name)),
         respell=_RESPELL_FUNCTIONS.get(setting.name, decimal_point),
-        step_function=_STEP_FUNCTIONS.get(setting.name),
+        step_rule=_STEP_RULES.get(setting.name),
         when_empty=setting.when_empty,
         choices=choices,
         details=setting.details or tuple((choices or {}).items()),

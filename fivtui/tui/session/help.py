@@ -53,6 +53,6 @@ def field_help(field: FormField) -> list[Row]:
         Row("default", field.default or "none"),
         *(Row(label, text) for label, text in field.details),
     ]
-    if field.step_function is not None:
+    if field.step_rule is not None:
         rows.append(Row("keys", "↑ ↓ increase or decrease by a step, with Shift by a tenth of it"))
     return rows

@@ -108,11 +108,11 @@ def stability_summary(result: Stability, search: Attractors | None = None) -> li
 
 def result_summary(run: Transient) -> list[str]:
     """The result of a run in a few short lines, the most important first."""
-    peak, force, later = run.peak, run.contact_force, later_amplitude(run)
+    peak, force, settling = run.peak, run.contact_force, later_amplitude(run)
     settling_lines = []
-    if later is not None:
-        amplitude = quantity(later.y_half_range, "m")
-        settling_lines = [f"not settled: ±{amplitude} {later.after:.3g} s after the end"]
+    if settling is not None:
+        amplitude = quantity(settling.y_half_range, "m")
+        settling_lines = [f"not settled: ±{amplitude} {settling.after:.3g} s after the end"]
     return [
         f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half ±{quantity(run.steady.y_half_range, 'm')}"
         f"{' unsettled' if settling_lines else ''}",

@@ -118,13 +118,13 @@ class Session(Editing):
     def step_field(self, name: str, direction: int, *, fine: bool = False) -> bool:
         """Change a number by a step, or a tenth of it if `fine`. Returns False if not allowed."""
         field = FIELDS[name]
-        if field.step_function is None:
+        if field.step_rule is None:
             return False
         try:
             value = field.check(self.texts[name] or field.default)
             if not isinstance(value, float):
                 return False
-            text = number_text(field.step_function(value, direction, fine))
+            text = number_text(field.step_rule(value, direction, fine))
             field.check(text)
         except InputError:
             return False

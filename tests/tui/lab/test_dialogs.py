@@ -199,11 +199,11 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.delenv("DISPLAY", raising=False)
     await run_to_end(pilot)
-    lab.book.when_ready(lab.files.copy_plot)
+    lab.tab_book.when_ready(lab.files.copy_plot)
     await until(pilot, lambda: "off belt" in pilot.app.clipboard)
     assert "⣿" in pilot.app.clipboard
     assert "t (s)" in pilot.app.clipboard
-    lab.book.when_ready(lab.files.copy_picture)
+    lab.tab_book.when_ready(lab.files.copy_picture)
     await until_notice(pilot, "a picture cannot be copied: needs wl-copy")
     programs = tmp_path / "bin"
     programs.mkdir()
@@ -212,11 +212,11 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setenv("COPIED", str(tmp_path / "copied.png"))
-    lab.book.when_ready(lab.files.copy_picture)
+    lab.tab_book.when_ready(lab.files.copy_picture)
     await until_notice(pilot, "the figure of run 1 is copied")
     assert (tmp_path / "copied.png").read_bytes().startswith(b"\x89PNG")
     (programs / "xclip").write_text("#!/bin/sh\nexit 1\n")
-    lab.book.when_ready(lab.files.copy_picture)
+    lab.tab_book.when_ready(lab.files.copy_picture)
     await until_notice(pilot, "the picture is not copied: xclip failed")
 
 

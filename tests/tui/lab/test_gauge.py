@@ -9,7 +9,7 @@ from textual.pilot import Pilot
 
 from fivtui.safety import SafeFriction, Zone, Zones, linear_zones, safety_zones
 from fivtui.tui.lab.screen import LabScreen
-from fivtui.tui.lab.verdict.gauge import Gauge, Parts, round_span
+from fivtui.tui.lab.verdict.gauge import Gauge, StyledTexts, round_range
 from fivtui.tui.lab.verdict.gauge_control import GaugeController
 from fivtui.tui.session import Attractors, Session
 from tests.support.laboratory import focus, text_of, type_into, until, until_screen, until_shown
@@ -18,7 +18,7 @@ SIZE = (80, 24)
 OVER_MU = Zones("mu", (0.0, 0.278, 0.439, 1.5), (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS))
 
 
-def line_of(parts: Parts) -> str:
+def line_of(parts: StyledTexts) -> str:
     return "".join(text for text, _ in parts)
 
 
@@ -99,11 +99,11 @@ def test_unknown_and_impossible_values_are_labelled() -> None:
 
 
 def test_ranges_are_round_and_stay_while_a_value_is_stepped() -> None:
-    assert round_span(80.0, -1e9, 1e9) == (0.0, 150.0)
-    assert {round_span(F, -1e9, 1e9) for F in (70.0, 80.0, 100.0)} == {(0.0, 150.0)}
-    assert round_span(-80.0, -1e9, 1e9) == (-150.0, 150.0)
-    assert round_span(0.0, 0.0, 1e9) == (0.0, 1.0)
-    assert round_span(1e9, 0.0, 1e9) == (0.0, 1e9)
+    assert round_range(80.0, -1e9, 1e9) == (0.0, 150.0)
+    assert {round_range(F, -1e9, 1e9) for F in (70.0, 80.0, 100.0)} == {(0.0, 150.0)}
+    assert round_range(-80.0, -1e9, 1e9) == (-150.0, 150.0)
+    assert round_range(0.0, 0.0, 1e9) == (0.0, 1.0)
+    assert round_range(1e9, 0.0, 1e9) == (0.0, 1e9)
 
 
 async def test_the_gauge_follows_what_is_edited(

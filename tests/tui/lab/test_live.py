@@ -143,9 +143,9 @@ def pausable(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
 async def end_pause(pilot: Pilot[None]) -> None:
     """End the pause after which a longer run follows an edit."""
     lab = lab_of(pilot)
-    await until(pilot, lambda: lab._live._waiting is not None and not SCREEN_PRIORITY.claimed)
-    lab._live._stop_waiting()
-    lab._live._idle()
+    await until(pilot, lambda: lab._live._pause_timer is not None and not SCREEN_PRIORITY.claimed)
+    lab._live._stop_pause_timer()
+    lab._live._start_after_pause()
 
 
 async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(

@@ -17,7 +17,7 @@ from fivtui.sweeps import parse_design, study_of
 from fivtui.sweeps.run import local_engine, sweep_to_file
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.file_control import load_displayed
+from fivtui.tui.lab.file_control import load_displayable
 from tests.support.laboratory import (
     answer,
     app_of,
@@ -81,7 +81,7 @@ def test_unreadable_and_unsuitable_files_are_refused(written: Path) -> None:
     ranges = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
     command("sweep", *ranges, "--output=stable", "--out", str(written / "many.csv"))
     with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1: shown are"):
-        load_displayed("sweep", written / "many.csv")
+        load_displayable("sweep", written / "many.csv")
 
 
 async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Path) -> None:

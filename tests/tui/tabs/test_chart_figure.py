@@ -336,7 +336,7 @@ async def pilot(
             session.runs.add_loaded(scene, result, "")
         first, second = session.runs
         first.overlaid, session.runs.displayed, session.runs.baseline = True, second, first
-        lab_of(started)._show_runs()
+        lab_of(started)._update_runs()
         await show_tab(started, "alt+2")
         yield started
 

@@ -78,7 +78,7 @@ async def refused(pilot: Pilot[None], key: str, message: str) -> None:
 
 async def copied(pilot: Pilot[None]) -> list[str]:
     pilot.app.copy_to_clipboard("")
-    lab_of(pilot).book.when_ready(lab_of(pilot).files.copy_command)
+    lab_of(pilot).tab_book.when_ready(lab_of(pilot).files.copy_command)
     await until(pilot, lambda: bool(pilot.app.clipboard))
     command = shlex.split(pilot.app.clipboard)
     assert command[0] == "fivtui"

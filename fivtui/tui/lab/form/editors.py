@@ -15,7 +15,7 @@ from fivtui.tui.tabs import FieldEdited, FieldStepped
 
 
 class TextEditor(TextInput):
-    """Edits a field as text; up and down change a number by a step."""
+    """Edits a field as text; the up and down keys change a number by a step."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("up", "step(1)", "Increase", show=False),
@@ -41,7 +41,7 @@ class TextEditor(TextInput):
         layout: bool = False,  # noqa: ARG002
         recompose: bool = False,
     ) -> Self:
-        """Redraw without a new layout: the editor never changes its size."""
+        """Redraw without a new layout, because the editor never changes its size."""
         return super().refresh(*regions, repaint=repaint, recompose=recompose)
 
     def check_consume_key(self, key: str, character: str | None) -> bool:
@@ -53,12 +53,12 @@ class TextEditor(TextInput):
         self.post_message(FieldStepped(self._field.name, direction, fine))
 
     @on(Input.Submitted)
-    def _go_on(self, event: Input.Submitted) -> None:
+    def _focus_next(self, event: Input.Submitted) -> None:
         event.stop()
         self.screen.focus_next(TextEditor)
 
     @on(Input.Changed)
-    def _changed(self, event: Input.Changed) -> None:
+    def _report_edit(self, event: Input.Changed) -> None:
         event.stop()
         # Send the current value: an older message must not undo a newer edit.
         self.post_message(FieldEdited(self._field.name, self.value))
@@ -89,7 +89,7 @@ class ChoiceEditor(Select[str]):
         self._field = field
 
     @on(Select.Changed)
-    def _changed(self, event: Select.Changed) -> None:
+    def _report_edit(self, event: Select.Changed) -> None:
         event.stop()
         self.post_message(FieldEdited(self._field.name, str(self.value)))
 
@@ -113,7 +113,7 @@ class SeparationEditor(Checkbox):
         self._field = field
 
     @on(Checkbox.Changed)
-    def _changed(self, event: Checkbox.Changed) -> None:
+    def _report_edit(self, event: Checkbox.Changed) -> None:
         event.stop()
         self.label = CONSIDERED if self.value else IGNORED
         self.post_message(FieldEdited(self._field.name, str(self.label)))
@@ -139,5 +139,5 @@ _EDITORS: Final[Mapping[str, Callable[[FormField, str], Editor]]] = {"separation
 
 def editor_of(field: FormField, text: str) -> Editor:
     """The editor of a field."""
-    usual = TextEditor if field.choices is None else ChoiceEditor
-    return _EDITORS.get(field.name, usual)(field, text)
+    default_editor = TextEditor if field.choices is None else ChoiceEditor
+    return _EDITORS.get(field.name, default_editor)(field, text)

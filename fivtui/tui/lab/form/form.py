@@ -1,4 +1,4 @@
-"""The form: the list of rows, and a hint about the focused field."""
+"""The form: a list of rows with fields, and a hint about the focused field."""
 
 from collections.abc import Collection, Mapping
 from itertools import groupby
@@ -20,7 +20,7 @@ from .rows import FieldRow
 
 
 class FieldList(VerticalScroll):
-    """The rows, with a cursor for keys that do not type; Escape leads here from an editor."""
+    """The rows, with a cursor; while it has the focus, letters are commands and type no text."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("j,down", "move(1)", "Down", show=False),
@@ -42,48 +42,48 @@ class FieldList(VerticalScroll):
     @property
     def row(self) -> FieldRow:
         """The row at the cursor."""
-        return self._shown[min(self._cursor, len(self._shown) - 1)]
+        return self._visible_rows[min(self._cursor, len(self._visible_rows) - 1)]
 
     @property
-    def _shown(self) -> list[FieldRow]:
-        # Rows of the belt are displayed only if it has a finite speed.
+    def _visible_rows(self) -> list[FieldRow]:
+        # Parameters of a belt of finite speed are hidden while the belt has none.
         return [row for row in self.query(FieldRow) if row.display]
 
     def on_focus(self) -> None:
         """Show the cursor."""
-        self._mark()
+        self._show_cursor()
 
     def on_blur(self) -> None:
         """Hide the cursor."""
         self.row.mark(selected=False)
 
-    def _mark(self) -> None:
+    def _show_cursor(self) -> None:
         self.row.mark(selected=True)
         self.scroll_to_widget(self.row, animate=False)
         self.post_message(FieldFocused(self.row.field.name))
 
-    def action_move(self, by: int) -> None:
+    def action_move(self, count: int) -> None:
         """Move the cursor by some rows."""
         self.row.mark(selected=False)
-        self._cursor = min(max(self._cursor + by, 0), len(self._shown) - 1)
-        self._mark()
+        self._cursor = min(max(self._cursor + count, 0), len(self._visible_rows) - 1)
+        self._show_cursor()
 
     def action_step(self, direction: int, fine: bool = False) -> None:
         """Increase or decrease the number at the cursor by a step."""
         self.post_message(FieldStepped(self.row.field.name, direction, fine))
 
     def action_edit(self) -> None:
-        """Edit the field at the cursor."""
+        """Focus the editor at the cursor."""
         self.row.take_focus()
 
     @on(FieldFocused)
-    def _follow(self, event: FieldFocused) -> None:
-        names = [row.field.name for row in self._shown]
+    def _move_cursor_to(self, event: FieldFocused) -> None:
+        names = [row.field.name for row in self._visible_rows]
         if event.name in names:
             self._cursor = names.index(event.name)
 
     def action_leave_editor(self) -> None:
-        """Leave an editor for the list."""
+        """Move the focus from an editor to the list."""
         self.focus()
 
 
@@ -120,11 +120,11 @@ class Form(Vertical):
         notes: Mapping[str, str],
     ) -> None:
         """Display texts, error messages, changed fields and notes, all by field name."""
-        belt = any(texts[name] for name in BELT_PARAMETERS)
+        belt_is_finite = any(texts[name] for name in BELT_PARAMETERS)
         for name, row in self._rows.items():
             if name in BELT_PARAMETERS:
                 # Keep a row that is being edited.
-                row.display = belt or (row.display and row.has_focus_within)
+                row.display = belt_is_finite or (row.display and row.has_focus_within)
             error, note = errors.get(name, ""), notes.get(name, "")
             row.show(texts[name], error, note, changed=name in changed)
 
@@ -134,10 +134,10 @@ class Form(Vertical):
             self._rows[name].display = False
 
     @on(FieldFocused)
-    def _hint(self, event: FieldFocused) -> None:
+    def _show_hint(self, event: FieldFocused) -> None:
         field = FIELDS[event.name]
         view = self.query_one("#hint", Static)
-        # On two lines, or on one if they do not fit.
+        # On two lines, or on one that wraps if the meaning is longer than a line.
         fits = cell_len(field.meaning) <= view.content_size.width
         hint = ("\n" if fits else "; ").join((field.meaning, field.allowed))
         view.update(hint, layout=False)

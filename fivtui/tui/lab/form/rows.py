@@ -14,19 +14,19 @@ from fivtui.tui.tabs import FieldFocused, FieldStepped
 
 from .editors import editor_of
 
-_CHANGED: Final = "•"
-_SIGNS: Final = ("−", "+")
+_CHANGED_SIGN: Final = "•"
+_STEP_SIGNS: Final = ("−", "+")
 _INDENT: Final = "   "
 _SYMBOL_WIDTH: Final = 6
 _STEP_WIDTH: Final = 3
-_STEPS_WIDTH: Final = _STEP_WIDTH * len(_SIGNS)
+_STEPS_WIDTH: Final = _STEP_WIDTH * len(_STEP_SIGNS)
 _UNIT_WIDTH: Final = 6
 # Maximum number of displayed lines of an error message.
 _MAX_LINES: Final = 8
 
 
 class _RowLayout(Layout):
-    # Places the editor between the symbol and the unit, which its row draws.
+    # Places the editor between symbol and unit, which the row itself draws.
 
     name = "row"
 
@@ -46,9 +46,9 @@ _ROW_LAYOUT: Final = _RowLayout()
 
 
 class FieldRow(Widget):
-    """Symbol, editor and unit of a field, and its error message below.
+    """Symbol, editor and unit of a field, and the error message or note below them.
 
-    One widget draws all but the editor: more widgets would delay the start and every key.
+    One widget draws everything but the editor: more widgets would slow the start and every key.
     """
 
     def __init__(self, field: FormField, text: str) -> None:
@@ -66,11 +66,9 @@ class FieldRow(Widget):
         return _ROW_LAYOUT
 
     def span(self, width: int) -> tuple[int, int]:
-        """First column and width of the editor in a row of some width."""
-        first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED)
-        room = (
-            width - first - (0 if self.field.step_function is None else _STEPS_WIDTH + _UNIT_WIDTH)
-        )
+        """First column and width of the editor in a row of this width."""
+        first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED_SIGN)
+        room = width - first - (0 if self.field.step_rule is None else _STEPS_WIDTH + _UNIT_WIDTH)
         return first, max(room, 1)
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
@@ -82,23 +80,23 @@ class FieldRow(Widget):
         return lines[:_MAX_LINES]
 
     def render(self) -> Content:
-        """Everything but the editor."""
+        """Draw everything but the editor."""
         field, width = self.field, self.size.width
         first, editor_width = self.span(width)
         focused = self._editor.has_focus or self.has_class("-cursor")
         symbol = self._symbol.ljust(_SYMBOL_WIDTH - 1)
         parts: list[tuple[str, str]] = [
-            (_CHANGED if self._changed else " ", "$text-warning"),
+            (_CHANGED_SIGN if self._changed else " ", "$text-warning"),
             (symbol, "bold reverse" if focused else ""),
-            (" " * (first + editor_width - len(_CHANGED) - len(symbol)), ""),
+            (" " * (first + editor_width - len(_CHANGED_SIGN) - len(symbol)), ""),
         ]
-        if field.step_function is not None:
-            parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _SIGNS]
+        if field.step_rule is not None:
+            parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _STEP_SIGNS]
             parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
         line = Content.assemble(*parts)
         style = "$text-error" if self._error else "$text-muted"
-        below = (Content.styled(_INDENT + line, style) for line in self._lines_below(width))
-        return Content("\n").join([line.truncate(width), *below])
+        lines_below = (Content.styled(_INDENT + line, style) for line in self._lines_below(width))
+        return Content("\n").join([line.truncate(width), *lines_below])
 
     @property
     def text(self) -> str:
@@ -124,7 +122,7 @@ class FieldRow(Widget):
         self.post_message(FieldFocused(self.field.name))
 
     def on_descendant_blur(self) -> None:
-        """Redraw without focus."""
+        """Redraw the row without the mark of the focus."""
         self.refresh()
 
     def mark(self, *, selected: bool) -> None:
@@ -140,7 +138,7 @@ class FieldRow(Widget):
         """Change the number by a step on a click on − or +; elsewhere focus the editor."""
         first, width = self.span(self.size.width)
         sign = (event.x - first - width) // _STEP_WIDTH
-        if self.field.step_function is not None and event.y == 0 and sign in (0, 1):
+        if self.field.step_rule is not None and event.y == 0 and sign in (0, 1):
             event.stop()
             self.post_message(FieldStepped(self.field.name, (-1, +1)[sign], fine=False))
         else:

@@ -1,4 +1,4 @@
-"""A gauge: zones of a parameter, with a marker at the edited value."""
+"""A gauge: safe and unsafe zones of a parameter, with a marker at the edited value."""
 
 import math
 from dataclasses import dataclass
@@ -11,15 +11,15 @@ from textual.widget import Widget
 
 from fivtui.safety import Zone, Zones
 
-_MARKER: Final = "●"
-_BOUND: Final = "┼"
-_DIGITS: Final = 3
-_ALL_DIGITS: Final = 17
+_MARKER_GLYPH: Final = "●"
+_BOUND_GLYPH: Final = "┼"
+_MIN_DIGITS: Final = 3
+_MAX_DIGITS: Final = 17
 _VALUE_DIGITS: Final = 5
-_MAX_TEXT: Final = 8
-# Largest offset of a number below the gauge from the column of its value.
+_MAX_LENGTH: Final = 8
+# Largest offset of a tick label, in columns.
 _LARGEST_OFFSET: Final = 6
-_TEXT: Final = {
+_STYLES: Final = {
     Zone.SAFE: "$text-success",
     Zone.KNOCK: "$text-warning",
     Zone.SQUEALS: "$text-error",
@@ -43,12 +43,12 @@ _LABELS: Final = {
 _SEARCHING: Final = ("large disturbances: searching…", "searching…", "…")
 
 # Consecutive texts with their styles.
-Parts = list[tuple[str, str]]
+StyledTexts = list[tuple[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
 class Gauge:
-    """The content of a gauge."""
+    """The content of a gauge; `text` is the edited value, `basis` names the methods."""
 
     label: str
     zones: Zones
@@ -57,41 +57,41 @@ class Gauge:
     searching: bool
     basis: str
 
-    def lines(self, width: int) -> tuple[Parts, Parts]:
-        """The zones, and below them the numbers of their bounds and of the value."""
+    def lines(self, width: int) -> tuple[StyledTexts, StyledTexts]:
+        """The zones, and below them the tick labels: bounds of the zones, and the value."""
         margin = f"{self.label} "
-        room = max(width - len(margin), 4)
-        bar, numbers = self._bar(room), self._numbers(room)
+        width = max(width - len(margin), 4)
+        bar, numbers = self._bar(width), self._numbers(width)
         return [(margin, "bold"), *bar], [(" " * len(margin), ""), *numbers]
 
-    def _column(self, value: float, room: int) -> int:
+    def _column(self, value: float, width: int) -> int:
         low, high = self.zones.bounds[0], self.zones.bounds[-1]
         share = (value - low) / (high - low)
-        return min(max(round(share * (room - 1)), 0), room - 1)
+        return min(max(round(share * (width - 1)), 0), width - 1)
 
-    def _bar(self, room: int) -> Parts:
-        marker = self._column(self.value, room)
-        ends = [self._column(bound, room) for bound in self.zones.bounds]
+    def _bar(self, width: int) -> StyledTexts:
+        marker = self._column(self.value, width)
+        ends = [self._column(bound, width) for bound in self.zones.bounds]
         cells: list[tuple[str, str]] = []
         for zone, (start_column, end_column) in zip(self.zones.zones, pairwise(ends), strict=True):
-            stop = end_column if end_column < room - 1 else room
+            stop = end_column if end_column < width - 1 else width
             # The bound between two zones takes a column.
             begin = start_column + (start_column > 0)
-            style, text = _TEXT[zone], list(_GLYPHS[zone] * (stop - begin))
-            # If the marker divides a zone, its label is in the larger part.
-            free = [(begin, stop)]
+            style, text = _STYLES[zone], list(_GLYPHS[zone] * (stop - begin))
+            # If the marker divides a zone, the label of the zone is in the larger part.
+            spans = [(begin, stop)]
             if begin <= marker < stop:
-                free = [(begin, marker), (marker + 1, stop)]
-            start, end = max(free, key=lambda span: span[1] - span[0])
-            self._write(zone, text, start - begin, end - begin)
+                spans = [(begin, marker), (marker + 1, stop)]
+            start, end = max(spans, key=lambda span: span[1] - span[0])
+            self._write_label(zone, text, start - begin, end - begin)
             cells += [(letter, style) for letter in text]
-            if end_column < room - 1:
-                cells.append((_BOUND, "bold"))
-        del cells[room:]
-        cells[marker] = (_MARKER, "bold")
-        return _joined(cells)
+            if end_column < width - 1:
+                cells.append((_BOUND_GLYPH, "bold"))
+        del cells[width:]
+        cells[marker] = (_MARKER_GLYPH, "bold")
+        return _join_cells(cells)
 
-    def _write(self, zone: Zone, text: list[str], start: int, end: int) -> None:
+    def _write_label(self, zone: Zone, text: list[str], start: int, end: int) -> None:
         texts = _SEARCHING if zone is Zone.SMALL and self.searching else _LABELS[zone]
         label = next(
             (f" {option} " for option in texts if cell_len(option) + 4 <= end - start),
@@ -100,50 +100,50 @@ class Gauge:
         first = start + (end - start - len(label)) // 2
         text[first : first + len(label)] = label
 
-    def _numbers(self, room: int) -> Parts:
-        line: list[tuple[str, str]] = [(" ", "")] * room
-        # Value, first column and end of every number in the line.
-        written: list[tuple[float, int, int]] = []
+    def _numbers(self, width: int) -> StyledTexts:
+        line: list[tuple[str, str]] = [(" ", "")] * width
+        # Value, first column and end column of every tick label in the line.
+        placed: list[tuple[float, int, int]] = []
 
         def write(value: float, text: str, style: str) -> None:
-            # Numbers are in ascending order, separated by a blank.
-            start = max((end + 1 for number, _, end in written if number < value), default=0)
-            stop = min((first - 1 for number, first, _ in written if number > value), default=room)
-            first = _first_column(self._column(value, room), len(text), start, stop, room)
+            # Keep the labels in ascending order, separated by blanks.
+            start = max((end + 1 for number, _, end in placed if number < value), default=0)
+            stop = min((first - 1 for number, first, _ in placed if number > value), default=width)
+            first = _first_column(self._column(value, width), len(text), start, stop, width)
             if first is not None:
                 end = first + len(text)
                 line[first:end] = [(letter, style) for letter in text]
-                written.append((value, first, end))
+                placed.append((value, first, end))
 
-        # Shorten a computed value with many digits.
-        value_text = self.text if len(self.text) <= _MAX_TEXT else f"{self.value:.{_VALUE_DIGITS}g}"
-        write(self.value, value_text, "bold")
+        # Round a computed value that has many digits.
+        label = self.text if len(self.text) <= _MAX_LENGTH else f"{self.value:.{_VALUE_DIGITS}g}"
+        write(self.value, label, "bold")
         bounds = self.zones.bounds
-        # The ends of the range are written first.
+        # The ends of the range are placed first.
         for bound in (bounds[0], bounds[-1], *bounds[1:-1]):
             if bound != self.value:
-                write(bound, _number(bound, self.value), "")
-        return _joined(line)
+                write(bound, _number_text(bound, self.value), "")
+        return _join_cells(line)
 
 
-def _number(bound: float, value: float) -> str:
-    # The fewest digits that keep the bound on the correct side of the value.
-    for digits in range(_DIGITS, _ALL_DIGITS):
+def _number_text(bound: float, value: float) -> str:
+    # Round to the fewest digits that keep the bound on its side of the value.
+    for digits in range(_MIN_DIGITS, _MAX_DIGITS):
         text = f"{bound:.{digits}g}"
         if (float(text) > value) is (bound > value) and float(text) != value:
             return text
     return repr(bound)
 
 
-def _first_column(column: int, size: int, start: int, stop: int, room: int) -> int | None:
-    # First column of a number between `start` and `stop`, centred at a column if possible.
-    centred = min(max(column - size // 2, 0), room - size)
+def _first_column(column: int, size: int, start: int, stop: int, width: int) -> int | None:
+    # First column of a label between `start` and `stop`, centred at `column` if possible.
+    centred = min(max(column - size // 2, 0), width - size)
     first = min(max(centred, start), stop - size)
     return first if first >= start and abs(first - centred) <= _LARGEST_OFFSET else None
 
 
-def _joined(cells: Parts) -> Parts:
-    parts: Parts = []
+def _join_cells(cells: StyledTexts) -> StyledTexts:
+    parts: StyledTexts = []
     for text, style in cells:
         if parts and parts[-1][1] == style:
             parts[-1] = (parts[-1][0] + text, style)
@@ -153,39 +153,39 @@ def _joined(cells: Parts) -> Parts:
 
 
 class GaugeView(Widget):
-    """Draws a gauge in two lines, or a text instead."""
+    """Draws a gauge in two lines, or a text in its place."""
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
-        self._shown: Gauge | str = ""
+        self._content: Gauge | str = ""
 
     def show(self, gauge: Gauge | str) -> None:
-        """Display a gauge, or the reason why there is none."""
-        if gauge != self._shown:
-            self._shown = gauge
+        """Display a gauge, or the reason for its absence."""
+        if gauge != self._content:
+            self._content = gauge
             self.refresh()
 
     def render(self) -> Content:
         """The two lines."""
-        if isinstance(self._shown, str):
-            return Content(self._shown)
-        lines = self._shown.lines(self.size.width)
+        if isinstance(self._content, str):
+            return Content(self._content)
+        lines = self._content.lines(self.size.width)
         return Content("\n").join(Content.assemble(*line) for line in lines)
 
 
-# Round ends of ranges, as factors of a power of ten.
-_ROUND: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
-_BEYOND: Final = 1.5
+# Factors of a power of ten at which ranges end, and the least ratio of the end to the value.
+_FACTORS: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+_RANGE_FACTOR: Final = 1.5
 
 
-def round_span(value: float, least: float, greatest: float) -> tuple[float, float]:
+def round_range(value: float, lower: float, upper: float) -> tuple[float, float]:
     """A round range around a value, from 0 unless it is negative, within the allowed limits.
 
     A round range stays the same while the value is edited.
     """
-    reach = _BEYOND * abs(value) or 1.0
-    tens = 10.0 ** math.floor(math.log10(reach))
+    least_end = _RANGE_FACTOR * abs(value) or 1.0
+    decade = 10.0 ** math.floor(math.log10(least_end))
     end = next(
-        (tens * factor for factor in _ROUND if tens * factor >= reach * (1.0 - 1e-12)), 10.0 * tens
+        (decade * f for f in _FACTORS if decade * f >= least_end * (1.0 - 1e-12)), 10.0 * decade
     )
-    return max(-end if value < 0.0 else 0.0, least), min(end, greatest)
+    return max(-end if value < 0.0 else 0.0, lower), min(end, upper)

@@ -15,8 +15,8 @@ from fivtui.tui.tabs import flowed
 from .gauge import Gauge, GaugeView
 
 KINDS: Final = ("stable", "coexisting", "searching", "unstable", "neutral", "invalid")
-# Phrases of headlines, and shorter forms for narrow windows.
-_SHORTER: Final = (
+# Phrases of headlines, and their short forms for narrow windows.
+_SHORT_PHRASES: Final = (
     ("half peak-to-peak ", "±"),
     ("a limit cycle", "cycle"),
     ("growth rate", "growth"),
@@ -25,20 +25,20 @@ _SHORTER: Final = (
 )
 
 
-def fitted(headline: str, width: int) -> str:
-    """A headline, shortened to a width."""
-    for long, short in _SHORTER:
+def shorten_headline(headline: str, width: int) -> str:
+    """Shorten phrases of a headline until it fits a width."""
+    for long, short in _SHORT_PHRASES:
         if cell_len(headline) > width:
             headline = headline.replace(long, short)
     return headline
 
 
 class VerdictView(Vertical):
-    """Headline, a few lines of facts, and gauges; the scene's name in the border."""
+    """Headline, a few lines of facts, and gauges, with the scene's name in the border."""
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
-        self._shown: tuple[str, ...] = ()
+        self._texts: tuple[str, ...] = ()
 
     def compose(self) -> ComposeResult:
         """Headline, facts, gauges."""
@@ -48,18 +48,18 @@ class VerdictView(Vertical):
         yield GaugeView(id="gauge-beside")
 
     def show(self, kind: str, lines: Sequence[str], gauges: Iterable[Gauge | str] = ()) -> None:
-        """Display headline, facts and up to two gauges; `kind`, of `KINDS`, sets the colour."""
-        shown = [*gauges, "", ""]
-        for view, gauge in zip(self.query(GaugeView), shown, strict=False):
+        """Display headline, facts and up to two gauges; a `kind` of `KINDS` sets the colour."""
+        gauges = [*gauges, "", ""]
+        for view, gauge in zip(self.query(GaugeView), gauges, strict=False):
             view.show(gauge)
-        bases = [gauge.basis for gauge in shown if isinstance(gauge, Gauge)]
+        bases = [gauge.basis for gauge in gauges if isinstance(gauge, Gauge)]
         self.border_subtitle = bases[0] if bases else ""
-        if (kind, *lines) == self._shown:
+        if (kind, *lines) == self._texts:
             return
-        self._shown = (kind, *lines)
+        self._texts = (kind, *lines)
         for colour_kind in KINDS:
             self.set_class(colour_kind == kind, f"-{colour_kind}")
-        self._fit()
+        self._fit_texts()
 
     def show_scene_name(self, title: str) -> None:
         """Display the name of the scene."""
@@ -67,15 +67,15 @@ class VerdictView(Vertical):
             self.border_title = title
 
     @on(Resize)
-    def _fit(self) -> None:
-        if not self._shown:
+    def _fit_texts(self) -> None:
+        if not self._texts:
             return
-        # No new layout: at every key it would be noticeably slow.
+        # A new layout at every key would be noticeably slow.
         width, facts = self.content_size.width, self.query_one("#facts", Static)
-        headline, fact_lines = fitted(self._shown[1], width), list(self._shown[2:])
+        headline, fact_lines = shorten_headline(self._texts[1], width), list(self._texts[2:])
         if not facts.display:
             headline = flowed([headline, *fact_lines[:1]], width).splitlines()[0]
         facts.update(flowed(fact_lines, width), layout=False)
         self.query_one("#headline", Static).update(headline, layout=False)
-        # A headline of two lines if needed and if the facts still fit.
+        # The headline takes two lines if it needs them and the facts still fit.
         self.set_class(cell_len(headline) > width and facts.size.height > 1, "-long")
