@@ -45,10 +45,10 @@ def sweep(call: Call[SweepOptions]) -> None:
     """
     from fivtui.sweeps import (
         SweepProgress,
-        check_in_memory,
+        check_memory_limit,
         load_sweep,
         parse_design,
-        study_of,
+        scene_study,
         sweep_in_memory,
         sweep_to_file,
         varied_texts,
@@ -59,7 +59,7 @@ def sweep(call: Call[SweepOptions]) -> None:
     scene = call.scene(varied=varied)
     if options.both and options.ignore_separation:
         raise InputError("--both: must be given without --ignore-separation")
-    study = study_of(
+    study = scene_study(
         scene,
         parse_design(varied, options.design, options.count, options.seed),
         cases=(True, False) if options.both else None,
@@ -69,7 +69,7 @@ def sweep(call: Call[SweepOptions]) -> None:
     outputs = replace(call.outputs, out=None)
     read = out is None or outputs.plot is not None or outputs.as_json
     if read:
-        check_in_memory(study)
+        check_memory_limit(study)
     outputs.check("sweep")
     if outputs.plot is not None:
         from fivtui.sweeps import check_drawable

@@ -26,7 +26,7 @@ from fivtui.sweeps import (
     Scatter,
     ScatterKind,
     Study,
-    study_of,
+    scene_study,
 )
 
 DEFAULT_SAMPLES: Final = 1 << 14
@@ -110,7 +110,7 @@ def scattered_study(
         indices=with_indices,
         correlations=correlations,
     )
-    return study_of(
+    return scene_study(
         scene,
         scatter,
         outputs=tuple(dict.fromkeys((*JUDGED, *outputs))),

@@ -107,7 +107,7 @@ class Uncertainty(Result, Tabular, Plottable):
 
     def samples(self, name: str) -> Floats:
         """Values of an input or output that follow the distributions; NaN where there is none."""
-        values = self.scatter.samples_of(self.sweep.table.numbers[name])
+        values = self.scatter.sample_values(self.sweep.table.numbers[name])
         return np.asarray(values, dtype=float).ravel()
 
     def regions(self) -> dict[str, NDArray[np.bool_]]:
@@ -250,12 +250,12 @@ def evaluate(sweep: Sweep) -> Uncertainty:
         del events[POSSIBLE], outputs[SAFE]
         local.pop(SAFE, None)
     samples = {
-        name: np.asarray(scatter.samples_of(values), dtype=float)
+        name: np.asarray(scatter.sample_values(values), dtype=float)
         for name, values in (outputs | events).items()
     }
     probabilities = {name: probability_of(samples[name]) for name in events}
     if study.safe is not None and POSSIBLE in events:
-        margin = scatter.samples_of(margin_of(study, sweep.table.numbers))
+        margin = scatter.sample_values(margin_of(study, sweep.table.numbers))
         errors = np.array(study.safe.errors)
         probabilities[POSSIBLE] = _squeal_probability(samples[POSSIBLE], margin, errors)
     means = {name: mean_of(samples[name]) for name in outputs}

@@ -20,7 +20,7 @@ from fivtui.sweeps import (
     Study,
     Sweep,
     SweepPiece,
-    check_in_memory,
+    check_memory_limit,
     load_sweep,
     local_engine,
     stored_studies,
@@ -182,7 +182,7 @@ def compute_uncertainty(
 def _double_samples(result: Uncertainty, tolerance: float) -> Study:
     study = _with_count(result.study, 2 * result.scatter.count)
     try:
-        check_in_memory(study)
+        check_memory_limit(study)
     except InputError:
         fewer_runs = ", or leave out Sobol indices" if result.scatter.indices else ""
         raise ComputationError(
@@ -229,7 +229,7 @@ def _with_count_of(study: Study, reference: Study) -> Study | None:
 def _compute_sweep(
     study: Study, engine: Engine, file: MembersFile | None, progress: OnProgress | None
 ) -> Sweep:
-    check_in_memory(study)
+    check_memory_limit(study)
     if file is None:
         return sweep_in_memory(study, engine, progress=progress)
     sweep_to_file(study, file.out, engine, size=file.piece, progress=progress)

@@ -201,9 +201,9 @@ def sobol_of(scatter: Scatter, values: Floats) -> dict[str, SobolIndex]:
 
     None if a member has no value, or the variance comes from too few samples.
     """
-    if np.isnan(values).any() or effective_samples(scatter.samples_of(values)) < LEAST_EFFECTIVE:
+    if np.isnan(values).any() or effective_samples(scatter.sample_values(values)) < LEAST_EFFECTIVE:
         return {}
-    parts = scatter.parts_of(values)
+    parts = scatter.split_values(values)
     centred = parts - parts[:, :, :2].mean()
     variances = (centred[:, :, :2] ** 2).mean(axis=(0, 2))
     a, b = centred[:, :, 0], centred[:, :, 1]

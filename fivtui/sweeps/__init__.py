@@ -1,9 +1,9 @@
-"""Sweeps: many transients as rows, in memory or in resumable files."""
+"""Sweeps: results of many transients as rows, in memory or in resumable files."""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .charts import check_drawable, curves_of, grid_chart, sweep_chart
+    from .charts import check_drawable, grid_chart, sweep_chart, sweep_curves
     from .cluster import cluster_engine
     from .design import VARIABLES, Design, Range, parse_design
     from .files import read_sweep, save_sweep, stored_studies
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .run import (
         Engine,
         Sweep,
-        check_in_memory,
+        check_memory_limit,
         load_sweep,
         local_engine,
         sweep,
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         sweep_to_file,
     )
     from .scatter import Correlations, Scatter, ScatterKind
-    from .study import OUTPUTS, Study, study_of
+    from .study import OUTPUTS, Study, scene_study
 else:
     from fivtui.lazy import lazily
 

@@ -1,7 +1,7 @@
-"""Fingerprint of the arithmetic that decides the last bits of a row.
+"""Digests that identify the floating-point arithmetic behind the last bits of rows.
 
-Rows by the compiled kernel have the same bits on every machine; the interpreted kernel gives other
-bits. The digest of the rows of a fixed set of members identifies the arithmetic.
+Rows by the compiled kernel have the same bits on every machine, rows by the interpreted kernel have
+other bits. The digest of the rows of a fixed set of trial members identifies the arithmetic.
 """
 
 import hashlib
@@ -19,59 +19,59 @@ from .rows import compute_rows
 from .scatter import Scatter
 from .study import CRITICAL, SAFE, STABILITY, STICK, TRANSIENT, Study
 
-_DIGITS: Final = 32
-_TRANSIENT: Final = tuple(column.name for column in TRANSIENT)
-_OF_RUNS: Final = tuple(column.name for column in (*TRANSIENT, *STICK))
-_STABILITY: Final = tuple(column.name for column in STABILITY)
-# Extremes of all quantities and of y alone are computed by different code.
-_TRIED_OUTPUTS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
-    "transients": (_TRANSIENT, ("y_abs",)),
-    "stability": (_STABILITY,),
+_DIGEST_DIGITS: Final = 32
+_TRANSIENT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
+_RUN_OUTPUTS: Final = tuple(column.name for column in (*TRANSIENT, *STICK))
+_STABILITY_OUTPUTS: Final = tuple(column.name for column in STABILITY)
+# Different code computes the extremes of all quantities and those of y alone.
+_TRIAL_OUTPUTS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
+    "transients": (_TRANSIENT_OUTPUTS, ("y_abs",)),
+    "stability": (_STABILITY_OUTPUTS,),
     "critical": ((CRITICAL.name,),),
 }
 # Trial members of branches, whose last bits depend on the linear algebra library.
 _BRANCHES: Final = Design({"F": (50.0, 80.0)})
-# Number of scattered trial members.
-_SAMPLES: Final = 256
+# Number of points of a scattered design that enter the digest.
+_TRIAL_POINTS: Final = 256
 _BOTH_CASES: Final = (True, False)
 _LOAD: Final = Range(10.0, 120.0)
 _FRICTION: Final = Range(0.1, 1.5, log=True)
-# The cubic field and the linear one.
-_DESIGNS: Final = (
+# Trial members with cubic and with linear contact.
+_TRIAL_DESIGNS: Final = (
     Design({"F": _LOAD, "mu": _FRICTION, "k_nl": Range(1.0, 500.0, log=True)}, "sobol", 32),
     Design({"F": _LOAD, "mu": _FRICTION}, "sobol", 16),
 )
-_LINEAR: Final = Parameters(k_nl=0.0)
+_LINEAR_PARAMETERS: Final = Parameters(k_nl=0.0)
 _T_END: Final = 20.0
 
 
-def arithmetic_of(study: Study) -> dict[str, Any]:
-    """The arithmetic of this machine as far as a study uses it.
+def arithmetic_digests(study: Study) -> dict[str, Any]:
+    """Digests of the arithmetic of this machine that a study depends on.
 
     ``kernel`` names the kernel. ``transients``, ``stability`` and ``critical`` are digests of trial
-    rows, ``safe`` of branches, ``samples`` of the first scattered values. Equal digests mean equal
-    rows.
+    rows, ``safe`` of branches, ``samples`` of the first points of a scattered design. Equal digests
+    mean equal rows.
     """
     digests: dict[str, Any] = {}
-    if study.accuracy or not set(study.outputs).isdisjoint(_OF_RUNS):
-        digests["transients"] = _digest("transients")
+    if study.accuracy or not set(study.outputs).isdisjoint(_RUN_OUTPUTS):
+        digests["transients"] = _row_digest("transients")
         digests["kernel"] = stepping_kernel()
-    if not set(study.outputs).isdisjoint(_STABILITY):
-        digests["stability"] = _digest("stability")
+    if not set(study.outputs).isdisjoint(_STABILITY_OUTPUTS):
+        digests["stability"] = _row_digest("stability")
     if CRITICAL.name in study.outputs:
-        digests["critical"] = _digest("critical")
+        digests["critical"] = _row_digest("critical")
     if SAFE.name in study.outputs:
-        digests["safe"] = _digest_of_branches()
+        digests["safe"] = _branch_digest()
     if isinstance(study.design, Scatter):
-        # Quantiles come from a mathematical library.
-        first = study.design.columns(np.arange(min(_SAMPLES, study.design.size)))
-        content = hashlib.sha256(b"".join(values.tobytes() for values in first.values()))
-        digests["samples"] = content.hexdigest()[:_DIGITS]
+        # Quantiles depend on the mathematical library.
+        samples = study.design.columns(np.arange(min(_TRIAL_POINTS, study.design.size)))
+        digest = hashlib.sha256(b"".join(values.tobytes() for values in samples.values()))
+        digests["samples"] = digest.hexdigest()[:_DIGEST_DIGITS]
     return digests
 
 
 def arithmetic_difference(stored: object, local: Mapping[str, Any]) -> str:
-    """Why rows by `stored` arithmetic differ in last bits from `local` rows; empty if not."""
+    """Why rows of `stored` and `local` arithmetic differ in their last bits; empty if equal."""
     if not isinstance(stored, Mapping):
         return "an older fivtui began it, which did not record the arithmetic"
     if all(stored.get(key) == value for key, value in local.items()):
@@ -83,20 +83,20 @@ def arithmetic_difference(stored: object, local: Mapping[str, Any]) -> str:
 
 
 @lru_cache
-def _digest_of_branches() -> str:
+def _branch_digest() -> str:
     rows = compute_rows(Study(_BRANCHES, Parameters(), outputs=(SAFE.name,)), 0, _BRANCHES.size)
-    return hashlib.sha256(rows.numbers[SAFE.name].tobytes()).hexdigest()[:_DIGITS]
+    return hashlib.sha256(rows.numbers[SAFE.name].tobytes()).hexdigest()[:_DIGEST_DIGITS]
 
 
 @lru_cache
-def _digest(kind: str) -> str:
-    content = hashlib.sha256()
-    for outputs in _TRIED_OUTPUTS[kind]:
-        for design in _DESIGNS:
-            parameters = Parameters() if "k_nl" in design.axes else _LINEAR
+def _row_digest(kind: str) -> str:
+    digest = hashlib.sha256()
+    for outputs in _TRIAL_OUTPUTS[kind]:
+        for design in _TRIAL_DESIGNS:
+            parameters = Parameters() if "k_nl" in design.axes else _LINEAR_PARAMETERS
             study = Study(design, parameters, _BOTH_CASES, t_end=_T_END, outputs=outputs)
             rows = compute_rows(study, 0, study.members)
             for values in rows.numbers.values():
-                content.update(values.tobytes())
-            content.update("\n".join(rows.reasons).encode())
-    return content.hexdigest()[:_DIGITS]
+                digest.update(values.tobytes())
+            digest.update("\n".join(rows.reasons).encode())
+    return digest.hexdigest()[:_DIGEST_DIGITS]

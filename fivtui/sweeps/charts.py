@@ -52,7 +52,7 @@ def sweep_sheet(result: Sweep) -> Sheet:
     return Sheet([[grid_chart(result, case)] for case in study.cases], _SIZE)
 
 
-def curves_of(study: Study) -> list[tuple[str, bool]]:
+def sweep_curves(study: Study) -> list[tuple[str, bool]]:
     """Output and case of every curve of a sweep over one name."""
     outputs = [name for name in _AMPLITUDES if name in study.outputs] or study.outputs[:1]
     return [(output, case) for case in sorted(study.cases, reverse=True) for output in outputs]
@@ -63,7 +63,7 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
     study, rows = result.study, result.table
     (name,) = study.design.axes
     order = np.argsort(rows.numbers[name], kind="stable")
-    curves = curves_of(study)
+    curves = sweep_curves(study)
     outputs = list(dict.fromkeys(output for output, _ in curves))
     traces = []
     for output, case in curves:

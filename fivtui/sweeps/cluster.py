@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.model import ComputationError, InputError
 
-from .arithmetic import arithmetic_difference, arithmetic_of
+from .arithmetic import arithmetic_difference, arithmetic_digests
 from .pieces import SweepPiece
 from .provenance import versions
 from .rows import Rows
@@ -93,18 +93,22 @@ def _engine(client: "Client", address: str) -> Engine:
         from .provenance import versions
 
         # `packed` comes from `submit` below.
-        worker_versions, request = versions(), pickle.loads(packed)  # noqa: S301
-        if request["versions"] != worker_versions:
-            return worker_versions, None, None
+        own_versions, request = versions(), pickle.loads(packed)  # noqa: S301
+        if request["versions"] != own_versions:
+            return own_versions, None, None
 
-        from .arithmetic import arithmetic_of
+        from .arithmetic import arithmetic_digests
         from .rows import compute_rows
 
         study, piece = pickle.loads(request["piece"])  # noqa: S301
-        return worker_versions, arithmetic_of(study), compute_rows(study, piece.first, piece.stop)
+        return (
+            own_versions,
+            arithmetic_digests(study),
+            compute_rows(study, piece.first, piece.stop),
+        )
 
     def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
-        local_versions, arithmetic, waiting = versions(), arithmetic_of(study), iter(pieces)
+        local_versions, arithmetic, waiting = versions(), arithmetic_digests(study), iter(pieces)
         handed_out: dict[Any, SweepPiece] = {}
         completed = as_completed(loop=client.loop)
         threads, looked = 0, -math.inf

@@ -1,4 +1,4 @@
-"""Designs: the points of a sweep, each computed from its index."""
+"""Designs: the points of a sweep, which are computed from their indices."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,14 +21,14 @@ KINDS: Final[Mapping[str, str]] = {
 }
 
 MAX_MEMBERS: Final = 2**62
-# Bits of a coordinate of a Sobol point, and with them the number of points.
+# Bits of a coordinate of a Sobol point; they limit the number of points.
 SOBOL_BITS: Final = 32
 MAX_SOBOL: Final = 2**SOBOL_BITS
 # Number of sequences whose directions are cached.
 _CACHED_SEQUENCES: Final = 128
-# Numbers of 64 bits from one step of Philox, and bits in the mantissa of a double.
-_PHILOX_WORDS: Final = 4
-_MANTISSA: Final = 53
+# Numbers of 64 bits in a block of the Philox generator, and bits in the mantissa of a double.
+_PHILOX_BLOCK: Final = 4
+_MANTISSA_BITS: Final = 53
 
 VARIABLES: Final[Mapping[str, ParameterSpec]] = {**ALL_PARAMETERS, **START_SPECS}
 
@@ -42,7 +42,7 @@ class Range:
     start, stop : float
         First and last value; either may be the smaller one.
     count : int, optional
-        Number of values, both ends included; none in a random or Sobol design.
+        Number of values, both ends included; not given in a random or Sobol design.
     log : bool
         Whether the spacing is logarithmic; both ends are then above 0.
 
@@ -77,21 +77,21 @@ class Range:
         count = "" if self.count is None else f":{self.count}"
         return f"{self.start:g}:{self.stop:g}{count}{':log' if self.log else ''}"
 
-    def between(self, steps: NDArray[np.float64], parts: int = 1) -> NDArray[np.float64]:
-        """Values at steps 0 to `parts` from `start` to `stop`, shape (n,)."""
+    def between(self, steps: NDArray[np.float64], last_step: int = 1) -> NDArray[np.float64]:
+        """Values at `steps` between 0 (at `start`) and `last_step` (at `stop`), shape (n,)."""
         if self.log:
-            values = log_spaced(self.start, self.stop, steps, parts)
+            values = log_spaced(self.start, self.stop, steps, last_step)
         else:
-            values = self.start + (self.stop - self.start) * (steps / parts)
+            values = self.start + (self.stop - self.start) * (steps / last_step)
         low, high = sorted((self.start, self.stop))
         return np.clip(values, low, high)
 
     def at(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
         """Values at indices 0 to count - 1, shape (n,); the ends are exact."""
-        final = max((self.count or 1) - 1, 1)
-        values = self.between(indices.astype(float), final)
+        last_index = max((self.count or 1) - 1, 1)
+        values = self.between(indices.astype(float), last_index)
         values[indices == 0] = self.start
-        values[indices == final] = self.stop
+        values[indices == last_index] = self.stop
         return values
 
 
@@ -107,7 +107,8 @@ class Design:
     axes : mapping of str to Range or sequence of float
         Values by name: parameters, and ``x0``, ``vx0``, ``y0``, ``vy0`` of the start.
     kind : "product", "list", "random" or "sobol"
-        All combinations, values side by side, or random or Sobol points between the ends of ranges.
+        All combinations, the first values of all names, then the second and so on, or random or
+        Sobol points between the ends of ranges.
     count : int, optional
         Number of points of a random or Sobol design.
     seed : int, optional
@@ -140,7 +141,7 @@ class Design:
         check_known("design", self.kind, KINDS)
         if not self.axes:
             raise InputError("sweep: nothing varies; at least one name must vary")
-        axes = {name: _checked(name, axis) for name, axis in self.axes.items()}
+        axes = {name: _check_axis(name, axis) for name, axis in self.axes.items()}
         object.__setattr__(self, "axes", axes)
         sampled = self.kind in ("random", "sobol")
         if sampled:
@@ -156,8 +157,8 @@ class Design:
         counts = {name: _length(name, axis) for name, axis in self.axes.items()}
         if self.kind == "list":
             if len(set(counts.values())) > 1:
-                listed = ", ".join(f"{name} has {count}" for name, count in counts.items())
-                raise InputError(f"list: must have as many values of each name; {listed}")
+                text = ", ".join(f"{name} has {count}" for name, count in counts.items())
+                raise InputError(f"list: must have as many values of each name; {text}")
             return next(iter(counts.values()))
         size = 1
         for count in counts.values():
@@ -180,13 +181,13 @@ class Design:
         return self.count
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:
-        """Values by name at points of ascending indices (by 0 or 1), shape (n,) each."""
+        """Values by name at ascending indices, which may repeat but not skip, shape (n,) each."""
         if self.kind in ("random", "sobol"):
             points = self._unit_points(int(indices[0]), int(indices[-1]) + 1)
-            shares = points[indices - indices[0]].T
+            fractions = points[indices - indices[0]].T
             return {
-                name: axis.between(share)
-                for (name, axis), share in zip(self._ranges(), shares, strict=True)
+                name: axis.between(fraction)
+                for (name, axis), fraction in zip(self._ranges(), fractions, strict=True)
             }
         if self.kind == "list":
             return {name: _values(axis, indices) for name, axis in self.axes.items()}
@@ -201,15 +202,15 @@ class Design:
         return ((name, axis) for name, axis in self.axes.items() if isinstance(axis, Range))
 
     def _unit_points(self, first: int, stop: int) -> NDArray[np.float64]:
-        size, seed = len(self.axes), self.seed or 0
+        dimensions, seed = len(self.axes), self.seed or 0
         if self.kind == "sobol":
-            # Compute only the directions that these points need: each takes time.
-            directions = sobol_directions(size, seed, (self.size - 1).bit_length())
+            # Directions are slow to compute, so limit them to those that the points need.
+            directions = sobol_directions(dimensions, seed, (self.size - 1).bit_length())
             return sobol_points(directions, first, stop)
-        return _random_points(seed, size, first, stop)
+        return _random_points(seed, dimensions, first, stop)
 
 
-def _checked(name: str, axis: object) -> Axis:
+def _check_axis(name: str, axis: object) -> Axis:
     check_known("name", name, VARIABLES)
     spec = VARIABLES[name]
     if isinstance(axis, Range):
@@ -234,36 +235,36 @@ def _values(axis: Axis, indices: NDArray[np.int64]) -> NDArray[np.float64]:
     return np.array([axis[index] for index in indices.tolist()])
 
 
-def _random_points(seed: int, size: int, first: int, stop: int) -> NDArray[np.float64]:
-    # Philox is a function of key and counter, so the generator can jump to any point.
+def _random_points(seed: int, dimensions: int, first: int, stop: int) -> NDArray[np.float64]:
+    # Philox is a function of key and counter, so the generator can skip to any point.
     generator = np.random.Philox(key=seed)
-    blocks, ahead = divmod(first * size, _PHILOX_WORDS)
+    blocks, skipped = divmod(first * dimensions, _PHILOX_BLOCK)
     generator.advance(blocks)
-    raw = generator.random_raw(ahead + (stop - first) * size)[ahead:]
-    units = (raw >> np.uint64(64 - _MANTISSA)).astype(np.float64) * 2.0**-_MANTISSA
-    return units.reshape(stop - first, size)
+    words = generator.random_raw(skipped + (stop - first) * dimensions)[skipped:]
+    fractions = (words >> np.uint64(64 - _MANTISSA_BITS)).astype(np.float64) * 2.0**-_MANTISSA_BITS
+    return fractions.reshape(stop - first, dimensions)
 
 
 @lru_cache(maxsize=_CACHED_SEQUENCES)
-def sobol_directions(size: int, seed: int, bits: int) -> NDArray[np.uint64]:
+def sobol_directions(dimensions: int, seed: int, bits: int) -> NDArray[np.uint64]:
     """Scrambled directions of the first 2^`bits` points of a Sobol sequence, for `sobol_points`."""
     # Point i is point 0 XOR the directions at the set bits of the Gray code of i, so points 0, 1,
     # 2, 4, 8, … give all directions. Row 0 holds point 0, row k + 1 direction k.
     from scipy.stats import qmc
 
-    engine = qmc.Sobol(size, scramble=True, bits=SOBOL_BITS, rng=seed)
+    engine = qmc.Sobol(dimensions, scramble=True, bits=SOBOL_BITS, rng=seed)
 
-    def draw() -> NDArray[np.uint64]:
+    def draw_point() -> NDArray[np.uint64]:
         point: NDArray[np.float64] = engine.random(1)[0]
         return (point * 2.0**SOBOL_BITS).astype(np.uint64)
 
-    origin = draw()
+    origin = draw_point()
     rows = [origin]
     for bit in range(bits):
         if bit > 1:
             engine.fast_forward(2 ** (bit - 1) - 1)
-        earlier = rows[-1] if bit else np.zeros_like(origin)
-        rows.append(draw() ^ origin ^ earlier)
+        previous = rows[-1] if bit else np.zeros_like(origin)
+        rows.append(draw_point() ^ origin ^ previous)
     return np.array(rows)
 
 
@@ -273,8 +274,8 @@ def sobol_points(directions: NDArray[np.uint64], first: int, stop: int) -> NDArr
     gray = index ^ (index >> np.uint64(1))
     points = np.repeat(directions[:1], stop - first, axis=0)
     for bit, direction in enumerate(directions[1:]):
-        chosen = (gray >> np.uint64(bit) & np.uint64(1)).astype(bool)
-        points[chosen] ^= direction
+        has_bit = (gray >> np.uint64(bit) & np.uint64(1)).astype(bool)
+        points[has_bit] ^= direction
     return points.astype(np.float64) * 2.0**-SOBOL_BITS
 
 
@@ -296,11 +297,11 @@ def parse_design(
 
 
 def _parse_axis(text: str, *, sampled: bool) -> tuple[str, Axis]:
-    name, equals, rest = text.partition("=")
-    if equals and rest and ":" not in rest and not sampled:
+    name, equals, values = text.partition("=")
+    if equals and values and ":" not in values and not sampled:
         name = name.strip()
         check_known("parameter", name, VARIABLES)
-        return name, tuple(VARIABLES[name].check(part.strip()) for part in rest.split(","))
+        return name, tuple(VARIABLES[name].check(part.strip()) for part in values.split(","))
     named_range = parse_range("--vary", text, VARIABLES, counted=not sampled)
     return named_range.name, Range(
         named_range.start, named_range.stop, None if sampled else named_range.count, named_range.log

@@ -11,7 +11,7 @@ from fivtui.model import InputError
 from .formats import SweepFormat, sweep_format
 from .pieces import old_piece_files, piece_count, piece_of, read_manifest, sound_pieces
 from .provenance import converted_provenance, provenance_of, study_from_dict
-from .run import Sweep, check_in_memory
+from .run import Sweep, check_memory_limit
 from .study import Study
 
 
@@ -82,7 +82,7 @@ def _from_file(path: Path, form: SweepFormat) -> tuple[Sweep, int]:
     if provenance is None or "sweep" not in provenance:
         raise InputError("not a sweep that fivtui wrote")
     study = study_from_dict(provenance["sweep"])
-    check_in_memory(study)
+    check_memory_limit(study)
     return Sweep(study, form.read(path, study), provenance), study.members
 
 
@@ -103,7 +103,7 @@ def _from_folder(folder: Path) -> tuple[Sweep, int]:
         raise InputError("no member of this sweep is stored yet")
     parts = [piece_of(number, study.members, manifest.size) for number in pieces]
     members = sum(part.stop - part.first for part in parts)
-    check_in_memory(study, members)
+    check_memory_limit(study, members)
     with temporary_folder() as scratch:
         merged = scratch / folder.stem
         with merged.open("wb") as file:

@@ -11,11 +11,11 @@ from fivtui.safety import SafeTable
 from fivtui.scene import over_time_from, over_time_to_dict
 from fivtui.version import __version__
 
-from .arithmetic import arithmetic_of
+from .arithmetic import arithmetic_digests
 from .design import Axis, Design, Range
 from .formats import SweepFormat
 from .scatter import Scatter, StudyDesign
-from .study import BATCHES, Study
+from .study import BATCH_METHOD, Study
 
 FORMAT_VERSION: Final = 1
 ARITHMETIC: Final = "arithmetic"
@@ -44,7 +44,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "design": _design_to_data(study.design),
         "outputs": list(study.outputs),
         **({} if study.safe is None else {"safe_mu": to_data(study.safe)}),
-        **({} if study.method == BATCHES else {"method": study.method}),
+        **({} if study.method == BATCH_METHOD else {"method": study.method}),
         **({"over_time": over_time_to_dict(study.over_time)} if study.over_time else {}),
     }
 
@@ -103,7 +103,7 @@ def study_from_dict(data: Any) -> Study:
             accuracy=tuple(data["accuracy"].items()),
             outputs=tuple(map(str, data["outputs"])),
             safe=from_data(data["safe_mu"], SafeTable) if "safe_mu" in data else None,
-            method=str(data.get("method", BATCHES)),
+            method=str(data.get("method", BATCH_METHOD)),
             over_time=over_time_from("over_time", data.get("over_time", {})),
         )
     except (KeyError, TypeError, ValueError, AttributeError):
@@ -131,7 +131,7 @@ def study_header(study: Study, form: SweepFormat) -> dict[str, Any]:
 
 def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
     """`described` and this machine's arithmetic; `ComputationError` if the kernel does not load."""
-    return {**study_header(study, form), ARITHMETIC: arithmetic_of(study)}
+    return {**study_header(study, form), ARITHMETIC: arithmetic_digests(study)}
 
 
 def converted_provenance(provenance: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:

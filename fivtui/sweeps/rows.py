@@ -1,4 +1,4 @@
-"""Rows of a sweep, computed in batches by the compiled kernel, or run by run."""
+"""Compute the rows of a sweep in batches, or run by run."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -43,17 +43,17 @@ from .study import (
     SweepColumn,
 )
 
-Places = NDArray[np.int64]
+Indices = NDArray[np.int64]
 Floats = NDArray[np.float64]
-Truths = NDArray[np.bool_]
+Flags = NDArray[np.bool_]
 BlockStart = Literal["static"] | Floats
 
-_OF_RUNS: Final = (*TRANSIENT, *STICK)
-_NOT_OF_Y: Final = ("x_abs", "vx_max")
+_RUN_COLUMNS: Final = (*TRANSIENT, *STICK)
+_X_PEAKS: Final = ("x_abs", "vx_max")
 _FORCE: Final = "contact_force"
-# Number of intervals of the run that are searched for the divergence of two runs.
-_PARTS: Final = 8
-# Number of members computed between two calls of `progress`.
+# Number of intervals of a run in which the divergence of two runs is located.
+_INTERVALS: Final = 8
+# Number of members between two calls of `progress`.
 _CHUNK: Final = 8192
 _FORCE_OVERFLOW: Final = (
     "the contact force grows beyond the floating-point range; consider separation or a shorter run"
@@ -61,7 +61,7 @@ _FORCE_OVERFLOW: Final = (
 
 
 class _Springs(NamedTuple):
-    # Contact spring constants of members.
+    # Spring constants of the contact, per member.
     k2: Floats
     k_nl: Floats
 
@@ -77,7 +77,7 @@ class Rows:
     separation : ndarray of bool, shape (n,)
         Whether separation is considered.
     reasons : tuple of str
-        Why members failed; empty for those that did not.
+        Why members failed; empty for members that did not.
     """
 
     numbers: dict[str, NDArray[np.float64]]
@@ -124,7 +124,7 @@ _CONVERSIONS: Final[Mapping[str, Callable[[float], object]]] = {
 
 
 def concatenate(parts: list[Rows]) -> Rows:
-    """The rows of several parts of a study, one after the other."""
+    """Join blocks of rows in order."""
     return Rows(
         {name: np.concatenate([part.numbers[name] for part in parts]) for name in parts[0].numbers},
         np.concatenate([part.separation for part in parts]),
@@ -135,7 +135,7 @@ def concatenate(parts: list[Rows]) -> Rows:
 def compute_rows(study: Study, first: int, stop: int, progress: OnProgress | None = None) -> Rows:
     """Compute members `first` to `stop` - 1 of a sweep.
 
-    A row never depends on what was computed before.
+    A row does not depend on other rows or on earlier calls.
     """
     members = np.arange(first, stop, dtype=np.int64)
     points, case = np.divmod(members, len(study.cases))
@@ -149,10 +149,10 @@ def compute_rows(study: Study, first: int, stop: int, progress: OnProgress | Non
         },
         reasons=[""] * members.size,
     )
-    if study.accuracy or any(column.name in study.outputs for column in _OF_RUNS):
+    if study.accuracy or any(column.name in study.outputs for column in _RUN_COLUMNS):
         block.integrate(progress)
     if any(column.name in study.outputs for column in STABILITY):
-        block.judge(progress)
+        block.find_stability(progress)
     if CRITICAL.name in study.outputs:
         block.find_critical(progress)
     if SAFE.name in study.outputs:
@@ -162,7 +162,7 @@ def compute_rows(study: Study, first: int, stop: int, progress: OnProgress | Non
 
 @dataclass(frozen=True, slots=True)
 class _Block:
-    # Members computed together; methods fill in `results` and `reasons`.
+    # Members computed together; the methods fill `results` and `reasons`.
     study: Study
     varied: dict[str, NDArray[np.float64]]
     separation: NDArray[np.bool_]
@@ -178,19 +178,19 @@ class _Block:
     def integrate(self, progress: OnProgress | None) -> None:
         start = self._start()
         indices = np.flatnonzero([not reason for reason in self.reasons])
-        if self.study.is_in_turn:
+        if self.study.is_run_by_run:
             self._simulate(indices, start, progress)
         elif self.study.accuracy:
-            self._verify(indices, start, progress or (lambda _fraction: True))
+            self._refine(indices, start, progress or (lambda _fraction: True))
         elif indices.size > 0:
             self._store(indices, self._run(indices, start, self.study.tol, progress))
 
-    def _simulate(self, indices: Places, start: BlockStart, progress: OnProgress | None) -> None:
-        # Run members one by one, for features that batches lack.
+    def _simulate(self, indices: Indices, start: BlockStart, progress: OnProgress | None) -> None:
+        # Simulate members one by one, for features that batches do not have.
         study, requested = self.study, {c.name: attrgetter(c.path) for c in self._requested}
         for count, index in enumerate(indices.tolist()):
 
-            def look(fraction: float, count: int = count) -> bool:
+            def report(fraction: float, count: int = count) -> bool:
                 return progress is None or progress((count + fraction) / indices.size)
 
             try:
@@ -202,7 +202,7 @@ class _Block:
                     start=start if isinstance(start, str) else start[index].tolist(),
                     method=study.method,
                     over_time=dict(study.over_time),
-                    progress=look,
+                    progress=report,
                 )
             except ComputationError as error:
                 self.reasons[index] = str(error)
@@ -210,38 +210,38 @@ class _Block:
                 for name, value_of in requested.items():
                     self.results[name][index] = value_of(run)
 
-    def _verify(self, indices: Places, start: BlockStart, progress: OnProgress) -> None:
-        # As `verified.simulate_to` for each member: refine the tolerance until a run changes by
-        # less than the error targets and does not diverge from the coarser run.
-        targets, part = dict(self.study.accuracy), 0.0
+    def _refine(self, indices: Indices, start: BlockStart, progress: OnProgress) -> None:
+        # Refine the tolerance of each member until a run differs from the coarser run by less than
+        # the error targets and does not diverge from it.
+        targets, base = dict(self.study.accuracy), 0.0
 
-        def look(fraction: float) -> bool:
-            return progress(part + 0.5 * fraction)
+        def report(fraction: float) -> bool:
+            return progress(base + 0.5 * fraction)
 
         tol = first_tol(targets)
         if indices.size > 0:
-            coarse = _observed(self._run(indices, start, tol, look))
+            coarse = _observe(self._run(indices, start, tol, report))
         while indices.size > 0:
-            before, tol, part = tol, finer_tol(tol), 0.5
-            batch = self._run(indices, start, tol, look)
-            fine = _observed(batch)
+            previous_tol, tol, base = tol, finer_tol(tol), 0.5
+            batch = self._run(indices, start, tol, report)
+            fine = _observe(batch)
             errors = {name: _error(name, coarse, fine) for name in targets}
-            missed = ~np.all([errors[name] <= targets[name] for name in targets], axis=0)
-            parted = _diverged(coarse, fine, self._time_scales(indices))
-            missed |= parted
-            missed[batch.failed] = parted[batch.failed] = False
+            is_missed = ~np.all([errors[name] <= targets[name] for name in targets], axis=0)
+            is_diverged = _is_diverged(coarse, fine, self._time_scales(indices))
+            is_missed |= is_diverged
+            is_missed[batch.failed] = is_diverged[batch.failed] = False
             if tol == TOL_RANGE[0]:
-                for index in np.flatnonzero(missed & ~parted).tolist():
+                for index in np.flatnonzero(is_missed & ~is_diverged).tolist():
                     values = {name: float(error[index]) for name, error in errors.items()}
-                    self.reasons[indices[index]] = _too_inexact(values, targets)
-                self._explain_divergence(indices[parted], start, (before, tol), look)
-                missed[:] = False
+                    self.reasons[indices[index]] = _missed_target_reason(values, targets)
+                self._explain_divergence(indices[is_diverged], start, (previous_tol, tol), report)
+                is_missed[:] = False
             for name, error in errors.items():
                 self.results[ERRORS[name].name][indices] = error
             self._store(indices, batch)
-            indices, coarse = indices[missed], {name: fine[name][missed] for name in fine}
+            indices, coarse = indices[is_missed], {name: fine[name][is_missed] for name in fine}
 
-    def _time_scales(self, indices: Places) -> Floats:
+    def _time_scales(self, indices: Indices) -> Floats:
         m, k1, k2, k3 = (
             self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
             for name in ("m", "k1", "k2", "k3")
@@ -250,29 +250,29 @@ class _Block:
         return scales
 
     def _explain_divergence(
-        self, indices: Places, start: BlockStart, tols: tuple[float, float], progress: OnProgress
+        self, indices: Indices, start: BlockStart, tols: tuple[float, float], progress: OnProgress
     ) -> None:
-        # Set the reason of members whose runs diverge: the interval in which they do.
-        for count in range(1, _PARTS + 1):
+        # Set the reason of members whose runs diverge: the interval of the divergence.
+        for count in range(1, _INTERVALS + 1):
             if indices.size == 0:
                 return
-            begin, end = ((n / _PARTS) * self.study.t_end for n in (count - 1, count))
-            parted = np.ones(indices.size, dtype=bool)
-            if count < _PARTS:
+            begin, end = ((n / _INTERVALS) * self.study.t_end for n in (count - 1, count))
+            is_diverged = np.ones(indices.size, dtype=bool)
+            if count < _INTERVALS:
                 coarse, fine = (
-                    _observed(self._run(indices, start, tol, progress, end)) for tol in tols
+                    _observe(self._run(indices, start, tol, progress, end)) for tol in tols
                 )
-                parted = _diverged(coarse, fine, self._time_scales(indices))
-            for index in indices[parted].tolist():
+                is_diverged = _is_diverged(coarse, fine, self._time_scales(indices))
+            for index in indices[is_diverged].tolist():
                 self.reasons[index] = (
                     f"two runs at different accuracy part between t = {begin:.6g} and {end:.6g} s; "
                     "nothing after that can be verified: take a shorter horizon"
                 )
-            indices = indices[~parted]
+            indices = indices[~is_diverged]
 
     def _run(
         self,
-        indices: Places,
+        indices: Indices,
         start: BlockStart,
         tol: float,
         progress: OnProgress | None,
@@ -280,7 +280,7 @@ class _Block:
     ) -> Batch:
         study = self.study
         parameters = {name: c[indices] for name, c in self.varied.items() if name in ALL_PARAMETERS}
-        # If no parameter varies, F gives the batch its size.
+        # If no parameter varies, an array of F sets the size of the batch.
         parameters.setdefault("F", np.full(indices.size, study.parameters.F))
         return simulate_batch(
             parameters,
@@ -296,12 +296,12 @@ class _Block:
 
     def _requirements(self) -> set[Requirement]:
         accuracy = dict(self.study.accuracy)
-        # Extremes of y alone take less time than all.
-        extremes = "peak" if any(name in self.study.outputs for name in _NOT_OF_Y) else "amplitude"
+        # The extremes of y alone take less time.
+        extremes = "peak" if any(name in self.study.outputs for name in _X_PEAKS) else "amplitude"
         parts = {column.path.partition(".")[0] for column in self._requested}
         required = {extremes if part in ("peak", _FORCE) else part for part in parts}
         if accuracy:
-            # Needed to decide whether two runs are the same motion.
+            # `_is_diverged` needs these to compare two runs.
             required |= {"final", "events", extremes}
         if "half_range" in accuracy:
             required.add("steady")
@@ -309,9 +309,9 @@ class _Block:
 
     @property
     def _requested(self) -> list[SweepColumn]:
-        return [column for column in _OF_RUNS if column.name in self.study.outputs]
+        return [column for column in _RUN_COLUMNS if column.name in self.study.outputs]
 
-    def _store(self, indices: Places, batch: Batch) -> None:
+    def _store(self, indices: Indices, batch: Batch) -> None:
         for index in batch.failed.tolist():
             self.reasons[indices[index]] = str(batch.failure(index))
         requested, columns = self._requested, batch.to_columns()
@@ -327,7 +327,7 @@ class _Block:
             self.results[name][failed] = np.nan
 
     def _start(self) -> BlockStart:
-        # Components that do not vary come from the study's start, perhaps an equilibrium.
+        # Components that do not vary come from the start of the study, which may be static.
         columns = [self.varied.get(name) for name in START_SPECS]
         start, size = self.study.start, len(self.reasons)
         static = isinstance(start, str)
@@ -343,13 +343,13 @@ class _Block:
                     self.reasons[index] = str(error)
         elif not static:
             states[:] = start
-        for target, column in zip(states.T, columns, strict=True):
+        for component, column in zip(states.T, columns, strict=True):
             if column is not None:
-                target[:] = column
+                component[:] = column
         return states
 
-    def _store_forces(self, indices: Places, columns: Mapping[str, Floats]) -> None:
-        # P decreases with y, so its extremes are at those of y; separated, P = 0.
+    def _store_forces(self, indices: Indices, columns: Mapping[str, Floats]) -> None:
+        # P decreases with y, so the extremes of P follow from those of y. Off the belt, P = 0.
         p, size = self.study.parameters, len(self.reasons)
         springs = _Springs(
             *(
@@ -368,8 +368,8 @@ class _Block:
             for index in indices[np.isinf(force)].tolist():
                 self.reasons[index] = self.reasons[index] or _FORCE_OVERFLOW
 
-    def _parts(self, progress: OnProgress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
-        # Chunks of members, with the parameters that vary.
+    def _chunks(self, progress: OnProgress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
+        # Chunks of members, with the varied parameters of each.
         parameters = {name: c for name, c in self.varied.items() if name in ALL_PARAMETERS}
         size, work = len(self.reasons), Progress(progress)
         for first in range(0, size, _CHUNK):
@@ -378,18 +378,18 @@ class _Block:
             yield chunk, {name: column[chunk] for name, column in parameters.items()}
 
     def find_critical(self, progress: OnProgress | None) -> None:
-        for chunk, parameters in self._parts(progress):
+        for chunk, parameters in self._chunks(progress):
             self.results[CRITICAL.name][chunk] = critical_mus(
                 self.study.parameters, parameters, self.separation[chunk]
             )
 
     def find_safe(self, progress: OnProgress | None) -> None:
-        for chunk, parameters in self._parts(progress):
+        for chunk, parameters in self._chunks(progress):
             arguments = self.study.parameters, parameters, self.separation[chunk]
             self.results[SAFE.name][chunk] = safe_mus(*arguments, self.study.safe, progress)
 
-    def judge(self, progress: OnProgress | None) -> None:
-        for chunk, parameters in self._parts(progress):
+    def find_stability(self, progress: OnProgress | None) -> None:
+        for chunk, parameters in self._chunks(progress):
             growth, stable, reasons = judge_stability(
                 self.study.parameters, parameters, self.separation[chunk]
             )
@@ -401,7 +401,7 @@ class _Block:
                     self.results[name][chunk] = values
 
 
-def _observed(batch: Batch) -> dict[str, Floats]:
+def _observe(batch: Batch) -> dict[str, Floats]:
     # Quantities by which two runs are compared, members along the first axis.
     columns = batch.to_columns()
     return {
@@ -412,28 +412,30 @@ def _observed(batch: Batch) -> dict[str, Floats]:
     }
 
 
-def _diverged(run: Mapping[str, Floats], truth: Mapping[str, Floats], scales: Floats) -> Truths:
-    # Whether two runs of the members are different motions, as in `divergence`.
+def _is_diverged(coarse: Mapping[str, Floats], fine: Mapping[str, Floats], scales: Floats) -> Flags:
+    # Whether two runs of each member diverge, as in `divergence`.
     weights = np.stack([np.ones_like(scales), scales] * 2, axis=1)
-    distance = (np.abs(run["final"] - truth["final"]) * weights).max(axis=1)
-    size = np.maximum((np.abs(truth["final"]) * weights).max(axis=1), truth["peak"])
-    parted: Truths = (run["switches"] != truth["switches"]) | ~(distance <= MIN_DIVERGENCE * size)
-    return parted
+    distance = (np.abs(coarse["final"] - fine["final"]) * weights).max(axis=1)
+    size = np.maximum((np.abs(fine["final"]) * weights).max(axis=1), fine["peak"])
+    diverged: Flags = (coarse["switches"] != fine["switches"]) | ~(
+        distance <= MIN_DIVERGENCE * size
+    )
+    return diverged
 
 
-def _error(quantity: str, run: Mapping[str, Floats], truth: Mapping[str, Floats]) -> Floats:
+def _error(quantity: str, coarse: Mapping[str, Floats], fine: Mapping[str, Floats]) -> Floats:
     # Errors as in `deviation`.
-    distance = np.abs(run[quantity] - truth[quantity])
+    distance = np.abs(coarse[quantity] - fine[quantity])
     if quantity == "final":
-        distance, size = distance.max(axis=1), np.abs(truth[quantity]).max(axis=1)
+        distance, size = distance.max(axis=1), np.abs(fine[quantity]).max(axis=1)
     else:
-        size = truth["peak"]
+        size = fine["peak"]
     error = np.where(distance == 0.0, 0.0, np.inf)
     np.divide(distance, size, out=error, where=size > 0.0)
     return error
 
 
-def _too_inexact(values: Mapping[str, float], targets: Mapping[str, float]) -> str:
+def _missed_target_reason(values: Mapping[str, float], targets: Mapping[str, float]) -> str:
     name = next(name for name in targets if not values[name] <= targets[name])
     return (
         f"the error of {name} is about {values[name]:.1e} at the finest tolerance, not "

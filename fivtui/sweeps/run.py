@@ -33,7 +33,7 @@ from .pieces import SweepPiece, piece_count, piece_of
 from .rows import Rows, compute_rows, concatenate
 from .scatter import Scatter
 from .store import default_piece_size, open_store
-from .study import BATCHES, DEFAULT_OUTPUTS, Study
+from .study import BATCH_METHOD, DEFAULT_OUTPUTS, Study
 
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
@@ -173,7 +173,7 @@ def sweep(
     tol: float = DEFAULT_TOL,
     accuracy: Mapping[str, float] = MappingProxyType({}),
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
-    method: str = BATCHES,
+    method: str = BATCH_METHOD,
     over_time: Mapping[str, TableRows] | None = None,
     progress: OnProgress | None = None,
     workers: int | None = None,
@@ -245,7 +245,7 @@ def sweep(
 
 def sweep_in_memory(study: Study, engine: Engine, *, progress: OnProgress | None = None) -> Sweep:
     """Compute a sweep of at most a million members with an engine; as `sweep`."""
-    check_in_memory(study)
+    check_memory_limit(study)
     size = min(default_piece_size(study), max(study.members // _PIECES_IN_MEMORY, 1))
     count = piece_count(study.members, size)
     parts: dict[int, Rows] = {}
@@ -258,7 +258,7 @@ def sweep_in_memory(study: Study, engine: Engine, *, progress: OnProgress | None
     return Sweep(study, concatenate([parts[number] for number in range(count)]))
 
 
-def check_in_memory(study: Study, members: int | None = None) -> None:
+def check_memory_limit(study: Study, members: int | None = None) -> None:
     """Raise `InputError` if a sweep, or `members` of it, is too large to be held in memory.
 
     The limit is a million members, 20 million if it is scattered.

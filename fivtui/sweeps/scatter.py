@@ -1,4 +1,4 @@
-"""Scattered designs: points that follow distributions, in independent scramblings."""
+"""Scattered designs: points that follow distributions, in several independent scramblings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,26 +17,26 @@ Floats = NDArray[np.float64]
 ScatterKind = Literal["sobol", "lhs"]
 Correlations = tuple[tuple[str, str, float], ...]
 
-SCATTERS: Final[Mapping[str, str]] = {
+SCATTER_KINDS: Final[Mapping[str, str]] = {
     "sobol": "points of scrambled Sobol sequences",
     "lhs": "Latin hypercubes",
 }
 MOST_POINTS: Final = 2**24
 _LEAST_REPEATS: Final = 2
 _MOST_REPEATS: Final = 256
-# Number of hypercubes in the cache.
+# Number of cached hypercubes.
 _CACHED_HYPERCUBES: Final = 128
-# Offset to the middle of a cell of a Sobol sequence, since a share of 0 has no quantile.
-_HALF: Final = 2.0 ** -(SOBOL_BITS + 1)
-_LEAST_SHARE: Final = 2.0**-54
+# Offset to the middle of a cell of a Sobol sequence, since the quantile at 0 is infinite.
+_HALF_CELL: Final = 2.0 ** -(SOBOL_BITS + 1)
+_LEAST_FRACTION: Final = 2.0**-54
 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
     """Points that follow distributions.
 
-    Estimates of different scramblings are independent, and their spread gives the error. For Sobol
-    indices each point is a pair of points A and B, and for every name a mixed point: A with the
+    Estimates from different scramblings are independent; their spread gives the error. For Sobol
+    indices, each point consists of points A and B, and of a mixed point for every name: A with the
     value of B for that name (Saltelli 2010).
 
     Members are ordered by point, then scrambling, then A, B and the mixed points. With Sobol
@@ -52,13 +52,13 @@ class Scatter:
     count : int
         Number of points of each scrambling, a power of two.
     seed : int
-        Seed of the first scrambling; those of the others follow.
+        Seed of the first scrambling; the next ones have `seed` + 1, `seed` + 2, …
     repeats : int
         Number of scramblings, 2 to 256.
     indices : bool
-        Whether the design is one for Sobol indices.
+        Whether the design is for Sobol indices.
     correlations : tuple of (str, str, float)
-        Correlations of the normal scores of two names (a Gaussian copula); others are 0.
+        Correlations of the normal scores of two names (a Gaussian copula); 0 if not given.
 
     Attributes
     ----------
@@ -82,13 +82,13 @@ class Scatter:
     size: int = field(init=False)
 
     def __post_init__(self) -> None:
-        check_known("design", self.kind, SCATTERS)
+        check_known("design", self.kind, SCATTER_KINDS)
         if not self.axes:
             raise InputError("nothing is scattered; at least one name must be")
         object.__setattr__(
             self,
             "axes",
-            {name: _bounded(name, distribution) for name, distribution in self.axes.items()},
+            {name: _truncate(name, distribution) for name, distribution in self.axes.items()},
         )
         if not 1 <= self.count <= MOST_POINTS or self.count & (self.count - 1):
             raise InputError(f"count = {self.count}: must be a power of two, at most {MOST_POINTS}")
@@ -104,12 +104,12 @@ class Scatter:
                 + ", ".join(f"{first} and {second}" for first, second, _ in self.correlations)
                 + " are correlated; ask for none (--no-indices)"
             )
-        _triangle(tuple(self.axes), self.correlations)
+        _cholesky_factor(tuple(self.axes), self.correlations)
         object.__setattr__(self, "size", self.count * self.repeats * self.blocks)
 
     @property
     def blocks(self) -> int:
-        """Members of each point: 1, or for Sobol indices 2 and one for every name."""
+        """Number of members per point: 1, or for Sobol indices 2 and one for every name."""
         return len(self.axes) + 2 if self.indices else 1
 
     @property
@@ -122,59 +122,59 @@ class Scatter:
         """Number of members that follow the distributions."""
         return self.count * self.repeats * min(self.blocks, 2)
 
-    def samples_of(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values of the samples among values of the first or all members, a row per scrambling.
+    def sample_values(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Select the samples from values of the first or all members; a row per scrambling.
 
         Points that are not complete in every scrambling are left out.
         """
-        parts = self.parts_of(values)[:, :, : min(self.blocks, 2)]
+        parts = self.split_values(values)[:, :, : min(self.blocks, 2)]
         return parts.transpose(1, 0, 2).reshape(self.repeats, -1)
 
-    def parts_of(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values by point, scrambling, and A, B or mixed point, shape (n, repeats, blocks)."""
-        points = values.size // (self.repeats * self.blocks)
-        complete = values[: points * self.repeats * self.blocks]
-        return complete.reshape(points, self.repeats, self.blocks)
+    def split_values(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Reshape values to point, scrambling, and A, B or mixed point: (n, repeats, blocks)."""
+        complete_points = values.size // (self.repeats * self.blocks)
+        complete = values[: complete_points * self.repeats * self.blocks]
+        return complete.reshape(complete_points, self.repeats, self.blocks)
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, Floats]:
         """Values by name at ascending indices without gaps, shape (n,) each."""
-        row = self.repeats * self.blocks
-        first, stop = int(indices[0]) // row, int(indices[-1]) // row + 1
-        shares = self._shares(first, stop)[indices - first * row]
-        triangle = _triangle(tuple(self.axes), self.correlations)
-        if triangle is not None:
+        stride = self.repeats * self.blocks
+        first, stop = (int(indices[0]) // stride, int(indices[-1]) // stride + 1)
+        fractions = self._fractions(first, stop)[indices - first * stride]
+        factor = _cholesky_factor(tuple(self.axes), self.correlations)
+        if factor is not None:
             from scipy.special import ndtr, ndtri
 
-            shares = ndtr(ndtri(shares) @ triangle.T)
+            fractions = ndtr(ndtri(fractions) @ factor.T)
         values = {}
-        for (name, axis), share in zip(self.axes.items(), shares.T, strict=True):
-            values[name] = np.maximum(axis.at(share), VARIABLES[name].lower)
+        for (name, axis), fraction in zip(self.axes.items(), fractions.T, strict=True):
+            values[name] = np.maximum(axis.at(fraction), VARIABLES[name].lower)
         return values
 
-    def _shares(self, first: int, stop: int) -> Floats:
-        # Shares of all members of the points from `first` to `stop` - 1, a row each.
-        size = len(self.axes)
-        shares = np.empty((stop - first, self.repeats, self.blocks, size))
+    def _fractions(self, first: int, stop: int) -> Floats:
+        # Arguments of the quantile functions, for all members of points `first` to `stop` - 1.
+        dims = len(self.axes)
+        fractions = np.empty((stop - first, self.repeats, self.blocks, dims))
         for index, seed in enumerate(self.seeds):
             points = self._points(seed, first, stop)
-            shares[:, index, : min(self.blocks, 2)] = points.reshape(stop - first, -1, size)
+            fractions[:, index, : min(self.blocks, 2)] = points.reshape(stop - first, -1, dims)
         for index in range(self.blocks - 2):
-            shares[:, :, index + 2] = shares[:, :, 0]
-            shares[:, :, index + 2, index] = shares[:, :, 1, index]
-        return shares.reshape(-1, size)
+            fractions[:, :, index + 2] = fractions[:, :, 0]
+            fractions[:, :, index + 2, index] = fractions[:, :, 1, index]
+        return fractions.reshape(-1, dims)
 
     def _points(self, seed: int, first: int, stop: int) -> Floats:
-        size = len(self.axes) * min(self.blocks, 2)
+        dims = len(self.axes) * min(self.blocks, 2)
         if self.kind == "sobol":
-            directions = sobol_directions(size, seed, (self.count - 1).bit_length())
-            return sobol_points(directions, first, stop) + _HALF
-        return _hypercube(size, self.count, seed)[first:stop]
+            directions = sobol_directions(dims, seed, (self.count - 1).bit_length())
+            return sobol_points(directions, first, stop) + _HALF_CELL
+        return _hypercube(dims, self.count, seed)[first:stop]
 
 
 StudyDesign = Design | Scatter
 
 
-def _bounded(name: str, axis: object) -> Distribution:
+def _truncate(name: str, axis: object) -> Distribution:
     check_known("name", name, VARIABLES)
     if not isinstance(axis, Distribution):
         raise InputError(f"{name} = {axis!r}: must be a distribution, such as normal:80:8")
@@ -186,16 +186,16 @@ def _bounded(name: str, axis: object) -> Distribution:
 
 
 @lru_cache(maxsize=_CACHED_HYPERCUBES)
-def _hypercube(size: int, count: int, seed: int) -> Floats:
+def _hypercube(dims: int, count: int, seed: int) -> Floats:
     from scipy.stats import qmc
 
-    points: Floats = qmc.LatinHypercube(size, rng=seed).random(count)
-    return np.maximum(points, _LEAST_SHARE)
+    points: Floats = qmc.LatinHypercube(dims, rng=seed).random(count)
+    return np.maximum(points, _LEAST_FRACTION)
 
 
 @lru_cache(maxsize=8)
-def _triangle(names: tuple[str, ...], correlations: Correlations) -> Floats | None:
-    # Cholesky's factor of the correlations of the normal scores; None if there are none.
+def _cholesky_factor(names: tuple[str, ...], correlations: Correlations) -> Floats | None:
+    # Cholesky factor of the correlation matrix of the normal scores; None without correlations.
     matrix = np.eye(len(names))
     for first, second, value in correlations:
         for name in (first, second):

@@ -57,7 +57,7 @@ _PIECE_MEMBERS: Final = (1, 20_000)
 def default_piece_size(study: Study) -> int:
     """Members of a piece by default: about a second of work; depends on method and horizon."""
     least, greatest = _PIECE_MEMBERS
-    seconds = _MEMBER_SECONDS_IN_TURN if study.is_in_turn else _MEMBER_SECONDS
+    seconds = _MEMBER_SECONDS_IN_TURN if study.is_run_by_run else _MEMBER_SECONDS
     return max(least, min(greatest, int(seconds / study.t_end)))
 
 

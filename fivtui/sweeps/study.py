@@ -1,4 +1,4 @@
-"""A sweep's study: scene, design, and the columns of its rows."""
+"""The study of a sweep: parameters, design and the columns of the rows."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -32,16 +32,16 @@ from .design import VARIABLES
 from .scatter import Scatter, StudyDesign
 
 ColumnKind = Literal["number", "count", "truth", "text"]
-# The method that batches use, and all methods.
-BATCHES: Final = "taylor"
-METHODS: Final = (BATCHES, *FMU_FLAVOURS)
+# The method of batches, and all methods of sweeps.
+BATCH_METHOD: Final = "taylor"
+METHODS: Final = (BATCH_METHOD, *FMU_FLAVOURS)
 DONE: Final = "done"
 FAILED: Final = "failed"
 
 
 @dataclass(frozen=True, slots=True)
 class SweepColumn(Column):
-    """A column of a sweep's rows; `path` is the attribute of `Transient` it holds, or empty."""
+    """A column of a sweep; `path` is the attribute of `Transient` in the column, or empty."""
 
     kind: ColumnKind = "number"
     path: str = ""
@@ -71,8 +71,8 @@ STICK: Final = (
     SweepColumn("stick_time", "s", "time of stick", path="events.stick_time"),
     SweepColumn("final_stick", "s", "beginning of the final stick", path="final_stick"),
 )
-# Columns that only single runs have.
-_OF_RUNS: Final = frozenset(column.name for column in STICK)
+# Outputs that batches do not have.
+_SINGLE_RUN_OUTPUTS: Final = frozenset(column.name for column in STICK)
 STABILITY: Final = (
     SweepColumn("growth_rate", "1/s", "greatest real part of the eigenvalues"),
     SweepColumn("stable", "", "whether the equilibrium is stable", "truth"),
@@ -83,14 +83,14 @@ OUTPUTS: Final[Mapping[str, SweepColumn]] = {
     column.name: column for column in (*TRANSIENT, *STICK, *STABILITY, CRITICAL, SAFE)
 }
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
-# Columns of errors by quantity. Rows have no times of switches, hence no error of events.
+# Columns of errors by quantity. Rows have no switch times, hence no error of events.
 ERRORS: Final[Mapping[str, SweepColumn]] = {
     name: SweepColumn(f"{name}_error", "", f"error of the {QUANTITIES[name]}")
     for name in ("final", "peak", "half_range")
 }
 
 _SEPARATION: Final = SweepColumn("separation", "", "whether separation is considered", "truth")
-_ENDING: Final = (
+_STATUS_COLUMNS: Final = (
     SweepColumn("status", "", f"{DONE} or {FAILED}", "text"),
     SweepColumn("reason", "", "why a member failed", "text"),
 )
@@ -103,24 +103,25 @@ class Study:
     Parameters
     ----------
     design : Design or Scatter
-        The varied values. A component of the start that varies replaces that of `start`.
+        The varied values. A varied component of the start replaces that of `start`.
     parameters : Parameters
         The other parameters.
     cases : tuple of bool
-        Whether separation is considered; ``(True, False)`` makes two members of every point.
+        Whether separation is considered; ``(True, False)`` gives two members per point.
     start, t_end, tol
         As in `simulate`.
     accuracy : tuple of (str, float)
-        Error targets of ``final``, ``peak``, ``half_range``. They replace `tol`: a member is
-        refined until a finer run confirms them, and its row has the errors.
+        Error targets of ``final``, ``peak``, ``half_range``. They replace `tol`: the tolerance is
+        refined until a finer run confirms the targets, and the row has the errors.
     outputs : tuple of str
-        Names in `OUTPUTS`; without an output of the transient nothing is integrated.
+        Names in `OUTPUTS`; transients are only computed if an output needs them.
     safe : SafeTable, optional
-        Table to interpolate ``safe_mu``; without it, a branch is continued for every member.
+        Table in which ``safe_mu`` is interpolated; without it, each member is continued.
     method : str
         ``taylor``, or ``fmu`` or ``fmu-native``: then each member is a run of the FMU by fmpy.
     over_time : tuple of (str, TimeTable)
-        Parameters that follow tables in all members; `parameters` gets their values at the start.
+        Parameters that follow tables over time in all members; `parameters` is set to their values
+        at t = 0.
 
     Raises
     ------
@@ -137,7 +138,7 @@ class Study:
     accuracy: tuple[tuple[str, float], ...] = ()
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
     safe: SafeTable | None = None
-    method: str = BATCHES
+    method: str = BATCH_METHOD
     over_time: OverTime = ()
 
     def __post_init__(self) -> None:
@@ -149,7 +150,7 @@ class Study:
             raise InputError("outputs: must be one or more names, each once")
         if self.method not in METHODS:
             raise InputError(f"method = {self.method}: must be {', '.join(METHODS)} for a sweep")
-        self._check_tables()
+        self._check_over_time()
         targets = self._error_targets()
         object.__setattr__(self, "accuracy", tuple(targets.items()))
         p = check_parameters(self.parameters)
@@ -163,19 +164,19 @@ class Study:
         object.__setattr__(self, "start", check_start(self.start))
 
     def _error_targets(self) -> dict[str, float]:
-        # The error targets, checked.
+        # Check the error targets.
         targets = check_accuracy(dict(self.accuracy))
-        if self.method != BATCHES and (targets or isinstance(self.design, Scatter)):
+        if self.method != BATCH_METHOD and (targets or isinstance(self.design, Scatter)):
             feature = "error targets" if targets else "a scattered sweep"
-            raise InputError(f"method = {self.method}: must be {BATCHES} for {feature}")
+            raise InputError(f"method = {self.method}: must be {BATCH_METHOD} for {feature}")
         if targets and self.over_time:
             raise InputError(
-                f"{_names(self.over_time)} over time: must be constant for error targets; "
+                f"{_join_names(self.over_time)} over time: must be constant for error targets; "
                 "give a tolerance"
             )
-        if targets and self._of_runs:
+        if targets and self._run_outputs:
             raise InputError(
-                f"output {self._of_runs[0]}: must be without error targets; give a tolerance"
+                f"output {self._run_outputs[0]}: must be without error targets; give a tolerance"
             )
         for name in targets:
             if name not in ERRORS:
@@ -185,7 +186,7 @@ class Study:
                 )
         return targets
 
-    def _check_tables(self) -> None:
+    def _check_over_time(self) -> None:
         if not self.over_time:
             return
         for name, _ in self.over_time:
@@ -194,18 +195,18 @@ class Study:
         for name in self.outputs:
             if not OUTPUTS[name].path:
                 raise InputError(
-                    f"output {name}: must be left out, as {_names(self.over_time)} over time has "
-                    "no equilibrium"
+                    f"output {name}: must be left out, as {_join_names(self.over_time)} over time "
+                    "has no equilibrium"
                 )
 
     @property
-    def _of_runs(self) -> list[str]:
-        return [name for name in self.outputs if name in _OF_RUNS]
+    def _run_outputs(self) -> list[str]:
+        return [name for name in self.outputs if name in _SINGLE_RUN_OUTPUTS]
 
     @property
-    def is_in_turn(self) -> bool:
-        """Whether members are single runs, one after the other, and not batches."""
-        return self.method != BATCHES or bool(self.over_time) or bool(self._of_runs)
+    def is_run_by_run(self) -> bool:
+        """Whether members are computed as single runs and not in batches."""
+        return self.method != BATCH_METHOD or bool(self.over_time) or bool(self._run_outputs)
 
     @property
     def members(self) -> int:
@@ -221,21 +222,21 @@ class Study:
         ]
         outputs = [OUTPUTS[name] for name in self.outputs]
         errors = [ERRORS[name] for name, _ in self.accuracy]
-        return (*varied, _SEPARATION, *outputs, *errors, *_ENDING)
+        return (*varied, _SEPARATION, *outputs, *errors, *_STATUS_COLUMNS)
 
 
-def _names(over_time: OverTime) -> str:
+def _join_names(over_time: OverTime) -> str:
     return ", ".join(name for name, _ in over_time)
 
 
-def study_of(
+def scene_study(
     scene: Scene,
     design: StudyDesign,
     *,
     cases: tuple[bool, ...] | None = None,
     outputs: Sequence[str] = (),
 ) -> Study:
-    """The study of a scene, by default only with its own case; `InputError` as `Study`."""
+    """The study of a scene, by default for the case of the scene; raises as `Study`."""
     return Study(
         design=design,
         parameters=scene.parameters,

@@ -9,7 +9,7 @@ from fivtui import load_scene, simulate, sweep
 from fivtui.cli import run
 from fivtui.model import InputError
 from fivtui.scene.presets import PRESETS
-from fivtui.sweeps import parse_design, study_of
+from fivtui.sweeps import parse_design, scene_study
 from fivtui.sweeps.charts import sweep_chart
 from fivtui.sweeps.files import read_sweep
 from fivtui.tui.session import Session
@@ -122,8 +122,10 @@ def test_command_lines_of_scenes_with_tables_compute_them_or_say_that_they_canno
 
 
 def test_without_a_table_sticks_are_known_too() -> None:
-    study = study_of(PRESETS["base"], parse_design(["v_belt=0,1"], "product"), outputs=["sticks"])
-    assert study.is_in_turn
+    study = scene_study(
+        PRESETS["base"], parse_design(["v_belt=0,1"], "product"), outputs=["sticks"]
+    )
+    assert study.is_run_by_run
     result = sweep(vary={"v_belt": [0.0, 1.0]}, t_end=10.0, outputs=["sticks", "final_stick"])
     runs = [simulate(study.parameters.with_values({"v_belt": v}), t_end=10.0) for v in (0.0, 1.0)]
     assert [row[2:4] for row in result.rows] == [[r.events.sticks, r.final_stick] for r in runs]

@@ -153,7 +153,7 @@ def coverage(
         # Scramblings of different seeds are different ones.
         scatter = Scatter(axes, kind, samples // (2 * repeats), seed * repeats, repeats)
         values = case.function(scatter.columns(np.arange(scatter.size)))
-        rows = np.asarray(scatter.samples_of(values), dtype=float)
+        rows = np.asarray(scatter.sample_values(values), dtype=float)
         if case.quantiles:
             compare("mean", mean_of(rows), case.mean)
             quantiles = quantiles_of(rows)

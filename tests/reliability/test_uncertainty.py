@@ -49,7 +49,7 @@ BASE = find_scene("base")
 VARY = ["mu~uniform:0.2:0.8", "F~normal:80:8"]
 
 
-def study_of(samples: int = 512, *, outputs: tuple[str, ...] = ("critical_mu",)) -> Study:
+def scene_study(samples: int = 512, *, outputs: tuple[str, ...] = ("critical_mu",)) -> Study:
     return scattered_study(BASE, parse_inputs(VARY), samples=samples, outputs=outputs)
 
 
@@ -72,12 +72,12 @@ def test_samples_are_one_to_sixteen_million() -> None:
     # Rounded up to a power of two in each of 16 scramblings, each point being a pair.
     limit = 2**24
     for samples, rounded in ((1, 32), (33, 64), (limit, limit)):
-        design = study_of(samples).design
+        design = scene_study(samples).design
         assert isinstance(design, Scatter)
         assert design.samples == rounded
     for samples in (0, -1, limit + 1):
         with pytest.raises(InputError, match=f"samples = {samples}: must be from 1 to {limit}"):
-            study_of(samples)
+            scene_study(samples)
 
 
 @pytest.mark.parametrize("until", [0.0, -0.1, 1.1, math.nan])
@@ -272,7 +272,7 @@ def counting(engine: Engine, sizes: list[int], stop_after: int = 10**9) -> Engin
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_a_stopped_study_continues_to_the_same_bytes(suffix: str, tmp_path: Path) -> None:
     complete, stopped = tmp_path / f"whole{suffix}", tmp_path / f"stopped{suffix}"
-    study, engine = study_of(), local_engine(1)
+    study, engine = scene_study(), local_engine(1)
     expected = compute_uncertainty(study, engine, file=MembersFile(complete, 100))
     with pytest.raises(Cancelled):
         compute_uncertainty(study, counting(engine, [], 4), file=MembersFile(stopped, 100))
@@ -289,7 +289,7 @@ def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
     file, engine = MembersFile(tmp_path / "rows.csv", 1000), local_engine(1)
     sizes: list[int] = []
     messages: list[str] = []
-    study = study_of(64)
+    study = scene_study(64)
     result = compute_uncertainty(
         study, counting(engine, sizes), until=0.012, file=file,
         on_estimates=lambda _members, message: messages.append(message),
@@ -297,7 +297,7 @@ def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
     assert (
         result.error
         <= 0.012
-        < compute_uncertainty(study_of(result.scatter.samples // 2), engine).error
+        < compute_uncertainty(scene_study(result.scatter.samples // 2), engine).error
     )
     assert messages[-1].startswith("P(unstable) = 0.59")
     # Members are computed once, except pieces that were incomplete at the previous sample count.
@@ -322,7 +322,7 @@ def test_an_error_that_takes_too_many_samples_is_not_met_silently(
 ) -> None:
     monkeypatch.setattr(run_of_sweeps, "_MAX_SCATTERED", 3000)
     with pytest.raises(ComputationError, match="with 1024 samples, not 1e-06; allow a larger"):
-        compute_uncertainty(study_of(256), local_engine(1), until=1e-6)
+        compute_uncertainty(scene_study(256), local_engine(1), until=1e-6)
 
 
 def test_progress_says_the_present_estimate(capsys: pytest.CaptureFixture[str]) -> None:

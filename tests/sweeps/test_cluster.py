@@ -12,7 +12,7 @@ import pytest
 from fivtui import Parameters
 from fivtui.distributions import Distribution
 from fivtui.model.errors import ComputationError, InputError
-from fivtui.sweeps.arithmetic import arithmetic_of
+from fivtui.sweeps.arithmetic import arithmetic_digests
 from fivtui.sweeps.design import Design, Range
 from fivtui.sweeps.pieces import piece_of
 from fivtui.sweeps.provenance import versions
@@ -108,7 +108,7 @@ def test_workers_of_other_versions_are_refused(
 def test_workers_whose_rows_have_other_bits_are_refused(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    digest, out = arithmetic_of(STUDY), tmp_path / "out.csv"
+    digest, out = arithmetic_digests(STUDY), tmp_path / "out.csv"
     monkeypatch.setattr(
         cluster_module, "arithmetic_of", lambda _: digest | {"kernel": "interpreted"}
     )
@@ -189,7 +189,7 @@ class FakeClient:
 
     def submit(self, *_: object, **_options: object) -> SimpleNamespace:
         self.submitted += 1
-        answer = (versions(), arithmetic_of(STUDY), None)
+        answer = (versions(), arithmetic_digests(STUDY), None)
         return SimpleNamespace(key=self.submitted, result=lambda: answer)
 
 

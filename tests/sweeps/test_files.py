@@ -8,7 +8,7 @@ import pytest
 
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.scene.presets import PRESETS
-from fivtui.sweeps import parse_design, study_of
+from fivtui.sweeps import parse_design, scene_study
 from fivtui.sweeps.files import read_sweep, save_sweep
 from fivtui.sweeps.provenance import study_from_dict, study_to_dict
 from fivtui.sweeps.run import Sweep, local_engine, sweep_in_memory, sweep_to_file
@@ -20,7 +20,9 @@ SHORT = dataclasses.replace(BASE.with_values({"F": 70.0}), t_end=5.0)
 
 def study(*texts: str, kind: str = "product", **settings: object) -> Study:
     design = parse_design(texts, kind, **settings)  # type: ignore[arg-type]
-    return study_of(SHORT, design, cases=(True, False), outputs=("y_abs", "separations", "stable"))
+    return scene_study(
+        SHORT, design, cases=(True, False), outputs=("y_abs", "separations", "stable")
+    )
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from fivtui.cli import run as command
 from fivtui.io import output_path
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters
-from fivtui.sweeps.arithmetic import arithmetic_difference, arithmetic_of
+from fivtui.sweeps.arithmetic import arithmetic_difference, arithmetic_digests
 from fivtui.sweeps.design import Design, Range
 from fivtui.sweeps.files import read_sweep, save_sweep
 from fivtui.sweeps.formats import sweep_format
@@ -190,7 +190,7 @@ def test_a_damaged_file_is_never_called_complete(
 def elsewhere(monkeypatch: pytest.MonkeyPatch, changed: dict[str, Any]) -> None:
     # The digest that another machine would have.
     def other(study: Study) -> dict[str, Any]:
-        return arithmetic_of(study) | changed
+        return arithmetic_digests(study) | changed
 
     monkeypatch.setattr(provenance_module, "arithmetic_of", other)
 
@@ -224,7 +224,7 @@ def test_a_finished_file_says_its_arithmetic_and_is_complete_anywhere(
     out.write_bytes(right[suffix, "lighter"])
     provenance = sweep_format(out).provenance(out)
     assert provenance is not None
-    assert provenance["arithmetic"] == arithmetic_of(STUDY)
+    assert provenance["arithmetic"] == arithmetic_digests(STUDY)
     elsewhere(monkeypatch, OTHER["interpreted"])
     assert run(out).failed is None
     assert out.read_bytes() == right[suffix, "lighter"]
@@ -330,10 +330,10 @@ def test_a_piece_that_lacks_rows_is_not_stored(tmp_path: Path) -> None:
 def test_one_last_bit_of_one_trial_member_tells_machines_apart(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    local_digest = arithmetic_of(STUDY)
-    arithmetic_module._digest.cache_clear()
-    assert arithmetic_of(STUDY) == local_digest
-    arithmetic_module._digest.cache_clear()
+    local_digest = arithmetic_digests(STUDY)
+    arithmetic_module._row_digest.cache_clear()
+    assert arithmetic_digests(STUDY) == local_digest
+    arithmetic_module._row_digest.cache_clear()
 
     def other(study: Study, first: int, end: int) -> Rows:
         rows = compute_rows(study, first, end)
@@ -342,8 +342,8 @@ def test_one_last_bit_of_one_trial_member_tells_machines_apart(
         return rows
 
     monkeypatch.setattr(arithmetic_module, "compute_rows", other)
-    changed_digest = arithmetic_of(STUDY)
-    arithmetic_module._digest.cache_clear()
+    changed_digest = arithmetic_digests(STUDY)
+    arithmetic_module._row_digest.cache_clear()
     assert changed_digest["transients"] != local_digest["transients"]
     assert changed_digest["stability"] != local_digest["stability"]
     assert "last bits" in arithmetic_difference(changed_digest, local_digest)
@@ -352,11 +352,11 @@ def test_one_last_bit_of_one_trial_member_tells_machines_apart(
 
 def test_arithmetic_covers_computed_outputs_only(monkeypatch: pytest.MonkeyPatch) -> None:
     static = dataclasses.replace(STUDY, outputs=("stable",))
-    assert set(arithmetic_of(static)) == {"stability"}
+    assert set(arithmetic_digests(static)) == {"stability"}
     moving = dataclasses.replace(STUDY, outputs=("x_end",))
-    assert set(arithmetic_of(moving)) == {"transients", "kernel"}
+    assert set(arithmetic_digests(moving)) == {"transients", "kernel"}
     verified = dataclasses.replace(static, accuracy=(("peak", 1e-4),))
-    assert set(arithmetic_of(verified)) == {"stability", "transients", "kernel"}
+    assert set(arithmetic_digests(verified)) == {"stability", "transients", "kernel"}
 
 
 def test_the_manifest_keeps_the_names_that_older_sweeps_are_resumed_by(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from fivtui.scene.verified import simulate_to
 from fivtui.studies import command_of, load_study
 from fivtui.sweeps.design import Design, Kind, Range
 from fivtui.sweeps.rows import Rows, compute_rows, concatenate
-from fivtui.sweeps.run import check_in_memory, local_engine, sweep_in_memory
+from fivtui.sweeps.run import check_memory_limit, local_engine, sweep_in_memory
 from fivtui.sweeps.study import DEFAULT_OUTPUTS, OUTPUTS, Study
 from fivtui.transient.request import Request
 
@@ -387,8 +387,8 @@ def test_a_sweep_is_cancelled_by_its_progress() -> None:
 def test_sweeps_too_large_for_memory_are_refused() -> None:
     study = Study(Design({"F": Range(1.0, 2.0, 1_000_001)}), Parameters())
     with pytest.raises(InputError, match="--out"):
-        check_in_memory(study)
-    check_in_memory(dataclasses.replace(study, design=Design({"F": Range(1.0, 2.0, 1_000_000)})))
+        check_memory_limit(study)
+    check_memory_limit(dataclasses.replace(study, design=Design({"F": Range(1.0, 2.0, 1_000_000)})))
 
 
 def test_workers_are_one_or_more() -> None:

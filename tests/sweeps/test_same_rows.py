@@ -11,7 +11,7 @@ from fivtui.equilibrium.arrays import judge_stability
 from fivtui.kernel import why_interpreted
 from fivtui.model import Parameters
 from fivtui.ranges import log_spaced
-from fivtui.sweeps.arithmetic import _DESIGNS
+from fivtui.sweeps.arithmetic import _TRIAL_DESIGNS
 from fivtui.sweeps.rows import compute_rows
 from fivtui.sweeps.study import STABILITY, TRANSIENT, Study
 from tests.support.processes import run_python
@@ -23,7 +23,7 @@ SETS = 20_000
 def digests() -> str:
     """Digests of rows with all outputs, of growth rates, and of logarithmic spacings."""
     digest_input = []
-    for design in _DESIGNS:
+    for design in _TRIAL_DESIGNS:
         outputs = tuple(column.name for column in (*TRANSIENT, *STABILITY))
         study = Study(design, Parameters(), (True, False), t_end=10.0, outputs=outputs)
         rows = compute_rows(study, 0, study.members)

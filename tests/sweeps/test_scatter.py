@@ -38,7 +38,7 @@ def test_any_part_of_a_design_is_that_of_the_whole(kind: str, indices: bool) -> 
 def test_scramblings_are_those_of_scipy_by_their_seeds() -> None:
     scatter = Scatter(AXES, count=16, repeats=2, seed=7)
     assert scatter.seeds == [7, 8]
-    parts = scatter.parts_of(all_of(scatter)["mu"])
+    parts = scatter.split_values(all_of(scatter)["mu"])
     for index, seed in enumerate(scatter.seeds):
         points = qmc.Sobol(4, scramble=True, bits=32, rng=seed).random(16)
         np.testing.assert_allclose(parts[:, index, 0], points[:, 0], atol=2.0**-32)
@@ -48,7 +48,7 @@ def test_scramblings_are_those_of_scipy_by_their_seeds() -> None:
 def test_mixed_members_take_one_value_of_the_other_point() -> None:
     scatter = Scatter(AXES, count=4, repeats=2)
     for column, (name, values) in enumerate(all_of(scatter).items()):
-        parts = scatter.parts_of(values)
+        parts = scatter.split_values(values)
         for base_column in range(len(AXES)):
             source = 1 if base_column == column else 0
             np.testing.assert_array_equal(parts[:, :, 2 + base_column], parts[:, :, source], name)
@@ -63,7 +63,7 @@ def test_fewer_sobol_points_are_the_beginning_of_more(count: int) -> None:
 
 def test_a_hypercube_has_one_point_in_every_slice() -> None:
     scatter = Scatter({"mu": AXES["mu"]}, "lhs", count=64, repeats=4, indices=False)
-    samples = scatter.samples_of(all_of(scatter)["mu"])
+    samples = scatter.sample_values(all_of(scatter)["mu"])
     np.testing.assert_array_equal(np.sort(np.floor(samples * 64), axis=1), [list(range(64))] * 4)
 
 

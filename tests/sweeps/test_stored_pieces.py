@@ -11,7 +11,7 @@ import fivtui.sweeps.provenance as provenance_module
 from fivtui.io import output_path
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
-from fivtui.sweeps.arithmetic import arithmetic_of
+from fivtui.sweeps.arithmetic import arithmetic_digests
 from fivtui.sweeps.design import Design, Range
 from fivtui.sweeps.files import read_sweep
 from fivtui.sweeps.run import WriteSummary, local_engine, sweep_to_file
@@ -80,7 +80,7 @@ def test_pieces_of_the_kernel_in_c_are_continued_where_bits_are_the_same(
 ) -> None:
     out, manifest = begun("c", tmp_path)
     monkeypatch.setattr(provenance_module, "versions", lambda _: manifest["versions"])
-    if arithmetic_of(STUDY) == manifest["arithmetic"]:
+    if arithmetic_digests(STUDY) == manifest["arithmetic"]:
         assert go_on(out) == WriteSummary(MEMBERS, 0, KEPT)
         assert out.read_bytes().splitlines()[-MEMBERS:] == right.splitlines()[-MEMBERS:]
     else:

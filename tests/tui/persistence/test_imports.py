@@ -13,7 +13,7 @@ from fivtui import cli
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.scene.presets import PRESETS
 from fivtui.studies import check_readable, kind_of
-from fivtui.sweeps import parse_design, study_of
+from fivtui.sweeps import parse_design, scene_study
 from fivtui.sweeps.run import local_engine, sweep_to_file
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tui.app import FivtuiApp
@@ -131,7 +131,7 @@ async def test_sweeps_over_two_names_and_incomplete_ones_are_shown(
     await until(pilot, lambda: runs.displayed is not None)
     assert runs.displayed is not None
     assert (runs.displayed.scene.start[2], runs.displayed.scene.separation) == (-0.5, False)
-    study = study_of(
+    study = scene_study(
         dataclasses.replace(PRESETS["base"], t_end=5.0), parse_design(["F=20:80:6"], "product")
     )
     with pytest.raises(Cancelled):

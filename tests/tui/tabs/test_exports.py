@@ -25,7 +25,7 @@ from fivtui.paper.results import PaperResults
 from fivtui.results import Grid
 from fivtui.scene.files import save_scene
 from fivtui.scene.presets import PRESETS
-from fivtui.sweeps import parse_design, study_of
+from fivtui.sweeps import parse_design, scene_study
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tradeoffs.files import load_tradeoff
 from fivtui.tui.app import FivtuiApp
@@ -287,7 +287,7 @@ def test_the_command_line_of_a_sweep_reads_back_as_the_sweep(
 ) -> None:
     design = parse_design(texts, **{"kind": "product", **options})
     scene = dataclasses.replace(BASE.with_values({"k1": 90.0}), t_end=5.0, tol=1e-8)
-    study = study_of(scene, design, cases=cases, outputs=("stable",))
+    study = scene_study(scene, design, cases=cases, outputs=("stable",))
     read: list[Any] = []
     keep = lambda study, *_, **__: read.append(study)  # noqa: E731
     monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", keep)
@@ -312,7 +312,7 @@ def test_command_lines_with_an_accuracy_omit_derived_options(
     saved = dataclasses.replace(BASE, t_end=5.0, accuracy=(("peak", 1e-2),))
     save_scene(saved, path)
     scene = dataclasses.replace(BASE, t_end=5.0, tol=1e-8, accuracy=accuracy)
-    study = study_of(scene, parse_design(["F=20,30"], "product"), outputs=("y_abs",))
+    study = scene_study(scene, parse_design(["F=20,30"], "product"), outputs=("y_abs",))
     read: list[Any] = []
     keep = lambda study, *_, **__: read.append(study)  # noqa: E731
     monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", keep)

@@ -30,7 +30,7 @@ _OUTPUTS: Final = ("y_abs", "y_half_range")
 
 def sweep_request(scene: Scene, text: str) -> "Study":
     """Parse one or two ``--vary`` ranges, or the name of a sweep; covers both separation cases."""
-    from fivtui.sweeps import SWEEP_PRESETS, parse_design, study_of
+    from fivtui.sweeps import SWEEP_PRESETS, parse_design, scene_study
 
     preset = SWEEP_PRESETS.get(text.strip())
     varied = replace_symbols(text).split() if preset is None else preset.varied
@@ -43,7 +43,7 @@ def sweep_request(scene: Scene, text: str) -> "Study":
             raise InputError(f"{name}: must be a parameter: {', '.join(ALL_PARAMETERS)}")
     # The greatest ẋ shows which belts are always faster than the slider.
     speed_output = ("vx_max",) if "v_belt" in design.axes else ()
-    study = study_of(scene, design, cases=(True, False), outputs=(*_OUTPUTS, *speed_output))
+    study = scene_study(scene, design, cases=(True, False), outputs=(*_OUTPUTS, *speed_output))
     check_drawable(study)
     if study.members > _LIMIT:
         raise InputError(
@@ -76,10 +76,10 @@ def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
 
 def case_of(study: "Study", point: NearestPoint, case: bool) -> bool:
     """Whether separation is considered at a point of a sweep's chart."""
-    from fivtui.sweeps import curves_of
+    from fivtui.sweeps import sweep_curves
 
     if len(study.design.axes) == 1:
-        return curves_of(study)[point.trace][1]
+        return sweep_curves(study)[point.trace][1]
     return case if case in study.cases else study.cases[0]
 
 
