@@ -27,8 +27,10 @@ class UncertaintyProgress(SweepProgress):
             self._members, self._first = members, None
         self._estimates = text
 
-    def _say(self, fraction: float, text: str, time_s: float) -> None:
-        super()._say(fraction, f"{self._estimates}; {text}" if self._estimates else text, time_s)
+    def _display(self, fraction: float, text: str, time_s: float) -> None:
+        super()._display(
+            fraction, f"{self._estimates}; {text}" if self._estimates else text, time_s
+        )
 
 
 def estimate_words(estimate: SampleEstimate, digits: int = _DIGITS) -> str:

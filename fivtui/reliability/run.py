@@ -23,7 +23,7 @@ from fivtui.sweeps import (
     check_memory_limit,
     load_sweep,
     local_engine,
-    stored_studies,
+    read_stored_studies,
     sweep_in_memory,
     sweep_to_file,
 )
@@ -208,7 +208,7 @@ def _stored_stage(
         candidate
         if candidate is not None and candidate == _with_count_of(study, candidate)
         else None
-        for candidate in stored_studies(file.out)
+        for candidate in read_stored_studies(file.out)
     )
     latest = under_way or stored
     if latest is None:

@@ -1,4 +1,4 @@
-"""Charts of sweeps: amplitude over the varied quantities."""
+"""Charts of sweeps: outputs over one or two varied quantities."""
 
 from typing import Final
 
@@ -26,24 +26,24 @@ from .study import OUTPUTS, Study
 
 _SIZE: Final = (FIGURE_WIDTH, 3.2)
 _CASES: Final = {True: "separation considered", False: "separation ignored"}
-# Outputs drawn over one name, in the terminal, and their roles in figures.
+# Outputs that curves show: labels in the terminal, and roles in figures.
 _AMPLITUDES: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
 _ROLES: Final = {"y_abs": "peak", "y_half_range": "half range"}
-# By plotted output and separation.
+# Marks by index of the output and by separation.
 _MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
 
 
 def check_drawable(study: Study) -> None:
-    """Raise `InputError` unless one or two names vary."""
+    """Raise `InputError` unless one or two quantities vary."""
     if len(study.design.axes) not in (1, 2):
         raise InputError("plot: the sweep must be over one name or two")
 
 
 def sweep_sheet(result: Sweep) -> Sheet:
-    """A sweep over one name as curves, over two as a map for each case.
+    """A sweep over one quantity as curves, over two quantities as a map for each case.
 
-    Curves show the peak of |y| and its half peak-to-peak over the second half of the run, maps the
-    peak. If these were not computed, the first output is shown. Failed members are blank.
+    Curves show the peak of |y| and the half peak-to-peak of y over the second half of the run, maps
+    show the peak. Without these outputs, the first output is shown. Failed members are blank.
     """
     study = result.study
     check_drawable(study)
@@ -53,13 +53,13 @@ def sweep_sheet(result: Sweep) -> Sheet:
 
 
 def sweep_curves(study: Study) -> list[tuple[str, bool]]:
-    """Output and case of every curve of a sweep over one name."""
+    """Output and case of every curve of a sweep over one quantity."""
     outputs = [name for name in _AMPLITUDES if name in study.outputs] or study.outputs[:1]
     return [(output, case) for case in sorted(study.cases, reverse=True) for output in outputs]
 
 
 def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
-    """The outputs over the swept variable, a trace per output and case; `present` is marked."""
+    """Outputs over the varied quantity, a trace per output and case; a line marks `present`."""
     study, rows = result.study, result.table
     (name,) = study.design.axes
     order = np.argsort(rows.numbers[name], kind="stable")
@@ -67,15 +67,15 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
     outputs = list(dict.fromkeys(output for output, _ in curves))
     traces = []
     for output, case in curves:
-        chosen = order[rows.separation[order] == case]
+        members = order[rows.separation[order] == case]
         traces.append(
             Trace(
                 Label(
                     f"{_AMPLITUDES.get(output, output)}, {_CASES[case]}",
                     f"{OUTPUTS[output].meaning}, {_CASES[case]}",
                 ),
-                rows.numbers[name][chosen],
-                rows.numbers[output][chosen],
+                rows.numbers[name][members],
+                rows.numbers[output][members],
                 look="marked",
                 mark=_MARKS[outputs.index(output)][case],
                 role=_role(_ROLES.get(output, "output"), case),
@@ -104,30 +104,28 @@ def sweep_chart(result: Sweep, present: float | None = None) -> Chart:
 
 
 def grid_chart(result: Sweep, case: bool, present: tuple[float, float] | None = None) -> Chart:
-    """A sweep over two variables as shades, of the peak or else the first output.
+    """A map of a sweep over two quantities: the peak, or without it the first output.
 
-    If separation `case` was not computed, the other case is shown. Points that form no grid are
-    drawn only in figures.
+    If `case` (whether separation is considered) was not computed, the other case is shown. Points
+    that form no grid are drawn only in figures.
     """
     study, rows = result.study, result.table
     first, second = study.design.axes
     output = next((name for name in _AMPLITUDES if name in study.outputs), study.outputs[0])
-    shown = case if case in study.cases else study.cases[0]
-    chosen = rows.separation == shown
-    x, column = np.unique(rows.numbers[first][chosen], return_inverse=True)
-    y, row = np.unique(rows.numbers[second][chosen], return_inverse=True)
+    shown_case = case if case in study.cases else study.cases[0]
+    members = rows.separation == shown_case
+    x, i = np.unique(rows.numbers[first][members], return_inverse=True)
+    y, j = np.unique(rows.numbers[second][members], return_inverse=True)
     results = rows.numbers[output]
     label = _output_label(output)
     traces, backdrop = [], None
     if study.design.kind == "product":
         values = np.full((x.size, y.size), np.nan)
-        values[column, row] = results[chosen]
+        values[i, j] = results[members]
         levels, shades = grade_values(values)
         backdrop = Backdrop(x, y, levels, label_shades(levels, shades, values), values, label)
     else:
-        traces.append(
-            Trace("", x[column], y[row], look="points", ordered=False, values=results[chosen])
-        )
+        traces.append(Trace("", x[i], y[j], look="points", ordered=False, values=results[members]))
     if present is not None:
         point = np.array(present[:1]), np.array(present[1:])
         traces.append(Trace("now", *point, look="points", ordered=False, mark="◆"))
@@ -137,8 +135,8 @@ def grid_chart(result: Sweep, case: bool, present: tuple[float, float] | None = 
         tuple(traces),
         backdrop=backdrop,
         colour_scale=colour_scale_of(label, results),
-        note=f"{label}, {_CASES[shown]}",
-        title=_CASES[shown],
+        note=f"{label}, {_CASES[shown_case]}",
+        title=_CASES[shown_case],
         log="x" * _is_log(study, first) + "y" * _is_log(study, second),
     )
 

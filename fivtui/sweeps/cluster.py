@@ -1,4 +1,4 @@
-"""Sweeps on a Dask cluster: its workers compute pieces, this machine stores them."""
+"""Sweeps on a Dask cluster: workers compute pieces, this machine stores them."""
 
 import asyncio
 import logging
@@ -23,14 +23,14 @@ from .study import Study
 if TYPE_CHECKING:
     from distributed import Client
 
-# Pieces queued per thread of the workers.
-_AHEAD: Final = 2
-# Timeout for the scheduler to answer and for its first worker, s.
+# Submitted pieces per thread of the workers.
+_PIECES_PER_THREAD: Final = 2
+# Timeout for the answer of the scheduler and for its first worker, s.
 _CONNECT_S: Final = 10.0
-# Interval at which the workers are counted, s.
-_LOOK_S: Final = 5.0
+# Interval at which the threads of the workers are counted, s.
+_COUNT_INTERVAL_S: Final = 5.0
 _LOGGERS: Final = ("distributed", "distributed.client")
-_AGAIN: Final = "the same command continues"
+_CONTINUE: Final = "the same command continues"
 
 
 @contextmanager
@@ -46,11 +46,11 @@ def cluster_engine(address: str) -> Iterator[Engine]:
 
     try:
         # A client that fails to connect hangs at exit, so try the address first.
-        asyncio.run(_reach(address))
+        asyncio.run(_check_connection(address))
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except Exception as error:  # noqa: BLE001
         raise InputError(f"--scheduler {address}: no scheduler answers there: {error}") from None
-    with _quiet(), client:
+    with _silence_loggers(), client:
         try:
             client.wait_for_workers(1, timeout=_CONNECT_S)
         except TimeoutError:
@@ -58,8 +58,8 @@ def cluster_engine(address: str) -> Iterator[Engine]:
         yield _engine(client, address)
 
 
-async def _reach(address: str) -> None:
-    # Fails for wrong addresses, and for schemes whose packages are missing or not set up.
+async def _check_connection(address: str) -> None:
+    # Fails for a wrong address, and for a protocol whose package is missing or not configured.
     from distributed.comm.core import connect
     from distributed.security import Security
 
@@ -69,8 +69,8 @@ async def _reach(address: str) -> None:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    # Failures become one error; the client's log would repeat them.
+def _silence_loggers() -> Iterator[None]:
+    # The caller turns failures into one error; the client's log would repeat them.
     loggers = [logging.getLogger(name) for name in _LOGGERS]
     levels = [logger.level for logger in loggers]
     for logger in loggers:
@@ -85,15 +85,15 @@ def _quiet() -> Iterator[None]:
 def _engine(client: "Client", address: str) -> Engine:
     from distributed import as_completed
 
-    def compute(packed: bytes) -> Any:
-        # A nested function is sent by value. It imports fivtui inside, so that a worker without
-        # fivtui fails here and not while unpickling, which would end the worker.
+    def compute(pickled_request: bytes) -> Any:
+        # Dask sends a nested function by value. It imports fivtui inside, so that a worker without
+        # fivtui fails here; failing while unpickling would end the worker.
         import pickle
 
         from .provenance import versions
 
-        # `packed` comes from `submit` below.
-        own_versions, request = versions(), pickle.loads(packed)  # noqa: S301
+        # The request comes from `submit` below.
+        own_versions, request = versions(), pickle.loads(pickled_request)  # noqa: S301
         if request["versions"] != own_versions:
             return own_versions, None, None
 
@@ -108,40 +108,40 @@ def _engine(client: "Client", address: str) -> Engine:
         )
 
     def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
-        local_versions, arithmetic, waiting = versions(), arithmetic_digests(study), iter(pieces)
-        handed_out: dict[Any, SweepPiece] = {}
+        local_versions, digests, pending = versions(), arithmetic_digests(study), iter(pieces)
+        submitted: dict[Any, SweepPiece] = {}
         completed = as_completed(loop=client.loop)
-        threads, looked = 0, -math.inf
+        threads, counted_at = 0, -math.inf
         while True:
-            if time.monotonic() - looked >= _LOOK_S:
-                threads, looked = _threads(client, address), time.monotonic()
-            for piece in islice(waiting, max(_AHEAD * threads - len(handed_out), 0)):
-                # Only the same version can unpickle a piece, so versions are compared first.
+            if time.monotonic() - counted_at >= _COUNT_INTERVAL_S:
+                threads, counted_at = _count_threads(client, address), time.monotonic()
+            for piece in islice(pending, max(_PIECES_PER_THREAD * threads - len(submitted), 0)):
+                # Only the same version can unpickle a piece, so workers compare versions first.
                 request = {"versions": local_versions, "piece": pickle.dumps((study, piece))}
                 future = client.submit(compute, pickle.dumps(request), pure=False)
-                handed_out[future.key] = piece
+                submitted[future.key] = piece
                 completed.add(future)
-            if not handed_out:
+            if not submitted:
                 return
             future = next(completed)
-            worker_versions, computed_with, rows = _result(future, address)
+            worker_versions, worker_arithmetic, rows = _result(future, address)
             _check_versions(worker_versions, local_versions)
-            _check_arithmetic(computed_with, arithmetic)
-            yield handed_out.pop(future.key), rows
+            _check_arithmetic(worker_arithmetic, digests)
+            yield submitted.pop(future.key), rows
 
     return engine
 
 
-def _threads(client: "Client", address: str) -> int:
-    # At least 1: lost workers may come back.
+def _count_threads(client: "Client", address: str) -> int:
+    # At least 1, because lost workers may come back.
     try:
         return max(int(sum(client.nthreads().values())), 1)
     except OSError:
-        raise _lost(address) from None
+        raise _lost_error(address) from None
 
 
-def _lost(address: str) -> ComputationError:
-    return ComputationError(f"the scheduler at {address} is lost", f"start it again; {_AGAIN}")
+def _lost_error(address: str) -> ComputationError:
+    return ComputationError(f"the scheduler at {address} is lost", f"start it again; {_CONTINUE}")
 
 
 def _result(future: Any, address: str) -> tuple[dict[str, str], object, Any]:
@@ -152,15 +152,15 @@ def _result(future: Any, address: str) -> tuple[dict[str, str], object, Any]:
     try:
         result: tuple[dict[str, str], object, Any] = future.result()
     except (CancelledError, CommClosedError):
-        raise _lost(address) from None
+        raise _lost_error(address) from None
     except KilledWorker as error:
         raise ComputationError(
             f"several workers ended while computing a piece: {error}",
-            f"see why they end (memory, time limit); {_AGAIN}",
+            f"see why they end (memory, time limit); {_CONTINUE}",
         ) from None
     except ImportError as error:
         raise ComputationError(
-            f"a worker cannot run fivtui: {error}", f"install it there; {_AGAIN}"
+            f"a worker cannot run fivtui: {error}", f"install it there; {_CONTINUE}"
         ) from None
     return result
 
@@ -170,15 +170,15 @@ def _check_versions(worker_versions: dict[str, str], local_versions: dict[str, s
         if worker_versions.get(name) != number:
             raise ComputationError(
                 f"a worker has {name} {worker_versions.get(name)}, not {number} as here",
-                f"install the same versions; {_AGAIN}",
+                f"install the same versions; {_CONTINUE}",
             )
 
 
-def _check_arithmetic(worker_arithmetic: object, local_arithmetic: Mapping[str, Any]) -> None:
-    difference = arithmetic_difference(worker_arithmetic, local_arithmetic)
+def _check_arithmetic(worker_arithmetic: object, digests: Mapping[str, Any]) -> None:
+    difference = arithmetic_difference(worker_arithmetic, digests)
     if difference:
         raise ComputationError(
             f"rows of a worker would differ in the last bits from those of this machine "
             f"({difference})",
-            f"install fivtui on the workers as here; {_AGAIN}",
+            f"install fivtui on the workers as here; {_CONTINUE}",
         )

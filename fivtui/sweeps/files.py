@@ -9,8 +9,8 @@ from fivtui.io import check_regular, is_folder, parts_folder, temporary_folder, 
 from fivtui.model import InputError
 
 from .formats import SweepFormat, sweep_format
-from .pieces import old_piece_files, piece_count, piece_of, read_manifest, sound_pieces
-from .provenance import converted_provenance, provenance_of, study_from_dict
+from .pieces import old_piece_files, piece_count, read_manifest, sweep_piece, valid_pieces
+from .provenance import convert_provenance, make_provenance, study_from_dict
 from .run import Sweep, check_memory_limit
 from .study import Study
 
@@ -18,24 +18,24 @@ from .study import Study
 def save_sweep(result: Sweep, path: Path) -> None:
     """Write a complete sweep; the file has the same bytes as that of `sweep_to_file`.
 
-    The provenance is that of the file it was read from, or of this machine. Raises `InputError` if
-    the file cannot be written, or the sweep is not complete.
+    The provenance is that of the file the sweep was read from, or else of this machine. Raises
+    `InputError` if the file cannot be written, or the sweep is not complete.
     """
-    form, study, members = sweep_format(path), result.study, len(result.table.reasons)
+    file_format, study, members = sweep_format(path), result.study, len(result.table.reasons)
     if members != study.members:
         raise InputError(f"{path}: {members} of {study.members} members are computed, not all")
     provenance = (
-        provenance_of(study, form)
+        make_provenance(study, file_format)
         if result.provenance is None
-        else converted_provenance(result.provenance, form)
+        else convert_provenance(result.provenance, file_format)
     )
 
     def write(file: BinaryIO) -> None:
         with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
             piece = Path(folder) / f"rows{path.suffix.lower()}"
             with piece.open("wb") as rows:
-                form.write_piece(rows, study, result.table)
-            form.merge(file, study, [piece], provenance)
+                file_format.write_piece(rows, study, result.table)
+            file_format.merge(file, study, [piece], provenance)
 
     write_atomically(path, write)
 
@@ -43,13 +43,15 @@ def save_sweep(result: Sweep, path: Path) -> None:
 def read_sweep(path: Path) -> Sweep:
     """Read a sweep from its file, or the rows stored so far from its ``FILE.parts``.
 
-    Raises `InputError` if it is another file, is damaged, or has more than a million members.
+    Raises `InputError` if the file is damaged or no sweep, or has more than a million members.
     """
-    form = None if is_folder(path) else sweep_format(path)
-    if form is not None:
+    file_format = None if is_folder(path) else sweep_format(path)
+    if file_format is not None:
         check_regular(path)
     try:
-        result, members = _from_folder(path) if form is None else _from_file(path, form)
+        result, members = (
+            _read_folder(path) if file_format is None else _read_file(path, file_format)
+        )
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except (OSError, ValueError, KeyError, IndexError, TypeError, RecursionError):
@@ -59,53 +61,53 @@ def read_sweep(path: Path) -> Sweep:
     return result
 
 
-def stored_studies(out: Path) -> tuple[Study | None, Study | None]:
-    """The study of a complete file, and that of the pieces beside it; None if missing."""
-    form = sweep_format(out)
-    stored = under_way = None
-    if out.is_file() and (provenance := form.provenance(out)) is not None:
-        stored = _study_in(provenance)
+def read_stored_studies(out: Path) -> tuple[Study | None, Study | None]:
+    """Read the study of a complete file and that of the pieces beside it; None if missing."""
+    file_format = sweep_format(out)
+    stored = incomplete = None
+    if out.is_file() and (provenance := file_format.provenance(out)) is not None:
+        stored = _parse_study(provenance)
     with suppress(OSError, InputError):
-        under_way = _study_in(read_manifest(parts_folder(out)).provenance)
-    return stored, under_way
+        incomplete = _parse_study(read_manifest(parts_folder(out)).provenance)
+    return stored, incomplete
 
 
-def _study_in(provenance: Any) -> Study | None:
+def _parse_study(provenance: Any) -> Study | None:
     try:
         return study_from_dict(provenance["sweep"])
     except (InputError, KeyError, TypeError):
         return None
 
 
-def _from_file(path: Path, form: SweepFormat) -> tuple[Sweep, int]:
-    provenance = form.provenance(path)
+def _read_file(path: Path, file_format: SweepFormat) -> tuple[Sweep, int]:
+    provenance = file_format.provenance(path)
     if provenance is None or "sweep" not in provenance:
         raise InputError("not a sweep that fivtui wrote")
     study = study_from_dict(provenance["sweep"])
     check_memory_limit(study)
-    return Sweep(study, form.read(path, study), provenance), study.members
+    return Sweep(study, file_format.read(path, study), provenance), study.members
 
 
-def _from_folder(folder: Path) -> tuple[Sweep, int]:
-    # The rows of the sound pieces in ``FILE.parts``, and their number; only reads the folder.
+def _read_folder(folder: Path) -> tuple[Sweep, int]:
+    # Read the rows of the valid pieces in ``FILE.parts``, and their number.
     try:
-        manifest, form = read_manifest(folder), sweep_format(Path(folder.stem))
+        manifest, file_format = read_manifest(folder), sweep_format(Path(folder.stem))
         study = study_from_dict(manifest.provenance["sweep"])
         count = piece_count(study.members, manifest.size)
-        pieces, old = sound_pieces(folder, manifest.digest, count), old_piece_files(folder)
+        files, old_files = (valid_pieces(folder, manifest.digest, count), old_piece_files(folder))
     except (OSError, ValueError, KeyError):
         raise InputError("not the folder of a sweep under way (FILE.parts)") from None
-    if old:
+    if old_files:
         raise InputError(
             "an older fivtui began this sweep: its pieces do not say which sweep they are of"
         )
-    if not pieces:
+    if not files:
         raise InputError("no member of this sweep is stored yet")
-    parts = [piece_of(number, study.members, manifest.size) for number in pieces]
-    members = sum(part.stop - part.first for part in parts)
+    pieces = [sweep_piece(number, study.members, manifest.size) for number in files]
+    members = sum(piece.stop - piece.first for piece in pieces)
     check_memory_limit(study, members)
-    with temporary_folder() as scratch:
-        merged = scratch / folder.stem
+    with temporary_folder() as temporary:
+        merged = temporary / folder.stem
         with merged.open("wb") as file:
-            form.merge(file, study, [piece.path for piece in pieces.values()], {})
-        return Sweep(study, form.read(merged, study), manifest.provenance), members
+            file_format.merge(file, study, [piece.path for piece in files.values()], {})
+        return Sweep(study, file_format.read(merged, study), manifest.provenance), members

@@ -1,4 +1,4 @@
-"""File formats of sweeps: rows are written as pieces, and pieces merged into one file."""
+"""File formats of sweeps: pieces of rows are written first, then merged into one file."""
 
 import shutil
 from collections.abc import Callable, Iterable, Mapping
@@ -23,17 +23,17 @@ from fivtui.model import InputError
 from .rows import Rows
 from .study import ColumnKind, Study
 
-# How a file was computed: JSON values by key.
+# How the rows of a file were computed: JSON values by key.
 Provenance = Mapping[str, Any]
 
-_TRUTH: Final[Mapping[bool, str]] = {True: "true", False: "false"}
-_NOTHING: Final[Provenance] = {}
-# Rows of a row group of a Parquet file: large enough to be read fast, small enough for memory.
+_TRUTH_TEXTS: Final[Mapping[bool, str]] = {True: "true", False: "false"}
+_NO_PROVENANCE: Final[Provenance] = {}
+# Rows per row group of a Parquet file: large enough for speed, small enough for memory.
 _GROUP_ROWS: Final = 131_072
-# Bytes read at a time to count rows.
-_CHUNK: Final = 1 << 20
+# Bytes that are read at a time to count rows.
+_READ_BYTES: Final = 1 << 20
 # Bytes of a Parquet file besides its columns and their metadata.
-_PARQUET_FRAME: Final = 12
+_PARQUET_FRAME_BYTES: Final = 12
 _ARROW_TYPES: Final[Mapping[ColumnKind, str]] = {
     "number": "double",
     "count": "int64",
@@ -48,15 +48,15 @@ class SweepFormat:
 
     # The format of the complete file.
     table: Format
-    # Writes some rows of a study.
+    # Writes a piece: some rows of a study.
     write_piece: Callable[[BinaryIO, Study, Rows], None]
-    # Writes pieces, in order, below their provenance.
+    # Writes the provenance, and below it the pieces in order.
     merge: Callable[[BinaryIO, Study, Iterable[Path], Provenance], None]
     # Number of complete rows of a study in a file; 0 if the file has other columns.
     count: Callable[[Path, Study], int]
 
     def provenance(self, path: Path) -> dict[str, Any] | None:
-        """Provenance in a file; None if it has none."""
+        """Read the provenance in a file; None if it has none."""
         with path.open("rb") as file:
             try:
                 return self.table.header(file) or None
@@ -64,7 +64,7 @@ class SweepFormat:
                 return None
 
     def read(self, path: Path, study: Study) -> Rows:
-        """The rows of a study in a file."""
+        """Read the rows of a study from a file."""
         names = [column.name for column in study.columns if column.name != "status"]
         with path.open("rb") as file:
             columns = self.table.read(file, names, ["reason"], missing=True)
@@ -83,7 +83,7 @@ def sweep_format(path: Path) -> SweepFormat:
 
 
 def _cell(value: object) -> str:
-    return _TRUTH[value] if isinstance(value, bool) else csv_cell(value)
+    return _TRUTH_TEXTS[value] if isinstance(value, bool) else csv_cell(value)
 
 
 def _write_csv_piece(file: BinaryIO, study: Study, rows: Rows) -> None:
@@ -106,16 +106,16 @@ def _merge_csv(
             shutil.copyfileobj(rows, file)
 
 
-def _count_csv(path: Path, study: Study) -> int:
+def _count_csv_rows(path: Path, study: Study) -> int:
     with path.open("rb") as file:
-        names = next((line for line in file if not line.startswith(b"# ")), b"")
-        if names != (",".join(column.name for column in study.columns) + "\n").encode():
+        name_line = next((line for line in file if not line.startswith(b"# ")), b"")
+        if name_line != (",".join(column.name for column in study.columns) + "\n").encode():
             return 0
-        # A row has one line feed, at its end; text after the last line feed is no complete row.
-        return sum(part.count(b"\n") for part in iter(partial(file.read, _CHUNK), b""))
+        # A complete row ends with its only line feed.
+        return sum(chunk.count(b"\n") for chunk in iter(partial(file.read, _READ_BYTES), b""))
 
 
-def _arrow_schema(study: Study, provenance: Provenance = _NOTHING) -> Any:
+def _arrow_schema(study: Study, provenance: Provenance = _NO_PROVENANCE) -> Any:
     import pyarrow as pa
 
     types = [pa.type_for_alias(_ARROW_TYPES[column.kind]) for column in study.columns]
@@ -143,22 +143,22 @@ def _merge_parquet(
 
     schema = _arrow_schema(study, provenance)
     with pq.ParquetWriter(file, schema) as writer:
-        waiting: list[Any] = []
+        tables: list[Any] = []
 
-        def write() -> None:
-            table = pa.concat_tables(waiting).combine_chunks()
+        def write_group() -> None:
+            table = pa.concat_tables(tables).combine_chunks()
             writer.write_table(table.replace_schema_metadata(schema.metadata))
-            waiting.clear()
+            tables.clear()
 
         for piece in pieces:
-            waiting.append(pq.read_table(piece))
-            if sum(table.num_rows for table in waiting) >= _GROUP_ROWS:
-                write()
-        if waiting:
-            write()
+            tables.append(pq.read_table(piece))
+            if sum(table.num_rows for table in tables) >= _GROUP_ROWS:
+                write_group()
+        if tables:
+            write_group()
 
 
-def _count_parquet(path: Path, study: Study) -> int:
+def _count_parquet_rows(path: Path, study: Study) -> int:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -168,17 +168,17 @@ def _count_parquet(path: Path, study: Study) -> int:
         return 0
     groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
     chunks = [group.column(index) for group in groups for index in range(group.num_columns)]
-    stored = sum(chunk.total_compressed_size for chunk in chunks)
+    column_bytes = sum(chunk.total_compressed_size for chunk in chunks)
     if metadata.schema.names != [column.name for column in study.columns]:
         return 0
     # The metadata at the end give the size of a complete file; a damaged file is shorter.
-    is_whole = path.stat().st_size >= stored + metadata.serialized_size + _PARQUET_FRAME
+    is_whole = path.stat().st_size >= column_bytes + metadata.serialized_size + _PARQUET_FRAME_BYTES
     return int(metadata.num_rows) if is_whole else 0
 
 
 SWEEP_FORMATS: Final[Mapping[str, SweepFormat]] = {
-    ".csv": SweepFormat(FORMATS[".csv"], _write_csv_piece, _merge_csv, _count_csv),
+    ".csv": SweepFormat(FORMATS[".csv"], _write_csv_piece, _merge_csv, _count_csv_rows),
     ".parquet": SweepFormat(
-        FORMATS[".parquet"], _write_parquet_piece, _merge_parquet, _count_parquet
+        FORMATS[".parquet"], _write_parquet_piece, _merge_parquet, _count_parquet_rows
     ),
 }

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from .study import Study
 
 files, report = later(__name__, "files", "report")
-_TEXT_BYTES: Final = 20
+_CELL_BYTES: Final = 20
 
 
-def _unfinished(result: "Sweep") -> str:
+def _incomplete_reason(result: "Sweep") -> str:
     complete = len(result.table.reasons) >= result.study.members
     return "" if complete else "it is incomplete"
 
@@ -72,7 +72,7 @@ SWEEP: Final = StudyKind(
     command=_command,
     stored=Storage(
         ".csv",
-        size=lambda result: _TEXT_BYTES * len(result.table.reasons) * len(result.columns),
-        unfinished=_unfinished,
+        size=lambda result: _CELL_BYTES * len(result.table.reasons) * len(result.columns),
+        unfinished=_incomplete_reason,
     ),
 )

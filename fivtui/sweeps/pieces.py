@@ -1,8 +1,8 @@
 """Pieces of an incomplete sweep on disk: file names, checksums and manifest.
 
-The manifest has the study, the versions, and the number of members of a piece. The name of a
-piece's file has its number, its count of failed members, the digest of the manifest, and a checksum
-of these and the content: ``000000012.3.09ab….5f1c….parquet``.
+The manifest has the study, the versions, and the number of members per piece. The name of a piece's
+file has the number of the piece, the number of its failed members, the digest of the manifest, and
+a checksum of these and the content: ``000000012.3.09ab….5f1c….parquet``.
 """
 
 import hashlib
@@ -16,14 +16,14 @@ from typing import Any, Final, NamedTuple
 from fivtui.model import InputError
 
 MANIFEST: Final = "manifest.json"
-# Keys of a manifest that the complete file does not have.
+# Keys of a manifest that are not in the header of the complete file.
 PIECE_MEMBERS: Final = "piece_members"
 COLUMNS: Final = "columns"
-_DIGITS: Final = 32
+_DIGEST_DIGITS: Final = 32
 _NAME: Final = re.compile(r"(\d{9,})\.(\d+)\.([0-9a-f]{32})\.([0-9a-f]{32})\.\w+")
-# The name of a piece by older versions, without the digest of a manifest.
+# File names of pieces by older versions, without the digest of a manifest.
 _OLD_NAME: Final = re.compile(r"\d{9,}\.\d+\.[0-9a-f]{32}\.\w+")
-_LEFT_OVER: Final = (".fivtui-", "merged.")
+_TEMPORARY_PREFIXES: Final = (".fivtui-", "merged.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +40,13 @@ def piece_count(members: int, size: int) -> int:
     return -(-members // size)
 
 
-def piece_of(number: int, members: int, size: int) -> SweepPiece:
+def sweep_piece(number: int, members: int, size: int) -> SweepPiece:
     """Piece `number` of a sweep of `members` members, `size` in a piece."""
     return SweepPiece(number, number * size, min((number + 1) * size, members))
 
 
 class Manifest(NamedTuple):
-    """The manifest of a folder of pieces: its digest, members of a piece, and provenance."""
+    """The manifest of a folder of pieces: its digest, members per piece, and provenance."""
 
     digest: str
     size: int
@@ -54,75 +54,80 @@ class Manifest(NamedTuple):
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """The manifest in a folder of pieces; `InputError` if it is damaged."""
+    """Read the manifest in a folder of pieces; `InputError` if it is damaged."""
     try:
         content = json.loads((folder / MANIFEST).read_bytes())
         provenance = {key: content[key] for key in content if key not in (PIECE_MEMBERS, COLUMNS)}
-        return Manifest(digest_of(content), int(content[PIECE_MEMBERS]), provenance)
+        return Manifest(manifest_digest(content), int(content[PIECE_MEMBERS]), provenance)
     except (ValueError, KeyError, TypeError):
         raise InputError(f"its {MANIFEST} is damaged") from None
 
 
 @dataclass(frozen=True, slots=True)
 class PieceFile:
-    """A file of a piece: number, failures, manifest digest and checksum from its name."""
+    """A file of a piece; number, failed members, manifest digest and checksum are from its name."""
 
     path: Path
     number: int
     failed: int
-    sweep: str
+    digest: str
     checksum: str
 
     @property
-    def sound(self) -> bool:
-        """Whether the content has the checksum in the name."""
-        checksum = _checksum(self.number, self.failed, self.sweep, self.path.read_bytes())
+    def valid(self) -> bool:
+        """Whether the content agrees with the checksum in the name."""
+        checksum = _checksum(self.number, self.failed, self.digest, self.path.read_bytes())
         return checksum == self.checksum
 
 
-def piece_name(number: int, failed: int, sweep: str, content: bytes, suffix: str) -> str:
+def piece_name(number: int, failed: int, digest: str, content: bytes, suffix: str) -> str:
     """The name of a piece's file."""
-    return f"{number:09}.{failed}.{sweep}.{_checksum(number, failed, sweep, content)}{suffix}"
+    return f"{number:09}.{failed}.{digest}.{_checksum(number, failed, digest, content)}{suffix}"
 
 
-def _checksum(number: int, failed: int, sweep: str, content: bytes) -> str:
-    # The checksum includes the name, so that a renamed piece is not sound.
-    digest = hashlib.sha256(f"{number}.{failed}.{sweep}\n".encode())
-    digest.update(content)
-    return digest.hexdigest()[:_DIGITS]
+def _checksum(number: int, failed: int, digest: str, content: bytes) -> str:
+    # The checksum includes the name, so that a renamed piece is not valid.
+    checksum = hashlib.sha256(f"{number}.{failed}.{digest}\n".encode())
+    checksum.update(content)
+    return checksum.hexdigest()[:_DIGEST_DIGITS]
 
 
-def digest_of(manifest: Mapping[str, Any]) -> str:
+def manifest_digest(manifest: Mapping[str, Any]) -> str:
     """The digest of a manifest."""
     text = json.dumps(manifest, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
+    return hashlib.sha256(text.encode()).hexdigest()[:_DIGEST_DIGITS]
 
 
 def piece_files(folder: Path) -> list[PieceFile]:
     """The files of pieces in a folder, in order; their content is not read."""
-    named = ((path, _NAME.fullmatch(path.name)) for path in sorted(folder.iterdir()))
+    matches = ((path, _NAME.fullmatch(path.name)) for path in sorted(folder.iterdir()))
     return [
         PieceFile(path, int(match[1]), int(match[2]), match[3], match[4])
-        for path, match in named
+        for path, match in matches
         if match is not None
     ]
 
 
 def old_piece_files(folder: Path) -> list[Path]:
-    """Pieces whose names lack the digest of a manifest."""
+    """The files of pieces by older versions."""
     return [path for path in folder.iterdir() if _OLD_NAME.fullmatch(path.name)]
 
 
-def is_own(path: Path) -> bool:
-    """Whether a file is a piece, or left half-written by a kill."""
-    named = _NAME.fullmatch(path.name) or _OLD_NAME.fullmatch(path.name)
-    return named is not None or path.name.startswith(_LEFT_OVER)
+def is_sweep_file(path: Path) -> bool:
+    """Whether a file is a piece, or an incomplete file that a killed run left."""
+    match = _NAME.fullmatch(path.name) or _OLD_NAME.fullmatch(path.name)
+    return match is not None or path.name.startswith(_TEMPORARY_PREFIXES)
 
 
-def sound_pieces(folder: Path, digest: str, count: int) -> dict[int, PieceFile]:
-    """The sound files of pieces 0 to `count` - 1 of a manifest, by number."""
-    sound: dict[int, PieceFile] = {}
+def valid_pieces(folder: Path, digest: str, count: int) -> dict[int, PieceFile]:
+    """The valid files of pieces 0 to `count` - 1, by number, with this digest of the manifest."""
+    files: dict[int, PieceFile] = {}
     for file in piece_files(folder):
-        if file.sweep == digest and file.number < count and file.number not in sound and file.sound:
-            sound[file.number] = file
-    return sound
+        if (
+            file.digest == digest
+            and file.number < count
+            and file.number not in files
+            and file.valid
+        ):
+            files[file.number] = file
+    return files

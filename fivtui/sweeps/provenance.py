@@ -1,4 +1,4 @@
-"""Provenance of a sweep's file: the study, versions and arithmetic it was computed with."""
+"""Provenance of the file of a sweep: study, versions and arithmetic of the computation."""
 
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -20,14 +20,14 @@ from .study import BATCH_METHOD, Study
 FORMAT_VERSION: Final = 1
 ARITHMETIC: Final = "arithmetic"
 VERSIONS: Final = "versions"
-# Key of the scattered names, only in files of scattered sweeps.
+# Key of the scattered names; only files of scattered sweeps have it.
 SCATTERED: Final = "scattered"
 # Packages that decide the last bits of a result.
 _PACKAGES: Final = ("numpy", "scipy")
 
 
 def versions(package: str = "") -> dict[str, str]:
-    """Versions of the packages that decide last bits, and of `package`."""
+    """Versions of `package` and of the packages that decide the last bits of results."""
     names = [*_PACKAGES, package] if package else _PACKAGES
     return {"fivtui": __version__, **{name: version(name) for name in names}}
 
@@ -72,7 +72,7 @@ def _design_from_data(data: Any) -> StudyDesign:
         seed=int(data["seed"]),
         repeats=int(data["repeats"]),
         indices=bool(data["indices"]),
-        correlations=tuple((str(a), str(b), float(r)) for a, b, r in data["correlations"]),
+        correlations=tuple((str(x), str(y), float(r)) for x, y, r in data["correlations"]),
     )
 
 
@@ -90,7 +90,7 @@ def _axis_to_data(axis: Axis | Distribution) -> Any:
 
 
 def study_from_dict(data: Any) -> Study:
-    """The study in data of `study_to_dict`; `InputError` if the data hold no study."""
+    """Convert data of `study_to_dict` back to a study; `InputError` if that fails."""
     try:
         start = data["start"]
         return Study(
@@ -118,26 +118,27 @@ def _axis_from_data(data: Any) -> Any:
     return Range(**data) if isinstance(data, dict) else tuple(float(value) for value in data)
 
 
-def study_header(study: Study, form: SweepFormat) -> dict[str, Any]:
+def study_header(study: Study, file_format: SweepFormat) -> dict[str, Any]:
     """Format version, study and versions, as data for JSON."""
-    scattered = isinstance(study.design, Scatter)
+    is_scattered = isinstance(study.design, Scatter)
     return {
         "fivtui_sweep": FORMAT_VERSION,
-        **({SCATTERED: list(study.design.axes)} if scattered else {}),
+        **({SCATTERED: list(study.design.axes)} if is_scattered else {}),
         "sweep": study_to_dict(study),
-        VERSIONS: versions(form.table.package),
+        VERSIONS: versions(file_format.table.package),
     }
 
 
-def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
-    """`described` and this machine's arithmetic; `ComputationError` if the kernel does not load."""
-    return {**study_header(study, form), ARITHMETIC: arithmetic_digests(study)}
+def make_provenance(study: Study, file_format: SweepFormat) -> dict[str, Any]:
+    """The header with this machine's arithmetic; `ComputationError` if no kernel can be loaded."""
+    return {**study_header(study, file_format), ARITHMETIC: arithmetic_digests(study)}
 
 
-def converted_provenance(provenance: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:
-    """Provenance read from a file, with the versions for another format."""
-    before = provenance.get(VERSIONS, {})
-    named = {
-        name: before.get(name, number) for name, number in versions(form.table.package).items()
+def convert_provenance(provenance: Mapping[str, Any], file_format: SweepFormat) -> dict[str, Any]:
+    """Convert the provenance read from a file for a file of another format."""
+    stored_versions = provenance.get(VERSIONS, {})
+    new_versions = {
+        name: stored_versions.get(name, number)
+        for name, number in versions(file_format.table.package).items()
     }
-    return {**provenance, VERSIONS: named}
+    return {**provenance, VERSIONS: new_versions}

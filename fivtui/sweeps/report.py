@@ -1,4 +1,4 @@
-"""Console output of a sweep: rows to stdout, progress to stderr."""
+"""Console output of a sweep: rows on stdout, progress on stderr."""
 
 import time
 from typing import Any, Final
@@ -10,10 +10,10 @@ from fivtui.console import ProgressBar, number, print_rows
 from .run import Sweep
 from .study import DEFAULT_OUTPUTS, ERRORS, SweepColumn
 
-# Without a terminal, a line is printed at this interval.
-_LINE_EVERY_S: Final = 30.0
+# Interval of the progress lines if stderr is not a terminal.
+_LINE_INTERVAL_S: Final = 30.0
 # Outputs printed by default, and the number of rows printed.
-_FOR_READING: Final = ("y_abs", "y_half_range", "separations", "separated_time")
+_PRINTED_OUTPUTS: Final = ("y_abs", "y_half_range", "separations", "separated_time")
 _ROWS: Final = 40
 _UNITS_OF_TIME: Final = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 
@@ -25,31 +25,31 @@ class SweepProgress(ProgressBar):
         super().__init__("", remaining=False)
         self._members = members
         self._console = Console(stderr=True, highlight=False)
-        self._first: tuple[float, float] | None = None
-        self._shown = time.monotonic()
+        self._start: tuple[float, float] | None = None
+        self._printed_s = time.monotonic()
 
     def __call__(self, fraction: float) -> bool:
         """Show the fraction done, 0 to 1; always returns True."""
         time_s = time.monotonic()
-        if self._first is None:
-            # Members stored by an earlier run do not count for the rate.
-            self._first = (time_s, fraction)
+        if self._start is None:
+            # The rate does not count members that an earlier run stored.
+            self._start = (time_s, fraction)
         text = progress_text(
-            self._members, fraction, fraction - self._first[1], time_s - self._first[0]
+            self._members, fraction, fraction - self._start[1], time_s - self._start[0]
         )
-        self._say(fraction, text, time_s)
+        self._display(fraction, text, time_s)
         return True
 
-    def _say(self, fraction: float, text: str, time_s: float) -> None:
+    def _display(self, fraction: float, text: str, time_s: float) -> None:
         if self._console.is_terminal:
             self.show(fraction, text)
-        elif time_s - self._shown >= _LINE_EVERY_S:
-            self._shown = time_s
+        elif time_s - self._printed_s >= _LINE_INTERVAL_S:
+            self._printed_s = time_s
             self._console.print(f"fivtui: {text}", soft_wrap=True)
 
 
 def progress_text(members: int, fraction: float, newly: float, elapsed: float) -> str:
-    """Members done, rate and time left; `newly` is the fraction done in `elapsed` s of this run."""
+    """Members done, rate and time left; this run computed fraction `newly` in `elapsed` s."""
     text = f"{round(fraction * members)} of {members} members ({fraction:.1%})"
     if newly <= 0.0 or elapsed <= 0.0:
         return text
@@ -65,24 +65,24 @@ def _duration(seconds: float) -> str:
 
 
 def print_sweep(result: Sweep) -> None:
-    """Print the first and last rows of a sweep; all outputs if they are not the defaults."""
+    """Print the first and last rows of a sweep with its main outputs, or those that were chosen."""
     study, rows = result.study, result.rows
-    chosen = study.outputs != DEFAULT_OUTPUTS
-    shown = [
+    is_chosen = study.outputs != DEFAULT_OUTPUTS
+    columns = [
         (index, column)
         for index, column in enumerate(study.columns)
-        if chosen or column.name not in study.outputs or column.name in _FOR_READING
+        if is_chosen or column.name not in study.outputs or column.name in _PRINTED_OUTPUTS
         if column.name != "reason" or any(row[index] for row in rows)
     ]
-    short = rows if len(rows) <= _ROWS else [*rows[: _ROWS // 2], *rows[-(_ROWS // 2) :]]
-    cells = [[_cell(row[index], column) for index, column in shown] for row in short]
+    printed = rows if len(rows) <= _ROWS else [*rows[: _ROWS // 2], *rows[-(_ROWS // 2) :]]
+    cells = [[_cell(row[index], column) for index, column in columns] for row in printed]
     header = [
-        f"{column.name} ({column.unit})" if column.unit else column.name for _, column in shown
+        f"{column.name} ({column.unit})" if column.unit else column.name for _, column in columns
     ]
     keys = len(study.design.axes) + 1
     print_rows(f"Sweep: {len(rows)} members", header, cells, keys=keys)
-    remarks = [_fast_belt_words(result, case) for case in study.cases]
-    if len(short) < len(rows):
+    remarks = [_fast_belt_text(result, case) for case in study.cases]
+    if len(printed) < len(rows):
         remarks.append(
             f"only the first and last {_ROWS // 2} rows are printed; --out and --json give all"
         )
@@ -90,10 +90,10 @@ def print_sweep(result: Sweep) -> None:
         Console(stderr=True, highlight=False).print(text, soft_wrap=True)
 
 
-def _fast_belt_words(result: Sweep, case: bool) -> str:
-    # The belt speed from which the motion is that on a belt that is always faster.
+def _fast_belt_text(result: Sweep, case: bool) -> str:
+    # The least belt speed at which the belt is always faster than the slider.
     row = result.fast_belt(case)
-    output = next((name for name in _FOR_READING if name in result.study.outputs), None)
+    output = next((name for name in _PRINTED_OUTPUTS if name in result.study.outputs), None)
     if row is None or output is None:
         return ""
     numbers = result.table.numbers

@@ -29,7 +29,7 @@ from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Start
 
 from .design import Axis, Design, Kind
 from .formats import sweep_format
-from .pieces import SweepPiece, piece_count, piece_of
+from .pieces import SweepPiece, piece_count, sweep_piece
 from .rows import Rows, compute_rows, concatenate
 from .scatter import Scatter
 from .store import default_piece_size, open_store
@@ -38,7 +38,7 @@ from .study import BATCH_METHOD, DEFAULT_OUTPUTS, Study
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
 
-# An engine computes pieces of a study, in any order.
+# A function that computes pieces of a study and yields them in any order.
 Engine = Callable[[Study, Iterable[SweepPiece]], Generator[tuple[SweepPiece, Rows]]]
 Cases = Literal["considered", "ignored", "both"]
 
@@ -50,12 +50,12 @@ CASES: Final[Mapping[Cases, tuple[bool, ...]]] = {
 MAX_IN_MEMORY: Final = 1_000_000
 # Greatest number of members of a scattered sweep in memory; its rows are not printed.
 _MAX_SCATTERED: Final = 20_000_000
-# Columns in the summary of a sweep.
-_SHOWN: Final = 8
-# Least number of pieces, so that all threads have work.
-_PIECES_IN_MEMORY: Final = 32
+# Number of columns in the summary of a sweep.
+_SUMMARY_COLUMNS: Final = 8
+# Least number of pieces of a sweep in memory, so that all threads have work.
+_MIN_PIECES: Final = 32
 # Pieces queued beyond those being computed.
-_AHEAD: Final = 1
+_QUEUED_PIECES: Final = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -69,7 +69,7 @@ class Sweep(Result, Tabular, Plottable):
     table : Rows
         Its rows by column.
     provenance : dict or None
-        Provenance in the file it was read from; None if it was computed here.
+        Provenance in the file that the sweep was read from; None if it was computed.
     """
 
     study: Study
@@ -90,8 +90,8 @@ class Sweep(Result, Tabular, Plottable):
     def _summary(self) -> list[tuple[str, str]]:
         study, table = self.study, self.table
         axes = study.design.axes
-        listed = (*axes, *dict(study.over_time))
-        scene = scene_text(System(study.parameters, any(study.cases)), without=listed)
+        varied = (*axes, *dict(study.over_time))
+        scene = scene_text(System(study.parameters, any(study.cases)), without=varied)
         rows = [
             ("scene", scene),
             *((f"{name} over time", table.in_words()) for name, table in study.over_time),
@@ -99,7 +99,7 @@ class Sweep(Result, Tabular, Plottable):
             ("members", f"{len(table.reasons)}, {table.failed} failed"),
         ]
         columns = [column for column in study.columns if column.name in table.numbers]
-        for column in columns[:_SHOWN]:
+        for column in columns[:_SUMMARY_COLUMNS]:
             values = table.numbers[column.name][~np.isnan(table.numbers[column.name])]
             if not values.size:
                 text = "none"
@@ -108,14 +108,14 @@ class Sweep(Result, Tabular, Plottable):
             else:
                 text = f"{values.min():.6g} to {values.max():.6g} {column.unit}".rstrip()
             rows.append((column.name, text))
-        if len(columns) > _SHOWN:
-            rows.append(("and", f"{len(columns) - _SHOWN} more columns"))
+        if len(columns) > _SUMMARY_COLUMNS:
+            rows.append(("and", f"{len(columns) - _SUMMARY_COLUMNS} more columns"))
         return rows
 
     def fast_belt(self, case: bool) -> int | None:
-        """Row of the slowest belt from which on every belt is always faster than the slider.
+        """Row of the slowest belt such that it and all faster belts always outrun the slider.
 
-        `case` is whether separation is considered. The motion in that row is that without `v_belt`.
+        `case` is whether separation is considered. The motion in that row is as without `v_belt`.
         None if there is no such row, or friction depends on the speed of the belt.
         """
         study, numbers = self.study, self.table.numbers
@@ -123,12 +123,12 @@ class Sweep(Result, Tabular, Plottable):
             return None
         if "vx_max" not in numbers:
             return None
-        speeds, greatest = numbers["v_belt"], numbers["vx_max"]
+        speeds, peak_velocities = numbers["v_belt"], numbers["vx_max"]
         rows = np.flatnonzero(self.table.separation == case)
-        falling = rows[np.argsort(-speeds[rows], kind="stable")]
-        faster = np.cumprod(speeds[falling] > greatest[falling])
-        count = int(faster.sum())
-        return int(falling[count - 1]) if count else None
+        by_falling_speed = rows[np.argsort(-speeds[rows], kind="stable")]
+        is_faster = np.cumprod(speeds[by_falling_speed] > peak_velocities[by_falling_speed])
+        count = int(is_faster.sum())
+        return int(by_falling_speed[count - 1]) if count else None
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui sweep --json`` prints: ``columns`` and ``rows``."""
@@ -145,7 +145,7 @@ class Sweep(Result, Tabular, Plottable):
 
 @dataclass(frozen=True, slots=True)
 class WriteSummary:
-    """Counts of members of a written sweep; `failed` is None if it was complete before."""
+    """Counts of members of a written sweep; `failed` is None if the file was already complete."""
 
     members: int
     failed: int | None
@@ -191,16 +191,16 @@ def sweep(
     count, seed : int, optional
         Number of points and seed of a random or Sobol design.
     separation : bool or "both"
-        Whether separation is considered; "both" makes two members of every point.
+        Whether separation is considered; "both" gives two members per point.
     start, t_end, tol
-        As in `simulate`. A component of the start that varies replaces that of `start`.
+        As in `simulate`. A varied component of the start replaces that of `start`.
     accuracy : mapping of str to float
-        Error targets of ``final``, ``peak``, ``half_range``, relative, in place of `tol`: a member
-        is refined until a finer run confirms them, and its row has the errors.
+        Relative error targets of ``final``, ``peak``, ``half_range``, in place of `tol`: the
+        tolerance is refined until a finer run confirms the targets, and the row has the errors.
     outputs : sequence of str
         Names in `fivtui.sweeps.study.OUTPUTS` to be computed.
     method : "taylor", "fmu" or "fmu-native"
-        In batches by the compiled kernel, or one by one through the FMU.
+        The Taylor integrator in batches, or runs of an FMU one by one.
     over_time : mapping of str to pairs of time and value, optional
         Values of ``F``, ``mu`` and ``v_belt`` over time, in all members: as in `simulate`. Members
         are then computed one by one, as for the outputs of stick.
@@ -244,18 +244,18 @@ def sweep(
 
 
 def sweep_in_memory(study: Study, engine: Engine, *, progress: OnProgress | None = None) -> Sweep:
-    """Compute a sweep of at most a million members with an engine; as `sweep`."""
+    """Compute a study of at most a million members with an engine, see `sweep`."""
     check_memory_limit(study)
-    size = min(default_piece_size(study), max(study.members // _PIECES_IN_MEMORY, 1))
+    size = min(default_piece_size(study), max(study.members // _MIN_PIECES, 1))
     count = piece_count(study.members, size)
-    parts: dict[int, Rows] = {}
-    work = Progress(progress)
-    pieces = (piece_of(number, study.members, size) for number in range(count))
+    rows_by_piece: dict[int, Rows] = {}
+    monitor = Progress(progress)
+    pieces = (sweep_piece(number, study.members, size) for number in range(count))
     with closing(engine(study, pieces)) as results:
         for piece, rows in results:
-            parts[piece.number] = rows
-            work.report(len(parts) / count)
-    return Sweep(study, concatenate([parts[number] for number in range(count)]))
+            rows_by_piece[piece.number] = rows
+            monitor.report(len(rows_by_piece) / count)
+    return Sweep(study, concatenate([rows_by_piece[number] for number in range(count)]))
 
 
 def check_memory_limit(study: Study, members: int | None = None) -> None:
@@ -292,19 +292,19 @@ def sweep_to_file(
 ) -> WriteSummary:
     """Compute a sweep into a file, or continue one that was stopped.
 
-    Rows are stored in pieces beside the file, whatever stops the sweep. The same call continues it,
-    and the file gets the same bytes as without the stop. A complete file is left unchanged.
+    Rows are stored in pieces beside the file. After a stop the same call continues, and the file
+    gets the same bytes as without the stop. A complete file is left unchanged.
     """
     with open_store(out, study, size=size) as store:
         if store.complete:
             return WriteSummary(study.members, None, study.members)
-        stored_before, work = store.stored_members, Progress(progress)
+        stored_before, monitor = store.stored_members, Progress(progress)
         try:
-            work.report(stored_before / study.members)
+            monitor.report(stored_before / study.members)
             with closing(engine(study, store.missing())) as results:
                 for piece, rows in results:
                     store.write(piece, rows)
-                    work.report(store.stored_members / study.members)
+                    monitor.report(store.stored_members / study.members)
             failed = store.failed
             store.finish()
         except (Cancelled, KeyboardInterrupt):
@@ -316,7 +316,7 @@ def local_engine(workers: int | None = None) -> Engine:
     """An engine of `workers` threads, all processors by default; the kernel releases the GIL."""
     if workers is not None and workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
-    threads = workers or _processors()
+    threads = workers or _processor_count()
 
     def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         stopped = threading.Event()
@@ -326,13 +326,13 @@ def local_engine(workers: int | None = None) -> Engine:
                 study, piece.first, piece.stop, lambda _fraction: not stopped.is_set()
             )
 
-        waiting = iter(pieces)
+        pending = iter(pieces)
         with ThreadPoolExecutor(threads, thread_name_prefix="sweep") as pool:
             try:
                 running: set[Future[tuple[SweepPiece, Rows]]] = set()
                 while True:
-                    free = threads + _AHEAD - len(running)
-                    running |= {pool.submit(compute, piece) for piece in islice(waiting, free)}
+                    slots = threads + _QUEUED_PIECES - len(running)
+                    running |= {pool.submit(compute, piece) for piece in islice(pending, slots)}
                     if not running:
                         return
                     completed, running = wait(running, return_when=FIRST_COMPLETED)
@@ -344,7 +344,7 @@ def local_engine(workers: int | None = None) -> Engine:
     return engine
 
 
-def _processors() -> int:
+def _processor_count() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

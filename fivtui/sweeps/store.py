@@ -1,4 +1,4 @@
-"""Storage of a sweep: pieces that survive a stop, merged into one file at the end.
+"""Storage of a sweep: pieces that remain after a stop, merged into one file at the end.
 
 Until ``out.parquet`` is complete, the folder ``out.parquet.parts`` beside it holds the pieces.
 """
@@ -31,67 +31,68 @@ from .pieces import (
     MANIFEST,
     PIECE_MEMBERS,
     SweepPiece,
-    digest_of,
-    is_own,
+    is_sweep_file,
+    manifest_digest,
     old_piece_files,
     piece_count,
     piece_files,
     piece_name,
-    piece_of,
     read_manifest,
-    sound_pieces,
+    sweep_piece,
+    valid_pieces,
 )
-from .provenance import ARITHMETIC, VERSIONS, provenance_of, study_header
+from .provenance import ARITHMETIC, VERSIONS, make_provenance, study_header
 from .rows import Rows
 from .study import Study
 
 _LOCK: Final = "lock"
 # Greatest length of a value in a message.
-_BRIEF: Final = 100
-# Members of a piece for runs of 1 s, about a second of work, and the bounds for other durations.
-_MEMBER_SECONDS: Final = 1_000_000
-_MEMBER_SECONDS_IN_TURN: Final = 100
-_PIECE_MEMBERS: Final = (1, 20_000)
+_MAX_LENGTH: Final = 100
+# Simulated time of a piece, s, in batches and in single runs: about a second of work. Then the
+# bounds of the number of members per piece.
+_BATCH_SIMULATED_S: Final = 1_000_000
+_SINGLE_SIMULATED_S: Final = 100
+_PIECE_MEMBER_BOUNDS: Final = (1, 20_000)
 
 
 def default_piece_size(study: Study) -> int:
-    """Members of a piece by default: about a second of work; depends on method and horizon."""
-    least, greatest = _PIECE_MEMBERS
-    seconds = _MEMBER_SECONDS_IN_TURN if study.is_run_by_run else _MEMBER_SECONDS
-    return max(least, min(greatest, int(seconds / study.t_end)))
+    """Default number of members per piece: about a second of work."""
+    least, greatest = _PIECE_MEMBER_BOUNDS
+    simulated_s = _SINGLE_SIMULATED_S if study.is_run_by_run else _BATCH_SIMULATED_S
+    return max(least, min(greatest, int(simulated_s / study.t_end)))
 
 
 class SweepStore:
     """The pieces and the file of one sweep; opened by `open_store`.
 
-    `size` is the number of members of a piece, `stored_members` of those stored, `failed` of those
-    that failed; `complete` says whether the file exists.
+    `size` is the number of members per piece; `stored_members` and `failed` count the stored and
+    the failed members; `complete` is whether the complete file exists.
     """
 
     def __init__(self, out: Path, study: Study, *, size: int | None) -> None:
-        self._form: SweepFormat = sweep_format(out)
+        self._format: SweepFormat = sweep_format(out)
         self._out, self._study = out, study
         self._target = resolve_path(out)
         self.folder = parts_folder(out)
-        self._shown = out.with_name(self.folder.name)
-        self._study_header = study_header(study, self._form)
+        self._label = out.with_name(self.folder.name)
+        self._study_header = study_header(study, self._format)
         self._provenance: dict[str, Any] = {}
         self._requested_size = size
         self.size = size or default_piece_size(study)
-        self._sweep = ""
+        self._digest = ""
         self._pieces: dict[int, Path] = {}
         self.stored_members = self.failed = 0
-        with _readable(out):
+        with _wrap_read_errors(out):
             self.complete = self._is_complete()
         if not self.complete:
             check_output(out)
-            self._provenance = provenance_of(study, self._form)
+            self._provenance = make_provenance(study, self._format)
 
     def _is_complete(self) -> bool:
-        # The file was renamed when complete, but may have been damaged since.
+        # A file under this name was complete once, but may have been damaged since.
         if is_replaceable(self._out) or not self._target.is_file():
             return False
-        provenance = self._form.provenance(self._target)
+        provenance = self._format.provenance(self._target)
         if provenance is None:
             raise InputError(
                 f"{self._out}: exists already, and is not a sweep or is damaged; choose another "
@@ -99,7 +100,7 @@ class SweepStore:
             )
         if _without_arithmetic(provenance) != self._study_header:
             return False
-        rows = self._form.count(self._target, self._study)
+        rows = self._format.count(self._target, self._study)
         if rows != self._study.members:
             raise InputError(
                 f"{self._out}: exists already, and is damaged: {rows} of {self._study.members} "
@@ -114,29 +115,29 @@ class SweepStore:
             COLUMNS: [column.name for column in self._study.columns],
         }
 
-    def _open(self) -> None:
-        # Count the sound pieces of an earlier run, and remove what is damaged.
+    def _load_pieces(self) -> None:
+        # Register the valid pieces of an earlier run, and remove damaged ones.
         manifest = self.folder / MANIFEST
-        reason = self._reason_against()
+        reason = self._conflict()
         if reason:
             if not is_replaceable(self._out):
-                raise InputError(f"{self._shown}: {reason}, or force to discard what is there")
-            self._clear()
+                raise InputError(f"{self._label}: {reason}, or force to discard what is there")
+            self._remove_pieces()
         content = self._manifest()
-        self._sweep = digest_of(content)
+        self._digest = manifest_digest(content)
         if not manifest.exists():
             text = json.dumps(content, ensure_ascii=False, indent=1) + "\n"
             save_bytes(text.encode(), manifest)
         members, size = self._study.members, self.size
-        sound = sound_pieces(self.folder, self._sweep, piece_count(members, size))
-        for number, file in sound.items():
-            self._count(piece_of(number, members, size), file.path, file.failed)
+        valid = valid_pieces(self.folder, self._digest, piece_count(members, size))
+        for number, file in valid.items():
+            self._register(sweep_piece(number, members, size), file.path, file.failed)
         for path in self.folder.iterdir():
-            if is_own(path) and path not in self._pieces.values():
+            if is_sweep_file(path) and path not in self._pieces.values():
                 path.unlink()
 
-    def _reason_against(self) -> str:
-        # Why the stored pieces cannot be continued, with advice; empty if they can.
+    def _conflict(self) -> str:
+        # Why the sweep of the stored pieces cannot be continued, with advice; empty if it can.
         manifest, files = self.folder / MANIFEST, piece_files(self.folder)
         if not manifest.exists():
             if files or old_piece_files(self.folder):
@@ -153,7 +154,7 @@ class SweepStore:
         except InputError as error:
             difference = str(error)
         if difference:
-            return _not_continued(difference)
+            return _other_sweep_text(difference)
         difference = arithmetic_difference(provenance.get(ARITHMETIC), self._provenance[ARITHMETIC])
         if difference:
             return (
@@ -161,15 +162,15 @@ class SweepStore:
                 " finish it where it was begun, choose another --out"
             )
         self.size = size
-        digest = digest_of(self._manifest())
-        if old_piece_files(self.folder) or any(file.sweep != digest for file in files):
+        digest = manifest_digest(self._manifest())
+        if old_piece_files(self.folder) or any(file.digest != digest for file in files):
             return (
                 f"has pieces of another sweep than its {MANIFEST} says; delete that folder, choose "
                 "another --out"
             )
         return ""
 
-    def _count(self, piece: SweepPiece, path: Path, failed: int) -> None:
+    def _register(self, piece: SweepPiece, path: Path, failed: int) -> None:
         self._pieces[piece.number] = path
         self.stored_members += piece.stop - piece.first
         self.failed += failed
@@ -179,69 +180,69 @@ class SweepStore:
         members = self._study.members
         for number in range(piece_count(members, self.size)):
             if number not in self._pieces:
-                yield piece_of(number, members, self.size)
+                yield sweep_piece(number, members, self.size)
 
     def write(self, piece: SweepPiece, rows: Rows) -> None:
-        """Store a piece, whole or not at all; `ComputationError` if that fails."""
+        """Store a piece atomically; `ComputationError` if that fails."""
         members = piece.stop - piece.first
         if len(rows.reasons) != members:
             raise ComputationError(
                 f"{len(rows.reasons)} rows were computed for {members} members", self.advice
             )
         buffer = io.BytesIO()
-        self._form.write_piece(buffer, self._study, rows)
+        self._format.write_piece(buffer, self._study, rows)
         content = buffer.getvalue()
         suffix = self._target.suffix.lower()
-        name = piece_name(piece.number, rows.failed, self._sweep, content, suffix)
+        name = piece_name(piece.number, rows.failed, self._digest, content, suffix)
         path = self.folder / name
         try:
-            with self._explained():
+            with self._with_advice():
                 save_bytes(content, output_path(path, force=True))
         finally:
-            # Count the piece if Ctrl+C came after it was stored.
+            # Register the piece also if Ctrl+C came after it was stored.
             if path.exists():
-                self._count(piece, path, rows.failed)
+                self._register(piece, path, rows.failed)
 
     def finish(self) -> None:
         """Merge the pieces into the file and remove them.
 
-        Raises `ComputationError` if the file cannot be written or lacks rows (the pieces are kept),
-        and `InputError` if a file of its name has appeared.
+        Raises `ComputationError` if the file cannot be written or lacks rows (the pieces remain),
+        and `InputError` if another program has written the file in the meantime.
         """
         merged = self.folder / f"merged{self._target.suffix.lower()}"
         paths = [self._pieces[number] for number in sorted(self._pieces)]
 
         def merge(file: BinaryIO) -> None:
-            self._form.merge(file, self._study, paths, self._provenance)
+            self._format.merge(file, self._study, paths, self._provenance)
 
-        with self._explained():
+        with self._with_advice():
             write_atomically(output_path(merged, force=True), merge)
-        rows = self._form.count(merged, self._study)
+        rows = self._format.count(merged, self._study)
         if rows != self._study.members:
             raise ComputationError(
                 f"{merged}: {rows} of {self._study.members} rows were merged", self.advice
             )
         check_output(self._out)
         merged.replace(self._target)
-        _sync(self._target.parent)
+        _sync_folder(self._target.parent)
         self.complete = True
-        self._clear()
+        self._remove_pieces()
 
-    def _clear(self) -> None:
-        # Delete the manifest last: it identifies the pieces that remain after a kill.
-        for path in (*filter(is_own, self.folder.iterdir()), self.folder / MANIFEST):
+    def _remove_pieces(self) -> None:
+        # Delete the manifest last: after a kill it identifies the remaining pieces.
+        for path in (*filter(is_sweep_file, self.folder.iterdir()), self.folder / MANIFEST):
             path.unlink(missing_ok=True)
         self._pieces.clear()
         self.stored_members = self.failed = 0
 
-    def clear_own(self) -> None:
+    def remove_leftovers(self) -> None:
         """Remove pieces that remain after a kill although the file is complete."""
         with suppress(OSError, InputError):
             if _without_arithmetic(read_manifest(self.folder).provenance) == self._study_header:
-                self._clear()
+                self._remove_pieces()
 
     @contextmanager
-    def _explained(self) -> Iterator[None]:
+    def _with_advice(self) -> Iterator[None]:
         try:
             yield
         except InputError as error:
@@ -251,7 +252,7 @@ class SweepStore:
     def advice(self) -> str:
         """How to continue after a stop."""
         return (
-            f"{self.stored_members} of {self._study.members} members are kept in {self._shown}: "
+            f"{self.stored_members} of {self._study.members} members are kept in {self._label}: "
             "the same command continues"
         )
 
@@ -260,8 +261,8 @@ class SweepStore:
 def open_store(out: Path, study: Study, *, size: int | None = None) -> Iterator[SweepStore]:
     """Open the storage of a sweep, to begin or to continue it; damaged pieces are removed.
 
-    `size` is by default that of the stored pieces, or `default_piece_size`. A replaceable path has
-    an existing file replaced and pieces of another sweep discarded.
+    By default, `size` is that of the stored pieces, or `default_piece_size`. If the path is
+    replaceable, an existing file is replaced and pieces of another sweep are removed.
     """
     store = SweepStore(out, study, size=size)
     folder = store.folder
@@ -274,10 +275,10 @@ def open_store(out: Path, study: Study, *, size: int | None = None) -> Iterator[
         raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
     with hold_lock(folder / _LOCK, "another fivtui sweep"):
         if store.complete:
-            store.clear_own()
+            store.remove_leftovers()
         else:
-            with _readable(store.folder):
-                store._open()
+            with _wrap_read_errors(store.folder):
+                store._load_pieces()
         yield store
     if store.complete:
         (folder / _LOCK).unlink(missing_ok=True)
@@ -287,14 +288,14 @@ def open_store(out: Path, study: Study, *, size: int | None = None) -> Iterator[
 
 
 @contextmanager
-def _readable(path: Path) -> Iterator[None]:
+def _wrap_read_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
-def _sync(folder: Path) -> None:
+def _sync_folder(folder: Path) -> None:
     # The new name must survive a power loss before the pieces are removed.
     if os.name == "posix":
         handle = os.open(folder, os.O_RDONLY)
@@ -309,7 +310,7 @@ def _without_arithmetic(provenance: dict[str, Any]) -> dict[str, Any]:
 
 
 def _difference(stored: Any, expected: Any, name: str = "") -> str:
-    # The first difference of two manifests as text; empty if there is none.
+    # Describe the first difference of two manifests; empty if there is none.
     if isinstance(stored, dict) and isinstance(expected, dict):
         for key in {**expected, **stored}:
             inner = _difference(stored.get(key), expected.get(key), f"{name}.{key}".lstrip("."))
@@ -318,10 +319,10 @@ def _difference(stored: Any, expected: Any, name: str = "") -> str:
         return ""
     if stored == expected:
         return ""
-    return f"{name}: {_brief(stored)} there, {_brief(expected)} here"
+    return f"{name}: {_shorten(stored)} there, {_shorten(expected)} here"
 
 
-def _not_continued(difference: str) -> str:
+def _other_sweep_text(difference: str) -> str:
     if difference.startswith(VERSIONS):
         return (
             f"was begun by other versions, whose last bits may differ ({difference}); finish it "
@@ -330,7 +331,7 @@ def _not_continued(difference: str) -> str:
     return f"holds another sweep ({difference}); finish that one, choose another --out"
 
 
-def _brief(value: Any) -> str:
+def _shorten(value: Any) -> str:
     if value is None:
         return "none"
-    return textwrap.shorten(json.dumps(value, ensure_ascii=False), _BRIEF, placeholder=" …")
+    return textwrap.shorten(json.dumps(value, ensure_ascii=False), _MAX_LENGTH, placeholder=" …")

@@ -327,7 +327,7 @@ def test_an_error_that_takes_too_many_samples_is_not_met_silently(
 
 def test_progress_says_the_present_estimate(capsys: pytest.CaptureFixture[str]) -> None:
     with UncertaintyProgress(1000) as progress:
-        progress._shown = -1e9
+        progress._printed_s = -1e9
         progress.show_estimates(2000, "P(unstable) = 0.5 ± 0.01")
         assert progress(0.25)
     messages = capsys.readouterr().err

@@ -14,7 +14,7 @@ from fivtui.distributions import Distribution
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.sweeps.arithmetic import arithmetic_digests
 from fivtui.sweeps.design import Design, Range
-from fivtui.sweeps.pieces import piece_of
+from fivtui.sweeps.pieces import sweep_piece
 from fivtui.sweeps.provenance import versions
 from fivtui.sweeps.run import local_engine, sweep_in_memory, sweep_to_file
 from fivtui.sweeps.scatter import Scatter
@@ -110,7 +110,7 @@ def test_workers_whose_rows_have_other_bits_are_refused(
 ) -> None:
     digest, out = arithmetic_digests(STUDY), tmp_path / "out.csv"
     monkeypatch.setattr(
-        cluster_module, "arithmetic_of", lambda _: digest | {"kernel": "interpreted"}
+        cluster_module, "arithmetic_digests", lambda _: digest | {"kernel": "interpreted"}
     )
     with (
         cluster_engine(cluster.address) as engine,
@@ -210,12 +210,12 @@ def test_pieces_are_handed_out_by_the_threads_of_the_last_few_seconds(
     client, clock = FakeClient(), [0.0]
     monkeypatch.setattr("distributed.as_completed", InOrder)
     monkeypatch.setattr(cluster_module, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    pieces = (piece_of(number, STUDY.members, 1) for number in range(STUDY.members))
+    pieces = (sweep_piece(number, STUDY.members, 1) for number in range(STUDY.members))
     rows = cluster_module._engine(client, "address")(STUDY, pieces)  # type: ignore[arg-type]
     waiting = []
     for seconds, threads in ((0.0, 1), (1.0, 4), (10.0, 4), (10.5, 1), (20.0, 1)):
         clock[0], client.threads = seconds, threads
         piece, _ = next(rows)
         waiting.append(client.submitted - piece.number)
-    ahead = cluster_module._AHEAD
+    ahead = cluster_module._PIECES_PER_THREAD
     assert waiting == [ahead, ahead, 4 * ahead, 4 * ahead, 4 * ahead - 1]

@@ -192,7 +192,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch, changed: dict[str, Any]) -> None:
     def other(study: Study) -> dict[str, Any]:
         return arithmetic_digests(study) | changed
 
-    monkeypatch.setattr(provenance_module, "arithmetic_of", other)
+    monkeypatch.setattr(provenance_module, "arithmetic_digests", other)
 
 
 @SUFFIXES

@@ -2,7 +2,7 @@
 
 from hypothesis import example, given, strategies as st
 
-from fivtui.sweeps.pieces import piece_count, piece_of
+from fivtui.sweeps.pieces import piece_count, sweep_piece
 
 
 @given(st.integers(1, 500), st.integers(1, 60))
@@ -13,7 +13,7 @@ from fivtui.sweeps.pieces import piece_count, piece_of
 def test_pieces_are_all_members_in_order_and_only_the_last_may_be_short(
     members: int, size: int
 ) -> None:
-    pieces = [piece_of(number, members, size) for number in range(piece_count(members, size))]
+    pieces = [sweep_piece(number, members, size) for number in range(piece_count(members, size))]
     assert [index for piece in pieces for index in range(piece.first, piece.stop)] == list(
         range(members)
     )
