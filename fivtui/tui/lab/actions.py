@@ -73,12 +73,12 @@ class LabActions(Screen[None]):
             self._welcome = False
             self.query("#welcome").remove()
 
-    def action_turn_tab(self, direction: int) -> None:
+    def action_switch_tab(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""
         self._remove_welcome()
         self.tab_book.turn(direction)
 
-    def action_list_runs(self) -> None:
+    def action_toggle_runs(self) -> None:
         """Show and focus the list of runs, or hide it."""
         pane = self.query_one(RunsPane)
         if pane.has_focus_within:
@@ -88,7 +88,7 @@ class LabActions(Screen[None]):
             self.add_class("-runs")
             pane.take_focus()
 
-    def action_work(self) -> None:
+    def action_toggle_computation(self) -> None:
         """Start or stop the computation of the current tab."""
 
         def toggle(pane: Pane) -> None:
@@ -147,7 +147,7 @@ class LabActions(Screen[None]):
             HelpDialog("Keys that work now", [*rows, Row("", ""), *general_help()])
         )
 
-    def action_jump(self, part: str) -> None:
+    def action_focus_part(self, part: str) -> None:
         """Focus a part of the screen: fields, tabs, bar, plot or runs."""
         if part == "fields":
             self.query_one(Form).take_focus()

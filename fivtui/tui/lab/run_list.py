@@ -46,14 +46,14 @@ class RunsTable(ListTable[str | Text]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
-            "enter", "act('load')", "Load", key_display="⏎", tooltip="Load the scene of the run"
+            "enter", "request('load')", "Load", key_display="⏎", tooltip="Load the scene of the run"
         ),
-        Binding("space", "act('overlay')", "Overlay", key_display="Space"),
-        Binding("b", "act('baseline')", "Baseline", tooltip="Compare other runs with this one"),
-        Binding("s", "act('show')", "Show"),
-        Binding("x,delete", "act('delete')", "Delete", key_display="x"),
-        Binding("c", "act('colour')", "Colour", show=False),
-        Binding("m", "act('marker')", "Marker", show=False),
+        Binding("space", "request('overlay')", "Overlay", key_display="Space"),
+        Binding("b", "request('baseline')", "Baseline", tooltip="Compare other runs with this one"),
+        Binding("s", "request('show')", "Show"),
+        Binding("x,delete", "request('delete')", "Delete", key_display="x"),
+        Binding("c", "request('colour')", "Colour", show=False),
+        Binding("m", "request('marker')", "Marker", show=False),
     ]
 
     @property
@@ -63,7 +63,7 @@ class RunsTable(ListTable[str | Text]):
             return None
         return int(str(self.coordinate_to_cell_key(Coordinate(self.cursor_row, 0)).row_key.value))
 
-    def action_act(self, action: str) -> None:
+    def action_request(self, action: str) -> None:
         """Request an action on the run at the cursor."""
         if self.number is not None:
             self.post_message(RunActionRequested(self.number, action))
