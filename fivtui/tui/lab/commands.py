@@ -281,9 +281,8 @@ def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
 
 def _session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:
     for slot in slots:
-        hint = (
-            f"last used {datetime.fromtimestamp(slot.last_used):%Y-%m-%d %H:%M}; this one is saved"
-        )
+        time = datetime.fromtimestamp(slot.last_used)
+        hint = f"last used {time:%Y-%m-%d %H:%M}; saves the current session"
         open_session = partial(lab.post_message, SessionRequested(slot.number))
         yield PaletteEntry(f"Open session {slot.number}: {_summary(slot)}", hint, open_session)
 

@@ -71,7 +71,7 @@ class ResultStore:
                     self._own_files.add(written.file)
                     file = written
                 if key in notes and file is not None:
-                    notes[key] += "; the previous one is kept"
+                    notes[key] += "; the previous result is kept"
             if file is not None:
                 files[key] = file
         return files, notes

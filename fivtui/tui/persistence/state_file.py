@@ -152,7 +152,7 @@ def _axis(data: Any, log: bool) -> Axis | None:
     axis = Axis(float(data[0]), float(data[1]), bool(data[2]))
     is_valid = math.isfinite(axis.low) and math.isfinite(axis.high) and axis.low < axis.high
     if not is_valid or axis.log is not log or (axis.log and axis.low <= 0.0):
-        raise InputError(f"limits {data}")
+        raise InputError(f"invalid limits of an axis: {data}")
     return axis
 
 

@@ -10,18 +10,16 @@ from .fields import FormField
 HINTS: Final = (
     Row("Tab, Shift+Tab", "next and previous field, button, plot"),
     Row("↑ ↓", "in a number: increase or decrease by a step; with Shift: by a tenth of it"),
-    Row("Escape", "stop typing; then j k: select a field, h l: decrease, increase, Enter: type"),
+    Row("Escape", "stop typing; then j k select a field, h l decrease or increase it, Enter types"),
     Row(
-        "mouse", "in a plot: hover to read, drag to pan, wheel to zoom, double-click: run the point"
+        "mouse", "in a plot: hover to read, drag to pan, wheel to zoom, double-click to run a point"
     ),
     Row(
         "c, C",
-        "in a plot: first and second cursor, at the same time in all plots of the tab (mouse: left "
-        "and right button); ← → move the last one, its key again switches it off",
+        "in a plot: set the first or second cursor in all plots of the tab (mouse: left or right "
+        "button); ← → move the cursor that was set last, and its key removes it",
     ),
-    Row(
-        "zoom t, y", "in a title: these limits are kept, also for new runs; r fits them to the data"
-    ),
+    Row("zoom t, y", "in a title: the axes keep their limits for new runs; r fits them to data"),
     Row("Ctrl+P", "palette: all commands that apply now, found by name or meaning"),
     Row("Ctrl+Q", "quit; the next start restores the session"),
 )

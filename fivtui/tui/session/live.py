@@ -119,13 +119,13 @@ class LiveCurve:
         """Set the status: a run follows when the edits pause."""
         seconds = self.expected_duration(scene)
         delay = " when idle" if seconds is None else f" in about {_short_duration(seconds)}"
-        self.status = f"live: follows{delay}"
+        self.status = f"live: new curve{delay}"
 
     def switch_off(self, scene: Scene) -> None:
         """Remove the live curve, because a run would take too long, and say so in the status."""
         seconds = self.expected_duration(scene)
         duration = "" if seconds is None else f", a run takes {duration_text(seconds)}"
-        self.clear(f"live off{duration}: F5 runs")
+        self.clear(f"live off{duration}; F5 runs the scene")
 
 
 def execute_live(job: LiveJob) -> Outcome[Transient]:

@@ -25,8 +25,8 @@ def check_drawable(study: "Study") -> None:
     names, kind = list(study.design.axes), study.design.kind
     if len(names) > 2 or (len(names) == 2 and kind != "product"):
         raise InputError(
-            f"a {kind} sweep over {', '.join(names)}: shown are sweeps over one name, "
-            "or over every value of two"
+            f"a {kind} sweep over {', '.join(names)} cannot be displayed: use one name, "
+            "or two with all combinations of their values"
         )
 
 

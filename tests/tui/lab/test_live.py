@@ -168,7 +168,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         pausable.may_end.clear()
         live.record_duration(BASE, 2.0)
         await pilot.press("up", "up")
-        await until_shown(pilot, "live: follows in about 2 s")
+        await until_shown(pilot, "live: new curve in about 2 s")
         await end_pause(pilot)
         await until(pilot, lambda: len(jobs) == 3)
         await pilot.press("up")
@@ -182,11 +182,11 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         # Runs that take too long are left to the user; a shorter scene is live again.
         live.record_duration(BASE, 60.0)
         await pilot.press("up")
-        await until_shown(pilot, "live off, a run takes 1 min 00 s: F5 runs")
+        await until_shown(pilot, "live off, a run takes 1 min 00 s; F5 runs the scene")
         assert not live.visible
         assert len(jobs) == 4
         await type_into(pilot, "t_end", "5")
-        await until_shown(pilot, "live: follows in about 3 s")
+        await until_shown(pilot, "live: new curve in about 3 s")
         await end_pause(pilot)
         await until_live(pilot)
         # The figure contains the visible curves; the data are those of the live curve.

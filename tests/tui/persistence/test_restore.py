@@ -265,7 +265,7 @@ def test_a_study_that_is_not_stored_keeps_the_previous_one(tmp_path: Path) -> No
     again, notes = store.save({"sweep": partial})
     store.remove_unused(again)
     assert again == files
-    assert notes == {"sweep": "it is incomplete; the previous one is kept"}
+    assert notes == {"sweep": "it is incomplete; the previous result is kept"}
     read = ResultStore(tmp_path).read("sweep", again["sweep"])
     assert len(read.value.table.reasons) == study.members
 

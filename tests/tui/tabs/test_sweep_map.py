@@ -104,7 +104,7 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_of_the_finished_points() -> N
     shades = grid_chart(sweep_of(study, [part]), True, None).backdrop
     assert shades is not None
     assert np.isnan(shades.values).sum() == shades.values.size - 4
-    with pytest.raises(InputError, match="shown are sweeps over one name"):
+    with pytest.raises(InputError, match="use one name, or two"):
         sweep_request(BASE, "F=1,2 mu=1,2 k1=1,2")
 
 

@@ -56,7 +56,7 @@ class GaugeController:
         if over_time:
             self.stop()
             change = f"{', '.join(over_time)} {_verb(over_time)} over time"
-            return [f"no zones: {change}; F5 shows what happens"]
+            return [f"no zones: {change}; F5 runs the scene"]
         parameters = result.parameters
         second = _SECOND if getattr(parameters, self._second_name) is None else self._second_name
         focused_name = _MU if getattr(parameters, self._focused) is None else self._focused
