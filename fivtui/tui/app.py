@@ -68,7 +68,7 @@ def _report_interpreted(lab: Screen[object]) -> None:
 
 
 class FivtuiApp(App[None]):
-    """The terminal laboratory."""
+    """The terminal laboratory: restores, displays and saves a session."""
 
     TITLE = "fivtui"
     CSS_PATH: ClassVar[list[str | PurePath]] = [
@@ -123,7 +123,7 @@ class FivtuiApp(App[None]):
         # The configuration file overrides theme and live curve of the saved session.
         self._configured_theme = ""
         self._live_enabled: bool | None = None
-        # Reports for the screen, once it is displayed.
+        # Reports to be posted when the screen is displayed.
         self._reports: list[Reported] = []
         self._configure(config)
         self._restore(scene_given=scene is not None)

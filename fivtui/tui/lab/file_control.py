@@ -87,22 +87,22 @@ class FileController:
             self._ask_path(dialog, lambda target: self._write(export, target))
 
     def _download(self, export: Export, name: str) -> None:
-        def work() -> None:
+        def write_download() -> None:
             with TemporaryDirectory() as folder:
                 path = Path(folder) / name
                 error = _remove_folder(write_export(export, path), folder)
                 data = None if error else path.read_bytes()
             self._lab.call_later(self._report, export.kind, Path(name), error, data)
 
-        self._run_in_thread(export.kind, work)
+        self._run_in_thread(export.kind, write_download)
 
     def _write(self, export: Export, target: Path) -> None:
-        def work() -> None:
+        def write_file() -> None:
             with FILE_WRITES.track(str(target)):
                 error = write_export(export, target)
             self._lab.call_later(self._report, export.kind, target, error)
 
-        self._run_in_thread(export.kind, work)
+        self._run_in_thread(export.kind, write_file)
 
     def _report(self, label: str, path: Path, error: str, download: bytes | None = None) -> None:
         # `download` is the content of the file if it goes to a browser.
@@ -133,14 +133,14 @@ class FileController:
     def copy_picture(self, pane: Pane) -> None:
         """Copy the figure of a tab as a picture."""
 
-        def work() -> None:
+        def copy_figure() -> None:
             with self._lab.report_errors():
                 copy_picture(export)
                 self._lab.report(f"the figure of {export.of} is copied")
 
         with self._lab.report_errors():
             export = pane.export("figure")
-            self._run_in_thread("copying", work)
+            self._run_in_thread("copying", copy_figure)
 
     def open_scene(self) -> None:
         """Ask for a scene or result file and open it."""
@@ -219,7 +219,7 @@ class FileController:
     def _read_result(self, target: Path) -> None:
         path = target
 
-        def work() -> None:
+        def read_file() -> None:
             with self._lab.report_errors():
                 kind = kind_of(path)
                 if kind == "run":
@@ -228,7 +228,7 @@ class FileController:
                     study = DisplayedStudy(load_displayable(kind, path), path.stem, str(path))
                     self._lab.call_later(self._lab.show_study, kind, study)
 
-        self._run_in_thread("reading", work)
+        self._run_in_thread("reading", read_file)
 
 
 def load_displayable(kind: str, path: Path) -> Any:

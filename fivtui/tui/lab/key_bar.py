@@ -1,4 +1,4 @@
-"""The key bar in the last line."""
+"""The key bar in the last line of the screen."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Queues keys in the order of typing, and makes keys with Alt insert no text."""
+"""Handles keys in the order of typing, and makes keys with Alt insert no text."""
 
 from collections import deque
 from collections.abc import Awaitable, Callable

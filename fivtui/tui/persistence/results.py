@@ -20,7 +20,7 @@ _RESULT_FILE: Final = re.compile(r"([a-z]+)-[0-9a-f]{16}\.\w+")
 
 
 class _NotStored(InputError):
-    # A result is unfinished or too large to be stored.
+    # Raised for a result that is unfinished, or too large to be stored.
     pass
 
 
@@ -35,7 +35,7 @@ class ResultStore:
         self.write_error = ""
         # Names of the files that this session has written or refers to.
         self._own_files: set[str] = set()
-        # By key, the result in the file, for comparison by value, and the file.
+        # By key, the last stored result, which is compared by identity, and its file.
         self._written: dict[str, tuple[object, StoredResult]] = {}
 
     def register(self, results: Mapping[str, object]) -> None:

@@ -55,7 +55,7 @@ class GaugeController:
         over_time = [name for name, _ in self._session.over_time]
         if over_time:
             self.stop()
-            change = f"{', '.join(over_time)} {_verb(over_time)} over time"
+            change = f"{', '.join(over_time)} {_change_verb(over_time)} over time"
             return [f"no zones: {change}; F5 runs the scene"]
         parameters = result.parameters
         second = _SECOND if getattr(parameters, self._second_name) is None else self._second_name
@@ -162,5 +162,5 @@ def _methods_text(result: Stability, searched: bool) -> str:
     return f"zones by eigenvalues, continuation{search}"
 
 
-def _verb(names: list[str]) -> str:
+def _change_verb(names: list[str]) -> str:
     return "changes" if len(names) == 1 else "change"
