@@ -320,7 +320,7 @@ MODE: Final = (
     Edit(
         "fivtui/kernel/motion.h",
         r"CONTACT : SEPARATED",
-        "CONTACT : element(&w->preload, lane) < 0.0 ? LIFTED : SEPARATED",
+        "CONTACT : get_lane(&w->preload, lane) < 0.0 ? LIFTED : SEPARATED",
     ),
     Edit(
         "fivtui/kernel/motion.h",
@@ -330,8 +330,8 @@ MODE: Final = (
     ),
     Edit(
         "fivtui/kernel/problem.h",
-        r"OF\(w, field\.damping_y, lane\) =",
-        r"OF(w, drag, lane) = \g<0>",
+        r"LANE\(w, field\.damping_y, lane\) =",
+        r"LANE(w, drag, lane) = \g<0>",
     ),
 )
 # Separated motion agrees with doubled damping without the mode; in contact it is unchanged.

@@ -1,5 +1,5 @@
-/* One run on a belt of finite speed, or of which F, μ and the belt's speed follow tables. It has the
-   steps of `single.c`, to the last bit where the belt is faster than the slider. */
+/* One run on a belt of finite speed, or with tables of F, μ and the belt's speed. Where the belt is
+   faster than the slider it has the same bits as `single.c`. */
 
 #define LANES 1
 #define FINITE 1
@@ -7,193 +7,198 @@
 #include "output.h"
 #include "variant.h"
 
-/* What a call gives back behind the columns of a result: how much is new, then the time of stick so
-   far, s, and the numbers of changes by mode before · MODES + mode after. Columns of a change. */
-enum { R_CHANGES = RESULTS, R_SEGMENTS, R_SAMPLES, R_STICK_TIME, R_KINDS };
+/* Columns of a call after those of a result: numbers of rows in the buffers, the stick time so far,
+   s, and counts of changes at mode before · MODES + mode after. A change has CHANGE_COLUMNS. */
+enum { R_CHANGES = RESULTS, R_SEGMENTS, R_SAMPLES, R_STICK_TIME, R_SWITCH_COUNTS };
 #define CHANGE_COLUMNS 3
 
-/* Columns of a leg between two rows of tables over time: its beginning, values and slopes, and the
-   speed to which the belt comes at its end. */
+/* Columns of a row of the table over time: its time, values and slopes from that time, and the
+   speed of the belt just before the next row. */
 enum {
-    L_BEGIN, L_F, L_F_SLOPE, L_MU, L_MU_SLOPE, L_MU_S, L_MU_S_SLOPE, L_V, L_V_SLOPE, L_LAST_V, LEG
+    L_BEGIN, L_F, L_F_SLOPE, L_MU, L_MU_SLOPE, L_MU_S, L_MU_S_SLOPE, L_V, L_V_SLOPE, L_NEXT_V,
+        ROW_COLUMNS
 };
 
-/* The slider sticks since `stuck_since`, if it does. With `legs`, which are the caller's, the run is
-   on the course of one leg after another. */
+/* `stick_start` is the last change of mode. `rows` belongs to the caller, and is NULL without a
+   table over time; `course` is that of the first row. */
 typedef struct {
     Run run;
     Belt belt;
     int64_t sampled;
-    double stick_time, stuck_since, kinds[MODES * MODES];
-    const double *legs;
-    int64_t leg_count;
+    double stick_time, stick_start, switch_counts[MODES * MODES];
+    const double *rows;
+    int64_t row_count;
     Course course;
 } BeltRun;
 
-/* The run in the caller's memory, from a line of the cache on: four coefficients seldom lie on two. */
-#define LINE 64
-INLINE BeltRun *run_in(void *room)
+/* The run in the caller's memory, aligned to a cache line: this speeds up vectors. */
+#define CACHE_LINE 64
+INLINE BeltRun *aligned_run(void *memory)
 {
-    return (BeltRun *)(((uintptr_t)room + (LINE - 1)) & ~(uintptr_t)(LINE - 1));
+    return (BeltRun *)(((uintptr_t)memory + (CACHE_LINE - 1)) & ~(uintptr_t)(CACHE_LINE - 1));
 }
 
-INLINE void begin_count(BeltRun *of)
+INLINE void clear_counts(BeltRun *self)
 {
-    of->sampled = 0;
-    of->stick_time = of->stuck_since = 0.0;
-    memset(of->kinds, 0, sizeof of->kinds);
+    self->sampled = 0;
+    self->stick_time = self->stick_start = 0.0;
+    memset(self->switch_counts, 0, sizeof self->switch_counts);
 }
 
-/* A step as far as its end, with its extremes; returns whether it is sound. */
-INLINE int begin_belt_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *then)
+/* Compute a step and its extremes; returns whether its end is finite. */
+INLINE int compute_belt_step(BeltRun *self, StepEnd *step_end, StepCut *cut, int64_t *next_mode)
 {
-    Run *run = &of->run;
+    Run *run = &self->run;
     Block *w = &run->w;
-    const Belt *belt = &of->belt;
+    const Belt *belt = &self->belt;
     const int order = (int)run->order, groups = order / 4;
-    int stays = expand_step(belt, w, run->tol, order, run->cubic != 0);
-    end_step_y(w, groups);
-    *cut = find_end(belt, w, groups, stays, then);
-    if (bits_of(end_at_horizon(w, run->t_end, groups))) {
-        *cut = NOTHING_ENDS;
-        end_step_x(w, groups, 1);
+    int slides = expand_belt_step(belt, w, run->tol, order, run->cubic != 0);
+    evaluate_end_y(w, groups);
+    *cut = cut_step(belt, w, groups, slides, next_mode);
+    if (mask_bits(clip_at_horizon(w, run->t_end, groups))) {
+        *cut = NOT_CUT;
+        evaluate_end_x(w, groups, 1);
     }
-    if (!is_sound(w))
+    if (!is_finite_step(w))
         return 0;
-    if (*cut == AT_SPEED || belt->mode == STICK)
+    if (*cut == CUT_AT_SPEED || belt->mode == STICK)
         w->vx = belt->p[P_V_BELT];
-    foresee(&of->belt, w);
-    observe(w, groups, 0.5 * run->t_end, speed_limit(&of->belt, w->h));
-    *ending = ending_of(w, run->t_end, *cut != NOTHING_ENDS);
+    prepare_exponential(&self->belt, w);
+    observe_extremes(w, groups, 0.5 * run->t_end, speed_limit(&self->belt, w->h));
+    *step_end = find_step_end(w, run->t_end, *cut != NOT_CUT);
     return 1;
 }
 
-INLINE Course course_of(const double *leg)
+INLINE Course row_course(const double *row)
 {
-    return (Course){{leg[L_F], leg[L_F_SLOPE]}, {leg[L_MU], leg[L_MU_SLOPE]},
-                    {leg[L_MU_S], leg[L_MU_S_SLOPE]}, {leg[L_V], leg[L_V_SLOPE]}, leg[L_BEGIN]};
+    return (Course){{row[L_F], row[L_F_SLOPE]}, {row[L_MU], row[L_MU_SLOPE]},
+                    {row[L_MU_S], row[L_MU_S_SLOPE]}, {row[L_V], row[L_V_SLOPE]}, row[L_BEGIN]};
 }
 
-INLINE double leg_end(const BeltRun *of)
+INLINE double row_end(const BeltRun *self)
 {
-    return of->leg_count > 1 ? of->legs[LEG + L_BEGIN] : INFINITE;
+    return self->row_count > 1 ? self->rows[ROW_COLUMNS + L_BEGIN] : INFINITE;
 }
 
-/* The same of a run over legs. */
-INLINE int begin_driven_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *then)
+/* The same for a run with a table over time. */
+INLINE int compute_driven_step(BeltRun *self, StepEnd *step_end, StepCut *cut, int64_t *next_mode)
 {
-    Run *run = &of->run;
+    Run *run = &self->run;
     Block *w = &run->w;
     const int order = (int)run->order, groups = order / 4;
-    const double end = leg_end(of);
-    expand_driven_step(&of->belt, w, run->tol, order, (end - w->t) - w->rest);
-    end_step_y(w, groups);
-    *cut = find_end(&of->belt, w, groups, 0, then);
-    if (bits_of(end_at_horizon(w, run->t_end, groups))) {
-        *cut = NOTHING_ENDS;
-        end_step_x(w, groups, 1);
+    const double end = row_end(self);
+    expand_driven_step(&self->belt, w, run->tol, order, (end - w->t) - w->remainder);
+    evaluate_end_y(w, groups);
+    *cut = cut_step(&self->belt, w, groups, 0, next_mode);
+    if (mask_bits(clip_at_horizon(w, run->t_end, groups))) {
+        *cut = NOT_CUT;
+        evaluate_end_x(w, groups, 1);
     }
-    if (!is_sound(w))
+    if (!is_finite_step(w))
         return 0;
-    observe(w, groups, 0.5 * run->t_end, speed_limit(&of->belt, w->h));
-    *ending = ending_of(w, run->t_end, *cut != NOTHING_ENDS);
-    if (ending->t >= end)
-        ending->t = end, ending->rest = 0.0;
+    observe_extremes(w, groups, 0.5 * run->t_end, speed_limit(&self->belt, w->h));
+    *step_end = find_step_end(w, run->t_end, *cut != NOT_CUT);
+    if (step_end->t >= end)
+        step_end->t = end, step_end->remainder = 0.0;
     return 1;
 }
 
-INLINE Arrivals end_driven_step(BeltRun *of, const Ending *ending, Cut cut, int64_t then)
+INLINE StepFlags finish_driven_step(BeltRun *self, const StepEnd *step_end, StepCut cut,
+                                    int64_t next_mode)
 {
-    const int bends = ending->t == leg_end(of);
-    double speed = bends ? of->legs[L_LAST_V] : last_speed(&of->course, ending);
-    if (bends) {
-        of->legs += LEG, of->leg_count--;
-        of->course = course_of(of->legs);
+    const int at_row = step_end->t == row_end(self);
+    double speed = at_row ? self->rows[L_NEXT_V] : end_speed(&self->course, step_end);
+    if (at_row) {
+        self->rows += ROW_COLUMNS, self->row_count--;
+        self->course = row_course(self->rows);
     }
-    return go_on_driven(&of->belt, &of->run.w, ending, cut, then, speed, &of->course, bends);
+    return accept_driven_step(&self->belt, &self->run.w, step_end, cut, next_mode, speed,
+                              &self->course, at_row);
 }
 
-/* Bytes of the room of a run, wherever it is. */
-EXPORT int64_t NAME(belt_size)(void) { return sizeof(BeltRun) + LINE; }
+/* Bytes of a run at any address. */
+EXPORT int64_t NAME(belt_size)(void) { return sizeof(BeltRun) + CACHE_LINE; }
 
-/* Begin a run: parameters with those of the belt, whether separation is considered, and the start.*/
-EXPORT void NAME(belt_begin)(void *room, const double *p, int64_t separation, const double *start,
+/* Begin a run; `p` has BELT_PARAMETERS columns, `separation` is 0 if it is ignored. */
+EXPORT void NAME(belt_begin)(void *memory, const double *p, int64_t separation, const double *start,
                              double t_end, double tol, int64_t order)
 {
-    BeltRun *of = run_in(room);
-    begin_run(&of->run, p, separation, start, t_end, tol, order);
-    begin_belt(&of->belt, &of->run.w, 0, p, 1);
-    begin_count(of);
-    of->legs = NULL, of->leg_count = 0;
+    BeltRun *self = aligned_run(memory);
+    begin_run(&self->run, p, separation, start, t_end, tol, order);
+    begin_belt(&self->belt, &self->run.w, 0, p, 1);
+    clear_counts(self);
+    self->rows = NULL, self->row_count = 0;
 }
 
-/* Begin a run over legs, on a belt that is `finite` or always faster; the greatest preload of all
-   legs is the scale of displacements. */
-EXPORT void NAME(driven_begin)(void *room, const double *p, int64_t separation,
+/* Begin a run with a table over time, on a belt that is `finite` or always faster than the slider.
+   The greatest preload is the scale of displacements. */
+EXPORT void NAME(driven_begin)(void *memory, const double *p, int64_t separation,
                                const double *start, double t_end, double tol, int64_t order,
-                               int64_t finite, const double *legs, int64_t leg_count,
+                               int64_t finite, const double *rows, int64_t row_count,
                                double greatest_load)
 {
-    BeltRun *of = run_in(room);
-    begin_run(&of->run, p, separation, start, t_end, tol, order);
-    Block *w = &of->run.w;
-    begin_belt(&of->belt, w, 0, p, finite != 0);
-    w->deflection = greatest_load / total_stiffness(of->belt.p);
-    begin_count(of);
-    of->legs = legs, of->leg_count = leg_count;
-    of->course = course_of(legs);
-    begin_driven(&of->belt, w, &of->course);
+    BeltRun *self = aligned_run(memory);
+    begin_run(&self->run, p, separation, start, t_end, tol, order);
+    Block *w = &self->run.w;
+    begin_belt(&self->belt, w, 0, p, finite != 0);
+    w->deflection = greatest_load / total_stiffness(self->belt.p);
+    clear_counts(self);
+    self->rows = rows, self->row_count = row_count;
+    self->course = row_course(rows);
+    begin_driven(&self->belt, w, &self->course);
 }
 
-/* Go on until the run is ended, `changes` or `segments` is full, or `budget` steps are made: as
+/* Continue until the run has ended, `changes` or `segments` is full, or after `budget` steps. Like
    `run_advance`, but `changes` receives time, mode before and mode after of every switch. */
-EXPORT int64_t NAME(belt_advance)(void *room, double *changes, int64_t change_room,
+EXPORT int64_t NAME(belt_advance)(void *memory, double *changes, int64_t max_changes,
                                   const double *times, int64_t time_count, double *samples,
-                                  int8_t *modes, double *segments, int64_t segment_room,
+                                  int8_t *modes, double *segments, int64_t max_segments,
                                   int64_t budget, double *result)
 {
-    BeltRun *of = run_in(room);
-    Run *run = &of->run;
+    BeltRun *self = aligned_run(memory);
+    Run *run = &self->run;
     Block *w = &run->w;
     const int groups = (int)run->order / 4;
     const int64_t columns = SEGMENT_HEAD + 2 * (run->order + 2);
-    int64_t changed = 0, stored = 0, sampled = of->sampled;
+    int64_t change_count = 0, stored = 0, sampled = self->sampled;
     int status = RUNNING;
     while (status == RUNNING && budget-- > 0) {
-        Ending ending;
-        Cut cut;
-        int64_t mode = of->belt.mode, then = STICK;
-        if (changed == change_room || (segments && stored == segment_room))
+        StepEnd step_end;
+        StepCut cut;
+        int64_t mode = self->belt.mode, next_mode = STICK;
+        if (change_count == max_changes || (segments && stored == max_segments))
             break;
-        if (!(of->legs ? begin_driven_step(of, &ending, &cut, &then)
-                       : begin_belt_step(of, &ending, &cut, &then))) {
+        if (!(self->rows ? compute_driven_step(self, &step_end, &cut, &next_mode)
+                       : compute_belt_step(self, &step_end, &cut, &next_mode))) {
             status = OVERFLOW;
             break;
         }
-        for (; sampled < time_count && (times[sampled] < ending.t || ending.last); sampled++) {
+        for (; sampled < time_count
+             && (times[sampled] < step_end.t || step_end.at_horizon); sampled++) {
             store_sample(w, groups, times[sampled], samples + sampled, time_count);
             modes[sampled] = (int8_t)mode;
         }
         if (segments)
-            store_segment(w, groups, ending.t, (int)mode, segments + stored++ * columns);
-        Arrivals arrivals = of->legs ? end_driven_step(of, &ending, cut, then)
-                                     : go_on_belt(&of->belt, w, &ending, cut, then);
-        status = arrivals.done ? DONE : arrivals.stalled ? STALLED : RUNNING;
-        if (of->belt.mode != mode) {
-            double *change = changes + CHANGE_COLUMNS * changed++;
-            change[0] = ending.t, change[1] = (double)mode, change[2] = (double)of->belt.mode;
-            of->kinds[mode * MODES + of->belt.mode] += 1.0;
+            store_segment(w, groups, step_end.t, (int)mode, segments + stored++ * columns);
+        StepFlags flags = self->rows ? finish_driven_step(self, &step_end, cut, next_mode)
+                                     : accept_belt_step(&self->belt, w, &step_end, cut, next_mode);
+        status = flags.finished ? DONE : flags.stalled ? STALLED : RUNNING;
+        if (self->belt.mode != mode) {
+            double *change = changes + CHANGE_COLUMNS * change_count++;
+            change[0] = step_end.t, change[1] = (double)mode, change[2] = (double)self->belt.mode;
+            self->switch_counts[mode * MODES + self->belt.mode] += 1.0;
             if (mode == STICK)
-                of->stick_time += ending.t - of->stuck_since;
-            of->stuck_since = ending.t;
+                self->stick_time += step_end.t - self->stick_start;
+            self->stick_start = step_end.t;
         }
     }
-    of->sampled = sampled;
+    self->sampled = sampled;
     write_result(w, 0, status, result);
-    result[R_CHANGES] = (double)changed;
+    result[R_CHANGES] = (double)change_count;
     result[R_SEGMENTS] = (double)stored;
     result[R_SAMPLES] = (double)sampled;
-    result[R_STICK_TIME] = of->stick_time + (of->belt.mode == STICK ? w->t - of->stuck_since : 0.0);
-    memcpy(result + R_KINDS, of->kinds, sizeof of->kinds);
+    result[R_STICK_TIME] = self->stick_time
+        + (self->belt.mode == STICK ? w->t - self->stick_start : 0.0);
+    memcpy(result + R_SWITCH_COUNTS, self->switch_counts, sizeof self->switch_counts);
     return status;
 }

@@ -1,6 +1,6 @@
-/* A slider on a belt of finite speed: its modes, their guards, and what follows on them, by the
-   table of modes in `fivtui.model.modes`. `belts.h` has blocks of them side by side; where LANES is
-   1 a run of its own takes its steps by this. */
+/* A slider on a belt of finite speed: its modes, their guards and the next modes, by the table in
+   `fivtui.model.modes`. With LANES = 1 this header also has the steps of a single run; `belts.h`
+   has those of blocks of runs. */
 
 #ifndef FIVTUI_BELT_H
 #define FIVTUI_BELT_H
@@ -13,354 +13,368 @@
 #include "run.h"
 #endif
 
-/* As in `fivtui.taylor.belt`. */
+/* Constants of `fivtui.taylor.belt`. */
 #define SIMULTANEOUS 0x1p-40
 #define UNRESOLVED 0x1p-50
-/* Room for those of a polynomial, and zeros. */
-#define COEFFICIENTS (ROWS + 2)
+/* Coefficients of a guard, filled up with zeros. */
+#define GUARD_ROWS (ROWS + 2)
 
-/* The belt and the slider on it: the field and the friction law of each mode; the parameters at the
-   start of a step, v_s being 0 where friction is constant, and their rates; the mode; whether friction
-   does not jump at v_r = 0; whether the belt is of finite speed, and friction by a law; e where the
-   next step starts, if that is known. Margins of the hold within `nearness` are zero. */
+/* A belt: field and friction law of each mode, start of the next step, parameters at the start of a
+   step (v_s = 0 for constant friction) and their rates, and the mode. `smooth` says that friction
+   does not jump at v_r = 0, `finite` that the speed is finite, `by_speed` that friction follows a
+   law. Margins of the hold within the relative `hold_tolerance` count as zero. */
 typedef struct {
 #if LANES == 1
     Field fields[MODES];
     Law laws[MODES];
-    Start next;
+    LawStart next_start;
 #endif
     double p[BELT_PARAMETERS], frequency;
     Rates rates;
-    double nearness;
+    double hold_tolerance;
     int64_t mode, smooth, finite, by_speed;
 } Belt;
 
 INLINE int is_sliding(int64_t mode) { return mode == FORWARD || mode == BACKWARD; }
 
-/* Whether a function is negative now or soon: by its first derivative beyond rounding, itself not
-   being zero by `nearness` of its size. */
-INLINE int falls(double nearness, const double *derivatives, const double *sizes)
+/* Whether a function is or becomes negative: the sign of the first of its value and derivatives
+   that exceeds rounding; the value has the relative tolerance `hold_tolerance`. */
+INLINE int is_falling(double hold_tolerance, const double *derivatives, const double *sizes)
 {
     for (int n = 0; n < 3; n++) {
-        double zero = (n == 0 ? nearness : BALANCED) * sizes[n];
-        if (__builtin_fabs(derivatives[n]) > larger(zero, LEAST))
+        double zero = (n == 0 ? hold_tolerance : BALANCED) * sizes[n];
+        if (__builtin_fabs(derivatives[n]) > maximum(zero, LEAST))
             return derivatives[n] < 0.0;
     }
     return 0;
 }
 
-/* A function times a line: both, and their first and second derivative. */
-INLINE void times_line(double value, double slope, const double *of, double *result)
+/* The product of a function and a linear function, with first and second derivative. */
+INLINE void multiply_by_line(double value, double slope, const double *function, double *result)
 {
-    result[0] = value * of[0];
-    result[1] = slope * of[0] + value * of[1];
-    result[2] = 2.0 * slope * of[1] + value * of[2];
+    result[0] = value * function[0];
+    result[1] = slope * function[0] + value * function[1];
+    result[2] = 2.0 * slope * function[1] + value * function[2];
 }
 
-/* The mode in contact: `_mode_on_belt` of `fivtui.model.slider_belt`. */
-APART int64_t mode_on_belt(const Belt *of, double x, double vx, double y, double vy)
+/* The mode in contact: `_mode_on_belt` in `fivtui.model.slider_belt`. */
+NOINLINE int64_t mode_on_belt(const Belt *belt, double x, double vx, double y, double vy)
 {
-    const double *p = of->p, v = p[P_V_BELT], a = horizontal_stiffness(p), h = coupling_stiffness(p);
-    const Rates *rates = &of->rates;
-    if (!of->finite)
+    const double *p = belt->p, v = p[P_V_BELT], a = horizontal_stiffness(p),
+        h = coupling_stiffness(p);
+    const Rates *rates = &belt->rates;
+    if (!belt->finite)
         return CONTACT;
     if (vx != v)
         return vx < v ? FORWARD : BACKWARD;
     double force = spring_force(p, y), kt = tangent_stiffness(p, y);
     double ay = vertical_acceleration(p, x, y, vy, force - load_of(p));
-    double bend = tangent_slope(p, y) * vy * vy, driven = p[P_C1] * rates->v_belt;
+    double bend = tangent_slope(p, y) * vy * vy, damper_rate = p[P_C1] * rates->v_belt;
     const double held[3] = {holding_force(p, x, y, rates->v_belt),
                             holding_force_rate(p, rates->v_belt, v, vy),
                             holding_force_rate(p, 0.0, rates->v_belt, ay)};
     const double forces[3] = {force, -kt * vy, -kt * ay - bend};
-    /* What the preload gives is known to rounding, too. */
-    const double load = __builtin_fabs(load_of(p)), rate = load / total_stiffness(p) * of->frequency;
-    const double of_forces[3] = {__builtin_fabs(force) + load, kt * (__builtin_fabs(vy) + rate),
+    /* The preload also contributes rounding errors. */
+    const double load = __builtin_fabs(load_of(p)),
+        rate = load / total_stiffness(p) * belt->frequency;
+    const double force_sizes[3] = {__builtin_fabs(force) + load, kt * (__builtin_fabs(vy) + rate),
                                  kt * (__builtin_fabs(ay) + load / p[P_M]) + __builtin_fabs(bend)};
-    const double of_held[3] = {
+    const double held_sizes[3] = {
         p[P_C1] * v + __builtin_fabs(p[P_M] * rates->v_belt) + __builtin_fabs(a * x)
             + __builtin_fabs(h * y),
-        __builtin_fabs(driven) + a * v + __builtin_fabs(h * vy),
+        __builtin_fabs(damper_rate) + a * v + __builtin_fabs(h * vy),
         __builtin_fabs(a * rates->v_belt) + __builtin_fabs(h * ay)};
     double grips[3], sizes[3], margin[3];
-    times_line(of->p[P_MU_S], __builtin_fabs(rates->mu_static), of_forces, sizes);
+    multiply_by_line(belt->p[P_MU_S], __builtin_fabs(rates->mu_static), force_sizes, sizes);
     for (int n = 0; n < 3; n++)
-        sizes[n] = of_held[n] + sizes[n];
-    if (falls(of->nearness, forces, of_forces))
-        return falls(of->nearness, held, sizes) ? BACKWARD : FORWARD;
-    times_line(of->p[P_MU_S], rates->mu_static, forces, grips);
+        sizes[n] = held_sizes[n] + sizes[n];
+    if (is_falling(belt->hold_tolerance, forces, force_sizes))
+        return is_falling(belt->hold_tolerance, held, sizes) ? BACKWARD : FORWARD;
+    multiply_by_line(belt->p[P_MU_S], rates->mu_static, forces, grips);
     for (int n = 0; n < 3; n++)
         margin[n] = grips[n] - held[n];
-    if (falls(of->nearness, margin, sizes))
+    if (is_falling(belt->hold_tolerance, margin, sizes))
         return FORWARD;
     for (int n = 0; n < 3; n++)
         margin[n] = grips[n] + held[n];
-    return falls(of->nearness, margin, sizes) ? BACKWARD : STICK;
+    return is_falling(belt->hold_tolerance, margin, sizes) ? BACKWARD : STICK;
 }
 
-/* Half the acceleration of a slider that begins to slide, which the expansion takes for `half`.
-   Where friction balances the other forces it is that of the belt: with another one by chance the
-   slider would seem to stick at once. */
-INLINE double settled_start(const Belt *of, double x, double y, double half)
+/* Half the acceleration of a slider that begins to slide; `half` is that of the expansion. Where
+   friction balances the other forces it is that of the belt: a rounding error would make the slider
+   stick again at once. */
+INLINE double start_half_acceleration(const Belt *belt, double x, double y, double half)
 {
-    const double *p = of->p;
-    double grip = p[P_MU_S] * spring_force(p, y), held = holding_force(p, x, y, of->rates.v_belt);
-    double size = p[P_C1] * p[P_V_BELT] + __builtin_fabs(p[P_M] * of->rates.v_belt)
+    const double *p = belt->p;
+    double grip = p[P_MU_S] * spring_force(p, y), held = holding_force(p, x, y, belt->rates.v_belt);
+    double size = p[P_C1] * p[P_V_BELT] + __builtin_fabs(p[P_M] * belt->rates.v_belt)
                   + __builtin_fabs(horizontal_stiffness(p) * x)
                   + __builtin_fabs(coupling_stiffness(p) * y) + __builtin_fabs(grip);
-    double with_belt = 0.5 * of->rates.v_belt;
-    int forward = of->mode == FORWARD;
+    double belt_half = 0.5 * belt->rates.v_belt;
+    int forward = belt->mode == FORWARD;
     double margin = forward ? grip - held : grip + held;
-    int balanced = of->smooth && __builtin_fabs(margin) <= BALANCED * size;
-    return balanced || (forward ? half > with_belt : half < with_belt) ? with_belt : half;
+    int balanced = belt->smooth && __builtin_fabs(margin) <= BALANCED * size;
+    return balanced || (forward ? half > belt_half : half < belt_half) ? belt_half : half;
 }
 
-/* A guard over a step, as a polynomial of the time since its start, and its value at the end. */
+/* A guard over a step: its polynomial in the time since the start, and its value at the end. */
 typedef struct {
-    double c[COEFFICIENTS], final;
+    double c[GUARD_ROWS], end;
 } Guard;
 
-/* At the start of a mode its guard is zero, and rises but for rounding; where it does not rise it is
-   the guard over time that counts. */
-INLINE void begin_guard(Guard *g, double h)
+/* At the start of a mode its guard is zero and rises, except for rounding. If it does not rise,
+   replace it by the guard divided by time. */
+INLINE void normalize_guard(Guard *g, double h)
 {
     if (g->c[0] > 0.0)
         return;
-    g->c[0] = 0.0, g->c[1] = larger(g->c[1], 0.0);
+    g->c[0] = 0.0, g->c[1] = maximum(g->c[1], 0.0);
     if (g->c[1] == 0.0) {
-        memmove(g->c, g->c + 1, (COEFFICIENTS - 1) * sizeof *g->c);
-        g->final /= h;
+        memmove(g->c, g->c + 1, (GUARD_ROWS - 1) * sizeof *g->c);
+        g->end /= h;
     }
 }
 
-/* v_r, of `sign`, in one lane of a block. */
-INLINE void guard_of_speed(const Belt *of, const Block *w, int lane, int groups, double sign, Guard *g)
+/* Set the guard `sign` v_r of one lane. */
+INLINE void set_speed_guard(const Belt *belt, const Block *w, int lane, int groups, double sign,
+                            Guard *g)
 {
-    double rate = of->rates.v_belt;
+    double rate = belt->rates.v_belt;
     for (int n = 0; n <= 4 * groups; n++)
-        g->c[n] = -sign * (n + 1) * element(w->xs + n + 1, lane);
-    g->c[0] = sign * (of->p[P_V_BELT] - element(w->xs + 1, lane)), g->c[1] += sign * rate;
-    memset(g->c + 4 * groups + 1, 0, (COEFFICIENTS - 1 - 4 * groups) * sizeof *g->c);
-    g->final = sign * (of->p[P_V_BELT] + rate * element(&w->h, lane) - element(&w->vx, lane));
+        g->c[n] = -sign * (n + 1) * get_lane(w->xs + n + 1, lane);
+    g->c[0] = sign * (belt->p[P_V_BELT] - get_lane(w->xs + 1, lane)), g->c[1] += sign * rate;
+    memset(g->c + 4 * groups + 1, 0, (GUARD_ROWS - 1 - 4 * groups) * sizeof *g->c);
+    g->end = sign * (belt->p[P_V_BELT] + rate * get_lane(&w->h, lane) - get_lane(&w->vx, lane));
 }
 
-/* Whether v_r, of `sign`, stays positive for certain while the belt's speed goes from v to last_v. */
-INLINE M keeps_sliding(const Block *w, int groups, V sign, V v, V last_v)
+/* Whether `sign` v_r stays positive for certain while the belt's speed changes from v to end_v. */
+INLINE M keeps_sliding(const Block *w, int groups, V sign, V v, V end_v)
 {
-    Ends p = {w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_off, w->x_off};
-    V off = weighed(CUBIC_SLOPE_BOUND, w->xs, groups, w->h);
-    V fastest = greatest(greatest(sign * p.slope, sign * p.last_slope), sign * middle_slope(&p));
-    return least(sign * v, sign * last_v) * w->h > fastest + off;
+    Ends p = {w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_error, w->x_error};
+    V error = weighted_bound(CUBIC_SLOPE_BOUND, w->xs, groups, w->h);
+    V max_vx = vmax(vmax(sign * p.start_slope, sign * p.end_slope), sign * middle_slope(&p));
+    return vmin(sign * v, sign * end_v) * w->h > max_vx + error;
 }
 
-/* μ_s P − f and μ_s P + f in one lane of a block, f being what the belt exerts. Eq. 5 gives P from
-   the expansion of y. */
-INLINE void guards_of_hold(const Belt *of, const Block *w, int lane, int groups, Guard *ahead,
-                           Guard *behind)
+/* Set the guards μ_s P − f and μ_s P + f of one lane; f is the holding force of the belt. Eq. 5
+   gives P from the expansion of y. */
+INLINE void set_hold_guards(const Belt *belt, const Block *w, int lane, int groups,
+                            Guard *forward_guard, Guard *backward_guard)
 {
-    const Rates *rates = &of->rates;
-    const double *p = of->p, a = horizontal_stiffness(p), h = coupling_stiffness(p), m = p[P_M];
-    const double span = element(&w->h, lane), more = rates->mu_static * span;
-    double force[COEFFICIENTS], grip[COEFFICIENTS], held[COEFFICIENTS];
+    const Rates *rates = &belt->rates;
+    const double *p = belt->p, a = horizontal_stiffness(p), h = coupling_stiffness(p), m = p[P_M];
+    const double span = get_lane(&w->h, lane), mu_change = rates->mu_static * span;
+    double force[GUARD_ROWS], grip[GUARD_ROWS], held[GUARD_ROWS];
     for (int n = 0; n < 4 * groups; n++) {
-        double y = element(w->ys + n, lane);
-        double moved = of->p[P_C2] * element(w->ys + n + 1, lane) + m * (n + 2) * element(w->ys + n + 2, lane);
-        force[n] = (n + 1) * moved + h * y, grip[n] = of->p[P_MU_S] * force[n], held[n] = -h * y;
+        double y = get_lane(w->ys + n, lane);
+        double inertia = belt->p[P_C2] * get_lane(w->ys + n + 1, lane) + m * (n + 2)
+            * get_lane(w->ys + n + 2, lane);
+        force[n] = (n + 1) * inertia + h * y, grip[n] = p[P_MU_S] * force[n], held[n] = -h * y;
     }
     /* Where the slider sticks x is of the second degree. */
-    force[0] = spring_force(of->p, element(w->ys, lane)), force[1] += rates->F;
+    force[0] = spring_force(belt->p, get_lane(w->ys, lane)), force[1] += rates->F;
     for (int n = 1; n < 3; n++) {
-        double x = element(w->xs + n, lane);
-        force[n] -= h * x, grip[n] = of->p[P_MU_S] * force[n], held[n] += a * x;
+        double x = get_lane(w->xs + n, lane);
+        force[n] -= h * x, grip[n] = belt->p[P_MU_S] * force[n], held[n] += a * x;
     }
-    grip[0] = of->p[P_MU_S] * force[0], held[0] = holding_force(of->p, element(w->xs, lane), element(w->ys, lane), of->rates.v_belt);
-    held[1] += of->p[P_C1] * rates->v_belt;
-    if (more != 0.0)
+    grip[0] = belt->p[P_MU_S] * force[0],
+        held[0] = holding_force(belt->p, get_lane(w->xs, lane), get_lane(w->ys, lane),
+                                belt->rates.v_belt);
+    held[1] += belt->p[P_C1] * rates->v_belt;
+    if (mu_change != 0.0)
         for (int n = 1; n < 4 * groups; n++)
             grip[n] += rates->mu_static * force[n - 1];
-    memset(ahead, 0, sizeof *ahead);
-    memset(behind, 0, sizeof *behind);
+    memset(forward_guard, 0, sizeof *forward_guard);
+    memset(backward_guard, 0, sizeof *backward_guard);
     for (int n = 0; n < 4 * groups; n++)
-        ahead->c[n] = grip[n] - held[n], behind->c[n] = grip[n] + held[n];
-    double y = element(&w->y, lane), last_grip = (of->p[P_MU_S] + more) * spring_force(of->p, y);
-    double last_held = holding_force(of->p, element(&w->x, lane), y, of->rates.v_belt) + of->p[P_C1] * rates->v_belt * span;
-    ahead->final = last_grip - last_held, behind->final = last_grip + last_held;
+        forward_guard->c[n] = grip[n] - held[n], backward_guard->c[n] = grip[n] + held[n];
+    double y = get_lane(&w->y, lane),
+        end_grip = (belt->p[P_MU_S] + mu_change) * spring_force(belt->p, y);
+    double end_held = holding_force(belt->p, get_lane(&w->x, lane), y, belt->rates.v_belt)
+        + belt->p[P_C1] * rates->v_belt * span;
+    forward_guard->end = end_grip - end_held, backward_guard->end = end_grip + end_held;
 }
 
-/* What holds the slider: least μ_s, stiffnesses, what the belt exerts at y = 0 at both ends, and how
-   far between them it leaves its chord. */
+/* Bounds of the hold: least μ_s, stiffnesses, the holding force for y = 0 at both ends, and the
+   greatest distance of that force from its chord. */
 typedef struct {
-    V grip, k2, k_nl, h, first, last, bulge;
+    V mu_s, k2, k_nl, h, start, end, chord_error;
 } Hold;
 
-/* Whether the belt holds the slider for certain, against what pushes it forward and backward. */
+/* Whether the belt holds the slider for certain against forward and backward slip. */
 typedef struct {
     M forward, backward;
-} Held;
+} HeldSides;
 
-INLINE Held keeps_holding(const Block *w, const Hold *of)
+INLINE HeldSides keeps_holding(const Block *w, const Hold *bounds)
 {
-    Ends p = {w->ys[0], w->y, w->ys[1] * w->h, w->vy * w->h, w->y_off, w->y_off};
-    Range y = hull(&p);
-    V force = -of->k2 * y.high - of->k_nl * y.high * y.high * y.high;
-    /* A stiff contact loses more with y than its coupling gives. */
-    V pushing = choose(of->grip * of->k2 >= of->h, y.high, y.low);
-    V grip = of->grip * force - of->bulge;
-    return (Held){grip > greatest(of->first, of->last) - of->h * pushing,
-                  grip > of->h * y.high - least(of->first, of->last)};
+    Ends p = {w->ys[0], w->y, w->ys[1] * w->h, w->vy * w->h, w->y_error, w->y_error};
+    Range y = value_range(&p);
+    V force = -bounds->k2 * y.high - bounds->k_nl * y.high * y.high * y.high;
+    /* The worst y depends on whether contact or coupling is stiffer. */
+    V worst_y = choose(bounds->mu_s * bounds->k2 >= bounds->h, y.high, y.low);
+    V margin = bounds->mu_s * force - bounds->chord_error;
+    return (HeldSides){margin > vmax(bounds->start, bounds->end) - bounds->h * worst_y,
+                       margin > bounds->h * y.high - vmin(bounds->start, bounds->end)};
 }
 
-/* What ends a step: nothing, y = 0, v_r = 0, or the hold of the belt. */
-typedef enum { NOTHING_ENDS, AT_SWITCH, AT_SPEED, AT_HOLD } Cut;
+/* The guard that cuts a step: none, y = 0, v_r = 0, or the end of the hold. */
+typedef enum { NOT_CUT, CUT_AT_SWITCH, CUT_AT_SPEED, CUT_AT_HOLD } StepCut;
 
-/* When the belt's hold ends, by the falls of μ_s P ∓ f; `mode` follows on it. */
-INLINE double first_release(double ahead, double behind, int64_t *mode)
+/* Time at which the hold ends, from the times of both guards; sets the next mode. */
+INLINE double first_release_time(double forward_time, double backward_time, int64_t *mode)
 {
-    int backward = behind < ahead * (1.0 - SIMULTANEOUS);
+    int backward = backward_time < forward_time * (1.0 - SIMULTANEOUS);
     *mode = backward ? BACKWARD : FORWARD;
-    return backward ? behind : ahead;
+    return backward ? backward_time : forward_time;
 }
 
-/* Whether the fall of a guard ends a step of length h that is `cut` at a switch, or is not. */
-INLINE int comes_first(double fall, double h, Cut cut)
+/* Whether the fall of a guard to zero ends the step, which may be `cut` at y = 0 already. */
+INLINE int ends_step(double fall, double h, StepCut cut)
 {
-    return fall <= h && !(cut == AT_SWITCH && fall >= h * (1.0 - SIMULTANEOUS));
+    return fall <= h && !(cut == CUT_AT_SWITCH && fall >= h * (1.0 - SIMULTANEOUS));
 }
 
 #if LANES == 1
 
-/* When a guard falls to zero in the step, infinite if it does not. */
-INLINE double fall_of(Guard *g, double h, int groups)
+/* Time at which a guard falls to zero in the step; infinite if it does not. */
+INLINE double guard_fall_time(Guard *g, double h, int groups)
 {
-    begin_guard(g, h);
+    normalize_guard(g, h);
     Tangent end = tangent_at(g->c, groups, h);
-    double off = weighed(CUBIC_BOUND, g->c, groups, h);
-    return first_switch(g->c, groups, 1.0, &h, g->final, end.slope, off, 1) ? h : INFINITE;
+    double error = weighted_bound(CUBIC_BOUND, g->c, groups, h);
+    return find_first_switch(g->c, groups, 1.0, &h, g->end, end.slope, error, 1) ? h : INFINITE;
 }
 
-/* The first fall of v_r. */
-APART double fall_of_speed(const Belt *of, const Block *w, int groups, double sign)
+/* The time at which v_r falls to zero. */
+NOINLINE double speed_fall_time(const Belt *belt, const Block *w, int groups, double sign)
 {
     Guard g;
-    guard_of_speed(of, w, 0, groups, sign, &g);
-    return fall_of(&g, w->h, groups);
+    set_speed_guard(belt, w, 0, groups, sign, &g);
+    return guard_fall_time(&g, w->h, groups);
 }
 
-/* The first fall of μ_s P ∓ f, those apart that do not fall for certain; `mode` follows on it. */
-APART double fall_of_hold(const Belt *of, const Block *w, int groups, const Held *held,
-                          int64_t *mode)
+/* The time at which the hold ends, without the sides in `held`; sets the next mode. */
+NOINLINE double hold_fall_time(const Belt *belt, const Block *w, int groups, const HeldSides *held,
+                               int64_t *mode)
 {
-    Guard ahead, behind;
-    guards_of_hold(of, w, 0, groups, &ahead, &behind);
-    double forward = held->forward ? INFINITE : fall_of(&ahead, w->h, groups);
-    double backward = held->backward ? INFINITE : fall_of(&behind, w->h, groups);
-    return first_release(forward, backward, mode);
+    Guard forward_guard, backward_guard;
+    set_hold_guards(belt, w, 0, groups, &forward_guard, &backward_guard);
+    double forward = held->forward ? INFINITE : guard_fall_time(&forward_guard, w->h, groups);
+    double backward = held->backward ? INFINITE : guard_fall_time(&backward_guard, w->h, groups);
+    return first_release_time(forward, backward, mode);
 }
 
-/* A speed that the slider reaches in a step of length h at its ends alone, if at all. */
-INLINE double speed_limit(const Belt *of, double h)
+/* Upper bound of ẋ inside a step of length h. */
+INLINE double speed_limit(const Belt *belt, double h)
 {
-    if (of->mode == STICK)
+    if (belt->mode == STICK)
         return -INFINITE;
-    return of->mode == FORWARD ? larger(of->p[P_V_BELT], of->p[P_V_BELT] + of->rates.v_belt * h) : INFINITE;
+    return belt->mode == FORWARD
+        ? maximum(belt->p[P_V_BELT], belt->p[P_V_BELT] + belt->rates.v_belt * h) : INFINITE;
 }
 
-/* The first fall of a guard of the present mode, infinite if there is none; a slider that `stays` in
-   motion over the belt for certain does not reach its speed. */
-INLINE double first_fall(const Belt *of, const Block *w, int groups, int stays, int64_t *then)
+/* The first time at which a guard of the mode falls to zero, infinite without one. `slides` says
+   that the slider keeps sliding for certain. */
+INLINE double first_fall_time(const Belt *belt, const Block *w, int groups, int slides,
+                              int64_t *next_mode)
 {
-    if (is_sliding(of->mode)) {
-        if (stays)
+    if (is_sliding(belt->mode)) {
+        if (slides)
             return INFINITE;
-        double sign = of->mode == FORWARD ? 1.0 : -1.0, v = of->p[P_V_BELT];
-        return keeps_sliding(w, groups, sign, v, v + of->rates.v_belt * w->h)
+        double sign = belt->mode == FORWARD ? 1.0 : -1.0, v = belt->p[P_V_BELT];
+        return keeps_sliding(w, groups, sign, v, v + belt->rates.v_belt * w->h)
                    ? INFINITE
-                   : fall_of_speed(of, w, groups, sign);
+                   : speed_fall_time(belt, w, groups, sign);
     }
-    if (of->mode != STICK)
+    if (belt->mode != STICK)
         return INFINITE;
-    const double *p = of->p, speed = of->rates.v_belt;
-    const Hold hold = {smaller(p[P_MU_S], p[P_MU_S] + of->rates.mu_static * w->h), p[P_K2], p[P_K_NL],
-                       coupling_stiffness(p), holding_force(p, w->xs[0], 0.0, speed),
+    const double *p = belt->p, speed = belt->rates.v_belt;
+    const Hold hold = {minimum(p[P_MU_S], p[P_MU_S] + belt->rates.mu_static * w->h), p[P_K2],
+                       p[P_K_NL], coupling_stiffness(p), holding_force(p, w->xs[0], 0.0, speed),
                        holding_force(p, w->x, 0.0, speed) + p[P_C1] * speed * w->h,
                        0.125 * horizontal_stiffness(p) * __builtin_fabs(speed) * (w->h * w->h)};
-    const Held held = keeps_holding(w, &hold);
-    return held.forward && held.backward ? INFINITE : fall_of_hold(of, w, groups, &held, then);
+    const HeldSides held = keeps_holding(w, &hold);
+    return held.forward && held.backward ? INFINITE
+        : hold_fall_time(belt, w, groups, &held, next_mode);
 }
 
-/* Shorten the step to the first fall of a guard in it; `then` follows on the hold. */
-INLINE Cut find_end(const Belt *of, Block *w, int groups, int stays, int64_t *then)
+/* Shorten the step to the first zero of a guard; `next_mode` is set where the hold ends. */
+INLINE StepCut cut_step(const Belt *belt, Block *w, int groups, int slides, int64_t *next_mode)
 {
-    Cut cut = may_switch(w) && find_switch(w, groups) ? AT_SWITCH : NOTHING_ENDS;
-    end_step_x(w, groups, 1);
-    double fall = first_fall(of, w, groups, stays, then);
-    if (!comes_first(fall, w->h, cut))
+    StepCut cut = may_switch(w) && cut_at_switch(w, groups) ? CUT_AT_SWITCH : NOT_CUT;
+    evaluate_end_x(w, groups, 1);
+    double fall = first_fall_time(belt, w, groups, slides, next_mode);
+    if (!ends_step(fall, w->h, cut))
         return cut;
     w->h = fall;
-    end_step_y(w, groups);
-    end_step_x(w, groups, 1);
-    return of->mode == STICK ? AT_HOLD : AT_SPEED;
+    evaluate_end_y(w, groups);
+    evaluate_end_x(w, groups, 1);
+    return belt->mode == STICK ? CUT_AT_HOLD : CUT_AT_SPEED;
 }
 
-/* Continue the first two coefficients by a friction law of which there is no tuned recurrence. */
-INLINE void expand_slipping(const Belt *of, V *x, V *y, int order)
+/* Expand a step by the generated recurrences of a friction law without tuned ones. */
+INLINE void expand_generated(const Belt *belt, V *x, V *y, int order)
 {
 #if !LAW_IS_TUNED
-    if (of->mode == FORWARD)
-        expand_forward(of->p, &of->rates, x, y, order);
+    if (belt->mode == FORWARD)
+        expand_forward(belt->p, &belt->rates, x, y, order);
     else
-        expand_backward(of->p, &of->rates, x, y, order);
+        expand_backward(belt->p, &belt->rates, x, y, order);
 #endif
 }
 
-/* Returns whether a slider stays in motion over the belt for certain. */
-INLINE int expand_step(const Belt *of, Block *w, double tol, int order, int cubic)
+/* Expand a step and set its length; returns whether the slider keeps sliding for certain. */
+INLINE int expand_belt_step(const Belt *belt, Block *w, double tol, int order, int cubic)
 {
-    const Law *law = of->laws + of->mode;
-    w->field = of->fields[of->mode];
+    const Law *law = belt->laws + belt->mode;
+    w->field = belt->fields[belt->mode];
     if (!LAW_IS_TUNED && law->per_speed > 0.0)
-        expand_slipping(of, w->xs, w->ys, order);
-    else if (of->by_speed && of->mode == STICK)
-        expand_holding(w->xs, w->ys, &w->field, law, order, cubic);
-    else if (of->by_speed)
-        expand_by_law(w->xs, w->ys, &w->field, law, of->p[P_V_BELT], &of->next, order, cubic);
+        expand_generated(belt, w->xs, w->ys, order);
+    else if (belt->by_speed && belt->mode == STICK)
+        expand_sticking(w->xs, w->ys, &w->field, law, order, cubic);
+    else if (belt->by_speed)
+        expand_by_law(w->xs, w->ys, &w->field, law, belt->p[P_V_BELT], &belt->next_start, order,
+                      cubic);
     else
-        expand_in_contact(w, order, cubic && of->mode != SEPARATED);
-    settle_at_switch(w);
-    if (w->xs[1] == of->p[P_V_BELT] && is_sliding(of->mode))
-        w->xs[2] = settled_start(of, w->xs[0], w->ys[0], w->xs[2]);
-    set_length(w, tol, order / 4);
-    M stays = 0;
+        expand_block(w, order, cubic && belt->mode != SEPARATED);
+    balance_at_switch(w);
+    if (w->xs[1] == belt->p[P_V_BELT] && is_sliding(belt->mode))
+        w->xs[2] = start_half_acceleration(belt, w->xs[0], w->ys[0], w->xs[2]);
+    set_step_length(w, tol, order / 4);
+    M slides = 0;
     if (law->per_speed > 0.0)
-        w->h = limited(w->h, w->xs, law, law->sign * (of->p[P_V_BELT] - w->xs[1]), order / 4, &stays);
-    return stays;
+        w->h = limit_step(w->h, w->xs, law, law->sign * (belt->p[P_V_BELT] - w->xs[1]), order / 4,
+                          &slides);
+    return slides;
 }
 
-/* Find e at the end of a step, where the next one starts, while the processor has other work. */
-INLINE void foresee(Belt *of, const Block *w)
+/* Compute e for the start of the next step, while the processor also computes the extremes. */
+INLINE void prepare_exponential(Belt *belt, const Block *w)
 {
-    const Law *law = of->laws + of->mode;
+    const Law *law = belt->laws + belt->mode;
     if (law->per_speed > 0.0) {
-        double exponent = exponent_of(law, of->p[P_V_BELT], w->vx);
-        of->next = (Start){exponent, exponential(-exponent)};
+        double exponent = sliding_exponent(law, belt->p[P_V_BELT], w->vx);
+        belt->next_start = (LawStart){exponent, exponential(-exponent)};
     }
 }
 
-/* Go on from the end of the step, in the mode that follows. */
-INLINE Arrivals go_on_belt(Belt *of, Block *w, const Ending *ending, Cut cut, int64_t then)
+/* Accept the step and set the next mode. */
+INLINE StepFlags accept_belt_step(Belt *belt, Block *w, const StepEnd *step_end, StepCut cut,
+                                  int64_t next_mode)
 {
-    double stalled = w->stalled, shortest = w->longest * (SHORTEST_FLIGHT / LONGEST_STEP);
-    const int creeps = of->laws[of->mode].per_speed > 0.0 && w->h < w->t * UNRESOLVED;
-    Arrivals arrivals = go_on(w, ending, cut == AT_SWITCH, 1, INFINITE);
-    if (((cut == AT_SPEED || cut == AT_HOLD) && w->h < shortest) || creeps) {
+    double stalled = w->stalled, shortest = w->max_step * (SHORTEST_FLIGHT / LONGEST_STEP);
+    const int is_creeping = belt->laws[belt->mode].per_speed > 0.0 && w->h < w->t * UNRESOLVED;
+    StepFlags flags = accept_step(w, step_end, cut == CUT_AT_SWITCH, 1, INFINITE);
+    if (((cut == CUT_AT_SPEED || cut == CUT_AT_HOLD) && w->h < shortest) || is_creeping) {
         w->stalled = stalled + 1.0;
-        arrivals.stalled = w->stalled > MAX_STALLED;
+        flags.stalled = w->stalled > MAX_STALLED;
     }
-    if (cut == AT_HOLD)
-        of->mode = then;
-    else if (cut != NOTHING_ENDS)
-        of->mode = w->side > 0.0 ? SEPARATED : mode_on_belt(of, w->x, w->vx, w->y, w->vy);
-    return arrivals;
+    if (cut == CUT_AT_HOLD)
+        belt->mode = next_mode;
+    else if (cut != NOT_CUT)
+        belt->mode = w->side > 0.0 ? SEPARATED : mode_on_belt(belt, w->x, w->vx, w->y, w->vy);
+    return flags;
 }
 
 #endif
@@ -374,36 +388,36 @@ INLINE void set_belt_field(Field *f, const Coefficients *c)
 }
 #endif
 
-/* Begin with the parameters `p` in a lane of a block that has begun; those of the belt, behind the
-   others, are not read where it is not of finite speed. */
-INLINE void begin_belt(Belt *of, const Block *w, int lane, const double *p, int finite)
+/* Begin with the parameters `p` in a lane whose problem has begun. Columns of the belt are read
+   only if its speed is finite. */
+INLINE void begin_belt(Belt *belt, const Block *w, int lane, const double *p, int finite)
 {
-    memset(of, 0, sizeof *of);
-    of->finite = finite, of->nearness = BALANCED;
-    memcpy(of->p, p, sizeof(double) * (size_t)(finite ? BELT_PARAMETERS : PARAMETERS));
+    memset(belt, 0, sizeof *belt);
+    belt->finite = finite, belt->hold_tolerance = BALANCED;
+    memcpy(belt->p, p, sizeof(double) * (size_t)(finite ? BELT_PARAMETERS : PARAMETERS));
     if (!finite)
-        of->p[P_MU_S] = p[P_MU];
-    of->frequency = element(&w->frequency, lane);
-    of->by_speed = of->p[P_V_S] > 0.0;
+        belt->p[P_MU_S] = p[P_MU];
+    belt->frequency = get_lane(&w->frequency, lane);
+    belt->by_speed = belt->p[P_V_S] > 0.0;
 #if LANES == 1
-    of->next = (Start){0.0, 1.0};
+    belt->next_start = (LawStart){0.0, 1.0};
     for (int mode = 0; mode < MODES; mode++) {
         const Coefficients c = coefficients_in(mode, p);
-        set_belt_field(of->fields + mode, &c);
-        if (!of->by_speed)
+        set_belt_field(belt->fields + mode, &c);
+        if (!belt->by_speed)
             continue;
         double sign = mode == FORWARD ? 1.0 : mode == BACKWARD ? -1.0 : 0.0;
-        of->laws[mode] = (Law){sign, p[P_MU], of->p[P_MU_S] - p[P_MU],
-                               sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
-                               mode == SEPARATED ? 0.0 : p[P_K2] / p[P_M]};
-        of->fields[mode].b_x = mode == STICK ? 0.0 : separated_coefficients(p).xy;
+        belt->laws[mode] = (Law){sign, p[P_MU], belt->p[P_MU_S] - p[P_MU],
+                                 sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
+                                 mode == SEPARATED ? 0.0 : p[P_K2] / p[P_M]};
+        belt->fields[mode].b_x = mode == STICK ? 0.0 : separated_coefficients(p).xy;
     }
 #endif
-    of->smooth = of->p[P_MU_S] == p[P_MU] || of->by_speed;
-    of->mode = element(&w->side, lane) > 0.0
+    belt->smooth = belt->p[P_MU_S] == p[P_MU] || belt->by_speed;
+    belt->mode = get_lane(&w->side, lane) > 0.0
                    ? SEPARATED
-                   : mode_on_belt(of, element(w->xs, lane), element(w->xs + 1, lane),
-                                  element(w->ys, lane), element(w->ys + 1, lane));
+                   : mode_on_belt(belt, get_lane(w->xs, lane), get_lane(w->xs + 1, lane),
+                                  get_lane(w->ys, lane), get_lane(w->ys + 1, lane));
 }
 
 #endif

@@ -1,13 +1,13 @@
-/* Deviations from a motion: its derivatives by numbers on which its start and parameters depend.
+/* Deviations from a motion: its derivatives by numbers that change start and parameters.
 
-   With the symbols of `expansion.h`, and ′ for the change of a coefficient with such a number, the
-   variational equations are
+   With the symbols of `expansion.h`, and ′ for the derivative of a coefficient by such a number,
+   the variational equations are
 
        δz̈ = a δx + (b − 3 d y²) δy + C δż + a′ x + b′ y + C′ ż − d′ y³ − (0, (F/m)′)
 
-   A deviation oscillates at the system's frequencies however slow the motion is: within a step of
-   the motion it takes pieces of its own, along the polynomials of that step. Eight deviations stand
-   side by side. LANES is 1. */
+   A deviation oscillates at the system's frequencies even if the motion is slow. So each step of
+   the motion is divided into substeps, on which the deviations are expanded. A vector has eight
+   deviations. LANES is 1. */
 
 #ifndef FIVTUI_DEVIATIONS_H
 #define FIVTUI_DEVIATIONS_H
@@ -15,35 +15,35 @@
 #include "field.h"
 #include "motion.h"
 
-#define MOST_DEVIATIONS 16
-#define EIGHTS (MOST_DEVIATIONS / 8)
-/* The last terms of a piece over the greatest of its first ones, and how many these are. */
+#define MAX_DEVIATIONS 16
+#define MAX_VECTORS (MAX_DEVIATIONS / 8)
+/* Largest ratio of the last terms of a substep to its first ones, and the number of first terms. */
 #define NEGLIGIBLE 0x1p-54
 #define FIRST_TERMS 9
-#define SHORTENED 0.8
-#define MOST_SHORTENINGS 64
+#define SHORTENING 0.8
+#define MAX_SHORTENINGS 64
 
 typedef double Eight __attribute__((vector_size(64), aligned(8), may_alias));
 
 #ifdef __clang__
-INLINE Eight eight_fma(Eight a, Eight b, Eight c) { return FUSED(a, b, c); }
-INLINE Eight eight_fma_by(Eight a, double s, Eight c) { return FUSED(a, s - (Eight){0}, c); }
+INLINE Eight eight_fma(Eight a, Eight b, Eight c) { return FMA(a, b, c); }
+INLINE Eight eight_fma_by(Eight a, double s, Eight c) { return FMA(a, s - (Eight){0}, c); }
 #else
 INLINE Eight eight_fma(Eight a, Eight b, Eight c)
 {
     for (int i = 0; i < 8; i++)
-        c[i] = FUSED(a[i], b[i], c[i]);
+        c[i] = FMA(a[i], b[i], c[i]);
     return c;
 }
 INLINE Eight eight_fma_by(Eight a, double s, Eight c)
 {
     for (int i = 0; i < 8; i++)
-        c[i] = FUSED(a[i], s, c[i]);
+        c[i] = FMA(a[i], s, c[i]);
     return c;
 }
 #endif
 
-INLINE Eight eight_size(Eight a, Eight b)
+INLINE Eight eight_max_abs(Eight a, Eight b)
 {
     typedef long long Mask8 __attribute__((vector_size(64), aligned(8), may_alias));
     a = (Eight)((Mask8)a & INT64_MAX), b = (Eight)((Mask8)b & INT64_MAX);
@@ -56,13 +56,13 @@ typedef struct {
     Eight x, vx, y, vy;
 } Deviation;
 
-/* How the coefficients of a field change: ′. */
+/* Derivatives ′ of the coefficients of a field. */
 typedef struct {
     Eight a_x, a_y, b_x, b_y, damping_x, damping_y, d_x, d_y, load;
-} Change;
+} FieldChange;
 
-/* Taylor coefficients over a piece: of the motion with y² and y³, these two and y behind zeros; and
-   of deviations from it. */
+/* Taylor coefficients over a substep: of the motion, y² and y³ (y and these have PADDED leading
+   zeros), and of deviations. */
 typedef struct {
     double x[PADDED], y[2 * PADDED], square[2 * PADDED], cube[2 * PADDED];
 } Motion;
@@ -71,30 +71,32 @@ typedef struct {
     Eight x[ROWS], y[ROWS];
 } Series;
 
-/* The change of the field of a mode with parameters p that change by q. */
-INLINE void put_change(Change *c, int place, const double *p, const double *q, int mode)
+/* Set the derivatives of the field of a mode from the derivatives q of its parameters p. */
+INLINE void set_field_change(FieldChange *target, int column, const double *p, const double *q,
+                             int mode)
 {
-    const Coefficients of = coefficients_in(mode, p), by = changes_in(mode, p, q);
-    c->a_x[place] = by.xx, c->a_y[place] = by.yx;
-    c->b_x[place] = by.xy, c->b_y[place] = by.yy;
-    c->damping_x[place] = by.xvx, c->damping_y[place] = by.yvy;
-    c->d_x[place] = by.friction * of.cubic + of.friction * by.cubic;
-    c->d_y[place] = by.cubic, c->load[place] = by.load;
+    const Coefficients values = coefficients_in(mode, p), changes = changes_in(mode, p, q);
+    target->a_x[column] = changes.xx, target->a_y[column] = changes.yx;
+    target->b_x[column] = changes.xy, target->b_y[column] = changes.yy;
+    target->damping_x[column] = changes.xvx, target->damping_y[column] = changes.yvy;
+    target->d_x[column] = changes.friction * values.cubic + values.friction * changes.cubic;
+    target->d_y[column] = changes.cubic, target->load[column] = changes.load;
 }
 
-/* The product of two polynomials, from PADDED on. */
+/* The product of two polynomials with PADDED leading zeros. */
 INLINE void multiply(const double *a, const double *b, double *product)
 {
     Eight sums[PADDED / 8] = {{0.0}};
-    UNROLLED for (int i = 0; i < ROWS; i++)
-        UNROLLED for (int n = 0; n < PADDED / 8; n++)
-            sums[n] = eight_fma_by(*(const Eight *)(b + PADDED + 8 * n - i), a[PADDED + i], sums[n]);
+    UNROLL for (int i = 0; i < ROWS; i++)
+        UNROLL for (int n = 0; n < PADDED / 8; n++)
+            sums[n] = eight_fma_by(*(const Eight *)(b + PADDED + 8 * n - i), a[PADDED + i],
+                                   sums[n]);
     memset(product, 0, PADDED * sizeof *product);
     memcpy(product + PADDED, sums, sizeof sums);
 }
 
-/* Continue the motion from its first two coefficients, with y² and y³ if these play a part. */
-APART void expand_motion(Motion *m, const Field *f, int cubic)
+/* Expand the motion from its first two coefficients, with y² and y³ if `cubic`. */
+NOINLINE void expand_motion(Motion *m, const Field *f, int cubic)
 {
     memset(m->y, 0, PADDED * sizeof *m->y);
     if (cubic) {
@@ -108,26 +110,26 @@ APART void expand_motion(Motion *m, const Field *f, int cubic)
     }
 }
 
-/* Whether the motion is far enough within the range of numbers. */
-INLINE int is_finite(const Motion *m)
+/* Whether the coefficients of the motion and of its velocity are finite. */
+INLINE int is_finite_motion(const Motion *m)
 {
     double size = 0.0;
     for (int n = 0; n < ROWS; n++)
         size += (n + 1.0) * (__builtin_fabs(m->x[n]) + __builtin_fabs(m->y[PADDED + n]));
-    return finite_number(size);
+    return is_finite_number(size);
 }
 
-/* The Taylor coefficients of deviations; the newest of them comes last into the sums. */
-APART void expand_deviations(Series *s, const Deviation *start, const Motion *m, const Field *f,
-                             const Change *c, int cubic)
+/* Expand deviations; the newest coefficients come last in the sums. */
+NOINLINE void expand_deviations(Series *s, const Deviation *start, const Motion *m, const Field *f,
+                                const FieldChange *c, int cubic)
 {
-    const Eight none = {0.0};
+    const Eight zero = {0.0};
     const double *ys = m->y + PADDED, *square = m->square + PADDED, *cube = m->cube + PADDED;
     s->x[0] = start->x, s->x[1] = start->vx, s->y[0] = start->y, s->y[1] = start->vy;
     for (int n = 0; n + 2 < ROWS; n++) {
-        double next = n + 1.0, share = 1.0 / (next * (n + 2.0));
-        double x = m->x[n], y = ys[n], vx = m->x[n + 1] * next, vy = ys[n + 1] * next;
-        Eight push_x = none, push_y = n == 0 ? -c->load : none;
+        double n_plus_1 = n + 1.0, scale = 1.0 / (n_plus_1 * (n + 2.0));
+        double x = m->x[n], y = ys[n], vx = m->x[n + 1] * n_plus_1, vy = ys[n + 1] * n_plus_1;
+        Eight push_x = zero, push_y = n == 0 ? -c->load : zero;
         push_x = eight_fma_by(c->a_x, x, eight_fma_by(c->b_x, y, push_x));
         push_y = eight_fma_by(c->a_y, x, eight_fma_by(c->b_y, y, push_y));
         push_x = eight_fma_by(c->damping_x, vx, eight_fma_by(c->d_x, -cube[n], push_x));
@@ -141,28 +143,30 @@ APART void expand_deviations(Series *s, const Deviation *start, const Motion *m,
             push_x = eight_fma_by(product, -3.0 * f->d_x, push_x);
             push_y = eight_fma_by(product, -3.0 * f->d_y, push_y);
         }
-        push_x = eight_fma_by(s->x[n + 1], f->damping_x * next, push_x);
-        push_y = eight_fma_by(s->y[n + 1], f->damping_y * next, push_y);
-        s->x[n + 2] = push_x * share, s->y[n + 2] = push_y * share;
+        push_x = eight_fma_by(s->x[n + 1], f->damping_x * n_plus_1, push_x);
+        push_y = eight_fma_by(s->y[n + 1], f->damping_y * n_plus_1, push_y);
+        s->x[n + 2] = push_x * scale, s->y[n + 2] = push_y * scale;
     }
 }
 
-/* Next to nothing is nothing, lest it creep towards the least of numbers, with which all is slow. */
-INLINE Eight settled(Eight a)
+/* Flush tiny deviations to zero: subnormal numbers are slow. */
+INLINE Eight flush_tiny(Eight a)
 {
     typedef long long Mask8 __attribute__((vector_size(64), aligned(8), may_alias));
-    return (Eight)((Mask8)a & (eight_size(a, a) > LEAST - (Eight){0}));
+    return (Eight)((Mask8)a & (eight_max_abs(a, a) > LEAST - (Eight){0}));
 }
 
-/* Deviations at the time t of a piece. */
+/* Deviations at the time t of a substep. */
 INLINE Deviation deviation_at(const Series *s, double t)
 {
-    Deviation at = {s->x[ROWS - 1], {0.0}, s->y[ROWS - 1], {0.0}};
+    Deviation value = {s->x[ROWS - 1], {0.0}, s->y[ROWS - 1], {0.0}};
     for (int n = ROWS - 2; n >= 0; n--) {
-        at.vx = eight_fma_by(at.vx, t, at.x), at.vy = eight_fma_by(at.vy, t, at.y);
-        at.x = eight_fma_by(at.x, t, s->x[n]), at.y = eight_fma_by(at.y, t, s->y[n]);
+        value.vx = eight_fma_by(value.vx, t, value.x),
+            value.vy = eight_fma_by(value.vy, t, value.y);
+        value.x = eight_fma_by(value.x, t, s->x[n]), value.y = eight_fma_by(value.y, t, s->y[n]);
     }
-    return (Deviation){settled(at.x), settled(at.vx), settled(at.y), settled(at.vy)};
+    return (Deviation){flush_tiny(value.x), flush_tiny(value.vx), flush_tiny(value.y),
+                       flush_tiny(value.vy)};
 }
 
 INLINE int all_finite(Eight a)
@@ -173,70 +177,70 @@ INLINE int all_finite(Eight a)
     return sum == 0.0;
 }
 
-/* Whether the last terms of a piece of length h are negligible. */
+/* Whether the last terms of a substep of length h are negligible. */
 INLINE int is_short(const Eight *first, const Eight *last, double h)
 {
     Eight scale = first[0];
     double power = 1.0;
     for (int n = 1; n < FIRST_TERMS; n++)
-        power *= h, scale = eight_size(scale, first[n] * power);
+        power *= h, scale = eight_max_abs(scale, first[n] * power);
     for (int n = FIRST_TERMS; n < ROWS - 1; n++)
         power *= h;
-    Eight rest = eight_size(last[0] * power, last[1] * (power * h));
-    /* What is next to nothing may lose digits. */
-    int longer = 0;
+    Eight tail = eight_max_abs(last[0] * power, last[1] * (power * h));
+    /* Tiny deviations may lose digits. */
+    int is_too_long = 0;
     for (int i = 0; i < 8; i++)
-        longer |= (scale[i] > LEAST) & (rest[i] > scale[i] * NEGLIGIBLE);
-    return !longer;
+        is_too_long |= (scale[i] > LEAST) & (tail[i] > scale[i] * NEGLIGIBLE);
+    return !is_too_long;
 }
 
-/* The length of the next piece of equal ones that make up the time `left`; zero where the deviations
-   are out of the range of numbers or take too many pieces. */
-APART double piece_length(const Series *s, int eights, double left)
+/* Length of the next substep: the remaining time or an equal part of it. Zero if deviations
+   overflow or need too many substeps. */
+NOINLINE double substep_length(const Series *s, int vectors, double remaining)
 {
-    double h = left;
+    double h = remaining;
     int shortenings = 0;
-    for (int g = 0; g < eights; g++) {
+    for (int g = 0; g < vectors; g++) {
         Eight first[FIRST_TERMS], last[2];
         for (int n = 0; n < FIRST_TERMS; n++)
-            first[n] = eight_size(s[g].x[n], s[g].y[n]);
+            first[n] = eight_max_abs(s[g].x[n], s[g].y[n]);
         for (int n = 0; n < 2; n++)
-            last[n] = eight_size(s[g].x[ROWS - 2 + n], s[g].y[ROWS - 2 + n]);
+            last[n] = eight_max_abs(s[g].x[ROWS - 2 + n], s[g].y[ROWS - 2 + n]);
         if (!all_finite(s[g].x[ROWS - 1] + s[g].y[ROWS - 1]))
             return 0.0;
-        for (; !is_short(first, last, h); h *= SHORTENED)
-            if (shortenings++ == MOST_SHORTENINGS)
+        for (; !is_short(first, last, h); h *= SHORTENING)
+            if (shortenings++ == MAX_SHORTENINGS)
                 return 0.0;
     }
-    double parts = (double)(int64_t)(left / h);
-    return left / (parts * h < left ? parts + 1.0 : larger(parts, 1.0));
+    double count = (double)(int64_t)(remaining / h);
+    return remaining / (count * h < remaining ? count + 1.0 : maximum(count, 1.0));
 }
 
 /* The acceleration of a state in a field (Eqs. 2 and 5). */
-INLINE Pair acceleration_of(const Field *f, double x, double vx, double y, double vy)
+INLINE Pair accelerations(const Field *f, double x, double vx, double y, double vy)
 {
-    double ax = FUSED(f->a_x, x, FUSED(f->b_x, y, FUSED(f->damping_x, vx, -(f->d_x * y * y * y))));
-    double ay = FUSED(f->a_y, x, FUSED(f->b_y, y, FUSED(f->damping_y, vy, -(f->d_y * y * y * y))));
-    return pair_of(ax, ay - f->load);
+    double ax = FMA(f->a_x, x, FMA(f->b_x, y, FMA(f->damping_x, vx, -(f->d_x * y * y * y))));
+    double ay = FMA(f->a_y, x, FMA(f->b_y, y, FMA(f->damping_y, vy, -(f->d_y * y * y * y))));
+    return make_pair(ax, ay - f->load);
 }
 
-/* Deviations behind a switch where a guard g(state, parameters) vanishes and the rate of change of
-   the state jumps by f⁺ − f⁻. A deviation δ moves the switch by −(∇g·δ + g′)/(∇g·f⁻), hence
+/* Apply a switch to deviations. There a guard g(state, parameters) vanishes and the rate of change
+   of the state jumps by f⁺ − f⁻: a deviation δ moves the switch by −(∇g·δ + g′)/(∇g·f⁻), hence
 
        δ⁺ = δ + (f⁺ − f⁻) (∇g·δ + g′)/(∇g·f⁻),
 
-   the saltation matrix I + (f⁺ − f⁻) ∇gᵀ/(∇g·f⁻) with its part by parameters. Where the rate does
-   not jump it is the identity, also where the guard is touched only. `rate` is ∇g·f⁻, `jump` and
-   `gradient` are in the order of the state, `change` is g′. */
-INLINE void pass_switch(Deviation *d, const double *jump, const double *gradient, Eight change,
-                        double rate)
+   the saltation matrix I + (f⁺ − f⁻) ∇gᵀ/(∇g·f⁻) with the term of the parameters. It is the
+   identity if the rate does not jump, also if the motion only touches g = 0. `rate` is ∇g·f⁻,
+   `jump` and `gradient` are in the order of the state, `change` is g′. */
+INLINE void apply_saltation(Deviation *d, const double *jump, const double *gradient, Eight change,
+                            double rate)
 {
     if (jump[0] == 0.0 && jump[1] == 0.0 && jump[2] == 0.0 && jump[3] == 0.0)
         return;
-    Eight moved = eight_fma_by(d->x, gradient[0], eight_fma_by(d->vx, gradient[1], change));
-    moved = eight_fma_by(d->y, gradient[2], eight_fma_by(d->vy, gradient[3], moved)) * (1.0 / rate);
-    d->x = eight_fma_by(moved, jump[0], d->x), d->vx = eight_fma_by(moved, jump[1], d->vx);
-    d->y = eight_fma_by(moved, jump[2], d->y), d->vy = eight_fma_by(moved, jump[3], d->vy);
+    Eight shift = eight_fma_by(d->x, gradient[0], eight_fma_by(d->vx, gradient[1], change));
+    shift = eight_fma_by(d->y, gradient[2], eight_fma_by(d->vy, gradient[3], shift)) * (1.0 / rate);
+    d->x = eight_fma_by(shift, jump[0], d->x), d->vx = eight_fma_by(shift, jump[1], d->vx);
+    d->y = eight_fma_by(shift, jump[2], d->y), d->vy = eight_fma_by(shift, jump[3], d->vy);
 }
 
 #endif

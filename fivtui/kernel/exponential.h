@@ -1,4 +1,4 @@
-/* The exponential function by arithmetic alone: as in `fivtui.model.field`. */
+/* The exponential function by the same arithmetic as in `fivtui.model.field`. */
 
 #ifndef FIVTUI_EXPONENTIAL_H
 #define FIVTUI_EXPONENTIAL_H
@@ -8,7 +8,7 @@
 #define LN2_HIGH 6.93147180369123816490e-01
 #define LN2_LOW 1.90821492927058770002e-10
 #define LOG2_E 1.44269504088896338700
-#define MOST_EXPONENT 700.0
+#define MAX_EXPONENT 700.0
 static const double FACTORIAL[] = {
     1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0, 5040.0, 40320.0, 362880.0, 3628800.0, 39916800.0,
     479001600.0, 6227020800.0, 87178291200.0, 1307674368000.0, 20922789888000.0,
@@ -16,22 +16,22 @@ static const double FACTORIAL[] = {
     51090942171709440000.0,
 };
 
-/* Zero from −700 down, and not more than exp(700). */
+/* exp(exponent); 0 up to −700, and exp(700) from 700 on. */
 INLINE V exponential(V exponent)
 {
-    const double whole = 0x1.8p52;
-    M some = exponent > -MOST_EXPONENT;
-    V above = choose(some, least(exponent, splat(MOST_EXPONENT)), splat(-MOST_EXPONENT));
-    V count = (whole + above * LOG2_E) - whole;
-    V rest = fma_of(count, splat(-LN2_LOW), fma_of(count, splat(-LN2_HIGH), above));
-    V square = rest * rest, fourth = square * square;
+    const double round_shift = 0x1.8p52;
+    M is_positive = exponent > -MAX_EXPONENT;
+    V clamped = choose(is_positive, vmin(exponent, splat(MAX_EXPONENT)), splat(-MAX_EXPONENT));
+    V count = (round_shift + clamped * LOG2_E) - round_shift;
+    V reduced = vfma(count, splat(-LN2_LOW), vfma(count, splat(-LN2_HIGH), clamped));
+    V square = reduced * reduced, fourth = square * square;
     V term[7];
-    UNROLLED for (int n = 0; n < 7; n++)
-        term[n] = fma_of(rest, splat(1.0 / FACTORIAL[2 * n + 1]), splat(1.0 / FACTORIAL[2 * n]));
-    V low = fma_of(fma_of(term[3], square, term[2]), fourth, fma_of(term[1], square, term[0]));
-    V high = fma_of(term[6], fourth, fma_of(term[5], square, term[4]));
-    V value = fma_of(high, fourth * fourth, low);
-    return choose(some, value * from_bits_beyond_one(count * 0x1p52, 1023LL << 52), splat(0.0));
+    UNROLL for (int n = 0; n < 7; n++)
+        term[n] = vfma(reduced, splat(1.0 / FACTORIAL[2 * n + 1]), splat(1.0 / FACTORIAL[2 * n]));
+    V low = vfma(vfma(term[3], square, term[2]), fourth, vfma(term[1], square, term[0]));
+    V high = vfma(term[6], fourth, vfma(term[5], square, term[4]));
+    V value = vfma(high, fourth * fourth, low);
+    return choose(is_positive, value * number_from_bits(count * 0x1p52, 1023LL << 52), splat(0.0));
 }
 
 #endif

@@ -1,5 +1,4 @@
-/* Expansion of sliding with the friction law μ + (μ_s − μ) exp(−v/v_s), v = |v_r|: by the
-   recurrences of `fivtui.taylor.friction`. */
+/* Expansion of sliding with the friction law μ + (μ_s − μ) e with e = exp(−v/v_s), v = |v_r|. */
 
 #ifndef FIVTUI_FRICTION_H
 #define FIVTUI_FRICTION_H
@@ -7,54 +6,55 @@
 #include "expansion.h"
 #include "polynomial.h"
 
-/* As in `fivtui.taylor.friction`. */
-#define MOST_CHANGE 12.0
-#define WIDENING 0.09
+/* Constants of `fivtui.taylor.belt`. */
+#define MAX_CHANGE 12.0
+#define GROWTH 0.09
 #define NEGLIGIBLE 37.0
-#define FAR ((NEGLIGIBLE + MOST_CHANGE) / (1.0 - WIDENING))
-#define SHRINKING 0.75
-#define TERMS (MAX_LAW_ORDER + 2)
+#define FAR_EXPONENT ((NEGLIGIBLE + MAX_CHANGE) / (1.0 - GROWTH))
+#define SHRINK_FACTOR 0.75
+#define LAW_ROWS (MAX_LAW_ORDER + 2)
 static const double DEGREES[MAX_LAW_ORDER] = {
     2.0,  3.0,  4.0,  5.0,  6.0,  7.0,  8.0,  9.0,  10.0, 11.0,
     12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 21.0,
     22.0, 23.0, 24.0, 25.0,
 };
 
-/* How friction goes on: it falls with the speed, or it does not, or it holds the slider. */
-typedef enum { FALLING, LEVEL, HOLDING } Friction;
+/* Friction falls with the speed, is constant, or holds the slider at the speed of the belt. */
+typedef enum { FRICTION_FALLS, FRICTION_CONSTANT, FRICTION_STICKS } FrictionKind;
 
-/* The sign of friction, 0 where the slider does not slide, its constant part, its fall, and 1/v_s, 0
-   where friction is constant; and k2/m, 0 where there is no contact. */
+/* A friction law: sign of friction (0 without sliding), μ, μ_s − μ, 1/v_s (0 for constant
+   friction), and k2/m (0 without contact). */
 typedef struct {
     V sign, mu, fall, per_speed, contact;
 } Law;
 
-/* What is carried from term to term: (xₙ, yₙ) and their coefficients (uₙ, vₙ) of ẍ and ÿ; eₙ; with p
-   that of P/m and rₙ = −d (3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ), all sums being over 0 < i < n, (rₙ, −d yₙ) in
-   `bent`, which times y makes Σ rᵢ yₙ₋ᵢ and −d Σ yᵢ yₙ₋ᵢ, and (pₙ, uₙ₋₁) in `driven`, which times e
-   makes Σ pᵢ eₙ₋ᵢ and Σ uᵢ₋₁ eₙ₋ᵢ; parts of these sums that are known two degrees ahead, so that the
-   processor need not wait for them, and `both`, in which all four are summed side by side. Then the
-   factors of
+/* State of the recurrence. z has (xₙ, yₙ), w their accelerations (uₙ, vₙ), e the coefficients of
+   exp(−v/v_s), p those of P/m, and rₙ = −d (3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ); sums are over 0 < i < n.
+   `y_pairs` has (rₙ, −d yₙ), whose products with y sum to Σ rᵢ yₙ₋ᵢ and −d Σ yᵢ yₙ₋ᵢ. `e_pairs` has
+   (pₙ, uₙ₋₁), whose products with e sum to Σ pᵢ eₙ₋ᵢ and Σ uᵢ₋₁ eₙ₋ᵢ. Parts of these sums are
+   computed two degrees ahead, so that the processor need not wait for them; `pairs` sums all four
+   side by side. Factors:
 
-       (pₙ, rₙ) = own yₙ + Σ bentᵢ yₙ₋ᵢ
-       (uₙ, vₙ) = a xₙ + b yₙ + of_p pₙ + (damping (uₙ₋₁, vₙ₋₁) + (f, 0))/n
-       n eₙ = first uₙ₋₁ + slow eₙ₋₁ + rate Σ uᵢ₋₁ eₙ₋ᵢ
-       f = swift eₙ₋₁ + turn Σ uᵢ₋₁ eₙ₋ᵢ + n fall Σ pᵢ eₙ₋ᵢ
+       (pₙ, rₙ) = factors yₙ + Σ y_pairsᵢ yₙ₋ᵢ
+       (uₙ, vₙ) = a xₙ + b yₙ + contact_factors pₙ + (damping (uₙ₋₁, vₙ₋₁) + (f, 0))/n
+       n eₙ = first_factor uₙ₋₁ + last_factor eₙ₋₁ + rate Σ uᵢ₋₁ eₙ₋ᵢ
+       f = force_factor eₙ₋₁ + force_rate Σ uᵢ₋₁ eₙ₋ᵢ + n fall Σ pᵢ eₙ₋ᵢ
 
-   where the first terms of the sums with e are in the factors: `swift` grows with n by `more`. */
+   The factors include the first terms of the sums with e; `force_factor` grows with n. */
 typedef struct {
-    Pair z[TERMS], w[TERMS], bent[TERMS], driven[TERMS], bent_ahead[TERMS], driven_ahead[TERMS];
-    Four both[TERMS], by_both[TERMS];
-    V y[TERMS], v[TERMS], e[TERMS];
-    Pair a, b, of_p, own, damping;
-    V minus_d, first, slow, rate, swift, more, turn, fall;
-} Slide;
+    Pair z[LAW_ROWS], w[LAW_ROWS], y_pairs[LAW_ROWS], e_pairs[LAW_ROWS], y_sums_ahead[LAW_ROWS],
+        e_sums_ahead[LAW_ROWS];
+    Four pairs[LAW_ROWS], pair_factors[LAW_ROWS];
+    V y[LAW_ROWS], v[LAW_ROWS], e[LAW_ROWS];
+    Pair a, b, contact_factors, factors, damping;
+    V minus_d, first_factor, last_factor, rate, force_factor, force_factor_step, force_rate, fall;
+} SlideTerms;
 
-/* Σ aᵢ bₙ₋ᵢ over 2 < i < n − 1, from the middle outwards. */
+/* Σ aᵢ bₙ₋ᵢ over 2 < i < n − 1, summed from the middle outwards. */
 #define SUM_AHEAD(type, product, fma)                                                             \
     int low = (n + 1) / 2;                                                                        \
     type sum = product(a[low], b[n - low]);                                                       \
-    UNROLLED for (int i = 1; i < n - low - 1; i++) {                                              \
+    UNROLL for (int i = 1; i < n - low - 1; i++) {                                                \
         if (low - i > 2)                                                                          \
             sum = fma(a[low - i], b[n - low + i], sum);                                           \
         sum = fma(a[low + i], b[n - low - i], sum);                                               \
@@ -66,271 +66,275 @@ INLINE Pair pairs_ahead(const Pair *a, const V *b, int n)
 }
 INLINE Four fours_ahead(const Four *a, const Four *b, int n)
 {
-    SUM_AHEAD(Four, four_product, four_fma_each)
+    SUM_AHEAD(Four, four_product, four_fma)
 }
 #undef SUM_AHEAD
 
-INLINE void sum_ahead_of(Slide *s, int n, int cubic, Friction of)
+INLINE void sum_slide_ahead(SlideTerms *s, int n, int cubic, FrictionKind kind)
 {
     if (n < 5)
         return;
-    if (cubic && of == FALLING) {
-        Four sums = fours_ahead(s->both, s->by_both, n);
-        s->driven_ahead[n] = first_pair(sums), s->bent_ahead[n] = second_pair(sums);
+    if (cubic && kind == FRICTION_FALLS) {
+        Four sums = fours_ahead(s->pairs, s->pair_factors, n);
+        s->e_sums_ahead[n] = first_pair(sums), s->y_sums_ahead[n] = second_pair(sums);
     } else if (cubic) {
-        s->bent_ahead[n] = pairs_ahead(s->bent, s->y, n);
-    } else if (of == FALLING) {
-        s->driven_ahead[n] = pairs_ahead(s->driven, s->e, n);
+        s->y_sums_ahead[n] = pairs_ahead(s->y_pairs, s->y, n);
+    } else if (kind == FRICTION_FALLS) {
+        s->e_sums_ahead[n] = pairs_ahead(s->e_pairs, s->e, n);
     }
 }
 
-/* Σ bentᵢ yₙ₋ᵢ, for n > 1 */
-INLINE Pair bent_sums(const Slide *s, int n)
+/* Σ y_pairsᵢ yₙ₋ᵢ for n > 1. */
+INLINE Pair sums_with_y(const SlideTerms *s, int n)
 {
     const V *y = s->y;
-    Pair sums = pair_times(s->bent[1], y[n - 1]);
+    Pair sums = pair_times(s->y_pairs[1], y[n - 1]);
     if (n > 3)
-        sums = pair_fma_by(s->bent[1], y[n - 1], pair_times(s->bent[2], y[n - 2]));
+        sums = pair_fma_by(s->y_pairs[1], y[n - 1], pair_times(s->y_pairs[2], y[n - 2]));
     if (n > 4)
-        sums = pair_sum(sums, s->bent_ahead[n]);
-    return n > 2 ? pair_fma_by(s->bent[n - 1], y[1], sums) : sums;
+        sums = pair_sum(sums, s->y_sums_ahead[n]);
+    return n > 2 ? pair_fma_by(s->y_pairs[n - 1], y[1], sums) : sums;
 }
 
-/* Σ drivenᵢ eₙ₋ᵢ but for the first terms, for n > 2 */
-INLINE Pair driven_sums(const Slide *s, int n)
+/* Σ e_pairsᵢ eₙ₋ᵢ without the first terms, for n > 2. */
+INLINE Pair sums_with_e(const SlideTerms *s, int n)
 {
     const V *e = s->e;
     if (n == 3)
-        return pair_times(s->driven[2], e[1]);
-    Pair sums = n == 4 ? pair_times(s->driven[2], e[2])
-                       : pair_fma_by(s->driven[2], e[n - 2], s->driven_ahead[n]);
-    return pair_fma_by(s->driven[n - 1], e[1], sums);
+        return pair_times(s->e_pairs[2], e[1]);
+    Pair sums = n == 4 ? pair_times(s->e_pairs[2], e[2])
+                       : pair_fma_by(s->e_pairs[2], e[n - 2], s->e_sums_ahead[n]);
+    return pair_fma_by(s->e_pairs[n - 1], e[1], sums);
 }
 
-/* eₙ; returns damping (uₙ₋₁, vₙ₋₁) + (f, 0). */
-INLINE Pair add_fall(Slide *s, int n)
+/* Store eₙ; returns damping (uₙ₋₁, vₙ₋₁) + (f, 0). */
+INLINE Pair add_exponential_term(SlideTerms *s, int n)
 {
-    V u = X_OF(s->w[n - 1]);
-    s->swift = s->swift + s->more;
+    V u = PAIR_X(s->w[n - 1]);
+    s->force_factor = s->force_factor + s->force_factor_step;
     if (n == 1) {
-        s->e[1] = s->first * u;
+        s->e[1] = s->first_factor * u;
         return pair_product(s->damping, s->w[0]);
     }
-    V last = s->e[n - 1], next = s->slow * last, f = s->swift * last;
+    V last_e = s->e[n - 1], next = s->last_factor * last_e, f = s->force_factor * last_e;
     if (n > 2) {
-        Pair sums = driven_sums(s, n);
-        next = fma_of(s->slow, last, Y_OF(sums) * s->rate);
-        f = fma_of(s->swift, last, fma_of(Y_OF(sums), s->turn, X_OF(sums) * (s->fall * (double)n)));
+        Pair sums = sums_with_e(s, n);
+        next = vfma(s->last_factor, last_e, PAIR_Y(sums) * s->rate);
+        f = vfma(s->force_factor, last_e,
+                 vfma(PAIR_Y(sums), s->force_rate, PAIR_X(sums) * (s->fall * (double)n)));
     }
-    s->e[n] = fma_of(s->first, u, next) * (1.0 / n);
-    return pair_fma(s->damping, s->w[n - 1], pair_of(f, splat(0.0)));
+    s->e[n] = vfma(s->first_factor, u, next) * (1.0 / n);
+    return pair_fma(s->damping, s->w[n - 1], make_pair(f, splat(0.0)));
 }
 
-/* xₙ₊₂ and yₙ₊₂, for n > 0 */
-INLINE void add_sliding_term(Slide *s, int n, int cubic, Friction of)
+/* Store xₙ₊₂ and yₙ₊₂ for n > 0. */
+INLINE void add_sliding_term(SlideTerms *s, int n, int cubic, FrictionKind kind)
 {
-    V x = X_OF(s->z[n]), y = Y_OF(s->z[n]);
+    V x = PAIR_X(s->z[n]), y = PAIR_Y(s->z[n]);
     s->y[n] = y;
-    Pair own = pair_times(s->own, y);
+    Pair factors = pair_times(s->factors, y);
     if (cubic && n > 1)
-        own = pair_fma_by(s->own, y, bent_sums(s, n));
-    V p = X_OF(own);
-    if (n == 1 && of == FALLING)
-        s->more = s->fall * p;
-    s->bent[n] = pair_of(Y_OF(own), y * s->minus_d);
-    s->driven[n] = pair_of(p, X_OF(s->w[n - 1]));
-    Pair drag = of == FALLING ? add_fall(s, n) : pair_product(s->damping, s->w[n - 1]);
-    Pair pull = pair_fma_by(s->of_p, p, pair_fma_by(s->b, y, pair_times(s->a, x)));
-    s->w[n] = pair_fma_by(drag, splat(1.0 / n), pull);
+        factors = pair_fma_by(s->factors, y, sums_with_y(s, n));
+    V p = PAIR_X(factors);
+    if (n == 1 && kind == FRICTION_FALLS)
+        s->force_factor_step = s->fall * p;
+    s->y_pairs[n] = make_pair(PAIR_Y(factors), y * s->minus_d);
+    s->e_pairs[n] = make_pair(p, PAIR_X(s->w[n - 1]));
+    Pair drag = kind == FRICTION_FALLS ? add_exponential_term(s, n)
+        : pair_product(s->damping, s->w[n - 1]);
+    Pair force = pair_fma_by(s->contact_factors, p, pair_fma_by(s->b, y, pair_times(s->a, x)));
+    s->w[n] = pair_fma_by(drag, splat(1.0 / n), force);
     s->z[n + 2] = pair_times(s->w[n], splat(1.0 / ((n + 1) * (n + 2))));
-    if (cubic && of == FALLING) {
-        s->both[n] = joined(s->driven[n], s->bent[n]);
-        s->by_both[n] = joined(pair_of(s->e[n], s->e[n]), pair_of(y, y));
+    if (cubic && kind == FRICTION_FALLS) {
+        s->pairs[n] = join_pairs(s->e_pairs[n], s->y_pairs[n]);
+        s->pair_factors[n] = join_pairs(make_pair(s->e[n], s->e[n]), make_pair(y, y));
     }
 }
 
-/* The same of y alone where the slider sticks: x is on the line of the belt. */
-INLINE void add_held_term(Slide *s, int n, int cubic)
+/* Store yₙ₊₂ where the slider sticks: x moves with the belt. */
+INLINE void add_held_term(SlideTerms *s, int n, int cubic)
 {
-    V y = s->y[n], pull = Y_OF(s->b) * y;
-    Pair own = pair_times(s->own, y);
+    V y = s->y[n], force = PAIR_Y(s->b) * y;
+    Pair factors = pair_times(s->factors, y);
     if (cubic && n > 1)
-        own = pair_fma_by(s->own, y, bent_sums(s, n));
+        factors = pair_fma_by(s->factors, y, sums_with_y(s, n));
     if (n == 1)
-        pull = fma_of(Y_OF(s->b), y, Y_OF(s->a) * X_OF(s->z[1]));
-    s->bent[n] = pair_of(Y_OF(own), y * s->minus_d);
-    s->v[n] = fma_of(Y_OF(s->damping) * s->v[n - 1], splat(1.0 / n), pull + X_OF(own));
+        force = vfma(PAIR_Y(s->b), y, PAIR_Y(s->a) * PAIR_X(s->z[1]));
+    s->y_pairs[n] = make_pair(PAIR_Y(factors), y * s->minus_d);
+    s->v[n] = vfma(PAIR_Y(s->damping) * s->v[n - 1], splat(1.0 / n), force + PAIR_X(factors));
     s->y[n + 2] = s->v[n] * (1.0 / ((n + 1) * (n + 2)));
 }
 
-INLINE void add_next_term(Slide *s, int n, int cubic, Friction of)
+INLINE void add_next_term(SlideTerms *s, int n, int cubic, FrictionKind kind)
 {
-    if (of == HOLDING)
+    if (kind == FRICTION_STICKS)
         add_held_term(s, n, cubic);
     else
-        add_sliding_term(s, n, cubic, of);
+        add_sliding_term(s, n, cubic, kind);
 }
 
-/* Four terms, stored. */
-INLINE void add_sliding_terms(Slide *s, int n, int cubic, Friction of, V *x, V *y)
+/* Store four terms. */
+INLINE void add_sliding_terms(SlideTerms *s, int n, int cubic, FrictionKind kind, V *x, V *y)
 {
-    sum_ahead_of(s, n, cubic, of);
-    sum_ahead_of(s, n + 1, cubic, of);
+    sum_slide_ahead(s, n, cubic, kind);
+    sum_slide_ahead(s, n + 1, cubic, kind);
     if (n > 0)
-        add_next_term(s, n, cubic, of);
-    sum_ahead_of(s, n + 2, cubic, of);
-    add_next_term(s, n + 1, cubic, of);
-    sum_ahead_of(s, n + 3, cubic, of);
-    add_next_term(s, n + 2, cubic, of);
-    add_next_term(s, n + 3, cubic, of);
+        add_next_term(s, n, cubic, kind);
+    sum_slide_ahead(s, n + 2, cubic, kind);
+    add_next_term(s, n + 1, cubic, kind);
+    sum_slide_ahead(s, n + 3, cubic, kind);
+    add_next_term(s, n + 2, cubic, kind);
+    add_next_term(s, n + 3, cubic, kind);
 #if LANES == 1
-    const Four share = {1.0 / ((n + 1) * (n + 2)), 1.0 / ((n + 2) * (n + 3)),
+    const Four scale = {1.0 / ((n + 1) * (n + 2)), 1.0 / ((n + 2) * (n + 3)),
                         1.0 / ((n + 3) * (n + 4)), 1.0 / ((n + 4) * (n + 5))};
-    if (of == HOLDING) {
+    if (kind == FRICTION_STICKS) {
         *(FourPacked *)(x + n + 2) = (Four){0.0};
-        *(FourPacked *)(y + n + 2) = (Four){s->v[n], s->v[n + 1], s->v[n + 2], s->v[n + 3]} * share;
+        *(FourPacked *)(y + n + 2) = (Four){s->v[n], s->v[n + 1], s->v[n + 2], s->v[n + 3]} * scale;
         return;
     }
     Pair i = s->w[n], j = s->w[n + 1], k = s->w[n + 2], l = s->w[n + 3];
-    *(FourPacked *)(x + n + 2) = (Four){i[0], j[0], k[0], l[0]} * share;
-    *(FourPacked *)(y + n + 2) = (Four){i[1], j[1], k[1], l[1]} * share;
+    *(FourPacked *)(x + n + 2) = (Four){i[0], j[0], k[0], l[0]} * scale;
+    *(FourPacked *)(y + n + 2) = (Four){i[1], j[1], k[1], l[1]} * scale;
 #else
-    UNROLLED for (int i = n + 2; i < n + 6; i++)
-        x[i] = X_OF(s->z[i]), y[i] = Y_OF(s->z[i]);
+    UNROLL for (int i = n + 2; i < n + 6; i++)
+        x[i] = PAIR_X(s->z[i]), y[i] = PAIR_Y(s->z[i]);
 #endif
 }
 
-/* Continue the first two coefficients of x and y in the field `f` without the contact, but d of ÿ,
-   from e at the start; where friction does not fall, with the bits of a fall of 0. Without `highest`
-   the order is 20 at most. */
-INLINE void slide(V *x, V *y, const Field *f, const Law *law, V e, int order, int highest,
-                  int cubic, Friction of)
+/* Compute the coefficients of x and y from the first two. `f` has no contact terms but d of ÿ, `e`
+   is that at the start. Constant friction has the same bits as a fall of 0. Without `to_max_order`
+   the order is at most 20. */
+INLINE void expand_slide(V *x, V *y, const Field *f, const Law *law, V e, int order,
+                         int to_max_order, int cubic, FrictionKind kind)
 {
-    Slide s;
+    SlideTerms s;
     V sign = law->sign, y0 = y[0], stiffness = -law->contact, p = stiffness * y0;
     s.minus_d = -f->d_y;
-    s.own = pair_of(stiffness, splat(0.0));
+    s.factors = make_pair(stiffness, splat(0.0));
     if (cubic) {
-        V square = y0 * y0, thrice = s.minus_d * 3.0;
-        p = fma_of(s.minus_d, square * y0, p);
-        s.own = pair_of(fma_of(thrice, square, stiffness), thrice * y0);
+        V square = y0 * y0, triple = s.minus_d * 3.0;
+        p = vfma(s.minus_d, square * y0, p);
+        s.factors = make_pair(vfma(triple, square, stiffness), triple * y0);
     }
-    s.a = pair_of(f->a_x, f->a_y), s.b = pair_of(f->b_x, -f->a_y);
-    s.of_p = pair_of(sign * law->mu, splat(1.0));
-    s.damping = pair_of(f->damping_x, f->damping_y);
-    if (of == FALLING) {
+    s.a = make_pair(f->a_x, f->a_y), s.b = make_pair(f->b_x, -f->a_y);
+    s.contact_factors = make_pair(sign * law->mu, splat(1.0));
+    s.damping = make_pair(f->damping_x, f->damping_y);
+    if (kind == FRICTION_FALLS) {
         s.rate = sign * law->per_speed, s.fall = sign * law->fall;
         s.e[0] = e;
-        s.of_p = pair_of(fma_of(s.fall, s.e[0], X_OF(s.of_p)), splat(1.0));
+        s.contact_factors = make_pair(vfma(s.fall, s.e[0], PAIR_X(s.contact_factors)), splat(1.0));
     }
-    s.y[0] = y0, s.z[1] = pair_of(x[1], y[1]);
-    Pair pull = pair_fma_by(s.b, y0, pair_times(s.a, x[0]));
-    pull = pair_fma(s.damping, s.z[1], pair_of(X_OF(pull), Y_OF(pull) - f->load));
-    s.w[0] = pair_fma_by(s.of_p, p, pull);
+    s.y[0] = y0, s.z[1] = make_pair(x[1], y[1]);
+    Pair force = pair_fma_by(s.b, y0, pair_times(s.a, x[0]));
+    force = pair_fma(s.damping, s.z[1], make_pair(PAIR_X(force), PAIR_Y(force) - f->load));
+    s.w[0] = pair_fma_by(s.contact_factors, p, force);
     s.z[2] = pair_times(s.w[0], splat(0.5));
-    s.y[1] = y[1], s.y[2] = Y_OF(s.z[2]), s.v[0] = Y_OF(s.w[0]);
-    if (of == FALLING) {
-        s.first = s.rate * s.e[0], s.slow = s.rate * X_OF(s.w[0]);
-        s.turn = s.fall * p * s.rate, s.swift = s.fall * p * s.slow;
-        s.damping = pair_of(fma_of(s.fall * p, s.first, f->damping_x), f->damping_y);
+    s.y[1] = y[1], s.y[2] = PAIR_Y(s.z[2]), s.v[0] = PAIR_Y(s.w[0]);
+    if (kind == FRICTION_FALLS) {
+        s.first_factor = s.rate * s.e[0], s.last_factor = s.rate * PAIR_X(s.w[0]);
+        s.force_rate = s.fall * p * s.rate, s.force_factor = s.fall * p * s.last_factor;
+        s.damping = make_pair(vfma(s.fall * p, s.first_factor, f->damping_x), f->damping_y);
     }
-    add_sliding_terms(&s, 0, cubic, of, x, y);
-    add_sliding_terms(&s, 4, cubic, of, x, y);
+    add_sliding_terms(&s, 0, cubic, kind, x, y);
+    add_sliding_terms(&s, 4, cubic, kind, x, y);
     if (order == 8)
         return;
-    add_sliding_terms(&s, 8, cubic, of, x, y);
+    add_sliding_terms(&s, 8, cubic, kind, x, y);
     if (order == 12)
         return;
-    add_sliding_terms(&s, 12, cubic, of, x, y);
+    add_sliding_terms(&s, 12, cubic, kind, x, y);
     if (order == 16)
         return;
-    add_sliding_terms(&s, 16, cubic, of, x, y);
-    if (!highest || order == 20)
+    add_sliding_terms(&s, 16, cubic, kind, x, y);
+    if (!to_max_order || order == 20)
         return;
-    add_sliding_terms(&s, 20, cubic, of, x, y);
+    add_sliding_terms(&s, 20, cubic, kind, x, y);
 }
 
-/* A run of its own is quicker by an expansion to the highest order without tests for lower ones, and
-   one to these that ends with the next one. */
-INLINE void slide_to(V *x, V *y, const Field *f, const Law *law, V e, int order, int cubic,
-                     Friction of)
+/* Expand to an order. A single run is faster with a function of its own for the greatest order. */
+INLINE void expand_slide_to(V *x, V *y, const Field *f, const Law *law, V e, int order, int cubic,
+                            FrictionKind kind)
 {
     if (LANES == 1 && order == MAX_LAW_ORDER)
-        slide(x, y, f, law, e, MAX_LAW_ORDER, 1, cubic, of);
+        expand_slide(x, y, f, law, e, MAX_LAW_ORDER, 1, cubic, kind);
     else
-        slide(x, y, f, law, e, order, LANES > 1, cubic, of);
+        expand_slide(x, y, f, law, e, order, LANES > 1, cubic, kind);
 }
 
-ON_ALIGNED_STACK APART void expand_falling(V *x, V *y, const Field *f, const Law *law, V e,
-                                           int order, int cubic)
+ALIGN_STACK NOINLINE void expand_falling(V *x, V *y, const Field *f, const Law *law, V e,
+                                         int order, int cubic)
 {
     if (cubic)
-        slide_to(x, y, f, law, e, order, 1, FALLING);
+        expand_slide_to(x, y, f, law, e, order, 1, FRICTION_FALLS);
     else
-        slide_to(x, y, f, law, e, order, 0, FALLING);
+        expand_slide_to(x, y, f, law, e, order, 0, FRICTION_FALLS);
 }
 
-APART void expand_not_falling(V *x, V *y, const Field *f, const Law *law, int order, int cubic)
+NOINLINE void expand_constant(V *x, V *y, const Field *f, const Law *law, int order, int cubic)
 {
     if (cubic)
-        slide_to(x, y, f, law, splat(0.0), order, 1, LEVEL);
+        expand_slide_to(x, y, f, law, splat(0.0), order, 1, FRICTION_CONSTANT);
     else
-        slide_to(x, y, f, law, splat(0.0), order, 0, LEVEL);
+        expand_slide_to(x, y, f, law, splat(0.0), order, 0, FRICTION_CONSTANT);
 }
 
 #if LANES == 1
-/* Where the slider sticks. */
-APART void expand_holding(V *x, V *y, const Field *f, const Law *law, int order, int cubic)
+NOINLINE void expand_sticking(V *x, V *y, const Field *f, const Law *law, int order, int cubic)
 {
     if (cubic)
-        slide_to(x, y, f, law, splat(0.0), order, 1, HOLDING);
+        expand_slide_to(x, y, f, law, splat(0.0), order, 1, FRICTION_STICKS);
     else
-        slide_to(x, y, f, law, splat(0.0), order, 0, HOLDING);
+        expand_slide_to(x, y, f, law, splat(0.0), order, 0, FRICTION_STICKS);
 }
 #endif
 
-/* v/v_s, 0 where the slider does not slide by a law. */
-INLINE V exponent_of(const Law *law, V v_belt, V vx) { return law->sign * (v_belt - vx) * law->per_speed; }
+/* v/v_s; 0 where no law applies. */
+INLINE V sliding_exponent(const Law *law, V v_belt, V vx)
+{
+    return law->sign * (v_belt - vx) * law->per_speed;
+}
 
-/* e at a speed, where its exponent may be `known`, and e there. */
+/* An exponent v/v_s and its e. */
 typedef struct {
     V exponent, e;
-} Start;
+} LawStart;
 
-INLINE V start_of(V exponent, const Start *known)
+INLINE V exponential_at(V exponent, const LawStart *computed)
 {
-    M same = exponent == known->exponent;
-    return bits_of(same) == ALL_LANES ? known->e : exponential(-exponent);
+    M is_same = exponent == computed->exponent;
+    return mask_bits(is_same) == ALL_LANES ? computed->e : exponential(-exponent);
 }
 
-/* Expand a step by a friction law, in whatever mode: where the slider is far from the speed of the
-   belt, or does not slide, friction does not fall. */
-INLINE void expand_by_law(V *x, V *y, const Field *f, const Law *law, V v_belt, const Start *known,
-                          int order, int cubic)
+/* Expand a step in any mode. Friction is constant far from the speed of the belt and without
+   sliding; e is taken from `computed` if its exponent is the same. */
+INLINE void expand_by_law(V *x, V *y, const Field *f, const Law *law, V v_belt,
+                          const LawStart *computed, int order, int cubic)
 {
-    V exponent = exponent_of(law, v_belt, x[1]);
-    M falls = (law->per_speed > 0.0) & negated(exponent > FAR);
-    Law here = *law;
-    here.fall = choose(falls, law->fall, splat(0.0));
-    if (bits_of(falls))
-        expand_falling(x, y, f, &here, start_of(exponent, known), order, cubic);
+    V exponent = sliding_exponent(law, v_belt, x[1]);
+    M falls = (law->per_speed > 0.0) & mask_not(exponent > FAR_EXPONENT);
+    Law step_law = *law;
+    step_law.fall = choose(falls, law->fall, splat(0.0));
+    if (mask_bits(falls))
+        expand_falling(x, y, f, &step_law, exponential_at(exponent, computed), order, cubic);
     else
-        expand_not_falling(x, y, f, &here, order, cubic);
+        expand_constant(x, y, f, &step_law, order, cubic);
 }
 
-/* The part of a step over which the expansion of the law holds, or e stays below rounding; `speed`
-   is v at its start. `stays` says whether v stays positive in it for certain. */
-INLINE V limited(V h, const V *x, const Law *law, V speed, int groups, M *stays)
+/* Limit a step of length h to the range where the expansion of the law converges, or e is
+   negligible; `speed` is v at its start. `keeps_sliding` says whether v is positive over the step
+   for certain. */
+INLINE V limit_step(V h, const V *x, const Law *law, V speed, int groups, M *keeps_sliding)
 {
-    V exponent = greatest(speed * law->per_speed, splat(0.0));
-    V allowed = greatest(exponent * WIDENING + MOST_CHANGE, exponent - NEGLIGIBLE);
+    V exponent = vmax(speed * law->per_speed, splat(0.0));
+    V allowed = vmax(exponent * GROWTH + MAX_CHANGE, exponent - NEGLIGIBLE);
     for (;;) {
-        V change = weighed(DEGREES, x, groups, h);
-        M far = change * law->per_speed > allowed * h;
-        *stays = change < speed * h;
-        if (!bits_of(far))
+        V change = weighted_bound(DEGREES, x, groups, h);
+        M too_far = change * law->per_speed > allowed * h;
+        *keeps_sliding = change < speed * h;
+        if (!mask_bits(too_far))
             return h;
-        h = choose(far, h * SHRINKING, h);
+        h = choose(too_far, h * SHRINK_FACTOR, h);
     }
 }
 

@@ -6,31 +6,32 @@
 #include "rest.h"
 #include "variant.h"
 
-/* Bytes of the work; it has to be zero at first, and begin at a multiple of 64 bytes. */
-EXPORT int64_t NAME(batch_size)(void) { return sizeof(Work); }
+/* Bytes of `work`, which must be zero at first and aligned to 64 bytes. */
+EXPORT int64_t NAME(batch_size)(void) { return sizeof(LaneWork); }
 
-/* Go on with runs until all `count` are ended or `budget` steps of all lanes are made.
+/* Continue until all `count` runs have ended or `budget` steps of all lanes have been taken.
 
-   The rows of `parameters` are parameter sets, all with k_nl > 0 (`cubic`) or all with k_nl = 0, those
-   of `starts` states (x, ẋ, y, ẏ); `results` receives the rows of results. Wanted are extremes of
-   y (`amplitude`), all extremes (`peak`), those of y after half the horizon (`steady`). Returns the
-   runs ended, those under way counted by the part of the horizon behind them. */
-EXPORT double NAME(batch_advance)(Work *work, const double *parameters, const uint8_t *separation,
+   Rows of `parameters` are parameter sets, all with k_nl > 0 (`cubic`) or all with k_nl = 0; rows
+   of `starts` are states (x, ẋ, y, ẏ), and `results` receives the results. The flags select
+   extremes of y (`amplitude`), all extremes (`peak`), and those of y in the second half (`steady`).
+   Returns the number of ended runs plus the computed fractions of the others. */
+EXPORT double NAME(batch_advance)(LaneWork *work, const double *parameters,
+                                  const uint8_t *separation,
                                   const double *starts, double *results, int64_t count,
                                   double t_end, double tol, double max_steps, int64_t order,
                                   int64_t cubic, int64_t amplitude, int64_t peak, int64_t steady,
                                   int64_t budget)
 {
-    const Request asked = {parameters, starts, separation, results, count, t_end, tol, max_steps,
-                           (int)order, cubic != 0, amplitude != 0, peak != 0, steady != 0,
-                           0};
-    return advance(work, &asked, budget);
+    const Batch batch = {parameters, starts, separation, results, count, t_end, tol, max_steps,
+                         (int)order, cubic != 0, amplitude != 0, peak != 0, steady != 0,
+                         0};
+    return advance_batch(work, &batch, budget);
 }
 
-/* Whether all are ended. */
-EXPORT int64_t NAME(batch_ended)(const Work *work) { return work->ended; }
+/* Number of runs that have ended. */
+EXPORT int64_t NAME(batch_ended)(const LaneWork *work) { return work->ended_count; }
 
-/* The states at rest at the equilibria of μ = 0, infinite where there is none. */
+/* States at rest at the equilibria for μ = 0; infinite without one. */
 EXPORT void NAME(static_starts)(const double *parameters, const uint8_t *separation,
                                 double *starts, int64_t count)
 {

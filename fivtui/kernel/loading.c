@@ -1,5 +1,5 @@
-/* What the loader asks of a library: of what text it is made, by which compiler, and which of its
-   instruction sets this processor has. */
+/* Properties that the loader reads: the digest of the library's sources, its compiler, and the best
+   instruction set of this processor. */
 
 #include <stdint.h>
 

@@ -1,5 +1,5 @@
-/* A periodic orbit near a guess: Newton's method on the equations of shooting, with the multipliers
-   and the direction of the curve of orbits that passes there. LANES is 1. */
+/* A periodic orbit near a guess by shooting and Newton's method, with its monodromy matrix and the
+   tangent of the curve of orbits. LANES is 1. */
 
 #define LANES 1
 #include "run.h"
@@ -7,64 +7,64 @@
 #include "variant.h"
 
 #define STATE 4
-#define MOST_VARIED 2
-#define MOST_UNKNOWNS (STATE + 1 + MOST_VARIED)
-#define MOST_COUNT (STATE + MOST_VARIED)
-#define MOST_ITERATIONS 8
-#define ROOM 64
-#define CROSSING_COLUMNS (6 + STATE * MOST_COUNT)
+#define MAX_VARIED 2
+#define MAX_UNKNOWNS (STATE + 1 + MAX_VARIED)
+#define MAX_SEEDS (STATE + MAX_VARIED)
+#define MAX_NEWTON_ITERATIONS 8
+#define MAX_CROSSINGS 64
+#define CROSSING_COLUMNS (6 + STATE * MAX_SEEDS)
 #define EXTREMES 7
-/* A residual below the first is not improved; one above the second, relative to the state, is none. */
-#define EXACT 2e-13
-#define CONVERGED 1e-10
-/* What a search returns. */
+/* Relative residuals: Newton's method stops below the first, and fails above the second. */
+#define EXACT_RESIDUAL 2e-13
+#define MAX_RESIDUAL 1e-10
+/* Results of a search. */
 enum { NOT_FOUND, FOUND };
 
 void NAME(vary_begin)(void *v, const double *parameters, int64_t separation, const double *start,
                       const double *seeds, int64_t count, double t_end, double tol, int64_t order);
-int64_t NAME(vary_advance)(void *v, double *crossings, int64_t room, int64_t budget, double *result,
-                           double *deviations, double *extremes);
+int64_t NAME(vary_advance)(void *v, double *crossings, int64_t max_crossings, int64_t budget,
+                           double *result, double *deviations, double *extremes);
 
-/* What is asked: `varied` parameters at `places` of all, within bounds; the units of the unknowns,
-   which are state, period and those parameters; and how runs are made. */
+/* Inputs of a search: `varied` parameters in `columns` of all, their bounds, the units of the
+   unknowns (state, period, these parameters), and how runs are computed. */
 typedef struct {
-    double parameters[PARAMETERS], scales[MOST_UNKNOWNS], low[MOST_VARIED], high[MOST_VARIED];
-    double tol, longest;
-    int64_t places[MOST_VARIED], varied, separation, order, budget;
-} Asked;
+    double parameters[PARAMETERS], scales[MAX_UNKNOWNS], low[MAX_VARIED], high[MAX_VARIED];
+    double tol, max_period;
+    int64_t columns[MAX_VARIED], varied, separation, order, budget;
+} OrbitRequest;
 
-/* One period, and its derivatives by state and parameters. */
+/* End of one period: state, its rate, derivatives by start and varied parameters, and extremes. */
 typedef struct {
-    double final[STATE], rate[STATE], by[MOST_COUNT * STATE], extremes[EXTREMES];
+    double final[STATE], rate[STATE], derivatives[MAX_SEEDS * STATE], extremes[EXTREMES];
 } Period;
 
-/* What is found, behind each other as `fivtui.kernel.orbits` reads it. */
+/* Layout that `fivtui.kernel.orbits` reads. */
 typedef struct {
-    double unknowns[MOST_UNKNOWNS], tangent[MOST_UNKNOWNS], across[STATE], monodromy[9];
+    double unknowns[MAX_UNKNOWNS], tangent[MAX_UNKNOWNS], flow_direction[STATE], monodromy[9];
     double extremes[EXTREMES], determinant, iterations;
 } Orbit;
 
-typedef double System[MOST_UNKNOWNS][MOST_UNKNOWNS];
+typedef double System[MAX_UNKNOWNS][MAX_UNKNOWNS];
 
-INLINE double size_of(double a) { return __builtin_fabs(a); }
+INLINE double magnitude(double a) { return __builtin_fabs(a); }
 
-/* Factorise a matrix in place, with row exchanges; returns its determinant, 0 where it is singular. */
+/* Factorise a matrix in place with row exchanges; returns its determinant, 0 if it is singular. */
 static double factorise(System a, int count, int *rows)
 {
     double determinant = 1.0;
     for (int i = 0; i < count; i++) {
-        int best = i;
+        int pivot = i;
         for (int j = i + 1; j < count; j++)
-            if (size_of(a[j][i]) > size_of(a[best][i]))
-                best = j;
-        rows[i] = best;
-        if (!(size_of(a[best][i]) > 0.0))
+            if (magnitude(a[j][i]) > magnitude(a[pivot][i]))
+                pivot = j;
+        rows[i] = pivot;
+        if (!(magnitude(a[pivot][i]) > 0.0))
             return 0.0;
-        if (best != i) {
+        if (pivot != i) {
             determinant = -determinant;
             for (int j = 0; j < count; j++) {
-                double kept = a[i][j];
-                a[i][j] = a[best][j], a[best][j] = kept;
+                double swapped = a[i][j];
+                a[i][j] = a[pivot][j], a[pivot][j] = swapped;
             }
         }
         determinant *= a[i][i];
@@ -77,12 +77,12 @@ static double factorise(System a, int count, int *rows)
     return determinant;
 }
 
-/* Solve with a factorised matrix. */
-static void resolve(System a, int count, const int *rows, double *b)
+/* Solve a system with a factorised matrix. */
+static void solve_factorised(System a, int count, const int *rows, double *b)
 {
     for (int i = 0; i < count; i++) {
-        double kept = b[i];
-        b[i] = b[rows[i]], b[rows[i]] = kept;
+        double swapped = b[i];
+        b[i] = b[rows[i]], b[rows[i]] = swapped;
     }
     for (int i = 0; i < count; i++)
         for (int j = 0; j < i; j++)
@@ -94,181 +94,184 @@ static void resolve(System a, int count, const int *rows, double *b)
     }
 }
 
-/* One period from scaled unknowns; whether there is one. */
-static int follow(void *memory, const Asked *asked, const double *unknowns, Period *period)
+/* Compute one period from scaled unknowns; returns 0 if it cannot be computed. */
+static int compute_period(void *memory, const OrbitRequest *request, const double *unknowns,
+                          Period *period)
 {
     double parameters[PARAMETERS], start[STATE], result[RESULTS + 3];
-    double seeds[MOST_COUNT * (STATE + PARAMETERS)] = {0.0}, crossings[ROOM * CROSSING_COLUMNS];
-    double extremes[EXTREMES * (1 + MOST_COUNT)];
-    const int64_t count = STATE + asked->varied;
-    const double t_end = unknowns[STATE] * asked->scales[STATE];
-    memcpy(parameters, asked->parameters, sizeof parameters);
+    double seeds[MAX_SEEDS * (STATE + PARAMETERS)] = {0.0},
+        crossings[MAX_CROSSINGS * CROSSING_COLUMNS];
+    double extremes[EXTREMES * (1 + MAX_SEEDS)];
+    const int64_t count = STATE + request->varied;
+    const double t_end = unknowns[STATE] * request->scales[STATE];
+    memcpy(parameters, request->parameters, sizeof parameters);
     for (int i = 0; i < STATE; i++) {
-        start[i] = unknowns[i] * asked->scales[i];
-        if (!finite_number(start[i]))
+        start[i] = unknowns[i] * request->scales[i];
+        if (!is_finite_number(start[i]))
             return 0;
-        /* As `Request` does it. */
-        if (size_of(start[i]) < 1e-150)
+        /* As `Request` in `fivtui.transient`. */
+        if (magnitude(start[i]) < 1e-150)
             start[i] = 0.0;
         seeds[i * (STATE + PARAMETERS) + i] = 1.0;
     }
-    if (!(t_end > 0.0 && t_end <= asked->longest))
+    if (!(t_end > 0.0 && t_end <= request->max_period))
         return 0;
-    for (int i = 0; i < asked->varied; i++) {
-        double value = unknowns[STATE + 1 + i] * asked->scales[STATE + 1 + i];
-        if (!(value >= asked->low[i] && value <= asked->high[i]))
+    for (int i = 0; i < request->varied; i++) {
+        double value = unknowns[STATE + 1 + i] * request->scales[STATE + 1 + i];
+        if (!(value >= request->low[i] && value <= request->high[i]))
             return 0;
-        parameters[asked->places[i]] = value;
-        seeds[(STATE + i) * (STATE + PARAMETERS) + STATE + asked->places[i]] = 1.0;
+        parameters[request->columns[i]] = value;
+        seeds[(STATE + i) * (STATE + PARAMETERS) + STATE + request->columns[i]] = 1.0;
     }
-    NAME(vary_begin)(memory, parameters, asked->separation, start, seeds, count, t_end, asked->tol,
-                     asked->order);
-    int64_t left = asked->budget, status = RUNNING;
-    while (status == RUNNING && left > 0) {
-        status = NAME(vary_advance)(memory, crossings, ROOM, left, result, period->by, extremes);
-        left = asked->budget - (int64_t)result[R_STEPS];
+    NAME(vary_begin)(memory, parameters, request->separation, start, seeds, count, t_end,
+                     request->tol, request->order);
+    int64_t remaining = request->budget, status = RUNNING;
+    while (status == RUNNING && remaining > 0) {
+        status = NAME(vary_advance)(memory, crossings, MAX_CROSSINGS, remaining, result,
+                                    period->derivatives, extremes);
+        remaining = request->budget - (int64_t)result[R_STEPS];
     }
     if (status != DONE)
         return 0;
     memcpy(period->final, result, sizeof period->final);
     period->rate[0] = result[R_VX], period->rate[1] = result[RESULTS + 1];
     period->rate[2] = result[R_VY], period->rate[3] = result[RESULTS + 2];
-    const double *seen = result + R_X_MIN;
+    const double *run_extremes = result + R_X_MIN;
     const int order[EXTREMES] = {0, 2, 1, 3, 4, 5, 6};
     for (int i = 0; i < EXTREMES; i++)
-        period->extremes[i] = seen[order[i]];
+        period->extremes[i] = run_extremes[order[i]];
     return 1;
 }
 
-/* The rows of the return in the system of equations: how its miss changes with the unknowns. */
-static void fill(System a, const Asked *asked, const Period *period)
+/* Set the rows of the closure equations: derivatives of the final less the initial state. */
+static void set_closure_rows(System a, const OrbitRequest *request, const Period *period)
 {
-    const double *scales = asked->scales;
+    const double *scales = request->scales;
     for (int i = 0; i < STATE; i++) {
         for (int j = 0; j < STATE; j++)
-            a[i][j] = period->by[j * STATE + i] * scales[j] / scales[i] - (i == j);
+            a[i][j] = period->derivatives[j * STATE + i] * scales[j] / scales[i] - (i == j);
         a[i][STATE] = period->rate[i] * scales[STATE] / scales[i];
-        for (int n = 0; n < asked->varied; n++) {
+        for (int n = 0; n < request->varied; n++) {
             int column = STATE + 1 + n;
-            a[i][column] = period->by[(STATE + n) * STATE + i] * scales[column] / scales[i];
+            a[i][column] = period->derivatives[(STATE + n) * STATE + i]
+                * scales[column] / scales[i];
         }
     }
 }
 
-/* The derivative of the return across the motion: on an orthonormal basis of the plane `across`, by
-   a reflection. */
-static void reduce(const System a, const double *across, double *monodromy)
+/* Set the monodromy matrix on the plane normal to the flow, whose basis comes from a reflection. */
+static void set_monodromy(const System a, const double *flow_direction, double *monodromy)
 {
-    double h[STATE][STATE], turned[STATE][STATE], v[STATE];
-    memcpy(v, across, sizeof v);
-    v[0] += across[0] < 0.0 ? -1.0 : 1.0;
+    double h[STATE][STATE], product[STATE][STATE], v[STATE];
+    memcpy(v, flow_direction, sizeof v);
+    v[0] += flow_direction[0] < 0.0 ? -1.0 : 1.0;
     double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3];
     for (int i = 0; i < STATE; i++)
         for (int j = 0; j < STATE; j++)
             h[i][j] = (i == j) - 2.0 * v[i] * v[j] / square;
     for (int i = 0; i < STATE; i++)
         for (int j = 0; j < STATE; j++) {
-            turned[i][j] = 0.0;
+            product[i][j] = 0.0;
             for (int n = 0; n < STATE; n++)
-                turned[i][j] += (a[i][n] + (i == n)) * h[n][j];
+                product[i][j] += (a[i][n] + (i == n)) * h[n][j];
         }
     for (int i = 1; i < STATE; i++)
         for (int j = 1; j < STATE; j++) {
             double sum = 0.0;
             for (int n = 0; n < STATE; n++)
-                sum += h[n][i] * turned[n][j];
+                sum += h[n][i] * product[n][j];
             monodromy[3 * (i - 1) + j - 1] = sum;
         }
 }
 
-/* Direction, multipliers and determinant at the orbit; whether they are there. */
-static int complete(const Asked *asked, const Period *period, const double *planes,
-                    const double *along, int64_t turning, Orbit *found)
+/* Set tangent, monodromy matrix and determinant of an orbit; returns 0 if it is singular. */
+static int complete_orbit(const OrbitRequest *request, const Period *period, const double *planes,
+                          const double *along, int64_t tangent_across, Orbit *orbit)
 {
-    const int count = STATE + 1 + (int)asked->varied;
+    const int count = STATE + 1 + (int)request->varied;
     System system = {{0.0}}, factors;
-    int rows[MOST_UNKNOWNS];
+    int rows[MAX_UNKNOWNS];
     double speed = 0.0, length = 0.0;
-    fill(system, asked, period);
+    set_closure_rows(system, request, period);
     for (int i = 0; i < STATE; i++) {
-        found->across[i] = period->rate[i] / asked->scales[i];
-        speed += found->across[i] * found->across[i];
+        orbit->flow_direction[i] = period->rate[i] / request->scales[i];
+        speed += orbit->flow_direction[i] * orbit->flow_direction[i];
     }
     speed = __builtin_sqrt(speed);
     for (int i = 0; i < STATE; i++)
-        found->across[i] /= speed;
+        orbit->flow_direction[i] /= speed;
     for (int n = 0; n < count - STATE; n++)
         memcpy(system[STATE + n], planes + n * count, count * sizeof *planes);
-    if (turning) {
+    if (tangent_across) {
         memset(system[STATE], 0, sizeof system[STATE]);
-        memcpy(system[STATE], found->across, sizeof found->across);
+        memcpy(system[STATE], orbit->flow_direction, sizeof orbit->flow_direction);
     }
     memcpy(system[count - 1], along, count * sizeof *along);
     memcpy(factors, system, sizeof factors);
     if (factorise(factors, count, rows) == 0.0)
         return 0;
-    memset(found->tangent, 0, sizeof found->tangent);
-    found->tangent[count - 1] = 1.0;
-    resolve(factors, count, rows, found->tangent);
+    memset(orbit->tangent, 0, sizeof orbit->tangent);
+    orbit->tangent[count - 1] = 1.0;
+    solve_factorised(factors, count, rows, orbit->tangent);
     for (int i = 0; i < count; i++)
-        length += found->tangent[i] * found->tangent[i];
+        length += orbit->tangent[i] * orbit->tangent[i];
     length = __builtin_sqrt(length);
     for (int i = 0; i < count; i++)
-        found->tangent[i] /= length;
-    reduce(system, found->across, found->monodromy);
-    memcpy(system[count - 1], found->tangent, count * sizeof *along);
-    found->determinant = factorise(system, count, rows);
-    memcpy(found->extremes, period->extremes, sizeof found->extremes);
-    return finite_number(length);
+        orbit->tangent[i] /= length;
+    set_monodromy(system, orbit->flow_direction, orbit->monodromy);
+    memcpy(system[count - 1], orbit->tangent, count * sizeof *along);
+    orbit->determinant = factorise(system, count, rows);
+    memcpy(orbit->extremes, period->extremes, sizeof orbit->extremes);
+    return is_finite_number(length);
 }
 
-/* Bytes of what is asked, of what is found. */
-EXPORT int64_t NAME(orbit_asked_size)(void) { return sizeof(Asked); }
+/* Bytes of both structs. */
+EXPORT int64_t NAME(orbit_request_size)(void) { return sizeof(OrbitRequest); }
 EXPORT int64_t NAME(orbit_found_size)(void) { return sizeof(Orbit); }
 
-/* Find the periodic orbit near a guess. `planes` are normals of planes through the guess, as many as
-   varied parameters and one more; the curve passes through the last, and has the tangent that goes
-   the way of `along`. If `turning`, the first is across the orbit that is found when the direction
-   is. `memory` is that of a run with derivatives. */
-EXPORT int64_t NAME(orbit_solve)(void *memory, const Asked *asked, const double *guess,
-                                 const double *planes, const double *along, int64_t turning,
-                                 Orbit *found)
+/* Find the periodic orbit near a guess. `planes` are normals of planes through the guess, one more
+   than varied parameters. The tangent of the curve points along `along`, and is normal to the orbit
+   if `tangent_across`, else to the first normal. `memory` is that of a run with derivatives. */
+EXPORT int64_t NAME(orbit_solve)(void *memory, const OrbitRequest *request, const double *guess,
+                                 const double *planes, const double *along, int64_t tangent_across,
+                                 Orbit *orbit)
 {
-    const int count = STATE + 1 + (int)asked->varied;
-    double unknowns[MOST_UNKNOWNS] = {0.0}, least = INFINITE, size = 0.0;
-    Period period, best;
+    const int count = STATE + 1 + (int)request->varied;
+    double unknowns[MAX_UNKNOWNS] = {0.0}, min_residual = INFINITE, best_scale = 0.0;
+    Period period, best_period;
     memcpy(unknowns, guess, count * sizeof *guess);
-    for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
+    for (int iteration = 0; iteration < MAX_NEWTON_ITERATIONS; iteration++) {
         System system = {{0.0}};
-        int rows[MOST_UNKNOWNS];
-        double missed[MOST_UNKNOWNS] = {0.0}, residual = 0.0, here = 0.0;
-        if (!follow(memory, asked, unknowns, &period))
+        int rows[MAX_UNKNOWNS];
+        double residuals[MAX_UNKNOWNS] = {0.0}, residual = 0.0, scale = 0.0;
+        if (!compute_period(memory, request, unknowns, &period))
             break;
-        fill(system, asked, &period);
+        set_closure_rows(system, request, &period);
         for (int i = 0; i < STATE; i++) {
-            missed[i] = period.final[i] / asked->scales[i] - unknowns[i];
-            here = larger(here, size_of(unknowns[i]));
+            residuals[i] = period.final[i] / request->scales[i] - unknowns[i];
+            scale = maximum(scale, magnitude(unknowns[i]));
         }
         for (int n = STATE; n < count; n++) {
             memcpy(system[n], planes + (n - STATE) * count, count * sizeof *planes);
             for (int i = 0; i < count; i++)
-                missed[n] += system[n][i] * (unknowns[i] - guess[i]);
+                residuals[n] += system[n][i] * (unknowns[i] - guess[i]);
         }
         for (int i = 0; i < count; i++)
-            residual = larger(residual, size_of(missed[i]));
-        if (residual < least) {
-            least = residual, best = period, size = here;
-            memcpy(found->unknowns, unknowns, sizeof unknowns);
-            found->iterations = iteration;
-        } else if (least < CONVERGED * size)
+            residual = maximum(residual, magnitude(residuals[i]));
+        if (residual < min_residual) {
+            min_residual = residual, best_period = period, best_scale = scale;
+            memcpy(orbit->unknowns, unknowns, sizeof unknowns);
+            orbit->iterations = iteration;
+        } else if (min_residual < MAX_RESIDUAL * best_scale)
             break;
-        if (residual < EXACT * here || factorise(system, count, rows) == 0.0)
+        if (residual < EXACT_RESIDUAL * scale || factorise(system, count, rows) == 0.0)
             break;
-        resolve(system, count, rows, missed);
+        solve_factorised(system, count, rows, residuals);
         for (int i = 0; i < count; i++)
-            unknowns[i] -= missed[i];
+            unknowns[i] -= residuals[i];
     }
-    if (!(least < CONVERGED * size))
+    if (!(min_residual < MAX_RESIDUAL * best_scale))
         return NOT_FOUND;
-    return complete(asked, &best, planes, along, turning, found) ? FOUND : NOT_FOUND;
+    return complete_orbit(request, &best_period, planes, along, tangent_across, orbit) ? FOUND
+        : NOT_FOUND;
 }

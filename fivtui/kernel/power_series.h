@@ -1,4 +1,4 @@
-/* Coefficients of products, ratios and exponential functions of power series in time. */
+/* Coefficients of products, ratios and exponentials of power series in time. */
 
 #ifndef FIVTUI_POWER_SERIES_H
 #define FIVTUI_POWER_SERIES_H
@@ -15,16 +15,16 @@ INLINE double product(const double *a, const double *b, int n)
     return sum;
 }
 
-/* Of a/b, of which `ratio` has the coefficients of lower degree. */
+/* n-th coefficient of a/b; `ratio` has the lower ones. */
 INLINE double quotient(const double *a, const double *b, const double *ratio, int n)
 {
-    double rest = a[n];
+    double numerator = a[n];
     for (int i = 1; i <= n; i++)
-        rest -= b[i] * ratio[n - i];
-    return rest / b[0];
+        numerator -= b[i] * ratio[n - i];
+    return numerator / b[0];
 }
 
-/* Of an exponential function, of which `power` has the coefficients of lower degree. */
+/* n-th coefficient of an exponential; `power` has the lower ones. */
 INLINE double exponential_term(const double *exponent, const double *power, int n)
 {
     double sum = 0.0;

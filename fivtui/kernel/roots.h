@@ -1,8 +1,8 @@
-/* Roots and extreme values of one polynomial on [0, 1], none passed over.
+/* All roots and extreme values of one polynomial on [0, 1].
 
-   Roots are isolated by the variation of signs of the Bernstein coefficients (Descartes' rule on an
-   interval): none means no root, one exactly one, more are resolved by subdivision. A polynomial is
-   its `rows` coefficients, constant term first: FEWER_ROWS or ROWS. */
+   Roots are isolated by the sign changes of the Bernstein coefficients (Descartes' rule on an
+   interval): none means no root, one means exactly one root, and with more the interval is
+   subdivided. A polynomial has `rows` coefficients, constant term first: FEWER_ROWS or ROWS. */
 
 #ifndef FIVTUI_ROOTS_H
 #define FIVTUI_ROOTS_H
@@ -10,35 +10,35 @@
 #include "tables.h"
 #include "vector.h"
 
-/* Two roots closer than 2^-MAX_DEPTH are one to double precision. */
+/* Two roots closer than 2^-MAX_DEPTH count as one root. */
 #define MAX_DEPTH 48
-#define MAX_NEWTON 100
-#define PRECISE 0x1p-53
-#define MOST_PADDED (ROWS > FEWER_ROWS ? PADDED_BY_LAW : PADDED)
+#define MAX_NEWTON_STEPS 100
+#define ROOT_TOLERANCE 0x1p-53
+#define MAX_PADDED (ROWS > FEWER_ROWS ? PADDED_BY_LAW : PADDED)
 
 typedef struct {
-    double b[MOST_PADDED], left, right;
+    double b[MAX_PADDED], left, right;
     int depth;
 } Interval;
 
-INLINE void product_of_table(const double *p, const double *table, int rows, int padded, double *b)
+INLINE void apply_table(const double *p, const double *table, int rows, int padded, double *b)
 {
-    double sums[MOST_PADDED] = {0.0};
+    double sums[MAX_PADDED] = {0.0};
     for (int n = 0; n < rows; n++)
         for (int i = 0; i < padded; i++)
-            sums[i] = FUSED(p[n], table[padded * n + i], sums[i]);
+            sums[i] = FMA(p[n], table[padded * n + i], sums[i]);
     memcpy(b, sums, sizeof sums);
 }
 
 INLINE void to_bernstein(const double *p, int rows, double *b)
 {
     if (rows == FEWER_ROWS)
-        product_of_table(p, TO_BERNSTEIN[0], FEWER_ROWS, PADDED, b);
+        apply_table(p, TO_BERNSTEIN[0], FEWER_ROWS, PADDED, b);
     else
-        product_of_table(p, TO_BERNSTEIN_BY_LAW[0], MAX_LAW_ORDER + 2, PADDED_BY_LAW, b);
+        apply_table(p, TO_BERNSTEIN_BY_LAW[0], MAX_LAW_ORDER + 2, PADDED_BY_LAW, b);
 }
 
-INLINE int variations(const double *b, int rows)
+INLINE int count_sign_changes(const double *b, int rows)
 {
     int count = 0, sign = 0;
     for (int i = 0; i < rows; i++) {
@@ -49,23 +49,23 @@ INLINE int variations(const double *b, int rows)
     return count;
 }
 
-INLINE double value_of(const double *p, int rows, double t)
+INLINE double polynomial_value(const double *p, int rows, double t)
 {
     double value = p[rows - 1];
     for (int n = rows - 2; n >= 0; n--)
-        value = FUSED(value, t, p[n]);
+        value = FMA(value, t, p[n]);
     return value;
 }
 
-/* The root in (left, right), over which the sign changes once: Newton's method, kept inside. */
-INLINE double refined(const double *p, int rows, double left, double right, int negative)
+/* The root in (left, right), where the sign changes once: Newton's method with this bracket. */
+INLINE double refine_root(const double *p, int rows, double left, double right, int negative)
 {
     double t = 0.5 * (left + right);
-    for (int i = 0; i < MAX_NEWTON; i++) {
+    for (int i = 0; i < MAX_NEWTON_STEPS; i++) {
         double value = p[rows - 1], slope = 0.0;
         for (int n = rows - 2; n >= 0; n--) {
-            slope = FUSED(slope, t, value);
-            value = FUSED(value, t, p[n]);
+            slope = FMA(slope, t, value);
+            value = FMA(value, t, p[n]);
         }
         if (value == 0.0)
             break;
@@ -74,8 +74,8 @@ INLINE double refined(const double *p, int rows, double left, double right, int 
         else
             right = t;
         double new = slope != 0.0 ? t - value / slope : left;
-        if (__builtin_fabs(new - t) <= PRECISE * t)
-            return smaller(larger(new, left), right);
+        if (__builtin_fabs(new - t) <= ROOT_TOLERANCE * t)
+            return minimum(maximum(new, left), right);
         if (!(left < new && new < right)) {
             new = 0.5 * (left + right);
             if (new <= left || new >= right)
@@ -86,14 +86,14 @@ INLINE double refined(const double *p, int rows, double left, double right, int 
     return t;
 }
 
-/* De Casteljau's rule, away from a root: the signs at every cut must be known. `b` becomes the
-   upper part; returns where it was cut. */
-INLINE double split(double *b, int rows, double *lower)
+/* De Casteljau's rule. The cut must not be a root, because the sign there is needed. `b` becomes
+   the upper part; returns the cut as a fraction. */
+INLINE double subdivide(double *b, int rows, double *lower)
 {
-    static const double PARTS[3] = {0.5, 0.4375, 0.5625};
-    double upper[MOST_PADDED], part = 0.5;
+    static const double CUT_FRACTIONS[3] = {0.5, 0.4375, 0.5625};
+    double upper[MAX_PADDED], part = 0.5;
     for (int attempt = 0; attempt < 3; attempt++) {
-        part = PARTS[attempt];
+        part = CUT_FRACTIONS[attempt];
         memcpy(upper, b, sizeof upper);
         for (int level = 0; level < rows; level++) {
             lower[level] = upper[0];
@@ -108,55 +108,56 @@ INLINE double split(double *b, int rows, double *lower)
 }
 
 /* Roots in (0, 1] at which the sign changes, ascending, at most `limit` of them; a root at 0 does
-   not count, whatever its multiplicity. Returns how many. */
-APART int sign_roots(const double *given, int rows, int limit, double *found)
+   not count, whatever its multiplicity. Returns their number. */
+NOINLINE int find_roots(const double *coefficients, int rows, int limit, double *roots)
 {
-    double p[ROWS] = {0.0}, others = 0.0;
-    int zeros = 0, count = 0, waiting = 1;
-    while (zeros < rows && given[zeros] == 0.0)
+    double p[ROWS] = {0.0}, sum = 0.0;
+    int zeros = 0, count = 0, stack_size = 1;
+    while (zeros < rows && coefficients[zeros] == 0.0)
         zeros++;
     for (int n = zeros; n < rows; n++)
-        p[n - zeros] = given[n];
+        p[n - zeros] = coefficients[n];
     for (int n = 1; n < rows; n++)
-        others += __builtin_fabs(p[n]);
-    if (zeros >= rows - 1 || !(__builtin_fabs(p[0]) <= others))
+        sum += __builtin_fabs(p[n]);
+    if (zeros >= rows - 1 || !(__builtin_fabs(p[0]) <= sum))
         return 0;
     Interval stack[MAX_DEPTH + 4];
     to_bernstein(p, rows, stack[0].b);
     stack[0].left = 0.0, stack[0].right = 1.0, stack[0].depth = 0;
-    int negative = p[0] < 0.0, at_end = stack[0].b[rows - 1] == 0.0;
-    while (waiting > 0 && count < limit) {
-        Interval *here = &stack[--waiting];
-        int changes = variations(here->b, rows);
-        if (changes > 1 && here->depth < MAX_DEPTH) {
-            /* The lower part is taken first: it goes on top. */
-            Interval *lower = here + 1;
-            double part = split(here->b, rows, lower->b);
-            lower->left = here->left;
-            here->left = lower->right = here->left + part * (here->right - here->left);
-            lower->depth = ++here->depth;
-            waiting += 2;
+    int negative = p[0] < 0.0, root_at_end = stack[0].b[rows - 1] == 0.0;
+    while (stack_size > 0 && count < limit) {
+        Interval *interval = &stack[--stack_size];
+        int changes = count_sign_changes(interval->b, rows);
+        if (changes > 1 && interval->depth < MAX_DEPTH) {
+            /* The lower part goes on top of the stack, so that it is searched first. */
+            Interval *lower = interval + 1;
+            double part = subdivide(interval->b, rows, lower->b);
+            lower->left = interval->left;
+            interval->left = lower->right = interval->left + part
+                * (interval->right - interval->left);
+            lower->depth = ++interval->depth;
+            stack_size += 2;
         } else if (changes % 2 == 1) {
-            found[count++] = refined(p, rows, here->left, here->right, negative);
+            roots[count++] = refine_root(p, rows, interval->left, interval->right, negative);
             negative = !negative;
         }
     }
-    if (at_end && count < limit)
-        found[count++] = 1.0;
+    if (root_at_end && count < limit)
+        roots[count++] = 1.0;
     return count;
 }
 
-/* The least and the greatest value where the slope changes its sign; none leaves both as they are.*/
-APART void turning_values(const double *p, int rows, double *low, double *high)
+/* Extend `low` and `high` to the values at which the slope changes its sign. */
+NOINLINE void include_extrema(const double *p, int rows, double *low, double *high)
 {
-    double slope[ROWS] = {0.0}, places[ROWS];
+    double slope[ROWS] = {0.0}, thetas[ROWS];
     for (int n = 1; n < rows; n++)
         slope[n - 1] = n * p[n];
-    int count = sign_roots(slope, rows, rows, places);
+    int count = find_roots(slope, rows, rows, thetas);
     for (int i = 0; i < count; i++) {
-        double value = value_of(p, rows, places[i]);
-        *low = smaller(value, *low);
-        *high = larger(value, *high);
+        double value = polynomial_value(p, rows, thetas[i]);
+        *low = minimum(value, *low);
+        *high = maximum(value, *high);
     }
 }
 

@@ -1,16 +1,15 @@
-/* Constants of the expansion and of the bounds; a test computes them anew.
+/* Constants of the expansion and of the bounds; tests/kernel/test_loading.py checks them.
 
-   The weights are of the terms of degree 2 and more. */
+   Bounds have a number for each term from degree 2 on. */
 
 #ifndef FIVTUI_TABLES_H
 #define FIVTUI_TABLES_H
 
-/* Orders of the velocities, without a friction law and with one, under which steps are shorter. The
-   degree of x and y is one more. */
+/* Greatest orders of expansion without and with a friction law; x and y have one degree more. */
 #define MAX_ORDER 20
 #define MAX_LAW_ORDER 24
-/* How many coefficients there may be, and how many there are in so many groups of four of them behind
-   the first two. A source file defines FINITE as 1 for belts of finite speed. */
+/* Greatest number of coefficients, and number for two coefficients and `groups` of four. A source
+   file defines FINITE as 1 for belts of finite speed. */
 #define FEWER_ROWS (MAX_ORDER + 2)
 #if FINITE
 #define ROWS (MAX_LAW_ORDER + 2)
@@ -39,16 +38,16 @@ static const double CUBIC_SLOPE_BOUND[MAX_LAW_ORDER] = {
     14.550279458721288,
 };
 
-/* n (n − 2): how far the second derivative of θⁿ leaves the slope of the chord of its slope. */
+/* n (n − 2): greatest distance of the second derivative of θⁿ from its mean on [0, 1]. */
 static const double CURVATURE_BOUND[MAX_LAW_ORDER] = {
     0.0, 3.0, 8.0, 15.0, 24.0, 35.0, 48.0, 63.0, 80.0, 99.0, 120.0, 143.0, 168.0, 195.0, 224.0,
     255.0, 288.0, 323.0, 360.0, 399.0, 440.0, 483.0, 528.0, 575.0,
 };
 
-/* What a bound by CUBIC_BOUND is multiplied by for the polynomial and the cubic divided by θ. */
-static const double SHARING = 2.370370264397934;
+/* Factor of a bound by CUBIC_BOUND for the polynomial and the cubic, both divided by θ. */
+static const double DIVIDED_BOUND = 2.370370264397934;
 
-/* Bernstein coefficients of both greatest degrees: in row n what cₙ θⁿ contributes to the i-th. */
+/* Bernstein coefficients for both greatest degrees: row n has those of θⁿ. */
 #define PADDED 24
 #define PADDED_BY_LAW 32
 static const double TO_BERNSTEIN[FEWER_ROWS][PADDED] = {

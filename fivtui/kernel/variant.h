@@ -1,4 +1,4 @@
-/* The names by which the loader finds the functions of one instruction set. */
+/* Exported names of the functions of one instruction set: fivtui_NAME_VARIANT. */
 
 #ifndef FIVTUI_VARIANT_H
 #define FIVTUI_VARIANT_H

@@ -1,8 +1,9 @@
-/* Numbers of one run, or of LANES runs side by side: one text for both widths.
+/* Numbers of one run, or of LANES runs side by side.
 
-   A source file defines LANES as 1 or 8 before it includes this. V is a number of every run and M
-   a truth value of every run. Each element goes through the same operations whatever the width,
-   and products and sums are fused only by `fma_of`, so that a run has the same bits everywhere. */
+   A source file defines LANES as 1 or 8 before it includes this header. V has a number and M a
+   truth value for each run. The operations on an element do not depend on the width, and only
+   `vfma` fuses products and sums, so that a run has the same bits everywhere. `v…` functions act on
+   each lane. */
 
 #ifndef FIVTUI_VECTOR_H
 #define FIVTUI_VECTOR_H
@@ -11,22 +12,21 @@
 #include <string.h>
 
 #define INLINE static inline __attribute__((always_inline))
-#define APART static __attribute__((noinline, unused))
+#define NOINLINE static __attribute__((noinline, unused))
 
-/* Where runs of four numbers are kept on a stack that is not aligned to them, half of them lie on two
-   lines of the cache. */
+/* Aligns the stack: otherwise half of the vectors of four numbers straddle cache lines. */
 #if LANES == 1 && defined(__x86_64__)
-#define ON_ALIGNED_STACK __attribute__((force_align_arg_pointer))
+#define ALIGN_STACK __attribute__((force_align_arg_pointer))
 #else
-#define ON_ALIGNED_STACK
+#define ALIGN_STACK
 #endif
 
 #ifdef __clang__
-#define FUSED(a, b, c) __builtin_elementwise_fma(a, b, c)
-#define UNROLLED _Pragma("clang loop unroll(full)")
+#define FMA(a, b, c) __builtin_elementwise_fma(a, b, c)
+#define UNROLL _Pragma("clang loop unroll(full)")
 #else
-#define FUSED(a, b, c) __builtin_fma(a, b, c)
-#define UNROLLED _Pragma("GCC unroll 24")
+#define FMA(a, b, c) __builtin_fma(a, b, c)
+#define UNROLL _Pragma("GCC unroll 24")
 #endif
 
 typedef union {
@@ -34,9 +34,9 @@ typedef union {
     int64_t bits;
 } Bits;
 
-INLINE double smaller(double a, double b) { return a < b ? a : b; }
-INLINE double larger(double a, double b) { return a > b ? a : b; }
-INLINE int finite_number(double a) { return a - a == 0.0; }
+INLINE double minimum(double a, double b) { return a < b ? a : b; }
+INLINE double maximum(double a, double b) { return a > b ? a : b; }
+INLINE int is_finite_number(double a) { return a - a == 0.0; }
 
 #if LANES == 1
 
@@ -45,29 +45,28 @@ typedef double V;
 typedef int M;
 
 INLINE V splat(double a) { return a; }
-INLINE V fma_of(V a, V b, V c) { return FUSED(a, b, c); }
+INLINE V vfma(V a, V b, V c) { return FMA(a, b, c); }
 INLINE V choose(M m, V a, V b) { return m ? a : b; }
-INLINE M negated(M m) { return !m; }
-INLINE unsigned bits_of(M m) { return (unsigned)m; }
-INLINE M mask_of(unsigned bits) { return (M)(bits & 1u); }
-INLINE V absolute(V a) { return __builtin_fabs(a); }
-INLINE V root_of(V a) { return __builtin_sqrt(a); }
-INLINE double element(const V *a, int lane) { (void)lane; return *a; }
-INLINE void put(V *a, int lane, double value) { (void)lane; *a = value; }
+INLINE M mask_not(M m) { return !m; }
+INLINE unsigned mask_bits(M m) { return (unsigned)m; }
+INLINE M mask_from_bits(unsigned bits) { return (M)(bits & 1u); }
+INLINE V vabs(V a) { return __builtin_fabs(a); }
+INLINE V vsqrt(V a) { return __builtin_sqrt(a); }
+INLINE double get_lane(const V *a, int lane) { (void)lane; return *a; }
+INLINE void set_lane(V *a, int lane, double value) { (void)lane; *a = value; }
 
-/* The difference of the bits of two positive numbers, read as integers: 2⁵² times what straight
-   lines between powers of two make of the logarithm of their ratio. */
+/* About 2⁵² log₂(a/b) for positive numbers: the difference of their bits as integers. */
 INLINE V bit_difference(V a, V b)
 {
-    Bits one = {a}, other = {b};
-    return (double)(int64_t)((uint64_t)one.bits - (uint64_t)other.bits);
+    Bits first = {a}, second = {b};
+    return (double)(int64_t)((uint64_t)first.bits - (uint64_t)second.bits);
 }
 
-/* The number whose bits are those of 1 and so many more. */
-INLINE V from_bits_beyond_one(V more, int64_t shift)
+/* The number whose bits, read as an integer, are `bits` + `offset`. */
+INLINE V number_from_bits(V bits, int64_t offset)
 {
     Bits result;
-    result.bits = (int64_t)more + shift;
+    result.bits = (int64_t)bits + offset;
     return result.number;
 }
 
@@ -80,44 +79,44 @@ typedef unsigned long long Unsigned __attribute__((vector_size(64), may_alias));
 
 INLINE V splat(double a) { return a - (V){0}; }
 INLINE V choose(M m, V a, V b) { return (V)(((M)a & m) | ((M)b & ~m)); }
-INLINE M negated(M m) { return ~m; }
-INLINE V absolute(V a) { return (V)((M)a & INT64_MAX); }
-INLINE double element(const V *a, int lane) { return ((const double *)a)[lane]; }
-INLINE void put(V *a, int lane, double value) { ((double *)a)[lane] = value; }
+INLINE M mask_not(M m) { return ~m; }
+INLINE V vabs(V a) { return (V)((M)a & INT64_MAX); }
+INLINE double get_lane(const V *a, int lane) { return ((const double *)a)[lane]; }
+INLINE void set_lane(V *a, int lane, double value) { ((double *)a)[lane] = value; }
 
 #ifdef __clang__
 typedef _Bool Flags __attribute__((ext_vector_type(8)));
-INLINE V fma_of(V a, V b, V c) { return FUSED(a, b, c); }
-INLINE V root_of(V a) { return __builtin_elementwise_sqrt(a); }
+INLINE V vfma(V a, V b, V c) { return FMA(a, b, c); }
+INLINE V vsqrt(V a) { return __builtin_elementwise_sqrt(a); }
 INLINE V bit_difference(V a, V b)
 {
     return __builtin_convertvector((M)((Unsigned)a - (Unsigned)b), V);
 }
-INLINE V from_bits_beyond_one(V more, int64_t shift)
+INLINE V number_from_bits(V bits, int64_t offset)
 {
-    return (V)(__builtin_convertvector(more, M) + shift);
+    return (V)(__builtin_convertvector(bits, M) + offset);
 }
-INLINE unsigned bits_of(M m)
+INLINE unsigned mask_bits(M m)
 {
     Flags flags = __builtin_convertvector(m, Flags);
     uint8_t bits;
     memcpy(&bits, &flags, 1);
     return bits;
 }
-INLINE M mask_of(unsigned bits)
+INLINE M mask_from_bits(unsigned bits)
 {
-    const M one = {1, 2, 4, 8, 16, 32, 64, 128};
-    return (((long long)bits - (M){0}) & one) != 0;
+    const M lane_bits = {1, 2, 4, 8, 16, 32, 64, 128};
+    return (((long long)bits - (M){0}) & lane_bits) != 0;
 }
 #else
-INLINE V fma_of(V a, V b, V c)
+INLINE V vfma(V a, V b, V c)
 {
     V result;
     for (int i = 0; i < LANES; i++)
-        result[i] = FUSED(a[i], b[i], c[i]);
+        result[i] = FMA(a[i], b[i], c[i]);
     return result;
 }
-INLINE V root_of(V a)
+INLINE V vsqrt(V a)
 {
     for (int i = 0; i < LANES; i++)
         a[i] = __builtin_sqrt(a[i]);
@@ -131,153 +130,154 @@ INLINE V bit_difference(V a, V b)
         result[i] = (double)d[i];
     return result;
 }
-INLINE V from_bits_beyond_one(V more, int64_t shift)
+INLINE V number_from_bits(V bits, int64_t offset)
 {
     M result;
     for (int i = 0; i < LANES; i++)
-        result[i] = (int64_t)more[i] + shift;
+        result[i] = (int64_t)bits[i] + offset;
     return (V)result;
 }
-INLINE unsigned bits_of(M m)
+INLINE unsigned mask_bits(M m)
 {
     unsigned bits = 0;
     for (int i = 0; i < LANES; i++)
         bits |= (unsigned)(m[i] & 1) << i;
     return bits;
 }
-INLINE M mask_of(unsigned bits)
+INLINE M mask_from_bits(unsigned bits)
 {
-    const M one = {1, 2, 4, 8, 16, 32, 64, 128};
-    return (((long long)bits - (M){0}) & one) != 0;
+    const M lane_bits = {1, 2, 4, 8, 16, 32, 64, 128};
+    return (((long long)bits - (M){0}) & lane_bits) != 0;
 }
 #endif
 #endif
 
-INLINE V least(V a, V b) { return choose(a < b, a, b); }
-INLINE V greatest(V a, V b) { return choose(a > b, a, b); }
+INLINE V vmin(V a, V b) { return choose(a < b, a, b); }
+INLINE V vmax(V a, V b) { return choose(a > b, a, b); }
 
-/* Four terms of a polynomial, or the sums of four chains of them. */
+/* Four terms of a polynomial, or four partial sums. Functions in `_by` have a scalar factor. */
 #if LANES == 1
 typedef double Four __attribute__((vector_size(32), may_alias));
 typedef double FourPacked __attribute__((vector_size(32), aligned(8), may_alias));
 
-INLINE Four four_at(const V *c) { return *(const FourPacked *)c; }
-INLINE Four four_scaled(Four a, const double *w) { return a * *(const FourPacked *)w; }
-INLINE Four four_absolute(Four a)
+INLINE Four load_four(const V *c) { return *(const FourPacked *)c; }
+INLINE Four four_times(Four a, const double *w) { return a * *(const FourPacked *)w; }
+INLINE Four four_abs(Four a)
 {
     typedef long long Mask4 __attribute__((vector_size(32)));
     return (Four)((Mask4)a & INT64_MAX);
 }
 #ifdef __clang__
-INLINE Four four_fma(Four a, V s, Four b) { return FUSED(a, s - (Four){0}, b); }
+INLINE Four four_fma_by(Four a, V s, Four b) { return FMA(a, s - (Four){0}, b); }
 #else
-INLINE Four four_fma(Four a, V s, Four b)
+INLINE Four four_fma_by(Four a, V s, Four b)
 {
     for (int i = 0; i < 4; i++)
-        b[i] = FUSED(a[i], s, b[i]);
+        b[i] = FMA(a[i], s, b[i]);
     return b;
 }
 #endif
-#define PART(a, i) ((a)[i])
+#define FOUR_ITEM(a, i) ((a)[i])
 #else
 typedef struct {
     V e[4];
 } Four;
 
-INLINE Four four_at(const V *c) { return (Four){{c[0], c[1], c[2], c[3]}}; }
-INLINE Four four_scaled(Four a, const double *w)
+INLINE Four load_four(const V *c) { return (Four){{c[0], c[1], c[2], c[3]}}; }
+INLINE Four four_times(Four a, const double *w)
 {
     return (Four){{a.e[0] * w[0], a.e[1] * w[1], a.e[2] * w[2], a.e[3] * w[3]}};
 }
-INLINE Four four_absolute(Four a)
+INLINE Four four_abs(Four a)
 {
-    return (Four){{absolute(a.e[0]), absolute(a.e[1]), absolute(a.e[2]), absolute(a.e[3])}};
+    return (Four){{vabs(a.e[0]), vabs(a.e[1]), vabs(a.e[2]), vabs(a.e[3])}};
 }
-INLINE Four four_fma(Four a, V s, Four b)
+INLINE Four four_fma_by(Four a, V s, Four b)
 {
-    return (Four){{fma_of(a.e[0], s, b.e[0]), fma_of(a.e[1], s, b.e[1]),
-                   fma_of(a.e[2], s, b.e[2]), fma_of(a.e[3], s, b.e[3])}};
+    return (Four){{vfma(a.e[0], s, b.e[0]), vfma(a.e[1], s, b.e[1]),
+                   vfma(a.e[2], s, b.e[2]), vfma(a.e[3], s, b.e[3])}};
 }
-#define PART(a, i) ((a).e[i])
+#define FOUR_ITEM(a, i) ((a).e[i])
 #endif
 
 /* a₀ + a₁ t + a₂ t² + a₃ t³ */
-INLINE V folded(Four a, V t, V square)
+INLINE V cubic_value(Four a, V t, V square)
 {
-    V low = fma_of(PART(a, 1), t, PART(a, 0)), high = fma_of(PART(a, 3), t, PART(a, 2));
-    return fma_of(high, square, low);
+    V low = vfma(FOUR_ITEM(a, 1), t, FOUR_ITEM(a, 0)),
+        high = vfma(FOUR_ITEM(a, 3), t, FOUR_ITEM(a, 2));
+    return vfma(high, square, low);
 }
 
 /* A pair of x and y. */
 #if LANES == 1
 typedef double Pair __attribute__((vector_size(16), may_alias));
-INLINE Pair pair_of(V x, V y) { return (Pair){x, y}; }
+INLINE Pair make_pair(V x, V y) { return (Pair){x, y}; }
 INLINE Pair pair_times(Pair a, V s) { return a * s; }
 INLINE Pair pair_product(Pair a, Pair b) { return a * b; }
 INLINE Pair pair_sum(Pair a, Pair b) { return a + b; }
-#define X_OF(a) ((a)[0])
-#define Y_OF(a) ((a)[1])
+#define PAIR_X(a) ((a)[0])
+#define PAIR_Y(a) ((a)[1])
 #ifdef __clang__
-INLINE Pair pair_fma(Pair a, Pair b, Pair c) { return FUSED(a, b, c); }
-INLINE Pair pair_fma_by(Pair a, V s, Pair c) { return FUSED(a, s - (Pair){0}, c); }
+INLINE Pair pair_fma(Pair a, Pair b, Pair c) { return FMA(a, b, c); }
+INLINE Pair pair_fma_by(Pair a, V s, Pair c) { return FMA(a, s - (Pair){0}, c); }
 #else
 INLINE Pair pair_fma(Pair a, Pair b, Pair c)
 {
-    return (Pair){FUSED(a[0], b[0], c[0]), FUSED(a[1], b[1], c[1])};
+    return (Pair){FMA(a[0], b[0], c[0]), FMA(a[1], b[1], c[1])};
 }
 INLINE Pair pair_fma_by(Pair a, V s, Pair c)
 {
-    return (Pair){FUSED(a[0], s, c[0]), FUSED(a[1], s, c[1])};
+    return (Pair){FMA(a[0], s, c[0]), FMA(a[1], s, c[1])};
 }
 #endif
 #else
 typedef struct {
     V x, y;
 } Pair;
-INLINE Pair pair_of(V x, V y) { return (Pair){x, y}; }
+INLINE Pair make_pair(V x, V y) { return (Pair){x, y}; }
 INLINE Pair pair_times(Pair a, V s) { return (Pair){a.x * s, a.y * s}; }
 INLINE Pair pair_product(Pair a, Pair b) { return (Pair){a.x * b.x, a.y * b.y}; }
 INLINE Pair pair_sum(Pair a, Pair b) { return (Pair){a.x + b.x, a.y + b.y}; }
 INLINE Pair pair_fma(Pair a, Pair b, Pair c)
 {
-    return (Pair){fma_of(a.x, b.x, c.x), fma_of(a.y, b.y, c.y)};
+    return (Pair){vfma(a.x, b.x, c.x), vfma(a.y, b.y, c.y)};
 }
 INLINE Pair pair_fma_by(Pair a, V s, Pair c)
 {
-    return (Pair){fma_of(a.x, s, c.x), fma_of(a.y, s, c.y)};
+    return (Pair){vfma(a.x, s, c.x), vfma(a.y, s, c.y)};
 }
-#define X_OF(a) ((a).x)
-#define Y_OF(a) ((a).y)
+#define PAIR_X(a) ((a).x)
+#define PAIR_Y(a) ((a).y)
 #endif
 
 /* Two pairs side by side. */
 #if LANES == 1
-INLINE Four joined(Pair a, Pair b) { return (Four){a[0], a[1], b[0], b[1]}; }
+INLINE Four join_pairs(Pair a, Pair b) { return (Four){a[0], a[1], b[0], b[1]}; }
 INLINE Pair first_pair(Four a) { return (Pair){a[0], a[1]}; }
 INLINE Pair second_pair(Four a) { return (Pair){a[2], a[3]}; }
 INLINE Four four_product(Four a, Four b) { return a * b; }
 #ifdef __clang__
-INLINE Four four_fma_each(Four a, Four b, Four c) { return FUSED(a, b, c); }
+INLINE Four four_fma(Four a, Four b, Four c) { return FMA(a, b, c); }
 #else
-INLINE Four four_fma_each(Four a, Four b, Four c)
+INLINE Four four_fma(Four a, Four b, Four c)
 {
     for (int i = 0; i < 4; i++)
-        c[i] = FUSED(a[i], b[i], c[i]);
+        c[i] = FMA(a[i], b[i], c[i]);
     return c;
 }
 #endif
 #else
-INLINE Four joined(Pair a, Pair b) { return (Four){{a.x, a.y, b.x, b.y}}; }
+INLINE Four join_pairs(Pair a, Pair b) { return (Four){{a.x, a.y, b.x, b.y}}; }
 INLINE Pair first_pair(Four a) { return (Pair){a.e[0], a.e[1]}; }
 INLINE Pair second_pair(Four a) { return (Pair){a.e[2], a.e[3]}; }
 INLINE Four four_product(Four a, Four b)
 {
     return (Four){{a.e[0] * b.e[0], a.e[1] * b.e[1], a.e[2] * b.e[2], a.e[3] * b.e[3]}};
 }
-INLINE Four four_fma_each(Four a, Four b, Four c)
+INLINE Four four_fma(Four a, Four b, Four c)
 {
-    return (Four){{fma_of(a.e[0], b.e[0], c.e[0]), fma_of(a.e[1], b.e[1], c.e[1]),
-                   fma_of(a.e[2], b.e[2], c.e[2]), fma_of(a.e[3], b.e[3], c.e[3])}};
+    return (Four){{vfma(a.e[0], b.e[0], c.e[0]), vfma(a.e[1], b.e[1], c.e[1]),
+                   vfma(a.e[2], b.e[2], c.e[2]), vfma(a.e[3], b.e[3], c.e[3])}};
 }
 #endif
 

@@ -131,7 +131,7 @@ static const char *begin_motion(Instance *i)
     parameters_of(s, p);
     if (v[V_start_static] != 0.0)
         resting_state(p, separation, state);
-    if (!finite_number(state[2]))
+    if (!is_finite_number(state[2]))
         return because(i, "no equilibrium: F = %g N lifts the slider and no spring holds it "
                           "vertically; use F >= 0, a larger k3, or ignore separation", p[P_F]);
     stepping_of(i)->begin(&at->motion, p, separation, is_finite_belt(s), state, s->start_time,
@@ -239,9 +239,9 @@ static void look(Instance *i)
     s->states[Y] = state[2], s->states[VY] = state[3];
     if (s->is_pending)
         return;
-    at->mode = mode_of_motion(m), at->last_event = is_finite_belt(s) ? m->changed_at : w->last;
-    at->separations = w->lifts, at->reattachments = w->landings;
-    at->switches = is_finite_belt(s) ? m->changes : w->lifts + w->landings;
+    at->mode = mode_of_motion(m), at->last_event = is_finite_belt(s) ? m->changed_at : w->last_switch;
+    at->separations = w->separations, at->reattachments = w->reattachments;
+    at->switches = is_finite_belt(s) ? m->changes : w->separations + w->reattachments;
     at->sticks = m->sticks + at->first_sticks;
 }
 
@@ -267,7 +267,7 @@ static void look_at_belt(Instance *i)
 static double sliding_speed(const State *s, double mode)
 {
     const double ahead = speed_of(s, V_v_belt) - s->states[VX];
-    return larger(mode == BACKWARD ? -ahead : ahead, 0.0);
+    return maximum(mode == BACKWARD ? -ahead : ahead, 0.0);
 }
 
 /* The friction force on the slider, given that of the contact. */
@@ -347,16 +347,16 @@ static double mode_at(const Instance *i, Block *w, double *p, double *state, dou
     const int past = (at->mode == FORWARD && ahead < 0.0) || (at->mode == BACKWARD && ahead > 0.0);
     const double near = past && speed == at->speed ? GONE_PAST : AT_SWITCH;
     Belt belt;
-    if (absolute(ahead) <= near * largest(reach, speed))
+    if (vabs(ahead) <= near * largest(reach, speed))
         state[1] = speed;
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
-    begin(w, 0, p, i->s.values[V_separation] != 0.0, state);
+    begin_problem(w, 0, p, i->s.values[V_separation] != 0.0, state);
     begin_belt(&belt, w, 0, p, 1);
     if (belt.mode == SEPARATED) {
         state[1] = vx;
         return SEPARATED;
     }
-    belt.nearness = AT_SWITCH;
+    belt.hold_tolerance = AT_SWITCH;
     return (double)mode_on_belt(&belt, state[0], state[1], state[2], state[3]);
 }
 
@@ -368,14 +368,14 @@ static int settle(Instance *i)
     double state[4] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
     Block w;
     parameters_of(s, p);
-    begin(&w, 0, p, s->values[V_separation] != 0.0, state);
-    const double speed = largest(absolute(state[1]), absolute(state[3])) / w.frequency;
-    const double place = largest(absolute(state[0]), absolute(state[2]));
+    begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
+    const double speed = largest(vabs(state[1]), vabs(state[3])) / w.frequency;
+    const double place = largest(vabs(state[0]), vabs(state[2]));
     const double reach = largest(w.deflection, largest(place, speed));
-    if (absolute(state[2]) <= AT_SWITCH * reach) {
+    if (vabs(state[2]) <= AT_SWITCH * reach) {
         /* The sign of y is rounding; the direction of the motion decides. */
         state[2] = 0.0;
-        begin(&w, 0, p, s->values[V_separation] != 0.0, state);
+        begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
     }
     double mode = w.side > 0.0 ? SEPARATED : CONTACT;
     if (is_finite_belt(s)) {
@@ -467,8 +467,8 @@ static void pack(const Instance *i, double *n)
     n[N_REATTACHMENTS] = at->reattachments, n[N_LAST_EVENT] = at->last_event;
     n[N_SWITCHES] = at->switches, n[N_ALL_STICKS] = at->sticks;
     n[N_FIRST_STICKS] = at->first_sticks, n[N_SPEED_THEN] = at->speed;
-    n[N_T] = w->t, n[N_REST] = w->rest, n[N_STEP_SIDE] = w->side, n[N_STALLED] = w->stalled;
-    n[N_LIFTS] = w->lifts, n[N_LANDINGS] = w->landings, n[N_LAST] = w->last;
+    n[N_T] = w->t, n[N_REST] = w->remainder, n[N_STEP_SIDE] = w->side, n[N_STALLED] = w->stalled;
+    n[N_LIFTS] = w->separations, n[N_LANDINGS] = w->reattachments, n[N_LAST] = w->last_switch;
     n[N_X] = w->xs[0], n[N_VX] = w->xs[1], n[N_Y] = w->ys[0], n[N_VY] = w->ys[1];
     n[N_STEP_MODE] = mode_of_motion(m), n[N_STICKS] = m->sticks, n[N_SLIPS] = m->slips;
     n[N_REVERSALS] = m->reversals, n[N_CHANGES] = m->changes, n[N_CHANGED_AT] = m->changed_at;
@@ -491,15 +491,15 @@ static int has_speed_of_mode(const double *n)
 {
     const double mode = n[N_STEP_MODE];
     const double v = n[N_SPEED] + n[N_SPEED_SLOPE] * ((n[N_T] - n[N_SINCE]) + n[N_REST]);
-    const double ahead = v - n[N_VX], slack = 0x1p-40 * (absolute(v) + absolute(n[N_VX]));
+    const double ahead = v - n[N_VX], slack = 0x1p-40 * (vabs(v) + vabs(n[N_VX]));
     return !(mode == FORWARD && ahead < -slack) && !(mode == BACKWARD && ahead > slack)
-           && !(mode == STICK && absolute(ahead) > slack);
+           && !(mode == STICK && vabs(ahead) > slack);
 }
 
 /* Whether what a time lacks of the exact one is rounding. */
 static int is_rounding(double rest, double t)
 {
-    return absolute(rest) <= 0x1p-50 * (absolute(t) + 1.0);
+    return vabs(rest) <= 0x1p-50 * (vabs(t) + 1.0);
 }
 
 static int unpack(Instance *i, const double *n)
@@ -525,8 +525,8 @@ static int unpack(Instance *i, const double *n)
         return 0;
     stepping->begin(m, p, separation, is_finite_belt(s), state, n[N_T],
                     s->tolerance * LOCAL_TOLERANCE);
-    w->rest = n[N_REST], w->side = n[N_STEP_SIDE], w->stalled = n[N_STALLED];
-    w->lifts = n[N_LIFTS], w->landings = n[N_LANDINGS], w->last = n[N_LAST];
+    w->remainder = n[N_REST], w->side = n[N_STEP_SIDE], w->stalled = n[N_STALLED];
+    w->separations = n[N_LIFTS], w->reattachments = n[N_LANDINGS], w->last_switch = n[N_LAST];
     set_field(w);
     m->belt.mode = (int64_t)n[N_STEP_MODE], m->sticks = n[N_STICKS], m->slips = n[N_SLIPS];
     m->reversals = n[N_REVERSALS], m->changes = n[N_CHANGES], m->changed_at = n[N_CHANGED_AT];

@@ -31,50 +31,50 @@ INLINE void expand_free(Motion *m, int order)
     if (is_driven(m)) {
         const Course course = course_of(m);
         m->belt.mode = mode_of_motion(m);
-        set_out(&m->belt, w, &course, lateness(&course, w->t, w->rest));
+        set_course_parameters(&m->belt, w, &course, elapsed_time(&course, w->t, w->remainder));
         expand_driven(&m->belt, w->xs, w->ys, order);
     } else {
-        expand_in_contact(w, order, m->cubic != 0.0 && w->side < 0.0);
-        settle_at_switch(w);
+        expand_block(w, order, m->cubic != 0.0 && w->side < 0.0);
+        balance_at_switch(w);
     }
-    set_length(w, m->tol, order / 4);
+    set_step_length(w, m->tol, order / 4);
 }
 
 /* Returns whether a slider stays in motion over the belt for certain. */
 INLINE int expand_on_belt(Motion *m, int order)
 {
     if (!is_driven(m))
-        return expand_step(&m->belt, &m->w, m->tol, order, m->cubic != 0.0);
+        return expand_belt_step(&m->belt, &m->w, m->tol, order, m->cubic != 0.0);
     const Course course = course_of(m);
-    set_out(&m->belt, &m->w, &course, lateness(&course, m->w.t, m->w.rest));
+    set_course_parameters(&m->belt, &m->w, &course, elapsed_time(&course, m->w.t, m->w.remainder));
     expand_driven_step(&m->belt, &m->w, m->tol, order, INFINITE);
     return 0;
 }
 
-APART int take_step(Motion *m)
+NOINLINE int take_step(Motion *m)
 {
     Block *w = &m->w;
     const int order = (int)m->order, groups = order / 4;
-    Cut cut = NOTHING_ENDS;
+    StepCut cut = NOT_CUT;
     int64_t then = STICK;
     if (m->belt.finite) {
         int stays = expand_on_belt(m, order);
-        end_step_y(w, groups);
-        cut = find_end(&m->belt, w, groups, stays, &then);
+        evaluate_end_y(w, groups);
+        cut = cut_step(&m->belt, w, groups, stays, &then);
     } else {
         expand_free(m, order);
-        end_step_y(w, groups);
-        if (may_switch(w) && find_switch(w, groups))
-            cut = AT_SWITCH;
-        end_step_x(w, groups, 0);
+        evaluate_end_y(w, groups);
+        if (may_switch(w) && cut_at_switch(w, groups))
+            cut = CUT_AT_SWITCH;
+        evaluate_end_x(w, groups, 0);
     }
-    if (!is_sound(w))
+    if (!is_finite_step(w))
         return OVERFLOW;
-    if (cut == AT_SPEED || m->belt.mode == STICK)
+    if (cut == CUT_AT_SPEED || m->belt.mode == STICK)
         w->vx = m->belt.p[P_V_BELT];
-    Ending ending = ending_of(w, INFINITE, cut != NOTHING_ENDS);
+    StepEnd step_end = find_step_end(w, INFINITE, cut != NOT_CUT);
     m->stepped = 1.0, m->cut = cut, m->then = (double)then;
-    m->end = ending.t, m->end_rest = ending.rest;
+    m->end = step_end.t, m->end_rest = step_end.remainder;
     return RUNNING;
 }
 
@@ -90,34 +90,34 @@ static void count_change(Motion *m, int64_t before, double t)
 
 static double switches_of(const Motion *m)
 {
-    return m->belt.finite ? m->changes : m->w.lifts + m->w.landings;
+    return m->belt.finite ? m->changes : m->w.separations + m->w.reattachments;
 }
 
-static Arrivals go_over_on_belt(Motion *m, const Ending *ending)
+static StepFlags go_over_on_belt(Motion *m, const StepEnd *step_end)
 {
-    const Cut cut = (Cut)m->cut;
+    const StepCut cut = (StepCut)m->cut;
     const int64_t then = (int64_t)m->then;
     if (!is_driven(m))
-        return go_on_belt(&m->belt, &m->w, ending, cut, then);
+        return accept_belt_step(&m->belt, &m->w, step_end, cut, then);
     const Course course = course_of(m);
-    const double speed = last_speed(&course, ending);
-    return go_on_driven(&m->belt, &m->w, ending, cut, then, speed, &course, 0);
+    const double speed = end_speed(&course, step_end);
+    return accept_driven_step(&m->belt, &m->w, step_end, cut, then, speed, &course, 0);
 }
 
 /* Go on to the end of the step. */
 static int go_over(Motion *m)
 {
     Block *w = &m->w;
-    const Ending ending = {m->end, m->end_rest, 0};
+    const StepEnd step_end = {m->end, m->end_rest, 0};
     m->stepped = 0.0;
     if (m->belt.finite) {
         const int64_t before = m->belt.mode;
-        const Arrivals arrivals = go_over_on_belt(m, &ending);
+        const StepFlags flags = go_over_on_belt(m, &step_end);
         count_change(m, before, m->end);
-        return arrivals.stalled ? STALLED : RUNNING;
+        return flags.stalled ? STALLED : RUNNING;
     }
     w->preload = m->force.value + m->force.slope * (m->end - m->since);
-    return go_on(w, &ending, (int)m->cut, 1, INFINITE).stalled ? STALLED : RUNNING;
+    return accept_step(w, &step_end, (int)m->cut, 1, INFINITE).stalled ? STALLED : RUNNING;
 }
 
 static void state_at(const Motion *m, double t, double *state)
@@ -128,7 +128,7 @@ static void state_at(const Motion *m, double t, double *state)
         return;
     }
     const int groups = (int)m->order / 4;
-    const double part = (t - w->t) - w->rest;
+    const double part = (t - w->t) - w->remainder;
     Tangent x = tangent_at(w->xs, groups, part), y = tangent_at(w->ys, groups, part);
     state[0] = x.value, state[1] = x.slope, state[2] = y.value, state[3] = y.slope;
 }
@@ -146,8 +146,8 @@ static double order_for(double tol, int by_law)
 
 static void start(Motion *m, const double *state, double t)
 {
-    begin(&m->w, 0, m->p, m->separation != 0.0, state);
-    m->w.t = m->w.last = t;
+    begin_problem(&m->w, 0, m->p, m->separation != 0.0, state);
+    m->w.t = m->w.last_switch = t;
     m->stepped = 0.0;
     m->order = order_for(m->tol, 0);
     if (!m->belt.finite)
@@ -177,7 +177,7 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
     m->force = (Ramp){p[P_F], 0.0}, m->friction = (Ramp){p[P_MU], 0.0};
     m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};
     /* On a belt that is always faster: its springs and masses, for inputs that change with time. */
-    begin(&m->w, 0, m->p, m->separation != 0.0, state);
+    begin_problem(&m->w, 0, m->p, m->separation != 0.0, state);
     begin_belt(&m->belt, &m->w, 0, m->p, finite_belt);
     start(m, state, t);
 }
@@ -185,8 +185,8 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
 /* Whether the slider moves with a belt that had the speed of the step, and now has another one. */
 static int is_of_speed(const Motion *m, double vx, double speed)
 {
-    const double scale = larger(larger(__builtin_fabs(m->speed.value), __builtin_fabs(speed)),
-                                m->w.deflection * m->w.frequency);
+    const double scale = maximum(maximum(__builtin_fabs(m->speed.value), __builtin_fabs(speed)),
+                                 m->w.deflection * m->w.frequency);
     return m->belt.mode != SEPARATED && __builtin_fabs(vx - speed) <= SAME_SPEED * scale;
 }
 
@@ -208,9 +208,9 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp s
         start(m, state, t);
     }
     Block *w = &m->w;
-    w->lifts = before.lifts + (w->side > before.side);
-    w->landings = before.landings + (w->side < before.side);
-    w->last = w->side != before.side ? t : before.last;
+    w->separations = before.separations + (w->side > before.side);
+    w->reattachments = before.reattachments + (w->side < before.side);
+    w->last_switch = w->side != before.side ? t : before.last_switch;
     if (m->belt.finite)
         count_change(m, mode, t);
 }

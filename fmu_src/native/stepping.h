@@ -28,7 +28,7 @@ typedef struct {
     double tol, order, cubic, separation, since, failed_at, failed_size;
     /* On a belt of finite speed: how often the slider began to stick, ceased to stick, and changed
        between forward and backward slip; changes of its mode in all, and the last one's time. Beside
-       w.lifts, w.landings. */
+       w.separations, w.reattachments. */
     double sticks, slips, reversals, changes, changed_at;
     Ramp force, friction, speed;
     double p[BELT_PARAMETERS];

@@ -21,7 +21,7 @@ int64_t fivtui_vary_size_baseline(void);
 void fivtui_vary_begin_baseline(void *, const double *, int64_t, const double *, const double *,
                                 int64_t, double, double, int64_t);
 int64_t fivtui_vary_advance_baseline(void *, double *, int64_t, int64_t, double *, double *, double *);
-int64_t fivtui_orbit_asked_size_baseline(void);
+int64_t fivtui_orbit_request_size_baseline(void);
 int64_t fivtui_orbit_found_size_baseline(void);
 int64_t fivtui_orbit_solve_baseline(void *, const void *, const double *, const double *,
                                     const double *, int64_t, void *);
@@ -150,7 +150,7 @@ static void solve_orbit(const Problem *p, const double *parameters, int64_t sepa
                         const double *start, const double *seeds)
 {
     int64_t varied = 1 + p->seeds % 2, count = STATE + 1 + varied;
-    Asked *asked = room(1, (size_t)fivtui_orbit_asked_size_baseline());
+    Asked *asked = room(1, (size_t)fivtui_orbit_request_size_baseline());
     *asked = (Asked){.low = {0.0}, .tol = p->tol, .longest = 5.0, .places = {8, 6}};
     asked->varied = varied, asked->separation = separation;
     asked->order = p->order, asked->budget = p->budget;

@@ -153,7 +153,7 @@ def test_bounds_hold_and_are_the_least() -> None:
         for bound, leaving in ((cubic, off), (slope, off_slope)):
             assert 0.999 * bound[n - 2] < np.abs(leaving).max() <= bound[n - 2]
         shares.append(np.abs(off / theta).max() / cubic[n - 2])
-    (sharing,) = numbers_of("SHARING")
+    (sharing,) = numbers_of("DIVIDED_BOUND")
     assert 0.999 * sharing < max(shares) <= sharing
 
 

@@ -96,5 +96,5 @@ def test_searches_from_invalid_guesses_find_no_orbit(change: tuple[int, float]) 
 
 def test_python_and_the_kernel_mean_the_same_structures() -> None:
     library = native._load_library()
-    assert library.fivtui_orbit_asked_size_baseline() == ctypes.sizeof(orbits._Request)
+    assert library.fivtui_orbit_request_size_baseline() == ctypes.sizeof(orbits._Request)
     assert library.fivtui_orbit_found_size_baseline() == 8 * orbits._RESULT_SIZE

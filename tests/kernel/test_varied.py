@@ -106,7 +106,7 @@ int main(void)
     Deviation d = {{0.0}, {0.0}, {0.0}, {0.0}};
     Eight change = {0.0};
     d.x[3] = 1.5, d.vx[3] = -2.0, d.y[3] = 0.75, d.vy[3] = 4.0, change[3] = 0.3;
-    pass_switch(&d, jump, gradient, change, 1.25);
+    apply_saltation(&d, jump, gradient, change, 1.25);
     printf("%.17g %.17g %.17g %.17g", d.x[3], d.vx[3], d.y[3], d.vy[3]);
     return 0;
 }
