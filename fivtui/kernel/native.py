@@ -220,7 +220,7 @@ def _load_library() -> Any:
     library.fivtui_instruction_set.restype = ctypes.c_int64
     library.fivtui_sources.restype = library.fivtui_compiler.restype = ctypes.c_char_p
     if library.fivtui_sources().decode() != sources_digest(_FOLDER):
-        raise ComputationError("the compiled kernel is of another text than its sources", advice)
+        raise ComputationError("the compiled kernel does not match its sources", advice)
     return library
 
 

@@ -67,7 +67,7 @@ def apply_saltation(
 def unbounded_error(t: float) -> ComputationError:
     """The error for deviations that overflow or change too fast at a time, s."""
     return ComputationError(
-        f"deviations from the motion cannot be followed beyond t = {t:.6g} s",
+        f"the derivatives of the motion cannot be computed beyond t = {t:.6g} s",
         "end before that time, or use a less stiff contact",
     )
 

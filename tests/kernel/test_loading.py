@@ -93,7 +93,7 @@ def test_a_library_of_another_text_is_not_loaded(
     assert why_interpreted() is None
     with (tmp_path / "search.h").open("a") as file:
         file.write("\n")
-    assert why_interpreted() == "the compiled kernel is of another text than its sources"
+    assert why_interpreted() == "the compiled kernel does not match its sources"
 
 
 def test_a_file_that_is_no_library_is_reported(
