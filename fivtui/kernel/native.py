@@ -82,8 +82,8 @@ _pack_with_belt: Final = struct.Struct(f"{len(ALL_PARAMETERS)}d").pack
 class Kernel:
     """The kernel for one instruction set, by default the best of the processor.
 
-    Results have the same bits with each. Raises `ComputationError` if there is no library, its
-    sources differ from those beside it, or the processor lacks the instruction set.
+    All instruction sets give the same bits. Raises `ComputationError` if there is no library, if it
+    does not match the sources, or if the processor lacks the instruction set.
     """
 
     def __init__(self, instruction_set: str | None = None) -> None:
@@ -124,7 +124,7 @@ class Kernel:
         belt: tuple[float, float, float] | None = None,
         table: CourseTable | None = None,
     ) -> KernelRun:
-        """Begin a run with a local tolerance, of the order 8, 12, 16, 20, or with a law 24.
+        """Begin a run with a local tolerance, of order 8, 12, 16 or 20, with a law also 24.
 
         `times` are ascending sample times, s; `segments` says whether to return segments. `belt`
         is v_belt, μ_s and v_s of a belt of finite speed, with v_s = 0 for constant friction. With

@@ -56,8 +56,8 @@ class RunColumns(NamedTuple):
 
 COLUMNS: Final = len(RunColumns._fields)
 _STATUSES: Final = tuple(Status)
-# Use ctypes arrays: in a short run, creating and passing buffers dominates the cost.
 _CHANGE_COLUMNS: Final = 3
+# Use ctypes arrays: in a short run, creating and passing buffers dominates the cost.
 _Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHES
 # Columns after the common results: stick time, and the number of switches for each pair of modes.
 _STICK_COLUMNS: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)

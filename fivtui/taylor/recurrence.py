@@ -77,7 +77,7 @@ class Recurrence:
 
 
 class Series(Reflected):
-    """A function of time, or a constant; `value` is the text of its n-th coefficient or constant.
+    """A function of time, or a constant. `value` is its n-th coefficient, or the constant.
 
     `array` is the name of the array of coefficients. It is empty if they are not stored, and None
     for a constant.
@@ -171,7 +171,7 @@ def motion_recurrence(terms: Terms, mode: Mode, name: Naming) -> tuple[Recurrenc
 
 
 def guard_recurrence(terms: Terms, guard: Guard, name: Naming) -> tuple[Recurrence, Series]:
-    """The recurrence of a guard along a motion whose coefficients are known."""
+    """The recurrence of a guard along a motion with known coefficients."""
     recurrence = Recurrence()
     p, rates = _parameters(recurrence, terms, name)
     (x, vx), (y, vy) = recurrence.coordinate("x"), recurrence.coordinate("y")
