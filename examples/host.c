@@ -1,4 +1,4 @@
-/* The native FMU in a process without Python: the base scene over 100 s, and its separations.
+/* Run the native FMU without Python: the base scene over 100 s; print y and the separations.
 
        fivtui fmu build --flavour native --out belt.fmu && unzip -q belt.fmu -d belt
        cc host.c -I"$(python -c 'import fmpy; print(fmpy.__path__[0])')/c-code" -ldl -o host
@@ -11,16 +11,16 @@
 
 #include "fmi2FunctionTypes.h"
 
-/* The text of an attribute in the model description, from a place in it on. */
+/* Copy the value of the first attribute `name` in `text`. */
 static char *attribute(const char *text, const char *name)
 {
-    const char *begin = text ? strstr(text, name) : NULL;
-    if (!begin)
+    const char *start = text ? strstr(text, name) : NULL;
+    if (!start)
         exit((fprintf(stderr, "no %s in the model description\n", name), 1));
-    begin = strchr(begin, '"') + 1;
-    size_t length = strcspn(begin, "\"");
+    start = strchr(start, '"') + 1;
+    size_t length = strcspn(start, "\"");
     char *value = calloc(1, length + 1);
-    return memcpy(value, begin, length);
+    return memcpy(value, start, length);
 }
 
 static void log_message(void *host, const char *name, fmi2Status status, const char *category,
@@ -30,8 +30,8 @@ static void log_message(void *host, const char *name, fmi2Status status, const c
     fprintf(stderr, "%s: %s: %s\n", name, category, message);
 }
 
-#define FMI(name) fmi2##name##TYPE *name = (fmi2##name##TYPE *)dlsym(library, "fmi2" #name)
-#define DO(call) (call > fmi2Warning ? exit((fprintf(stderr, "%s\n", #call), 1)) : (void)0)
+#define LOAD(name) fmi2##name##TYPE *name = (fmi2##name##TYPE *)dlsym(library, "fmi2" #name)
+#define CALL(call) (call > fmi2Warning ? exit((fprintf(stderr, "%s\n", #call), 1)) : (void)0)
 
 int main(int count, char **arguments)
 {
@@ -46,13 +46,13 @@ int main(int count, char **arguments)
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library)
         return 1;
-    FMI(Instantiate);
-    FMI(SetupExperiment);
-    FMI(EnterInitializationMode);
-    FMI(ExitInitializationMode);
-    FMI(DoStep);
-    FMI(GetReal);
-    FMI(FreeInstance);
+    LOAD(Instantiate);
+    LOAD(SetupExperiment);
+    LOAD(EnterInitializationMode);
+    LOAD(ExitInitializationMode);
+    LOAD(DoStep);
+    LOAD(GetReal);
+    LOAD(FreeInstance);
     const fmi2CallbackFunctions callbacks = {log_message, calloc, free, NULL, NULL};
     void *belt = Instantiate("belt", fmi2CoSimulation, attribute(text, "guid="), "", &callbacks,
                              fmi2False, fmi2True);
@@ -60,12 +60,12 @@ int main(int count, char **arguments)
     references[0] = (unsigned)atoi(attribute(strstr(text, "name=\"y\""), "valueReference"));
     references[1] = (unsigned)atoi(attribute(strstr(text, "name=\"separations\""), "valueReference"));
     double values[2];
-    DO(SetupExperiment(belt, fmi2False, 0.0, 0.0, fmi2True, 100.0));
-    DO(EnterInitializationMode(belt));
-    DO(ExitInitializationMode(belt));
+    CALL(SetupExperiment(belt, fmi2False, 0.0, 0.0, fmi2True, 100.0));
+    CALL(EnterInitializationMode(belt));
+    CALL(ExitInitializationMode(belt));
     for (int step = 0; step < 10000; step++)
-        DO(DoStep(belt, step * 0.01, 0.01, fmi2True));
-    DO(GetReal(belt, references, 2, values));
+        CALL(DoStep(belt, step * 0.01, 0.01, fmi2True));
+    CALL(GetReal(belt, references, 2, values));
     printf("y = %a m, separations: %.0f\n", values[0], values[1]);
     FreeInstance(belt);
     return dlclose(library);

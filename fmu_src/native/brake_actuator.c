@@ -11,7 +11,7 @@ static const uint32_t DERIVATIVE_REFERENCES[] = {V_F_rate};
 
 _Static_assert(VARIABLE_COUNT <= (int)MOST_VARIABLES, "there is no room for the values");
 
-static double goal(const double *v)
+static double target_force(const double *v)
 {
     return v[V_command] + v[V_gain] * (v[V_command] - v[V_P]);
 }
@@ -27,10 +27,11 @@ static const char *move_on(Instance *i, double from, double *end, int *switched)
     (void)switched;
     const double t = *end;
     const double *v = i->s.values, *slopes = i->s.slopes;
-    const double rise = slopes[V_command] + v[V_gain] * (slopes[V_command] - slopes[V_P]);
-    /* What F follows, a lag behind. */
-    const double first = goal(v) - v[V_tau] * rise, last = first + rise * (t - from);
-    const double force = last + (i->s.states[0] - first) * exp((from - t) / v[V_tau]);
+    const double target_slope = slopes[V_command] + v[V_gain] * (slopes[V_command] - slopes[V_P]);
+    /* F decays towards the target force minus its lag, tau times its slope. */
+    const double lagged_start = target_force(v) - v[V_tau] * target_slope;
+    const double lagged_end = lagged_start + target_slope * (t - from);
+    const double force = lagged_end + (i->s.states[0] - lagged_start) * exp((from - t) / v[V_tau]);
     if (!isfinite(force)) {
         const int is_fed_back = v[V_gain] > 0.0;
         const Remedy remedies[] = {
@@ -38,31 +39,31 @@ static const char *move_on(Instance *i, double from, double *end, int *switched)
             {"a smaller gain", is_fed_back},
             {"a smaller contact force", is_fed_back},
         };
-        because(i, "the preload grows beyond the floating-point range at t = %g s", t);
+        set_reason(i, "the preload grows beyond the floating-point range at t = %g s", t);
         return advise(i, remedies, sizeof remedies / sizeof *remedies);
     }
     i->s.states[0] = force;
     return NULL;
 }
 
-static double known_until(const Instance *i) { return i->s.t; }
+static double computed_until(const Instance *i) { return i->s.t; }
 
-static double part_end(Instance *i)
+static double motion_step_end(Instance *i)
 {
     (void)i;
     return INFINITY;
 }
 
-static void publish(Instance *i)
+static void compute_outputs(Instance *i)
 {
     double *v = i->s.values;
     v[V_F] = i->s.states[0];
-    v[V_F_rate] = (goal(v) - v[V_F]) / v[V_tau];
+    v[V_F_rate] = (target_force(v) - v[V_F]) / v[V_tau];
 }
 
-static void indicate(const Instance *i, double *indicators) { (void)i, (void)indicators; }
+static void event_indicators(const Instance *i, double *indicators) { (void)i, (void)indicators; }
 
-static int settle(Instance *i)
+static int update_mode(Instance *i)
 {
     (void)i;
     return 0;
@@ -71,9 +72,9 @@ static int settle(Instance *i)
 static void differentiate(const Instance *i, double *d)
 {
     const double *v = i->s.values;
-    const double rise = d[V_command] + v[V_gain] * (d[V_command] - d[V_P])
+    const double target_slope = d[V_command] + v[V_gain] * (d[V_command] - d[V_P])
                         + d[V_gain] * (v[V_command] - v[V_P]);
-    d[V_F_rate] = (rise - d[V_F] - v[V_F_rate] * d[V_tau]) / v[V_tau];
+    d[V_F_rate] = (target_slope - d[V_F] - v[V_F_rate] * d[V_tau]) / v[V_tau];
 }
 
 static void differentiate_start(const Instance *i, double *d)
@@ -100,11 +101,11 @@ const Component COMPONENT = {
     .indicator_count = 0,
     .begin = begin_motion,
     .move = move_on,
-    .known_until = known_until,
-    .part_end = part_end,
-    .publish = publish,
-    .indicate = indicate,
-    .settle = settle,
+    .computed_until = computed_until,
+    .motion_step_end = motion_step_end,
+    .compute_outputs = compute_outputs,
+    .event_indicators = event_indicators,
+    .update_mode = update_mode,
     .differentiate = differentiate,
     .differentiate_start = differentiate_start,
     .pack = pack,

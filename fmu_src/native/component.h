@@ -1,17 +1,17 @@
-/* What a component is to the FMI functions: its variables, its motion, its equations. */
+/* Interface of a component to the FMI functions: variables, motion, equations. */
 
 #ifndef FIVTUI_FMU_COMPONENT_H
 #define FIVTUI_FMU_COMPONENT_H
 
 #include <stdint.h>
 
-/* Not to be taken for functions of the same name elsewhere in the process. */
+/* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
 typedef enum { REAL, INTEGER, BOOLEAN } Kind;
 typedef enum { PARAMETER, INPUT, OUTPUT, LOCAL } Role;
 
-/* A row of the table that is made of `fmu_src.slave`'s; `allowed` is the range in words. */
+/* A row of the table of variables; `allowed` describes the range in messages. */
 typedef struct {
     const char *name;
     Kind kind;
@@ -29,7 +29,7 @@ static inline int is_settable(const Variable *v)
 
 struct Instance;
 
-/* Functions that return text say why they refuse, NULL if they do not. */
+/* Functions that return text return the reason for a refusal, or NULL. */
 typedef struct {
     const char *guid;
     const Variable *variables;
@@ -37,29 +37,29 @@ typedef struct {
     /* References of the states and of their derivatives, in the order of the model description. */
     const uint32_t *states, *derivatives;
     uint32_t state_count, indicator_count;
-    /* Begins the motion of the values, at the start time. */
+    /* Begins the motion from the values, at the start time. */
     const char *(*begin)(struct Instance *i);
-    /* What is said of the values once they are fixed, NULL if nothing is; NULL: never anything. */
-    const char *(*remark)(struct Instance *i);
-    /* Why a value of an input, in its range, is not possible beside the others once the motion has
-       begun. NULL: all are. */
-    const char *(*fits)(struct Instance *i, uint32_t reference, double value);
-    /* Moves on to t, or with `switched` to the first switch not after it; ramps begin at `from`. */
+    /* A warning about the fixed values, or NULL. Optional. */
+    const char *(*find_warning)(struct Instance *i);
+    /* After the motion has begun: the reason why a value in the range of an input contradicts the
+       other values. Optional. */
+    const char *(*check_input)(struct Instance *i, uint32_t reference, double value);
+    /* Advances to t, or with `switched` to the first switch up to t; ramps begin at `from`. */
     const char *(*move)(struct Instance *i, double from, double *t, int *switched);
-    /* The time up to which moving on under the same inputs, held, needs no computation. */
-    double (*known_until)(const struct Instance *i);
-    /* Where a step of the motion ends that goes on under the inputs, held: later than the time. */
-    double (*part_end)(struct Instance *i);
-    /* Computes the outputs from the motion or, in model exchange, from the states. */
-    void (*publish)(struct Instance *i);
-    /* Model exchange: the event indicators, and the switch of the mode; whether it has switched. */
-    void (*indicate)(const struct Instance *i, double *indicators);
-    int (*settle)(struct Instance *i);
-    /* By value reference: given the changes of parameters, inputs and states, those of outputs and
-       of derivatives of states; given those of parameters and inputs, those of states at the start. */
+    /* The time up to which the motion under the same held inputs is computed. */
+    double (*computed_until)(const struct Instance *i);
+    /* End of the step of the motion after the current time, under held inputs. */
+    double (*motion_step_end)(struct Instance *i);
+    /* Computes the outputs from the motion, in model exchange from the states. */
+    void (*compute_outputs)(struct Instance *i);
+    /* Model exchange: computes event indicators; updates the mode, returns whether it changed. */
+    void (*event_indicators)(const struct Instance *i, double *indicators);
+    int (*update_mode)(struct Instance *i);
+    /* `changes` by value reference. The first computes those of outputs and state derivatives from
+       those of parameters, inputs and states; the second those of initial states. */
     void (*differentiate)(const struct Instance *i, double *changes);
     void (*differentiate_start)(const struct Instance *i, double *changes);
-    /* The motion as MOTION_NUMBERS numbers and back; whether they are those of a motion. */
+    /* Write the motion to MOTION_NUMBERS numbers; read it, and return whether they are valid. */
     void (*pack)(const struct Instance *i, double *numbers);
     int (*unpack)(struct Instance *i, const double *numbers);
 } Component;

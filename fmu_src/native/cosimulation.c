@@ -4,121 +4,123 @@
 
 #include "instance.h"
 
-/* Times of importer and FMU are the same up to this, s, and up to rounding. */
-#define SAME_TIME 1e-9
+/* Accepted difference of the times of importer and FMU: absolute, s, and relative. */
+#define TIME_TOLERANCE 1e-9
 #define ROUNDING 0x1p-50
-/* The part of its nominal value by which an input may go beyond its bound at the end of a step. */
-#define AT_BOUND 1e-12
+/* Accepted excess of an input over its bound after a step, relative to its nominal value. */
+#define BOUND_TOLERANCE 1e-12
 
-static int is_same(double one, double other)
+static int is_same_time(double one, double other)
 {
-    return fabs(one - other) <= fmax(SAME_TIME, ROUNDING * fabs(other));
+    return fabs(one - other) <= fmax(TIME_TOLERANCE, ROUNDING * fabs(other));
 }
 
-/* An input that has gone on by `change`; its bound where it is beyond that by rounding alone, of its
-   own or of larger values of which the importer has made it. */
-static double gone_on(const Variable *v, double value, double change)
+/* The input after `change`, set to its bound if it exceeds that by rounding alone: of this sum, or
+   of larger values from which the importer computed the input. */
+static double extrapolate_input(const Variable *v, double value, double change)
 {
     const double now = value + change;
     const double bound = now > v->upper ? v->upper : now < v->lower ? v->lower : now;
-    const double beyond = fabs(now - bound);
-    return beyond <= fmax(ROUNDING * (fabs(value) + fabs(change)), AT_BOUND * v->nominal) ? bound : now;
+    const double excess = fabs(now - bound);
+    const double rounding = ROUNDING * (fabs(value) + fabs(change));
+    return excess <= fmax(rounding, BOUND_TOLERANCE * v->nominal) ? bound : now;
 }
 
-/* Inputs at the end of a step that they are not held over; whether they are in their ranges. */
-static const char *extrapolate(Instance *i, double h, double *ends)
+/* Extrapolate inputs to the end of a step; returns the reason if a value is invalid. */
+static const char *extrapolate_inputs(Instance *i, double h, double *end_values)
 {
     for (uint32_t r = 0; r < COMPONENT.variable_count; r++) {
         const Variable *v = COMPONENT.variables + r;
-        ends[r] = i->s.values[r];
+        end_values[r] = i->s.values[r];
         if (v->role != INPUT)
             continue;
-        ends[r] = gone_on(v, ends[r], i->s.slopes[r] * h);
-        if (!(isfinite(ends[r]) && ends[r] >= v->lower && ends[r] <= v->upper))
-            return because(i, "%s = %g at the end of the step: must be %s", v->name, ends[r],
-                           v->allowed);
-        const char *why = COMPONENT.fits ? COMPONENT.fits(i, r, ends[r]) : NULL;
-        if (why)
-            return why;
+        end_values[r] = extrapolate_input(v, end_values[r], i->s.slopes[r] * h);
+        if (!(isfinite(end_values[r]) && end_values[r] >= v->lower && end_values[r] <= v->upper))
+            return set_reason(i, "%s = %g at the end of the step: must be %s", v->name,
+                              end_values[r], v->allowed);
+        const char *reason =
+            COMPONENT.check_input ? COMPONENT.check_input(i, r, end_values[r]) : NULL;
+        if (reason)
+            return reason;
     }
     return NULL;
 }
 
-static fmi2Status give_up(Instance *i, const char *why)
+static fmi2Status discard_step(Instance *i, const char *reason)
 {
-    i->s.free_until = -INFINITY;
-    return i->s.last_step = refuse(i, fmi2Discard, "%s", why);
+    i->s.fast_until = -INFINITY;
+    return i->s.last_step = refuse(i, fmi2Discard, "%s", reason);
 }
 
 fmi2Status check_step(Instance *i, double current, double h)
 {
     const State *s = &i->s;
     const double end = current + h;
-    if (!is_same(current, s->t))
-        return give_up(i, because(i, "current time = %s s: the FMU is at %s s",
-                                  number(current).text, number(s->t).text));
+    if (!is_same_time(current, s->t))
+        return discard_step(i, set_reason(i, "current time = %s s: the FMU is at %s s",
+                                          number(current).text, number(s->t).text));
     if (!(h > 0.0 && h < INFINITY && end > s->t))
-        return give_up(i, because(i, "step size = %s: must be a positive number of seconds that "
-                                     "changes the time", number(h).text));
-    if (end > s->stop_time && !is_same(end, s->stop_time))
-        return give_up(i, because(i, "the step ends at %s s, after the stop time %s s",
-                                  number(end).text, number(s->stop_time).text));
+        return discard_step(i, set_reason(i, "step size = %s: must be a positive number of seconds "
+                                             "that changes the time", number(h).text));
+    if (end > s->stop_time && !is_same_time(end, s->stop_time))
+        return discard_step(i, set_reason(i, "the step ends at %s s, after the stop time %s s",
+                                          number(end).text, number(s->stop_time).text));
     return fmi2OK;
 }
 
 fmi2Status advance_to(Instance *i, double end, int *switched)
 {
     State *s = &i->s;
-    const double aim = end;
-    double ends[MOST_VARIABLES];
-    const char *why = s->is_sloped ? extrapolate(i, end - s->t, ends) : NULL;
-    why = why ? why : COMPONENT.move(i, s->t, &end, switched);
-    if (why)
-        return give_up(i, why);
-    s->is_pending = switched && *switched;
-    if (s->is_sloped && end != aim)
-        extrapolate(i, end - s->t, ends);
-    if (s->is_sloped)
+    const double target = end;
+    double end_values[MOST_VARIABLES];
+    const char *reason = s->has_slopes ? extrapolate_inputs(i, end - s->t, end_values) : NULL;
+    reason = reason ? reason : COMPONENT.move(i, s->t, &end, switched);
+    if (reason)
+        return discard_step(i, reason);
+    s->switch_pending = switched && *switched;
+    if (s->has_slopes && end != target)
+        extrapolate_inputs(i, end - s->t, end_values);
+    if (s->has_slopes)
         for (uint32_t r = 0; r < COMPONENT.variable_count; r++)
-            s->values[r] = ends[r], s->slopes[r] = 0.0;
-    s->t = end, s->published = s->is_sloped = 0, s->are_left = 1;
-    s->free_until = s->is_pending ? -INFINITY : fmin(COMPONENT.known_until(i), s->stop_time);
+            s->values[r] = end_values[r], s->slopes[r] = 0.0;
+    s->t = end, s->has_outputs = s->has_slopes = 0, s->inputs_unchanged = 1;
+    s->fast_until = s->switch_pending ? -INFINITY : fmin(COMPONENT.computed_until(i), s->stop_time);
     return s->last_step = fmi2OK;
 }
 
-/* A step that is not free; apart, so that those that are need no room of its own. */
-static __attribute__((noinline)) fmi2Status do_step(Instance *c, double current, double h,
-                                                    int *switched)
+/* Slow path of a step, kept out of line. */
+static __attribute__((noinline)) fmi2Status do_computed_step(Instance *c, double current, double h,
+                                                             int *switched)
 {
-    ALLOWED("do_step", fmi2CoSimulation, IN(STEPPING));
+    REQUIRE("do_step", fmi2CoSimulation, IN(STEPPING));
     const fmi2Status status = check_step(c, current, h);
     return status == fmi2OK ? advance_to(c, current + h, switched) : status;
 }
 
-fmi2Status take_communication_step(Instance *i, double current, double h, int *switched)
+fmi2Status do_communication_step(Instance *i, double current, double h, int *switched)
 {
     const double end = current + h;
-    /* Most steps end within one of the motion: nothing is computed until outputs are read. */
-    const int is_free = i && end > i->s.t && end < i->s.free_until && h > 0.0
-                        && fabs(current - i->s.t) <= SAME_TIME;
-    if (__builtin_expect(!is_free, 0))
-        return do_step(i, current, h, switched);
-    i->s.t = end, i->s.published = 0;
+    /* Fast path: most steps end inside a step of the motion, and need no computation now. */
+    const int is_fast = i && end > i->s.t && end < i->s.fast_until && h > 0.0
+                        && fabs(current - i->s.t) <= TIME_TOLERANCE;
+    if (__builtin_expect(!is_fast, 0))
+        return do_computed_step(i, current, h, switched);
+    i->s.t = end, i->s.has_outputs = 0;
     return fmi2OK;
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real current, fmi2Real h, fmi2Boolean no_way_back)
 {
     (void)no_way_back;
-    return take_communication_step(c, current, h, NULL);
+    return do_communication_step(c, current, h, NULL);
 }
 
-/* The slopes of inputs over the next step; after it they are held, unless given again. */
+/* Set the slopes of inputs for the next step; after that step inputs are held. */
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t count,
                                        const fmi2Integer order[], const fmi2Real value[])
 {
     Instance *i = c;
-    ALLOWED("set_real_input_derivatives", fmi2CoSimulation,
+    REQUIRE("set_real_input_derivatives", fmi2CoSimulation,
             IN(INSTANTIATED) | IN(INITIALIZATION) | IN(STEPPING));
     if (count > 0 && (!r || !order || !value))
         return refuse(i, fmi2Error, "value references, orders and values must be given");
@@ -135,9 +137,9 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     }
     for (size_t n = 0; n < count; n++)
         i->s.slopes[r[n]] = value[n];
-    i->s.is_sloped = i->s.are_left = i->s.published = 0, i->s.free_until = -INFINITY;
+    i->s.has_slopes = i->s.inputs_unchanged = i->s.has_outputs = 0, i->s.fast_until = -INFINITY;
     for (uint32_t reference = 0; reference < COMPONENT.variable_count; reference++)
-        i->s.is_sloped |= i->s.slopes[reference] != 0.0;
+        i->s.has_slopes |= i->s.slopes[reference] != 0.0;
     return fmi2OK;
 }
 
@@ -157,7 +159,7 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 
 static fmi2Status check_status(Instance *c, int exists)
 {
-    ALLOWED("get_status", fmi2CoSimulation, IN(STEPPING));
+    REQUIRE("get_status", fmi2CoSimulation, IN(STEPPING));
     return exists ? fmi2OK : refuse(c, fmi2Discard, "get_status: there is no such status");
 }
 

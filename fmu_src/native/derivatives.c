@@ -1,6 +1,6 @@
-/* Directional derivatives, exact: how outputs and derivatives of states change with inputs, states
-   and parameters at the instant reached, at constant mode. In initialization mode they are those of
-   the initial values, which follow from inputs and parameters alone: states change with these. */
+/* Exact directional derivatives of outputs and state derivatives with respect to inputs, states and
+   parameters, at the current time and constant mode. In initialization mode states are not knowns:
+   initial values depend only on inputs and parameters. */
 
 #include <math.h>
 
@@ -25,8 +25,9 @@ static int is_unknown(uint32_t reference)
 }
 
 /* Refuse references without derivatives, and bring outputs up to date. */
-static fmi2Status prepare(Instance *i, const fmi2ValueReference unknowns[], size_t unknown_count,
-                          const fmi2ValueReference knowns[], size_t known_count)
+static fmi2Status check_references(Instance *i, const fmi2ValueReference unknowns[],
+                                   size_t unknown_count, const fmi2ValueReference knowns[],
+                                   size_t known_count)
 {
     for (size_t n = 0; n < unknown_count; n++)
         if (!is_unknown(unknowns[n]))
@@ -38,7 +39,7 @@ static fmi2Status prepare(Instance *i, const fmi2ValueReference unknowns[], size
             return refuse(i, fmi2Error, "value reference %u: must be that of %s", knowns[n],
                           i->s.phase == INITIALIZATION ? "an input or Real parameter"
                                                        : "an input, state or Real parameter");
-    return ready(i);
+    return update_outputs(i);
 }
 
 static fmi2Status check_seeds(Instance *i, const fmi2ValueReference r[], size_t count,
@@ -51,7 +52,7 @@ static fmi2Status check_seeds(Instance *i, const fmi2ValueReference r[], size_t 
     return fmi2OK;
 }
 
-/* Complete the changes of knowns by those of all other variables. */
+/* Compute the changes of all other variables from those of the knowns. */
 static void propagate(const Instance *i, double *changes)
 {
     if (i->s.phase == INITIALIZATION)
@@ -74,10 +75,10 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
 {
     Instance *i = c;
     double changes[MOST_VARIABLES] = {0.0};
-    ALLOWED("get_directional_derivative", EITHER, COMPUTED);
+    REQUIRE("get_directional_derivative", EITHER, COMPUTED);
     if ((unknown_count > 0 && (!unknowns || !result)) || (known_count > 0 && (!knowns || !seeds)))
         return refuse(i, fmi2Error, "value references and values must be given");
-    fmi2Status status = prepare(i, unknowns, unknown_count, knowns, known_count);
+    fmi2Status status = check_references(i, unknowns, unknown_count, knowns, known_count);
     status = status == fmi2OK ? check_seeds(i, knowns, known_count, seeds) : status;
     if (status != fmi2OK)
         return status;
@@ -97,10 +98,10 @@ fmi2Status get_adjoint_derivative(Instance *c, const fmi2ValueReference unknowns
 {
     Instance *i = c;
     double sums[MOST_VARIABLES];
-    ALLOWED("get_adjoint_derivative", EITHER, COMPUTED);
+    REQUIRE("get_adjoint_derivative", EITHER, COMPUTED);
     if ((unknown_count > 0 && (!unknowns || !seeds)) || (known_count > 0 && (!knowns || !result)))
         return refuse(i, fmi2Error, "value references and values must be given");
-    fmi2Status status = prepare(i, unknowns, unknown_count, knowns, known_count);
+    fmi2Status status = check_references(i, unknowns, unknown_count, knowns, known_count);
     status = status == fmi2OK ? check_seeds(i, unknowns, unknown_count, seeds) : status;
     for (size_t k = 0; k < known_count && status == fmi2OK; k++) {
         double changes[MOST_VARIABLES] = {0.0}, sum = 0.0;

@@ -5,12 +5,12 @@
 
 #include "instance.h"
 
-#define UNDER_WAY (IN(EVENTS) | IN(CONTINUOUS))
+#define RUNNING_PHASES (IN(EVENTS) | IN(CONTINUOUS))
 
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
     Instance *i = c;
-    ALLOWED("enter_event_mode", fmi2ModelExchange, UNDER_WAY);
+    REQUIRE("enter_event_mode", fmi2ModelExchange, RUNNING_PHASES);
     i->s.phase = EVENTS;
     return fmi2OK;
 }
@@ -18,20 +18,20 @@ fmi2Status fmi2EnterEventMode(fmi2Component c)
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
     Instance *i = c;
-    ALLOWED("new_discrete_states", fmi2ModelExchange, IN(EVENTS));
+    REQUIRE("new_discrete_states", fmi2ModelExchange, IN(EVENTS));
     if (!info)
         return refuse(i, fmi2Error, "a place for the result must be given");
     memset(info, 0, sizeof *info);
-    /* An importer that goes on with its solver as it was is wrong: at a switch the states change. */
-    info->valuesOfContinuousStatesChanged = COMPONENT.settle(i) ? fmi2True : fmi2False;
-    i->s.published = 0;
+    /* At a switch the states change: the importer must restart its solver. */
+    info->valuesOfContinuousStatesChanged = COMPONENT.update_mode(i) ? fmi2True : fmi2False;
+    i->s.has_outputs = 0;
     return fmi2OK;
 }
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
     Instance *i = c;
-    ALLOWED("enter_continuous_time_mode", fmi2ModelExchange, IN(EVENTS));
+    REQUIRE("enter_continuous_time_mode", fmi2ModelExchange, IN(EVENTS));
     i->s.phase = CONTINUOUS;
     return fmi2OK;
 }
@@ -41,7 +41,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
 {
     Instance *i = c;
     (void)no_way_back;
-    ALLOWED("completed_integrator_step", fmi2ModelExchange, IN(CONTINUOUS));
+    REQUIRE("completed_integrator_step", fmi2ModelExchange, IN(CONTINUOUS));
     if (!enter_event_mode || !terminate)
         return refuse(i, fmi2Error, "places for the results must be given");
     *enter_event_mode = *terminate = fmi2False;
@@ -51,24 +51,24 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
 {
     Instance *i = c;
-    ALLOWED("set_time", fmi2ModelExchange, UNDER_WAY);
+    REQUIRE("set_time", fmi2ModelExchange, RUNNING_PHASES);
     if (!isfinite(time))
         return refuse(i, fmi2Error, "time = %g: must be a finite number of seconds", time);
-    i->s.t = time, i->s.published = 0;
+    i->s.t = time, i->s.has_outputs = 0;
     return fmi2OK;
 }
 
-static fmi2Status check_count(Instance *i, const void *place, size_t count, uint32_t right)
+static fmi2Status check_count(Instance *i, const void *numbers, size_t count, uint32_t expected)
 {
-    if (count == right && (place || count == 0))
+    if (count == expected && (numbers || count == 0))
         return fmi2OK;
-    return refuse(i, fmi2Error, "%zu numbers are asked for: there are %u", count, right);
+    return refuse(i, fmi2Error, "%zu numbers are asked for: there are %u", count, expected);
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("set_continuous_states", fmi2ModelExchange, IN(CONTINUOUS));
+    REQUIRE("set_continuous_states", fmi2ModelExchange, IN(CONTINUOUS));
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         if (!isfinite(x[n]))
@@ -77,16 +77,16 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t c
     if (status != fmi2OK)
         return status;
     memcpy(i->s.states, x, count * sizeof *x);
-    i->s.published = 0;
+    i->s.has_outputs = 0;
     return fmi2OK;
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("get_continuous_states", fmi2ModelExchange, COMPUTED);
+    REQUIRE("get_continuous_states", fmi2ModelExchange, COMPUTED);
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
-    status = status == fmi2OK ? ready(i) : status;
+    status = status == fmi2OK ? update_outputs(i) : status;
     if (status == fmi2OK)
         memcpy(x, i->s.states, count * sizeof *x);
     return status;
@@ -95,7 +95,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("get_nominals_of_continuous_states", fmi2ModelExchange, IN(INSTANTIATED) | COMPUTED);
+    REQUIRE("get_nominals_of_continuous_states", fmi2ModelExchange, IN(INSTANTIATED) | COMPUTED);
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         x[n] = COMPONENT.variables[COMPONENT.states[n]].nominal;
@@ -105,9 +105,9 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("get_derivatives", fmi2ModelExchange, COMPUTED);
+    REQUIRE("get_derivatives", fmi2ModelExchange, COMPUTED);
     fmi2Status status = check_count(i, derivatives, count, COMPONENT.state_count);
-    status = status == fmi2OK ? ready(i) : status;
+    status = status == fmi2OK ? update_outputs(i) : status;
     for (size_t n = 0; n < count && status == fmi2OK; n++) {
         const uint32_t r = COMPONENT.derivatives[n];
         derivatives[n] = i->s.values[r];
@@ -118,9 +118,9 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t co
 
 fmi2Status compute_indicators(Instance *i, double *indicators)
 {
-    fmi2Status status = ready(i);
+    fmi2Status status = update_outputs(i);
     if (status == fmi2OK)
-        COMPONENT.indicate(i, indicators);
+        COMPONENT.event_indicators(i, indicators);
     for (size_t n = 0; n < COMPONENT.indicator_count && status == fmi2OK; n++)
         status = check_finite(i, "an event indicator", indicators[n]);
     return status;
@@ -129,7 +129,7 @@ fmi2Status compute_indicators(Instance *i, double *indicators)
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("get_event_indicators", fmi2ModelExchange, COMPUTED);
+    REQUIRE("get_event_indicators", fmi2ModelExchange, COMPUTED);
     const fmi2Status status = check_count(i, indicators, count, COMPONENT.indicator_count);
     return status == fmi2OK ? compute_indicators(i, indicators) : status;
 }

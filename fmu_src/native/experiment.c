@@ -12,7 +12,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
                                fmi2Real start, fmi2Boolean with_stop, fmi2Real stop)
 {
     Instance *i = c;
-    ALLOWED("setup_experiment", EITHER, IN(INSTANTIATED));
+    REQUIRE("setup_experiment", EITHER, IN(INSTANTIATED));
     State *s = &i->s;
     if (!isfinite(start))
         return refuse(i, fmi2Error, "start time = %g: must be a finite number of seconds", start);
@@ -22,7 +22,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
         return refuse(i, fmi2Error, "tolerance = nan: must be from %g to %g", LEAST_TOLERANCE,
                       GREATEST_TOLERANCE);
     s->start_time = start, s->stop_time = with_stop ? stop : INFINITY;
-    s->is_set_up = 1, s->begun = 0;
+    s->is_set_up = 1, s->has_motion = 0;
     if (!with_tolerance)
         return fmi2OK;
     s->tolerance = fmin(fmax(tolerance, LEAST_TOLERANCE), GREATEST_TOLERANCE);
@@ -35,7 +35,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     Instance *i = c;
-    ALLOWED("enter_initialization_mode", EITHER, IN(INSTANTIATED));
+    REQUIRE("enter_initialization_mode", EITHER, IN(INSTANTIATED));
     if (!i->s.is_set_up)
         return refuse(i, fmi2Error,
                       "enter_initialization_mode is not allowed before setup_experiment");
@@ -46,14 +46,14 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     Instance *i = c;
-    ALLOWED("exit_initialization_mode", EITHER, IN(INITIALIZATION));
-    const fmi2Status status = ready(i);
+    REQUIRE("exit_initialization_mode", EITHER, IN(INITIALIZATION));
+    const fmi2Status status = update_outputs(i);
     if (status != fmi2OK)
         return status;
     i->s.phase = i->type == fmi2CoSimulation ? STEPPING : EVENTS;
-    const char *remark = COMPONENT.remark ? COMPONENT.remark(i) : NULL;
-    /* The values are possible: the call is well, whatever is logged. */
-    if (remark)
-        refuse(i, fmi2Warning, "%s", remark);
+    const char *warning = COMPONENT.find_warning ? COMPONENT.find_warning(i) : NULL;
+    /* The call returns fmi2OK even with a warning, because the values are valid. */
+    if (warning)
+        refuse(i, fmi2Warning, "%s", warning);
     return fmi2OK;
 }

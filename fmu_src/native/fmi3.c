@@ -1,21 +1,21 @@
-/* FMI 3.0: instances, modes, steps and states; what is common with FMI 2.0 is done by its functions.
+/* FMI 3.0: instances, modes, steps and states, by the functions of FMI 2.0 where both agree.
 
-   Where an importer uses the event mode and allows early return, a step of co-simulation ends at
-   every switch, and mode and counts change in the event mode that follows; elsewhere a step goes
-   over switches. Both give the same motion. */
+   If the importer uses event mode and allows early return, a co-simulation step ends at every
+   switch, and mode and counts change in the following event mode; otherwise steps continue over
+   switches. Both give the same motion. */
 
 #include <math.h>
 
 #include "instance.h"
 
-#define GIVEN(place)                                                                       \
-    do {                                                                                   \
-        if (!(place))                                                                      \
-            return (fmi3Status)refuse(i, fmi2Error, "places for results must be given");   \
+#define REQUIRE_BUFFERS(place)                                                            \
+    do {                                                                                  \
+        if (!(place))                                                                     \
+            return (fmi3Status)refuse(i, fmi2Error, "places for results must be given");  \
     } while (0)
-#define ALLOWED3(call, type, phases)                              \
+#define REQUIRE3(call, type, phases)                              \
     do {                                                          \
-        fmi2Status status_ = allow(i, call, type, phases);        \
+        fmi2Status status_ = check_call(i, call, type, phases);   \
         if (status_ != fmi2OK)                                    \
             return (fmi3Status)status_;                           \
     } while (0)
@@ -28,8 +28,8 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3LogMessageCallback log)
 {
     (void)resources, (void)visible, (void)logging;
-    const Instance like = {.type = fmi2ModelExchange, .log = log, .environment = environment};
-    return make_instance(&like, name, token);
+    const Instance settings = {.type = fmi2ModelExchange, .log = log, .environment = environment};
+    return make_instance(&settings, name, token);
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources,
@@ -41,11 +41,11 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3IntermediateUpdateCallback update)
 {
     (void)resources, (void)visible, (void)logging;
-    const Instance like = {.type = fmi2CoSimulation, .log = log, .environment = environment,
+    const Instance settings = {.type = fmi2CoSimulation, .log = log, .environment = environment,
                            .uses_events = event_mode, .returns_early = early_return,
-                           .announces = event_mode && early_return, .update = update};
-    Instance *i = make_instance(&like, name, token);
-    if (i && !prepare_updates(i, intermediate, count)) {
+                           .stops_at_switches = event_mode && early_return, .update = update};
+    Instance *i = make_instance(&settings, name, token);
+    if (i && !register_updates(i, intermediate, count)) {
         fmi2FreeInstance(i);
         return NULL;
     }
@@ -100,19 +100,19 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
     Instance *i = c;
-    ALLOWED3("enter_event_mode", EITHER, IN(STEPPING) | IN(CONTINUOUS));
+    REQUIRE3("enter_event_mode", EITHER, IN(STEPPING) | IN(CONTINUOUS));
     if (i->type == fmi2ModelExchange)
         return (fmi3Status)fmi2EnterEventMode(c);
     if (!i->uses_events)
         return (fmi3Status)refuse(i, fmi2Error, "enter_event_mode: it is not used");
-    i->s.phase = EVENTS, i->s.is_pending = i->s.published = 0, i->s.free_until = -INFINITY;
-    return (fmi3Status)ready(i);
+    i->s.phase = EVENTS, i->s.switch_pending = i->s.has_outputs = 0, i->s.fast_until = -INFINITY;
+    return (fmi3Status)update_outputs(i);
 }
 
 fmi3Status fmi3EnterStepMode(fmi3Instance c)
 {
     Instance *i = c;
-    ALLOWED3("enter_step_mode", fmi2CoSimulation, IN(EVENTS));
+    REQUIRE3("enter_step_mode", fmi2CoSimulation, IN(EVENTS));
     i->s.phase = STEPPING;
     return fmi3OK;
 }
@@ -122,8 +122,8 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boole
                                     fmi3Boolean *with_time, fmi3Float64 *time)
 {
     Instance *i = c;
-    ALLOWED3("update_discrete_states", EITHER, IN(EVENTS));
-    GIVEN(more && terminate && nominals && values && with_time && time);
+    REQUIRE3("update_discrete_states", EITHER, IN(EVENTS));
+    REQUIRE_BUFFERS(more && terminate && nominals && values && with_time && time);
     fmi2EventInfo info = {0};
     if (i->type == fmi2ModelExchange)
         fmi2NewDiscreteStates(c, &info);
@@ -136,7 +136,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boole
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c)
 {
     Instance *i = c;
-    ALLOWED3("evaluate_discrete_states", EITHER, IN(EVENTS));
+    REQUIRE3("evaluate_discrete_states", EITHER, IN(EVENTS));
     return fmi3OK;
 }
 
@@ -148,13 +148,13 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 h, fmi3Bo
     (void)no_way_back;
     if (!i)
         return fmi3Error;
-    GIVEN(event && terminate && early && reached);
-    int switched = 0, returned = 0, *announced = i->announces ? &switched : NULL;
-    const fmi2Status status = i->update
-                                  ? take_updated_step(i, current, h, announced, &returned)
-                                  : take_communication_step(i, current, h, announced);
+    REQUIRE_BUFFERS(event && terminate && early && reached);
+    int switched = 0, returned_early = 0, *switch_flag = i->stops_at_switches ? &switched : NULL;
+    const fmi2Status status =
+        i->update ? do_step_with_updates(i, current, h, switch_flag, &returned_early)
+                  : do_communication_step(i, current, h, switch_flag);
     *reached = i->s.t, *event = switched != 0, *terminate = fmi3False;
-    *early = (switched || returned) && *reached < current + h;
+    *early = (switched || returned_early) && *reached < current + h;
     return (fmi3Status)status;
 }
 
@@ -173,7 +173,7 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_way_back, 
     fmi2Boolean flags[2] = {0};
     if (!i)
         return fmi3Error;
-    GIVEN(event && terminate);
+    REQUIRE_BUFFERS(event && terminate);
     const fmi2Status status = fmi2CompletedIntegratorStep(c, no_way_back, flags, flags + 1);
     *event = flags[0] != 0, *terminate = flags[1] != 0;
     return (fmi3Status)status;
@@ -209,8 +209,8 @@ fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
 {
     Instance *i = c;
-    ALLOWED3("get_number_of_event_indicators", fmi2ModelExchange, ~0u);
-    GIVEN(count);
+    REQUIRE3("get_number_of_event_indicators", fmi2ModelExchange, ~0u);
+    REQUIRE_BUFFERS(count);
     *count = COMPONENT.indicator_count;
     return fmi3OK;
 }
@@ -218,8 +218,8 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
 {
     Instance *i = c;
-    ALLOWED3("get_number_of_continuous_states", fmi2ModelExchange, ~0u);
-    GIVEN(count);
+    REQUIRE3("get_number_of_continuous_states", fmi2ModelExchange, ~0u);
+    REQUIRE_BUFFERS(count);
     *count = COMPONENT.state_count;
     return fmi3OK;
 }

@@ -1,8 +1,8 @@
-/* FMI 3.0: what this FMU has none of (clocks, binary values, configuration, partitions). */
+/* FMI 3.0: functions that this FMU refuses (clocks, binary values, configuration, partitions). */
 
 #include "instance.h"
 
-static fmi3Status absent(fmi3Instance c, const char *what)
+static fmi3Status refuse_absent(fmi3Instance c, const char *what)
 {
     return c ? (fmi3Status)refuse(c, fmi2Error, "there are no %s", what) : fmi3Error;
 }
@@ -11,35 +11,35 @@ fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference r[], size_t co
                          fmi3Binary values[], size_t value_count)
 {
     (void)r, (void)count, (void)sizes, (void)values, (void)value_count;
-    return absent(c, "variables of type Binary");
+    return refuse_absent(c, "variables of type Binary");
 }
 
 fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                          const size_t sizes[], const fmi3Binary values[], size_t value_count)
 {
     (void)r, (void)count, (void)sizes, (void)values, (void)value_count;
-    return absent(c, "variables of type Binary");
+    return refuse_absent(c, "variables of type Binary");
 }
 
 fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                         fmi3Clock values[])
 {
     (void)r, (void)count, (void)values;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
 fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                         const fmi3Clock values[])
 {
     (void)r, (void)count, (void)values;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                                   fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
 {
     (void)r, (void)count, (void)intervals, (void)qualifiers;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
 fmi3Status fmi3GetIntervalFraction(fmi3Instance c, const fmi3ValueReference r[], size_t count,
@@ -47,69 +47,76 @@ fmi3Status fmi3GetIntervalFraction(fmi3Instance c, const fmi3ValueReference r[],
                                    fmi3IntervalQualifier qualifiers[])
 {
     (void)r, (void)count, (void)counters, (void)resolutions, (void)qualifiers;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
 fmi3Status fmi3GetShiftDecimal(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                                fmi3Float64 shifts[])
 {
     (void)r, (void)count, (void)shifts;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
 fmi3Status fmi3GetShiftFraction(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                                 fmi3UInt64 counters[], fmi3UInt64 resolutions[])
 {
     (void)r, (void)count, (void)counters, (void)resolutions;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
 fmi3Status fmi3SetIntervalDecimal(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                                   const fmi3Float64 intervals[])
 {
     (void)r, (void)count, (void)intervals;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
 fmi3Status fmi3SetIntervalFraction(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                                    const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 {
     (void)r, (void)count, (void)counters, (void)resolutions;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
 fmi3Status fmi3SetShiftDecimal(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                                const fmi3Float64 shifts[])
 {
     (void)r, (void)count, (void)shifts;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
 fmi3Status fmi3SetShiftFraction(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                                 const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 {
     (void)r, (void)count, (void)counters, (void)resolutions;
-    return absent(c, "clocks");
+    return refuse_absent(c, "clocks");
 }
 
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return absent(c, "structural parameters"); }
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return absent(c, "structural parameters"); }
+fmi3Status fmi3EnterConfigurationMode(fmi3Instance c)
+{
+    return refuse_absent(c, "structural parameters");
+}
+
+fmi3Status fmi3ExitConfigurationMode(fmi3Instance c)
+{
+    return refuse_absent(c, "structural parameters");
+}
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference reference,
                                                size_t *count)
 {
     (void)reference, (void)count;
-    return absent(c, "dependencies by element");
+    return refuse_absent(c, "dependencies by element");
 }
 
 fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference dependent,
                                        size_t elements[], fmi3ValueReference independents[],
-                                       size_t their_elements[], fmi3DependencyKind kinds[],
+                                       size_t independent_elements[], fmi3DependencyKind kinds[],
                                        size_t count)
 {
-    (void)dependent, (void)elements, (void)independents, (void)their_elements, (void)kinds;
+    (void)dependent, (void)elements, (void)independents, (void)independent_elements, (void)kinds;
     (void)count;
-    return absent(c, "dependencies by element");
+    return refuse_absent(c, "dependencies by element");
 }
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference r[], size_t count,
@@ -117,11 +124,11 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference r[]
                                     size_t value_count)
 {
     (void)r, (void)count, (void)orders, (void)values, (void)value_count;
-    return absent(c, "derivatives of outputs");
+    return refuse_absent(c, "derivatives of outputs");
 }
 
 fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time)
 {
     (void)clock, (void)time;
-    return absent(c, "model partitions");
+    return refuse_absent(c, "model partitions");
 }

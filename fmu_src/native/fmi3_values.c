@@ -4,9 +4,9 @@
 
 #include "instance.h"
 
-/* Beside the variables of the table: the time, and the event indicators. */
+/* Value references after those of the table: the time, then the event indicators. */
 #define TIME COMPONENT.variable_count
-#define INDICATOR (COMPONENT.variable_count + 1)
+#define FIRST_INDICATOR (COMPONENT.variable_count + 1)
 
 static fmi3Status check_counts(Instance *i, size_t references, size_t values)
 {
@@ -23,15 +23,15 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t c
 {
     Instance *i = c;
     fmi3Status status = check_counts(i, count, value_count);
-    status = status == fmi3OK ? (fmi3Status)check_reading(i) : status;
+    status = status == fmi3OK ? (fmi3Status)check_readable(i) : status;
     for (size_t n = 0; n < count && r && values && status == fmi3OK; n++) {
         if (r[n] == TIME) {
-            values[n] = i->s.begun ? i->s.t : i->s.start_time;
-        } else if (r[n] >= INDICATOR && r[n] - INDICATOR < COMPONENT.indicator_count) {
+            values[n] = i->s.has_motion ? i->s.t : i->s.start_time;
+        } else if (r[n] >= FIRST_INDICATOR && r[n] - FIRST_INDICATOR < COMPONENT.indicator_count) {
             double indicators[MOST_INDICATORS];
             status = (fmi3Status)compute_indicators(i, indicators);
             if (status == fmi3OK)
-                values[n] = indicators[r[n] - INDICATOR];
+                values[n] = indicators[r[n] - FIRST_INDICATOR];
         } else {
             status = (fmi3Status)fmi2GetReal(c, r + n, 1, values + n);
         }
@@ -62,7 +62,7 @@ fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference r[], size_t cou
     return status == fmi3OK ? (fmi3Status)fmi2SetInteger(c, r, count, values) : status;
 }
 
-/* By which enumerations are read. */
+/* Enumerations are read by this function. */
 fmi3Status fmi3GetInt64(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                         fmi3Int64 values[], size_t value_count)
 {
@@ -103,7 +103,7 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference r[], size_t c
     return (fmi3Status)fmi2SetBoolean(c, r, count, values ? numbers : NULL);
 }
 
-/* Types of which there is no variable. */
+/* Types that no variable has. */
 #define NO_GETTER(Type)                                                                       \
     fmi3Status fmi3Get##Type(fmi3Instance c, const fmi3ValueReference r[], size_t count,      \
                              fmi3##Type values[], size_t value_count)                         \
@@ -122,22 +122,23 @@ fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference r[], size_t c
                                 : (fmi3Status)refuse(c, fmi2Error, "no variable of type "     \
                                                                    #Type " can be set");      \
     }
-#define NONE(Type) NO_GETTER(Type) NO_SETTER(Type)
+#define NO_ACCESS(Type) NO_GETTER(Type) NO_SETTER(Type)
 
-NONE(Float32)
-NONE(Int8)
-NONE(UInt8)
-NONE(Int16)
-NONE(UInt16)
-NONE(UInt32)
-NONE(UInt64)
-NONE(String)
+NO_ACCESS(Float32)
+NO_ACCESS(Int8)
+NO_ACCESS(UInt8)
+NO_ACCESS(Int16)
+NO_ACCESS(UInt16)
+NO_ACCESS(UInt32)
+NO_ACCESS(UInt64)
+NO_ACCESS(String)
 NO_SETTER(Int64)
 
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
                                         size_t unknown_count, const fmi3ValueReference knowns[],
                                         size_t known_count, const fmi3Float64 seed[],
-                                        size_t seed_count, fmi3Float64 result[], size_t result_count)
+                                        size_t seed_count, fmi3Float64 result[],
+                                        size_t result_count)
 {
     fmi3Status status = check_counts(c, known_count, seed_count);
     status = status == fmi3OK ? check_counts(c, unknown_count, result_count) : status;

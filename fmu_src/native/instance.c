@@ -27,7 +27,7 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 void clear_state(State *s)
 {
     memset(s, 0, sizeof *s);
-    s->stop_time = INFINITY, s->tolerance = DEFAULT_TOLERANCE, s->free_until = -INFINITY;
+    s->stop_time = INFINITY, s->tolerance = DEFAULT_TOLERANCE, s->fast_until = -INFINITY;
     for (uint32_t r = 0; r < COMPONENT.variable_count; r++)
         s->values[r] = COMPONENT.variables[r].start;
 }
@@ -47,7 +47,7 @@ Number number(double value)
     return n;
 }
 
-static void say(Instance *i, fmi2Status status, const char *text)
+static void log_text(Instance *i, fmi2Status status, const char *text)
 {
     const Category category = status == fmi2Warning   ? WARNINGS
                               : status == fmi2Discard ? DISCARDS
@@ -63,22 +63,22 @@ static void say(Instance *i, fmi2Status status, const char *text)
 
 fmi2Status refuse(Instance *i, fmi2Status status, const char *format, ...)
 {
-    char text[TEXT];
+    char text[TEXT_SIZE];
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    say(i, status, text);
+    log_text(i, status, text);
     return status;
 }
 
-const char *because(Instance *i, const char *format, ...)
+const char *set_reason(Instance *i, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(i->why, sizeof i->why, format, arguments);
+    vsnprintf(i->reason, sizeof i->reason, format, arguments);
     va_end(arguments);
-    return i->why;
+    return i->reason;
 }
 
 const char *advise(Instance *i, const Remedy *remedies, int count)
@@ -89,21 +89,22 @@ const char *advise(Instance *i, const Remedy *remedies, int count)
     for (int n = 0; n < count; n++) {
         if (!remedies[n].applies)
             continue;
-        const char *joint = !listed ? "; use " : listed + 1 < applying ? ", " : " or ";
-        const size_t length = strlen(i->why);
-        snprintf(i->why + length, sizeof i->why - length, "%s%s", joint, remedies[n].text);
+        const char *separator = !listed ? "; use " : listed + 1 < applying ? ", " : " or ";
+        const size_t length = strlen(i->reason);
+        snprintf(i->reason + length, sizeof i->reason - length, "%s%s", separator,
+                 remedies[n].text);
         listed++;
     }
-    return i->why;
+    return i->reason;
 }
 
-const char *needs_too_much(Instance *i, double t)
+const char *step_limit_reason(Instance *i, double t)
 {
-    return because(i, "the step needs too much computation, it is given up at t = %g s; use a "
+    return set_reason(i, "the step needs too much computation, it is given up at t = %g s; use a "
                       "shorter step", t);
 }
 
-fmi2Status allow(Instance *i, const char *call, int type, unsigned phases)
+fmi2Status check_call(Instance *i, const char *call, int type, unsigned phases)
 {
     if (!i)
         return fmi2Error;
@@ -115,40 +116,40 @@ fmi2Status allow(Instance *i, const char *call, int type, unsigned phases)
     return fmi2OK;
 }
 
-fmi2Status ready(Instance *i)
+fmi2Status update_outputs(Instance *i)
 {
     State *s = &i->s;
-    if (!s->begun) {
-        const char *why = COMPONENT.begin(i);
-        if (why)
-            return refuse(i, fmi2Error, "%s", why);
-        s->t = s->start_time, s->begun = 1, s->published = 0;
-        s->are_left = !s->is_sloped;
+    if (!s->has_motion) {
+        const char *reason = COMPONENT.begin(i);
+        if (reason)
+            return refuse(i, fmi2Error, "%s", reason);
+        s->t = s->start_time, s->has_motion = 1, s->has_outputs = 0;
+        s->inputs_unchanged = !s->has_slopes;
     }
-    if (!s->published) {
-        COMPONENT.publish(i);
-        s->published = 1;
+    if (!s->has_outputs) {
+        COMPONENT.compute_outputs(i);
+        s->has_outputs = 1;
     }
     return fmi2OK;
 }
 
-Instance *make_instance(const Instance *like, const char *name, const char *guid)
+Instance *make_instance(const Instance *settings, const char *name, const char *guid)
 {
-    const char *given = name ? name : "";
+    const char *given_name = name ? name : "";
     Instance *i = calloc(1, sizeof *i);
     if (!i)
         return NULL;
-    *i = *like;
-    i->name = malloc(strlen(given) + 1);
+    *i = *settings;
+    i->name = malloc(strlen(given_name) + 1);
     if (!i->name) {
         free(i);
         return NULL;
     }
-    strcpy(i->name, given);
+    strcpy(i->name, given_name);
     for (int category = 0; category < CATEGORIES; category++)
         i->logging[category] = 1;
-    if (!*given || !guid || strcmp(guid, COMPONENT.guid) != 0) {
-        if (!*given)
+    if (!*given_name || !guid || strcmp(guid, COMPONENT.guid) != 0) {
+        if (!*given_name)
             refuse(i, fmi2Error, "the name of the instance is empty");
         else
             refuse(i, fmi2Error, "the GUID is not that of this FMU, %s", COMPONENT.guid);
@@ -163,19 +164,19 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    /* There is nothing to say for debugging: refusals are told without it. */
+    /* There are no debug messages; refusals are always logged. */
     (void)resources, (void)visible, (void)logging;
     if (!callbacks || (type != fmi2CoSimulation && type != fmi2ModelExchange))
         return NULL;
-    const Instance like = {.type = type, .callbacks = *callbacks};
-    return make_instance(&like, name, guid);
+    const Instance settings = {.type = type, .callbacks = *callbacks};
+    return make_instance(&settings, name, guid);
 }
 
 void fmi2FreeInstance(fmi2Component c)
 {
     Instance *i = c;
     if (i && i->s.phase == INTERMEDIATE) {
-        /* The step goes on. */
+        /* The step continues, and needs the instance. */
         refuse(i, fmi2Error, "free_instance is not allowed %s", phase_name(i));
     } else if (i) {
         free(i->name);
@@ -209,15 +210,15 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
 fmi2Status fmi2Terminate(fmi2Component c)
 {
     Instance *i = c;
-    ALLOWED("terminate", EITHER, INITIALIZED);
-    i->s.phase = TERMINATED, i->s.free_until = -INFINITY;
+    REQUIRE("terminate", EITHER, INITIALIZED);
+    i->s.phase = TERMINATED, i->s.fast_until = -INFINITY;
     return fmi2OK;
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
 {
     Instance *i = c;
-    ALLOWED("reset", EITHER, ~IN(INTERMEDIATE));
+    REQUIRE("reset", EITHER, ~IN(INTERMEDIATE));
     clear_state(&i->s);
     return fmi2OK;
 }

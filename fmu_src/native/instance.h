@@ -1,23 +1,25 @@
-/* An instance, and how its calls are checked, refused and logged. */
+/* An instance; checks, refusals and messages of its calls. */
 
 #ifndef FIVTUI_FMU_INSTANCE_H
 #define FIVTUI_FMU_INSTANCE_H
 
 #include "component.h"
 #ifdef __ELF__
-/* The functions of FMI call each other, not those of the same name that a host or FMU may have. */
+/* Protected: FMI functions must call each other, not functions of that name in a host or FMU. */
 #define visibility(kind) visibility("protected")
 #endif
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
 #undef visibility
 
-/* Not to be taken for functions of the same name elsewhere in the process. */
+/* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
-enum { MOST_VARIABLES = 48, MOST_STATES = 4, MOST_INDICATORS = 4, MOTION_ROOM = 288, TEXT = 320 };
+enum {
+    MOST_VARIABLES = 48, MOST_STATES = 4, MOST_INDICATORS = 4, MOTION_SIZE = 288, TEXT_SIZE = 320
+};
 
-/* The last is within a step alone, and never in a state that is saved. */
+/* INTERMEDIATE occurs only inside a step, and in no saved state. */
 typedef enum {
     INSTANTIATED, INITIALIZATION, STEPPING, EVENTS, CONTINUOUS, TERMINATED, INTERMEDIATE
 } Phase;
@@ -25,18 +27,18 @@ typedef enum {
 /* Categories of messages, as the model description names them. */
 typedef enum { WARNINGS, DISCARDS, ERRORS, CATEGORIES } Category;
 
-/* All that decides what comes next. `t` is the time reached, s. Up to `free_until` a step needs no
-   computation and is allowed: the last one was well, and no switch is pending. `begun` says that the
-   motion is of the values, `published` that the outputs are of the motion. `slopes` are those of the
-   inputs over the next communication step; `are_left`: the inputs are as the last step left them;
-   `is_pending`: a switch has been reached, and its event mode not entered; `states` are the importer's in model exchange. */
+/* The state that determines all later results. `t` is the current time, s. Steps that end before
+   `fast_until` need no computation and no checks. `has_motion`: the motion began from the values;
+   `has_outputs`: the outputs are those of the motion. `slopes` of inputs hold for the next
+   communication step; `inputs_unchanged`: no input was set since the last step; `switch_pending`: a
+   switch has been reached, and event mode not yet entered; `states` are those of model exchange. */
 typedef struct {
     Phase phase;
     fmi2Status last_step;
-    int is_set_up, begun, published, is_sloped, are_left, is_pending;
-    double start_time, stop_time, tolerance, t, free_until;
+    int is_set_up, has_motion, has_outputs, has_slopes, inputs_unchanged, switch_pending;
+    double start_time, stop_time, tolerance, t, fast_until;
     double values[MOST_VARIABLES], slopes[MOST_VARIABLES], states[MOST_STATES];
-    double motion[MOTION_ROOM];
+    double motion[MOTION_SIZE];
 } State;
 
 typedef struct Instance {
@@ -45,61 +47,63 @@ typedef struct Instance {
     fmi2CallbackFunctions callbacks;
     char *name;
     int logging[CATEGORIES];
-    /* FMI 3.0: the logger; whether there is an event mode in co-simulation, whether steps may return
-       early, and whether they end at switches. */
+    /* FMI 3.0: the logger; whether co-simulation has an event mode, whether steps may return early,
+       and whether they end at switches. */
     fmi3LogMessageCallback log;
     fmi3InstanceEnvironment environment;
-    int uses_events, returns_early, announces;
-    /* Intermediate updates: inputs that the importer sets in them, and whether it may do so now. */
+    int uses_events, returns_early, stops_at_switches;
+    /* Intermediate updates: inputs set by the importer, and whether it may set them now. */
     fmi3IntermediateUpdateCallback update;
-    unsigned char updated[MOST_VARIABLES];
-    int updates_inputs, asks;
-    /* The component's choice for this processor. */
+    unsigned char is_updated[MOST_VARIABLES];
+    int updates_inputs, wants_inputs;
+    /* The `Stepping` for this processor. */
     const void *stepping;
-    char why[TEXT];
+    char reason[TEXT_SIZE];
 } Instance;
 
-/* An instance, NULL with a message if the name or the GUID are wrong; `like` has its loggers. */
-Instance *make_instance(const Instance *like, const char *name, const char *guid);
+/* Creates an instance from `settings` (type, loggers); returns NULL, with a message, if the name or
+   the GUID is wrong. */
+Instance *make_instance(const Instance *settings, const char *name, const char *guid);
 
-/* A communication step; with `switched` it may end at a switch, and says so. */
-fmi2Status take_communication_step(Instance *i, double current, double h, int *switched);
+/* Does a communication step; with `switched` it may end at a switch, and reports it there. */
+fmi2Status do_communication_step(Instance *i, double current, double h, int *switched);
 
-/* The parts of it: refuse a wrong time or step size; move on to `end`, along the slopes of the
-   inputs, or to the first switch before it. */
+/* Its two parts: refuse a wrong time or step size; advance to `end`, with inputs along their
+   slopes, or to the first switch before it. */
 fmi2Status check_step(Instance *i, double current, double h);
 fmi2Status advance_to(Instance *i, double end, int *switched);
 
-/* The same with intermediate updates; `returned` says whether the importer made it end early. */
-fmi2Status take_updated_step(Instance *i, double current, double h, int *switched, int *returned);
+/* Does a step with intermediate updates; `returned` reports whether the importer ended it early. */
+fmi2Status do_step_with_updates(Instance *i, double current, double h, int *switched,
+                                int *returned);
 
 /* Register the inputs among the variables that the importer requires in intermediate updates;
    returns whether all are variables. Those that are not continuous are ignored. */
-int prepare_updates(Instance *i, const fmi3ValueReference *needed, size_t count);
+int register_updates(Instance *i, const fmi3ValueReference *needed, size_t count);
 
-/* The phase in words, as in "not allowed while stepping". */
+/* The phase as a phrase, as in "not allowed while stepping". */
 const char *phase_name(const Instance *i);
 
-/* Back to how an instance begins. */
+/* Reset to the state of a new instance. */
 void clear_state(State *s);
 
-/* Log why a call is refused; returns its status. */
+/* Log why a call is refused; returns `status`. */
 fmi2Status refuse(Instance *i, fmi2Status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* Put a text together in `i->why`, for functions that return one. */
-const char *because(Instance *i, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* Append "; use A, B or C" to that reason, of the remedies that apply; returns it. */
+/* Format a text into `i->reason`; returns it. */
+const char *set_reason(Instance *i, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* Append "; use A, B or C" to the reason, from the remedies that apply; returns the reason. */
 typedef struct {
     const char *text;
     int applies;
 } Remedy;
 const char *advise(Instance *i, const Remedy *remedies, int count);
 
-/* Why a communication step of too many steps of the motion is given up at t. */
-const char *needs_too_much(Instance *i, double t);
+/* The reason why a communication step with too many steps of the motion stopped at t. */
+const char *step_limit_reason(Instance *i, double t);
 
-/* Shortest text that reads back as the number, as Python writes it. */
+/* Shortest text that reads back as the number, like Python's `repr`. */
 typedef struct {
     char text[40];
 } Number;
@@ -109,20 +113,20 @@ Number number(double value);
 #define IN(phase) (1u << (phase))
 #define INITIALIZED (IN(STEPPING) | IN(EVENTS) | IN(CONTINUOUS))
 #define COMPUTED (IN(INITIALIZATION) | INITIALIZED | IN(TERMINATED))
-#define ALLOWED(call, type, phases)                          \
-    do {                                                     \
-        fmi2Status status_ = allow(c, call, type, phases);   \
-        if (status_ != fmi2OK)                               \
-            return status_;                                  \
+#define REQUIRE(call, type, phases)                               \
+    do {                                                          \
+        fmi2Status status_ = check_call(c, call, type, phases);   \
+        if (status_ != fmi2OK)                                    \
+            return status_;                                       \
     } while (0)
 enum { EITHER = -1 };
-fmi2Status allow(Instance *i, const char *call, int type, unsigned phases);
+fmi2Status check_call(Instance *i, const char *call, int type, unsigned phases);
 
-/* Bring motion and outputs up to date. */
-fmi2Status ready(Instance *i);
+/* Begin the motion and compute the outputs, if needed. */
+fmi2Status update_outputs(Instance *i);
 
-/* Refuse to read values while the importer is asked for inputs. */
-fmi2Status check_reading(Instance *i);
+/* Refuse reading while an intermediate update asks for inputs. */
+fmi2Status check_readable(Instance *i);
 
 /* Refuse a computed value that is not finite. */
 fmi2Status check_finite(Instance *i, const char *name, double value);
@@ -130,7 +134,7 @@ fmi2Status check_finite(Instance *i, const char *name, double value);
 /* The event indicators, COMPONENT.indicator_count numbers. */
 fmi2Status compute_indicators(Instance *i, double *indicators);
 
-/* For each known, the sum over the unknowns of the seed times the derivative by the known. */
+/* For each known variable, the sum over the unknowns of seed times partial derivative. */
 fmi2Status get_adjoint_derivative(Instance *i, const fmi2ValueReference unknowns[],
                                   size_t unknown_count, const fmi2ValueReference knowns[],
                                   size_t known_count, const fmi2Real seeds[], fmi2Real result[]);

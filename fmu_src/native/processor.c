@@ -1,11 +1,11 @@
-/* The choice of an instruction set; each gives the same bits. */
+/* Choose the instruction set; all give the same bits. */
 
 #ifdef WITH_AVX2
 #include "processor.h"
 #endif
 #include "stepping.h"
 
-const Stepping *stepping(void)
+const Stepping *choose_stepping(void)
 {
 #ifdef WITH_AVX2
     if (instruction_set() > 0)

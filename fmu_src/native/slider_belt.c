@@ -9,43 +9,43 @@
 #include "rest.h"
 #include "slider_belt_table.h"
 
-/* An importer stops within this part of the extent of the motion of a switch, on either side. */
-#define AT_SWITCH 1e-8
-/* One of a low tolerance has gone past v_r = 0 by no more than this part of the speeds. */
-#define GONE_PAST 1e-2
+/* Relative distance to a switch, on either side, at which an importer stops. */
+#define SWITCH_TOLERANCE 1e-8
+/* Relative distance beyond v_r = 0 at which an importer of low accuracy may stop. */
+#define PAST_TOLERANCE 1e-2
 /* `_SMALL` in `fivtui.taylor.stepper`. */
 #define SMALL 1e30
 /* `local_tolerance` in `fivtui.taylor.stepper`. */
 #define LOCAL_TOLERANCE 3e-3
-/* A lesser speed is zero: `_LEAST` in `fivtui.model.parameters`. */
+/* Smaller speeds count as zero: `_LEAST` in `fivtui.model.parameters`. */
 #define LEAST_SPEED 1e-12
 
 enum { X, Y, VX, VY, STATES };
 static const uint32_t STATE_REFERENCES[STATES] = {V_x, V_y, V_vx, V_vy};
 static const uint32_t DERIVATIVE_REFERENCES[STATES] = {V_vx, V_vy, V_ax, V_ay};
 
-/* y, v_r, and the margins of the hold. */
-enum { AT_HEIGHT, AT_SLIDING, HELD_FORWARD, HELD_BACKWARD, INDICATORS };
+/* Event indicators: y, v_r, and the margins of stick. */
+enum { HEIGHT, SLIDING_SPEED, FORWARD_MARGIN, BACKWARD_MARGIN, INDICATORS };
 
-/* In an instance's room for a motion: `mode` is as in `fivtui.model.modes`; the slider sticks at the
-   start, or does not (`first_sticks`). `speed` is that of the belt at the last look for a mode in
-   model exchange, `acceleration` the belt's in the outputs. */
+/* The motion in the state of an instance. `mode` is as in `fivtui.model.modes`; `starts_in_stick`
+   is 0 or 1. `speed` is the speed of the belt at the last update of the mode in model exchange,
+   `acceleration` is that of the belt in the outputs. */
 typedef struct {
     double mode, separations, reattachments, switches, sticks, last_event;
-    double first_sticks, speed, acceleration;
+    double starts_in_stick, speed, acceleration;
     Motion motion;
-} Content;
+} BeltMotion;
 
-_Static_assert(sizeof(Content) <= sizeof(double) * MOTION_ROOM, "there is no room for the motion");
+_Static_assert(sizeof(BeltMotion) <= sizeof(double) * MOTION_SIZE, "the motion is too large");
 _Static_assert(VARIABLE_COUNT <= (int)MOST_VARIABLES, "there is no room for the values");
 _Static_assert(INDICATORS <= (int)MOST_INDICATORS, "there is no room for the event indicators");
 
-static Content *content_of(Instance *i) { return (Content *)i->s.motion; }
-static const Content *content_in(const Instance *i) { return (const Content *)i->s.motion; }
+static BeltMotion *belt_data(Instance *i) { return (BeltMotion *)i->s.motion; }
+static const BeltMotion *const_data(const Instance *i) { return (const BeltMotion *)i->s.motion; }
 
-static const Stepping *stepping_of(Instance *i)
+static const Stepping *get_stepping(Instance *i)
 {
-    i->stepping = i->stepping ? i->stepping : stepping();
+    i->stepping = i->stepping ? i->stepping : choose_stepping();
     return i->stepping;
 }
 
@@ -57,8 +57,8 @@ static double speed_of(const State *s, int variable)
     return speed < LEAST_SPEED ? 0.0 : speed;
 }
 
-/* BELT_PARAMETERS columns, as `Stepping` takes them. */
-static void parameters_of(const State *s, double *p)
+/* Get BELT_PARAMETERS columns for `Stepping`. */
+static void get_parameters(const State *s, double *p)
 {
     for (int n = 0; n < PARAMETERS; n++)
         p[n] = s->values[PARAMETER_REFERENCES[n]];
@@ -67,8 +67,8 @@ static void parameters_of(const State *s, double *p)
     p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? speed_of(s, V_v_s) : 0.0;
 }
 
-/* How they change with the variables. */
-static void changes_of(const double *d, double *q)
+/* Get the changes of these parameters from those of the variables. */
+static void get_parameter_changes(const double *d, double *q)
 {
     for (int n = 0; n < PARAMETERS; n++)
         q[n] = d[PARAMETER_REFERENCES[n]];
@@ -80,32 +80,32 @@ static double static_friction(const State *s)
     return s->values[V_mu_s] > 0.0 ? s->values[V_mu_s] : s->values[V_mu];
 }
 
-/* Why a value of an input that is in its range is not possible beside the other values. */
-static const char *fits(Instance *i, uint32_t reference, double value)
+/* The reason why a value in the range of an input contradicts the other values, or NULL. */
+static const char *check_input(Instance *i, uint32_t reference, double value)
 {
     const State *s = &i->s;
     const double mu_s = s->values[V_mu_s];
     if (!is_finite_belt(s))
         return NULL;
     if (reference == V_mu && mu_s > 0.0 && value > mu_s)
-        return because(i, "mu = %g: must be at most mu_s = %g", value, mu_s);
-    if (reference == V_v_belt && s->phase == CONTINUOUS && content_in(i)->mode == STICK
+        return set_reason(i, "mu = %g: must be at most mu_s = %g", value, mu_s);
+    if (reference == V_v_belt && s->phase == CONTINUOUS && const_data(i)->mode == STICK
         && value != s->values[V_v_belt])
-        return because(i, "v_belt = %g: while the slider sticks it must stay %g but in event mode",
-                       value, s->values[V_v_belt]);
+        return set_reason(i, "v_belt = %g: while the slider sticks it must stay %g but in event "
+                             "mode", value, s->values[V_v_belt]);
     return NULL;
 }
 
-/* Which values of the belt are given and have no effect. */
-static const char *remark(Instance *i)
+/* A warning about belt values without effect, or NULL. */
+static const char *find_warning(Instance *i)
 {
     static const uint32_t REFERENCES[] = {V_v_belt, V_mu_s, V_v_s};
     const State *s = &i->s;
-    char names[TEXT] = "";
+    char names[TEXT_SIZE] = "";
     int count = 0;
     if (is_finite_belt(s))
         return s->values[V_v_s] > 0.0 && s->values[V_mu_s] == 0.0
-                   ? because(i, "v_s has no effect without mu_s")
+                   ? set_reason(i, "v_s has no effect without mu_s")
                    : NULL;
     for (size_t n = 0; n < sizeof REFERENCES / sizeof *REFERENCES; n++) {
         const Variable *v = &COMPONENT.variables[REFERENCES[n]];
@@ -113,241 +113,248 @@ static const char *remark(Instance *i)
             continue;
         strcat(strcat(names, count++ ? ", " : ""), v->name);
     }
-    return count ? because(i, "%s %s no effect without finite_belt", names,
-                           count == 1 ? "has" : "have")
+    return count ? set_reason(i, "%s %s no effect without finite_belt", names,
+                              count == 1 ? "has" : "have")
                  : NULL;
 }
 
 static const char *begin_motion(Instance *i)
 {
     State *s = &i->s;
-    Content *at = content_of(i);
+    BeltMotion *data = belt_data(i);
     const double *v = s->values;
     const int separation = v[V_separation] != 0.0;
-    const char *why = fits(i, V_mu, v[V_mu]);
-    double p[BELT_PARAMETERS], state[4] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
-    if (why)
-        return why;
-    parameters_of(s, p);
+    const char *reason = check_input(i, V_mu, v[V_mu]);
+    double p[BELT_PARAMETERS];
+    double state[4] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
+    if (reason)
+        return reason;
+    get_parameters(s, p);
     if (v[V_start_static] != 0.0)
         resting_state(p, separation, state);
     if (!is_finite_number(state[2]))
-        return because(i, "no equilibrium: F = %g N lifts the slider and no spring holds it "
+        return set_reason(i, "no equilibrium: F = %g N lifts the slider and no spring holds it "
                           "vertically; use F >= 0, a larger k3, or ignore separation", p[P_F]);
-    stepping_of(i)->begin(&at->motion, p, separation, is_finite_belt(s), state, s->start_time,
-                          s->tolerance * LOCAL_TOLERANCE);
-    at->mode = mode_of_motion(&at->motion), at->last_event = s->start_time;
-    at->separations = at->reattachments = at->switches = 0.0;
-    at->sticks = at->first_sticks = at->mode == STICK;
-    at->speed = p[P_V_BELT], at->acceleration = 0.0;
+    get_stepping(i)->begin(&data->motion, p, separation, is_finite_belt(s), state, s->start_time,
+                           s->tolerance * LOCAL_TOLERANCE);
+    data->mode = motion_mode(&data->motion), data->last_event = s->start_time;
+    data->separations = data->reattachments = data->switches = 0.0;
+    data->sticks = data->starts_in_stick = data->mode == STICK;
+    data->speed = p[P_V_BELT], data->acceleration = 0.0;
     s->states[X] = state[0], s->states[VX] = state[1];
     s->states[Y] = state[2], s->states[VY] = state[3];
     return NULL;
 }
 
-/* Whether friction falls with the sliding speed. */
-static int follows_law(const State *s)
+/* Whether friction depends on the sliding speed. */
+static int has_friction_law(const State *s)
 {
     const double *v = s->values;
     return is_finite_belt(s) && speed_of(s, V_v_s) > 0.0 && v[V_mu_s] > v[V_mu];
 }
 
 /* As `overflow_error` in `fivtui.taylor.stepper`. */
-static const char *overflow(Instance *i, double t, double size)
+static const char *overflow_reason(Instance *i, double t, double size)
 {
     const State *s = &i->s;
     const double *v = s->values;
-    const Remedy for_small[] = {
-        {"a larger v_s", follows_law(s)},
+    const Remedy remedies_if_fast[] = {
+        {"a larger v_s", has_friction_law(s)},
         {"a softer contact", 1},
         {"less damping", v[V_c1] > 0.0 || v[V_c2] > 0.0},
         {"a greater mass", 1},
     };
-    const Remedy for_large[] = {
+    const Remedy remedies_if_large[] = {
         {"separation", v[V_separation] == 0.0},
         {"a cubic contact (k_nl above 0)", v[V_k_nl] == 0.0},
         {"a shorter run", 1},
     };
     if (size < SMALL) {
-        because(i, "the motion changes faster than floating-point numbers resolve at t = %g s", t);
-        return advise(i, for_small, sizeof for_small / sizeof *for_small);
+        set_reason(i, "the motion changes faster than floating-point numbers resolve at t = %g s",
+                   t);
+        return advise(i, remedies_if_fast, sizeof remedies_if_fast / sizeof *remedies_if_fast);
     }
-    because(i, "the motion grows beyond the floating-point range at t = %g s", t);
-    return advise(i, for_large, sizeof for_large / sizeof *for_large);
+    set_reason(i, "the motion grows beyond the floating-point range at t = %g s", t);
+    return advise(i, remedies_if_large, sizeof remedies_if_large / sizeof *remedies_if_large);
 }
 
 /* As `stall_error` in `fivtui.taylor.stepper`. */
-static const char *stall(Instance *i, double t)
+static const char *stall_reason(Instance *i, double t)
 {
     const Remedy remedies[] = {
         {"a less stiff contact", 1},
         {"more damping", 1},
-        {"a larger v_s", follows_law(&i->s)},
+        {"a larger v_s", has_friction_law(&i->s)},
     };
-    because(i, "at t = %.17g s the motion changes faster than floating-point time resolves", t);
+    set_reason(i, "at t = %.17g s the motion changes faster than floating-point time resolves", t);
     return advise(i, remedies, sizeof remedies / sizeof *remedies);
 }
 
 static const char *move_on(Instance *i, double from, double *t, int *switched)
 {
     const State *s = &i->s;
-    Motion *m = &content_of(i)->motion;
+    Motion *m = &belt_data(i)->motion;
     const Ramp force = {s->values[V_F], s->slopes[V_F]}, mu = {s->values[V_mu], s->slopes[V_mu]};
     const Ramp speed = {speed_of(s, V_v_belt), s->slopes[V_v_belt]};
-    switch (stepping_of(i)->move(m, from, t, switched, force, mu, speed)) {
+    switch (get_stepping(i)->move(m, from, t, switched, force, mu, speed)) {
     case OVERFLOW:
-        return overflow(i, m->failed_at, m->failed_size);
+        return overflow_reason(i, m->failed_at, m->failed_size);
     case STALLED:
-        return stall(i, m->failed_at);
+        return stall_reason(i, m->failed_at);
     case STEP_LIMIT:
-        return needs_too_much(i, m->failed_at);
+        return step_limit_reason(i, m->failed_at);
     default:
         return NULL;
     }
 }
 
-static double known_until(const Instance *i)
+static double computed_until(const Instance *i)
 {
-    const Motion *m = &content_in(i)->motion;
-    /* After a ramp the inputs are held: another motion. */
-    return is_driven(m) ? -INFINITE : m->end;
+    const Motion *m = &const_data(i)->motion;
+    /* After a ramp the inputs are held, so the motion must begin anew. */
+    return has_ramps(m) ? -INFINITE : m->end;
 }
 
-static double part_end(Instance *i)
+static double motion_step_end(Instance *i)
 {
     double t = i->s.t;
-    Motion *m = &content_of(i)->motion;
+    Motion *m = &belt_data(i)->motion;
     const Motion before = *m;
-    /* What goes wrong is told by the step. */
+    /* The step itself reports failures. */
     const double end = move_on(i, t, &t, NULL) ? INFINITE : m->end;
-    /* A belt that holds may not hold if it is held at its speed: such a mode is not to be counted. */
+    /* Do not count modes met while looking ahead. */
     if (i->updates_inputs && is_finite_belt(&i->s))
         *m = before;
     return end;
 }
 
-/* The state at the time reached; its mode and the switches so far, unless one is still pending. */
-static void look(Instance *i)
+/* Read state, mode and counts at the current time; keep mode and counts if a switch is pending. */
+static void read_motion(Instance *i)
 {
     State *s = &i->s;
-    Content *at = content_of(i);
-    const Motion *m = &at->motion;
+    BeltMotion *data = belt_data(i);
+    const Motion *m = &data->motion;
     const Block *w = &m->w;
     double state[4];
-    stepping_of(i)->state(m, s->t, state);
+    get_stepping(i)->state(m, s->t, state);
     s->states[X] = state[0], s->states[VX] = state[1];
     s->states[Y] = state[2], s->states[VY] = state[3];
-    if (s->is_pending)
+    if (s->switch_pending)
         return;
-    at->mode = mode_of_motion(m), at->last_event = is_finite_belt(s) ? m->changed_at : w->last_switch;
-    at->separations = w->separations, at->reattachments = w->reattachments;
-    at->switches = is_finite_belt(s) ? m->changes : w->separations + w->reattachments;
-    at->sticks = m->sticks + at->first_sticks;
+    data->mode = motion_mode(m);
+    data->last_event = is_finite_belt(s) ? m->changed_at : w->last_switch;
+    data->separations = w->separations, data->reattachments = w->reattachments;
+    data->switches = is_finite_belt(s) ? m->changes : w->separations + w->reattachments;
+    data->sticks = m->sticks + data->starts_in_stick;
 }
 
-/* On a belt of finite speed, the mode under the present inputs, and the belt's acceleration: the
-   step's where they are as it left them, else those with which the next one begins. */
-static void look_at_belt(Instance *i)
+/* On a belt of finite speed, read the acceleration of the belt and the mode: of the last step if no
+   input was set since, else of the beginning of the next step. */
+static void read_belt_mode(Instance *i)
 {
     const State *s = &i->s;
-    Content *at = content_of(i);
-    const Motion *m = &at->motion;
-    at->acceleration = s->are_left ? m->speed.slope : s->slopes[V_v_belt];
-    if (s->are_left || s->is_pending)
+    BeltMotion *data = belt_data(i);
+    const Motion *m = &data->motion;
+    data->acceleration = s->inputs_unchanged ? m->speed.slope : s->slopes[V_v_belt];
+    if (s->inputs_unchanged || s->switch_pending)
         return;
     const Motion before = *m;
     double t = s->t;
-    /* What goes wrong is told by the step. */
+    /* The step itself reports failures. */
     if (!move_on(i, t, &t, NULL))
-        at->mode = mode_of_motion(m);
-    at->motion = before;
+        data->mode = motion_mode(m);
+    data->motion = before;
 }
 
-/* The speed by which the slider slides in a mode; not less than zero by rounding. */
+/* Absolute sliding speed in a mode; rounding below zero is clipped. */
 static double sliding_speed(const State *s, double mode)
 {
-    const double ahead = speed_of(s, V_v_belt) - s->states[VX];
-    return maximum(mode == BACKWARD ? -ahead : ahead, 0.0);
+    const double v_r = speed_of(s, V_v_belt) - s->states[VX];
+    return maximum(mode == BACKWARD ? -v_r : v_r, 0.0);
 }
 
-/* The friction force on the slider, given that of the contact. */
+/* The friction force on the slider; `force` is the contact force. */
 static double friction_on_slider(const Instance *i, const double *p, double force)
 {
-    const Content *at = content_in(i);
-    const double mode = at->mode;
+    const BeltMotion *data = const_data(i);
+    const double mode = data->mode;
     if (mode == STICK)
-        return holding_force(p, i->s.states[X], i->s.states[Y], at->acceleration);
+        return holding_force(p, i->s.states[X], i->s.states[Y], data->acceleration);
     if (mode != FORWARD && mode != BACKWARD)
         return i->s.values[V_mu] * force;
     const double friction = friction_coefficient(p, sliding_speed(&i->s, mode)) * force;
     return mode == BACKWARD ? -friction : friction;
 }
 
-static void publish(Instance *i)
+static void compute_outputs(Instance *i)
 {
     if (i->type == fmi2CoSimulation) {
-        look(i);
+        read_motion(i);
         if (is_finite_belt(&i->s))
-            look_at_belt(i);
+            read_belt_mode(i);
     }
-    const Content *at = content_in(i);
+    const BeltMotion *data = const_data(i);
     const double *states = i->s.states;
     double *v = i->s.values, x = states[X], y = states[Y], vx = states[VX], vy = states[VY];
     double p[BELT_PARAMETERS];
-    parameters_of(&i->s, p);
-    const double force = at->mode != SEPARATED ? spring_force(p, y) + 0.0 : 0.0;
+    get_parameters(&i->s, p);
+    const double force = data->mode != SEPARATED ? spring_force(p, y) + 0.0 : 0.0;
     const double friction = friction_on_slider(i, p, force);
     v[V_x] = x, v[V_vx] = vx, v[V_y] = v[V_switching] = y, v[V_vy] = vy;
     v[V_P] = force;
     v[V_friction_slider] = friction, v[V_friction_belt] = -friction;
     v[V_ax] = horizontal_acceleration(p, x, vx, y, friction);
-    if (at->mode == STICK)
-        v[V_ax] = at->acceleration;
+    if (data->mode == STICK)
+        v[V_ax] = data->acceleration;
     v[V_ay] = vertical_acceleration(p, x, y, vy, force - load_of(p));
-    v[V_mode] = v[V_mode_integer] = v[V_mode_enumeration] = at->mode;
-    v[V_separations] = at->separations, v[V_reattachments] = at->reattachments;
-    v[V_switches] = at->switches, v[V_sticks] = at->sticks;
-    v[V_last_event] = at->last_event;
+    v[V_mode] = v[V_mode_integer] = v[V_mode_enumeration] = data->mode;
+    v[V_separations] = data->separations, v[V_reattachments] = data->reattachments;
+    v[V_switches] = data->switches, v[V_sticks] = data->sticks;
+    v[V_last_event] = data->last_event;
 }
 
-/* A value, or where that is zero one on a side. */
-static double on_side(double value, double side) { return value != 0.0 ? value : side * DBL_MIN; }
+/* The value, or a tiny number with the sign of `side` if it is zero. */
+static double signed_value(double value, double side)
+{
+    return value != 0.0 ? value : side * DBL_MIN;
+}
 
-/* Each is y, v_r or a margin of the hold where its zero ends the mode, else a constant; where it is
-   zero it is on the side of the mode. */
-static void indicate(const Instance *i, double *indicators)
+/* An indicator is y, v_r or a margin of stick if its zero ends the mode, else 1. At zero it has the
+   sign that it has within the mode. */
+static void event_indicators(const Instance *i, double *indicators)
 {
     const State *s = &i->s;
-    const Content *at = content_in(i);
-    const double mode = at->mode, y = s->states[Y];
+    const BeltMotion *data = const_data(i);
+    const double mode = data->mode, y = s->states[Y];
     for (int n = 0; n < INDICATORS; n++)
         indicators[n] = 1.0;
-    indicators[AT_HEIGHT] = on_side(y, mode == SEPARATED ? 1.0 : -1.0);
+    indicators[HEIGHT] = signed_value(y, mode == SEPARATED ? 1.0 : -1.0);
     if (mode == FORWARD || mode == BACKWARD) {
         const double side = mode == FORWARD ? 1.0 : -1.0;
-        indicators[AT_SLIDING] = on_side(speed_of(s, V_v_belt) - s->states[VX], side);
+        indicators[SLIDING_SPEED] = signed_value(speed_of(s, V_v_belt) - s->states[VX], side);
     } else if (mode == STICK) {
         double p[BELT_PARAMETERS];
-        parameters_of(s, p);
-        const double grip = static_friction(s) * spring_force(p, y);
-        const double held = holding_force(p, s->states[X], y, at->acceleration);
-        indicators[HELD_FORWARD] = on_side(grip - held, 1.0);
-        indicators[HELD_BACKWARD] = on_side(grip + held, 1.0);
+        get_parameters(s, p);
+        const double friction_limit = static_friction(s) * spring_force(p, y);
+        const double holding = holding_force(p, s->states[X], y, data->acceleration);
+        indicators[FORWARD_MARGIN] = signed_value(friction_limit - holding, 1.0);
+        indicators[BACKWARD_MARGIN] = signed_value(friction_limit + holding, 1.0);
     }
 }
 
 static double largest(double a, double b) { return a > b ? a : b; }
 
-/* The mode on a belt of finite speed at a state that is not at y = 0, or has been put there; v_r is
-   made zero where its sign is rounding, or the importer has gone past its zero. */
-static double mode_at(const Instance *i, Block *w, double *p, double *state, double reach)
+/* Find the mode on a belt of finite speed at a state whose y is exact. Set v_r to zero if its sign
+   is rounding, or if the importer stopped beyond its zero. */
+static double find_mode(const Instance *i, Block *w, double *p, double *state, double reach)
 {
-    const Content *at = content_in(i);
-    const double vx = state[1], speed = p[P_V_BELT], ahead = speed - vx;
-    const int past = (at->mode == FORWARD && ahead < 0.0) || (at->mode == BACKWARD && ahead > 0.0);
-    const double near = past && speed == at->speed ? GONE_PAST : AT_SWITCH;
+    const BeltMotion *data = const_data(i);
+    const double vx = state[1], speed = p[P_V_BELT], v_r = speed - vx;
+    const int is_past =
+        (data->mode == FORWARD && v_r < 0.0) || (data->mode == BACKWARD && v_r > 0.0);
+    const double tolerance = is_past && speed == data->speed ? PAST_TOLERANCE : SWITCH_TOLERANCE;
     Belt belt;
-    if (vabs(ahead) <= near * largest(reach, speed))
+    if (vabs(v_r) <= tolerance * largest(reach, speed))
         state[1] = speed;
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
     begin_problem(w, 0, p, i->s.values[V_separation] != 0.0, state);
@@ -356,55 +363,55 @@ static double mode_at(const Instance *i, Block *w, double *p, double *state, dou
         state[1] = vx;
         return SEPARATED;
     }
-    belt.hold_tolerance = AT_SWITCH;
+    belt.hold_tolerance = SWITCH_TOLERANCE;
     return (double)mode_on_belt(&belt, state[0], state[1], state[2], state[3]);
 }
 
-static int settle(Instance *i)
+static int update_mode(Instance *i)
 {
     State *s = &i->s;
-    Content *at = content_of(i);
+    BeltMotion *data = belt_data(i);
     double p[BELT_PARAMETERS];
     double state[4] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
     Block w;
-    parameters_of(s, p);
+    get_parameters(s, p);
     begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
     const double speed = largest(vabs(state[1]), vabs(state[3])) / w.frequency;
-    const double place = largest(vabs(state[0]), vabs(state[2]));
-    const double reach = largest(w.deflection, largest(place, speed));
-    if (vabs(state[2]) <= AT_SWITCH * reach) {
+    const double position = largest(vabs(state[0]), vabs(state[2]));
+    const double reach = largest(w.deflection, largest(position, speed));
+    if (vabs(state[2]) <= SWITCH_TOLERANCE * reach) {
         /* The sign of y is rounding; the direction of the motion decides. */
         state[2] = 0.0;
         begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
     }
     double mode = w.side > 0.0 ? SEPARATED : CONTACT;
     if (is_finite_belt(s)) {
-        mode = mode_at(i, &w, p, state, reach * w.frequency);
-        at->speed = p[P_V_BELT];
+        mode = find_mode(i, &w, p, state, reach * w.frequency);
+        data->speed = p[P_V_BELT];
     }
-    if (mode == at->mode)
+    if (mode == data->mode)
         return 0;
-    at->separations += mode == SEPARATED, at->reattachments += at->mode == SEPARATED;
-    at->switches += 1.0, at->sticks += mode == STICK;
-    at->mode = mode, at->last_event = s->t, s->states[VX] = state[1], s->states[Y] = state[2];
+    data->separations += mode == SEPARATED, data->reattachments += data->mode == SEPARATED;
+    data->switches += 1.0, data->sticks += mode == STICK;
+    data->mode = mode, data->last_event = s->t, s->states[VX] = state[1], s->states[Y] = state[2];
     return 1;
 }
 
-/* The change of the friction force on the slider, given those of the values and of the force. */
+/* The change of the friction force on the slider; `force` is the change of the contact force. */
 static double change_of_friction(const Instance *i, const double *p, const double *q,
                                  const double *d, double force)
 {
     const State *s = &i->s;
-    const double *v = s->values, mode = content_in(i)->mode;
+    const double *v = s->values, mode = const_data(i)->mode;
     if (mode == STICK)
         return holding_force_change(p, q, v[V_x], d[V_x], v[V_y], d[V_y],
-                                    content_in(i)->acceleration, 0.0);
+                                    const_data(i)->acceleration, 0.0);
     if (mode != FORWARD && mode != BACKWARD)
         return v[V_mu] * force + d[V_mu] * v[V_P];
     const double sign = mode == FORWARD ? 1.0 : -1.0, speed = sliding_speed(s, mode);
     const double mu = friction_coefficient(p, speed);
-    const double faster = sign * (d[V_v_belt] - d[V_vx]);
-    double change = friction_coefficient_change(p, q, speed, faster);
+    const double speed_change = sign * (d[V_v_belt] - d[V_vx]);
+    double change = friction_coefficient_change(p, q, speed, speed_change);
     if (v[V_v_s] > 0.0 && v[V_mu_s] == 0.0 && d[V_mu_s] != 0.0) {
         /* 0 stands for μ: friction jumps there. */
         change = __builtin_nan("");
@@ -414,9 +421,9 @@ static double change_of_friction(const Instance *i, const double *p, const doubl
 
 static void differentiate(const Instance *i, double *d)
 {
-    const double *v = i->s.values, y = v[V_y], mode = content_in(i)->mode;
+    const double *v = i->s.values, y = v[V_y], mode = const_data(i)->mode;
     double p[BELT_PARAMETERS], q[BELT_PARAMETERS];
-    parameters_of(&i->s, p), changes_of(d, q);
+    get_parameters(&i->s, p), get_parameter_changes(d, q);
     const double force = mode != SEPARATED ? spring_force_change(p, q, y, d[V_y]) : 0.0;
     const double friction = change_of_friction(i, p, q, d, force);
     d[V_P] = force, d[V_switching] = d[V_y];
@@ -438,12 +445,14 @@ static void differentiate_start(const Instance *i, double *d)
     if (v[V_start_static] == 0.0)
         return;
     double p[BELT_PARAMETERS], q[BELT_PARAMETERS];
-    parameters_of(&i->s, p), changes_of(d, q);
-    const double y = v[V_y], push = load_of_change(p, q);
+    get_parameters(&i->s, p), get_parameter_changes(d, q);
+    const double y = v[V_y], load_change = load_of_change(p, q);
     if (v[V_separation] != 0.0 && load_of(p) < 0.0)
-        d[V_y] = -(push + suspension_stiffness_change(p, q) * y) / suspension_stiffness(p);
+        d[V_y] = -(load_change + suspension_stiffness_change(p, q) * y) / suspension_stiffness(p);
     else
-        d[V_y] = -(push + (rest_cubic_change(p, q, 0.0, 0.0) * y * y + rest_linear_change(p, q, 0.0, 0.0)) * y)
+        d[V_y] = -(load_change
+                   + (rest_cubic_change(p, q, 0.0, 0.0) * y * y
+                      + rest_linear_change(p, q, 0.0, 0.0)) * y)
                  / (3.0 * rest_cubic(p, 0.0) * y * y + rest_linear(p, 0.0));
     d[V_x] = rest_position_change(p, q, y, d[V_y], 0.0, 0.0);
     d[V_vx] = d[V_vy] = 0.0;
@@ -451,7 +460,7 @@ static void differentiate_start(const Instance *i, double *d)
 
 enum {
     N_MODE, N_SEPARATIONS, N_REATTACHMENTS, N_SWITCHES, N_ALL_STICKS, N_LAST_EVENT,
-    N_FIRST_STICKS, N_SPEED_THEN,
+    N_FIRST_STICKS, N_LAST_SPEED,
     N_T, N_REST, N_STEP_SIDE, N_STALLED, N_LIFTS, N_LANDINGS, N_LAST, N_X, N_VX, N_Y, N_VY,
     N_STEP_MODE, N_STICKS, N_SLIPS, N_REVERSALS, N_CHANGES, N_CHANGED_AT,
     N_STEPPED, N_SINCE, N_F, N_F_SLOPE, N_MU, N_MU_SLOPE, N_SPEED, N_SPEED_SLOPE, NUMBERS
@@ -460,19 +469,19 @@ _Static_assert(NUMBERS <= MOTION_NUMBERS, "there is no room for the numbers");
 
 static void pack(const Instance *i, double *n)
 {
-    const Content *at = content_in(i);
-    const Motion *m = &at->motion;
+    const BeltMotion *data = const_data(i);
+    const Motion *m = &data->motion;
     const Block *w = &m->w;
-    n[N_MODE] = at->mode, n[N_SEPARATIONS] = at->separations;
-    n[N_REATTACHMENTS] = at->reattachments, n[N_LAST_EVENT] = at->last_event;
-    n[N_SWITCHES] = at->switches, n[N_ALL_STICKS] = at->sticks;
-    n[N_FIRST_STICKS] = at->first_sticks, n[N_SPEED_THEN] = at->speed;
+    n[N_MODE] = data->mode, n[N_SEPARATIONS] = data->separations;
+    n[N_REATTACHMENTS] = data->reattachments, n[N_LAST_EVENT] = data->last_event;
+    n[N_SWITCHES] = data->switches, n[N_ALL_STICKS] = data->sticks;
+    n[N_FIRST_STICKS] = data->starts_in_stick, n[N_LAST_SPEED] = data->speed;
     n[N_T] = w->t, n[N_REST] = w->remainder, n[N_STEP_SIDE] = w->side, n[N_STALLED] = w->stalled;
     n[N_LIFTS] = w->separations, n[N_LANDINGS] = w->reattachments, n[N_LAST] = w->last_switch;
     n[N_X] = w->xs[0], n[N_VX] = w->xs[1], n[N_Y] = w->ys[0], n[N_VY] = w->ys[1];
-    n[N_STEP_MODE] = mode_of_motion(m), n[N_STICKS] = m->sticks, n[N_SLIPS] = m->slips;
+    n[N_STEP_MODE] = motion_mode(m), n[N_STICKS] = m->sticks, n[N_SLIPS] = m->slips;
     n[N_REVERSALS] = m->reversals, n[N_CHANGES] = m->changes, n[N_CHANGED_AT] = m->changed_at;
-    n[N_STEPPED] = m->stepped, n[N_SINCE] = m->since;
+    n[N_STEPPED] = m->has_step, n[N_SINCE] = m->ramp_start;
     n[N_F] = m->force.value, n[N_F_SLOPE] = m->force.slope;
     n[N_MU] = m->friction.value, n[N_MU_SLOPE] = m->friction.slope;
     n[N_SPEED] = m->speed.value, n[N_SPEED_SLOPE] = m->speed.slope;
@@ -486,17 +495,17 @@ static int is_mode(double mode, const State *s)
                              : mode == CONTACT;
 }
 
-/* Whether the speed at the start of the step is that of its mode, but for rounding. */
+/* Whether the speed at the start of the step suits its mode, up to rounding. */
 static int has_speed_of_mode(const double *n)
 {
     const double mode = n[N_STEP_MODE];
     const double v = n[N_SPEED] + n[N_SPEED_SLOPE] * ((n[N_T] - n[N_SINCE]) + n[N_REST]);
-    const double ahead = v - n[N_VX], slack = 0x1p-40 * (vabs(v) + vabs(n[N_VX]));
-    return !(mode == FORWARD && ahead < -slack) && !(mode == BACKWARD && ahead > slack)
-           && !(mode == STICK && vabs(ahead) > slack);
+    const double v_r = v - n[N_VX], tolerance = 0x1p-40 * (vabs(v) + vabs(n[N_VX]));
+    return !(mode == FORWARD && v_r < -tolerance) && !(mode == BACKWARD && v_r > tolerance)
+           && !(mode == STICK && vabs(v_r) > tolerance);
 }
 
-/* Whether what a time lacks of the exact one is rounding. */
+/* Whether `rest`, the rounding error of t, is small enough. */
 static int is_rounding(double rest, double t)
 {
     return vabs(rest) <= 0x1p-50 * (vabs(t) + 1.0);
@@ -505,19 +514,20 @@ static int is_rounding(double rest, double t)
 static int unpack(Instance *i, const double *n)
 {
     State *s = &i->s;
-    Content *at = content_of(i);
-    Motion *m = &at->motion;
+    BeltMotion *data = belt_data(i);
+    Motion *m = &data->motion;
     Block *w = &m->w;
-    const Stepping *stepping = stepping_of(i);
+    const Stepping *stepping = get_stepping(i);
     const int separation = s->values[V_separation] != 0.0;
     const double state[4] = {n[N_X], n[N_VX], n[N_Y], n[N_VY]};
     double p[BELT_PARAMETERS];
-    parameters_of(s, p);
+    get_parameters(s, p);
     p[P_F] = n[N_F], p[P_MU] = n[N_MU], p[P_V_BELT] = n[N_SPEED];
-    at->mode = n[N_MODE], at->separations = n[N_SEPARATIONS];
-    at->reattachments = n[N_REATTACHMENTS], at->last_event = n[N_LAST_EVENT];
-    at->switches = n[N_SWITCHES], at->sticks = n[N_ALL_STICKS];
-    at->first_sticks = n[N_FIRST_STICKS], at->speed = n[N_SPEED_THEN], at->acceleration = 0.0;
+    data->mode = n[N_MODE], data->separations = n[N_SEPARATIONS];
+    data->reattachments = n[N_REATTACHMENTS], data->last_event = n[N_LAST_EVENT];
+    data->switches = n[N_SWITCHES], data->sticks = n[N_ALL_STICKS];
+    data->starts_in_stick = n[N_FIRST_STICKS], data->speed = n[N_LAST_SPEED];
+    data->acceleration = 0.0;
     if (!is_mode(n[N_MODE], s) || !is_mode(n[N_STEP_MODE], s)
         || !is_rounding(n[N_REST], n[N_T])
         || (i->type == fmi2CoSimulation && !has_speed_of_mode(n))
@@ -530,11 +540,11 @@ static int unpack(Instance *i, const double *n)
     set_field(w);
     m->belt.mode = (int64_t)n[N_STEP_MODE], m->sticks = n[N_STICKS], m->slips = n[N_SLIPS];
     m->reversals = n[N_REVERSALS], m->changes = n[N_CHANGES], m->changed_at = n[N_CHANGED_AT];
-    m->since = n[N_SINCE], m->force.slope = n[N_F_SLOPE], m->friction.slope = n[N_MU_SLOPE];
+    m->ramp_start = n[N_SINCE], m->force.slope = n[N_F_SLOPE], m->friction.slope = n[N_MU_SLOPE];
     m->speed.slope = n[N_SPEED_SLOPE];
     if (i->type == fmi2ModelExchange || n[N_STEPPED] == 0.0)
         return i->type == fmi2ModelExchange || s->t == w->t;
-    return stepping->again(m) == RUNNING && s->t >= w->t && s->t < m->end;
+    return stepping->recompute(m) == RUNNING && s->t >= w->t && s->t < m->end;
 }
 
 const Component COMPONENT = {
@@ -546,14 +556,14 @@ const Component COMPONENT = {
     .state_count = STATES,
     .indicator_count = INDICATORS,
     .begin = begin_motion,
-    .remark = remark,
-    .fits = fits,
+    .find_warning = find_warning,
+    .check_input = check_input,
     .move = move_on,
-    .known_until = known_until,
-    .part_end = part_end,
-    .publish = publish,
-    .indicate = indicate,
-    .settle = settle,
+    .computed_until = computed_until,
+    .motion_step_end = motion_step_end,
+    .compute_outputs = compute_outputs,
+    .event_indicators = event_indicators,
+    .update_mode = update_mode,
     .differentiate = differentiate,
     .differentiate_start = differentiate_start,
     .pack = pack,

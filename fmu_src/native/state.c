@@ -1,8 +1,8 @@
-/* The state of an instance: saved, restored, and as bytes.
+/* Save, restore and serialise the state of an instance.
 
    Bytes are, in order and little-endian: "fivtuiFM", version and count of numbers (32 bits each),
-   32 letters that name the build of the FMU, the numbers (64 bits each), and a CRC-32 of all before
-   it. Steps of the motion are computed again from where they start, to the same bits. */
+   32 letters that identify the build, the numbers (64 bits each), and a CRC-32 of all bytes before
+   it. The step of the motion is computed again from its start, to the same bits. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -13,8 +13,11 @@
 
 #define VERSION 1
 enum { MAGIC = 8, BUILD = 32, HEAD = MAGIC + 8 + BUILD, TAIL = 4 };
-/* Numbers before those of variables. */
-enum { N_TYPE, N_PHASE, N_SET_UP, N_BEGUN, N_SLOPED, N_LEFT, N_PENDING, N_START, N_STOP, N_TOLERANCE, N_T, FIXED };
+/* Indices of the numbers before those of variables. */
+enum {
+    N_TYPE, N_PHASE, N_SET_UP, N_MOTION, N_SLOPES, N_UNCHANGED, N_PENDING, N_START, N_STOP,
+    N_TOLERANCE, N_T, FIXED_COUNT
+};
 
 static const char MAGIC_TEXT[MAGIC + 1] = "fivtuiFM";
 static const char BUILD_TEXT[BUILD + 1] = BUILD_NAME;
@@ -27,7 +30,7 @@ typedef struct {
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     Instance *i = c;
-    ALLOWED("get_fmu_state", EITHER, ~IN(INTERMEDIATE));
+    REQUIRE("get_fmu_state", EITHER, ~IN(INTERMEDIATE));
     if (!state)
         return refuse(i, fmi2Error, "get_fmu_state: a place for the state must be given");
     Saved *saved = *state ? *state : malloc(sizeof *saved);
@@ -42,7 +45,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
     Instance *i = c;
     const Saved *saved = state;
-    ALLOWED("set_fmu_state", EITHER, ~IN(INTERMEDIATE));
+    REQUIRE("set_fmu_state", EITHER, ~IN(INTERMEDIATE));
     if (!saved)
         return refuse(i, fmi2Error, "there is no such FMU state");
     if (saved->type != i->type)
@@ -65,18 +68,18 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 
 static size_t number_count(void)
 {
-    return FIXED + 2 * COMPONENT.variable_count + MOST_STATES + MOTION_NUMBERS;
+    return FIXED_COUNT + 2 * COMPONENT.variable_count + MOST_STATES + MOTION_NUMBERS;
 }
 
 static size_t byte_count(void) { return HEAD + 8 * number_count() + TAIL; }
 
-static void put(unsigned char *bytes, uint64_t value, int count)
+static void write_integer(unsigned char *bytes, uint64_t value, int count)
 {
     for (int n = 0; n < count; n++)
         bytes[n] = (unsigned char)(value >> 8 * n);
 }
 
-static uint64_t get(const unsigned char *bytes, int count)
+static uint64_t read_integer(const unsigned char *bytes, int count)
 {
     uint64_t value = 0;
     for (int n = 0; n < count; n++)
@@ -103,22 +106,22 @@ static void pack(const Saved *saved, const Instance *i, double *numbers)
     scratch.s = *s;
     memset(numbers, 0, number_count() * sizeof *numbers);
     numbers[N_TYPE] = saved->type, numbers[N_PHASE] = s->phase, numbers[N_SET_UP] = s->is_set_up;
-    numbers[N_BEGUN] = s->begun, numbers[N_SLOPED] = s->is_sloped;
-    numbers[N_LEFT] = s->are_left, numbers[N_PENDING] = s->is_pending;
+    numbers[N_MOTION] = s->has_motion, numbers[N_SLOPES] = s->has_slopes;
+    numbers[N_UNCHANGED] = s->inputs_unchanged, numbers[N_PENDING] = s->switch_pending;
     numbers[N_START] = s->start_time, numbers[N_STOP] = s->stop_time;
     numbers[N_TOLERANCE] = s->tolerance, numbers[N_T] = s->t;
-    numbers += FIXED;
+    numbers += FIXED_COUNT;
     for (uint32_t r = 0; r < count; r++)
         if (is_settable(COMPONENT.variables + r))
             numbers[r] = s->values[r], numbers[count + r] = s->slopes[r];
     memcpy(numbers + 2 * count, s->states, MOST_STATES * sizeof *numbers);
-    if (s->begun)
+    if (s->has_motion)
         COMPONENT.pack(&scratch, numbers + 2 * count + MOST_STATES);
 }
 
-static int is_one_of(double number, double most)
+static int is_whole_number(double number, double limit)
 {
-    return number >= 0.0 && number <= most && number == (double)(int)number;
+    return number >= 0.0 && number <= limit && number == (double)(int)number;
 }
 
 static int unpack(Instance *i, const double *numbers)
@@ -129,29 +132,30 @@ static int unpack(Instance *i, const double *numbers)
     for (size_t n = 0; n < number_count(); n++)
         if (!isfinite(numbers[n]) && !(n == N_STOP && numbers[n] > 0.0))
             return 0;
-    if (numbers[N_TYPE] != i->type || !is_one_of(numbers[N_PHASE], TERMINATED)
-        || !is_one_of(numbers[N_SET_UP], 1) || !is_one_of(numbers[N_BEGUN], 1)
-        || !is_one_of(numbers[N_SLOPED], 1) || !is_one_of(numbers[N_LEFT], 1)
-        || !is_one_of(numbers[N_PENDING], 1) || numbers[N_STOP] < numbers[N_START]
+    if (numbers[N_TYPE] != i->type || !is_whole_number(numbers[N_PHASE], TERMINATED)
+        || !is_whole_number(numbers[N_SET_UP], 1) || !is_whole_number(numbers[N_MOTION], 1)
+        || !is_whole_number(numbers[N_SLOPES], 1) || !is_whole_number(numbers[N_UNCHANGED], 1)
+        || !is_whole_number(numbers[N_PENDING], 1) || numbers[N_STOP] < numbers[N_START]
         || !(numbers[N_TOLERANCE] >= 1e-13 && numbers[N_TOLERANCE] <= 1e-2))
         return 0;
     s->phase = (Phase)(int)numbers[N_PHASE], s->is_set_up = numbers[N_SET_UP] != 0.0;
-    s->begun = numbers[N_BEGUN] != 0.0, s->is_sloped = numbers[N_SLOPED] != 0.0;
-    s->are_left = numbers[N_LEFT] != 0.0, s->is_pending = numbers[N_PENDING] != 0.0;
+    s->has_motion = numbers[N_MOTION] != 0.0, s->has_slopes = numbers[N_SLOPES] != 0.0;
+    s->inputs_unchanged = numbers[N_UNCHANGED] != 0.0;
+    s->switch_pending = numbers[N_PENDING] != 0.0;
     s->start_time = numbers[N_START], s->stop_time = numbers[N_STOP];
     s->tolerance = numbers[N_TOLERANCE], s->t = numbers[N_T];
-    numbers += FIXED;
+    numbers += FIXED_COUNT;
     for (uint32_t r = 0; r < count; r++) {
         const Variable *v = COMPONENT.variables + r;
         if (!is_settable(v))
             continue;
         if (!(numbers[r] <= v->upper && numbers[r] >= v->lower)
-            || (v->kind == BOOLEAN && !is_one_of(numbers[r], 1)))
+            || (v->kind == BOOLEAN && !is_whole_number(numbers[r], 1)))
             return 0;
         s->values[r] = numbers[r], s->slopes[r] = numbers[count + r];
     }
     memcpy(s->states, numbers + 2 * count, MOST_STATES * sizeof *numbers);
-    return !s->begun || COMPONENT.unpack(i, numbers + 2 * count + MOST_STATES);
+    return !s->has_motion || COMPONENT.unpack(i, numbers + 2 * count + MOST_STATES);
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
@@ -169,7 +173,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
 {
     Instance *i = c;
     unsigned char *out = (unsigned char *)bytes;
-    double numbers[FIXED + 2 * MOST_VARIABLES + MOST_STATES + MOTION_NUMBERS];
+    double numbers[FIXED_COUNT + 2 * MOST_VARIABLES + MOST_STATES + MOTION_NUMBERS];
     if (!i)
         return fmi2Error;
     if (!state || !bytes)
@@ -179,15 +183,15 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
     pack(state, i, numbers);
     memset(out, 0, size);
     memcpy(out, MAGIC_TEXT, MAGIC);
-    put(out + MAGIC, VERSION, 4);
-    put(out + MAGIC + 4, number_count(), 4);
+    write_integer(out + MAGIC, VERSION, 4);
+    write_integer(out + MAGIC + 4, number_count(), 4);
     memcpy(out + MAGIC + 8, BUILD_TEXT, BUILD);
     for (size_t n = 0; n < number_count(); n++) {
         uint64_t bits;
         memcpy(&bits, numbers + n, 8);
-        put(out + HEAD + 8 * n, bits, 8);
+        write_integer(out + HEAD + 8 * n, bits, 8);
     }
-    put(out + byte_count() - TAIL, checksum(out, byte_count() - TAIL), 4);
+    write_integer(out + byte_count() - TAIL, checksum(out, byte_count() - TAIL), 4);
     return fmi2OK;
 }
 
@@ -196,26 +200,27 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 {
     Instance *i = c;
     const unsigned char *in = (const unsigned char *)bytes;
-    double numbers[FIXED + 2 * MOST_VARIABLES + MOST_STATES + MOTION_NUMBERS];
+    double numbers[FIXED_COUNT + 2 * MOST_VARIABLES + MOST_STATES + MOTION_NUMBERS];
     if (!i)
         return fmi2Error;
     if (!state || !bytes)
         return refuse(i, fmi2Error, "bytes, and a place for the state, must be given");
-    if (size >= HEAD && memcmp(in, MAGIC_TEXT, MAGIC) == 0 && get(in + MAGIC, 4) == VERSION
+    if (size >= HEAD && memcmp(in, MAGIC_TEXT, MAGIC) == 0 && read_integer(in + MAGIC, 4) == VERSION
         && memcmp(in + MAGIC + 8, BUILD_TEXT, BUILD) != 0)
         return refuse(i, fmi2Error,
                       "the serialised FMU state comes from another build of this FMU");
     Instance scratch = *i;
-    int good = size == byte_count() && memcmp(in, MAGIC_TEXT, MAGIC) == 0
-               && get(in + MAGIC, 4) == VERSION && get(in + MAGIC + 4, 4) == number_count()
-               && get(in + size - TAIL, 4) == checksum(in, size - TAIL);
-    for (size_t n = 0; good && n < number_count(); n++) {
-        uint64_t bits = get(in + HEAD + 8 * n, 8);
+    int is_intact = size == byte_count() && memcmp(in, MAGIC_TEXT, MAGIC) == 0
+                     && read_integer(in + MAGIC, 4) == VERSION
+                     && read_integer(in + MAGIC + 4, 4) == number_count()
+                     && read_integer(in + size - TAIL, 4) == checksum(in, size - TAIL);
+    for (size_t n = 0; is_intact && n < number_count(); n++) {
+        uint64_t bits = read_integer(in + HEAD + 8 * n, 8);
         memcpy(numbers + n, &bits, 8);
     }
-    if (!good || !unpack(&scratch, numbers))
+    if (!is_intact || !unpack(&scratch, numbers))
         return refuse(i, fmi2Error, "the serialised FMU state is damaged");
-    /* Nothing is known about what *state points to. */
+    /* *state may be uninitialised: do not reuse it. */
     Saved *saved = malloc(sizeof *saved);
     if (!saved)
         return refuse(i, fmi2Error, "deserialize_fmu_state: there is no memory");

@@ -1,12 +1,12 @@
-/* Values of variables: what may be read, what may be set, and when. */
+/* Read and set values of variables, in the phases that allow it. */
 
 #include <math.h>
 
 #include "instance.h"
 
-fmi2Status check_reading(Instance *i)
+fmi2Status check_readable(Instance *i)
 {
-    if (i->s.phase == INTERMEDIATE && i->asks)
+    if (i->s.phase == INTERMEDIATE && i->wants_inputs)
         return refuse(i, fmi2Error, "values cannot be read while inputs are asked for");
     return fmi2OK;
 }
@@ -18,27 +18,27 @@ fmi2Status check_finite(Instance *i, const char *name, double value)
     return refuse(i, fmi2Discard, "%s grows beyond the floating-point range", name);
 }
 
-/* Variables of any type can be read as any: there are importers that read all as Real. */
-static fmi2Status read(Instance *i, const fmi2ValueReference *references, size_t count,
-                       const void *into)
+/* Any variable can be read as any type, because some importers read all as Real. */
+static fmi2Status prepare_reading(Instance *i, const fmi2ValueReference *references, size_t count,
+                                  const void *values)
 {
     if (!i)
         return fmi2Error;
-    if (count > 0 && (!references || !into))
+    if (count > 0 && (!references || !values))
         return refuse(i, fmi2Error, "value references and values must be given");
     for (size_t n = 0; n < count; n++)
         if (references[n] >= COMPONENT.variable_count)
             return refuse(i, fmi2Error, "value reference %u: there is no such variable",
                           references[n]);
-    const fmi2Status status = check_reading(i);
-    return status == fmi2OK ? ready(i) : status;
+    const fmi2Status status = check_readable(i);
+    return status == fmi2OK ? update_outputs(i) : status;
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t count,
                        fmi2Real values[])
 {
     Instance *i = c;
-    fmi2Status status = read(i, r, count, values);
+    fmi2Status status = prepare_reading(i, r, count, values);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         status = check_finite(i, COMPONENT.variables[r[n]].name, i->s.values[r[n]]);
     for (size_t n = 0; n < count && values; n++)
@@ -50,7 +50,7 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t 
                           fmi2Integer values[])
 {
     Instance *i = c;
-    fmi2Status status = read(i, r, count, values);
+    fmi2Status status = prepare_reading(i, r, count, values);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         values[n] = (fmi2Integer)fmin(fmax(i->s.values[r[n]], -0x1p31), 0x1p31 - 1.0);
     return status;
@@ -60,7 +60,7 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t 
                           fmi2Boolean values[])
 {
     Instance *i = c;
-    fmi2Status status = read(i, r, count, values);
+    fmi2Status status = prepare_reading(i, r, count, values);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         values[n] = i->s.values[r[n]] != 0.0;
     return status;
@@ -77,8 +77,8 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t c
 
 static const char *const KIND_NAMES[] = {"Real", "Integer", "Boolean"};
 
-/* Whether a value can be set now; the refusal is logged. */
-static fmi2Status check(Instance *i, fmi2ValueReference reference, Kind kind, double value)
+/* Check whether a value can be set now; log a refusal. */
+static fmi2Status check_settable(Instance *i, fmi2ValueReference reference, Kind kind, double value)
 {
     if (reference >= COMPONENT.variable_count)
         return refuse(i, fmi2Error, "value reference %u: must be from 0 to %u", reference,
@@ -90,9 +90,10 @@ static fmi2Status check(Instance *i, fmi2ValueReference reference, Kind kind, do
     if (v->kind != kind)
         return refuse(i, fmi2Error, "%s is of type %s, not %s", v->name, KIND_NAMES[v->kind],
                       KIND_NAMES[kind]);
-    int fixed = v->role == PARAMETER && phase != INSTANTIATED && phase != INITIALIZATION;
-    const int may_be = phase != INTERMEDIATE || (i->asks && i->updated[reference]);
-    if (fixed || phase == TERMINATED || !may_be)
+    int is_fixed = v->role == PARAMETER && phase != INSTANTIATED && phase != INITIALIZATION;
+    const int may_update =
+        phase != INTERMEDIATE || (i->wants_inputs && i->is_updated[reference]);
+    if (is_fixed || phase == TERMINATED || !may_update)
         return refuse(i, fmi2Error, "%s cannot be set %s", v->name, phase_name(i));
     if (kind != REAL)
         return fmi2OK;
@@ -101,36 +102,37 @@ static fmi2Status check(Instance *i, fmi2ValueReference reference, Kind kind, do
                       isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf", v->allowed);
     if (value > v->upper || value < v->lower)
         return refuse(i, fmi2Discard, "%s = %g: must be %s", v->name, value, v->allowed);
-    const int begins = phase == INSTANTIATED || phase == INITIALIZATION;
-    const char *why = COMPONENT.fits && !begins ? COMPONENT.fits(i, reference, value) : NULL;
-    return why ? refuse(i, fmi2Discard, "%s", why) : fmi2OK;
+    const int is_initial = phase == INSTANTIATED || phase == INITIALIZATION;
+    const int is_checked = COMPONENT.check_input && !is_initial;
+    const char *reason = is_checked ? COMPONENT.check_input(i, reference, value) : NULL;
+    return reason ? refuse(i, fmi2Discard, "%s", reason) : fmi2OK;
 }
 
-/* Sets all values or none. */
-static fmi2Status set(Instance *i, const fmi2ValueReference *r, size_t count, Kind kind,
-                      const fmi2Real *reals, const int *wholes)
+/* Set all values or none. */
+static fmi2Status set_values(Instance *i, const fmi2ValueReference *r, size_t count, Kind kind,
+                             const fmi2Real *reals, const int *integers)
 {
     if (!i)
         return fmi2Error;
-    if (count > 0 && (!r || (!reals && !wholes)))
+    if (count > 0 && (!r || (!reals && !integers)))
         return refuse(i, fmi2Error, "value references and values must be given");
     fmi2Status worst = fmi2OK;
     for (size_t n = 0; n < count; n++) {
-        fmi2Status status = check(i, r[n], kind, reals ? reals[n] : wholes[n]);
+        fmi2Status status = check_settable(i, r[n], kind, reals ? reals[n] : integers[n]);
         worst = status > worst ? status : worst;
     }
     if (worst != fmi2OK)
         return worst;
     State *s = &i->s;
-    const int begins = s->phase == INSTANTIATED || s->phase == INITIALIZATION;
+    const int is_initial = s->phase == INSTANTIATED || s->phase == INITIALIZATION;
     for (size_t n = 0; n < count; n++) {
-        double value = reals ? reals[n] : kind == BOOLEAN ? wholes[n] != 0 : wholes[n];
+        double value = reals ? reals[n] : kind == BOOLEAN ? integers[n] != 0 : integers[n];
         if (s->values[r[n]] == value)
             continue;
         s->values[r[n]] = value;
-        s->published = s->are_left = 0, s->free_until = -INFINITY;
-        if (begins)
-            s->begun = 0;
+        s->has_outputs = s->inputs_unchanged = 0, s->fast_until = -INFINITY;
+        if (is_initial)
+            s->has_motion = 0;
     }
     return fmi2OK;
 }
@@ -138,19 +140,19 @@ static fmi2Status set(Instance *i, const fmi2ValueReference *r, size_t count, Ki
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t count,
                        const fmi2Real values[])
 {
-    return set(c, r, count, REAL, values, NULL);
+    return set_values(c, r, count, REAL, values, NULL);
 }
 
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference r[], size_t count,
                           const fmi2Integer values[])
 {
-    return set(c, r, count, INTEGER, NULL, values);
+    return set_values(c, r, count, INTEGER, NULL, values);
 }
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t count,
                           const fmi2Boolean values[])
 {
-    return set(c, r, count, BOOLEAN, NULL, values);
+    return set_values(c, r, count, BOOLEAN, NULL, values);
 }
 
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t count,

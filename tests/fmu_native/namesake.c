@@ -15,7 +15,7 @@ NAMESAKE(fmi2ExitInitializationMode)
 NAMESAKE(fmi2GetReal)
 NAMESAKE(fmi2FreeInstance)
 NAMESAKE(make_instance)
-NAMESAKE(ready)
+NAMESAKE(update_outputs)
 NAMESAKE(stepping)
 
 #define FMI(name) fmi3##name##TYPE *name = (fmi3##name##TYPE *)dlsym(library, "fmi3" #name)
