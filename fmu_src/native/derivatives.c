@@ -64,7 +64,7 @@ static fmi2Status check_derivative(Instance *i, fmi2ValueReference r, double val
 {
     if (isfinite(value))
         return fmi2OK;
-    return refuse(i, fmi2Discard, "the derivative of %s is no finite number",
+    return refuse(i, fmi2Discard, "the derivative of %s is not a finite number",
                   COMPONENT.variables[r].name);
 }
 

@@ -43,7 +43,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
     (void)no_way_back;
     REQUIRE("completed_integrator_step", fmi2ModelExchange, IN(CONTINUOUS));
     if (!enter_event_mode || !terminate)
-        return refuse(i, fmi2Error, "places for the results must be given");
+        return refuse(i, fmi2Error, "pointers to the results must be given");
     *enter_event_mode = *terminate = fmi2False;
     return fmi2OK;
 }
@@ -62,7 +62,7 @@ static fmi2Status check_count(Instance *i, const void *numbers, size_t count, ui
 {
     if (count == expected && (numbers || count == 0))
         return fmi2OK;
-    return refuse(i, fmi2Error, "%zu numbers are asked for: there are %u", count, expected);
+    return refuse(i, fmi2Error, "%zu numbers: must be %u", count, expected);
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t count)

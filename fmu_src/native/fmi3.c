@@ -11,7 +11,7 @@
 #define REQUIRE_BUFFERS(place)                                                            \
     do {                                                                                  \
         if (!(place))                                                                     \
-            return (fmi3Status)refuse(i, fmi2Error, "places for results must be given");  \
+            return (fmi3Status)refuse(i, fmi2Error, "pointers to results must be given");  \
     } while (0)
 #define REQUIRE3(call, type, phases)                              \
     do {                                                          \
@@ -104,7 +104,8 @@ fmi3Status fmi3EnterEventMode(fmi3Instance c)
     if (i->type == fmi2ModelExchange)
         return (fmi3Status)fmi2EnterEventMode(c);
     if (!i->uses_events)
-        return (fmi3Status)refuse(i, fmi2Error, "enter_event_mode: it is not used");
+        return (fmi3Status)refuse(i, fmi2Error, "enter_event_mode: the instance was created "
+                                                "without event mode");
     i->s.phase = EVENTS, i->s.switch_pending = i->s.has_outputs = 0, i->s.fast_until = -INFINITY;
     return (fmi3Status)update_outputs(i);
 }

@@ -32,10 +32,10 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
     Instance *i = c;
     REQUIRE("get_fmu_state", EITHER, ~IN(INTERMEDIATE));
     if (!state)
-        return refuse(i, fmi2Error, "get_fmu_state: a place for the state must be given");
+        return refuse(i, fmi2Error, "get_fmu_state: a pointer to the state must be given");
     Saved *saved = *state ? *state : malloc(sizeof *saved);
     if (!saved)
-        return refuse(i, fmi2Error, "get_fmu_state: there is no memory");
+        return refuse(i, fmi2Error, "get_fmu_state: out of memory");
     saved->type = i->type, saved->s = i->s;
     *state = saved;
     return fmi2OK;
@@ -204,7 +204,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     if (!i)
         return fmi2Error;
     if (!state || !bytes)
-        return refuse(i, fmi2Error, "bytes, and a place for the state, must be given");
+        return refuse(i, fmi2Error, "bytes and a pointer to the state must be given");
     if (size >= HEAD && memcmp(in, MAGIC_TEXT, MAGIC) == 0 && read_integer(in + MAGIC, 4) == VERSION
         && memcmp(in + MAGIC + 8, BUILD_TEXT, BUILD) != 0)
         return refuse(i, fmi2Error,
@@ -223,7 +223,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     /* *state may be uninitialised: do not reuse it. */
     Saved *saved = malloc(sizeof *saved);
     if (!saved)
-        return refuse(i, fmi2Error, "deserialize_fmu_state: there is no memory");
+        return refuse(i, fmi2Error, "deserialize_fmu_state: out of memory");
     saved->type = scratch.type, saved->s = scratch.s;
     *state = saved;
     return fmi2OK;

@@ -7,7 +7,7 @@
 fmi2Status check_readable(Instance *i)
 {
     if (i->s.phase == INTERMEDIATE && i->wants_inputs)
-        return refuse(i, fmi2Error, "values cannot be read while inputs are asked for");
+        return refuse(i, fmi2Error, "values cannot be read while an update asks for inputs");
     return fmi2OK;
 }
 

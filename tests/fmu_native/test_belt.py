@@ -233,7 +233,7 @@ def test_derived_static_friction_has_no_derivative(folder: Path) -> None:
         references = [[instance.references[n]] for n in ("friction_slider", "mu_s")]
         with pytest.raises(FMICallException, match="discard"):
             instance.fmi.getDirectionalDerivative(*references, [1.0])
-        assert "the derivative of friction_slider is no finite number" in instance.log[-1]
+        assert "the derivative of friction_slider is not a finite number" in instance.log[-1]
 
 
 TABLES: Final[dict[str, list[tuple[float, float]]]] = {

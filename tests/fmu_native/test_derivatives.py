@@ -230,7 +230,7 @@ def test_unavailable_derivatives_are_refused(extracted: Path) -> None:
             (("P",), [1.0], "must be that of an input, state or Real parameter"),
             (("y",), [np.inf], "seed of y = inf: must be a finite number"),
             (("mu",), [np.nan], "seed of mu = nan: must be a finite number"),
-            (("x", "x"), [1e308, 1e308], "the derivative of x is no finite number"),
+            (("x", "x"), [1e308, 1e308], "the derivative of x is not a finite number"),
         ):
             with pytest.raises(FMICallException):
                 instance.derivatives(knowns, seeds)

@@ -115,7 +115,7 @@ def test_forbidden_calls_are_refused_and_change_nothing(folder: Path) -> None:
             "y = nan: must be a finite number": lambda: fmi.setContinuousStates(
                 bad.ctypes.data_as(FLOATS), 4
             ),
-            "3 numbers are asked for: there are 4": lambda: read(fmi.getContinuousStates, 3),
+            "3 numbers: must be 4": lambda: read(fmi.getContinuousStates, 3),
             "time = inf: must be a finite number": lambda: fmi.setTime(np.inf),
             "new_discrete_states is not allowed in continuous-time mode": fmi.newDiscreteStates,
             "m cannot be set in continuous-time mode": lambda: instance.set(m=2.0),

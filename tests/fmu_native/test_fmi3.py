@@ -283,7 +283,7 @@ def test_a_derivative_that_is_not_finite_is_discarded(folder: Path, function: st
                 getattr(model, function)(*references, seeds)
             assert refused.value.status == DISCARD
             message = (
-                "is no finite number"
+                "is not a finite number"
                 if seed == 1e308
                 else f"seed of {seeded[index]} = {seed}: must"
             )
@@ -303,7 +303,7 @@ def test_what_there_is_not_is_refused(folder: Path) -> None:
             "no variable is of type Float32": lambda: model.getFloat32([0]),
             "no variable of type UInt16 can be set": lambda: model.setUInt16([0], [1]),
             "there are no clocks": lambda: model.getClock([0]),
-            "enter_event_mode: it is not used": model.enterEventMode,
+            "enter_event_mode: the instance was created without event mode": model.enterEventMode,
             "enter_step_mode is not allowed while stepping": model.enterStepMode,
             "m cannot be set while stepping": lambda: model.setFloat64([0], [2.0]),
             "there are no structural parameters": model.enterConfigurationMode,

@@ -282,7 +282,7 @@ def test_calls_that_an_intermediate_update_does_not_allow_are_refused(folder: Pa
         "terminate is not allowed during an intermediate update",
         "free_instance is not allowed during an intermediate update",
         "get_directional_derivative is not allowed during an intermediate update",
-        "values cannot be read while inputs are asked for",
+        "values cannot be read while an update asks for inputs",
     } <= set(messages)
 
 
