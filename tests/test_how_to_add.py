@@ -78,7 +78,7 @@ from fivtui.equilibrium import critical_mu_derivatives, critical_speeds
 from fivtui.model import System
 from fivtui.model.slider_belt import static_start_change
 from fivtui.orbits import branch
-from fivtui.safety.least import MADE_OF, groups_of
+from fivtui.safety.hopf_branch import GROUP_PARAMETERS, dimensionless_groups
 from fivtui.tui.session.equations import equations_with
 from fivtui.tui.session.fields import FIELDS
 from fivtui.model.parameters import PARAMETERS
@@ -150,9 +150,9 @@ one, other = (critical_mu_derivatives(System(p)) for p in (light, heavy))
 same([one["g"], one["F"]], [5.0 * other["F"], other["F"]])
 same([one["m"]], [other["m"] + 2.0 * other["F"]])
 members = {"g": np.array([0.0, 2.0])}, {"F": np.array([80.0, 90.0])}
-one, other = (groups_of(Parameters(), varied, 2).ravel() for varied in members)
+one, other = (dimensionless_groups(Parameters(), varied, 2).ravel() for varied in members)
 same(one, other)
-assert "g" in MADE_OF["k_nl"] and "m" in MADE_OF["k_nl"]
+assert "g" in GROUP_PARAMETERS["k_nl"] and "m" in GROUP_PARAMETERS["k_nl"]
 by_g = static_start_change(System(light), "g")
 same(by_g, [5.0 * by for by in static_start_change(System(heavy), "F")])
 if "native" in FLAVOURS:

@@ -17,7 +17,7 @@ from fivtui.model import (
     Parameters,
     System,
 )
-from fivtui.safety import MOST_FOLDS, safe_table
+from fivtui.safety import MAX_FOLDS, safe_table
 from fivtui.scene import Scene
 from fivtui.sweeps import (
     OUTPUTS as OF_SWEEPS,
@@ -155,7 +155,7 @@ def with_table(study: Study, progress: OnProgress | None = None) -> Study:
     for name in names:
         low, high = design.axes[name].at(_TAILS).tolist()
         ranges[name] = low, high
-    drawn = replace(design, kind="sobol", count=MOST_FOLDS // 2, repeats=2, indices=False)
+    drawn = replace(design, kind="sobol", count=MAX_FOLDS // 2, repeats=2, indices=False)
     draws = drawn.columns(np.arange(drawn.size))
     table = safe_table(
         System(study.parameters, study.cases[0]),

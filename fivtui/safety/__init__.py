@@ -1,13 +1,13 @@
-"""Safe friction: below which μ no disturbance leads to vibration, as far as was searched."""
+"""Safe friction: the μ below which no searched disturbance leads to vibration."""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .least import safe_mu_derivatives
-    from .phrases import basis_rows, coexistence_here, safety_words
-    from .table import MOST_FOLDS, SafeTable, safe_mus, safe_table
+    from .hopf_branch import safe_mu_derivatives
+    from .phrases import basis_rows, coexistence_text, verdict_text
+    from .table import MAX_FOLDS, SafeTable, safe_mus, safe_table
     from .verdict import SafeFriction, safe_friction
-    from .zones import Zone, Zones, linear_zones, safety_zones, searched_zones
+    from .zones import Zone, Zones, linear_zones, safety_zones, zones_of_verdict
 else:
     from fivtui.lazy import lazily
 

@@ -1,9 +1,9 @@
-"""Verdicts on friction as JSON data."""
+"""Verdicts on safe friction as JSON data."""
 
 import math
 from typing import Any
 
-from .phrases import basis_rows, safety_words
+from .phrases import basis_rows, verdict_text
 from .search import SearchRound
 from .verdict import OtherAttractor, SafeFriction
 
@@ -13,7 +13,7 @@ def safe_friction_to_dict(verdict: SafeFriction) -> dict[str, Any]:
 
     ``safe_mu`` is the least μ at which another attractor was found, else the critical μ, else None.
     ``safe_mu_not_known_above`` is the μ above which ``safe_mu`` is not known, else None.
-    ``safe_mu_basis`` has the record of the search.
+    ``safe_mu_basis`` is the record of the search.
     """
     basis = verdict.basis
     offset = basis.proved_offset
@@ -21,32 +21,32 @@ def safe_friction_to_dict(verdict: SafeFriction) -> dict[str, Any]:
         "safe_mu": verdict.safe_mu,
         "safe_mu_not_known_above": verdict.unknown_above,
         "safe_mu_basis": {
-            "verdict": safety_words(verdict),
+            "verdict": verdict_text(verdict),
             "found_by": verdict.found_by,
             "statements": dict(basis_rows(verdict)),
-            "others": [_other(record) for record in verdict.others],
+            "others": [_attractor_data(attractor) for attractor in verdict.others],
             "coexisting": [
-                {"period": record.period, "y_half_range": record.half_range}
-                for record in verdict.coexisting
+                {"period": cycle.period, "y_half_range": cycle.half_range}
+                for cycle in verdict.coexisting
             ],
             "continuation": [
                 {
-                    "origin": record.origin,
-                    "cycles": len(record.points),
-                    "mu_min": min(point.value for point in record.points),
-                    "mu_max": max(point.value for point in record.points),
+                    "origin": branch.origin,
+                    "cycles": len(branch.points),
+                    "mu_min": min(point.value for point in branch.points),
+                    "mu_max": max(point.value for point in branch.points),
                     "events": [
                         {"kind": str(event.kind), "mu": event.value, "period": event.period}
-                        for event in record.events
+                        for event in branch.events
                     ],
                 }
-                for record in basis.branches
+                for branch in basis.branches
             ],
             "global_search": {
                 "searched_to": verdict.searched_to,
-                "rounds": [_round(record) for record in basis.rounds],
+                "rounds": [_round_data(search_round) for search_round in basis.rounds],
                 "unconfirmed_mu": [
-                    record.mu for record in verdict.others if record.kind == "other motion"
+                    attractor.mu for attractor in verdict.others if attractor.kind == "other motion"
                 ],
                 "growth_at_any_size_mu": basis.growth_at_any_size,
                 "budget_ended": basis.budget_ended,
@@ -63,24 +63,24 @@ def safe_friction_to_dict(verdict: SafeFriction) -> dict[str, Any]:
     }
 
 
-def _other(record: OtherAttractor) -> dict[str, Any]:
-    cycle = record.cycle
+def _attractor_data(attractor: OtherAttractor) -> dict[str, Any]:
+    cycle = attractor.cycle
     return {
-        "mu": record.mu,
-        "kind": record.kind,
-        "found_by": record.found_by,
+        "mu": attractor.mu,
+        "kind": attractor.kind,
+        "found_by": attractor.found_by,
         "period": None if cycle is None else cycle.period,
         "y_half_range": None if cycle is None else cycle.half_range,
     }
 
 
-def _round(record: SearchRound) -> dict[str, Any]:
+def _round_data(search_round: SearchRound) -> dict[str, Any]:
     return {
-        "mu": list(record.levels),
-        "starts": record.starts,
-        "died_out": record.died_out,
-        "settled": len(record.settled),
-        "unbounded": len(record.unbounded),
-        "undecided": record.undecided,
-        "steps": record.steps,
+        "mu": list(search_round.levels),
+        "starts": search_round.starts,
+        "died_out": search_round.died_out,
+        "settled": len(search_round.settled),
+        "unbounded": len(search_round.unbounded),
+        "undecided": search_round.undecided,
+        "steps": search_round.steps,
     }

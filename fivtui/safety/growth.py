@@ -1,9 +1,9 @@
-"""Growth of large motions with a linear contact spring, where it does not depend on their size.
+"""Growth of large motions with a linear contact spring, at rates independent of their size.
 
-With k_nl = 0 the preload is small beside the forces of a large motion. Without it the equations are
-homogeneous: a motion times any factor is a motion. Whether large motions grow therefore depends on
-μ and on the direction of the state alone, and a motion grows or dies out at a constant rate once
-its direction recurs.
+With k_nl = 0 the preload is small compared with the forces of a large motion. Without the preload
+the equations are homogeneous: a motion times any factor is a motion. Whether large motions grow
+then depends only on μ and on the direction of the state. Once the direction recurs, a motion grows
+or dies out at a constant rate.
 """
 
 import math
@@ -21,75 +21,80 @@ from fivtui.transient import Request, integrate
 
 Floats = NDArray[np.float64]
 
-# Values of μ, and directions per value.
-_LEVELS: Final = 32
-_DIRECTIONS: Final = 32
-# Durations in slowest periods: for directions to settle, and for the measurement of a rate.
-_SETTLING: Final = 100.0
-_MEASURED: Final = 100.0
+# Number of values of μ, and of start directions per value.
+_MU_COUNT: Final = 32
+_DIRECTION_COUNT: Final = 32
+# Durations in slowest periods: until directions have settled, and to measure a growth rate.
+_SETTLING_PERIODS: Final = 100.0
+_MEASURED_PERIODS: Final = 100.0
 _TOL: Final = 1e-8
 _MOST_STEPS: Final = 100_000
-# Relative accuracy of μ.
-_ACCURACY: Final = 1e-7
+# Accuracy of the result, relative to the upper limit of μ.
+_MU_ACCURACY: Final = 1e-7
 
 
-def least_mu_of_growth(p: Parameters, top: float) -> float | None:
-    """The least μ below `top` at which large motions grow without bounds; None without one.
+def least_growth_mu(p: Parameters, mu_limit: float) -> float | None:
+    """The least μ below `mu_limit` at which large motions grow without bounds; None if none grow.
 
-    For a linear contact spring (k_nl = 0) with separation. Motions in 32 directions are followed at
-    32 values of μ; between two values the zero of the growth rate is solved for.
+    The contact spring must be linear (k_nl = 0), with separation. Motions in 32 directions are
+    followed at 32 values of μ; a root finder gives the zero of the growth rate between two values.
     """
     homogeneous = p.with_values({"F": p.F - load(p)})
-    levels = top * (np.arange(_LEVELS) + 1.0) / _LEVELS
-    starts = _growing_fastest(homogeneous, levels)
+    mus = mu_limit * (np.arange(_MU_COUNT) + 1.0) / _MU_COUNT
+    starts = _fastest_growing_states(homogeneous, mus)
     rates = [
-        _rate(homogeneous, mu, start) for mu, start in zip(levels.tolist(), starts, strict=True)
+        _growth_rate(homogeneous, mu, start) for mu, start in zip(mus.tolist(), starts, strict=True)
     ]
-    first = next((index for index, rate in enumerate(rates) if rate > 0.0), None)
-    if first is None:
+    first_growing = next((index for index, rate in enumerate(rates) if rate > 0.0), None)
+    if first_growing is None:
         return None
-    low = float(levels[first - 1]) if first else 0.0
-    start = starts[first]
-    if _rate(homogeneous, low, start) > 0.0:
-        return low
+    lower_mu = float(mus[first_growing - 1]) if first_growing else 0.0
+    start = starts[first_growing]
+    if _growth_rate(homogeneous, lower_mu, start) > 0.0:
+        return lower_mu
     return float(
-        brentq(lambda mu: _rate(homogeneous, mu, start), low, levels[first], xtol=_ACCURACY * top)
+        brentq(
+            lambda mu: _growth_rate(homogeneous, mu, start),
+            lower_mu,
+            mus[first_growing],
+            xtol=_MU_ACCURACY * mu_limit,
+        )
     )
 
 
-def _growing_fastest(p: Parameters, levels: Floats) -> list[State]:
-    # For each μ the final state of the direction with the greatest growth.
+def _fastest_growing_states(p: Parameters, mus: Floats) -> list[State]:
+    # For each μ the settled direction of the start direction that grows most.
     speed = math.tau / slowest_period(p)
-    # Skip the first two points of the sequence, its origin and its centre.
-    points = 2.0 * Sobol(4, scramble=False).fast_forward(2).random(_DIRECTIONS) - 1.0
+    # The first two points of the sequence are its origin and its centre, which give no direction.
+    points = 2.0 * Sobol(4, scramble=False).fast_forward(2).random(_DIRECTION_COUNT) - 1.0
     directions = points / np.linalg.norm(points, axis=1)[:, None] * [1.0, speed, 1.0, speed]
     run = simulate_batch(
-        {"mu": np.repeat(levels, _DIRECTIONS)},
+        {"mu": np.repeat(mus, _DIRECTION_COUNT)},
         base=p,
-        t_end=_SETTLING * slowest_period(p),
+        t_end=_SETTLING_PERIODS * slowest_period(p),
         tol=_TOL,
-        start=np.tile(directions, (levels.size, 1)),
+        start=np.tile(directions, (mus.size, 1)),
         require={"final"},
         max_steps=_MOST_STEPS,
     )
-    size = np.linalg.norm(run.final / [1.0, speed, 1.0, speed], axis=1)
+    sizes = np.linalg.norm(run.final / [1.0, speed, 1.0, speed], axis=1)
     # Overflow is the fastest growth.
-    size = np.where(np.isfinite(size), size, np.inf).reshape(levels.size, _DIRECTIONS)
-    fastest = size.argmax(axis=1)
-    ends = run.final.reshape(levels.size, _DIRECTIONS, 4)
-    begins = np.where(np.isfinite(ends), ends, directions)
-    return [_unit(begins[level, fastest[level]]) for level in range(levels.size)]
+    sizes = np.where(np.isfinite(sizes), sizes, np.inf).reshape(mus.size, _DIRECTION_COUNT)
+    fastest = sizes.argmax(axis=1)
+    final_states = run.final.reshape(mus.size, _DIRECTION_COUNT, 4)
+    states = np.where(np.isfinite(final_states), final_states, directions)
+    return [_normalise(states[index, fastest[index]]) for index in range(mus.size)]
 
 
-def _rate(p: Parameters, mu: float, start: State) -> float:
-    # Rate of growth, 1/s, between separations, after the direction has settled.
-    at = p.with_values({"mu": mu})
+def _growth_rate(p: Parameters, mu: float, start: State) -> float:
+    # Growth rate, 1/s, from the first to the last separation after the direction has settled.
+    at_mu = p.with_values({"mu": mu})
     period = slowest_period(p)
     state = start
     try:
-        for duration in (_SETTLING * period, _MEASURED * period):
+        for duration in (_SETTLING_PERIODS * period, _MEASURED_PERIODS * period):
             request = Request(
-                System(at),
+                System(at_mu),
                 t_end=duration,
                 tol=_TOL,
                 start=state,
@@ -98,19 +103,19 @@ def _rate(p: Parameters, mu: float, start: State) -> float:
             )
             run = integrate(request)
             final = run.final
-            state = _unit(np.array([final.x, final.vx, final.y, final.vy]))
+            state = _normalise(np.array([final.x, final.vx, final.y, final.vy]))
     except ComputationError:
         # Overflow is growth.
         return math.inf
     assert run.solution is not None  # noqa: S101
-    separations = run.switch_times[::2]
-    times = separations[[0, -1]] if separations.size > 1 else np.array([0.0, run.t_end])
+    separation_times = run.switch_times[::2]
+    times = separation_times[[0, -1]] if separation_times.size > 1 else np.array([0.0, run.t_end])
     states = run.solution(times)
     speed = math.tau / period
-    size = np.linalg.norm([states.x, states.vx / speed, states.y, states.vy / speed], axis=0)
-    return float(np.log(size[1] / size[0]) / (times[1] - times[0]))
+    sizes = np.linalg.norm([states.x, states.vx / speed, states.y, states.vy / speed], axis=0)
+    return float(np.log(sizes[1] / sizes[0]) / (times[1] - times[0]))
 
 
-def _unit(state: Floats) -> State:
+def _normalise(state: Floats) -> State:
     x, vx, y, vy = (state / np.abs(state).max()).tolist()
     return (x, vx, y, vy)

@@ -1,4 +1,4 @@
-"""Verdicts on friction among the studies."""
+"""Kind of study: the verdict on safe friction."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Sentences for the verdict and its basis."""
+"""The verdict on safe friction, its basis and coexisting limit cycles as text."""
 
 import math
 from typing import TYPE_CHECKING, Final
@@ -10,48 +10,48 @@ if TYPE_CHECKING:
 _TOO_SLOW: Final = "motions die out too slowly to be followed in the work allowed"
 
 
-def _mu(value: float) -> str:
+def _mu_text(value: float) -> str:
     return f"μ = {value:.4g}"
 
 
-def safety_words(result: "SafeFriction") -> str:
+def verdict_text(result: "SafeFriction") -> str:
     """The verdict as one phrase.
 
     For example ``stable to small disturbances below μ = 0.4394; to all disturbances found below
     μ = 0.2779``.
     """
     critical = result.critical_mu
-    small = "at every μ" if critical is None else f"below {_mu(critical)}"
+    stable_range = "at every μ" if critical is None else f"below {_mu_text(critical)}"
     if result.undamped:
-        return f"small disturbances do not grow {small}; without damping none dies out"
-    verdict = f"stable to small disturbances {small}"
+        return f"small disturbances do not grow {stable_range}; without damping none dies out"
+    verdict = f"stable to small disturbances {stable_range}"
     if result.linear:
         return f"{verdict}; to large ones as well: the system is linear"
     if result.unknown_above is not None:
-        return f"{verdict}; {_unknown(result)}"
-    warning = f" ({_undecided(result)})" if result.basis.rounds[-1].undecided else ""
+        return f"{verdict}; {_unknown_text(result)}"
+    note = f" ({_undecided_text(result)})" if result.basis.rounds[-1].undecided else ""
     if result.others and result.safe_mu is not None:
-        return f"{verdict}; to all disturbances found below {_mu(result.safe_mu)}{warning}"
-    up_to = "" if critical is not None else f" up to {_mu(result.searched_to)}"
-    return f"{verdict}; to all disturbances found{up_to} as well{warning}"
+        return f"{verdict}; to all disturbances found below {_mu_text(result.safe_mu)}{note}"
+    searched_range = "" if critical is not None else f" up to {_mu_text(result.searched_to)}"
+    return f"{verdict}; to all disturbances found{searched_range} as well{note}"
 
 
-def _unknown(result: "SafeFriction") -> str:
+def _unknown_text(result: "SafeFriction") -> str:
     # The μ above which safe μ is not known, an upper bound of safe μ, and the reason.
-    above = result.unknown_above
-    unknown = f"safe μ is not known above {_mu(above)}" if above else "safe μ is not known"
-    why = _undecided(result) if result.basis.rounds[-1].starts else _TOO_SLOW
-    below_it = f", and is below {_mu(result.others[0].mu)}" if result.others else ""
-    return f"{unknown}{below_it} ({why})"
+    limit = result.unknown_above
+    unknown = f"safe μ is not known above {_mu_text(limit)}" if limit else "safe μ is not known"
+    reason = _undecided_text(result) if result.basis.rounds[-1].starts else _TOO_SLOW
+    upper_bound = f", and is below {_mu_text(result.others[0].mu)}" if result.others else ""
+    return f"{unknown}{upper_bound} ({reason})"
 
 
-def _undecided(result: "SafeFriction") -> str:
+def _undecided_text(result: "SafeFriction") -> str:
     final_round = result.basis.rounds[-1]
     return f"{final_round.undecided} of {final_round.starts} motions stayed undecided"
 
 
-def coexistence_here(result: "SafeFriction") -> str:
-    """The largest limit cycle at the μ of the parameter set; empty if none is known.
+def coexistence_text(result: "SafeFriction") -> str:
+    """The largest stable limit cycle at the μ of the parameter set; empty if none is known.
 
     For example ``a limit cycle coexists from μ = 0.2779: half peak-to-peak 7.443 m``.
     """
@@ -59,53 +59,53 @@ def coexistence_here(result: "SafeFriction") -> str:
         return ""
     p, critical = result.parameters, result.critical_mu
     verb = "coexists" if critical is None or p.mu < critical else "attracts"
-    least = result.others[0].mu if result.others else critical
-    since = "" if least is None else f" from {_mu(least)}"
+    least_mu = result.others[0].mu if result.others else critical
+    since = "" if least_mu is None else f" from {_mu_text(least_mu)}"
     return (
         f"a limit cycle {verb}{since}: half peak-to-peak {result.coexisting[-1].half_range:#.4g} m"
     )
 
 
 def basis_rows(result: "SafeFriction") -> list[tuple[str, str]]:
-    """The basis of every statement of the verdict: name of the method, and its result."""
-    rows = [("continuation", _continuation(result))]
+    """The basis of the verdict: the name of each method and what it found."""
+    rows = [("continuation", _continuation_text(result))]
     if result.basis.rounds:
-        rows.append(("global search", _search(result)))
-    rows.append(("proof", _proof(result)))
+        rows.append(("global search", _search_text(result)))
+    rows.append(("proof", _proof_text(result)))
     return rows
 
 
-def _continuation(result: "SafeFriction") -> str:
+def _continuation_text(result: "SafeFriction") -> str:
     basis = result.basis
     if basis.not_followed:
         return f"none: {basis.not_followed}"
-    first = basis.branches[0]
-    values = [point.value for point in first.points]
-    events = ", ".join(f"{event.kind} {event.value:.4g}" for event in first.events[:6])
-    return f"{len(values)} limit cycles from the Hopf point, μ up to {max(values):.4g}: {events}"
+    hopf_branch = basis.branches[0]
+    mus = [point.value for point in hopf_branch.points]
+    events = ", ".join(f"{event.kind} {event.value:.4g}" for event in hopf_branch.events[:6])
+    return f"{len(mus)} limit cycles from the Hopf point, μ up to {max(mus):.4g}: {events}"
 
 
-def _search(result: "SafeFriction") -> str:
+def _search_text(result: "SafeFriction") -> str:
     basis = result.basis
     final_round = basis.rounds[-1]
     if not final_round.starts:
         return f"none: {_TOO_SLOW}"
-    mu = final_round.levels
-    levels = f"{len(mu)} values of μ from {mu[0]:.4g} to {mu[-1]:.4g}"
-    all_of = "all " if final_round.died_out == final_round.starts else f"{final_round.died_out} of "
-    text = f"{all_of}{final_round.starts} starts at {levels} die out"
+    mus = final_round.levels
+    levels = f"{len(mus)} values of μ from {mus[0]:.4g} to {mus[-1]:.4g}"
+    share = "all " if final_round.died_out == final_round.starts else f"{final_round.died_out} of "
+    text = f"{share}{final_round.starts} starts at {levels} die out"
     if final_round.undecided:
         text += f"; the limit of work left {final_round.undecided} undecided"
-    searched = [attractor for attractor in result.others if attractor.found_by == "global search"]
-    cycles = [attractor.mu for attractor in searched if attractor.kind == "limit cycle"]
-    if cycles:
-        text += f"; limit cycles from {_mu(min(cycles))} were found so, and followed"
-    motions = [attractor.mu for attractor in searched if attractor.kind == "other motion"]
-    if motions:
-        text += f"; from {_mu(min(motions))} on motions stay that are no cycle"
-    growth = [attractor.mu for attractor in searched if attractor.kind == "unbounded growth"]
-    if growth:
-        text += f"; from {_mu(min(growth))} on motions grow without bounds"
+    entries = [attractor for attractor in result.others if attractor.found_by == "global search"]
+    cycle_mus = [attractor.mu for attractor in entries if attractor.kind == "limit cycle"]
+    if cycle_mus:
+        text += f"; limit cycles from {_mu_text(min(cycle_mus))} were found so, and followed"
+    motion_mus = [attractor.mu for attractor in entries if attractor.kind == "other motion"]
+    if motion_mus:
+        text += f"; from {_mu_text(min(motion_mus))} on motions stay that are no cycle"
+    growth_mus = [attractor.mu for attractor in entries if attractor.kind == "unbounded growth"]
+    if growth_mus:
+        text += f"; from {_mu_text(min(growth_mus))} on motions grow without bounds"
     if basis.growth_at_any_size is not None:
         text += (
             ": with a linear contact spring (k_nl = 0) all that are large enough do, and they have "
@@ -114,17 +114,17 @@ def _search(result: "SafeFriction") -> str:
     return text
 
 
-def _proof(result: "SafeFriction") -> str:
-    offset, at = result.basis.proved_offset, _mu(result.parameters.mu)
+def _proof_text(result: "SafeFriction") -> str:
+    offset, mu_text = result.basis.proved_offset, _mu_text(result.parameters.mu)
     if offset is None:
-        return f"none at {at}: small disturbances do not die out"
+        return f"none at {mu_text}: small disturbances do not die out"
     if math.isinf(offset):
-        return f"at {at} every motion decays"
-    return f"at {at} motion from rest within ±{offset:.3g} m of the equilibrium decays"
+        return f"at {mu_text} every motion decays"
+    return f"at {mu_text} motion from rest within ±{offset:.3g} m of the equilibrium decays"
 
 
 def verdict_rows(result: "SafeFriction") -> list[tuple[str, str]]:
-    """The verdict, the cycle that coexists at the μ of the set, and the basis of each statement."""
-    cycle = coexistence_here(result)
+    """Rows of the verdict, of the cycle that coexists at the μ of the set, and of the basis."""
+    cycle = coexistence_text(result)
     coexisting = [(f"at μ = {result.parameters.mu:.4g}", cycle)] if cycle else []
-    return [("verdict", safety_words(result)), *coexisting, *basis_rows(result)]
+    return [("verdict", verdict_text(result)), *coexisting, *basis_rows(result)]

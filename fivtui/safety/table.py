@@ -1,8 +1,8 @@
-"""Safe μ of many parameter sets: by continuation of every set, or by polynomials fitted to folds.
+"""Safe μ of many parameter sets: by continuation for every set, or by polynomials fitted to folds.
 
 If one group varies, its range is split into cells until the error at test folds is small enough, or
-the limit of folds is reached. If several groups vary, one polynomial is fitted to folds at draws of
-the parameters, so that it is best where draws are likely.
+the limit of folds is reached. If several groups vary, one polynomial is fitted to folds at random
+parameters, so that it is most accurate where these are likely.
 """
 
 import itertools
@@ -23,41 +23,42 @@ from fivtui.model import (
     System,
 )
 
-from .least import GROUPS, MADE_OF, groups_of, least_of
+from .hopf_branch import GROUP_PARAMETERS, GROUPS, dimensionless_groups, least_cycle_mu
 
 Floats = NDArray[np.float64]
 
-# Limit of folds of a table.
-MOST_FOLDS: Final = 512
-# Error of μ below which continuation stops.
+# Greatest number of folds of a table.
+MAX_FOLDS: Final = 512
+# Error of μ at which a table is accurate enough.
 _TARGET_ERROR: Final = 2e-5
 # Bounds of safe μ along one group.
 _BOUNDS: Final = (0.0, PARAMETERS["mu"].upper)
-# Degree in a cell, number of folds for the fit, and number of folds for the test.
-_DEGREE: Final = 8
-_FITTED: Final = 14
-_TRIED: Final = 6
-# Total degrees over several groups, and largest ratio of coefficients to folds for the fit.
-_DEGREES: Final = range(1, 7)
-_FILLED: Final = 0.5
+# Over one group: degree of the polynomial of a cell, and its folds for the fit and for the test.
+_CELL_DEGREE: Final = 8
+_FIT_NODES: Final = 14
+_TEST_NODES: Final = 6
+# Over several groups: total degrees to choose from, and greatest number of coefficients per fold.
+_TOTAL_DEGREES: Final = range(1, 7)
+_MAX_FILL: Final = 0.5
 # Margin of the box and of safe μ beyond the fitted values, relative to their range.
 _BOX_MARGIN: Final = 0.25
-# One fold in this many is for the test. Folds of the first fit.
-_TRY_EVERY: Final = 3
-_FIRST: Final = 128
+# One fold in this many is for the test; number of folds of the first fit.
+_TEST_EVERY: Final = 3
+_FIRST_FOLDS: Final = 128
 # Quantile of the errors that selects the degree.
 _QUANTILE: Final = 0.95
-# Spread, relative to the widest, below which a direction does not vary.
-_FLAT: Final = 1e-6
-_LEAST_CUBIC: Final = 1e-9
-_BLOCK: Final = 1 << 16
+# A direction whose spread, relative to the widest, is below this does not vary.
+_FLAT_SPREAD: Final = 1e-6
+# Least value of a group in a logarithm; points whose polynomials are evaluated together.
+_LEAST_STIFFNESS: Final = 1e-9
+_BLOCK_SIZE: Final = 1 << 16
 
 
 class SafeCell(msgspec.Struct, frozen=True, array_like=True):
-    """A box of a table with its polynomial, a list in files.
+    """A box of a table with its polynomial; files store it as a list.
 
-    `low` and `high` are its corners. Values of the polynomial are clipped to `least` and
-    `greatest`; `degree` is the total degree, `coefficients` belong to the products of Chebyshev
+    `low` and `high` are the corners of the box. Values of the polynomial are clipped to `least` and
+    `greatest`; `degree` is its total degree, `coefficients` are those of products of Chebyshev
     polynomials.
     """
 
@@ -70,11 +71,11 @@ class SafeCell(msgspec.Struct, frozen=True, array_like=True):
 
 
 class SafeTable(msgspec.Struct, frozen=True):
-    """Safe μ over the groups that vary.
+    """Safe μ over the dimensionless groups that vary.
 
-    `groups` are those of `GROUPS` that vary, stiffnesses by their logarithms. `centre` is the
-    origin of the coordinates of the cells, and `directions` has a row of weights of the groups for
-    each coordinate. `folds` is the number of folds; `errors` of μ at test folds are ascending.
+    `groups` names them. The coordinates of cells are weighted sums of the groups, where logarithms
+    stand for stiffnesses: `centre` is their origin, `directions` has a row of weights for each.
+    `folds` is the number of folds; `errors` are errors of μ at test folds, ascending.
     """
 
     groups: tuple[str, ...]
@@ -87,7 +88,7 @@ class SafeTable(msgspec.Struct, frozen=True):
 
     @property
     def error(self) -> float:
-        """The greatest error."""
+        """The greatest error at test folds."""
         return self.errors[-1]
 
     @property
@@ -97,19 +98,19 @@ class SafeTable(msgspec.Struct, frozen=True):
 
     def at(self, groups: Floats) -> Floats:
         """Safe μ at groups of shape (n, 5), clipped to the boxes; NaN where groups are NaN."""
-        x = _coordinates(groups)[:, [GROUPS.index(name) for name in self.groups]]
-        x = x - np.array(self.centre)
-        # Explicit sums: the rounding of a matrix product depends on the number of rows.
-        z = np.stack(
-            [sum(x[:, k] * part for k, part in enumerate(row)) for row in self.directions], axis=1
+        points = _coordinates(groups)[:, [GROUPS.index(name) for name in self.groups]]
+        points = points - np.array(self.centre)
+        # Explicit sums: rounding in a matrix product depends on the number of rows.
+        positions = np.stack(
+            [sum(points[:, k] * w for k, w in enumerate(row)) for row in self.directions], axis=1
         )
-        defined = ~np.isnan(z).any(axis=1)
+        defined = ~np.isnan(positions).any(axis=1)
         low = np.min([cell.low for cell in self.cells], axis=0)
         high = np.max([cell.high for cell in self.cells], axis=0)
-        inside = np.clip(z, low, high)
-        mu = np.full(len(z), np.nan)
+        inside = np.clip(positions, low, high)
+        mu = np.full(len(positions), np.nan)
         for cell in self.cells:
-            # A common face belongs to the last cell: both agree within the error.
+            # A face of two cells belongs to the second: both agree within the error.
             in_cell = defined & ((inside >= cell.low) & (inside <= cell.high)).all(axis=1)
             if in_cell.any():
                 mu[in_cell] = _evaluate_cell(cell, inside[in_cell])
@@ -123,18 +124,18 @@ def safe_mus(
     table: SafeTable | None = None,
     progress: OnProgress | None = None,
 ) -> Floats:
-    """Safe μ of n parameter sets by continuation from the Hopf point, shape (n,)."""
-    groups = groups_of(p, varied, separation.size)
+    """Safe μ of n parameter sets by continuation from the Hopf point or a table, shape (n,)."""
+    groups = dimensionless_groups(p, varied, separation.size)
     if table is not None:
         critical = critical_mus(p, varied, separation)
         return np.where(np.isnan(critical), np.nan, np.minimum(table.at(groups), critical))
-    rows, row_of = np.unique(np.column_stack([groups, separation]), axis=0, return_inverse=True)
+    rows, set_rows = np.unique(np.column_stack([groups, separation]), axis=0, return_inverse=True)
     mu, work = np.full(len(rows), np.nan), Progress(progress)
-    for row, (*group, considered) in enumerate(rows.tolist()):
+    for row, (*group, with_separation) in enumerate(rows.tolist()):
         work.report(row / len(rows))
         if group[0] == group[0]:
-            mu[row] = least_of(tuple(group), separation=bool(considered))
-    return mu[row_of.ravel()]
+            mu[row] = least_cycle_mu(tuple(group), separation=bool(with_separation))
+    return mu[set_rows.ravel()]
 
 
 def safe_table(
@@ -145,7 +146,7 @@ def safe_table(
     progress: OnProgress | None = None,
 ) -> SafeTable | None:
     """A table of safe μ over varying parameters; None if only μ varies."""
-    names = tuple(name for name in GROUPS if set(MADE_OF[name]) & ranges.keys())
+    names = tuple(name for name in GROUPS if set(GROUP_PARAMETERS[name]) & ranges.keys())
     if not names:
         return None
     p, folds = system.parameters, _Folds(names, progress, separation=system.separation)
@@ -155,7 +156,7 @@ def safe_table(
 
 
 class _Folds:
-    # Continues folds, and counts them.
+    # Computes safe μ by continuation at coordinates, and counts these folds.
 
     def __init__(
         self, names: tuple[str, ...], progress: OnProgress | None, *, separation: bool
@@ -165,15 +166,15 @@ class _Folds:
         self.count = 0
         self._work = Progress(progress)
 
-    def at(self, coordinates: Floats) -> float:
-        self._work.report(self.count / MOST_FOLDS)
+    def mu_at(self, coordinates: Floats) -> float:
+        self._work.report(self.count / MAX_FOLDS)
         self.count += 1
         group = coordinates.copy()
-        group[_LOG] = np.exp(group[_LOG])
-        # Rounding may make a damping of 0 negative.
-        return least_of(tuple(np.maximum(group, 0.0).tolist()), separation=self.separation)
+        group[_HAS_LOG] = np.exp(group[_HAS_LOG])
+        # Rounding may make a damping of zero negative.
+        return least_cycle_mu(tuple(np.maximum(group, 0.0).tolist()), separation=self.separation)
 
-    def table(
+    def build_table(
         self, centre: Floats, directions: Floats, cells: Sequence[SafeCell], errors: Floats
     ) -> SafeTable:
         return SafeTable(
@@ -190,75 +191,75 @@ class _Folds:
 def _table_over_one_group(
     p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _Folds
 ) -> SafeTable:
-    # Cells along the one group that varies; the cell of the greatest error is split next.
+    # A table of cells along one group; the cell with the greatest error is split next.
     corners = np.array(list(itertools.product(*ranges.values())))
     varied = dict(zip(ranges, corners.T, strict=True))
     if "F" in varied:
         # Safe μ needs a preload.
-        least = varied["F"].max(initial=0.0) * np.sqrt(_LEAST_CUBIC)
-        varied["F"] = np.maximum(varied["F"], least)
-    x = _coordinates(groups_of(p, varied, len(corners)))
-    _check_any(np.isfinite(x).all(axis=1))
+        least_load = varied["F"].max(initial=0.0) * np.sqrt(_LEAST_STIFFNESS)
+        varied["F"] = np.maximum(varied["F"], least_load)
+    points = _coordinates(dimensionless_groups(p, varied, len(corners)))
+    _check_all_defined(np.isfinite(points).all(axis=1))
     (index,) = folds.indices
-    unit = _nodes(_FITTED, _TRIED)
+    scaled = _nodes(_FIT_NODES, _TEST_NODES)
 
-    def cell(low: float, high: float) -> tuple[SafeCell, Floats]:
-        nodes = np.repeat(x[:1], len(unit), axis=0)
-        nodes[:, index] = low + (high - low) * 0.5 * (unit + 1.0)
-        values = np.array([folds.at(node) for node in nodes])
-        fits = np.arange(len(unit)) < _FITTED
-        return _fit_cell(unit[:, None], values, fits, _DEGREE, ((low,), (high,), *_BOUNDS))
+    def fit_cell(low: float, high: float) -> tuple[SafeCell, Floats]:
+        nodes = np.repeat(points[:1], len(scaled), axis=0)
+        nodes[:, index] = low + (high - low) * 0.5 * (scaled + 1.0)
+        values = np.array([folds.mu_at(node) for node in nodes])
+        is_fit = np.arange(len(scaled)) < _FIT_NODES
+        return _fit_cell(scaled[:, None], values, is_fit, _CELL_DEGREE, ((low,), (high,), *_BOUNDS))
 
-    cells = [cell(float(x[:, index].min()), float(x[:, index].max()))]
-    while folds.count + 2 * len(unit) <= MOST_FOLDS:
+    cells = [fit_cell(float(points[:, index].min()), float(points[:, index].max()))]
+    while folds.count + 2 * len(scaled) <= MAX_FOLDS:
         worst = max(range(len(cells)), key=lambda n: cells[n][1].max())
-        box, errors = cells[worst]
+        cell, errors = cells[worst]
         if errors.max() <= _TARGET_ERROR:
             break
-        (low,), (high,) = box.low, box.high
+        (low,), (high,) = cell.low, cell.high
         middle = 0.5 * (low + high)
-        cells[worst : worst + 1] = [cell(low, middle), cell(middle, high)]
+        cells[worst : worst + 1] = [fit_cell(low, middle), fit_cell(middle, high)]
     all_errors = np.concatenate([errors for _, errors in cells])
-    return folds.table(np.zeros(1), np.ones((1, 1)), [box for box, _ in cells], all_errors)
+    return folds.build_table(np.zeros(1), np.ones((1, 1)), [cell for cell, _ in cells], all_errors)
 
 
 def _table_over_groups(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> SafeTable:
-    # One polynomial in the independent directions in which the groups vary.
+    # A table of one polynomial in the independent directions in which the groups vary.
     size = next(iter(draws.values())).size
-    x = _coordinates(groups_of(p, draws, size))
-    x = x[~np.isnan(x).any(axis=1)][:MOST_FOLDS]
-    _check_any(np.ones(len(x), dtype=bool))
-    varying = x[:, folds.indices]
+    points = _coordinates(dimensionless_groups(p, draws, size))
+    points = points[~np.isnan(points).any(axis=1)][:MAX_FOLDS]
+    _check_all_defined(np.ones(len(points), dtype=bool))
+    varying = points[:, folds.indices]
     centre = varying.mean(axis=0)
-    _, spreads, rows = np.linalg.svd(varying - centre, full_matrices=False)
-    rows = rows[spreads > _FLAT * spreads[0]]
-    z = (varying - centre) @ rows.T
-    beyond = _BOX_MARGIN * np.ptp(z, axis=0)
-    low, high = z.min(axis=0) - beyond, z.max(axis=0) + beyond
-    unit = 2.0 * (z - low) / (high - low) - 1.0
+    _, spreads, directions = np.linalg.svd(varying - centre, full_matrices=False)
+    directions = directions[spreads > _FLAT_SPREAD * spreads[0]]
+    positions = (varying - centre) @ directions.T
+    box_margin = _BOX_MARGIN * np.ptp(positions, axis=0)
+    low, high = positions.min(axis=0) - box_margin, positions.max(axis=0) + box_margin
+    scaled = 2.0 * (positions - low) / (high - low) - 1.0
     corners = (tuple(low.tolist()), tuple(high.tolist()))
     values = np.zeros(0)
-    count = min(_FIRST, len(x))
+    count = min(_FIRST_FOLDS, len(points))
     while True:
-        values = np.append(values, [folds.at(node) for node in x[len(values) : count]])
-        fits = np.arange(count) % _TRY_EVERY > 0
-        room = _FILLED * np.count_nonzero(fits)
-        # Far from all draws a polynomial may take any value: limit it.
-        least, greatest = float(np.nanmin(values[fits])), float(np.nanmax(values[fits]))
-        margin = _BOX_MARGIN * (greatest - least)
-        box = (*corners, least - margin, greatest + margin)
+        values = np.append(values, [folds.mu_at(node) for node in points[len(values) : count]])
+        is_fit = np.arange(count) % _TEST_EVERY > 0
+        max_coefficients = _MAX_FILL * np.count_nonzero(is_fit)
+        # Far from all draws a polynomial may have any value: clip it.
+        least, greatest = float(np.nanmin(values[is_fit])), float(np.nanmax(values[is_fit]))
+        mu_margin = _BOX_MARGIN * (greatest - least)
+        limits = (*corners, least - mu_margin, greatest + mu_margin)
         cells = [
-            _fit_cell(unit[:count], values, fits, degree, box)
-            for degree in _DEGREES
-            if degree == 1 or len(_exponents(len(rows), degree)) <= room
+            _fit_cell(scaled[:count], values, is_fit, degree, limits)
+            for degree in _TOTAL_DEGREES
+            if degree == 1 or len(_chebyshev_degrees(len(directions), degree)) <= max_coefficients
         ]
         cell, errors = min(cells, key=lambda pair: float(np.quantile(pair[1], _QUANTILE)))
-        if errors.max() <= _TARGET_ERROR or count == len(x):
-            return folds.table(centre, rows, [cell], errors)
-        count = min(2 * count, len(x))
+        if errors.max() <= _TARGET_ERROR or count == len(points):
+            return folds.build_table(centre, directions, [cell], errors)
+        count = min(2 * count, len(points))
 
 
-def _check_any(defined: Any) -> None:
+def _check_all_defined(defined: Any) -> None:
     if not defined.any() or not defined.all():
         raise ComputationError(
             "there is no safe μ in the ranges", "let F and k3 be above 0 in all of them"
@@ -266,66 +267,66 @@ def _check_any(defined: Any) -> None:
 
 
 def _fit_cell(
-    unit: Floats,
+    scaled: Floats,
     values: Floats,
-    fits: NDArray[np.bool_],
+    is_fit: NDArray[np.bool_],
     degree: int,
-    box: tuple[tuple[float, ...], tuple[float, ...], float, float],
+    limits: tuple[tuple[float, ...], tuple[float, ...], float, float],
 ) -> tuple[SafeCell, Floats]:
-    # A cell, and its errors at test folds.
-    exponents = _exponents(unit.shape[1], degree)
-    use, test = ~np.isnan(values) & fits, ~np.isnan(values) & ~fits
-    if np.count_nonzero(use) < len(exponents) or not test.any():
+    # The fitted cell, and its errors at test folds.
+    degrees = _chebyshev_degrees(scaled.shape[1], degree)
+    fitted, tested = ~np.isnan(values) & is_fit, ~np.isnan(values) & ~is_fit
+    if np.count_nonzero(fitted) < len(degrees) or not tested.any():
         raise ComputationError(
             "limit cycles cannot be followed in a part of the ranges",
             "scatter less, or leave out safe_mu",
         )
-    basis = _basis(unit, exponents)
-    coefficients = np.linalg.lstsq(basis[use], values[use], rcond=None)[0]
-    errors = np.abs(np.clip(basis[test] @ coefficients, *box[2:]) - values[test])
-    return SafeCell(*box, degree, tuple(coefficients.tolist())), errors
+    products = _chebyshev_products(scaled, degrees)
+    coefficients = np.linalg.lstsq(products[fitted], values[fitted], rcond=None)[0]
+    errors = np.abs(np.clip(products[tested] @ coefficients, *limits[2:]) - values[tested])
+    return SafeCell(*limits, degree, tuple(coefficients.tolist())), errors
 
 
-# Groups that are ratios of stiffnesses vary by factors.
-_LOG: Final = np.array([name.startswith("k") for name in GROUPS])
+# Groups that are stiffnesses, whose logarithms are the coordinates.
+_HAS_LOG: Final = np.array([name.startswith("k") for name in GROUPS])
 
 
 def _coordinates(groups: Floats) -> Floats:
-    x = groups.copy()
-    x[:, _LOG] = np.log(np.maximum(x[:, _LOG], _LEAST_CUBIC))
-    return x
+    points = groups.copy()
+    points[:, _HAS_LOG] = np.log(np.maximum(points[:, _HAS_LOG], _LEAST_STIFFNESS))
+    return points
 
 
-def _nodes(fitted: int, tried: int) -> Floats:
+def _nodes(fit_count: int, test_count: int) -> Floats:
     # Chebyshev nodes for the fit, then nodes between them for the test.
-    nodes = -np.cos(np.pi * (np.arange(fitted) + 0.5) / fitted)
-    between = -np.cos(np.pi * (np.arange(tried) + 1.0) / (tried + 1.0))
+    nodes = -np.cos(np.pi * (np.arange(fit_count) + 0.5) / fit_count)
+    between = -np.cos(np.pi * (np.arange(test_count) + 1.0) / (test_count + 1.0))
     return np.concatenate([nodes, between])
 
 
-def _exponents(size: int, degree: int) -> NDArray[np.int64]:
+def _chebyshev_degrees(size: int, degree: int) -> NDArray[np.int64]:
     powers = itertools.product(range(degree + 1), repeat=size)
     return np.array([row for row in powers if sum(row) <= degree])
 
 
-def _basis(x: Floats, exponents: NDArray[np.int64]) -> Floats:
-    degree = int(exponents.max(initial=0))
-    basis = np.ones((len(x), len(exponents)))
-    for axis in range(x.shape[1]):
-        terms = np.polynomial.chebyshev.chebvander(x[:, axis], degree)
-        basis *= terms[:, exponents[:, axis]]
-    return basis
+def _chebyshev_products(scaled: Floats, degrees: NDArray[np.int64]) -> Floats:
+    max_degree = int(degrees.max(initial=0))
+    products = np.ones((len(scaled), len(degrees)))
+    for axis in range(scaled.shape[1]):
+        terms = np.polynomial.chebyshev.chebvander(scaled[:, axis], max_degree)
+        products *= terms[:, degrees[:, axis]]
+    return products
 
 
-def _evaluate_cell(cell: SafeCell, z: Floats) -> Floats:
+def _evaluate_cell(cell: SafeCell, positions: Floats) -> Floats:
     low, high = np.array(cell.low), np.array(cell.high)
-    exponents = _exponents(len(low), cell.degree)
-    unit = 2.0 * (z - low) / np.where(high > low, high - low, 1.0) - 1.0
-    mu = np.zeros(len(unit))
-    for first in range(0, len(unit), _BLOCK):
-        block = slice(first, first + _BLOCK)
-        # Term by term: the rounding of a matrix product depends on the number of rows.
-        terms = _basis(unit[block], exponents).T
-        for term, coefficient in zip(terms, cell.coefficients, strict=True):
-            mu[block] += coefficient * term
+    degrees = _chebyshev_degrees(len(low), cell.degree)
+    scaled = 2.0 * (positions - low) / np.where(high > low, high - low, 1.0) - 1.0
+    mu = np.zeros(len(scaled))
+    for first in range(0, len(scaled), _BLOCK_SIZE):
+        block = slice(first, first + _BLOCK_SIZE)
+        # Row by row: rounding in a matrix product depends on the number of rows.
+        product_rows = _chebyshev_products(scaled[block], degrees).T
+        for product_row, coefficient in zip(product_rows, cell.coefficients, strict=True):
+            mu[block] += coefficient * product_row
     return np.clip(mu, cell.least, cell.greatest)

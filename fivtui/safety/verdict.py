@@ -1,4 +1,4 @@
-"""The verdict on a parameter set: the μ below which only rest attracts, and its basis."""
+"""The verdict on a parameter set: the μ below which every motion comes to rest, and its basis."""
 
 import math
 import time
@@ -31,39 +31,40 @@ from fivtui.orbits import (
 )
 from fivtui.results import SystemResult, scene_text
 
-from .growth import least_mu_of_growth
-from .least import least_attracting
+from .growth import least_growth_mu
+from .hopf_branch import least_attracting_cycle
 from .search import (
-    SCOUTS,
+    SCOUT_STARTS,
     Round,
     SearchRound,
     Survivor,
-    least_growth,
-    least_staying,
+    least_persistent_mu,
+    least_unbounded_mu,
     starts_within_limit,
 )
 
 FoundBy = Literal["continuation", "global search", "eigenvalues"]
 AttractorKind = Literal["limit cycle", "unbounded growth", "other motion"]
 
-# Upper end of μ for branches, and for the search without a critical μ, relative to the greatest of
-# critical μ, μ of the scene, and 1.
-_SPAN: Final = 2.0
-_ROUNDING: Final = 1e-9
-# Limit of rounds, for scouts and for all starts.
-_MOST_ROUNDS: Final = 8
-# Motions of a stage for shooting: per μ and in total, and legs of each.
-_TRIED_AT_A_LEVEL: Final = 3
-_TRIED: Final = 12
-_MOST_LEGS: Final = 16
-# Share of undecided motions up to which a μ counts as safe.
-_MOST_UNDECIDED: Final = 0.05
-# Lower end of the search for motion on a torus, relative to the least μ of the branch.
+# Upper end of branches, and of the search if there is no critical μ, relative to the greatest of
+# the critical μ, the μ of the scene and 1.
+_UPPER_MU_FACTOR: Final = 2.0
+# An attractor counts as below the critical μ if its μ is less by this relative difference.
+_MU_ROUNDING: Final = 1e-9
+# Limit of rounds of scouts, and of full rounds.
+_ROUND_LIMIT: Final = 8
+# Motions from which shooting starts in a stage, per μ and in total; limit of legs of each.
+_SHOTS_PER_LEVEL: Final = 3
+_SHOTS_PER_STAGE: Final = 12
+_LEG_LIMIT: Final = 16
+# Share of undecided motions from which on safe μ is not known.
+_UNDECIDED_LIMIT: Final = 0.05
+# Lower end of the search for motion on a torus, relative to a lower μ of cycles or levels.
 _TORUS_RANGE: Final = 0.95
-# Relative difference of amplitudes below which two cycles are equal.
-_EQUAL_CYCLES: Final = 1e-2
-# Relative tolerance for two values of safe μ of one set.
-_AGREE: Final = 1e-3
+# Relative difference of amplitudes below which two cycles are the same.
+_SIZE_TOLERANCE: Final = 1e-2
+# Relative difference up to which the search confirms a safe μ by continuation.
+_MU_TOLERANCE: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,14 +74,14 @@ class OtherAttractor:
     Attributes
     ----------
     mu : float
-        The friction coefficient there.
+        The least friction coefficient at which the attractor was found.
     found_by : str
         ``"continuation"`` of the branch from the Hopf point, or ``"global search"``.
     kind : str
-        ``"limit cycle"``, ``"unbounded growth"``, or ``"other motion"``, on a torus or a cycle of
-        a multiple period, which transients alone show.
+        ``"limit cycle"``, ``"unbounded growth"``, or ``"other motion"``: on a torus or a cycle of
+        a multiple period, found by transients alone.
     cycle : CyclePoint or None
-        The limit cycle there; None if it was not followed.
+        The limit cycle at `mu`; None if it was not followed.
     """
 
     mu: float
@@ -96,16 +97,16 @@ class SafeFrictionBasis:
     Attributes
     ----------
     branches : tuple of CycleBranch
-        Continuation: the branch from the Hopf point first if there is one, then those through
+        Continuation: the branch from the Hopf point, if there is one, then the branches through
         cycles that the global search found.
     not_followed : str
-        Why there is no branch from a Hopf point; empty if there is one.
+        The reason why there is no branch from a Hopf point; empty if there is one.
     rounds : tuple of SearchRound
-        Global search: every round is below the least μ known before it, from few starts, then from
-        all. A round ends where an attractor is found; motions that still move are undecided.
+        Global search: each round is below the least μ known before it; the first ones have few
+        starts. A round ends when an attractor is found; motions that still move are undecided.
     budget_ended : bool
-        Whether the limit of work ended the search: motions of the last round are undecided, or
-        there were too many rounds.
+        Whether a limit ended the search: motions of the last round are undecided, or the limit of
+        rounds was reached.
     growth_at_any_size : float or None
         With a linear contact spring (k_nl = 0): the least μ, to 1e-7, at which all sufficiently
         large motions grow without bounds; None without such a μ.
@@ -132,15 +133,15 @@ class SafeFriction(SystemResult):
     Attributes
     ----------
     system : System
-        The system, with `parameters` and `separation`; its μ matters for `coexisting` and the proof
-        alone.
+        The system, with `parameters` and `separation`; its μ has an effect only on `coexisting` and
+        on the proof.
     critical_mu : float or None
         Below it the equilibrium is stable to small disturbances; None if it is stable at every μ.
     safe_mu : float or None
         The least μ at which another attractor was found, else the critical μ, else None. None also
         if it is not known: see `unknown_above`.
     unknown_above : float or None
-        The μ up to which at least 19 of 20 motions were decided, if the total search decided fewer;
+        The μ above which `safe_mu` is not known, as one in 20 motions or more stayed undecided;
         None if `safe_mu` is known.
     found_by : str or None
         Basis of `safe_mu`: ``"continuation"``, ``"global search"``, or ``"eigenvalues"`` if no
@@ -153,7 +154,7 @@ class SafeFriction(SystemResult):
     searched_to : float
         The greatest μ that was searched.
     basis : SafeFrictionBasis
-        What was searched.
+        Record of the search.
     """
 
     system: System
@@ -184,7 +185,7 @@ class SafeFriction(SystemResult):
         return self.searched_to if self.safe_mu is None else self.safe_mu
 
     def limit_of(self, continued: float) -> float:
-        """The μ up to which the search confirms a safe μ by continuation; the greatest μ if all.
+        """The μ up to which the search confirms a safe μ by continuation; the largest μ if none.
 
         Parameters
         ----------
@@ -193,15 +194,15 @@ class SafeFriction(SystemResult):
         """
         if self.unknown_above is not None:
             return self.unknown_above
-        if self.safe_mu is None or continued <= (1.0 + _AGREE) * self.safe_mu:
+        if self.safe_mu is None or continued <= (1.0 + _MU_TOLERANCE) * self.safe_mu:
             return PARAMETERS["mu"].upper
         return self.safe_mu
 
     def _summary(self) -> list[tuple[str, str]]:
-        from .phrases import basis_rows, safety_words
+        from .phrases import basis_rows, verdict_text
 
         scene = scene_text(self.system, without=("mu",))
-        return [("scene", scene), ("verdict", safety_words(self)), *basis_rows(self)]
+        return [("scene", scene), ("verdict", verdict_text(self)), *basis_rows(self)]
 
     def to_dict(self) -> dict[str, Any]:
         """The keys that ``fivtui stability --json`` adds: ``safe_mu`` and ``safe_mu_basis``."""
@@ -237,7 +238,7 @@ def safe_friction(
     Returns
     -------
     SafeFriction
-        The verdict. Its limit is a number of steps, so that it is the same on every machine.
+        The verdict. Limits are numbers of steps, so that it is the same on every machine.
 
     Raises
     ------
@@ -258,11 +259,11 @@ def safe_friction(
     system = system_of(parameters, separation)
     p = system.parameters
     check_always_sliding(p, "safe friction; follow limit cycles down in mu by branch instead")
-    begin = time.process_time()
-    search = _Search(system, Progress(progress))
+    cpu_start = time.process_time()
+    search = _SafeFrictionSearch(system, Progress(progress))
     search.run()
     attractors, unknown_above, critical = (
-        search.attractors_below(),
+        search.attractors_below_critical(),
         search.unknown_above,
         search.critical,
     )
@@ -289,28 +290,28 @@ def safe_friction(
             budget_ended=search.budget_ended,
             growth_at_any_size=search.growth_at_any_size,
             proved_offset=region.offset if region.radius > 0.0 else None,
-            cpu_s=time.process_time() - begin,
+            cpu_s=time.process_time() - cpu_start,
         ),
     )
     search.work.advance(1.0)
     return result
 
 
-class _Search:
-    # State of the search: branches, rounds and attractors up to now.
+class _SafeFrictionSearch:
+    # The search for attractors: its branches, rounds and attractors so far.
 
     def __init__(self, system: System, work: Progress) -> None:
         self._system, self._p, self.work = system, system.parameters, work
         self.critical = lowest_critical_mu(system)
         upper = PARAMETERS["mu"].upper
-        self._reach = min(_SPAN * max(self.critical or 0.0, self._p.mu, 1.0), upper)
-        self.top = self._reach if self.critical is None else self.critical
+        self._upper_mu = min(_UPPER_MU_FACTOR * max(self.critical or 0.0, self._p.mu, 1.0), upper)
+        self.top = self._upper_mu if self.critical is None else self.critical
         self.branches: list[CycleBranch] = []
         self.rounds: list[SearchRound] = []
         self.not_followed = ""
         self.growth_at_any_size: float | None = None
         self._attractors: list[OtherAttractor] = []
-        self._nothing_dies_out = self._ended_early = False
+        self._is_undamped = self._rounds_exhausted = False
 
     def run(self) -> None:
         if not self._system.separation and self._p.k_nl == 0.0:
@@ -318,18 +319,18 @@ class _Search:
             return
         if self._p.c1 == 0.0 and self._p.c2 == 0.0:
             self.not_followed = "there is no damping"
-            self._nothing_dies_out = True
+            self._is_undamped = True
             return
         if self._p.k_nl == 0.0:
-            self.growth_at_any_size = least_mu_of_growth(self._p, self.top)
+            self.growth_at_any_size = least_growth_mu(self._p, self.top)
             if self.growth_at_any_size is not None:
-                self._add(self.growth_at_any_size, "unbounded growth")
+                self._record(self.growth_at_any_size, "unbounded growth")
         self._follow_from_hopf()
         self.work.report(0.2)
         # Scouts lower the least μ cheaply where many motions reach cycles.
-        self._run_rounds(SCOUTS, 0.2)
+        self._run_rounds(SCOUT_STARTS, 0.2)
         starts = starts_within_limit(self.rounds[-1])
-        if starts > SCOUTS and not self._ended_early:
+        if starts > SCOUT_STARTS and not self._rounds_exhausted:
             self._run_rounds(starts, 0.4)
 
     @property
@@ -338,44 +339,44 @@ class _Search:
         if not self.rounds:
             return False
         final_round = self.rounds[-1]
-        return self._ended_early or bool(final_round.undecided) or not final_round.starts
+        return self._rounds_exhausted or bool(final_round.undecided) or not final_round.starts
 
     @property
     def unknown_above(self) -> float | None:
         """The μ above which too many motions are undecided; None if enough are decided."""
-        if self._nothing_dies_out or self._ended_early:
+        if self._is_undamped or self._rounds_exhausted:
             return 0.0
         if not self.rounds:
             return None
         final_round = self.rounds[-1]
         if not final_round.starts:
             return 0.0
-        if final_round.undecided < _MOST_UNDECIDED * final_round.starts:
+        if final_round.undecided < _UNDECIDED_LIMIT * final_round.starts:
             return None
-        tolerated = _MOST_UNDECIDED * final_round.starts / len(final_round.levels)
-        first = next(
-            index for index, count in enumerate(final_round.undecided_at) if count >= tolerated
+        limit = _UNDECIDED_LIMIT * final_round.starts / len(final_round.levels)
+        index = next(
+            index for index, count in enumerate(final_round.undecided_at) if count >= limit
         )
-        return final_round.levels[first - 1] if first else 0.0
+        return final_round.levels[index - 1] if index else 0.0
 
-    def attractors_below(self) -> tuple[OtherAttractor, ...]:
+    def attractors_below_critical(self) -> tuple[OtherAttractor, ...]:
         # A rising branch has its least μ at the critical μ, to rounding.
-        top = math.inf if self.critical is None else (1.0 - _ROUNDING) * self.critical
-        below = (attractor for attractor in self._attractors if attractor.mu < top)
+        limit = math.inf if self.critical is None else (1.0 - _MU_ROUNDING) * self.critical
+        below = (attractor for attractor in self._attractors if attractor.mu < limit)
         return tuple(sorted(below, key=lambda attractor: attractor.mu))
 
     def coexisting(self) -> tuple[CyclePoint, ...]:
         mu = self._p.mu
-        around = (curve for curve in self.branches if curve.low <= mu <= curve.high)
-        cycles = [cycle for curve in around for cycle in cycles_at(curve, mu) if cycle.stable]
+        curves = (curve for curve in self.branches if curve.low <= mu <= curve.high)
+        cycles = [cycle for curve in curves for cycle in cycles_at(curve, mu) if cycle.stable]
         distinct: list[CyclePoint] = []
         for cycle in sorted(cycles, key=lambda cycle: cycle.half_range):
             size = cycle.half_range
-            if not distinct or size - distinct[-1].half_range > _EQUAL_CYCLES * size:
+            if not distinct or size - distinct[-1].half_range > _SIZE_TOLERANCE * size:
                 distinct.append(cycle)
         return tuple(distinct)
 
-    def _go_on(self, _part: float) -> bool:
+    def _go_on(self, _fraction: float) -> bool:
         return self.work.go_on()
 
     def _least_mu(self) -> float:
@@ -386,10 +387,10 @@ class _Search:
             self.not_followed = "there is no Hopf point"
             return
         separation = self._system.separation
-        at, reach = self._p.with_values({"mu": self.critical}), self._reach
+        at_hopf, upper_mu = self._p.with_values({"mu": self.critical}), self._upper_mu
         try:
             curve = branch(
-                at, "mu", low=0.0, high=reach, separation=separation, progress=self._go_on
+                at_hopf, "mu", low=0.0, high=upper_mu, separation=separation, progress=self._go_on
             )
         except ComputationError as error:
             self.not_followed = str(error)
@@ -397,76 +398,76 @@ class _Search:
             self._add_branch(curve, "continuation")
 
     def _run_rounds(self, starts: int, fraction: float) -> None:
-        # Rounds until no attractor is found; progress goes from `fraction` to twice that.
-        for turn in range(_MOST_ROUNDS):
-            if not self._run_round(starts):
+        # Rounds until none finds an attractor; progress goes from `fraction` to twice `fraction`.
+        for count in range(_ROUND_LIMIT):
+            if not self._find_lower_attractor(starts):
                 return
-            self.work.report(fraction * (2.0 - 0.5**turn))
-        self._ended_early = True
+            self.work.report(fraction * (2.0 - 0.5**count))
+        self._rounds_exhausted = True
 
-    def _run_round(self, starts: int) -> bool:
-        # One round of the search below the least known μ; whether it found an attractor.
-        least = self._least_mu()
-        search = Round(self._system, least, starts, progress=self._go_on)
-        while self._least_mu() >= least and search.advance():
+    def _find_lower_attractor(self, starts: int) -> bool:
+        # Run a round below the least known μ; return whether it found an attractor.
+        least_mu = self._least_mu()
+        search = Round(self._system, least_mu, starts, progress=self._go_on)
+        while self._least_mu() >= least_mu and search.advance():
             # Shooting from persisting motions, until a cycle is found: its branch leads to lower μ.
-            for motion in search.persisting(_TRIED_AT_A_LEVEL)[:_TRIED]:
-                if self._confirm(motion):
+            for motion in search.persistent_motions(_SHOTS_PER_LEVEL)[:_SHOTS_PER_STAGE]:
+                if self._follow_cycle_near(motion):
                     break
-        ended = search.result()
-        self.rounds.append(ended)
-        growing = next(iter(ended.unbounded), None)
-        if growing is not None and growing.mu < self._least_mu():
-            self._add(least_growth(self._system, growing, ended), "unbounded growth")
-        steady = next(iter(ended.settled), None)
-        if steady is not None and steady.mu < self._least_mu():
-            # Without a cycle by shooting the motion is on a torus, or its period is long.
-            low = _TORUS_RANGE * max((mu for mu in ended.levels if mu < steady.mu), default=0.0)
-            self._add(least_staying(self._system, steady, low), "other motion")
-        return self._least_mu() < least
+        result = search.result()
+        self.rounds.append(result)
+        unbounded = next(iter(result.unbounded), None)
+        if unbounded is not None and unbounded.mu < self._least_mu():
+            self._record(least_unbounded_mu(self._system, unbounded, result), "unbounded growth")
+        settled = next(iter(result.settled), None)
+        if settled is not None and settled.mu < self._least_mu():
+            # Shooting found no cycle: the motion is on a torus, or its period is long.
+            low = _TORUS_RANGE * max((mu for mu in result.levels if mu < settled.mu), default=0.0)
+            self._record(least_persistent_mu(self._system, settled, low), "other motion")
+        return self._least_mu() < least_mu
 
-    def _add(
+    def _record(
         self,
         mu: float,
         kind: AttractorKind,
-        by: FoundBy = "global search",
+        found_by: FoundBy = "global search",
         cycle: CyclePoint | None = None,
     ) -> None:
-        self._attractors.append(OtherAttractor(mu, by, kind, cycle))
+        self._attractors.append(OtherAttractor(mu, found_by, kind, cycle))
 
-    def _add_branch(self, curve: CycleBranch, by: FoundBy) -> None:
+    def _add_branch(self, curve: CycleBranch, found_by: FoundBy) -> None:
         self.branches.append(curve)
-        cycle = least_attracting(curve)
+        cycle = least_attracting_cycle(curve)
         if cycle is not None:
-            self._add(cycle.value, "limit cycle", by, cycle)
+            self._record(cycle.value, "limit cycle", found_by, cycle)
             if event_at(curve, cycle) in (EventKind.TORUS, EventKind.PERIOD_DOUBLING):
-                # A torus or a cycle of twice the period takes over the stability; its motion may
-                # persist at lower μ than the cycles of the branch.
+                # Beyond this event a torus or a cycle of twice the period is stable; it may exist
+                # at lower μ than the cycles of the branch.
                 motion = Survivor(cycle.value, cycle.start, cycle.half_range)
                 low = _TORUS_RANGE * min(point.value for point in curve.points)
-                mu = least_staying(self._system, motion, low)
+                mu = least_persistent_mu(self._system, motion, low)
                 if mu < cycle.value:
-                    self._add(mu, "other motion")
+                    self._record(mu, "other motion")
         for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
-            # Motions larger than an unstable cycle of unbounded size grow without bounds.
+            # An unstable cycle that grows without bounds: larger motions grow without bounds.
             if end is End.UNBOUNDED and not point.stable:
-                self._add(point.value, "unbounded growth", by)
+                self._record(point.value, "unbounded growth", found_by)
 
-    def _confirm(self, motion: Survivor) -> bool:
-        # Whether shooting finds a stable cycle near a motion.
-        at = self._system.with_values({"mu": motion.mu})
+    def _follow_cycle_near(self, motion: Survivor) -> bool:
+        # Shoot for a stable cycle near a motion and follow its branch; return whether there is one.
+        system = self._system.with_values({"mu": motion.mu})
         try:
-            orbit = Explorer(at, work=self.work).reach(motion.state, max_legs=_MOST_LEGS).orbit
+            orbit = Explorer(system, work=self.work).reach(motion.state, max_legs=_LEG_LIMIT).orbit
         except ComputationError:
             return False
         if orbit is None:
             return False
-        cycle, bounds = (orbit.start, orbit.period), (0.0, self._reach)
+        cycle, mu_range = (orbit.start, orbit.period), (0.0, self._upper_mu)
         try:
-            curve = branch_through(at, "mu", cycle, bounds, progress=self._go_on)
+            curve = branch_through(system, "mu", cycle, mu_range, progress=self._go_on)
         except ComputationError:
-            # A cycle that continuation cannot follow counts at its own μ.
-            self._add(motion.mu, "limit cycle")
+            # Continuation cannot follow the cycle: it counts at the μ of the motion.
+            self._record(motion.mu, "limit cycle")
         else:
             self._add_branch(curve, "global search")
         return True

@@ -1,4 +1,4 @@
-"""Zones over one parameter: safe, squeal after a knock, squeal by itself."""
+"""Zones over one parameter: safe, squeals after a knock, squeals by itself."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# Values of the parameter with eigenvalues (two counts), and with branches of limit cycles.
-_JUDGED: Final = 129
-_JUDGED_ON_BELT: Final = 33
-_CONTINUED: Final = 25
-# Refinements of a bound between zones: to an eighth, and by bisection.
-_EIGHTHS: Final = 4
-_HALVES: Final = 10
-# Searches for a zone between two values: refinements to an eighth, and golden sections.
-_APPROACHES: Final = 3
-_LOOKS: Final = 12
-_GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
-# Lowest computed value above the low end, relative to the range.
-_FROM_END: Final = 1e-3
-# Distance of two bounds, relative to the range, below which they are equal.
-_EQUAL_BOUNDS: Final = 1e-4
+# Values of the parameter for eigenvalues, also on a belt of finite speed, and for branches.
+_EIGENVALUE_POINTS: Final = 129
+_EIGENVALUE_POINTS_ON_BELT: Final = 33
+_BRANCH_POINTS: Final = 25
+# Refinements of a bound of zones: steps to an eighth of the interval, and bisections.
+_EIGHTH_STEPS: Final = 4
+_BISECTIONS: Final = 10
+# Search for a zone between two values: zooms into an eighth, and golden-section steps.
+_ZOOM_STEPS: Final = 3
+_GOLDEN_SECTIONS: Final = 12
+_GOLDEN_RATIO: Final = 0.5 * (math.sqrt(5.0) - 1.0)
+# Distance of the lowest computed value from the low end, relative to the range.
+_END_OFFSET: Final = 1e-3
+# Distance of two bounds, relative to the range, up to which they are the same.
+_BOUND_TOLERANCE: Final = 1e-4
 
 
 class Zone(StrEnum):
@@ -49,7 +49,7 @@ class Zone(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Zones:
-    """Zones along one parameter, all else equal."""
+    """Zones along one parameter with all other parameters fixed."""
 
     name: str
     bounds: tuple[float, ...]
@@ -72,7 +72,7 @@ class Zones:
 
 
 def _merge_zones(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Zones:
-    # Zones with equal neighbours merged.
+    # Merge neighbouring equal zones.
     merged_bounds, merged_zones = [bounds[0]], [zones[0]]
     for bound, zone in zip(bounds[1:-1], zones[1:], strict=True):
         if zone is not merged_zones[-1]:
@@ -83,7 +83,7 @@ def _merge_zones(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Z
 
 def linear_zones(system: System, name: str, low: float, high: float) -> Zones:
     """Zones over a parameter by eigenvalues alone, in milliseconds."""
-    return _Judge(system, name, low, high).zones()
+    return _EigenvalueZones(system, name, low, high).zones()
 
 
 def safety_zones(
@@ -97,29 +97,29 @@ def safety_zones(
     """Zones over a parameter by eigenvalues and continuation.
 
     Limit cycles are followed from the Hopf point at 25 values of the parameter. Values are added
-    where zones meet and where the least μ of a cycle comes nearest to μ. Over μ one branch is
-    enough. Cycles without connection to these branches are missed; `safe_friction` may find them.
+    at the bounds of zones, and where the least μ of a cycle is nearest to μ. Over μ one branch is
+    enough. Cycles that these branches do not contain are missed; `safe_friction` may find them.
     """
-    judge = _Judge(system, name, low, high)
-    if not judge.searched:
-        return judge.zones()
+    linear = _EigenvalueZones(system, name, low, high)
+    if not linear.may_have_cycles:
+        return linear.zones()
     if name != "mu":
-        return _zones_by_continuation(judge, progress)
-    least = float(safe_mus(judge.p, {}, np.array([judge.separation]))[0])
-    return judge.zones() if math.isnan(least) else _zones_over_mu(judge, least, least)
+        return _zones_by_continuation(linear, progress)
+    safe_mu = float(safe_mus(linear.p, {}, np.array([linear.separation]))[0])
+    return linear.zones() if math.isnan(safe_mu) else _zones_over_mu(linear, safe_mu, safe_mu)
 
 
-def searched_zones(verdict: "SafeFriction", low: float, high: float) -> Zones:
+def zones_of_verdict(verdict: "SafeFriction", low: float, high: float) -> Zones:
     """Zones over μ from a result of `safe_friction`, without further continuation."""
-    judge = _Judge(verdict.system, "mu", low, high)
-    if not judge.searched:
-        return judge.zones()
-    squeals = verdict.others[0].mu if verdict.others else verdict.critical_mu
-    return _zones_over_mu(judge, verdict.safe_to, math.inf if squeals is None else squeals)
+    linear = _EigenvalueZones(verdict.system, "mu", low, high)
+    if not linear.may_have_cycles:
+        return linear.zones()
+    squeal_mu = verdict.others[0].mu if verdict.others else verdict.critical_mu
+    return _zones_over_mu(linear, verdict.safe_to, math.inf if squeal_mu is None else squeal_mu)
 
 
-class _Judge:
-    # Stability by eigenvalues over a range of a parameter.
+class _EigenvalueZones:
+    # Zones by eigenvalues over a range of a parameter.
 
     def __init__(self, system: System, name: str, low: float, high: float) -> None:
         spec = parameter_spec(name)
@@ -127,61 +127,61 @@ class _Judge:
             raise InputError(f"range of {spec.name}: must have a start below its end")
         self.p, self.separation = p, separation = system.parameters, system.separation
         self.name, self.low, self.high = name, low, high
-        # The low end itself may be out of the parameter's range.
-        self.least = low + _FROM_END * (high - low)
+        # The low end itself may be outside the range of the parameter.
+        self.lower_value = low + _END_OFFSET * (high - low)
         self.on_belt = p.v_belt is not None or spec.optional
-        bent = separation or p.k_nl > 0.0 or name == "k_nl"
+        nonlinear = separation or p.k_nl > 0.0 or name == "k_nl"
         damped = p.c1 > 0.0 or p.c2 > 0.0 or name in ("c1", "c2")
-        self.linear = not bent and damped and not self.on_belt
-        self.searched = bent and damped and not self.on_belt
+        self.linear = not nonlinear and damped and not self.on_belt
+        self.may_have_cycles = nonlinear and damped and not self.on_belt
 
     def zones_at(self, values: Floats) -> list[Zone]:
         return self._zones_and_growth(values)[0]
 
     def _zones_and_growth(self, values: Floats) -> tuple[list[Zone], Floats]:
-        # Zones by eigenvalues, and the growth rates.
-        inside = np.maximum(values, self.least)
-        growth, stable, _ = judge_stability(
+        # Zones by eigenvalues, and growth rates.
+        inside = np.maximum(values, self.lower_value)
+        growth, stabilities, _ = judge_stability(
             self.p, {self.name: inside}, np.full(values.size, self.separation)
         )
-        rest = Zone.SAFE if self.linear else Zone.SMALL
+        decay_zone = Zone.SAFE if self.linear else Zone.SMALL
         zones = [
-            Zone.NONE if math.isnan(rate) else rest if good or rate <= 0.0 else Zone.SQUEALS
-            for rate, good in zip(growth.tolist(), stable.tolist(), strict=True)
+            Zone.NONE if math.isnan(rate) else decay_zone if stable or rate <= 0.0 else Zone.SQUEALS
+            for rate, stable in zip(growth.tolist(), stabilities.tolist(), strict=True)
         ]
         return zones, growth
 
-    def edges(self) -> list[float]:
+    def bounds(self) -> list[float]:
         # Values at which the zone by eigenvalues changes.
         if self.name == "mu" and not self.on_belt:
             critical = critical_mu(System(self.p, self.separation))
             return [change.mu for change in critical if self.low < change.mu < self.high]
-        count = _JUDGED_ON_BELT if self.on_belt else _JUDGED
+        count = _EIGENVALUE_POINTS_ON_BELT if self.on_belt else _EIGENVALUE_POINTS
         values = np.linspace(self.low, self.high, count)
         zones, growth = self._zones_and_growth(values)
-        zone_of = dict(zip(values.tolist(), zones, strict=True))
+        zone_at = dict(zip(values.tolist(), zones, strict=True))
         for index in _local_minima(growth, zones):
-            zone_of |= self._differing_zones(float(values[index - 1]), float(values[index + 1]))
+            zone_at |= self._zones_between(float(values[index - 1]), float(values[index + 1]))
         return [
-            self._narrow_bound(low, high)
-            for low, high in pairwise(sorted(zone_of))
-            if zone_of[low] is not zone_of[high]
+            self._find_bound(low, high)
+            for low, high in pairwise(sorted(zone_at))
+            if zone_at[low] is not zone_at[high]
         ]
 
-    def _differing_zones(self, low: float, high: float) -> dict[float, Zone]:
-        # Values of a different zone near the minimum of |growth| between two values of one zone.
-        for _ in range(_APPROACHES):
+    def _zones_between(self, low: float, high: float) -> dict[float, Zone]:
+        # Values in a different zone, near the minimum of |growth|, between two values of one zone.
+        for _ in range(_ZOOM_STEPS):
             values = np.linspace(low, high, 9)
             zones, growth = self._zones_and_growth(values)
-            differing = [index for index in range(9) if zones[index] is not zones[0]]
-            if differing:
-                return {float(values[index]): zones[index] for index in differing}
+            different = [index for index in range(9) if zones[index] is not zones[0]]
+            if different:
+                return {float(values[index]): zones[index] for index in different}
             index = min(max(int(np.argmin(np.abs(growth))), 1), 7)
             low, high = float(values[index - 1]), float(values[index + 1])
         return {}
 
-    def _narrow_bound(self, low: float, high: float) -> float:
-        for _ in range(_EIGHTHS):
+    def _find_bound(self, low: float, high: float) -> float:
+        for _ in range(_EIGHTH_STEPS):
             values = np.linspace(low, high, 9)
             zones = self.zones_at(values)
             index = next(
@@ -192,33 +192,33 @@ class _Judge:
 
     def zones(
         self,
-        between: Sequence[float] = (),
-        large: Callable[[float], Zone] = lambda _value: Zone.SMALL,
+        added: Sequence[float] = (),
+        large_zone: Callable[[float], Zone] = lambda _value: Zone.SMALL,
     ) -> Zones:
-        """Zones by eigenvalues, and by `large` where small disturbances die out.
+        """Zones by eigenvalues and, where small disturbances die out, by `large_zone`.
 
-        `large` is the zone at a value by large disturbances; it changes at the values `between`.
+        `large_zone` returns the zone for large disturbances; it changes at the values `added`.
         """
-        inside = (value for value in (*self.edges(), *between) if self.low < value < self.high)
+        inside = (value for value in (*self.bounds(), *added) if self.low < value < self.high)
         bounds = [self.low, *sorted(inside), self.high]
         middles = [0.5 * (begin + end) for begin, end in pairwise(bounds)]
         pairs = zip(self.zones_at(np.array(middles)), middles, strict=True)
-        zones = [large(middle) if zone is Zone.SMALL else zone for zone, middle in pairs]
+        zones = [large_zone(middle) if zone is Zone.SMALL else zone for zone, middle in pairs]
         return _merge_zones(self.name, bounds, zones)
 
 
-def _zones_over_mu(judge: _Judge, safe: float, squeals: float) -> Zones:
-    # Below `safe` no disturbance is known to lead to vibration; from `squeals` on one does. Between
-    # them the effect of large disturbances is not known.
-    def large(mu: float) -> Zone:
-        return Zone.SAFE if mu < safe else Zone.SMALL if mu < squeals else Zone.KNOCK
+def _zones_over_mu(linear: _EigenvalueZones, safe_mu: float, squeal_mu: float) -> Zones:
+    # Below `safe_mu` no disturbance is known to lead to vibration; from `squeal_mu` on one does.
+    # Between them the effect of large disturbances is not known.
+    def large_zone(mu: float) -> Zone:
+        return Zone.SAFE if mu < safe_mu else Zone.SMALL if mu < squeal_mu else Zone.KNOCK
 
-    return judge.zones([safe, squeals], large)
+    return linear.zones([safe_mu, squeal_mu], large_zone)
 
 
 def _local_minima(distances: Floats, zones: Sequence[object]) -> list[int]:
-    # Indices of local minima of |distance| between neighbours of the same zone. The distance may
-    # reach zero between the points: it is at most half of a neighbour's.
+    # Indices of local minima of |distance| between neighbours of the same zone, where the distance
+    # may be zero between the points: only minima of at most half of a neighbour's distance.
     sizes = np.abs(distances)
     return [
         index
@@ -229,64 +229,64 @@ def _local_minima(distances: Floats, zones: Sequence[object]) -> list[int]:
     ]
 
 
-def _zones_by_continuation(judge: _Judge, progress: OnProgress | None) -> Zones:
+def _zones_by_continuation(linear: _EigenvalueZones, progress: OnProgress | None) -> Zones:
     # Zones by safe μ over the parameter, refined where safe μ crosses the μ of the set.
-    values = np.linspace(judge.low, judge.high, _CONTINUED)
-    values[0] = judge.least
+    values = np.linspace(linear.low, linear.high, _BRANCH_POINTS)
+    values[0] = linear.lower_value
     least_mus: dict[float, float] = {}
-    work, p = Progress(progress), judge.p
+    work, p = Progress(progress), linear.p
 
-    def least(value: float) -> float:
+    def least_mu(value: float) -> float:
         if value not in least_mus:
-            work.report(min(len(least_mus) / (2 * _CONTINUED), 1.0))
-            column = {judge.name: np.array([value])}
+            work.report(min(len(least_mus) / (2 * _BRANCH_POINTS), 1.0))
+            column = {linear.name: np.array([value])}
             try:
-                least_mus[value] = float(safe_mus(p, column, np.array([judge.separation]))[0])
+                least_mus[value] = float(safe_mus(p, column, np.array([linear.separation]))[0])
             except InputError:
-                # Scaled by m, k1 and F the remaining parameters are out of range.
+                # The dimensionless groups of these parameters are out of range.
                 least_mus[value] = math.nan
         return least_mus[value]
 
-    def zone(value: float) -> Zone:
-        at = least(value)
-        return Zone.SMALL if math.isnan(at) else Zone.KNOCK if p.mu >= at else Zone.SAFE
+    def zone_at(value: float) -> Zone:
+        least = least_mu(value)
+        return Zone.SMALL if math.isnan(least) else Zone.KNOCK if p.mu >= least else Zone.SAFE
 
-    distances = np.array([least(value) - p.mu for value in values.tolist()])
-    for index in _local_minima(distances, [zone(value) for value in values.tolist()]):
-        _search_zone(least, zone, p.mu, float(values[index - 1]), float(values[index + 1]))
-    for ends in pairwise(sorted(least_mus)):
-        low, high = ends
-        for _ in range(_HALVES):
-            if zone(low) is zone(high):
+    distances = np.array([least_mu(value) - p.mu for value in values.tolist()])
+    for index in _local_minima(distances, [zone_at(value) for value in values.tolist()]):
+        _search_between(least_mu, zone_at, p.mu, float(values[index - 1]), float(values[index + 1]))
+    for pair in pairwise(sorted(least_mus)):
+        low, high = pair
+        for _ in range(_BISECTIONS):
+            if zone_at(low) is zone_at(high):
                 break
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if zone(middle) is zone(low) else (low, middle)
-    values_known = np.array(sorted(least_mus))
-    between = [
+            low, high = (middle, high) if zone_at(middle) is zone_at(low) else (low, middle)
+    computed = np.array(sorted(least_mus))
+    bounds = [
         0.5 * (low + high)
-        for low, high in pairwise(values_known.tolist())
-        if zone(low) is not zone(high)
+        for low, high in pairwise(computed.tolist())
+        if zone_at(low) is not zone_at(high)
     ]
-    # Without a zone of knocks the loss of stability gives the same bound twice.
-    edges, near = judge.edges(), _EQUAL_BOUNDS * (judge.high - judge.low)
-    between = [value for value in between if all(abs(value - edge) > near for edge in edges)]
-    return judge.zones(
-        between, lambda value: zone(float(values_known[np.argmin(np.abs(values_known - value))]))
+    # Without a zone of knocks, safe μ is the critical μ: skip bounds that eigenvalues also give.
+    edges, gap = linear.bounds(), _BOUND_TOLERANCE * (linear.high - linear.low)
+    bounds = [value for value in bounds if all(abs(value - edge) > gap for edge in edges)]
+    return linear.zones(
+        bounds, lambda value: zone_at(float(computed[np.argmin(np.abs(computed - value))]))
     )
 
 
-def _search_zone(
-    least: Callable[[float], float],
-    zone: Callable[[float], Zone],
+def _search_between(
+    least_mu: Callable[[float], float],
+    zone_at: Callable[[float], Zone],
     mu: float,
     low: float,
     high: float,
 ) -> None:
-    # Golden-section search for a value of a different zone where safe μ comes nearest to μ.
-    zone_at_low = zone(low)
-    for _ in range(_LOOKS):
-        first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        if zone(first) is not zone_at_low or zone(second) is not zone_at_low:
+    # Golden-section search for a different zone near the least |safe μ - μ|; `least_mu` keeps it.
+    zone_at_low = zone_at(low)
+    for _ in range(_GOLDEN_SECTIONS):
+        left, right = high - _GOLDEN_RATIO * (high - low), low + _GOLDEN_RATIO * (high - low)
+        if zone_at(left) is not zone_at_low or zone_at(right) is not zone_at_low:
             return
-        nearer = abs(least(first) - mu) < abs(least(second) - mu)
-        low, high = (low, second) if nearer else (first, high)
+        left_is_nearer = abs(least_mu(left) - mu) < abs(least_mu(right) - mu)
+        low, high = (low, right) if left_is_nearer else (left, high)

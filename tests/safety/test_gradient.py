@@ -6,7 +6,7 @@ import pytest
 from fivtui.equilibrium.critical import critical_mu_derivatives
 from fivtui.model import System
 from fivtui.model.parameters import Parameters
-from fivtui.safety.least import safe_mu_derivatives
+from fivtui.safety.hopf_branch import safe_mu_derivatives
 from fivtui.safety.table import safe_mus
 
 

@@ -3,8 +3,8 @@
 import pytest
 
 from fivtui import ComputationError, Parameters, safe_friction, simulate
-from fivtui.safety.growth import least_mu_of_growth
-from fivtui.safety.phrases import basis_rows, safety_words
+from fivtui.safety.growth import least_growth_mu
+from fivtui.safety.phrases import basis_rows, verdict_text
 
 # Regression: motions with this linear contact spring were reported as limit cycles.
 SCATTERED = Parameters(
@@ -32,7 +32,7 @@ def late_range(p: Parameters, size: float) -> float:
 def test_below_the_friction_of_growth_no_motion_grows_and_above_it_large_ones_do(
     p: Parameters,
 ) -> None:
-    mu = least_mu_of_growth(p, 1.5)
+    mu = least_growth_mu(p, 1.5)
     assert mu is not None
     for size in (1e3, 1e6, 1e9):
         assert late_range(p.with_values({"mu": 0.99 * mu}), size) < 1.0
@@ -41,16 +41,14 @@ def test_below_the_friction_of_growth_no_motion_grows_and_above_it_large_ones_do
 
 def test_growth_depends_neither_on_the_preload_nor_on_the_range_searched() -> None:
     p = Parameters(k_nl=0.0)
-    values = [
-        least_mu_of_growth(p.with_values({"F": F}), top) for F, top in ((80.0, 1.5), (5.0, 1.0))
-    ]
+    values = [least_growth_mu(p.with_values({"F": F}), top) for F, top in ((80.0, 1.5), (5.0, 1.0))]
     assert values[0] == pytest.approx(values[1], rel=1e-6)
-    assert least_mu_of_growth(p, 0.5) is None
+    assert least_growth_mu(p, 0.5) is None
 
 
 def test_the_verdict_says_that_growth_is_of_large_motions_and_follows_no_cycle() -> None:
     verdict = safe_friction(SCATTERED)
-    mu = least_mu_of_growth(SCATTERED, verdict.searched_to)
+    mu = least_growth_mu(SCATTERED, verdict.searched_to)
     assert verdict.safe_mu == verdict.basis.growth_at_any_size == mu
     assert mu == pytest.approx(0.76805, abs=1e-5)
     (attractor,) = verdict.others
@@ -59,4 +57,4 @@ def test_the_verdict_says_that_growth_is_of_large_motions_and_follows_no_cycle()
     assert "limit cycle" not in search
     assert "from μ = 0.768 on motions grow without bounds" in search
     assert "k_nl = 0" in search
-    assert safety_words(verdict).endswith("to all disturbances found below μ = 0.768")
+    assert verdict_text(verdict).endswith("to all disturbances found below μ = 0.768")

@@ -8,12 +8,12 @@ from fivtui.model import System
 from fivtui.safety import search
 from fivtui.safety.search import (
     LEVELS,
-    SCOUTS,
+    SCOUT_STARTS,
     STARTS,
     Round,
     SearchRound,
-    disturbed,
-    least_growth,
+    disturbed_states,
+    least_unbounded_mu,
     starts_within_limit,
 )
 
@@ -25,7 +25,7 @@ def ended(motions: Round) -> SearchRound:
 
 
 def test_starts_are_around_the_equilibrium_in_all_directions() -> None:
-    starts = disturbed(System(Parameters(F=0.0)), 255)
+    starts = disturbed_states(System(Parameters(F=0.0)), 255)
     assert np.all(np.sign(starts).min(axis=0) == -1.0)
     assert np.all(np.sign(starts).max(axis=0) == 1.0)
     size = np.abs(starts[:, 2])
@@ -48,13 +48,13 @@ def test_motions_that_persist_come_with_the_steadiest_amplitude_first() -> None:
     assert motions.advance()
     assert motions.advance()
     top = motions.result().levels[-1]
-    steadiest, *rest = (motion for motion in motions.persisting(32) if motion.mu == top)
+    steadiest, *rest = (motion for motion in motions.persistent_motions(32) if motion.mu == top)
     assert len(rest) > 3
-    assert [motion for motion in motions.persisting(1) if motion.mu == top] == [steadiest]
+    assert [motion for motion in motions.persistent_motions(1) if motion.mu == top] == [steadiest]
     # All motions reach the cycle; the steadiest is nearest to it.
     while motions.advance():
         pass
-    cycle = motions.persisting(1)[-1].half_range
+    cycle = motions.persistent_motions(1)[-1].half_range
     off = [abs(motion.half_range - cycle) for motion in (steadiest, *rest)]
     assert off[0] < 0.1 * max(off)
 
@@ -63,7 +63,7 @@ def test_growth_without_bounds_is_found_with_the_friction_from_which_it_is() -> 
     p = Parameters(F=1000.0)
     result = ended(Round(System(p), 3.0, 8))
     motion = result.unbounded[0]
-    mu = least_growth(System(p), motion, result)
+    mu = least_unbounded_mu(System(p), motion, result)
     assert 1.0 < mu <= motion.mu
 
 
@@ -77,8 +77,8 @@ def test_the_limit_of_steps_ends_motions(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_the_number_of_starts_follows_from_what_those_of_scouts_cost() -> None:
     for p, fewer in ((Parameters(), False), (Parameters(c1=0.03, c2=0.03), True)):
-        scouts = ended(Round(System(p), 0.27, SCOUTS))
+        scouts = ended(Round(System(p), 0.27, SCOUT_STARTS))
         starts = starts_within_limit(scouts)
-        assert SCOUTS < starts <= STARTS
+        assert SCOUT_STARTS < starts <= STARTS
         assert (starts < STARTS) is fewer
-        assert scouts.steps * starts / SCOUTS <= scouts.most_steps
+        assert scouts.steps * starts / SCOUT_STARTS <= scouts.most_steps

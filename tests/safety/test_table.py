@@ -12,7 +12,7 @@ from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.model.parameters import Parameters
 from fivtui.results import from_data, to_data
-from fivtui.safety.table import MOST_FOLDS, SafeTable, safe_mus, safe_table
+from fivtui.safety.table import MAX_FOLDS, SafeTable, safe_mus, safe_table
 from fivtui.safety.verdict import safe_friction
 
 BASE: Final = Parameters()
@@ -65,7 +65,7 @@ def _table_of(items: tuple[tuple[str, tuple[float, float]], ...], size: int) -> 
     ranges = dict(items)
     table = safe_table(System(BASE), ranges, drawn(ranges, size, 1))
     assert table is not None
-    assert table.folds <= MOST_FOLDS
+    assert table.folds <= MAX_FOLDS
     return table
 
 

@@ -10,7 +10,7 @@ import pytest
 from fivtui import Cancelled, Parameters, safe_friction, simulate
 from fivtui.model import System, equilibrium
 from fivtui.safety import search
-from fivtui.safety.phrases import coexistence_here, safety_words
+from fivtui.safety.phrases import coexistence_text, verdict_text
 from fivtui.safety.verdict import SafeFriction
 
 
@@ -29,7 +29,7 @@ def test_the_verdict_on_the_base_set_is_the_fold_of_its_branch(base: SafeFrictio
     assert base.critical_mu == pytest.approx(0.439387619, abs=1e-8)
     assert base.safe_mu == pytest.approx(0.277876613, abs=1e-8)
     assert base.found_by == "continuation"
-    assert safety_words(base) == (
+    assert verdict_text(base) == (
         "stable to small disturbances below μ = 0.4394; to all disturbances found below μ = 0.2779"
     )
     scouts, last_round = base.basis.rounds
@@ -45,7 +45,7 @@ def test_what_coexists_here_is_what_a_knock_leads_to(base: SafeFriction) -> None
     (cycle,) = base.coexisting
     late = simulate(base.parameters, start=(0.0, 0.0, 5.0, 0.0), t_end=1000.0)
     assert cycle.half_range == pytest.approx(late.steady.y_half_range, rel=1e-6)
-    assert coexistence_here(base) == (
+    assert coexistence_text(base) == (
         f"a limit cycle coexists from μ = 0.2779: half peak-to-peak {cycle.half_range:#.4g} m"
     )
 
@@ -76,7 +76,7 @@ def test_a_cycle_that_is_not_on_the_branch_from_the_hopf_point_is_found() -> Non
 def test_a_slider_off_the_belt_squeals_though_no_friction_is_critical() -> None:
     verdict = safe_friction(Parameters(F=-20.0, mu=0.2))
     assert verdict.critical_mu is None
-    assert "stable to small disturbances at every μ; to all" in safety_words(verdict)
+    assert "stable to small disturbances at every μ; to all" in verdict_text(verdict)
     assert_confirmed(verdict)
 
 
@@ -85,7 +85,7 @@ def test_where_the_hopf_point_is_supercritical_both_are_the_same() -> None:
     verdict = safe_friction(Parameters(F=40.0))
     assert verdict.safe_mu == verdict.critical_mu
     assert verdict.found_by == "eigenvalues"
-    assert safety_words(verdict).endswith("to all disturbances found as well")
+    assert verdict_text(verdict).endswith("to all disturbances found as well")
 
 
 @pytest.mark.usefixtures("few_starts")
@@ -105,7 +105,7 @@ def test_edge_cases_of_the_model_have_a_message(
 ) -> None:
     verdict = safe_friction(Parameters(mu=0.2).with_values(values), separation=separation)
     assert verdict.safe_mu == (None if safe is None else pytest.approx(safe, abs=1e-4))
-    assert message in safety_words(verdict)
+    assert message in verdict_text(verdict)
     assert (verdict.unknown_above == 0.0) == ("not known" in message or verdict.undamped)
     assert verdict.to_dict()["safe_mu_not_known_above"] == verdict.unknown_above
     assert "proof" in repr(verdict)

@@ -125,12 +125,12 @@ class SearchController:
         if safe is None or not previous.text:
             return
         from fivtui.orbits import coexistence_phrase
-        from fivtui.safety import coexistence_here
+        from fivtui.safety import coexistence_text
 
         if self._result is not None and self._result.coexists and safe.others:
             suffix = f" from μ = {safe.others[0].mu:.4g}"
             self._cache[key] = replace(
                 self._cache[key], text=coexistence_phrase(self._result, suffix)
             )
-        elif sentence := coexistence_here(safe):
+        elif sentence := coexistence_text(safe):
             self._cache[key] = replace(self._cache[key], text=sentence, coexists=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from fivtui.equilibrium import Stability, critical_mu_text, margin_text, verdict
 from fivtui.orbits import SEARCHING_TEXT
 from fivtui.results import Row
-from fivtui.safety import basis_rows, safety_words
+from fivtui.safety import basis_rows, verdict_text
 from fivtui.transient import Transient, later_amplitude
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def attractor_rows(search: Attractors) -> list[Row]:
     """Rows about the attractors that coexist with the equilibrium."""
     rows = [Row("coexisting", search.text, search.note)] if search.text else []
     if search.safe is not None:
-        rows.append(Row("disturbances", safety_words(search.safe)))
+        rows.append(Row("disturbances", verdict_text(search.safe)))
         rows += [Row(name, text) for name, text in basis_rows(search.safe)]
     return rows
 

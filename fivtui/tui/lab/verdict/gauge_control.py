@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from fivtui.equilibrium import Stability, scan_top
 from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, System
-from fivtui.safety import Zone, Zones, linear_zones, searched_zones
+from fivtui.safety import Zone, Zones, linear_zones, zones_of_verdict
 from fivtui.tui.session import FIELDS, Attractors, Job, compute_outcome
 
 from .gauge import Gauge, round_range
@@ -78,7 +78,7 @@ class GaugeController:
         safe = attractors.safe if name == _MU else None
         zones, searching = self._cache.get(key), False
         if safe is not None:
-            zones = searched_zones(safe, key.low, key.high)
+            zones = zones_of_verdict(safe, key.low, key.high)
         elif key not in self._cache:
             self._queue.append(key)
             searching = True
