@@ -1,4 +1,4 @@
-"""Uncertainty studies: the probability of squeal if parameters scatter, and what drives it."""
+"""Uncertainty studies: the probability of squeal if parameters scatter, and Sobol indices."""
 
 from typing import TYPE_CHECKING
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
         check_until,
         parse_inputs,
         scattered_study,
-        truncations,
+        truncation_warnings,
     )
     from .result import Uncertainty
     from .run import MembersFile, compute_uncertainty, uncertainty
-    from .statistics import beyond_share
+    from .statistics import excess_remark
 else:
     from fivtui.lazy import lazily
 

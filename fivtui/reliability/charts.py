@@ -23,41 +23,41 @@ from fivtui.charts import (
 from fivtui.sweeps import OUTPUTS, VARIABLES
 
 from .result import Uncertainty
-from .statistics import ranked
+from .statistics import rank_inputs
 
-# Names of quantities in the terminal.
-_NAMES: Final = {
+# Short names of quantities for the terminal.
+_TERMINAL_NAMES: Final = {
     "growth_rate": "growth rate",
     "critical_mu": "critical μ",
     "safe_mu": "safe μ",
     "y_half_range": "±y 2nd half",
     "P_max": "greatest P",
 }
-# Characters in the terminal and roles in figures of regions, from the safest on.
+# Regions, the safest first: characters in the terminal, roles in figures.
 _MARKS: Final = ("○", "▫", "▲")
 _ROLES: Final = ("safe region", "knock region", "squeal region")
-_LEVELS: Final = ("0.05", "0.5", "0.95")
+_QUANTILE_LEVELS: Final = ("0.05", "0.5", "0.95")
 _DIGITS: Final = 4
 _DOTS: Final = 2000
-# Half the distance of the bars of an input, and the margin of the axis of indices around 0 to 1.
+# Half the distance of the two bars of an input; margin of the axis of indices around 0 to 1.
 _SHIFT: Final = 0.2
-_BEYOND: Final = 0.2
-# Excess of an index beyond 0 to 1 from which the title explains it.
-_EVIDENT: Final = 0.005
-# Figures: panels side by side, characters in a line of a title, bins, heights in inches.
-_ACROSS: Final = 3
-_TITLE: Final = 30
-_BINS: Final = 40
+_INDEX_MARGIN: Final = 0.2
+# Excess of an index over the range 0 to 1 from which the title explains it.
+_VISIBLE_EXCESS: Final = 0.005
+# Figures: panels in a row, characters in a line of a title, bins, and heights in inches.
+_PANELS_PER_ROW: Final = 3
+_TITLE_WIDTH: Final = 30
+_BIN_COUNT: Final = 40
 _ROW_HEIGHT: Final = 1.75
 _BAR_HEIGHT: Final = 0.19
-_CELL: Final = 1.35
+_PANEL_HEIGHT: Final = 1.35
 # Scatter matrix: points and bins of a panel, and the greatest number of inputs.
-_FEW_DOTS: Final = 400
-_FEW_BINS: Final = 20
-_MOST_INPUTS: Final = 6
+_PANEL_DOTS: Final = 400
+_PANEL_BINS: Final = 20
+_MAX_INPUTS: Final = 6
 
 
-def probability_words(result: Uncertainty) -> str:
+def probability_text(result: Uncertainty) -> str:
     """The probabilities of a study, with their errors."""
     names = {"unstable": "unstable", "squeal_possible": "squeal possible"}
     return "   ".join(
@@ -68,13 +68,13 @@ def probability_words(result: Uncertainty) -> str:
 
 def quantity_name(name: str) -> str:
     """The name of a quantity or an event in the terminal."""
-    return _NAMES.get(name, name.replace("_", " "))
+    return _TERMINAL_NAMES.get(name, name.replace("_", " "))
 
 
 def displayed_quantity(result: Uncertainty, name: str) -> str:
-    """The quantity to display: `name` if it has values, or else the first that has."""
-    valued = [name for name, quantiles in result.quantiles.items() if quantiles]
-    return name if name in valued else next(iter(valued), "")
+    """`name` if that quantity has values, else the first one with values; empty without any."""
+    names = [name for name, quantiles in result.quantiles.items() if quantiles]
+    return name if name in names else next(iter(names), "")
 
 
 def histogram_chart(result: Uncertainty, quantity: str, bins: int = 60) -> Chart | None:
@@ -82,13 +82,13 @@ def histogram_chart(result: Uncertainty, quantity: str, bins: int = 60) -> Chart
     name = displayed_quantity(result, quantity)
     if not name:
         return None
-    column, quantiles = OUTPUTS[name], result.quantiles[name]
-    label = column_label(column.meaning, column.unit, _NAMES.get(name, ""))
-    guides = [Guide(quantiles[level].value, f"{float(level):.0%}") for level in _LEVELS]
+    output, quantiles = OUTPUTS[name], result.quantiles[name]
+    label = column_label(output.meaning, output.unit, _TERMINAL_NAMES.get(name, ""))
+    guides = [Guide(quantiles[level].value, f"{float(level):.0%}") for level in _QUANTILE_LEVELS]
     return replace(
         _histogram(result, name, label, bins),
         guides=tuple(guides),
-        note=probability_words(result),
+        note=probability_text(result),
     )
 
 
@@ -97,7 +97,7 @@ def samples_chart(result: Uncertainty, quantity: str) -> Chart | None:
     names = [*result.inputs, *filter(None, [displayed_quantity(result, quantity)])][:2]
     if len(names) < 2:
         return None
-    return replace(_samples(result, names[0], names[1], _DOTS), note=probability_words(result))
+    return replace(_scatter(result, names[0], names[1], _DOTS), note=probability_text(result))
 
 
 def uncertainty_sheet(result: Uncertainty) -> Sheet:
@@ -105,13 +105,13 @@ def uncertainty_sheet(result: Uncertainty) -> Sheet:
     histograms = [
         replace(chart, guides=(), tight=False, y_label=chart.y_label if index == 0 else "")
         for index, name in enumerate(name for name, values in result.quantiles.items() if values)
-        if (chart := histogram_chart(result, name, _BINS)) is not None
+        if (chart := histogram_chart(result, name, _BIN_COUNT)) is not None
     ]
-    parts = [_panels(histograms, _ROW_HEIGHT)]
+    parts = [_panel_rows(histograms, _ROW_HEIGHT)]
     if result.indices:
-        bars = [index_chart(result, output) for output in result.indices]
-        parts.append(_panels(bars, 0.85 + _BAR_HEIGHT * len(result.inputs)))
-    parts.append(_matrix(result))
+        index_charts = [index_chart(result, output) for output in result.indices]
+        parts.append(_panel_rows(index_charts, 0.85 + _BAR_HEIGHT * len(result.inputs)))
+    parts.append(_scatter_matrix(result))
     return Sheet(
         [],
         (FIGURE_WIDTH, sum(part.size[1] for part in parts) + 0.9),
@@ -123,7 +123,7 @@ def uncertainty_sheet(result: Uncertainty) -> Sheet:
 
 def index_chart(result: Uncertainty, output: str) -> Chart:
     """First and total Sobol indices of an output as bars with intervals, and linear shares."""
-    rows = list(reversed(ranked(result.indices[output])))
+    rows = list(reversed(rank_inputs(result.indices[output])))
     positions = np.arange(len(rows), dtype=float)
     traces = []
     for shift, kind, name in ((_SHIFT, "first", "alone"), (-_SHIFT, "total", "with others")):
@@ -134,14 +134,14 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
         traces.append(
             Trace(name, value, positions + shift, look="bars", role=name, bar_intervals=(low, high))
         )
-    shares = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
-    linear = [(estimate.share, y) for estimate, y in shares if estimate is not None]
-    x, y = np.array(linear, dtype=float).reshape(-1, 2).T
+    local_shares = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
+    shares = [(estimate.share, y) for estimate, y in local_shares if estimate is not None]
+    x, y = np.array(shares, dtype=float).reshape(-1, 2).T
     traces.append(Trace("if linear", x, y, look="points", ordered=False, mark="◆", role="linear"))
     meaning = OUTPUTS[output].meaning if output in OUTPUTS else output.replace("_", " ")
-    title = textwrap.fill(f"Sobol indices of: {meaning}", _TITLE)
+    title = textwrap.fill(f"Sobol indices of: {meaning}", _TITLE_WIDTH)
     values = np.concatenate([trace.x for trace in traces[:2]])
-    if values.min() < -_EVIDENT or values.max() > 1.0 + _EVIDENT:
+    if values.min() < -_VISIBLE_EXCESS or values.max() > 1.0 + _VISIBLE_EXCESS:
         title += "\n(beyond 0 to 1: sampling error)"
     # Indices of an output with almost no variance may have any value: clip the axis.
     ends = [end for trace in traces[:2] for end in trace.bar_intervals or ()]
@@ -156,40 +156,40 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
         ],
         title=title,
         tight=False,
-        figure_x=(max(low, -_BEYOND), min(1.04 * high, 1.0 + _BEYOND)),
+        figure_x=(max(low, -_INDEX_MARGIN), min(1.04 * high, 1.0 + _INDEX_MARGIN)),
     )
 
 
 def _histogram(result: Uncertainty, name: str, label: str, bins: int) -> Chart:
     values = result.samples(name)
-    valued = ~np.isnan(values)
-    low, high = float(values[valued].min()), float(values[valued].max())
+    has_value = ~np.isnan(values)
+    low, high = float(values[has_value].min()), float(values[has_value].max())
     if low == high:
         low, high = low - 0.5 * abs(low) - 1e-9, high + 0.5 * abs(high) + 1e-9
     edges = np.linspace(low, high, bins + 1)
     traces = []
-    for (region, inside), role in zip(result.regions().items(), _roles(result), strict=True):
-        counts = np.histogram(values[valued & inside], bins=edges)[0]
-        steps = np.repeat(counts / valued.sum(), 2)
+    for (region, inside), role in zip(result.regions().items(), _region_roles(result), strict=True):
+        counts = np.histogram(values[has_value & inside], bins=edges)[0]
+        steps = np.repeat(counts / has_value.sum(), 2)
         traces.append(Trace(region, np.repeat(edges, 2)[1:-1], steps, role=role))
     y_label = Label("share of samples", "Share of samples")
     return Chart(label, y_label, tuple(traces), stacked=True)
 
 
-def _samples(result: Uncertainty, first: str, second: str, count: int) -> Chart:
+def _scatter(result: Uncertainty, first: str, second: str, count: int) -> Chart:
     x, y = result.samples(first), result.samples(second)
-    chosen = np.linspace(0, x.size - 1, min(count, x.size)).astype(int)
-    regions = zip(result.regions().items(), _MARKS, _roles(result), strict=False)
+    indices = np.linspace(0, x.size - 1, min(count, x.size)).astype(int)
+    regions = zip(result.regions().items(), _MARKS, _region_roles(result), strict=False)
     traces = [
         Trace(region, x[dots], y[dots], look="points", ordered=False, mark=mark, role=role)
         for (region, inside), mark, role in regions
-        if (dots := chosen[inside[chosen]]) is not None
+        if (dots := indices[inside[indices]]) is not None
     ]
     return Chart(_label(first), _label(second), tuple(traces))
 
 
-def _roles(result: Uncertainty) -> Sequence[str]:
-    # For two regions, the first and the last role.
+def _region_roles(result: Uncertainty) -> Sequence[str]:
+    # The roles of the regions; two regions have the first and the last role.
     count = len(result.regions())
     return _ROLES if count == len(_ROLES) else (_ROLES[0], _ROLES[-1])
 
@@ -202,26 +202,26 @@ def _label(name: str) -> Label:
     return Label(axis_label(spec), label_with_unit(math_symbol(spec.symbol), spec.unit).math)
 
 
-def _panels(charts: Sequence[Chart], height: float) -> Sheet:
-    """Rows of charts, from the left; four are two and two."""
-    rows = -(-len(charts) // _ACROSS)
-    across = min(_ACROSS, -(-len(charts) // rows))
-    padded = [*charts, *[None] * (rows * across - len(charts))]
+def _panel_rows(charts: Sequence[Chart], height: float) -> Sheet:
+    """Charts in rows of at most three, of equal length if possible."""
+    rows = -(-len(charts) // _PANELS_PER_ROW)
+    columns = min(_PANELS_PER_ROW, -(-len(charts) // rows))
+    padded = [*charts, *[None] * (rows * columns - len(charts))]
     return Sheet(
-        [padded[column::across] for column in range(across)], (FIGURE_WIDTH, height * rows)
+        [padded[column::columns] for column in range(columns)], (FIGURE_WIDTH, height * rows)
     )
 
 
-def _matrix(result: Uncertainty) -> Sheet:
-    """Histograms of the inputs, and below them the samples over two inputs each."""
-    inputs = list(result.inputs)[:_MOST_INPUTS]
+def _scatter_matrix(result: Uncertainty) -> Sheet:
+    """A scatter matrix: histograms of the inputs, and below them samples over two inputs."""
+    inputs = list(result.inputs)[:_MAX_INPUTS]
     columns: list[list[Chart | None]] = []
-    for column, across in enumerate(inputs):
+    for column, x_name in enumerate(inputs):
         diagonal = replace(
-            _histogram(result, across, _label(across), _FEW_BINS), y_label="", tight=False
+            _histogram(result, x_name, _label(x_name), _PANEL_BINS), y_label="", tight=False
         )
-        cells = [_samples(result, across, up, _FEW_DOTS) for up in inputs[column + 1 :]]
+        cells = [_scatter(result, x_name, y_name, _PANEL_DOTS) for y_name in inputs[column + 1 :]]
         charts = [replace(chart, x_axis=False) for chart in (diagonal, *cells)]
         charts[-1] = replace(charts[-1], x_axis=True)
         columns.append([*[None] * column, *charts])
-    return Sheet(columns, (FIGURE_WIDTH, _CELL * max(len(inputs), 1.3)))
+    return Sheet(columns, (FIGURE_WIDTH, _PANEL_HEIGHT * max(len(inputs), 1.3)))

@@ -9,15 +9,15 @@ from .options import UncertaintyOptions
 
 report, result = later(__name__, "report", "result")
 _SUFFIXES: Final = (".csv", ".parquet")
-_TEXT_BYTES: Final = 20
+_BYTES_PER_NUMBER: Final = 20
 
 
 def _command(study: Any) -> Command:
-    from .request import DEFAULT_OUTPUTS, JUDGED
+    from .request import DEFAULT_OUTPUTS, STABILITY_OUTPUTS
     from .result import scatter_of
 
     design = scatter_of(study)
-    outputs = tuple(name for name in study.outputs if name not in JUDGED)
+    outputs = tuple(name for name in study.outputs if name not in STABILITY_OUTPUTS)
     options = UncertaintyOptions(
         varied=tuple(f"{name}~{axis}" for name, axis in design.axes.items()),
         samples=design.samples,
@@ -25,7 +25,7 @@ def _command(study: Any) -> Command:
         repeats=design.repeats,
         seed=design.seed,
         indices=None if design.indices else False,
-        outputs=() if set(outputs) == set(DEFAULT_OUTPUTS) - set(JUDGED) else outputs,
+        outputs=() if set(outputs) == set(DEFAULT_OUTPUTS) - set(STABILITY_OUTPUTS) else outputs,
     )
     return command_for(
         "uncertainty",
@@ -41,7 +41,7 @@ UNCERTAINTY: Final = StudyKind(
     data="uncertainty study",
     show=report.print_uncertainty,
     rows=report.uncertainty_rows,
-    warning=report.warning_of,
+    warning=report.study_warning,
     suffixes=_SUFFIXES,
     save=result.save_uncertainty,
     as_json=True,
@@ -53,6 +53,6 @@ UNCERTAINTY: Final = StudyKind(
     command=_command,
     stored=Storage(
         ".csv",
-        size=lambda result: _TEXT_BYTES * result.study.members * len(result.sweep.columns),
+        size=lambda result: _BYTES_PER_NUMBER * result.study.members * len(result.sweep.columns),
     ),
 )

@@ -13,11 +13,11 @@ from fivtui.simulation import simulate
 from fivtui.sweeps import OUTPUTS, Study
 
 from .means import moments_of, parameters_at_means
-from .request import SAFE
+from .request import SAFE_MU
 
 _CRITICAL: Final = "critical_mu"
 # Parts of a transient that have derivatives; counts have none.
-_VARIED: Final = ("peak", "steady", "contact_force", "final")
+_DIFFERENTIABLE: Final = ("peak", "steady", "contact_force", "final")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +41,11 @@ class LocalSensitivity:
 
 
 def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
-    """Local sensitivities of a scattered study, by output and input, from derivatives.
+    """Local sensitivities of a scattered study, by output and input.
 
-    Derivatives of the critical μ are in closed form, of the safe μ from the fold, of transients by
-    the variational equations. Inputs that are not parameters and outputs without derivatives are
-    left out.
+    Derivatives of the critical μ are exact, those of the safe μ come from the fold, and those of
+    transients from the variational equations. Inputs that are not parameters and outputs without
+    derivatives are left out.
     """
     moments = moments_of(study)
     if not moments:
@@ -56,38 +56,42 @@ def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
         return {}
     spreads = {name: sd for name, (_, sd) in moments.items()}
     return {
-        output: _shared({name: by.get(name, 0.0) for name in moments}, spreads)
-        for output, by in derivatives.items()
-        if all(math.isfinite(by.get(name, 0.0)) for name in moments)
+        output: _with_shares({name: slopes.get(name, 0.0) for name in moments}, spreads)
+        for output, slopes in derivatives.items()
+        if all(math.isfinite(slopes.get(name, 0.0)) for name in moments)
     }
 
 
-def _shared(by: Mapping[str, float], spreads: Mapping[str, float]) -> dict[str, LocalSensitivity]:
-    changes = {name: derivative * spreads[name] for name, derivative in by.items()}
+def _with_shares(
+    slopes: Mapping[str, float], spreads: Mapping[str, float]
+) -> dict[str, LocalSensitivity]:
+    changes = {name: derivative * spreads[name] for name, derivative in slopes.items()}
     total = sum(change * change for change in changes.values())
     return {
-        name: LocalSensitivity(by[name], change, change * change / total if total > 0.0 else 0.0)
+        name: LocalSensitivity(
+            slopes[name], change, change * change / total if total > 0.0 else 0.0
+        )
         for name, change in changes.items()
     }
 
 
 def _derivatives(
-    study: Study, at: Parameters, names: tuple[str, ...]
+    study: Study, means: Parameters, names: tuple[str, ...]
 ) -> dict[str, Mapping[str, float]]:
     separation = study.cases[0]
     derivatives: dict[str, Mapping[str, float] | None] = {}
     if _CRITICAL in study.outputs:
-        derivatives[_CRITICAL] = critical_mu_derivatives(System(at, separation))
-    if SAFE in study.outputs:
-        derivatives[SAFE] = safe_mu_derivatives(System(at, separation))
+        derivatives[_CRITICAL] = critical_mu_derivatives(System(means, separation))
+    if SAFE_MU in study.outputs:
+        derivatives[SAFE_MU] = safe_mu_derivatives(System(means, separation))
     paths = {
         name: OUTPUTS[name].path
         for name in study.outputs
-        if OUTPUTS[name].path.partition(".")[0] in _VARIED
+        if OUTPUTS[name].path.partition(".")[0] in _DIFFERENTIABLE
     }
     if paths:
         run = simulate(
-            at,
+            means,
             t_end=study.t_end,
             tol=study.tol,
             separation=separation,
@@ -97,6 +101,6 @@ def _derivatives(
         sensitivities = run.sensitivities
         if sensitivities is not None:
             for output, path in paths.items():
-                take = attrgetter(path)
-                derivatives[output] = {name: take(sensitivities[name]) for name in names}
-    return {name: by for name, by in derivatives.items() if by is not None}
+                read_output = attrgetter(path)
+                derivatives[output] = {name: read_output(sensitivities[name]) for name in names}
+    return {name: slopes for name, slopes in derivatives.items() if slopes is not None}

@@ -1,4 +1,4 @@
-"""The scene at the means of the inputs, and a global search there that checks continuation."""
+"""The scene at the means of the inputs, where a global search checks the continuation."""
 
 from functools import lru_cache
 
@@ -9,7 +9,7 @@ from fivtui.model import ALL_PARAMETERS, ComputationError, Parameters, System
 from fivtui.safety import safe_friction, safe_mus
 from fivtui.sweeps import Study
 
-from .request import SAFE
+from .request import SAFE_MU
 
 
 def moments_of(study: Study) -> dict[str, tuple[float, float]]:
@@ -28,25 +28,25 @@ def parameters_at_means(study: Study) -> Parameters:
 
 
 def safe_mu_unknown_above(study: Study) -> float | None:
-    """The μ above which safe μ is not known, by a global search at the means of the inputs.
+    """The μ above which a global search at the means of the inputs does not confirm safe μ.
 
-    None if the search confirms safe μ from continuation, or safe μ is not an output.
+    None if the search confirms safe μ by continuation, or safe μ is not an output.
     """
-    if SAFE not in study.outputs:
+    if SAFE_MU not in study.outputs:
         return None
     p = parameters_at_means(study).with_values({"mu": 0.0})
-    return _unknown_above(System(p, study.cases[0]))
+    return _search_limit(System(p, study.cases[0]))
 
 
 @lru_cache(maxsize=64)
-def _unknown_above(system: System) -> float | None:
+def _search_limit(system: System) -> float | None:
     p, separation = system.parameters, system.separation
-    (continued,) = safe_mus(p, {}, np.array([separation])).tolist()
+    (continued_mu,) = safe_mus(p, {}, np.array([separation])).tolist()
     try:
         verdict = safe_friction(p, separation=separation)
     except ComputationError:
         # Without an equilibrium at the means, safe μ is not known there.
         return 0.0
-    limit = verdict.limit_of(continued)
-    least_unsafe = verdict.searched_to if np.isnan(continued) else continued
-    return limit if limit < least_unsafe else None
+    limit = verdict.limit_of(continued_mu)
+    upper_mu = verdict.searched_to if np.isnan(continued_mu) else continued_mu
+    return limit if limit < upper_mu else None

@@ -6,11 +6,11 @@ from fivtui.console import number, print_list, print_rows
 from fivtui.results import Row
 from fivtui.sweeps import OUTPUTS, SweepProgress
 
-from .request import SAFE, truncations
-from .result import MEANINGS, Uncertainty
-from .statistics import SampleEstimate, ranked, with_remark
+from .request import SAFE_MU, truncation_warnings
+from .result import EVENT_MEANINGS, Uncertainty
+from .statistics import SampleEstimate, rank_inputs, with_remark
 
-_LEVELS = ("0.05", "0.5", "0.95")
+_QUANTILE_LEVELS = ("0.05", "0.5", "0.95")
 _DIGITS = 4
 
 
@@ -22,7 +22,7 @@ class UncertaintyProgress(SweepProgress):
         self._estimates = ""
 
     def show_estimates(self, members: int, text: str) -> None:
-        """Show `text` from now on; another number of members restarts the count."""
+        """Show `text` beside the progress; a new number of members restarts the measured rate."""
         if members != self._members:
             self._members, self._first = members, None
         self._estimates = text
@@ -33,39 +33,40 @@ class UncertaintyProgress(SweepProgress):
         )
 
 
-def estimate_words(estimate: SampleEstimate, digits: int = _DIGITS) -> str:
-    """An estimate, rounded to the digits that its error makes certain, and the error."""
+def estimate_text(estimate: SampleEstimate, digits: int = _DIGITS) -> str:
+    """An estimate, rounded to one digit beyond the first digit of its error, and the error."""
     if estimate.error > 0.0 and estimate.value != 0.0:
-        first, uncertain = (
+        value_decade, error_decade = (
             math.floor(math.log10(abs(x))) for x in (estimate.value, estimate.error)
         )
-        digits = max(2, min(first - uncertain + 2, 10))
+        digits = max(2, min(value_decade - error_decade + 2, 10))
     return f"{number(estimate.value, digits)} ± {number(estimate.error, 2)}"
 
 
 def uncertainty_rows(result: Uncertainty) -> list[Row]:
-    """Probabilities, and what drives them, as rows of a table."""
+    """Probabilities, quantiles and total Sobol indices as rows of a table."""
     rows = [
-        Row(f"P({name})", estimate_words(estimate), MEANINGS[name])
+        Row(f"P({name})", estimate_text(estimate), EVENT_MEANINGS[name])
         for name, estimate in result.probabilities.items()
     ]
     if result.safe_mu_unknown_above is not None:
-        rows.append(Row("safe μ", safe_words(result), "safe friction coefficient"))
+        rows.append(Row("safe μ", safe_mu_text(result), "safe friction coefficient"))
     for name, levels in result.quantiles.items():
         if levels:
-            low, middle, high = (number(levels[level].value, _DIGITS) for level in _LEVELS)
+            low, middle, high = (number(levels[level].value, _DIGITS) for level in _QUANTILE_LEVELS)
             column = OUTPUTS[name]
             value = f"{middle} ({low} .. {high}) {column.unit}".rstrip()
             rows.append(Row(name, value, f"{column.meaning}: median, 5 and 95 %"))
     for name, indices in result.indices.items():
         text = ", ".join(
-            f"{key} {with_remark(number(index.total.value, 2))}" for key, index in ranked(indices)
+            f"{key} {with_remark(number(index.total.value, 2))}"
+            for key, index in rank_inputs(indices)
         )
         rows.append(Row(f"what drives {name}", text, "total Sobol indices"))
     return rows
 
 
-def safe_words(result: Uncertainty) -> str:
+def safe_mu_text(result: Uncertainty) -> str:
     """How the safe μ of the members was found."""
     table = result.study.safe
     if result.safe_mu_unknown_above is not None:
@@ -93,15 +94,15 @@ def print_uncertainty(result: Uncertainty) -> None:
         ("samples", f"{scatter.samples} in {scatter.repeats} scramblings ({scatter.kind})"),
         ("members", f"{result.study.members}, {result.sweep.table.failed} failed"),
     ]
-    if SAFE in result.study.outputs:
-        inputs.append(("safe μ", safe_words(result)))
+    if SAFE_MU in result.study.outputs:
+        inputs.append(("safe μ", safe_mu_text(result)))
     print_list("Uncertainty", inputs)
     print_rows(
         "Probabilities, with 95 % intervals",
         ("", "probability", "from", "to"),
         [
             (
-                MEANINGS[name],
+                EVENT_MEANINGS[name],
                 *(number(value, 6) for value in (estimate.value, estimate.low, estimate.high)),
             )
             for name, estimate in result.probabilities.items()
@@ -124,52 +125,52 @@ def print_uncertainty(result: Uncertainty) -> None:
             ],
         )
     for name in dict.fromkeys((*result.indices, *result.local)):
-        _print_drivers(name, result)
+        _print_sensitivities(name, result)
 
 
-def _print_drivers(name: str, result: Uncertainty) -> None:
-    # Sobol indices of an output, and its derivatives beside them.
-    indices, local = result.indices.get(name, {}), result.local.get(name, {})
+def _print_sensitivities(output: str, result: Uncertainty) -> None:
+    # Sobol indices and local sensitivities of an output.
+    indices, local = result.indices.get(output, {}), result.local.get(output, {})
     header = ["input"]
-    keys = [key for key, _ in ranked(indices)] or list(local)
-    rows = {key: [key] for key in keys}
+    inputs = [input_name for input_name, _ in rank_inputs(indices)] or list(local)
+    rows = {input_name: [input_name] for input_name in inputs}
     if indices:
         header += ["alone", "with others"]
-        for key in keys:
-            for estimate in (indices[key].first, indices[key].total):
-                rows[key].append(with_remark(estimate_words(estimate, 2)))
+        for input_name in inputs:
+            for estimate in (indices[input_name].first, indices[input_name].total):
+                rows[input_name].append(with_remark(estimate_text(estimate, 2)))
     if local:
         header += ["by one SD", "share if linear"]
-        for key in keys:
-            change = local.get(key)
-            rows[key] += (
+        for input_name in inputs:
+            change = local.get(input_name)
+            rows[input_name] += (
                 ["", ""] if change is None else [number(change.per_sd, 3), number(change.share, 2)]
             )
     parts = ["Sobol indices with 95 % intervals"] if indices else []
     parts += ["change at the means of the inputs"] if local else []
-    print_rows(f"What drives {name}: {'; '.join(parts)}", header, list(rows.values()))
+    print_rows(f"What drives {output}: {'; '.join(parts)}", header, list(rows.values()))
 
 
-def warning_of(result: Uncertainty) -> str | None:
+def study_warning(result: Uncertainty) -> str | None:
     """The warning of a study in one sentence; None if there is none."""
-    parts = truncations(result.study)
+    parts = truncation_warnings(result.study)
     parts += [
         f"{count} members have no {name}: they do not count, and there are no Sobol indices of it"
         if result.scatter.indices
         else f"{count} members have no {name}: they do not count"
         for name, count in result.missing.items()
     ]
-    parts += [_unresolved_words(name, count, result) for name, count in result.unresolved.items()]
+    parts += [_unresolved_text(name, count, result) for name, count in result.unresolved.items()]
     return "; ".join(filter(None, parts)) or None
 
 
-def _unresolved_words(name: str, effective: float, result: Uncertainty) -> str:
-    # Results that a study lacks for an output or event whose variance comes from few samples.
-    effects = ["there are no Sobol indices of it"] if result.scatter.indices else []
-    effects += ["the interval of its mean may be too narrow"] if name in result.means else []
-    if not effects:
+def _unresolved_text(name: str, effective: float, result: Uncertainty) -> str:
+    # Warning that the variance of an output or event comes from few samples; empty without effect.
+    consequences = ["there are no Sobol indices of it"] if result.scatter.indices else []
+    consequences += ["the interval of its mean may be too narrow"] if name in result.means else []
+    if not consequences:
         return ""
     return (
         f"about {effective:.0f} of {result.scatter.samples} samples make up the variance of "
-        f"{name}: {', and '.join(effects)}"
+        f"{name}: {', and '.join(consequences)}"
     )

@@ -20,7 +20,7 @@ from fivtui.model import (
 from fivtui.safety import MAX_FOLDS, safe_table
 from fivtui.scene import Scene
 from fivtui.sweeps import (
-    OUTPUTS as OF_SWEEPS,
+    OUTPUTS as SWEEP_OUTPUTS,
     VARIABLES,
     Correlations,
     Scatter,
@@ -30,22 +30,22 @@ from fivtui.sweeps import (
 )
 
 DEFAULT_SAMPLES: Final = 1 << 14
-# Number of samples to begin with if an error is required.
+# First number of samples if `until` gives the required error.
 FIRST_SAMPLES: Final = 1 << 10
 DEFAULT_REPEATS: Final = 16
-MOST_SAMPLES: Final = 1 << 24
-SAFE: Final = "safe_mu"
-# Up to this number of members, the branch of each is continued; above, a table is interpolated.
-_FEW: Final = 64
-# Shares at the ends of the range of a table of safe μ.
-_TAILS: Final = (1e-5, 1.0 - 1e-5)
-# Share of truncated values up to which there is no warning.
-_NOTHING: Final = 1e-9
-# Outputs from which probabilities are computed.
-JUDGED: Final = ("growth_rate", "stable")
+MAX_SAMPLES: Final = 1 << 24
+SAFE_MU: Final = "safe_mu"
+# Up to this number of members each has its branch followed; above, a table is interpolated.
+_MAX_CONTINUED: Final = 64
+# Quantile levels of the ends of the range of a table of safe μ.
+_TAIL_SHARES: Final = (1e-5, 1.0 - 1e-5)
+# Truncated share of a distribution up to which there is no warning.
+_NEGLIGIBLE_SHARE: Final = 1e-9
+# Outputs that every study computes, for its probabilities.
+STABILITY_OUTPUTS: Final = ("growth_rate", "stable")
 DEFAULT_OUTPUTS: Final = ("growth_rate", "critical_mu", "safe_mu", "y_half_range", "P_max")
-OUTPUTS: Final = tuple(name for name, column in OF_SWEEPS.items() if column.kind != "truth")
-_UNTIL: Final = Interval(0.0, 1.0, lower_open=True)
+OUTPUTS: Final = tuple(name for name, column in SWEEP_OUTPUTS.items() if column.kind != "truth")
+_UNTIL_RANGE: Final = Interval(0.0, 1.0, lower_open=True)
 
 
 def parse_inputs(texts: Sequence[str]) -> dict[str, Distribution]:
@@ -59,8 +59,8 @@ def parse_inputs(texts: Sequence[str]) -> dict[str, Distribution]:
     return distributions
 
 
-def as_inputs(inputs: Mapping[str, Distribution | str]) -> dict[str, Distribution]:
-    """Distributions by name, where some may be texts such as ``normal:80:8``."""
+def as_distributions(inputs: Mapping[str, Distribution | str]) -> dict[str, Distribution]:
+    """Distributions by name; texts such as ``normal:80:8`` are parsed."""
     return {
         name: parse_distribution(distribution) if isinstance(distribution, str) else distribution
         for name, distribution in inputs.items()
@@ -68,8 +68,8 @@ def as_inputs(inputs: Mapping[str, Distribution | str]) -> dict[str, Distributio
 
 
 def check_until(value: object) -> float:
-    """Return a required error of probabilities; `InputError` unless above 0 and at most 1."""
-    return _UNTIL.check("until", value)
+    """The required error of probabilities; `InputError` unless above 0 and at most 1."""
+    return _UNTIL_RANGE.check("until", value)
 
 
 def scattered_study(
@@ -89,22 +89,22 @@ def scattered_study(
     `samples` are rounded up to a power of two in every scrambling. If `indices` is None, indices
     are computed unless inputs are correlated.
     """
-    if not 1 <= samples <= MOST_SAMPLES:
-        raise InputError(f"samples = {samples}: must be from 1 to {MOST_SAMPLES}")
+    if not 1 <= samples <= MAX_SAMPLES:
+        raise InputError(f"samples = {samples}: must be from 1 to {MAX_SAMPLES}")
     for name in outputs:
-        if name not in OUTPUTS and name in OF_SWEEPS:
+        if name not in OUTPUTS and name in SWEEP_OUTPUTS:
             raise InputError(f"output {name}: must be a number; its probability is always told")
     if has_finite_speed(scene.parameters, inputs):
-        outputs = _on_belt(scene.parameters, outputs, inputs)
+        outputs = _outputs_on_belt(scene.parameters, outputs, inputs)
     scene.check_constant("an uncertainty study")
     if correlations is None:
         correlations = scene.correlation
     with_indices = not correlations if indices is None else indices
-    of_each = max(repeats, 1) * (2 if with_indices else 1)
+    samples_per_point = max(repeats, 1) * (2 if with_indices else 1)
     scatter = Scatter(
-        _of_friction(scene.parameters, inputs),
+        _truncate_friction(scene.parameters, inputs),
         design,
-        count=1 << (-(-samples // of_each) - 1).bit_length(),
+        count=1 << (-(-samples // samples_per_point) - 1).bit_length(),
         seed=seed,
         repeats=repeats,
         indices=with_indices,
@@ -113,12 +113,14 @@ def scattered_study(
     return scene_study(
         scene,
         scatter,
-        outputs=tuple(dict.fromkeys((*JUDGED, *outputs))),
+        outputs=tuple(dict.fromkeys((*STABILITY_OUTPUTS, *outputs))),
     )
 
 
-def _of_friction(p: Parameters, inputs: Mapping[str, Distribution]) -> Mapping[str, Distribution]:
-    # Truncate μ at a μ_s that does not scatter, or μ_s at a μ that does not.
+def _truncate_friction(
+    p: Parameters, inputs: Mapping[str, Distribution]
+) -> Mapping[str, Distribution]:
+    # If only one of μ and μ_s scatters, truncate its distribution at the value of the other.
     if "mu" in inputs and "mu_s" not in inputs and p.mu_s is not None:
         return {**inputs, "mu": inputs["mu"].within(-math.inf, p.mu_s)}
     if "mu_s" in inputs and "mu" not in inputs:
@@ -126,37 +128,38 @@ def _of_friction(p: Parameters, inputs: Mapping[str, Distribution]) -> Mapping[s
     return inputs
 
 
-def _on_belt(p: Parameters, outputs: Sequence[str], inputs: Collection[str]) -> tuple[str, ...]:
-    # Drop default outputs that a belt of finite speed does not have or that cost more than a
-    # transient.
+def _outputs_on_belt(
+    p: Parameters, outputs: Sequence[str], inputs: Collection[str]
+) -> tuple[str, ...]:
+    # Leave out defaults that a belt of finite speed lacks or that cost more than a transient.
     if tuple(outputs) == DEFAULT_OUTPUTS:
-        by_law = p.v_s is not None or "v_s" in inputs
-        left_out = {SAFE, "critical_mu"} if by_law else {SAFE}
-        return tuple(name for name in outputs if name not in left_out)
-    if SAFE in outputs:
+        has_friction_law = p.v_s is not None or "v_s" in inputs
+        dropped = {SAFE_MU, "critical_mu"} if has_friction_law else {SAFE_MU}
+        return tuple(name for name in outputs if name not in dropped)
+    if SAFE_MU in outputs:
         raise InputError(
-            f"output {SAFE}: must be left out on a belt of finite speed; critical_mu is known"
+            f"output {SAFE_MU}: must be left out on a belt of finite speed; critical_mu is known"
         )
     return tuple(outputs)
 
 
-def with_table(study: Study, progress: OnProgress | None = None) -> Study:
-    """Add a table of safe μ if that is an output and a table is cheaper for the members.
+def add_safe_table(study: Study, progress: OnProgress | None = None) -> Study:
+    """Add a table of safe μ to a study that outputs it and has enough members.
 
-    Over one group of parameters the table covers all but 1 in 50,000 values.
+    A table over one group of parameters covers all but 1 in 50,000 values.
     """
     design = study.design
-    if SAFE not in study.outputs or study.safe is not None or study.members <= _FEW:
+    if SAFE_MU not in study.outputs or study.safe is not None or study.members <= _MAX_CONTINUED:
         return study
     if not isinstance(design, Scatter):
         return study
     names = [name for name in design.axes if name in PARAMETERS and name != "mu"]
     ranges: dict[str, tuple[float, float]] = {}
     for name in names:
-        low, high = design.axes[name].at(_TAILS).tolist()
+        low, high = design.axes[name].at(_TAIL_SHARES).tolist()
         ranges[name] = low, high
-    drawn = replace(design, kind="sobol", count=MAX_FOLDS // 2, repeats=2, indices=False)
-    draws = drawn.columns(np.arange(drawn.size))
+    draw_design = replace(design, kind="sobol", count=MAX_FOLDS // 2, repeats=2, indices=False)
+    draws = draw_design.columns(np.arange(draw_design.size))
     table = safe_table(
         System(study.parameters, study.cases[0]),
         ranges,
@@ -166,13 +169,13 @@ def with_table(study: Study, progress: OnProgress | None = None) -> Study:
     return replace(study, safe=table)
 
 
-def truncations(study: Study) -> list[str]:
-    """Warnings of distributions that are truncated at bounds of parameters."""
-    texts = []
+def truncation_warnings(study: Study) -> list[str]:
+    """Warnings about distributions that are truncated at bounds of parameters."""
+    warnings = []
     for name, axis in study.design.axes.items():
-        if isinstance(axis, Distribution) and axis.cut > _NOTHING:
-            texts.append(
+        if isinstance(axis, Distribution) and axis.cut > _NEGLIGIBLE_SHARE:
+            warnings.append(
                 f"{name}~{axis}: truncated to {axis.low:g} to {axis.high:g}, which leaves out "
                 f"{axis.cut:.2g} of its values"
             )
-    return texts
+    return warnings

@@ -1,4 +1,4 @@
-"""The result of an uncertainty study: probabilities, quantiles and Sobol indices of its rows."""
+"""The result of an uncertainty study: probabilities, quantiles and Sobol indices."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep, read_sweep, save_sweep
 
 from .local import LocalSensitivity, local_sensitivities
 from .means import safe_mu_unknown_above
-from .request import SAFE, truncations
+from .request import SAFE_MU, truncation_warnings
 from .statistics import (
     LEAST_EFFECTIVE,
     SampleEstimate,
@@ -24,7 +24,7 @@ from .statistics import (
     mean_of,
     probability_of,
     quantiles_of,
-    ranked,
+    rank_inputs,
     sobol_of,
     to_dicts,
     with_remark,
@@ -36,28 +36,28 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 UNSTABLE: Final = "unstable"
-POSSIBLE: Final = "squeal_possible"
-MEANINGS: Final = {
+SQUEAL: Final = "squeal_possible"
+EVENT_MEANINGS: Final = {
     UNSTABLE: "the equilibrium is unstable",
-    POSSIBLE: "squeal is possible: μ is above the safe one",
+    SQUEAL: "squeal is possible: μ is above the safe one",
 }
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Uncertainty(Result, Tabular, Plottable):
-    """Probabilities and distributions of a scattered scene, and what drives them.
+    """Probabilities and quantiles of a scattered scene, with the influence of each input.
 
-    Safe μ of the members is that of the limit cycles that continuation follows from the Hopf point.
-    If a global search at the means of the inputs finds a lower safe μ, or does not decide, results
-    that depend on safe μ are left out.
+    Safe μ of the members is the least μ of the limit cycles on the branch from the Hopf point. A
+    global search at the means of the inputs checks it. If the search finds a lower safe μ, or is
+    undecided, results that depend on safe μ are left out.
 
     Attributes
     ----------
     sweep : Sweep
-        The members computed, see `Scatter` for their order.
+        The computed members, in the order of `Scatter`.
     probabilities : mapping of str to SampleEstimate
-        Probabilities of ``unstable``: the equilibrium is unstable; and of ``squeal_possible``: μ
-        is above the safe μ, if that is known.
+        Probabilities of ``unstable``: the equilibrium is unstable; and, if safe μ is known, of
+        ``squeal_possible``: μ is above the safe μ.
     means : mapping of str to SampleEstimate
         Mean values of outputs.
     quantiles : mapping of str to mapping of str to SampleEstimate
@@ -65,12 +65,12 @@ class Uncertainty(Result, Tabular, Plottable):
     indices : mapping of str to mapping of str to SobolIndex
         Sobol indices of outputs and events, by input.
     local : mapping of str to mapping of str to LocalSensitivity
-        Derivatives of outputs by inputs at the means of these.
+        Derivatives of outputs by inputs, at the means of all inputs.
     missing : mapping of str to int
-        Numbers of members without a value, for outputs with such members.
+        Number of members without a value, for each output that has such members.
     unresolved : mapping of str to float
-        Effective samples of outputs and events whose variance comes from too few samples: they have
-        no Sobol indices, and intervals of their means are too narrow.
+        Effective samples of outputs and events whose variance comes from too few samples. They have
+        no Sobol indices, and the intervals of their means may be too narrow.
     safe_mu_unknown_above : float or None
         The μ above which safe μ is not known; None if the search confirms the continuation.
     """
@@ -97,7 +97,7 @@ class Uncertainty(Result, Tabular, Plottable):
 
     @property
     def inputs(self) -> dict[str, Distribution]:
-        """Distributions by name."""
+        """Distributions of the inputs by name."""
         return dict(self.scatter.axes)
 
     @property
@@ -106,17 +106,17 @@ class Uncertainty(Result, Tabular, Plottable):
         return max((estimate.error for estimate in self.probabilities.values()), default=np.inf)
 
     def samples(self, name: str) -> Floats:
-        """Values of an input or output that follow the distributions; NaN where there is none."""
+        """Values of an input or output in the samples of the distributions; NaN without value."""
         values = self.scatter.sample_values(self.sweep.table.numbers[name])
         return np.asarray(values, dtype=float).ravel()
 
     def regions(self) -> dict[str, NDArray[np.bool_]]:
-        """Which samples are in each region, from the safest on, by its name."""
+        """Flags of the samples in each region, by its name; the safest region is first."""
         unstable = self.samples("stable") == 0.0
-        if POSSIBLE not in self.probabilities:
+        if SQUEAL not in self.probabilities:
             return {"stable": ~unstable, "squeals by itself": unstable}
         numbers = {name: self.samples(name) for name in (*self.inputs, *self.study.outputs)}
-        possible = (events_of(self.study, numbers)[POSSIBLE] == 1.0) & ~unstable
+        possible = (event_flags(self.study, numbers)[SQUEAL] == 1.0) & ~unstable
         return {
             "no squeal known": ~(unstable | possible),
             "squeals after a knock": possible,
@@ -140,7 +140,7 @@ class Uncertainty(Result, Tabular, Plottable):
         if self.safe_mu_unknown_above is not None:
             rows.append(("safe mu", f"not known above {self.safe_mu_unknown_above:.4g}"))
         for name, indices in self.indices.items():
-            totals = ((key, f"{index.total.value:z.2f}") for key, index in ranked(indices)[:4])
+            totals = ((key, f"{index.total.value:z.2f}") for key, index in rank_inputs(indices)[:4])
             texts = (f"{key} {with_remark(total)}" for key, total in totals)
             rows.append((f"drives {name}", ", ".join(texts)))
         return rows
@@ -156,7 +156,7 @@ class Uncertainty(Result, Tabular, Plottable):
             "separation": study.cases[0],
             "t_end": study.t_end,
             "inputs": {name: str(axis) for name, axis in scatter.axes.items()},
-            "truncated": truncations(study),
+            "truncated": truncation_warnings(study),
             "correlations": [list(entry) for entry in scatter.correlations],
             "design": scatter.kind,
             "samples": scatter.samples,
@@ -206,58 +206,58 @@ def scatter_of(study: Study) -> Scatter:
     return study.design
 
 
-def margin_of(study: Study, numbers: Mapping[str, Floats]) -> Floats:
-    """The difference of μ and safe μ."""
-    safe = numbers[SAFE]
-    return numbers.get("mu", np.full(safe.size, study.parameters.mu)) - safe
+def mu_excess(study: Study, numbers: Mapping[str, Floats]) -> Floats:
+    """μ minus safe μ of members."""
+    safe_mu = numbers[SAFE_MU]
+    return numbers.get("mu", np.full(safe_mu.size, study.parameters.mu)) - safe_mu
 
 
-def events_of(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
+def event_flags(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
     """Events by name: 1 if the event occurs in a member, 0 if not, NaN if unknown."""
     events = {}
     if "stable" in study.outputs:
         events[UNSTABLE] = 1.0 - numbers["stable"]
-    if SAFE in study.outputs:
-        margin = margin_of(study, numbers)
-        events[POSSIBLE] = np.where(np.isnan(margin), np.nan, margin > 0.0)
+    if SAFE_MU in study.outputs:
+        excess = mu_excess(study, numbers)
+        events[SQUEAL] = np.where(np.isnan(excess), np.nan, excess > 0.0)
     return events
 
 
-def _squeal_probability(possible: Floats, margin: Floats, errors: Floats) -> SampleEstimate | None:
-    # The probability of possible squeal; its interval includes errors of safe μ. A sample is
-    # misjudged with the probability of an error of the table above its margin.
+def _squeal_probability(possible: Floats, excess: Floats, errors: Floats) -> SampleEstimate | None:
+    # The probability of possible squeal; its interval includes errors of the table of safe μ. The
+    # flag of a sample is wrong if the error is greater than |excess|; `misjudged` is its chance.
     estimate = probability_of(possible)
     if estimate is None:
         return None
-    misjudged = 1.0 - np.searchsorted(errors, np.abs(margin), side="left") / errors.size
-    lowering = float(np.mean(np.where(possible == 1.0, misjudged, 0.0)))
-    raising = float(np.mean(np.where(possible == 0.0, misjudged, 0.0)))
+    misjudged = 1.0 - np.searchsorted(errors, np.abs(excess), side="left") / errors.size
+    wrong_hits = float(np.mean(np.where(possible == 1.0, misjudged, 0.0)))
+    wrong_misses = float(np.mean(np.where(possible == 0.0, misjudged, 0.0)))
     return SampleEstimate(
-        estimate.value, max(estimate.low - lowering, 0.0), min(estimate.high + raising, 1.0)
+        estimate.value, max(estimate.low - wrong_hits, 0.0), min(estimate.high + wrong_misses, 1.0)
     )
 
 
 def evaluate(sweep: Sweep) -> Uncertainty:
-    """Probabilities, quantiles and indices of a scattered sweep."""
+    """The probabilities, quantiles and indices of a scattered sweep."""
     study, scatter = sweep.study, scatter_of(sweep.study)
-    events = events_of(study, sweep.table.numbers)
+    events = event_flags(study, sweep.table.numbers)
     outputs = {
         name: sweep.table.numbers[name] for name in study.outputs if OUTPUTS[name].kind != "truth"
     }
     local = local_sensitivities(study)
     unknown_above = safe_mu_unknown_above(study)
     if unknown_above is not None:
-        del events[POSSIBLE], outputs[SAFE]
-        local.pop(SAFE, None)
+        del events[SQUEAL], outputs[SAFE_MU]
+        local.pop(SAFE_MU, None)
     samples = {
         name: np.asarray(scatter.sample_values(values), dtype=float)
         for name, values in (outputs | events).items()
     }
     probabilities = {name: probability_of(samples[name]) for name in events}
-    if study.safe is not None and POSSIBLE in events:
-        margin = scatter.sample_values(margin_of(study, sweep.table.numbers))
+    if study.safe is not None and SQUEAL in events:
+        excess = scatter.sample_values(mu_excess(study, sweep.table.numbers))
         errors = np.array(study.safe.errors)
-        probabilities[POSSIBLE] = _squeal_probability(samples[POSSIBLE], margin, errors)
+        probabilities[SQUEAL] = _squeal_probability(samples[SQUEAL], excess, errors)
     means = {name: mean_of(samples[name]) for name in outputs}
     missing = {name: int(np.isnan(values).sum()) for name, values in outputs.items()}
     effective = {name: effective_samples(values) for name, values in samples.items()}

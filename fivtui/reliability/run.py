@@ -1,4 +1,4 @@
-"""Run uncertainty studies in memory or into a file, to a number of samples or to an error."""
+"""Run uncertainty studies in memory or into a file, up to a number of samples or to an error."""
 
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import replace
@@ -33,21 +33,21 @@ from .request import (
     DEFAULT_OUTPUTS,
     DEFAULT_REPEATS,
     DEFAULT_SAMPLES,
-    SAFE,
-    as_inputs,
+    SAFE_MU,
+    add_safe_table,
+    as_distributions,
     check_until,
     scattered_study,
-    with_table,
 )
-from .result import Uncertainty, evaluate, events_of, scatter_of
-from .statistics import probability
+from .result import Uncertainty, evaluate, event_flags, scatter_of
+from .statistics import probability_from_counts
 
 Floats = NDArray[np.float64]
-OnEstimates = Callable[[int, str], object]
+EstimatesCallback = Callable[[int, str], object]
 
 
 class MembersFile(NamedTuple):
-    """A file for the members of a study, and the number of members of a piece."""
+    """The file for the members of a study, and the number of members in a piece."""
 
     out: Path
     piece: int | None
@@ -72,7 +72,7 @@ def uncertainty(
     progress: OnProgress | None = None,
     workers: int | None = None,
 ) -> Uncertainty:
-    """Estimate how likely squeal is if parameters scatter, and what drives it.
+    """Estimate how likely squeal is if parameters scatter, and the influence of each parameter.
 
     Parameters
     ----------
@@ -95,15 +95,15 @@ def uncertainty(
     seed : int
         Seed of the first scrambling; those of the others follow.
     repeats : int
-        Number of independent scramblings, from which intervals come.
+        Number of independent scramblings; intervals are computed from their differences.
     indices : bool, optional
-        Whether Sobol indices are computed; by default where inputs are not correlated.
+        Whether Sobol indices are computed; by default if inputs are not correlated.
     outputs : iterable of str
         Quantities besides the growth rate: ``critical_mu``, ``safe_mu``, and those of `sweep`.
     separation, start, t_end, tol
         As in `simulate`.
     progress : callable, optional
-        Called with the fraction done; the study stops when it returns False.
+        Called with the fraction done; cancels the study by returning False.
     workers : int, optional
         Number of threads; all processors by default.
 
@@ -122,8 +122,8 @@ def uncertainty(
     Examples
     --------
     >>> from fivtui import uncertainty
-    >>> found = uncertainty(vary={"mu": "uniform:0:1"}, outputs=["critical_mu"])
-    >>> round(found.probabilities["unstable"].value, 3)
+    >>> result = uncertainty(vary={"mu": "uniform:0:1"}, outputs=["critical_mu"])
+    >>> round(result.probabilities["unstable"].value, 3)
     0.561
     """
     scene = Scene(
@@ -137,7 +137,7 @@ def uncertainty(
     )
     study = scattered_study(
         scene,
-        as_inputs(vary),
+        as_distributions(vary),
         correlations=tuple((a, b, value) for (a, b), value in correlations.items()),
         design=design,
         samples=samples,
@@ -156,19 +156,19 @@ def compute_uncertainty(
     until: float | None = None,
     file: MembersFile | None = None,
     progress: OnProgress | None = None,
-    on_estimates: OnEstimates | None = None,
+    on_estimates: EstimatesCallback | None = None,
 ) -> Uncertainty:
-    """Compute a scattered sweep, to the error `until` if given, and its result."""
-    if on_estimates is not None and SAFE in study.outputs:
+    """Compute a scattered sweep, up to the error `until` if given, and return its result."""
+    if on_estimates is not None and SAFE_MU in study.outputs:
         on_estimates(study.members, "following branches of limit cycles")
-    folds = None if progress is None else lambda _fraction: progress(0.0)
-    study = with_table(study, folds)
+    fold_progress = None if progress is None else lambda _fraction: progress(0.0)
+    study = add_safe_table(study, fold_progress)
     if until is None:
         return evaluate(_compute_sweep(study, _with_reports(engine, on_estimates), file, progress))
     tolerance = check_until(until)
     if scatter_of(study).kind != "sobol":
         raise InputError("until: must be given with the design sobol, whose points can be added to")
-    study, stored_rows, file = _stored_stage(study, file)
+    study, stored_rows, file = _resume_stage(study, file)
     while True:
         reporting_engine = _with_reports(_with_stored_rows(engine, stored_rows), on_estimates)
         result = evaluate(_compute_sweep(study, reporting_engine, file, progress))
@@ -197,20 +197,20 @@ def _with_count(study: Study, count: int) -> Study:
     return replace(study, design=replace(scatter_of(study), count=count))
 
 
-def _stored_stage(
+def _resume_stage(
     study: Study, file: MembersFile | None
 ) -> tuple[Study, Rows | None, MembersFile | None]:
-    # The study with as many samples as an earlier run, stored rows to reuse, and the file, which
-    # is replaced if it holds fewer samples.
+    # Resume an earlier run: the study with its number of samples, its stored rows, and the file.
+    # The file is replaced if it has fewer samples.
     if file is None or is_replaceable(file.out):
         return study, None, file
-    stored, under_way = (
+    stored, unfinished = (
         candidate
-        if candidate is not None and candidate == _with_count_of(study, candidate)
+        if candidate is not None and candidate == _with_equal_count(study, candidate)
         else None
         for candidate in read_stored_studies(file.out)
     )
-    latest = under_way or stored
+    latest = unfinished or stored
     if latest is None:
         return study, None, file
     rows = None if stored is None else load_sweep(stored, file.out).table
@@ -218,8 +218,8 @@ def _stored_stage(
     return latest, rows, file._replace(out=output_path(file.out, force=replaced))
 
 
-def _with_count_of(study: Study, reference: Study) -> Study | None:
-    # The study with the number of samples of `reference`.
+def _with_equal_count(study: Study, reference: Study) -> Study | None:
+    # The study with the number of samples of `reference`; None if it may not have that number.
     try:
         return _with_count(study, scatter_of(reference).count)
     except InputError:
@@ -237,50 +237,50 @@ def _compute_sweep(
 
 
 def _with_stored_rows(engine: Engine, stored_rows: Rows | None) -> Engine:
-    # An engine that takes the first members from stored rows.
+    # An engine that takes the first members from stored rows and computes the rest.
     if stored_rows is None:
         return engine
 
-    def continued(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
+    def compute(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         pending = list(pieces)
         stored = [piece for piece in pending if piece.stop <= len(stored_rows.reasons)]
         for piece in stored:
             yield piece, stored_rows.part(piece.first, piece.stop)
         yield from engine(study, pending[len(stored) :])
 
-    return continued
+    return compute
 
 
-def _with_reports(engine: Engine, on_estimates: OnEstimates | None) -> Engine:
-    # An engine that reports the probabilities from all rows so far.
+def _with_reports(engine: Engine, on_estimates: EstimatesCallback | None) -> Engine:
+    # An engine that reports the probabilities of all rows so far.
     if on_estimates is None:
         return engine
 
-    def watched(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
+    def compute(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         scatter = scatter_of(study)
         sums: dict[str, tuple[Floats, Floats]] = {}
         for piece, rows in engine(study, pieces):
             members = np.arange(piece.first, piece.stop)
             point, block = np.divmod(members, scatter.blocks)
-            for name, holds in events_of(study, rows.numbers).items():
-                counted = (block < 2) & ~np.isnan(holds)
+            for name, flags in event_flags(study, rows.numbers).items():
+                counted = (block < 2) & ~np.isnan(flags)
                 scrambling = point[counted] % scatter.repeats
                 hits, counts = (
                     np.bincount(scrambling, weights, scatter.repeats)
-                    for weights in (holds[counted], np.ones(scrambling.size))
+                    for weights in (flags[counted], np.ones(scrambling.size))
                 )
-                sums_before = sums.get(name, (np.zeros(1), np.zeros(1)))
-                sums[name] = (sums_before[0] + hits, sums_before[1] + counts)
+                previous = sums.get(name, (np.zeros(1), np.zeros(1)))
+                sums[name] = (previous[0] + hits, previous[1] + counts)
             on_estimates(study.members, _probability_text(sums))
             yield piece, rows
 
-    return watched
+    return compute
 
 
 def _probability_text(sums: Mapping[str, tuple[Floats, Floats]]) -> str:
     parts = []
     for name, (hits, counts) in sums.items():
         if counts.all():
-            estimate = probability(hits, counts)
+            estimate = probability_from_counts(hits, counts)
             parts.append(f"P({name}) = {estimate.value:.4g} ± {estimate.error:.1g}")
     return ", ".join(parts)

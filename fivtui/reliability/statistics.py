@@ -24,7 +24,7 @@ _SYMMETRIC: Final = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class SampleEstimate:
-    """An estimate and the ends of its 95 % interval; an end that is not bounded is infinite."""
+    """An estimate and the ends of its 95 % interval; an unbounded end is infinite."""
 
     value: float
     low: float
@@ -68,16 +68,16 @@ class SobolIndex:
         }
 
 
-def estimate(values: Floats) -> SampleEstimate:
-    """The mean of independent estimates of the same, with its interval."""
-    return SampleEstimate(*(float(value) for value in _interval(values)))
+def mean_estimate(values: Floats) -> SampleEstimate:
+    """The mean of independent estimates of one quantity, with its interval."""
+    return SampleEstimate(*(float(value) for value in _mean_interval(values)))
 
 
-def _interval(values: Floats) -> tuple[Floats, Floats, Floats]:
+def _mean_interval(values: Floats) -> tuple[Floats, Floats, Floats]:
     """Means over the first axis with the ends of their intervals.
 
-    Student's interval, extended on the side to which the values are skewed (Hall 1992), since few
-    estimates seldom include the rare large values. The rounding error is the least width.
+    Student's interval, extended on the side to which the values are skewed (Hall 1992): a few
+    estimates rarely include the rare large values. Its half width is at least the rounding error.
     """
     from scipy.special import stdtrit
 
@@ -90,12 +90,12 @@ def _interval(values: Floats) -> tuple[Floats, Floats, Floats]:
     divisor = np.where(moment > 0.0, moment, 1.0) ** 1.5
     skewness = (deviations**3).mean(axis=0) / divisor / math.sqrt(count)
     student = float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL))
-    below = np.maximum(student, _without_skewness(student, skewness))
-    above = np.maximum(student, -_without_skewness(-student, skewness))
+    below = np.maximum(student, _invert_hall(student, skewness))
+    above = np.maximum(student, -_invert_hall(-student, skewness))
     return mean, mean - below * spread - rounding, mean + above * spread + rounding
 
 
-def _without_skewness(score: float, skewness: Floats) -> Floats:
+def _invert_hall(score: float, skewness: Floats) -> Floats:
     # The inverse of Hall's transformation; `skewness` is divided by the root of the count.
     divisor = np.where(np.abs(skewness) > _SYMMETRIC, skewness, 1.0)
     cubic = np.cbrt(1.0 + divisor * (score - divisor / 6.0))
@@ -103,44 +103,44 @@ def _without_skewness(score: float, skewness: Floats) -> Floats:
     return np.where(np.abs(skewness) > _SYMMETRIC, transformed, score)
 
 
-def probability(hits: Floats, counts: Floats) -> SampleEstimate:
-    """A probability from the hits and members of each scrambling."""
-    return SampleEstimate(*(float(value) for value in _shares(hits, counts)))
+def probability_from_counts(hits: Floats, counts: Floats) -> SampleEstimate:
+    """A probability from the numbers of hits and of members in each scrambling."""
+    return SampleEstimate(*(float(value) for value in _share_interval(hits, counts)))
 
 
-def _shares(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
+def _share_interval(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
     """Shares with the ends of their intervals; scramblings are the first axis of both.
 
-    If all scramblings have the same share, the interval has the width of their resolution: that of
-    no hit among as many independent members, or of one more hit in a part of them.
+    If all scramblings have the same share, its half width is the greater of two resolutions: the
+    share that independent members may have without a hit, and one hit more in some scramblings.
     """
     shares = hits / counts
-    mean, low, high = _interval(shares)
-    rare = math.log(1.0 - LEVEL)
-    least = max(
-        -math.expm1(rare / float(counts.sum())),
-        -math.expm1(rare / counts.size) / float(counts.min()),
+    mean, low, high = _mean_interval(shares)
+    log_chance = math.log(1.0 - LEVEL)
+    margin = max(
+        -math.expm1(log_chance / float(counts.sum())),
+        -math.expm1(log_chance / counts.size) / float(counts.min()),
     )
     equal = np.ptp(shares, axis=0) == 0.0
-    low, high = np.where(equal, mean - least, low), np.where(equal, mean + least, high)
+    low, high = np.where(equal, mean - margin, low), np.where(equal, mean + margin, high)
     return mean, np.maximum(low, 0.0), np.minimum(high, 1.0)
 
 
-def probability_of(truths: Floats) -> SampleEstimate | None:
-    """The probability of 1 among values 0 and 1, a row per scrambling; NaN does not count."""
-    valid = ~np.isnan(truths)
+def probability_of(flags: Floats) -> SampleEstimate | None:
+    """The probability of 1 in flags 0 and 1, a row per scrambling; NaN does not count."""
+    valid = ~np.isnan(flags)
     counts = valid.sum(axis=1).astype(float)
     if not counts.all():
         return None
-    return probability(np.where(valid, truths, 0.0).sum(axis=1), counts)
+    return probability_from_counts(np.where(valid, flags, 0.0).sum(axis=1), counts)
 
 
 def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     """Quantiles of values, a row per scrambling, by their level as text; NaN does not count.
 
-    An interval has the values at which the interval of the share of smaller values contains the
-    level: unlike quantiles, shares of stratified points are unbiased. An end beyond all samples is
-    infinite.
+    A value is in the interval of a quantile if the interval of the share of smaller values contains
+    the level: shares of stratified points are unbiased, quantiles are not. An end beyond all
+    samples is infinite.
     """
     valid = ~np.isnan(values)
     if not valid.any(axis=1).all():
@@ -153,21 +153,21 @@ def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     def hits_at(indices: NDArray[np.int64], side: Literal["left", "right"]) -> Floats:
         return np.array([np.searchsorted(row, pooled[indices], side) for row in rows], dtype=float)
 
-    def is_reached(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
-        return np.asarray(_shares(hits_at(indices, "right"), counts)[2] >= levels)
+    def upper_end_reaches(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
+        return np.asarray(_share_interval(hits_at(indices, "right"), counts)[2] >= levels)
 
-    def is_passed(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
-        return np.asarray(_shares(hits_at(indices, "left"), counts)[1] > levels)
+    def lower_end_exceeds(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
+        return np.asarray(_share_interval(hits_at(indices, "left"), counts)[1] > levels)
 
-    lowest, highest = (
-        float(_shares(hits, counts)[end][0])
+    no_hits_end, all_hits_end = (
+        float(_share_interval(hits, counts)[end][0])
         for hits, end in ((np.zeros_like(counts), 2), (counts, 1))
     )
     estimates = np.quantile(pooled, levels, method="hazen")
-    first = _first_index(is_reached, pooled.size, levels.size)
-    end_index = _first_index(is_passed, pooled.size, levels.size) - 1
-    low = np.where(lowest >= levels, -np.inf, np.minimum(pooled[first], estimates))
-    high = np.where(highest <= levels, np.inf, np.maximum(pooled[end_index], estimates))
+    first_index = _first_index(upper_end_reaches, pooled.size, levels.size)
+    end_index = _first_index(lower_end_exceeds, pooled.size, levels.size) - 1
+    low = np.where(no_hits_end >= levels, -np.inf, np.minimum(pooled[first_index], estimates))
+    high = np.where(all_hits_end <= levels, np.inf, np.maximum(pooled[end_index], estimates))
     return {
         f"{level:g}": SampleEstimate(*ends)
         for level, *ends in zip(
@@ -179,13 +179,13 @@ def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
 def _first_index(
     holds: Callable[[NDArray[np.int64]], NDArray[np.bool_]], count: int, levels: int
 ) -> NDArray[np.int64]:
-    # For each level the first index at which `holds` is true, by bisection; else the count.
+    # For each level the first index at which `holds` is true, by bisection; `count` without one.
     low = np.zeros(levels, dtype=np.int64)
     high = np.full(levels, count, dtype=np.int64)
     while (low < high).any():
         middle = (low + high) // 2
-        true = holds(np.minimum(middle, count - 1)) | (low == high)
-        low, high = np.where(true, low, middle + 1), np.where(true, middle, high)
+        is_true = holds(np.minimum(middle, count - 1)) | (low == high)
+        low, high = np.where(is_true, low, middle + 1), np.where(is_true, middle, high)
     return low
 
 
@@ -193,13 +193,13 @@ def mean_of(values: Floats) -> SampleEstimate | None:
     """The mean of values, a row per scrambling; NaN does not count."""
     if np.isnan(values).all(axis=1).any():
         return None
-    return estimate(np.nanmean(values, axis=1))
+    return mean_estimate(np.nanmean(values, axis=1))
 
 
 def sobol_of(scatter: Scatter, values: Floats) -> dict[str, SobolIndex]:
-    """Sobol indices by input of the values of all members (Saltelli 2010, Jansen 1999).
+    """Sobol indices of the values of all members, by input (Saltelli 2010, Jansen 1999).
 
-    None if a member has no value, or the variance comes from too few samples.
+    Empty if a member has no value, or the variance comes from too few samples.
     """
     if np.isnan(values).any() or effective_samples(scatter.sample_values(values)) < LEAST_EFFECTIVE:
         return {}
@@ -217,9 +217,9 @@ def sobol_of(scatter: Scatter, values: Floats) -> dict[str, SobolIndex]:
 
 
 def effective_samples(values: Floats) -> float:
-    """The number of samples with equal deviations from the mean that give the same variance.
+    """The number of samples of equal deviation from the mean that would give the same variance.
 
-    0 if all values are equal; NaN does not count.
+    Zero if all values are equal; NaN does not count.
     """
     values = values[~np.isnan(values)]
     if not values.size:
@@ -232,15 +232,15 @@ def effective_samples(values: Floats) -> float:
 
 
 def _ratio(numerators: Floats, denominators: Floats) -> SampleEstimate:
-    # The ratio of the means over scramblings, with the interval of its linearised error.
+    # The ratio of two means over scramblings, with the interval of its linearised error.
     scale = float(denominators.mean())
     ratio = float(numerators.mean()) / scale
-    error = estimate((numerators - ratio * denominators) / scale)
+    error = mean_estimate((numerators - ratio * denominators) / scale)
     return SampleEstimate(ratio, ratio + error.low, ratio + error.high)
 
 
-def beyond_share(printed: str) -> str:
-    """Whether the printed value of a Sobol index is above 1 or below 0; empty if neither."""
+def excess_remark(printed: str) -> str:
+    """``above 1`` or ``below 0`` if the printed value of a Sobol index is, else empty."""
     value = float(printed.partition(" ")[0])
     if value > 1.0:
         return "above 1"
@@ -248,8 +248,8 @@ def beyond_share(printed: str) -> str:
 
 
 def with_remark(printed: str) -> str:
-    """The printed value of a Sobol index, with the reason if it is above 1 or below 0."""
-    remark = beyond_share(printed)
+    """The printed value of a Sobol index, with the cause if it is above 1 or below 0."""
+    remark = excess_remark(printed)
     return f"{printed} ({remark}: sampling error)" if remark else printed
 
 
@@ -258,6 +258,6 @@ def to_dicts(records: Mapping[str, Any]) -> dict[str, Any]:
     return {name: record.to_dict() for name, record in records.items()}
 
 
-def ranked(indices: Mapping[str, SobolIndex]) -> Sequence[tuple[str, SobolIndex]]:
-    """Inputs and their indices by falling total index."""
+def rank_inputs(indices: Mapping[str, SobolIndex]) -> Sequence[tuple[str, SobolIndex]]:
+    """Inputs and their indices, sorted by descending total index."""
     return sorted(indices.items(), key=lambda item: -item[1].total.value)

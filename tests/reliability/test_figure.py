@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 
 from fivtui import uncertainty
 from fivtui.reliability.result import Uncertainty
-from fivtui.reliability.statistics import ranked
+from fivtui.reliability.statistics import rank_inputs
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_histograms_indices_and_samples_are_those_of_the_study(result: Uncertain
     assert next(iter(by_title)).startswith("Sobol indices of: unstable")
     assert len(by_title) == len(result.indices)
     for axes, (output, indices) in zip(drivers, result.indices.items(), strict=True):
-        rows = [index for _, index in reversed(ranked(indices))]
+        rows = [index for _, index in reversed(rank_inputs(indices))]
         drawn = [bar.get_width() for bar in bars(axes)]
         expected = chain(
             (index_pair.first.value for index_pair in rows),
@@ -70,7 +70,7 @@ def test_histograms_indices_and_samples_are_those_of_the_study(result: Uncertain
             if line.get_marker() == "D":
                 diamonds += np.asarray(line.get_xdata(), dtype=float).tolist()
         local = result.local.get(output, {})
-        shares = [local[name].share for name, _ in reversed(ranked(indices)) if local]
+        shares = [local[name].share for name, _ in reversed(rank_inputs(indices)) if local]
         assert diamonds == shares
     # Two histograms on the diagonal, one panel of dots below it.
     assert len(matrix) == 3

@@ -6,9 +6,9 @@ import pytest
 from fivtui.distributions import Distribution
 from fivtui.reliability.statistics import (
     effective_samples,
-    estimate,
+    mean_estimate,
     mean_of,
-    probability,
+    probability_from_counts,
     probability_of,
     quantiles_of,
     sobol_of,
@@ -49,20 +49,20 @@ def test_one_input_explains_all_and_a_constant_has_no_variance() -> None:
 
 def test_intervals_cover_as_often_as_they_say() -> None:
     draws = np.random.default_rng(5).normal(2.0, 1.0, (4000, 8))
-    intervals = [estimate(row) for row in draws]
+    intervals = [mean_estimate(row) for row in draws]
     covered = np.mean([interval.low <= 2.0 <= interval.high for interval in intervals])
     assert covered == pytest.approx(0.95, abs=0.012)
 
 
 def test_zero_hits_do_not_give_a_probability_of_zero() -> None:
-    none = probability(np.zeros(4), np.full(4, 250.0))
+    none = probability_from_counts(np.zeros(4), np.full(4, 250.0))
     assert (none.value, none.low) == (0.0, 0.0)
     assert none.high == pytest.approx(1.0 - 0.05 ** (1.0 / 1000.0))
     # All scramblings have 100 of 250 hits: one of them could have 101.
-    equal_bounds = probability(np.full(4, 100.0), np.full(4, 250.0))
+    equal_bounds = probability_from_counts(np.full(4, 100.0), np.full(4, 250.0))
     assert equal_bounds.value == 0.4
     assert equal_bounds.error == pytest.approx(max(none.high, (1.0 - 0.05**0.25) / 250.0))
-    every = probability(np.full(4, 250.0), np.full(4, 250.0))
+    every = probability_from_counts(np.full(4, 250.0), np.full(4, 250.0))
     assert (every.value, every.high) == (1.0, 1.0)
     assert every.low == pytest.approx(1.0 - none.high)
 

@@ -21,13 +21,13 @@ from fivtui import (
 )
 from fivtui.cli import run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.reliability.report import UncertaintyProgress, print_uncertainty, warning_of
+from fivtui.reliability.report import UncertaintyProgress, print_uncertainty, study_warning
 from fivtui.reliability.request import (
+    add_safe_table,
     check_until,
     parse_inputs,
     scattered_study,
-    truncations,
-    with_table,
+    truncation_warnings,
 )
 from fivtui.reliability.result import Uncertainty, evaluate
 from fivtui.reliability.run import MembersFile, compute_uncertainty
@@ -167,7 +167,7 @@ def test_where_the_search_finds_less_than_continuation_nothing_rests_on_safe_mu(
 def test_the_error_of_the_table_widens_the_interval() -> None:
     study = scattered_study(BASE, parse_inputs(["mu~uniform:0.2:0.4", "F~uniform:79:81"]),
                             samples=1024, outputs=("safe_mu",))  # fmt: skip
-    study = with_table(study)
+    study = add_safe_table(study)
     assert study.safe is not None
     estimated = compute_uncertainty(study, local_engine(1)).probabilities["squeal_possible"]
     # With an error of 0.01 at every fold, a tenth of the samples lies within the error.
@@ -254,7 +254,7 @@ def test_a_table_of_a_scene_correlates(tmp_path: Path) -> None:
 
 def test_truncation_is_reported() -> None:
     study = scattered_study(BASE, parse_inputs(["mu~normal:0.1:0.1", "F~normal:80:8"]))
-    (message,) = truncations(study)
+    (message,) = truncation_warnings(study)
     assert message.startswith("mu~normal:0.1:0.1: truncated to 0 to 100, which leaves out 0.16")
 
 
@@ -387,7 +387,7 @@ def test_outputs_of_few_samples_have_a_warning_instead_of_indices() -> None:
     assert 0.0 < result.unresolved["unstable"] < 30.0
     assert result.to_dict()["unresolved"] == result.unresolved
     assert "unstable" not in result.indices
-    warning = warning_of(result)
+    warning = study_warning(result)
     assert warning is not None
     assert warning.endswith("make up the variance of unstable: there are no Sobol indices of it")
-    assert warning_of(replace(result, unresolved={})) is None
+    assert study_warning(replace(result, unresolved={})) is None

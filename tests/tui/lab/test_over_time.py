@@ -102,11 +102,13 @@ async def test_tables_are_restored_and_distinguish_runs(tmp_path: Path) -> None:
     again = Session(state.edit_state.loaded, state.edit_state.source)
     again.restore(state.edit_state)
     assert again.changed_fields == ["F", "mu"]
-    with_table = again.scene()
+    add_safe_table = again.scene()
     again.set_tables(())
     dropped = again.scene()
-    assert [str(difference) for difference in differences(with_table, dropped)] == ["F over time"]
-    assert [str(difference) for difference in differences(dropped, with_table)] == [
+    assert [str(difference) for difference in differences(add_safe_table, dropped)] == [
+        "F over time"
+    ]
+    assert [str(difference) for difference in differences(dropped, add_safe_table)] == [
         "nothing over time"
     ]
-    assert legend_names({1: with_table, 2: dropped}) == ["F over time", "F 20 N"]
+    assert legend_names({1: add_safe_table, 2: dropped}) == ["F over time", "F 20 N"]

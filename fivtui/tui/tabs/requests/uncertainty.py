@@ -39,17 +39,17 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
 
 def truncation_words(result: "Uncertainty") -> str:
     """A note that distributions of a study are truncated; empty if none is."""
-    from fivtui.reliability import truncations
+    from fivtui.reliability import truncation_warnings
 
-    return ", truncated at bounds" if truncations(result.study) else ""
+    return ", truncated at bounds" if truncation_warnings(result.study) else ""
 
 
 def index_remark(result: "Uncertainty") -> str:
     """Why Sobol indices of the table are above 1 or below 0; empty if none is."""
-    from fivtui.reliability import beyond_share
+    from fivtui.reliability import excess_remark
 
     cells = (cell for row in index_rows(result) for cell in row[2:4])
-    remarks = sorted({*map(beyond_share, cells)} - {""})
+    remarks = sorted({*map(excess_remark, cells)} - {""})
     return f", indices {' and '.join(remarks)}: sampling error" if remarks else ""
 
 
