@@ -1,4 +1,4 @@
-"""How far to trust a run: error estimates, Lyapunov exponents, stress tests."""
+"""Accuracy of runs: error estimates, Lyapunov exponents, stress tests of the methods."""
 
 from typing import TYPE_CHECKING
 

@@ -25,12 +25,13 @@ from fivtui.transient import (
 
 from .lyapunov import ErrorGrowth, error_growth
 
-_FINER: Final = 100.0
+# Ratio of the tolerances of the two runs.
+_RATIO: Final = 100.0
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A number of a run, and its difference to that of the finer run, at least that of rounding."""
+    """A value of a run, and its difference to the finer run, at least the rounding error."""
 
     value: float
     difference: float
@@ -45,7 +46,7 @@ class Accuracy(Result):
     run : Transient
         The run at the requested setting.
     finer : str
-        The setting of the run it is compared with.
+        The setting of the finer run, with which it is compared.
     estimates : mapping of str to Estimate
         ``x``, ``vx``, ``y``, ``vy`` at the end, ``peak_y_abs``, ``y_half_range``,
         ``separated_time`` and ``separations``, in SI units; ``stick_time`` and ``sticks`` on a belt
@@ -53,7 +54,7 @@ class Accuracy(Result):
     growth : ErrorGrowth
         How small errors grow along the run.
     parted : Divergence or None
-        When the two runs diverge; no digit is then reliable, however small the differences are.
+        When and why the two runs diverge, else None. If they do, no digit is reliable.
     """
 
     run: Transient
@@ -68,8 +69,8 @@ class Accuracy(Result):
             ("scene", scene_text(run.system)),
             ("run", f"{run.t_end:g} s, {run.method}, compared with {self.finer}"),
             *(
-                (name, f"{reliable_digits(entry)} ± {entry.difference:.1g}")
-                for name, entry in self.estimates.items()
+                (name, f"{reliable_digits(estimate)} ± {estimate.difference:.1g}")
+                for name, estimate in self.estimates.items()
             ),
             ("an error", str(self.growth.fate)),
         ]
@@ -99,11 +100,11 @@ class Accuracy(Result):
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
         """The estimates: ``quantity``, ``value`` and ``difference``."""
-        entries = self.estimates.values()
+        estimates = self.estimates.values()
         return {
             "quantity": np.array(list(self.estimates)),
-            "value": np.array([entry.value for entry in entries]),
-            "difference": np.array([entry.difference for entry in entries]),
+            "value": np.array([estimate.value for estimate in estimates]),
+            "difference": np.array([estimate.difference for estimate in estimates]),
         }
 
 
@@ -127,13 +128,13 @@ def accuracy(
     t_end, tol, separation, start, method, step : optional
         As in `simulate`; they replace those of the scene.
     progress : callable, optional
-        Called with the fraction done; cancels by returning False.
+        Called with the fraction done; cancels the study by returning False.
 
     Returns
     -------
     Accuracy
-        Differences to a run at a hundredth of the tolerance (at a hundred times it if there is
-        nothing finer), or at half the step; and the growth of errors.
+        Differences to a run at a hundredth of the tolerance, or at half the step, and the growth
+        of errors. If the tolerance cannot be that small, it is a hundred times larger instead.
 
     Raises
     ------
@@ -147,8 +148,8 @@ def accuracy(
     Examples
     --------
     >>> from fivtui import Parameters, accuracy
-    >>> found = accuracy(Parameters(F=80.0), t_end=10.0)
-    >>> peak = found.estimates["peak_y_abs"]
+    >>> result = accuracy(Parameters(F=80.0), t_end=10.0)
+    >>> peak = result.estimates["peak_y_abs"]
     >>> peak.difference < 1e-8 * peak.value
     True
     """
@@ -162,7 +163,7 @@ def accuracy(
         step = 0.5 * fixed_step(request)
         finer = f"step {step:.6g} s"
     else:
-        tol = tol / _FINER if tol / _FINER >= TOL_RANGE[0] else min(tol * _FINER, TOL_RANGE[1])
+        tol = tol / _RATIO if tol / _RATIO >= TOL_RANGE[0] else min(tol * _RATIO, TOL_RANGE[1])
         finer = f"tol {tol:g}"
 
     def run(request: Request, begin: float) -> Transient:
@@ -172,7 +173,7 @@ def accuracy(
     fine = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
     growth = error_growth(request, progress=work.part(2.0 / 3.0, 1.0).callback)
     work.advance(1.0)
-    values, finer_values, rounding = _numbers(coarse), _numbers(fine), _rounding(coarse)
+    values, finer_values, rounding = _values(coarse), _values(fine), _rounding(coarse)
     return Accuracy(
         run=coarse,
         finer=finer,
@@ -186,7 +187,7 @@ def accuracy(
 
 
 def _rounding(run: Transient) -> dict[str, float]:
-    # Rounding errors common to both runs.
+    # Rounding errors that both runs may have in common.
     relative, peak = rounding_error(run), run.peak.y_abs
     _, *final = run.final
     state = relative.final * max(map(abs, final))
@@ -194,7 +195,7 @@ def _rounding(run: Transient) -> dict[str, float]:
     return sizes | {"peak_y_abs": relative.peak * peak, "y_half_range": relative.half_range * peak}
 
 
-def _numbers(run: Transient) -> dict[str, float]:
+def _values(run: Transient) -> dict[str, float]:
     sticks = {"stick_time": run.events.stick_time, "sticks": float(run.events.sticks)}
     return {
         "x": run.final.x,
@@ -210,7 +211,7 @@ def _numbers(run: Transient) -> dict[str, float]:
 
 
 def reliable_digits(estimate: Estimate) -> str:
-    """A number with the digits that its difference leaves, at least one."""
+    """The value of an estimate with the digits that are certain by its difference, at least one."""
     value, difference = abs(estimate.value), estimate.difference
     if value == 0.0 or difference == 0.0:
         return f"{estimate.value:.15g}"

@@ -1,4 +1,4 @@
-"""The accuracy of a run and the stress tests among the studies."""
+"""Kinds of studies: the accuracy of a run, and the stress tests."""
 
 from typing import Final
 

@@ -1,9 +1,9 @@
 """Growth of small errors along a motion, and the largest Lyapunov exponent.
 
 Benettin's method (Meccanica 15, 1980): a deviation from the motion is followed by the variational
-equations and pulled back to its length at regular intervals. The right-hand side is continuous at
-separation and reattachment, where deviations therefore do not jump; on a belt of finite speed they
-do where the slider begins to stick, or friction jumps. They are measured in (x, ẋ/ω, y, ẏ/ω),
+equations and scaled to length one at regular intervals. The right-hand side is continuous at
+separation and reattachment: deviations do not jump there. On a belt of finite speed they jump where
+the slider begins to stick, or friction jumps. Lengths are measured in (x, ẋ/ω, y, ẏ/ω) with
 ω² = (k1 + k2 + k3)/m.
 """
 
@@ -24,17 +24,17 @@ from fivtui.model import (
 from fivtui.taylor import Seed
 from fivtui.transient import Request, vary
 
-_STRETCHES: Final = 400
-# A periodic motion stretches a distance by less than this factor over a cycle or two.
-_BOUNDED: Final = 1e3
-# An error below this at the end has decayed.
-_DECAYED: Final = 1e-2
-# Growth between the last two quarters above which a motion has not settled.
-_GROWTH: Final = 1.3
+_INTERVALS: Final = 400
+# Over one or two cycles a periodic motion increases a deviation by less than this factor.
+_BOUNDED_FACTOR: Final = 1e3
+# An error has decayed if its factor at the end is below this.
+_DECAYED_FACTOR: Final = 1e-2
+# A motion has settled if its size grows by at most this factor in the last quarter of the run.
+_SETTLED_RATIO: Final = 1.3
 
 
 class Fate(enum.StrEnum):
-    """What becomes of a small error in the long run."""
+    """Behaviour of a small error in the long run."""
 
     DECAYS = "decays"
     BOUNDED = "stays bounded"
@@ -52,13 +52,13 @@ class ErrorGrowth:
     exponent : float
         Estimate of the largest Lyapunov exponent, 1/s, over the second half of `duration`.
     uncertainty : float
-        Resolution of the estimate, 1/s: growth within one cycle reaches this.
+        Resolution of the exponent, 1/s: the growth within one cycle may be as large.
     fate : Fate
-        What becomes of a small error.
+        Behaviour of a small error in the long run.
     greatest : float
-        Greatest factor by which an error at the start grows up to any time of the run.
+        Greatest factor of an initial error during the run.
     final : float
-        Factor at the end.
+        Factor of an initial error at the end of the run.
     duration : float
         Length of the run, s.
     """
@@ -72,21 +72,21 @@ class ErrorGrowth:
 
 
 def error_growth(request: Request, *, progress: OnProgress | None = None) -> ErrorGrowth:
-    """Follow a deviation from a motion over its length and measure how it grows.
+    """Follow a deviation from a motion over the whole run and measure its growth.
 
     Uses the Taylor method at the request's tolerance. Raises `ComputationError` if the run cannot
     be finished, and `Cancelled` if `progress`, called with the fraction done, returns False.
     """
     p, system = request.parameters, System(request.parameters, request.separation)
     frequency = 1.0 / time_scale(p)
-    stretch = request.t_end / _STRETCHES
+    interval = request.t_end / _INTERVALS
 
-    def after(state: State, deviation: State) -> tuple[State, State]:
+    def follow_interval(state: State, deviation: State) -> tuple[State, State]:
         try:
-            part = Request(system, t_end=stretch, tol=request.tol, start=state)
+            part = Request(system, t_end=interval, tol=request.tol, start=state)
             varied = vary(part, [Seed(deviation)])
         except ComputationError as error:
-            begin = (len(sizes) - 1) * stretch
+            begin = (len(sizes) - 1) * interval
             raise ComputationError(
                 f"in the interval from t = {begin:.6g} s on: {error.why}", error.advice
             ) from error
@@ -99,33 +99,33 @@ def error_growth(request: Request, *, progress: OnProgress | None = None) -> Err
 
     state = request.initial
     deviation: State = (0.5, 0.5 * frequency, 0.5, 0.5 * frequency)
-    growth, sizes, work = [0.0], [size(state)], Progress(progress)
-    for count in range(_STRETCHES):
-        work.report(count / _STRETCHES)
-        state, (dx, dvx, dy, dvy) = after(state, deviation)
+    log_growth, sizes, work = [0.0], [size(state)], Progress(progress)
+    for count in range(_INTERVALS):
+        work.report(count / _INTERVALS)
+        state, (dx, dvx, dy, dvy) = follow_interval(state, deviation)
         length = max(size((dx, dvx, dy, dvy)), 1e-300)
-        growth.append(growth[-1] + math.log(length))
+        log_growth.append(log_growth[-1] + math.log(length))
         deviation = (dx / length, dvx / length, dy / length, dvy / length)
         sizes.append(size(state))
-    half = _STRETCHES // 2
-    duration = request.t_end - half * stretch
-    gained = growth[-1] - growth[half]
+    half = _INTERVALS // 2
+    duration = request.t_end - half * interval
+    gain = log_growth[-1] - log_growth[half]
     quarter = half + half // 2
-    larger = max(sizes[quarter:]) / (max(sizes[half:quarter]) or 1.0)
+    size_ratio = max(sizes[quarter:]) / (max(sizes[half:quarter]) or 1.0)
     return ErrorGrowth(
-        exponent=gained / duration,
-        uncertainty=math.log(_BOUNDED) / duration,
-        fate=_fate(growth, gained, larger),
-        greatest=math.exp(min(max(growth), 700.0)),
-        final=math.exp(min(growth[-1], 700.0)),
+        exponent=gain / duration,
+        uncertainty=math.log(_BOUNDED_FACTOR) / duration,
+        fate=_classify(log_growth, gain, size_ratio),
+        greatest=math.exp(min(max(log_growth), 700.0)),
+        final=math.exp(min(log_growth[-1], 700.0)),
         duration=request.t_end,
     )
 
 
-def _fate(growth: Sequence[float], gained: float, larger: float) -> Fate:
-    bound = math.log(_BOUNDED)
-    if growth[-1] < math.log(_DECAYED) and gained < 0.0:
+def _classify(log_growth: Sequence[float], gain: float, size_ratio: float) -> Fate:
+    log_bound = math.log(_BOUNDED_FACTOR)
+    if log_growth[-1] < math.log(_DECAYED_FACTOR) and gain < 0.0:
         return Fate.DECAYS
-    if gained > bound:
-        return Fate.UNBOUNDED if larger > _GROWTH else Fate.SENSITIVE
-    return Fate.BOUNDED if max(growth) < 2.0 * bound else Fate.UNDECIDED
+    if gain > log_bound:
+        return Fate.UNBOUNDED if size_ratio > _SETTLED_RATIO else Fate.SENSITIVE
+    return Fate.BOUNDED if max(log_growth) < 2.0 * log_bound else Fate.UNDECIDED

@@ -19,7 +19,7 @@ _STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
 
 
 def print_stress_tests(tests: "Mapping[str, Mapping[str, StressResult]]") -> None:
-    """Print the verdict of every method on every test, then the reasons."""
+    """Print the verdict on every method in every test, then the reasons."""
     from .stress_tests import METHODS_UNDER_TEST, STRESS_TESTS
 
     methods = [name for name in METHODS_UNDER_TEST if any(name in row for row in tests.values())]
@@ -52,11 +52,11 @@ def print_accuracy(result: Accuracy) -> None:
     rows = [
         (
             name,
-            reliable_digits(entry) if result.parted is None else "none",
-            f"{entry.difference:.1e}",
+            reliable_digits(estimate) if result.parted is None else "none",
+            f"{estimate.difference:.1e}",
             units.get(name, "m"),
         )
-        for name, entry in result.estimates.items()
+        for name, estimate in result.estimates.items()
     ]
     print_rows(
         f"Accuracy of {run.t_end:g} s by {run.method}, compared with {result.finer}",

@@ -1,4 +1,4 @@
-"""Stress tests: every method on scenes that break solvers, compared with a true result.
+"""Stress tests: every method on extreme scenes, compared with the true result.
 
 The true results come from an independent solver in quadruple precision (``tests/references``).
 Every test is limited by a number of steps, never by a clock.
@@ -26,19 +26,19 @@ from fivtui.transient import KernelChoice, Start, Transient
 
 TRUTH_FILE: Final = "stress_truth.json"
 _TOL: Final = 1e-9
-# Error limit of a correct result: the larger of _ACCURACY and _TOLERANCES times the tolerance.
-_ACCURACY: Final = 1e-4
-_TOLERANCES: Final = 20.0
-# Progress calls of an FMU run, one every 128 communication steps.
-_LOOKS: Final = 100
+# Error limit of a right result: the larger of _ERROR_LIMIT and _TOL_MULTIPLE times the tolerance.
+_ERROR_LIMIT: Final = 1e-4
+_TOL_MULTIPLE: Final = 20.0
+# Limit of progress calls of an FMU run, which come every 128 communication steps.
+_PROGRESS_CALLS: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
 class StressTest:
-    """A scene that breaks solvers; `meaning` says what is extreme about it.
+    """A scene on which solvers fail; `meaning` says what is extreme about it.
 
-    `truth_of` names the test whose true result it shares, and is empty for its own; None if no
-    finite result exists.
+    `truth_source` names the test that has the true result; empty for this test, None if no finite
+    result exists.
     """
 
     name: str
@@ -48,11 +48,11 @@ class StressTest:
     tol: float = _TOL
     separation: bool = True
     start: Start = "static"
-    truth_of: str | None = ""
+    truth_source: str | None = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class TrueResult:
     """The true result of a stress test: final state, peaks and separations, in SI units."""
 
     x: float
@@ -66,7 +66,7 @@ class Truth:
 
 
 class StressVerdict(enum.StrEnum):
-    """Whether a result is right, wrong, or refused by the method itself."""
+    """Whether a result is right, wrong, or refused by the method."""
 
     RIGHT = "right"
     REFUSED = "refused"
@@ -77,9 +77,9 @@ class StressVerdict(enum.StrEnum):
 class StressResult:
     """Result of a method on a stress test.
 
-    `error` is the greatest error of final and greatest displacements, relative to the greatest, and
-    of the time off the belt, relative to the length of the run; None if refused. `reason` says why
-    it was refused, or what is wrong.
+    `error` is the greatest of the errors of final and peak displacements, relative to the greatest
+    peak, and of the time off the belt, relative to the duration; None if refused. `reason` says why
+    the method refused, or what is wrong.
     """
 
     verdict: StressVerdict
@@ -104,10 +104,10 @@ METHODS_UNDER_TEST: Final[Mapping[str, MethodUnderTest]] = {
     "scipy-dop853": MethodUnderTest("scipy-dop853", 8_000),
     "scipy-radau": MethodUnderTest("scipy-radau", 8_000),
     "scipy-lsoda": MethodUnderTest("scipy-lsoda", 25_000),
-    "fmu": MethodUnderTest("fmu", _LOOKS * 128),
+    "fmu": MethodUnderTest("fmu", _PROGRESS_CALLS * 128),
 }
 
-_BASE_T: Final = 20.0
+_BASE_T_END: Final = 20.0
 STRESS_TESTS: Final[Mapping[str, StressTest]] = {
     test.name: test
     for test in (
@@ -140,17 +140,17 @@ STRESS_TESTS: Final[Mapping[str, StressTest]] = {
             Parameters(k2=186.0, k_nl=0.0, mu=2.0),
             1e4,
             separation=False,
-            truth_of=None,
+            truth_source=None,
         ),
-        StressTest("base", "base scene, tol 1e-9", Parameters(), _BASE_T),
+        StressTest("base", "base scene, tol 1e-9", Parameters(), _BASE_T_END),
         *(
             StressTest(
                 f"tol-{tol:g}",
                 f"base scene, tol {tol:g}",
                 Parameters(),
-                _BASE_T,
+                _BASE_T_END,
                 tol,
-                truth_of="base",
+                truth_source="base",
             )
             for tol in (1e-3, 1e-6, 1e-13)
         ),
@@ -158,33 +158,33 @@ STRESS_TESTS: Final[Mapping[str, StressTest]] = {
             "tol-too-small",
             "tol 1e-16, below rounding",
             Parameters(),
-            _BASE_T,
+            _BASE_T_END,
             1e-16,
-            truth_of="base",
+            truth_source="base",
         ),
     )
 }
 
 
 @cache
-def _truths() -> Mapping[str, Truth]:
+def _true_results() -> Mapping[str, TrueResult]:
     text = files(__package__).joinpath(TRUTH_FILE).read_text(encoding="utf-8")
-    truths = {}
+    results = {}
     for name, entry in json.loads(text).items():
         separations = int(entry.pop("separations"))
         numbers = {key: float(value) for key, value in entry.items()}
-        truths[name] = Truth(separations=separations, **numbers)
-    return truths
+        results[name] = TrueResult(separations=separations, **numbers)
+    return results
 
 
-def truth(test: StressTest) -> Truth | None:
-    """The true result of a test; None if there is no finite one."""
-    return None if test.truth_of is None else _truths()[test.truth_of or test.name]
+def true_result(test: StressTest) -> TrueResult | None:
+    """The true result of a test; None if no finite result exists."""
+    return None if test.truth_source is None else _true_results()[test.truth_source or test.name]
 
 
 def run_stress_test(test: StressTest, method: MethodUnderTest) -> StressResult:
     """Run one method on one test."""
-    looks = iter(range(_LOOKS)) if method.name == "fmu" else None
+    calls = iter(range(_PROGRESS_CALLS)) if method.name == "fmu" else None
     try:
         run = simulate(
             test.parameters,
@@ -195,7 +195,7 @@ def run_stress_test(test: StressTest, method: MethodUnderTest) -> StressResult:
             method=method.name,
             max_steps=method.max_steps,
             kernel=method.kernel,
-            progress=None if looks is None else lambda _part: next(looks, None) is not None,
+            progress=None if calls is None else lambda _part: next(calls, None) is not None,
         )
     except Cancelled:
         return StressResult(
@@ -205,16 +205,16 @@ def run_stress_test(test: StressTest, method: MethodUnderTest) -> StressResult:
         return StressResult(StressVerdict.REFUSED, reason=error.why)
     except InputError as error:
         return StressResult(StressVerdict.REFUSED, reason=str(error))
-    return _judged(run, test)
+    return _judge(run, test)
 
 
-def _judged(run: Transient, test: StressTest) -> StressResult:
-    expected = truth(test)
+def _judge(run: Transient, test: StressTest) -> StressResult:
+    expected = true_result(test)
     if expected is None:
         return StressResult(
             StressVerdict.WRONG, reason="no finite answer exists", steps=run.stats.steps
         )
-    size = max(expected.x_abs, expected.y_abs) or 1.0
+    scale = max(expected.x_abs, expected.y_abs) or 1.0
     differences = (
         run.final.x - expected.x,
         run.final.y - expected.y,
@@ -222,10 +222,10 @@ def _judged(run: Transient, test: StressTest) -> StressResult:
         run.peak.y_abs - expected.y_abs,
     )
     error = max(
-        max(map(abs, differences)) / size,
+        max(map(abs, differences)) / scale,
         abs(run.events.separated_time - expected.separated_time) / test.t_end,
     )
-    right = error <= max(_ACCURACY, _TOLERANCES * test.tol)
+    right = error <= max(_ERROR_LIMIT, _TOL_MULTIPLE * test.tol)
     reason = ""
     if run.events.separations != expected.separations:
         reason = f"{run.events.separations} separations, not {expected.separations}"
@@ -243,17 +243,17 @@ def run_stress_tests(
     *,
     progress: OnProgress | None = None,
 ) -> dict[str, dict[str, StressResult]]:
-    """Run methods on stress tests."""
+    """Run methods on stress tests; results by test and method."""
     _check_names("stress test", tests, STRESS_TESTS)
     _check_names("method", methods, METHODS_UNDER_TEST)
-    findings: dict[str, dict[str, StressResult]] = {name: {} for name in tests}
+    results: dict[str, dict[str, StressResult]] = {name: {} for name in tests}
     pairs = [(test, method) for test in tests for method in methods]
     work = Progress(progress)
     for count, (test, method) in enumerate(pairs):
         work.report(count / len(pairs))
-        findings[test][method] = run_stress_test(STRESS_TESTS[test], METHODS_UNDER_TEST[method])
+        results[test][method] = run_stress_test(STRESS_TESTS[test], METHODS_UNDER_TEST[method])
     work.advance(1.0)
-    return findings
+    return results
 
 
 def _check_names(kind: str, names: Sequence[str], allowed: Mapping[str, object]) -> None:
@@ -278,7 +278,7 @@ def stress_tests_to_dict(tests: Mapping[str, Mapping[str, StressResult]]) -> dic
                 "start": test.start if isinstance(test.start, str) else list(test.start),
                 "t_end": test.t_end,
                 "tol": test.tol,
-                "findings": {key: asdict(result) for key, result in results.items()},
+                "findings": {method: asdict(result) for method, result in results.items()},
             }
         )
     return {"trials": rows}

@@ -185,13 +185,13 @@ def map_over(call: Call[MapOptions]) -> None:
     coexistence has three regions: safe, safe for small disturbances alone (with the least vertical
     displacement from rest that escapes), and squealing.
     """
-    from fivtui.maps import MAP_VALUES, check_map, compute_map, map_value
+    from fivtui.maps import MAP_VALUES, check_map, compute_map, parse_map_value
     from fivtui.ranges import parse_ranges
 
     value = call.options.value
     ranges = parse_ranges("--over", call.options.over, ALL_PARAMETERS)
     over = {axis.name: axis.values() for axis in ranges}
-    check_map(map_value(value, MAP_VALUES), tuple(over))
+    check_map(parse_map_value(value, MAP_VALUES), tuple(over))
     scene = call.scene(varied=call.options.over)
     call.outputs.carry_out(
         "map",

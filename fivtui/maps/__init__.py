@@ -1,4 +1,4 @@
-"""Maps over two parameters: stability, critical and safe friction, and where a knock suffices."""
+"""Maps over two parameters: stability, critical and safe friction, and coexistence."""
 
 from typing import TYPE_CHECKING
 
@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from .options import MapOptions
     from .result import MAP_VALUES, SAFETY_VALUES, StabilityMap
     from .safety import compute_map, safety_map
-    from .stability import check_map, map_value, stability_map
+    from .stability import check_map, parse_map_value, stability_map
 else:
     from fivtui.lazy import lazily
 

@@ -31,7 +31,7 @@ from fivtui.charts import (
 from fivtui.model import Parameters
 
 from .result import NOT_KNOWN, REGIONS, MapValue, StabilityMap
-from .stability import WITHOUT_MU
+from .stability import MU_FREE_VALUES
 
 FloatArray = NDArray[np.float64]
 
@@ -43,41 +43,41 @@ _LABELS: Final[Mapping[MapValue, str]] = {
     "safe-mu": "safe μ",
     "coexistence": "escapes from (m)",
 }
-# From the most stable to the fastest growing.
+# Shades of growth rates, from the fastest decay to the fastest growth.
 _STABLE: Final = tuple(Shade(character, "stable") for character in ":· ")
 _UNSTABLE: Final = tuple(Shade(character, "unstable") for character in "░▒▓█")
 _MODES: Final = (_STABLE[1], _UNSTABLE[1])
 _NOT_KNOWN: Final = Shade("×", "hidden", fill="0.65", name=NOT_KNOWN, missing_text=NOT_KNOWN)
 _SAFE: Final = Shade("·", "stable", "safe", fill="#e8f1ea", name=REGIONS[0])
-# From the largest displacements to the smallest.
+# Shades of displacements that escape, from the largest to the smallest.
 _KNOCK: Final = tuple(
     Shade(character, "trace-2", fill="#f7d9a0", name=REGIONS[1]) for character in "░▒▓"
 )
 _SQUEALS: Final = Shade("█", "unstable", "squeals", fill="#d98880", name=REGIONS[2])
-# Smallest relative step between two shades: displacements are accurate to 2 %.
-_LEAST_KNOCK: Final = 0.04
-# Contours of the displacement, per decade.
-_STEPS: Final = (1.0, 2.0, 5.0)
+# Least relative step between two shades, twice the accuracy of displacements.
+_LEAST_STEP: Final = 0.04
+# Contours of displacements in each decade.
+_CONTOUR_STEPS: Final = (1.0, 2.0, 5.0)
 
 
 def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
-    """A map as shades, with the boundary of stability and the edited point."""
+    """A map as shades, with the stability boundary and the point of the edited parameters."""
     first, second = result.names
-    # Shades need ascending axes.
-    ascending = tuple(slice(None, None, -1 if axis[0] > axis[-1] else 1) for axis in result.axes)
-    x, y = (axis[part] for axis, part in zip(result.axes, ascending, strict=True))
-    values = offsets(result) if result.value == "coexistence" else result.values
-    levels, shades = _levels(result, values)
+    # The axes of shades must ascend.
+    slices = tuple(slice(None, None, -1 if axis[0] > axis[-1] else 1) for axis in result.axes)
+    x, y = (axis[part] for axis, part in zip(result.axes, slices, strict=True))
+    values = shown_offsets(result) if result.value == "coexistence" else result.values
+    levels, shades = _level_grid(result, values)
     column = result.column
     label = Label(_LABELS[result.value], column_label(column.meaning, column.unit).math)
-    contours = [replace(c, values=c.values[ascending]) for c in _contours(result)]
+    contours = [replace(lines, values=lines.values[slices]) for lines in _contours(result)]
     name = "stability boundary"
     if result.value == "critical-mu" and "mu" not in result.names:
         name += f", {value_label('mu', result.parameters.mu)}"
     traces = [
         Trace(
             Label("boundary", name),
-            *_zeros(x, y, result.excess[ascending]),
+            *_zero_lines(x, y, result.excess[slices]),
             look="dots",
             ordered=False,
             role="boundary",
@@ -90,7 +90,7 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
         axis_label(result.grid.specs[0]),
         axis_label(result.grid.specs[1]),
         tuple(traces),
-        backdrop=Backdrop(x, y, levels[ascending], shades, values[ascending], label, contours),
+        backdrop=Backdrop(x, y, levels[slices], shades, values[slices], label, contours),
         colour_scale=_colours(result, label),
         note=label,
         x_range=(float(x[0]), float(x[-1])),
@@ -100,9 +100,9 @@ def map_chart(result: StabilityMap, edited: Parameters | None = None) -> Chart:
 
 
 def map_sheet(result: StabilityMap) -> Sheet:
-    """The map in colours, with the stability boundary, or the basis of safe friction."""
+    """The map in colours, with the stability boundary or, in the title, the basis of safe μ."""
     chart = map_chart(result)
-    unused = ("mu",) if result.value in WITHOUT_MU else ()
+    unused = ("mu",) if result.value in MU_FREE_VALUES else ()
     title = parameter_text(result.parameters, (*result.names, *unused))
     if result.of_safety:
         chart = replace(chart, traces=())
@@ -110,10 +110,10 @@ def map_sheet(result: StabilityMap) -> Sheet:
     return Sheet([[chart]], _SIZE, title)
 
 
-def offsets(result: StabilityMap) -> FloatArray:
-    """Displacements from rest that escape, m: zero where the slider squeals, NaN where it is safe.
+def shown_offsets(result: StabilityMap) -> FloatArray:
+    """Least displacements from rest that escape, m: zero where the slider squeals, NaN where safe.
 
-    Infinite where a limit cycle coexists and no tested displacement reaches it.
+    Infinite where a limit cycle coexists and no tested displacement leads to it.
     """
     regions = result.values
     escape = np.full(regions.shape, np.nan) if result.escape is None else result.escape
@@ -143,19 +143,19 @@ def _colours(result: StabilityMap, label: str) -> ColourScale | None:
 
 
 def _contours(result: StabilityMap) -> list[Contours]:
-    """Contour lines, for reading the map without colours."""
+    """Contour lines, with which a map can be read without colours."""
     if result.value == "safe-mu":
         share = result.safe_mu / result.critical_mu
         return [
             Contours(result.safe_mu, label="%.3g"),
-            Contours(share, [0.99], "nearly", _in_math("1 % below the critical μ")),
-            Contours(share, [0.5], "half", _in_math("half the critical μ")),
+            Contours(share, [0.99], "nearly", _mu_label("1 % below the critical μ")),
+            Contours(share, [0.5], "half", _mu_label("half the critical μ")),
         ]
     if result.value == "coexistence" and result.escape is not None:
         finite = result.escape[np.isfinite(result.escape)]
         ends = np.floor(np.log10([finite.min(), finite.max()])) if finite.size else (0, -1)
         decades = range(int(ends[0]), int(ends[1]) + 1)
-        levels = [step * 10.0**decade for decade in decades for step in _STEPS]
+        levels = [step * 10.0**decade for decade in decades for step in _CONTOUR_STEPS]
         name = "offset from rest that escapes"
         return [Contours(result.escape, levels, name=name, label="%g m")] if levels else []
     if result.value in ("growth-rate", "critical-mu"):
@@ -163,11 +163,11 @@ def _contours(result: StabilityMap) -> list[Contours]:
     return []
 
 
-def _in_math(text: str) -> Label:
+def _mu_label(text: str) -> Label:
     return Label(text, text.replace("μ", "$\\mu$"))
 
 
-def _levels(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
+def _level_grid(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
     """The level of every point, and the shade of every level."""
     missing = np.isnan(result.values)
     if result.value == "coexistence":
@@ -179,12 +179,12 @@ def _levels(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
         decay = max(-float(finite.min(initial=0.0)), np.finfo(float).tiny)
         growth = max(float(finite.max(initial=0.0)), np.finfo(float).tiny)
         rates = np.nan_to_num(values)
-        stable = middle - 1 - np.floor(-rates / decay * middle)
-        unstable = middle + np.floor(rates / growth * len(_UNSTABLE))
+        stable_levels = middle - 1 - np.floor(-rates / decay * middle)
+        unstable_levels = middle + np.floor(rates / growth * len(_UNSTABLE))
         levels = np.where(
             rates < 0.0,
-            np.clip(stable, 0, middle - 1),
-            np.clip(unstable, middle, len(shades) - 1),
+            np.clip(stable_levels, 0, middle - 1),
+            np.clip(unstable_levels, middle, len(shades) - 1),
         )
     elif result.value == "unstable-modes":
         shades, levels = _MODES, np.clip(np.nan_to_num(values), 0, 1)
@@ -192,25 +192,25 @@ def _levels(result: StabilityMap, values: FloatArray) -> tuple[Levels, Shades]:
         levels, (*shades, _) = grade_values(values)
     levels = np.where(missing, len(shades), levels)
     levels = np.where(result.unknown, len(shades) + 1, levels).astype(np.intp)
-    name = "none" if result.value in WITHOUT_MU else "no equilibrium"
-    without = NO_VALUE._replace(text=result.missing, name=name)
-    return levels, label_shades(levels, (*shades, without, _NOT_KNOWN), values)
+    name = "none" if result.value in MU_FREE_VALUES else "no equilibrium"
+    no_value = NO_VALUE._replace(text=result.missing, name=name)
+    return levels, label_shades(levels, (*shades, no_value, _NOT_KNOWN), values)
 
 
 def region_levels(regions: FloatArray, escape: FloatArray) -> tuple[Levels, Shades]:
     """Levels and shades of the three regions; the region of coexistence is graded by `escape`."""
     inside = (regions == 1.0) & np.isfinite(escape)
-    knock = np.ones(regions.shape, dtype=np.intp)
-    knock[inside] += rank_levels(-escape[inside], len(_KNOCK), _LEAST_KNOCK)
+    knock_levels = np.ones(regions.shape, dtype=np.intp)
+    knock_levels[inside] += rank_levels(-escape[inside], len(_KNOCK), _LEAST_STEP)
     squeals = 1 + len(_KNOCK)
-    levels = np.where(regions == 0.0, 0, np.where(regions == 2.0, squeals, knock))
+    levels = np.where(regions == 0.0, 0, np.where(regions == 2.0, squeals, knock_levels))
     least = [escape[inside & (levels == level)].min(initial=np.inf) for level in range(1, squeals)]
     texts = [f"≥{low:.2g} m" if np.isfinite(low) else "squeals after a knock" for low in least]
-    graded_knock = [shade._replace(text=text) for shade, text in zip(_KNOCK, texts, strict=True)]
-    return levels, (_SAFE, *graded_knock, _SQUEALS)
+    knock_shades = [shade._replace(text=text) for shade, text in zip(_KNOCK, texts, strict=True)]
+    return levels, (_SAFE, *knock_shades, _SQUEALS)
 
 
-def _zeros(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _zero_lines(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Contour lines of zero excess, by linear interpolation; NaN separates the lines."""
     from contourpy import contour_generator
 

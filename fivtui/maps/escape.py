@@ -1,4 +1,4 @@
-"""Least vertical displacements from rest that lead to another attractor, for many sets."""
+"""Least vertical displacements from rest that lead to another attractor, of many sets."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -12,20 +12,20 @@ from fivtui.model import Progress, System, equilibrium
 
 Floats = NDArray[np.float64]
 
-# Displacements to try, in half peak-to-peak of the cycle at the fold: lowest, highest, count.
-_SMALLEST: Final = 0.02
-_LARGEST: Final = 5.0
-_RUNGS: Final = 14
-_HALVINGS: Final = 5
-# Horizon in decay times of the slider without friction: the cycles that separate the basins repel
-# slowly.
-_DECAYS: Final = 12.0
+# Tested displacements, relative to the half range at the fold: least, greatest, and their count.
+_LEAST_RATIO: Final = 0.02
+_GREATEST_RATIO: Final = 5.0
+_RATIO_COUNT: Final = 14
+_BISECTIONS: Final = 5
+# Duration of motions in decay times of the slider without friction: long, as motions leave the
+# cycles on the boundary of the basins slowly.
+_DECAY_TIMES: Final = 12.0
 _TOL: Final = 1e-6
 _MOST_STEPS: Final = 50_000
-# Late amplitude above which a motion has escaped, relative to the fold's.
-_ESCAPED: Final = 0.7
+# Ratio of a half range to that at the fold above which a motion has escaped.
+_ESCAPE_RATIO: Final = 0.7
 # Parameter sets in a batch.
-_CHUNK: Final = 256
+_CHUNK_SIZE: Final = 256
 
 
 def escape_offsets(
@@ -35,18 +35,18 @@ def escape_offsets(
     *,
     work: Progress,
 ) -> Floats:
-    """The least displacement from rest, up or down, that escapes, to 2 %; NaN without one."""
+    """Least displacements from rest that escape, to 2 %, or NaN; `sizes` are those at the folds."""
     offsets = np.full(sizes.size, np.nan)
-    for begin in range(0, sizes.size, _CHUNK):
+    for begin in range(0, sizes.size, _CHUNK_SIZE):
         work.report(begin / sizes.size)
-        part = slice(begin, begin + _CHUNK)
-        chosen = {name: column[part] for name, column in columns.items()}
-        offsets[part] = _Chunk(system, chosen, sizes[part]).escape_offsets()
+        part = slice(begin, begin + _CHUNK_SIZE)
+        columns_of_chunk = {name: column[part] for name, column in columns.items()}
+        offsets[part] = _Chunk(system, columns_of_chunk, sizes[part]).escape_offsets()
     return offsets
 
 
 class _Chunk:
-    # Parameter sets whose slider is displaced upwards and downwards in one batch each.
+    # Parameter sets whose motions are computed in common batches, one for each direction.
 
     def __init__(self, system: System, columns: Mapping[str, Floats], sizes: Floats) -> None:
         self._system, self._columns, self._sizes = system, columns, sizes
@@ -54,20 +54,20 @@ class _Chunk:
             system.with_values({name: float(column[index]) for name, column in columns.items()})
             for index in range(sizes.size)
         ]
-        points = [equilibrium(changed) for changed in sets]
-        self._rest = np.array([(point.x, point.y) for point in points])
-        decay = [(p.c1 + p.c2) / (4.0 * p.m) for p in (changed.parameters for changed in sets)]
-        self._horizon = float(_DECAYS / min(decay))
+        equilibria = [equilibrium(changed) for changed in sets]
+        self._rest = np.array([(point.x, point.y) for point in equilibria])
+        rates = [(p.c1 + p.c2) / (4.0 * p.m) for p in (changed.parameters for changed in sets)]
+        self._horizon = float(_DECAY_TIMES / min(rates))
 
     def escape_offsets(self) -> Floats:
-        ladder = np.geomspace(_SMALLEST, _LARGEST, _RUNGS)
-        sides = [self._offsets_on_side(sign, ladder) for sign in (1.0, -1.0)]
-        return np.fmin(*sides)
+        ratios = np.geomspace(_LEAST_RATIO, _GREATEST_RATIO, _RATIO_COUNT)
+        offsets_by_side = [self._offsets_on_side(sign, ratios) for sign in (1.0, -1.0)]
+        return np.fmin(*offsets_by_side)
 
-    def _offsets_on_side(self, sign: float, ladder: Floats) -> Floats:
+    def _offsets_on_side(self, sign: float, ratios: Floats) -> Floats:
         count = self._sizes.size
-        sets = np.repeat(np.arange(count), ladder.size)
-        offsets = np.outer(self._sizes, ladder)
+        sets = np.repeat(np.arange(count), ratios.size)
+        offsets = np.outer(self._sizes, ratios)
         escaped = self._escapes(sets, sign * offsets.ravel()).reshape(offsets.shape)
         first = escaped.argmax(axis=1)
         escaping = np.flatnonzero(escaped.any(axis=1))
@@ -75,13 +75,13 @@ class _Chunk:
         inside = np.where(
             first[escaping] > 0, offsets[escaping, np.maximum(first[escaping] - 1, 0)], 0.0
         )
-        for _ in range(_HALVINGS):
+        for _ in range(_BISECTIONS):
             middle = 0.5 * (inside + outside)
-            out = self._escapes(escaping, sign * middle)
-            inside, outside = np.where(out, inside, middle), np.where(out, middle, outside)
-        offset_at_set = np.full(count, np.nan)
-        offset_at_set[escaping] = outside
-        return offset_at_set
+            leaves = self._escapes(escaping, sign * middle)
+            inside, outside = np.where(leaves, inside, middle), np.where(leaves, middle, outside)
+        least_offsets = np.full(count, np.nan)
+        least_offsets[escaping] = outside
+        return least_offsets
 
     def _escapes(self, sets: NDArray[np.int64], offsets: Floats) -> NDArray[np.bool_]:
         starts = np.zeros((sets.size, 4))
@@ -99,6 +99,6 @@ class _Chunk:
             require={"steady"},
             max_steps=_MOST_STEPS,
         )
-        late = run.steady.y_half_range > _ESCAPED * self._sizes[sets]
-        escaped: NDArray[np.bool_] = late | (run.status == Status.OVERFLOW)
+        is_large = run.steady.y_half_range > _ESCAPE_RATIO * self._sizes[sets]
+        escaped: NDArray[np.bool_] = is_large | (run.status == Status.OVERFLOW)
         return escaped

@@ -11,9 +11,9 @@ from fivtui.io import Columns, Header
 from fivtui.model import InputError, Parameters
 from fivtui.results import axes_from_data, read_result, split_grid
 
-from .result import COLUMNS, MAP_VALUES, SHOWN, FloatArray, StabilityMap
-from .searched import SearchedPoint
-from .stability import map_value, stability_map
+from .result import COLUMNS, MAP_VALUES, SHOWN_COLUMN, FloatArray, StabilityMap
+from .searched_points import SearchedPoint
+from .stability import parse_map_value, stability_map
 
 
 def load_map(path: Path) -> StabilityMap:
@@ -25,35 +25,35 @@ def load_map(path: Path) -> StabilityMap:
 
 
 def _from_data(data: Mapping[str, Any]) -> StabilityMap:
-    value = map_value(str(data["value"]), MAP_VALUES)
+    value = parse_map_value(str(data["value"]), MAP_VALUES)
     arrays = {name: data[name] for name in COLUMNS if name in data}
-    arrays[SHOWN[value]] = data["values"]
+    arrays[SHOWN_COLUMN[value]] = data["values"]
     quantities = {name: np.array(rows, dtype=float) for name, rows in arrays.items()}
-    return _map(axes_from_data(data["over"]), value, quantities, data)
+    return _build_map(axes_from_data(data["over"]), value, quantities, data)
 
 
 def _from_table(columns: Columns, header: Header) -> StabilityMap:
     over, quantities = split_grid(columns)
     # A table of coexistence includes the quantities of a table of safe μ.
-    values = [value for value in MAP_VALUES if SHOWN[value] in quantities]
-    return _map(over, values[-1], quantities, header)
+    values = [value for value in MAP_VALUES if SHOWN_COLUMN[value] in quantities]
+    return _build_map(over, values[-1], quantities, header)
 
 
-def _map(
+def _build_map(
     over: Mapping[str, FloatArray],
     value: str,
     quantities: Mapping[str, FloatArray],
     header: Mapping[str, Any],
 ) -> StabilityMap:
     p = Parameters().with_values(header["parameters"])
-    plain = stability_map(p, over, "unstable-modes", separation=bool(header["separation"]))
+    linear = stability_map(p, over, "unstable-modes", separation=bool(header["separation"]))
     for array in quantities.values():
-        if array.shape != plain.grid.shape:
-            raise InputError(f"{array.shape} values for {plain.grid.shape} points")
+        if array.shape != linear.grid.shape:
+            raise InputError(f"{array.shape} values for {linear.grid.shape} points")
     points = zip(header.get("searched", ()), header.get("confirmed_to", ()), strict=True)
     return replace(
-        plain,
-        value=map_value(value, MAP_VALUES),
+        linear,
+        value=parse_map_value(value, MAP_VALUES),
         quantities={name: quantities[name] for name in COLUMNS if name in quantities},
         searched=tuple(
             SearchedPoint(tuple(map(int, indices)), float(limit)) for indices, limit in points

@@ -1,4 +1,4 @@
-"""Maps among the studies."""
+"""Kind of study: the map over two parameters."""
 
 from operator import attrgetter, methodcaller
 from typing import TYPE_CHECKING, Final

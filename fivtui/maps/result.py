@@ -11,7 +11,7 @@ from fivtui.console import number
 from fivtui.model import PARAMETERS, Column, System
 from fivtui.results import Grid, GridResult, Plottable, Row, Table, scene_text, to_data
 
-from .searched import SearchedPoint, limits
+from .searched_points import SearchedPoint, nearest_limits
 
 if TYPE_CHECKING:
     from fivtui.charts import Sheet
@@ -20,14 +20,14 @@ FloatArray = NDArray[np.float64]
 MapValue = Literal["growth-rate", "critical-mu", "unstable-modes", "safe-mu", "coexistence"]
 
 MAP_VALUES: Final[tuple[MapValue, ...]] = get_args(MapValue)
-# Values from limit cycles; the rest follow from eigenvalues.
+# Values computed from limit cycles; all others follow from eigenvalues.
 SAFETY_VALUES: Final = MAP_VALUES[3:]
 # Regions of a map of coexistence.
 REGIONS: Final = ("safe", "safe for small disturbances alone", "squeals")
 # Label of points whose safe μ is not known.
 NOT_KNOWN: Final = "not known"
-# The column that a map of each value shows.
-SHOWN: Final[Mapping[MapValue, str]] = {
+# The column of quantities that a map of each value shows.
+SHOWN_COLUMN: Final[Mapping[MapValue, str]] = {
     "growth-rate": "growth_rate",
     "critical-mu": "critical_mu",
     "unstable-modes": "unstable_modes",
@@ -45,8 +45,8 @@ COLUMNS: Final = {
         Column("escape_offset", "m", "least displacement from rest that escapes"),
     )
 }
-# Basis of safe μ, in the data of a map.
-_BASIS: Final = "continuation"
+# Method for safe μ, as named in the data of a map.
+_CONTINUATION: Final = "continuation"
 _WHY_NO_EQUILIBRIUM: Final = (
     "lifted and held by no spring, on a belt at rest, or with mu above mu_s"
 )
@@ -63,16 +63,16 @@ class StabilityMap(GridResult, Plottable):
     grid : Grid
         The two parameters and their values.
     value : str
-        What is mapped: ``"growth-rate"`` (1/s), ``"critical-mu"``, ``"unstable-modes"``,
+        Name of the mapped value: ``"growth-rate"`` (1/s), ``"critical-mu"``, ``"unstable-modes"``,
         ``"safe-mu"`` or ``"coexistence"``.
     quantities : mapping of str to ndarray, shapes (n, k)
         All quantities that were computed, by the names of their columns.
     excess : ndarray, shape (n, k)
         Relative excess of μ h k_t over its value on the stability boundary: negative where the
         equilibrium is stable, zero on the boundary, −1 without friction coupling, NaN without
-        equilibrium. On a belt of finite speed the growth rate times √(m/stiffness).
+        equilibrium. On a belt of finite speed it is the growth rate times √(m/stiffness).
     searched : tuple of SearchedPoint
-        The points at which a global search was made for safe μ: corners and centre.
+        The points at which a global search was made for safe μ: the corners and the centre.
     """
 
     data_name: ClassVar[str] = "map"
@@ -86,30 +86,30 @@ class StabilityMap(GridResult, Plottable):
 
     @property
     def values(self) -> FloatArray:
-        """The quantity mapped, shape (n, k); of coexistence the index in `REGIONS`.
+        """The mapped quantity, shape (n, k); for coexistence the index in `REGIONS`.
 
-        NaN without a critical μ in range, without a safe μ, or without equilibrium (F < 0 lifts the
-        slider and k3 = 0 leaves it free).
+        NaN without a critical or safe μ, or without equilibrium (F < 0 lifts the slider, and k3 = 0
+        leaves it free).
         """
-        return self.quantities[SHOWN[self.value]]
+        return self.quantities[SHOWN_COLUMN[self.value]]
 
     @property
     def column(self) -> Column:
         """Name, unit and meaning of `values`."""
-        return COLUMNS[SHOWN[self.value]]
+        return COLUMNS[SHOWN_COLUMN[self.value]]
 
     @property
     def safe_mu(self) -> FloatArray:
         """Least μ of the limit cycles that continuation found, else the critical μ, shape (n, k).
 
-        NaN without either or without equilibrium, and where the global search at the nearest
-        searched point finds a lower safe μ or none. KeyError if it was not computed.
+        NaN without both, without equilibrium, and where the global search at the nearest searched
+        point does not confirm it. KeyError if it was not computed.
         """
         return self.quantities["safe_mu"]
 
     @property
     def critical_mu(self) -> FloatArray:
-        """The critical μ, shape (n, k), NaN where there is none; KeyError if not computed."""
+        """The critical μ, shape (n, k), NaN without one; KeyError if it was not computed."""
         return self.quantities["critical_mu"]
 
     @property
@@ -122,27 +122,27 @@ class StabilityMap(GridResult, Plottable):
 
     @property
     def regions(self) -> FloatArray:
-        """Index in `REGIONS`, shape (n, k), NaN where not known; KeyError if not computed."""
+        """Index in `REGIONS`, shape (n, k), NaN if not known; KeyError if it was not computed."""
         return self.quantities["region"]
 
     @property
     def unknown(self) -> NDArray[np.bool_]:
-        """Where safe μ is not known: the nearest global search contradicts continuation."""
+        """Flags of points whose safe μ is not known: the nearest search contradicts it."""
         if "safe_mu" not in self.quantities:
             return np.zeros(self.grid.shape, dtype=bool)
-        refuted = limits(self.searched, self.grid.shape) < PARAMETERS["mu"].upper
+        contradicted = nearest_limits(self.searched, self.grid.shape) < PARAMETERS["mu"].upper
         missing = np.isnan(self.safe_mu) & ~np.isnan(self.excess)
-        return missing & (refuted | ~np.isnan(self.critical_mu))
+        return missing & (contradicted | ~np.isnan(self.critical_mu))
 
     @property
     def missing(self) -> str:
-        """Label of points without value that are not `unknown`."""
+        """Label of points that have no value and are not `unknown`."""
         return "no equilibrium" if self.value == "coexistence" else "none"
 
     @property
     def basis(self) -> str:
-        """The basis of the safe μ of a map, as one phrase."""
-        phrase = _BASIS
+        """The methods for the safe μ of the map, as a phrase."""
+        phrase = _CONTINUATION
         if self.searched:
             phrase += f", and a global search at {len(self.searched)} points"
         count = np.count_nonzero(self.unknown)
@@ -161,31 +161,31 @@ class StabilityMap(GridResult, Plottable):
 
     @property
     def of_safety(self) -> bool:
-        """Whether its values follow from limit cycles."""
+        """Whether the values of the map follow from limit cycles."""
         return self.value in SAFETY_VALUES
 
     def rows(self) -> list[Row]:
-        """Its axes, the range of its values, and the share of its regions."""
+        """Rows of the axes, the range of the values, and the shares of the regions."""
         rows = [
-            Row(spec.name, f"{_span(axis, spec.unit)}, {axis.size}")
+            Row(spec.name, f"{_range_text(axis, spec.unit)}, {axis.size}")
             for spec, axis in zip(self.grid.specs, self.axes, strict=True)
         ]
         return rows + (self._safety_rows() if self.of_safety else self._stability_rows())
 
     def _stability_rows(self) -> list[Row]:
         size, valued = self.grid.size, np.count_nonzero(~np.isnan(self.values))
-        without = np.count_nonzero(np.isnan(self.excess))
+        missing = np.count_nonzero(np.isnan(self.excess))
         rows = [
             Row("points", str(size)),
-            Row(self.column.meaning, _span(self.values, self.column.unit)),
+            Row(self.column.meaning, _range_text(self.values, self.column.unit)),
             Row("points without value", str(size - valued)),
         ]
-        if without:
-            rows.append(Row("without equilibrium", f"{without} of them, {_WHY_NO_EQUILIBRIUM}"))
+        if missing:
+            rows.append(Row("without equilibrium", f"{missing} of them, {_WHY_NO_EQUILIBRIUM}"))
         return [*rows, Row("unstable", self._share(self.excess > 0.0))]
 
     def _safety_rows(self) -> list[Row]:
-        rows = [Row("safe μ", _span(self.safe_mu))]
+        rows = [Row("safe μ", _range_text(self.safe_mu))]
         if self.escape is None:
             rows.append(Row("below the critical μ", self._share(self.safe_mu < self.critical_mu)))
         else:
@@ -193,7 +193,7 @@ class StabilityMap(GridResult, Plottable):
                 Row(region, self._share(self.values == index))
                 for index, region in enumerate(REGIONS)
             ]
-            rows.append(Row("offset from rest that escapes", _span(self.escape, "m")))
+            rows.append(Row("offset from rest that escapes", _range_text(self.escape, "m")))
         return [*rows, Row("safe μ rests on", self.basis)]
 
     def _share(self, chosen: NDArray[np.bool_]) -> str:
@@ -210,7 +210,7 @@ class StabilityMap(GridResult, Plottable):
         if not self.of_safety:
             return self._system_data()
         return self._system_data() | {
-            "basis": _BASIS,
+            "basis": _CONTINUATION,
             "searched": [list(point.place) for point in self.searched],
             "confirmed_to": [point.limit for point in self.searched],
         }
@@ -220,14 +220,14 @@ class StabilityMap(GridResult, Plottable):
 
         Keys are ``parameters`` (those that do not vary), ``separation``, ``over`` (name, unit and
         values of the two that do), ``value``, ``unit``, and ``values``: one list for every value of
-        the first parameter, None where there is no value. A map of safe friction adds ``basis``,
+        the first parameter, None without value. A map of safe friction adds ``basis``,
         ``searched`` (indices of the points of a global search), ``confirmed_to`` (the μ up to which
-        it confirms the values) and ``critical_mu``. If only the value is None, it is not known.
-        In a map of coexistence ``values`` are indices in ``regions``; it adds ``safe_mu``
-        and ``escape_offset`` (m).
+        each search confirms the values) and ``critical_mu``. A value that is None where
+        ``critical_mu`` is not is not known. In a map of coexistence ``values`` are indices in
+        ``regions``; it adds ``safe_mu`` and ``escape_offset`` (m).
         """
-        beside = {
-            name: array for name, array in self.quantities.items() if name != SHOWN[self.value]
+        further = {
+            key: array for key, array in self.quantities.items() if key != SHOWN_COLUMN[self.value]
         }
         return {
             **self._header(),
@@ -235,7 +235,7 @@ class StabilityMap(GridResult, Plottable):
             "value": self.value,
             "unit": "" if self.of_safety else self.column.unit,
             "values": to_data(self.values),
-            **to_data(beside),
+            **to_data(further),
             **({"regions": list(REGIONS)} if self.value == "coexistence" else {}),
         }
 
@@ -245,7 +245,7 @@ class StabilityMap(GridResult, Plottable):
         return map_sheet(self)
 
 
-def _span(values: FloatArray, unit: str = "") -> str:
+def _range_text(values: FloatArray, unit: str = "") -> str:
     finite = values[~np.isnan(values)]
-    span = f"{number(finite.min())} to {number(finite.max())}" if finite.size else "none"
-    return f"{span} {unit}".rstrip() if finite.size else span
+    text = f"{number(finite.min())} to {number(finite.max())}" if finite.size else "none"
+    return f"{text} {unit}".rstrip() if finite.size else text

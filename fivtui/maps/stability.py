@@ -1,6 +1,6 @@
 """Maps of growth rate, critical μ or unstable modes over two parameters.
 
-Points are computed in chunks, which need little more memory than the map itself.
+Points are computed in chunks, so that memory is little more than that of the map.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -23,18 +23,18 @@ from fivtui.model import (
 )
 from fivtui.results import build_grid
 
-from .result import MAP_VALUES, SAFETY_VALUES, SHOWN, MapValue, StabilityMap
+from .result import MAP_VALUES, SAFETY_VALUES, SHOWN_COLUMN, MapValue, StabilityMap
 
 FloatArray = NDArray[np.float64]
 
-# Values that do not depend on the friction coefficient.
-WITHOUT_MU: Final = ("critical-mu", "safe-mu")
+# Values of maps that do not depend on the friction coefficient.
+MU_FREE_VALUES: Final = ("critical-mu", "safe-mu")
 EIGENVALUE_VALUES: Final = tuple(value for value in MAP_VALUES if value not in SAFETY_VALUES)
 MAX_POINTS: Final = 100_000_000
-# The arrays of a chunk fit into the processor's cache.
-_CHUNK: Final = 8192
-# On a belt of finite speed points are judged one by one.
-_CHUNK_ON_BELT: Final = 64
+# Points in a chunk: its arrays fit into the cache of the processor.
+_CHUNK_SIZE: Final = 8192
+# On a belt of finite speed points are computed one by one.
+_CHUNK_SIZE_ON_BELT: Final = 64
 
 
 def stability_map(
@@ -65,7 +65,7 @@ def stability_map(
     Returns
     -------
     StabilityMap
-        Agrees with `stability` of every point to rounding.
+        Its values agree with `stability` at every point to rounding.
 
     Raises
     ------
@@ -84,8 +84,8 @@ def stability_map(
     """
     system = system_of(parameters, separation)
     p = system.parameters
-    kind = map_value(value, EIGENVALUE_VALUES)
-    check_two(over)
+    map_kind = parse_map_value(value, EIGENVALUE_VALUES)
+    check_two_parameters(over)
     check_effect(p, over)
     grid = build_grid("over", over, parameter_spec)
     total = grid.size
@@ -94,32 +94,32 @@ def stability_map(
     values, excess = np.empty(total), np.empty(total)
     work = Progress(progress)
     on_belt = has_finite_speed(p, over)
-    chunk = _CHUNK_ON_BELT if on_belt else _CHUNK
+    chunk = _CHUNK_SIZE_ON_BELT if on_belt else _CHUNK_SIZE
     for start in range(0, total, chunk):
         work.report(start / total)
         indices = np.arange(start, min(start + chunk, total))
         row, column = np.divmod(indices, columns.size)
         varied = {first: rows[row], second: columns[column]}
         if on_belt:
-            values[indices], excess[indices] = _on_belt(
+            values[indices], excess[indices] = _values_on_belt(
                 p, varied, value, np.full(indices.size, separation)
             )
             continue
         with np.errstate(all="ignore"):
             points = StabilityPoints(p, varied, np.full(indices.size, separation))
             excess[indices] = points.excess()
-            values[indices] = _quantity(points, value, excess[indices])
+            values[indices] = _mapped_quantity(points, value, excess[indices])
     work.advance(1.0)
     return StabilityMap(
         system=system,
         grid=grid,
-        value=kind,
-        quantities={SHOWN[kind]: values.reshape(grid.shape)},
+        value=map_kind,
+        quantities={SHOWN_COLUMN[map_kind]: values.reshape(grid.shape)},
         excess=excess.reshape(grid.shape),
     )
 
 
-def _on_belt(
+def _values_on_belt(
     p: Parameters, varied: Mapping[str, FloatArray], value: str, separation: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     # The mapped quantity and the excess, from the eigenvalues of each point.
@@ -134,7 +134,7 @@ def _on_belt(
     return modes, excess
 
 
-def check_two(names: Collection[str]) -> None:
+def check_two_parameters(names: Collection[str]) -> None:
     """Raise `InputError` unless a map is over two parameters."""
     if len(names) != 2:
         raise InputError(f"over: {len(names)} parameters given; must be two different ones")
@@ -142,15 +142,15 @@ def check_two(names: Collection[str]) -> None:
 
 def check_map(value: str, names: Sequence[str]) -> None:
     """Raise `InputError` unless a map is over two parameters on which its value depends."""
-    check_two(names)
-    if value in WITHOUT_MU and "mu" in names:
+    check_two_parameters(names)
+    if value in MU_FREE_VALUES and "mu" in names:
         raise InputError(
             f"{value} over mu: must be over two other parameters, as it does not depend on mu"
         )
 
 
-def map_value(value: str, allowed: Sequence[MapValue]) -> MapValue:
-    """The value of a map by its name, one of `allowed`; `InputError` for any other."""
+def parse_map_value(value: str, allowed: Sequence[MapValue]) -> MapValue:
+    """The name of a map value, one of `allowed`; `InputError` for any other."""
     for name in allowed:
         if name == value:
             return name
@@ -163,7 +163,7 @@ def check_points(count: int, limit: int) -> None:
         raise InputError(f"over: {count} points; must be at most {limit}")
 
 
-def _quantity(points: StabilityPoints, value: str, excess: FloatArray) -> FloatArray:
+def _mapped_quantity(points: StabilityPoints, value: str, excess: FloatArray) -> FloatArray:
     if value == "critical-mu":
         values = points.critical_mu()
     elif value == "growth-rate":

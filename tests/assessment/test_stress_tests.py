@@ -12,11 +12,11 @@ from fivtui.assessment.stress_tests import (
     STRESS_TESTS,
     StressTest,
     StressVerdict,
-    Truth,
+    TrueResult,
     run_stress_test,
     run_stress_tests,
     stress_tests_to_dict,
-    truth,
+    true_result,
 )
 from fivtui.cli import commands
 from fivtui.model.errors import Cancelled, InputError
@@ -77,13 +77,13 @@ def test_a_wrong_result_is_called_wrong() -> None:
 
 
 def test_a_finite_answer_to_a_scene_without_one_is_wrong() -> None:
-    test = StressTest("none", "no answer", Parameters(), 1.0, truth_of=None)
+    test = StressTest("none", "no answer", Parameters(), 1.0, truth_source=None)
     result = run_stress_test(test, METHODS_UNDER_TEST["taylor"])
     assert (result.verdict, result.reason) == (StressVerdict.WRONG, "no finite answer exists")
 
 
 def test_the_reference_agrees_with_that_by_mpmath() -> None:
-    friction = truth(STRESS_TESTS["strong-friction"])
+    friction = true_result(STRESS_TESTS["strong-friction"])
     reference = REFERENCES["strong-friction"]
     assert friction is not None
     assert reference.t_end == STRESS_TESTS["strong-friction"].t_end
@@ -94,7 +94,9 @@ def test_the_reference_agrees_with_that_by_mpmath() -> None:
 
 
 def test_at_rest_on_the_switch_nothing_moves() -> None:
-    assert truth(STRESS_TESTS["rest-on-switch"]) == Truth(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0)
+    assert true_result(STRESS_TESTS["rest-on-switch"]) == TrueResult(
+        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0
+    )
     for method in ("taylor", "scipy-dop853", "scipy-radau", "scipy-lsoda", "fmu"):
         result = run_stress_test(STRESS_TESTS["rest-on-switch"], METHODS_UNDER_TEST[method])
         assert (result.verdict, result.error) == (StressVerdict.RIGHT, 0.0)

@@ -41,7 +41,9 @@ def main(names: list[str]) -> None:
         program = Path(folder) / "quad"
         command = ["gcc", "-O2", "-o", str(program), str(SOURCE), "-lquadmath", "-lm"]
         subprocess.run(command, check=True)
-        for name in names or [name for name, test in STRESS_TESTS.items() if test.truth_of == ""]:
+        for name in names or [
+            name for name, test in STRESS_TESTS.items() if test.truth_source == ""
+        ]:
             truths[name] = solve(program, name)
             print(name, truths[name], file=sys.stderr, flush=True)
             TARGET.write_text(json.dumps(truths, indent=1) + "\n", encoding="utf-8")

@@ -11,8 +11,8 @@ from fivtui import Parameters, safety_map
 from fivtui.charts import NO_VALUE, Shade, grade_values, label_shades, scale_text
 from fivtui.charts.chart import Cursors, View
 from fivtui.maps import StabilityMap
-from fivtui.maps.charts import map_chart, offsets, region_levels
-from fivtui.maps.searched import SearchedPoint
+from fivtui.maps.charts import map_chart, region_levels, shown_offsets
+from fivtui.maps.searched_points import SearchedPoint
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import map_request
 from fivtui.tui.tabs.studies.map import thinned
@@ -49,7 +49,7 @@ def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: StabilityMap) -
 
 
 def test_the_escape_offset_is_zero_where_the_slider_squeals(regions: StabilityMap) -> None:
-    values = offsets(regions)
+    values = shown_offsets(regions)
     assert np.isnan(values[regions.regions == 0.0]).all()
     assert np.all(values[regions.regions == 2.0] == 0.0)
     inside = values[regions.regions == 1.0]

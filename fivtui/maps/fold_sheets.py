@@ -16,33 +16,33 @@ from fivtui.orbits import FoldOrbit, branch, fold_near, stabilising_folds
 Floats = NDArray[np.float64]
 Point = tuple[int, ...]
 
-# Points along an axis at which branches are followed to find folds.
-_ANCHORS: Final = 9
-# Upper end of branches, in critical μ.
+# Number of points along an axis at which branches are followed to find folds.
+_BRANCHES: Final = 9
+# Upper end of a branch, relative to the critical μ; share of the branches in the progress.
 _REACH: Final = 1.5
-_SHARE_OF_ANCHORS: Final = 0.2
+_BRANCH_SHARE: Final = 0.2
 # Relative tolerance within which two folds of a parameter set are equal.
 _EQUAL_FOLDS: Final = 1e-3
-# A guess within this relative distance of a known fold is skipped.
-_KNOWN_FOLD: Final = 0.01
-_MOST_FOLDS: Final = 8
-# A failed step to a neighbour is repeated in this many parts.
+# A neighbour is skipped if it has a fold within this relative distance of the extrapolated one.
+_NEAR_FOLD: Final = 0.01
+_MAX_FOLDS: Final = 8
+# A failed step to a neighbour is repeated in this many smaller steps.
 _PARTS: Final = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _FoldAtPoint:
-    # A fold at a point, the fold before it, and the direction of the step between them.
+class _ReachedFold:
+    # A fold at a point, the fold from which it was reached, and the direction of that step.
     fold: FoldOrbit
-    before: FoldOrbit | None = None
+    previous: FoldOrbit | None = None
     direction: Point | None = None
 
     def guess(self, direction: Point) -> Floats:
-        """Unknowns at the next point in a direction, extrapolated linearly on a straight path."""
+        """Unknowns at the next point in a direction, extrapolated on a straight path."""
         unknowns = self.fold.unknowns
-        if self.before is None or self.direction != direction:
+        if self.previous is None or self.direction != direction:
             return unknowns
-        return 2.0 * unknowns - self.before.unknowns
+        return 2.0 * unknowns - self.previous.unknowns
 
 
 class FoldSheets:
@@ -59,28 +59,26 @@ class FoldSheets:
         self._system, self._over, self._work = system, dict(over), work
         self._shape = tuple(values.size for values in over.values())
         self._directions = [
-            tuple(sign if axis == varied else 0 for axis in range(len(self._shape)))
+            tuple(sign if axis == varied_axis else 0 for axis in range(len(self._shape)))
             for sign in (1, -1)
-            for varied in range(len(self._shape))
+            for varied_axis in range(len(self._shape))
         ]
         self._folds: dict[Point, list[FoldOrbit]] = {}
-        self._waiting: deque[tuple[Point, _FoldAtPoint]] = deque()
+        self._queue: deque[tuple[Point, _ReachedFold]] = deque()
         for point, fold in seeds:
-            self._add_fold(point, _FoldAtPoint(fold))
+            self._add_fold(point, _ReachedFold(fold))
 
     def lowest_folds(self) -> tuple[Floats, Floats]:
         """Least μ of the folds at every point (NaN without fold) and its half peak-to-peak, m."""
         self._follow_branches()
         total, count = int(np.prod(self._shape)), 0
-        while self._waiting:
-            point, start = self._waiting.popleft()
+        while self._queue:
+            point, reached = self._queue.popleft()
             count += 1
             # The number of folds is unknown in advance: the fraction approaches one.
-            self._work.report(
-                _SHARE_OF_ANCHORS + (1.0 - _SHARE_OF_ANCHORS) * count / (count + total)
-            )
+            self._work.report(_BRANCH_SHARE + (1.0 - _BRANCH_SHARE) * count / (count + total))
             for direction in self._directions:
-                self._extend_to_neighbour(point, start, direction)
+                self._extend_to_neighbour(point, reached, direction)
         mu, sizes = np.full(self._shape, np.nan), np.full(self._shape, np.nan)
         for point, folds in self._folds.items():
             lowest = min(folds, key=lambda fold: fold.mu)
@@ -88,14 +86,14 @@ class FoldSheets:
         return mu, sizes
 
     def _follow_branches(self) -> None:
-        # Follow branches from the Hopf points at a few points of the grid.
-        chosen = [
-            np.unique(np.linspace(0, size - 1, min(size, _ANCHORS)).round().astype(int)).tolist()
+        # Find folds by branches from the Hopf points at some points of the grid.
+        axis_indices = [
+            np.unique(np.linspace(0, size - 1, min(size, _BRANCHES)).round().astype(int)).tolist()
             for size in self._shape
         ]
-        points = list(product(*chosen))
+        points = list(product(*axis_indices))
         for count, point in enumerate(points):
-            self._work.report(_SHARE_OF_ANCHORS * count / len(points))
+            self._work.report(_BRANCH_SHARE * count / len(points))
             system = self._system_at(point)
             critical = lowest_critical_mu(system)
             if critical is None:
@@ -108,12 +106,12 @@ class FoldSheets:
             except ComputationError:
                 continue
             for fold in stabilising_folds(cycles):
-                self._add_fold(point, _FoldAtPoint(fold))
+                self._add_fold(point, _ReachedFold(fold))
 
-    def _system_at(self, at: Sequence[float]) -> System:
+    def _system_at(self, indices: Sequence[float]) -> System:
         # The system at fractional indices, by linear interpolation of the axes.
         values = {}
-        for (name, axis), index in zip(self._over.items(), at, strict=True):
+        for (name, axis), index in zip(self._over.items(), indices, strict=True):
             below = int(index)
             share = index - below
             values[name] = float(axis[below])
@@ -121,55 +119,56 @@ class FoldSheets:
                 values[name] += share * float(axis[below + 1] - axis[below])
         return self._system.with_values(values)
 
-    def _extend_to_neighbour(self, point: Point, start: _FoldAtPoint, direction: Point) -> None:
+    def _extend_to_neighbour(self, point: Point, reached: _ReachedFold, direction: Point) -> None:
         neighbour = tuple(index + change for index, change in zip(point, direction, strict=True))
         if not all(0 <= index < size for index, size in zip(neighbour, self._shape, strict=True)):
             return
-        guess = start.guess(direction)
-        expected = (float(guess[-1]), float(guess[-2]), start.fold.amplitude)
+        guess = reached.guess(direction)
+        expected_features = (float(guess[-1]), float(guess[-2]), reached.fold.amplitude)
         if any(
-            _are_close(_features(fold), expected, _KNOWN_FOLD)
+            _are_close(_features(fold), expected_features, _NEAR_FOLD)
             for fold in self._folds.get(neighbour, ())
         ):
             return
-        before, fold = start.fold, fold_near(self._system_at(neighbour), start.fold, guess)
+        previous, fold = reached.fold, fold_near(self._system_at(neighbour), reached.fold, guess)
         if fold is None:
-            before, fold = self._fold_by_parts(point, start.fold, direction)
+            previous, fold = self._follow_in_parts(point, reached.fold, direction)
         if fold is not None:
-            self._add_fold(neighbour, _FoldAtPoint(fold, before, direction))
+            self._add_fold(neighbour, _ReachedFold(fold, previous, direction))
 
-    def _fold_by_parts(
+    def _follow_in_parts(
         self, point: Point, fold: FoldOrbit, direction: Point
     ) -> tuple[FoldOrbit, FoldOrbit | None]:
-        # The fold to extrapolate from and the fold at the neighbour; None if a part fails.
-        before, reached = fold, fold
+        # The previous fold for extrapolation, and the fold at the neighbour; None if a step fails.
+        previous, reached = fold, fold
         for part in range(1, _PARTS + 1):
             share = part / _PARTS
-            middle = [
+            indices = [
                 index + share * change for index, change in zip(point, direction, strict=True)
             ]
             fold_at_part = fold_near(
-                self._system_at(middle), reached, 2.0 * reached.unknowns - before.unknowns
+                self._system_at(indices), reached, 2.0 * reached.unknowns - previous.unknowns
             )
             if fold_at_part is None:
                 return reached, None
-            before, reached = reached, fold_at_part
-        # The next extrapolation needs a full step.
+            previous, reached = reached, fold_at_part
+        # Extrapolation needs the fold one full step before.
         return fold, reached
 
-    def _add_fold(self, point: Point, start: _FoldAtPoint) -> None:
+    def _add_fold(self, point: Point, reached: _ReachedFold) -> None:
         folds = self._folds.setdefault(point, [])
-        features = _features(start.fold)
-        if len(folds) < _MOST_FOLDS and not any(
+        features = _features(reached.fold)
+        if len(folds) < _MAX_FOLDS and not any(
             _are_close(_features(fold), features, _EQUAL_FOLDS) for fold in folds
         ):
-            folds.append(start.fold)
-            self._waiting.append((point, start))
+            folds.append(reached.fold)
+            self._queue.append((point, reached))
 
 
 def _features(fold: FoldOrbit) -> tuple[float, float, float]:
+    # μ, period and amplitude.
     return fold.mu, float(fold.unknowns[-2]), fold.amplitude
 
 
-def _are_close(first: tuple[float, ...], second: tuple[float, ...], part: float) -> bool:
-    return all(abs(a - b) <= part * max(abs(a), abs(b)) for a, b in zip(first, second, strict=True))
+def _are_close(first: tuple[float, ...], second: tuple[float, ...], tol: float) -> bool:
+    return all(abs(a - b) <= tol * max(abs(a), abs(b)) for a, b in zip(first, second, strict=True))

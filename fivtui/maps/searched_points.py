@@ -1,4 +1,4 @@
-"""Points of a map with a global search, and the limits that they set for the nearest points."""
+"""Points of a map with a global search, whose results also hold for the points nearest to them."""
 
 import math
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ class SearchedPoint:
     Attributes
     ----------
     place : tuple of int
-        Its indices along the axes.
+        Indices of the point along the axes.
     limit : float
         The μ up to which the search confirms continuation.
     """
@@ -28,13 +28,13 @@ class SearchedPoint:
 
 
 def searched_indices(shape: Sequence[int]) -> list[tuple[int, ...]]:
-    """The corners and the centre of a grid."""
+    """Indices of the corners and of the centre of a grid."""
     corners = product(*(sorted({0, size - 1}) for size in shape))
     return list(dict.fromkeys([*corners, tuple(size // 2 for size in shape)]))
 
 
-def limits(points: Sequence[SearchedPoint], shape: Sequence[int]) -> NDArray[np.float64]:
-    """The limit of the nearest searched point, for every point; axes are scaled to length one."""
+def nearest_limits(points: Sequence[SearchedPoint], shape: Sequence[int]) -> NDArray[np.float64]:
+    """For every point the limit of the nearest searched point, with axes of equal length."""
     if not points:
         return np.full(shape, PARAMETERS["mu"].upper)
     grids = np.meshgrid(*(np.linspace(0.0, 1.0, size) for size in shape), indexing="ij")
@@ -46,7 +46,7 @@ def limits(points: Sequence[SearchedPoint], shape: Sequence[int]) -> NDArray[np.
                 for grid, index, size in zip(grids, point.place, shape, strict=True)
             )
         )
-        # Of equally near points the one with the lowest limit counts.
+        # At equal distances the lowest limit counts.
         nearer = (distance < nearest) | ((distance == nearest) & (point.limit < limit))
         nearest[nearer], limit[nearer] = distance[nearer], point.limit
     return limit
