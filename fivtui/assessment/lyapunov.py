@@ -29,7 +29,7 @@ _INTERVALS: Final = 400
 _BOUNDED_FACTOR: Final = 1e3
 # An error has decayed if its factor at the end is below this.
 _DECAYED_FACTOR: Final = 1e-2
-# A motion has settled if its size grows by at most this factor in the last quarter of the run.
+# A motion has settled if its size grows at most by this factor from the third quarter to the last.
 _SETTLED_RATIO: Final = 1.3
 
 

@@ -37,8 +37,8 @@ _PROGRESS_CALLS: Final = 100
 class StressTest:
     """A scene on which solvers fail; `meaning` says what is extreme about it.
 
-    `truth_source` names the test that has the true result; empty for this test, None if no finite
-    result exists.
+    `truth_source` names the test with the same true result, empty if the scene has its own; None if
+    no finite result exists.
     """
 
     name: str

@@ -46,7 +46,7 @@ def escape_offsets(
 
 
 class _Chunk:
-    # Parameter sets whose motions are computed in common batches, one for each direction.
+    # Parameter sets whose motions are computed in two batches, displaced upwards and downwards.
 
     def __init__(self, system: System, columns: Mapping[str, Floats], sizes: Floats) -> None:
         self._system, self._columns, self._sizes = system, columns, sizes

@@ -140,20 +140,20 @@ class FoldSheets:
         self, point: Point, fold: FoldOrbit, direction: Point
     ) -> tuple[FoldOrbit, FoldOrbit | None]:
         # The previous fold for extrapolation, and the fold at the neighbour; None if a step fails.
-        previous, reached = fold, fold
+        previous, current = fold, fold
         for part in range(1, _PARTS + 1):
             share = part / _PARTS
             indices = [
                 index + share * change for index, change in zip(point, direction, strict=True)
             ]
             fold_at_part = fold_near(
-                self._system_at(indices), reached, 2.0 * reached.unknowns - previous.unknowns
+                self._system_at(indices), current, 2.0 * current.unknowns - previous.unknowns
             )
             if fold_at_part is None:
-                return reached, None
-            previous, reached = reached, fold_at_part
+                return current, None
+            previous, current = current, fold_at_part
         # Extrapolation needs the fold one full step before.
-        return fold, reached
+        return fold, current
 
     def _add_fold(self, point: Point, reached: _ReachedFold) -> None:
         folds = self._folds.setdefault(point, [])

@@ -134,8 +134,8 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
         traces.append(
             Trace(name, value, positions + shift, look="bars", role=name, bar_intervals=(low, high))
         )
-    local_shares = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
-    shares = [(estimate.share, y) for estimate, y in local_shares if estimate is not None]
+    local_rows = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
+    shares = [(entry.share, y) for entry, y in local_rows if entry is not None]
     x, y = np.array(shares, dtype=float).reshape(-1, 2).T
     traces.append(Trace("if linear", x, y, look="points", ordered=False, mark="◆", role="linear"))
     meaning = OUTPUTS[output].meaning if output in OUTPUTS else output.replace("_", " ")
@@ -176,8 +176,8 @@ def _histogram(result: Uncertainty, name: str, label: str, bins: int) -> Chart:
     return Chart(label, y_label, tuple(traces), stacked=True)
 
 
-def _scatter(result: Uncertainty, first: str, second: str, count: int) -> Chart:
-    x, y = result.samples(first), result.samples(second)
+def _scatter(result: Uncertainty, x_name: str, y_name: str, count: int) -> Chart:
+    x, y = result.samples(x_name), result.samples(y_name)
     indices = np.linspace(0, x.size - 1, min(count, x.size)).astype(int)
     regions = zip(result.regions().items(), _MARKS, _region_roles(result), strict=False)
     traces = [
@@ -185,7 +185,7 @@ def _scatter(result: Uncertainty, first: str, second: str, count: int) -> Chart:
         for (region, inside), mark, role in regions
         if (dots := indices[inside[indices]]) is not None
     ]
-    return Chart(_label(first), _label(second), tuple(traces))
+    return Chart(_label(x_name), _label(y_name), tuple(traces))
 
 
 def _region_roles(result: Uncertainty) -> Sequence[str]:

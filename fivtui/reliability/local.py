@@ -65,7 +65,7 @@ def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
 def _with_shares(
     slopes: Mapping[str, float], spreads: Mapping[str, float]
 ) -> dict[str, LocalSensitivity]:
-    changes = {name: derivative * spreads[name] for name, derivative in slopes.items()}
+    changes = {name: slope * spreads[name] for name, slope in slopes.items()}
     total = sum(change * change for change in changes.values())
     return {
         name: LocalSensitivity(

@@ -35,11 +35,11 @@ def safe_mu_unknown_above(study: Study) -> float | None:
     if SAFE_MU not in study.outputs:
         return None
     p = parameters_at_means(study).with_values({"mu": 0.0})
-    return _search_limit(System(p, study.cases[0]))
+    return _unconfirmed_above(System(p, study.cases[0]))
 
 
 @lru_cache(maxsize=64)
-def _search_limit(system: System) -> float | None:
+def _unconfirmed_above(system: System) -> float | None:
     p, separation = system.parameters, system.separation
     (continued_mu,) = safe_mus(p, {}, np.array([separation])).tolist()
     try:

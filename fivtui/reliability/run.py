@@ -161,8 +161,8 @@ def compute_uncertainty(
     """Compute a scattered sweep, up to the error `until` if given, and return its result."""
     if on_estimates is not None and SAFE_MU in study.outputs:
         on_estimates(study.members, "following branches of limit cycles")
-    fold_progress = None if progress is None else lambda _fraction: progress(0.0)
-    study = add_safe_table(study, fold_progress)
+    cancel_check = None if progress is None else lambda _fraction: progress(0.0)
+    study = add_safe_table(study, cancel_check)
     if until is None:
         return evaluate(_compute_sweep(study, _with_reports(engine, on_estimates), file, progress))
     tolerance = check_until(until)

@@ -111,8 +111,8 @@ def probability_from_counts(hits: Floats, counts: Floats) -> SampleEstimate:
 def _share_interval(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
     """Shares with the ends of their intervals; scramblings are the first axis of both.
 
-    If all scramblings have the same share, its half width is the greater of two resolutions: the
-    share that independent members may have without a hit, and one hit more in some scramblings.
+    If all scramblings have the same share, the half width is the greater of two resolutions: the
+    share that independent members may have without a hit, and one more hit in some scramblings.
     """
     shares = hits / counts
     mean, low, high = _mean_interval(shares)
@@ -240,7 +240,7 @@ def _ratio(numerators: Floats, denominators: Floats) -> SampleEstimate:
 
 
 def excess_remark(printed: str) -> str:
-    """``above 1`` or ``below 0`` if the printed value of a Sobol index is, else empty."""
+    """``above 1`` or ``below 0`` for a printed Sobol index out of this range, else empty."""
     value = float(printed.partition(" ")[0])
     if value > 1.0:
         return "above 1"

@@ -39,22 +39,23 @@ def least_growth_mu(p: Parameters, mu_limit: float) -> float | None:
     The contact spring must be linear (k_nl = 0), with separation. Motions in 32 directions are
     followed at 32 values of μ; a root finder gives the zero of the growth rate between two values.
     """
-    homogeneous = p.with_values({"F": p.F - load(p)})
+    without_load = p.with_values({"F": p.F - load(p)})
     mus = mu_limit * (np.arange(_MU_COUNT) + 1.0) / _MU_COUNT
-    starts = _fastest_growing_states(homogeneous, mus)
+    starts = _fastest_growing_states(without_load, mus)
     rates = [
-        _growth_rate(homogeneous, mu, start) for mu, start in zip(mus.tolist(), starts, strict=True)
+        _growth_rate(without_load, mu, start)
+        for mu, start in zip(mus.tolist(), starts, strict=True)
     ]
     first_growing = next((index for index, rate in enumerate(rates) if rate > 0.0), None)
     if first_growing is None:
         return None
     lower_mu = float(mus[first_growing - 1]) if first_growing else 0.0
     start = starts[first_growing]
-    if _growth_rate(homogeneous, lower_mu, start) > 0.0:
+    if _growth_rate(without_load, lower_mu, start) > 0.0:
         return lower_mu
     return float(
         brentq(
-            lambda mu: _growth_rate(homogeneous, mu, start),
+            lambda mu: _growth_rate(without_load, mu, start),
             lower_mu,
             mus[first_growing],
             xtol=_MU_ACCURACY * mu_limit,
@@ -63,7 +64,7 @@ def least_growth_mu(p: Parameters, mu_limit: float) -> float | None:
 
 
 def _fastest_growing_states(p: Parameters, mus: Floats) -> list[State]:
-    # For each μ the settled direction of the start direction that grows most.
+    # For each μ the final state, scaled to size one, of the motion that grows most.
     speed = math.tau / slowest_period(p)
     # The first two points of the sequence are its origin and its centre, which give no direction.
     points = 2.0 * Sobol(4, scramble=False).fast_forward(2).random(_DIRECTION_COUNT) - 1.0
@@ -87,7 +88,7 @@ def _fastest_growing_states(p: Parameters, mus: Floats) -> list[State]:
 
 
 def _growth_rate(p: Parameters, mu: float, start: State) -> float:
-    # Growth rate, 1/s, from the first to the last separation after the direction has settled.
+    # Growth rate, 1/s, between separations, which are every second switch, in settled direction.
     at_mu = p.with_values({"mu": mu})
     period = slowest_period(p)
     state = start

@@ -61,7 +61,7 @@ _STIFF_DIVISOR: Final = 6
 # Least limit of steps of one motion in a stage.
 _LEAST_STEP_LIMIT: Final = 2_000
 _TOL: Final = 1e-6
-# Extent relative to that of the start below which a motion counts as at rest without proof.
+# Ratio to the start extent below which a motion counts as at rest, without a proof of decay.
 _REST_EXTENT: Final = 1e-9
 # A motion is unbounded above this multiple of its start extent and of the length of the system.
 _UNBOUNDED_GROWTH: Final = 1e6
@@ -158,8 +158,8 @@ class Round:
     ) -> None:
         self._system, self._progress = system, progress
         self._levels = (mu_limit * np.linspace(_LOWEST_LEVEL, _HIGHEST_LEVEL, LEVELS)).tolist()
-        sets = [system.with_values({"mu": mu}) for mu in self._levels]
-        self._regions = [_attraction(at_level) for at_level in sets]
+        systems = [system.with_values({"mu": mu}) for mu in self._levels]
+        self._regions = [_attraction(at_mu) for at_mu in systems]
         self._growth_rates = np.array([region.growth for region in self._regions])
         self._slowest_period = slowest_period(system.parameters)
         self._durations = _stage_durations(-self._growth_rates.min(), self._slowest_period)
@@ -168,7 +168,7 @@ class Round:
         self._step_limit = _MOST_STEPS // (_STIFF_DIVISOR if stiff else 1)
         too_slow = sum(self._durations[:2]) > _PERIOD_LIMIT * self._slowest_period
         count = 0 if too_slow or decay <= _ZERO_DECAY * fastest else starts
-        starts_by_level = [disturbed_states(at_level, count) for at_level in sets]
+        starts_by_level = [disturbed_states(at_mu, count) for at_mu in systems]
         self._starts: Floats = np.concatenate(starts_by_level)
         self._level_of: Indices = np.repeat(np.arange(LEVELS), count)
         velocity_weight = self._slowest_period / math.tau

@@ -273,7 +273,7 @@ def _fit_cell(
     degree: int,
     limits: tuple[tuple[float, ...], tuple[float, ...], float, float],
 ) -> tuple[SafeCell, Floats]:
-    # The fitted cell, and its errors at test folds.
+    # Fit a cell at coordinates scaled to -1 .. 1 within `limits`; return it and its test errors.
     degrees = _chebyshev_degrees(scaled.shape[1], degree)
     fitted, tested = ~np.isnan(values) & is_fit, ~np.isnan(values) & ~is_fit
     if np.count_nonzero(fitted) < len(degrees) or not tested.any():

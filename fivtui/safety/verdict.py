@@ -282,7 +282,7 @@ def safe_friction(
         found_by=found_by,
         others=attractors,
         coexisting=search.coexisting(),
-        searched_to=search.top,
+        searched_to=search.searched_to,
         basis=SafeFrictionBasis(
             branches=tuple(search.branches),
             not_followed=search.not_followed,
@@ -305,7 +305,7 @@ class _SafeFrictionSearch:
         self.critical = lowest_critical_mu(system)
         upper = PARAMETERS["mu"].upper
         self._upper_mu = min(_UPPER_MU_FACTOR * max(self.critical or 0.0, self._p.mu, 1.0), upper)
-        self.top = self._upper_mu if self.critical is None else self.critical
+        self.searched_to = self._upper_mu if self.critical is None else self.critical
         self.branches: list[CycleBranch] = []
         self.rounds: list[SearchRound] = []
         self.not_followed = ""
@@ -322,7 +322,7 @@ class _SafeFrictionSearch:
             self._is_undamped = True
             return
         if self._p.k_nl == 0.0:
-            self.growth_at_any_size = least_growth_mu(self._p, self.top)
+            self.growth_at_any_size = least_growth_mu(self._p, self.searched_to)
             if self.growth_at_any_size is not None:
                 self._record(self.growth_at_any_size, "unbounded growth")
         self._follow_from_hopf()
@@ -380,7 +380,7 @@ class _SafeFrictionSearch:
         return self.work.go_on()
 
     def _least_mu(self) -> float:
-        return min((attractor.mu for attractor in self._attractors), default=self.top)
+        return min((attractor.mu for attractor in self._attractors), default=self.searched_to)
 
     def _follow_from_hopf(self) -> None:
         if self.critical is None:
@@ -408,13 +408,13 @@ class _SafeFrictionSearch:
     def _find_lower_attractor(self, starts: int) -> bool:
         # Run a round below the least known μ; return whether it found an attractor.
         least_mu = self._least_mu()
-        search = Round(self._system, least_mu, starts, progress=self._go_on)
-        while self._least_mu() >= least_mu and search.advance():
+        search_round = Round(self._system, least_mu, starts, progress=self._go_on)
+        while self._least_mu() >= least_mu and search_round.advance():
             # Shooting from persisting motions, until a cycle is found: its branch leads to lower μ.
-            for motion in search.persistent_motions(_SHOTS_PER_LEVEL)[:_SHOTS_PER_STAGE]:
+            for motion in search_round.persistent_motions(_SHOTS_PER_LEVEL)[:_SHOTS_PER_STAGE]:
                 if self._follow_cycle_near(motion):
                     break
-        result = search.result()
+        result = search_round.result()
         self.rounds.append(result)
         unbounded = next(iter(result.unbounded), None)
         if unbounded is not None and unbounded.mu < self._least_mu():

@@ -82,7 +82,7 @@ def _merge_zones(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Z
 
 
 def linear_zones(system: System, name: str, low: float, high: float) -> Zones:
-    """Zones over a parameter by eigenvalues alone, in milliseconds."""
+    """Zones over a parameter by eigenvalues alone, computed in milliseconds."""
     return _EigenvalueZones(system, name, low, high).zones()
 
 
@@ -132,7 +132,7 @@ class _EigenvalueZones:
         self.on_belt = p.v_belt is not None or spec.optional
         nonlinear = separation or p.k_nl > 0.0 or name == "k_nl"
         damped = p.c1 > 0.0 or p.c2 > 0.0 or name in ("c1", "c2")
-        self.linear = not nonlinear and damped and not self.on_belt
+        self.is_linear = not nonlinear and damped and not self.on_belt
         self.may_have_cycles = nonlinear and damped and not self.on_belt
 
     def zones_at(self, values: Floats) -> list[Zone]:
@@ -144,7 +144,7 @@ class _EigenvalueZones:
         growth, stabilities, _ = judge_stability(
             self.p, {self.name: inside}, np.full(values.size, self.separation)
         )
-        decay_zone = Zone.SAFE if self.linear else Zone.SMALL
+        decay_zone = Zone.SAFE if self.is_linear else Zone.SMALL
         zones = [
             Zone.NONE if math.isnan(rate) else decay_zone if stable or rate <= 0.0 else Zone.SQUEALS
             for rate, stable in zip(growth.tolist(), stabilities.tolist(), strict=True)
