@@ -31,11 +31,8 @@ class _Item:
 
     @property
     def parts(self) -> tuple[tuple[str, str], ...]:
-        description = f" {self.description} " if self.description else " "
-        return (
-            (self.display, _KEY_STYLE if self.enabled else _OFF_STYLE),
-            (description, _TEXT_STYLE),
-        )
+        text = f" {self.description} " if self.description else " "
+        return ((self.display, _KEY_STYLE if self.enabled else _OFF_STYLE), (text, _TEXT_STYLE))
 
 
 class KeyBar(Widget):

@@ -12,7 +12,6 @@ from typing import Final
 from fivtui.io import TEMPORARY_GLOB, LockedError, hold_lock
 from fivtui.model import InputError
 
-# Owner of a lock in the message that a session is locked.
 _LOCK_OWNER: Final = "another fivtui"
 
 

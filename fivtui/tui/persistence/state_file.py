@@ -157,8 +157,7 @@ def _axis(data: Any, log: bool) -> Axis | None:
 
 
 def _absolute_source(source: str) -> str:
-    # Make the path of a file absolute, because the next start may be in a different folder.
-    # The name of a preset has no suffix and stays as it is.
+    # The next start may be in another folder. The name of a preset has no suffix.
     path = Path(source)
     return str(path.absolute()) if path.suffix else source
 

@@ -18,7 +18,6 @@ T = TypeVar("T")
 _RESPONSE_TIME_S: Final = 0.06
 # Time after which the files that the program waits for are reported, s.
 _REPORT_DELAY_S: Final = 0.2
-# Polling interval, s.
 _POLL_INTERVAL_S: Final = 0.005
 
 

@@ -15,8 +15,7 @@ from .runs import sample_times
 MAX_IMMEDIATE_S: Final = 0.1
 MAX_LIVE_S: Final = 15.0
 _FASTEST_METHOD: Final = next(iter(METHODS))
-# The first report of a progress below `_SETUP_END` ends the setup of a run; a progress above
-# `_MIN_PROGRESS` is extrapolated to the duration of the run.
+# Progress below which the first report ends the setup, and from which durations are estimated.
 _SETUP_END: Final = 0.2
 _MIN_PROGRESS: Final = 0.01
 
@@ -95,7 +94,7 @@ class LiveCurve:
         return Pace.IDLE if seconds < MAX_LIVE_S else Pace.OFF
 
     def show_result(self, run: LiveRun, displayed: Transient | None) -> None:
-        """Show a result; the previous curve, or else `displayed`, becomes the ghost."""
+        """Show a result; the ghost is the previous curve, or else the displayed run."""
         self.ghost = self._next_ghost(displayed)
         self.curve, self.error = run, ""
         self.status = f"live in {_short_duration(run.duration)}; F5 keeps a run"

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .studies import DisplayedStudy, StoredResult
 
 MAX_RECENT: Final = 10
+# Key and values of the stored setting of the live curve.
 _LIVE: Final = "live"
 _ON: Final = "on"
 _OFF: Final = "off"
@@ -68,7 +69,7 @@ class Session(Editing):
         self.settings.setdefault(_LIVE, {})[_LIVE] = _ON if on else _OFF
 
     def add_recent(self, path: str) -> None:
-        """Put a scene file first in the recent files."""
+        """Add a scene file to the recent files, as the first."""
         other_paths = [
             source for source in self.recent if Path(source).absolute() != Path(path).absolute()
         ]

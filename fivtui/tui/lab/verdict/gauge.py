@@ -119,7 +119,7 @@ class Gauge:
         label = self.text if len(self.text) <= _MAX_LENGTH else f"{self.value:.{_VALUE_DIGITS}g}"
         write(self.value, label, "bold")
         bounds = self.zones.bounds
-        # The ends of the range are placed first.
+        # The ends of the range take precedence over other bounds.
         for bound in (bounds[0], bounds[-1], *bounds[1:-1]):
             if bound != self.value:
                 write(bound, _number_text(bound, self.value), "")
