@@ -79,7 +79,7 @@ class Coexistence(SystemResult):
             for side, value in (("above", self.escape.up), ("below", self.escape.down))
             if value is not None
         ]
-        escape = f"; a release from rest {' or '.join(offsets)} it leaves it" if offsets else ""
+        escape = f"; no return after a release at rest {' or '.join(offsets)} it" if offsets else ""
         return f"the equilibrium is stable only for small disturbances: {coexistence}{escape}"
 
     def _summary(self) -> list[tuple[str, str]]:

@@ -18,8 +18,8 @@ class BranchOptions:
     )
     origin: str | None = option(
         "--from",
-        "Begin at the Hopf point nearest to the scene (the default), at a limit cycle that it "
-        "settles on, or at one of its cycles in a file: a branch, or attractors as JSON.",
+        "Begin at the Hopf point nearest to the scene (the default), at a limit cycle that its "
+        "transients reach, or at a cycle in a file: a branch, or attractors as JSON.",
         metavar="hopf|cycle|FILE",
     )
     doubled: bool = flag(

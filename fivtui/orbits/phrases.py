@@ -42,9 +42,8 @@ def transients_phrase(result: "Coexistence") -> str:
     start_count = len(result.reached)
     return (
         f"transients from {start_count} starts at μ = {result.parameters.mu:g}: "
-        f"{coexistence_phrase(result)}; below which friction there are no limit cycles is not "
-        "searched on a belt of finite speed (fivtui branch --vary mu --from cycle follows those "
-        "found)"
+        f"{coexistence_phrase(result)}; the least friction with limit cycles is not searched on a "
+        "belt of finite speed (fivtui branch --vary mu --from cycle follows a cycle along μ)"
     )
 
 

@@ -158,7 +158,8 @@ def test_the_order_of_modes_does_not_depend_on_where_a_period_begins() -> None:
 
 def test_what_is_not_followed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(
-        InputError, match="twice the period; one that attracts is followed by --from cycle"
+        InputError,
+        match=r"attracting cycle of twice the period begin at it \(--from cycle\)",
     ):
         branch(DAMPED, "v_belt", origin="cycle", doubled=True)
     assert run(["branch", "--set", "v_belt=1", "--vary", "v_s"]) == 2

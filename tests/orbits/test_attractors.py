@@ -221,7 +221,7 @@ def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
     offset = EscapeOffset(0.5, None)
     message = Coexistence(System(COEXISTENCE), pair, (1, 0), True, offset).warning
     assert message is not None
-    assert "with unbounded growth; a release from rest 0.5 m above it" in message
+    assert "with unbounded growth; no return after a release at rest 0.5 m above it" in message
 
 
 @pytest.mark.parametrize("fails", [True, False])

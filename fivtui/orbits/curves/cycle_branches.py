@@ -102,8 +102,8 @@ def branch(
         raise InputError(f"origin = {origin!r}: must be one of {', '.join(_ORIGINS)}, or a path")
     if doubled and p.v_belt is not None:
         raise InputError(
-            f"v_belt = {p.v_belt:g}: must be none for branches of twice the period; one that "
-            "attracts is followed by --from cycle"
+            f"v_belt = {p.v_belt:g}: must be none for branches of twice the period; to follow an "
+            "attracting cycle of twice the period begin at it (--from cycle)"
         )
     lower, upper = parameter_range(p, name, low, high)
     if not separation and p.k_nl == 0.0 and name != "k_nl":

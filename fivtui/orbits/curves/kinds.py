@@ -15,7 +15,7 @@ files, report = later(__name__, "files", "report")
 
 def _command(result: "CycleBranch") -> Command:
     if result.origin == "file" or result.doubled:
-        raise InputError("branch: no option says the cycle that it was begun with")
+        raise InputError("branch: no command repeats it: no option gives the cycle it begins at")
     vary = f"{result.name}={result.low!r}:{result.high!r}"
     return command_for("branch", result, BranchOptions(vary=vary, origin=result.origin))
 

@@ -167,7 +167,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     # The row shows the whole warning of the command line.
     await pilot.press("alt+1")
     pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
-    await until_shown(pilot, "m above it leaves")
+    await until_shown(pilot, "release at rest 0.25 m")
     answer = searches.answers[120.0]
     assert isinstance(answer, Coexistence)
     assert current_search(pilot).note == answer.warning
