@@ -83,13 +83,13 @@ class StabilityPoints:
         # In units of √(stiffness/m) every coefficient is of order one.
         stiffness = self.a + b
         scale = np.sqrt(self.m * stiffness)
-        push = self.h - self.mu * self.kt
+        coupling = self.h - self.mu * self.kt
         return rightmost_real_part(
             self.c1 / scale,
             self.a / stiffness,
             self.c2 / scale,
             b / stiffness,
-            self.h * push / stiffness / stiffness,
+            self.h * coupling / stiffness / stiffness,
         ) * np.sqrt(stiffness / self.m)
 
     def _eigenvalue_bound(self) -> FloatArray:

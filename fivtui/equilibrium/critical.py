@@ -58,9 +58,9 @@ def critical_mu(system: System) -> tuple[CriticalMu, ...]:
     """Every μ > 0 in range at which the growth rate changes sign, ascending and to the last bit.
 
     The boundary has a closed form for a given k_t, and F fixes k_t by one scalar equation. Along μ
-    the left-hand side of μ h k_t = boundary grows faster than the right-hand side for every
-    parameter set in range, as d ln k_t/d ln μ > −3/4: at most one μ is critical. For F < 0 with
-    separation the equilibrium is off the belt, and no μ is critical.
+    the left-hand side of μ h k_t = boundary grows faster than the right-hand side, as
+    d ln k_t/d ln μ > −3/4 for every parameter set in range: at most one μ is critical. For F < 0
+    with separation the equilibrium is off the belt, and no μ is critical.
     """
     p = system.parameters
     if p.k3 == 0.0 or (system.separation and load(p) < 0.0):

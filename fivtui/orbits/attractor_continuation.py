@@ -235,12 +235,12 @@ def continuation(
         raise InputError(f"continuation: {name}: must be two or more different values")
     for extreme in grid[[0, -1]].tolist():
         system.with_values({name: extreme})
-    found_at: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
+    reached_at: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
     directions_of: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
     work = Progress(progress)
     for sweep, direction in enumerate(DIRECTIONS):
         starts: list[State] | None = None
-        for step, value in enumerate(found_at if direction == "up" else reversed(found_at)):
+        for step, value in enumerate(reached_at if direction == "up" else reversed(reached_at)):
             work.report((sweep + step / grid.size) / 2.0)
             changed = system.with_values({name: value})
             explorer = Explorer(changed, kernel=kernel, work=work)
@@ -250,7 +250,7 @@ def continuation(
             for start in starts:
                 add_attractor(reached, explorer.reach(start))
             for attractor in reached:
-                index = add_attractor(found_at[value], attractor)
+                index = add_attractor(reached_at[value], attractor)
                 if index == len(directions_of[value]):
                     directions_of[value].append([])
                 directions_of[value][index].append(direction)
@@ -258,8 +258,8 @@ def continuation(
     work.advance(1.0)
     points = (
         BranchPoint(value, tuple(directions), attractor)
-        for value in found_at
-        for attractor, directions in zip(found_at[value], directions_of[value], strict=True)
+        for value in reached_at
+        for attractor, directions in zip(reached_at[value], directions_of[value], strict=True)
     )
     return Continuation(system, name, grid, tuple(points))
 

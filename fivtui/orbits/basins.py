@@ -179,20 +179,20 @@ def basin(
         raise InputError(f"basin: {grid.size} starts; must be at most {MAX_STARTS}")
     work = Progress(progress)
     explorer = Explorer(system, kernel=kernel, work=work)
-    base = explorer.rest if start is None else resolve_start(system, start)
+    base_start = explorer.rest if start is None else resolve_start(system, start)
     components = tuple(list(START_SPECS).index(name) for name in grid.names)
     attractors: list[Attractor] = []
     reached = np.empty(grid.size, dtype=np.int64)
     for index, pair in enumerate(product(*(axis.tolist() for axis in grid.axes))):
         work.report(index / grid.size)
-        state = list(base)
+        state = list(base_start)
         for component, value in zip(components, pair, strict=True):
             state[component] = value
         reached[index] = add_attractor(attractors, explorer.reach(state))
     work.advance(1.0)
     return Basin(
         system=system,
-        start=base,
+        start=base_start,
         grid=grid,
         attractors=tuple(attractors),
         reached=reached.reshape(grid.shape),

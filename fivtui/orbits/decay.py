@@ -1,7 +1,7 @@
 """A region around the equilibrium in which a Lyapunov function proves that motion decays.
 
 In modal coordinates q, z = V q, the linear part of the motion about the equilibrium decays at least
-like e^{−σt}, and the contact adds b n(η) with b = V⁻¹ (0, μ, 0, 1)ᵀ and, for η = y − y_e = w q,
+like e^{−σt}. The contact adds b n(η) with b = V⁻¹ (0, μ, 0, 1)ᵀ and, for η = y − y_e = w q,
 n = −k_nl (3 y_e η² + η³)/m. Hence with |η| ≤ |w| |q|
 
     d|q|/dt ≤ −σ |q| + |b| k_nl/m (3 |y_e| |w|² |q|² + |w|³ |q|³)

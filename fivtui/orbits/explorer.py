@@ -127,7 +127,7 @@ class Attractor:
         plain: dict[str, Any] = to_data(data)
         return plain
 
-    def same_as(self, attractor: "Attractor") -> bool:
+    def equals(self, attractor: "Attractor") -> bool:
         """Whether both are the same attractor."""
         if self.kind is not attractor.kind:
             return False
@@ -178,9 +178,9 @@ class Explorer:
     def reach(self, start: Start, max_legs: int = _MAX_LEGS) -> Attractor:
         """Follow the motion from a start to its attractor.
 
-        A motion reaches the equilibrium when a Lyapunov function proves its decay, rest by stick
-        when the slider cannot slip again, and a limit cycle when Newton's method finds a stable
-        cycle close to it.
+        A motion reaches the equilibrium when a Lyapunov function proves its decay, and rest by
+        stick when the slider cannot slip again. It reaches a limit cycle when Newton's method finds
+        a stable cycle close to it.
         """
         state = resolve_start(self.system, start)
         extent, steps, leg_time = self._extent(state), 0, self._leg_time
@@ -209,7 +209,7 @@ class Explorer:
                 return Attractor(Kind.UNBOUNDED)
             if (
                 region is None
-                and last_mode(run) is Mode.STICK
+                and final_mode(run) is Mode.STICK
                 and sticks_forever(self.system.parameters, state)
             ):
                 return Attractor(Kind.STICK)
@@ -260,7 +260,7 @@ class Explorer:
         return None
 
 
-def last_mode(run: Transient) -> Mode:
+def final_mode(run: Transient) -> Mode:
     """The mode at the end of a transient."""
     return Mode(int(run.changes[-1, 2])) if len(run.changes) else run.first_mode
 
@@ -325,7 +325,7 @@ def standard_starts(explorer: Explorer) -> list[State]:
 def add_attractor(attractors: list[Attractor], reached: Attractor) -> int:
     """Add an attractor to a list unless the list has it; return its index."""
     for index, attractor in enumerate(attractors):
-        if attractor.same_as(reached):
+        if attractor.equals(reached):
             return index
     attractors.append(reached)
     return len(attractors) - 1

@@ -85,7 +85,7 @@ def test_both_kernels_find_the_same() -> None:
         Explorer(System(COEXISTENCE), kernel=kernel).reach("static")
         for kernel in ("compiled", "interpreted")
     )
-    assert interpreted.same_as(compiled)
+    assert interpreted.equals(compiled)
 
 
 def test_without_a_compiled_kernel_motions_are_followed_interpreted() -> None:
@@ -179,7 +179,7 @@ def test_a_start_on_the_cycle_or_at_rest_reaches_what_it_is_on(
     explorer = Explorer(System(COEXISTENCE))
     cycle = base_coexistence.attractors[1]
     assert cycle.orbit is not None
-    assert explorer.reach(cycle.orbit.start).same_as(cycle)
+    assert explorer.reach(cycle.orbit.start).equals(cycle)
     assert explorer.reach(explorer.rest) == Attractor(Kind.EQUILIBRIUM)
 
 

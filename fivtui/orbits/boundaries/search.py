@@ -143,23 +143,23 @@ def _check_plane(
 def _systems_to_follow(plane: ParameterPlane, work: Progress) -> Iterator[tuple[System, str, int]]:
     # Systems at values of one parameter, and name and index of the other, along which branches are
     # followed. This is μ if μ is one of the two: along μ there is at most one Hopf point.
-    varied = 0 if plane.names[0] == "mu" else 1
-    low, high = plane.ranges[1 - varied]
-    name = plane.names[1 - varied]
+    varied_index = 0 if plane.names[0] == "mu" else 1
+    low, high = plane.ranges[1 - varied_index]
+    name = plane.names[1 - varied_index]
     set_value = getattr(plane.system.parameters, name)
     values = [low + (high - low) * (index + 0.5) / _LINES for index in range(_LINES)]
     for count, value in enumerate([*([set_value] if low <= set_value <= high else []), *values]):
         work.report(count / (_LINES + 1))
-        yield plane.system.with_values({name: value}), plane.names[varied], varied
+        yield plane.system.with_values({name: value}), plane.names[varied_index], varied_index
 
 
 def _branch_events(
     plane: ParameterPlane, kind: EventKind, work: Progress
 ) -> Iterator[tuple[System, CyclePoint, FloatArray]]:
     # The system, the cycle and the values of both parameters at every event of a kind on branches.
-    for system, name, varied in _systems_to_follow(plane, work):
+    for system, name, varied_index in _systems_to_follow(plane, work):
         p = system.parameters
-        low, high = plane.ranges[varied]
+        low, high = plane.ranges[varied_index]
         try:
             cycles = branch(p, name, low=low, high=high, separation=system.separation)
         except ComputationError:
@@ -167,7 +167,7 @@ def _branch_events(
         for point in cycles.points:
             if event_at(cycles, point) is kind:
                 values = [getattr(p, parameter) for parameter in plane.names]
-                values[varied] = point.value
+                values[varied_index] = point.value
                 yield system.with_values({name: point.value}), point, np.array(values)
 
 
@@ -181,7 +181,7 @@ def _follow_folds(
         start = tracer.fold_at(np.array([*cycle.start, cycle.period, *values]), cycle.y_max)
         if start is not None:
             convert = partial(_cycle_point, tracer.scales)
-            yield _add_bautin(plane, _whole_curve(tracer.follow, start, convert), work)
+            yield _add_bautin(plane, _curve_through(tracer.follow, start, convert), work)
 
 
 def _follow_touches(
@@ -193,7 +193,7 @@ def _follow_touches(
         curve = TouchCurve(plane, length_scale(system), cycle.period, work)
         start = curve.touching_cycle(np.array([*cycle.start, cycle.period, *values]))
         if start is not None:
-            yield _whole_curve(Follower(curve).follow, start, partial(_cycle_point, curve.scales))
+            yield _curve_through(Follower(curve).follow, start, partial(_cycle_point, curve.scales))
 
 
 def _follow_hopf(
@@ -201,23 +201,23 @@ def _follow_hopf(
 ) -> Iterator[BoundaryCurve]:
     curve = HopfCurve(plane, work)
     follower, convert = Follower(curve), partial(_hopf_point, plane)
-    for system, name, varied in _systems_to_follow(plane, work):
-        for value in hopf_values(system, name, *plane.ranges[varied]):
+    for system, name, varied_index in _systems_to_follow(plane, work):
+        for value in hopf_values(system, name, *plane.ranges[varied_index]):
             values = [getattr(system.parameters, parameter) for parameter in plane.names]
-            values[varied] = value
-            start = curve.point_at((values[0], values[1]), 1 - varied)
+            values[varied_index] = value
+            start = curve.point_at((values[0], values[1]), 1 - varied_index)
             if start is None:
                 continue
             point = convert(start)
             measures = (point.period, point.y_min, point.y_max)
             if not _is_on_a_curve(plane, curves, np.array(point.values), measures):
-                yield _whole_curve(follower.follow, start, convert)
+                yield _curve_through(follower.follow, start, convert)
 
 
 P = TypeVar("P", bound=PointOnCurve)
 
 
-def _whole_curve(
+def _curve_through(
     follow: Callable[[P], CurvePart[P]], start: P, convert: Callable[[P], BoundaryPoint]
 ) -> BoundaryCurve:
     curve = follow_both_ways(follow, start)
@@ -241,8 +241,8 @@ def _add_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) -> 
 
 def _bautin_near(plane: ParameterPlane, near: BoundaryPoint, work: Progress) -> list[BoundaryPoint]:
     curve = HopfCurve(plane, work)
-    varied = 0 if plane.names[0] == "mu" else 1
-    start = curve.point_at(near.values, 1 - varied)
+    varied_index = 0 if plane.names[0] == "mu" else 1
+    start = curve.point_at(near.values, 1 - varied_index)
     if start is None:
         return []
     follower = Follower(curve, max_points=_MAX_POINTS_TO_BAUTIN)

@@ -69,8 +69,8 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         x, vx, y, vy, period, *values = cycle.tolist()
         state = (x, vx, y, vy)
         system = replace(self._plane.system_at(values), separation=False)
-        whole_period = Request(system, t_end=period, tol=FLOW_TOL, start=state)
-        moment = float(vary(whole_period, START_SEEDS[:1]).extreme_times[3])
+        cycle_run = Request(system, t_end=period, tol=FLOW_TOL, start=state)
+        moment = float(vary(cycle_run, START_SEEDS[:1]).extreme_times[3])
         if 0.0 < moment < period:
             rise = Request(system, t_end=moment, tol=FLOW_TOL, start=state)
             state = vary(rise, START_SEEDS[:1]).final

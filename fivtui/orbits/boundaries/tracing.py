@@ -146,18 +146,16 @@ class FoldTracer:
     def _find_corner(self, trace: _Trace, start: FoldOnCurve) -> FoldOnCurve | None:
         # Step from the last separating fold to a corner nearby, if there is one.
         points = trace.points
-        last_fold = points[-1] if points else start
-        if not float(last_fold.extremes[3]) < _CORNER_HEIGHT * self._length:
+        end_fold = points[-1] if points else start
+        if not float(end_fold.extremes[3]) < _CORNER_HEIGHT * self._length:
             return None
-        corner = self._corner_near(last_fold)
+        corner = self._corner_near(end_fold)
         if corner is None:
             return None
         # Steps shorter than the smallest distance from a corner have no reliable direction.
         steps = [(corner.unknowns - fold.unknowns)[FIRST:] for fold in (*points[::-1], start)]
         long_steps = (step for step in steps if np.linalg.norm(step) > _CORNER_DISTANCES[-1])
-        turns_back = bool(
-            corner.tangent[FIRST:] @ next(long_steps, last_fold.tangent[FIRST:]) < 0.0
-        )
+        turns_back = bool(corner.tangent[FIRST:] @ next(long_steps, end_fold.tangent[FIRST:]) < 0.0)
         while points and float(points[-1].extremes[3]) < _CONTACT_HEIGHT * self._length:
             points.pop()
         count = len(points)

@@ -50,8 +50,8 @@ def branch(
     """Follow a branch of limit cycles along a parameter, through folds, stable or not.
 
     The method is pseudo-arclength continuation over shooting. Folds, the first touch of y = 0,
-    period doublings and tori are located to 1e-10 of the parameter, and on a belt of finite speed
-    points where a cycle begins or ceases to stick or to be faster than the belt. Branches without
+    period doublings and tori are located to 1e-10 of the parameter. On a belt of finite speed so is
+    where a cycle begins or ceases to stick, or to be faster than the belt. Branches without
     connection to the first one are missed.
 
     Parameters
@@ -64,9 +64,9 @@ def branch(
     low, high : float, optional
         Range of the parameter; a tenth and ten times its value if not given.
     origin : "hopf", "cycle" or Path
-        Where the branch begins: at a Hopf point of the equilibrium, at the first limit cycle that
-        transients of the parameter set reach, or at the first cycle of the set in a file (a branch,
-        or attractors as JSON). From a cycle the branch is followed both ways.
+        The branch begins at a Hopf point of the equilibrium, or at the first limit cycle that
+        transients of the parameter set reach. A path is a file, of a branch or of attractors as
+        JSON, with a cycle of the set. From a cycle the branch is followed both ways.
     doubled : bool
         Whether to follow instead the branch of twice the period from its first period doubling.
     separation : bool
@@ -140,12 +140,12 @@ def _follow_branch(line: ParameterLine, start: BranchStart, origin: Origin) -> C
     end_at_start = None if hopf is None else End.EQUILIBRIUM
     cycles = follow_both_ways(_follower(curve, line.work).follow, start.orbit, end_at_start)
     points, events = _points_and_events(curve, cycles.points, cycles.events)
-    first_end, last_end = cycles.ends
+    first_end, final_end = cycles.ends
     if hopf is not None:
         events.insert(0, hopf)
     elif first_end is End.EQUILIBRIUM:
         events[:0] = end_events(line, points[0].value)
-    if last_end is End.EQUILIBRIUM:
+    if final_end is End.EQUILIBRIUM:
         events += end_events(line, points[-1].value)
     low, high = line.bounds
     return CycleBranch(
@@ -183,9 +183,9 @@ def _follow_doubled(line: ParameterLine, start: BranchStart, origin: Origin) -> 
     points, events = _points_and_events(curve, (cycle, *part.points), event_kinds)
     events.insert(0, _event(doubling, begin_point))
     if part.end is End.DOUBLING:
-        last_doubling = doubling_near(curve, part.points[-1])
-        if last_doubling is not None:
-            events.append(_event(doubling, *cycle_points(curve, [last_doubling])))
+        end_doubling = doubling_near(curve, part.points[-1])
+        if end_doubling is not None:
+            events.append(_event(doubling, *cycle_points(curve, [end_doubling])))
     low, high = line.bounds
     return CycleBranch(
         line.system,

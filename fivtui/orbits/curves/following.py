@@ -426,8 +426,8 @@ class Follower(Generic[P]):
             if s == 0.0:
                 return value_at_begin
             if s not in points:
-                low = max(known for known in points if known < s)
-                high = min(known for known in points if known > s)
+                low = max(distance for distance in points if distance < s)
+                high = min(distance for distance in points if distance > s)
                 guess = _interpolate(points[low], points[high], along, (s - low) / (high - low))
                 point = self._curve.correct(guess, begin, along)
                 closest = low if s - low < high - s else high
