@@ -32,7 +32,7 @@ EXIT_INPUT: Final = 2
 EXIT_COMPUTATION: Final = 3
 EXIT_INTERRUPTED: Final = 130
 TRACEBACK_VARIABLE: Final = "FIVTUI_TRACEBACK"
-_DEBUG: Final = f"please report it, with what {TRACEBACK_VARIABLE}=1 shows"
+_REPORT_REQUEST: Final = f"please report it, with what {TRACEBACK_VARIABLE}=1 shows"
 
 
 def main(args: Sequence[str] | None = None) -> NoReturn:
@@ -47,21 +47,21 @@ def run(args: Sequence[str] | None) -> int:
     computation that cannot finish, 130 when interrupted.
     """
     with guarded_streams():
-        message, code = _outcome(lambda: commands.main(args, "fivtui", standalone_mode=False))
+        message, code = _failure(lambda: commands.main(args, "fivtui", standalone_mode=False))
         # Flush the output of a command that failed.
-        lost, code_of_loss = _outcome(sys.stdout.flush)
+        flush_message, flush_code = _failure(sys.stdout.flush)
         if not message:
-            message, code = lost, code_of_loss or code
+            message, code = flush_message, flush_code or code
         if message:
             print_note(one_line(f"fivtui: {' '.join(message.split())}"))
     return code
 
 
-def _outcome(act: Callable[[], int | None]) -> tuple[str, int]:
-    # The message about an action that failed, empty if it did not, and the exit status.
+def _failure(action: Callable[[], int | None]) -> tuple[str, int]:
+    # Error message of an action, empty on success, and exit status.
     message, code = "", 0
     try:
-        code = act() or 0
+        code = action() or 0
     except InputError as error:
         message, code = str(error), EXIT_INPUT
     except click.ClickException as error:
@@ -77,15 +77,15 @@ def _outcome(act: Callable[[], int | None]) -> tuple[str, int]:
     except Exception as error:
         if TRACEBACK_VARIABLE in os.environ:
             raise
-        message, code = _unexpected(error), EXIT_COMPUTATION
+        message, code = _unexpected_error_text(error), EXIT_COMPUTATION
     return message, code
 
 
-def _unexpected(error: Exception) -> str:
+def _unexpected_error_text(error: Exception) -> str:
     if isinstance(error, OSError):
         from fivtui.io import limit_error
 
         limit = limit_error(error)
         if limit is not None:
             return str(limit)
-    return f"unexpected {type(error).__name__}: {error}; {_DEBUG}"
+    return f"unexpected {type(error).__name__}: {error}; {_REPORT_REQUEST}"

@@ -8,7 +8,7 @@ from fivtui.model import ALL_PARAMETERS, PARAMETERS, InputError
 from fivtui.options import declaration, flag, option
 from fivtui.transient import SETTINGS, START_SPECS, setting
 
-from .arguments import times_words
+from .arguments import times_text
 from .command import Call, command
 from .options import print_json, print_note, progress_bar
 
@@ -43,35 +43,35 @@ def stability(call: Call[StabilityOptions]) -> None:
     stable equilibrium may coexist with a large limit cycle: how far below the critical μ one was
     found, by continuation and a global search, is said after them (--no-search leaves that out).
     """
-    from fivtui.equilibrium import stability as judge
+    from fivtui.equilibrium import stability as compute
 
     scene, outputs = call.scene(), call.outputs
     outputs.check("stability")
-    result = judge(scene.parameters, separation=scene.separation)
+    result = compute(scene.parameters, separation=scene.separation)
     data = result.to_dict()
     outputs.write("stability", result)
-    shown = not outputs.as_json
-    if shown:
+    print_tables = not outputs.as_json
+    if print_tables:
         outputs.show("stability", result)
     if not call.options.no_search:
-        data |= _safe_friction(scene, call)
+        data |= _report_safe_friction(scene, call)
     if call.options.attractors:
-        coexisting = _coexisting(scene)
-        if shown:
+        coexisting = _find_attractors(scene)
+        if print_tables:
             outputs.show("attractors", coexisting)
         outputs.warn("attractors", coexisting)
         data |= coexisting.to_dict()
-    if not shown:
+    if not print_tables:
         print_json(data)
 
 
-def _safe_friction(scene: "Scene", call: Call[Any]) -> dict[str, Any]:
-    # Entries about disturbances of any size that `stability` adds to its JSON.
+def _report_safe_friction(scene: "Scene", call: Call[Any]) -> dict[str, Any]:
+    # Print the safe friction; returns its entries in the JSON of `stability`.
     if scene.parameters.v_belt is not None:
         from fivtui.orbits import transients_phrase
 
-        # Entries on a belt of finite speed: the motion that transients reach at this friction only.
-        coexisting = _coexisting(scene)
+        # On a belt of finite speed, transients are computed at this friction only.
+        coexisting = _find_attractors(scene)
         verdict = transients_phrase(coexisting)
         if not call.outputs.as_json:
             print_note(verdict)
@@ -85,7 +85,7 @@ def _safe_friction(scene: "Scene", call: Call[Any]) -> dict[str, Any]:
     return safe.to_dict()
 
 
-def _coexisting(scene: "Scene") -> Any:
+def _find_attractors(scene: "Scene") -> Any:
     from fivtui.orbits import coexistence
 
     with progress_bar("attractors") as progress:
@@ -136,13 +136,13 @@ def attractors(call: Call[AttractorsOptions]) -> None:
     outputs = call.outputs
     if not study(kind).suffixes and (outputs.out is not None or outputs.plot is not None):
         raise InputError("--out and --plot: must be given with --vary or --basin")
-    outputs.carry_out(kind, lambda progress: compute(scene, progress), label="attractors")
+    outputs.compute_and_deliver(kind, lambda progress: compute(scene, progress), label="attractors")
 
 
-_Compute = Callable[["Scene", "OnProgress"], Any]
+_StudyFunction = Callable[["Scene", "OnProgress"], Any]
 
 
-def _attractor_study(options: AttractorsOptions) -> tuple[str, _Compute]:
+def _attractor_study(options: AttractorsOptions) -> tuple[str, _StudyFunction]:
     # The kind of study that the options ask for, and its computation.
     from fivtui.orbits import Explorer, basin, coexistence, continuation
     from fivtui.ranges import parse_range, parse_ranges
@@ -151,21 +151,21 @@ def _attractor_study(options: AttractorsOptions) -> tuple[str, _Compute]:
     if options.vary is not None:
         if options.basin or start is not None:
             raise InputError("--vary: must be given without --basin and --start")
-        along = parse_range("--vary", options.vary, ALL_PARAMETERS)
+        varied = parse_range("--vary", options.vary, ALL_PARAMETERS)
         return "branches", lambda scene, progress: continuation(
             scene.parameters,
-            along.name,
-            along.values(),
+            varied.name,
+            varied.values(),
             separation=scene.separation,
             progress=progress,
         )
     if options.basin:
         ranges = parse_ranges("--basin", options.basin, START_SPECS)
         if len(ranges) != 2:
-            raise InputError(f"--basin: given {times_words(len(ranges))}; must be given twice")
-        over = {axis.name: axis.values() for axis in ranges}
+            raise InputError(f"--basin: given {times_text(len(ranges))}; must be given twice")
+        axes = {axis.name: axis.values() for axis in ranges}
         return "basin", lambda scene, progress: basin(
-            scene.parameters, over, separation=scene.separation, start=start, progress=progress
+            scene.parameters, axes, separation=scene.separation, start=start, progress=progress
         )
     if start is not None:
         return "attractor", lambda scene, _progress: Explorer(scene.system).reach(start)
@@ -178,7 +178,7 @@ def _attractor_study(options: AttractorsOptions) -> tuple[str, _Compute]:
     out="Write the map (.csv, .npz, .parquet).",
     plot="Draw the map (.png, .svg, .pdf).",
 )
-def map_over(call: Call[MapOptions]) -> None:
+def map_parameters(call: Call[MapOptions]) -> None:
     """Map stability, or the friction that is safe, over two parameters.
 
     safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ.
@@ -190,12 +190,12 @@ def map_over(call: Call[MapOptions]) -> None:
 
     value = call.options.value
     ranges = parse_ranges("--over", call.options.over, ALL_PARAMETERS)
-    over = {axis.name: axis.values() for axis in ranges}
-    check_map(parse_map_value(value, MAP_VALUES), tuple(over))
+    axis_values = {axis.name: axis.values() for axis in ranges}
+    check_map(parse_map_value(value, MAP_VALUES), tuple(axis_values))
     scene = call.scene(varied=call.options.over)
-    call.outputs.carry_out(
+    call.outputs.compute_and_deliver(
         "map",
         lambda progress: compute_map(
-            scene.parameters, over, value, separation=scene.separation, progress=progress
+            scene.parameters, axis_values, value, separation=scene.separation, progress=progress
         ),
     )

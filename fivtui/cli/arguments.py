@@ -11,12 +11,12 @@ from click.shell_completion import CompletionItem
 from fivtui.model import Interval, read_whole
 
 
-def times_words(count: int) -> str:
+def times_text(count: int) -> str:
     """The number of times an option was given, as text."""
     return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
-class Once(click.Option):
+class SingleValueOption(click.Option):
     """An option that must not be empty, nor given twice unless it takes several values."""
 
     def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
@@ -35,17 +35,17 @@ class Once(click.Option):
         values = opts.get(self.name or "")
         if isinstance(values, list):
             # No errors while a shell completes the line.
-            typing = ctx.resilient_parsing
-            if not typing and any(value == "" for value in values):
+            completing = ctx.resilient_parsing
+            if not completing and any(value == "" for value in values):
                 raise click.UsageError(f"{self.opts[0]}: must not be empty")
             if not self.multiple:
-                if not typing and len(values) > 1:
+                if not completing and len(values) > 1:
                     raise click.UsageError(f"{self.opts[0]}: given twice; must be given once")
                 opts = {**opts, str(self.name): values[0]}
         return super().handle_parse_result(ctx, opts, args)
 
 
-class Whole(click.ParamType[int]):
+class WholeNumber(click.ParamType[int]):
     """A whole number in plain digits, of an interval if one is given."""
 
     name = "N"
@@ -65,10 +65,10 @@ class Whole(click.ParamType[int]):
 
 
 class FilePath(click.ParamType[Path]):
-    """The name of a file or folder."""
+    """The path of a file or folder."""
 
     name = "path"
-    completed_as = "file"
+    completion_type = "file"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """The path; fails for an impossible file name."""
@@ -83,11 +83,11 @@ class FilePath(click.ParamType[Path]):
         incomplete: str,
     ) -> list[CompletionItem]:
         """Let the shell complete the names of files, or of folders."""
-        return [CompletionItem(incomplete, type=self.completed_as)]
+        return [CompletionItem(incomplete, type=self.completion_type)]
 
 
-def completer(names: Callable[[], Iterable[str]]) -> Callable[..., list[str]]:
-    """A completer of values that proposes names."""
+def name_completer(names: Callable[[], Iterable[str]]) -> Callable[..., list[str]]:
+    """A name_completer of values that proposes names."""
 
     def complete(_context: click.Context, _param: click.Parameter, typed: str) -> list[str]:
         return [name for name in names() if name.startswith(typed)]
@@ -95,4 +95,4 @@ def completer(names: Callable[[], Iterable[str]]) -> Callable[..., list[str]]:
     return complete
 
 
-option: Final[Callable[..., Callable[..., Any]]] = partial(click.option, cls=Once)
+option: Final[Callable[..., Callable[..., Any]]] = partial(click.option, cls=SingleValueOption)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from fivtui.model import InputError
 from fivtui.orbits import BranchOptions
 
-from .arguments import times_words
+from .arguments import times_text
 from .command import Call, command
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from fivtui.scene import Scene
 
 _EXAMPLE: Final = "mu=0:2"
-_Computation = tuple[str, Callable[["OnProgress"], Any]]
+_PreparedStudy = tuple[str, Callable[["OnProgress"], Any]]
 
 
 @command(
@@ -32,12 +32,12 @@ def branch(call: Call[BranchOptions]) -> None:
     """
     options = call.options
     scene = call.scene(varied=(options.vary or "", *options.over), centred=True)
-    study = _boundary if options.curve else _branch
-    kind, compute = study(scene, options)
-    call.outputs.carry_out(kind, compute, label="branch")
+    prepare = _prepare_boundary if options.curve else _prepare_branch
+    kind, compute = prepare(scene, options)
+    call.outputs.compute_and_deliver(kind, compute, label="branch")
 
 
-def _branch(scene: "Scene", options: BranchOptions) -> _Computation:
+def _prepare_branch(scene: "Scene", options: BranchOptions) -> _PreparedStudy:
     from fivtui.orbits import branch as compute
     from fivtui.ranges import parse_ends
 
@@ -45,7 +45,7 @@ def _branch(scene: "Scene", options: BranchOptions) -> _Computation:
         raise InputError("--vary: must be given, or --curve with --over twice")
     if options.over:
         raise InputError("--over: must be given with --curve")
-    origin = _origin(options.origin)
+    origin = _read_origin(options.origin)
     name, ends = parse_ends(options.vary, _EXAMPLE, flag="--vary")
     low, high = (None, None) if ends is None else ends
     return "branch", lambda progress: compute(
@@ -60,7 +60,7 @@ def _branch(scene: "Scene", options: BranchOptions) -> _Computation:
     )
 
 
-def _boundary(scene: "Scene", options: BranchOptions) -> _Computation:
+def _prepare_boundary(scene: "Scene", options: BranchOptions) -> _PreparedStudy:
     from fivtui.orbits import BOUNDARIES, boundary as compute
     from fivtui.ranges import parse_ends
 
@@ -75,7 +75,7 @@ def _boundary(scene: "Scene", options: BranchOptions) -> _Computation:
         if value is not None:
             raise InputError(f"{flag}: must be given without --curve")
     if len(options.over) != 2:
-        raise InputError(f"--over: given {times_words(len(options.over))}; must be given twice")
+        raise InputError(f"--over: given {times_text(len(options.over))}; must be given twice")
     over = dict(parse_ends(text, _EXAMPLE, flag="--over") for text in options.over)
     if len(over) != 2:
         raise InputError(f"--over: {next(iter(over))} is given twice; must be two parameters")
@@ -84,7 +84,7 @@ def _boundary(scene: "Scene", options: BranchOptions) -> _Computation:
     )
 
 
-def _origin(text: str | None) -> Literal["hopf", "cycle"] | Path:
+def _read_origin(text: str | None) -> Literal["hopf", "cycle"] | Path:
     from fivtui.io import check_regular
 
     if text is None or text == "hopf":

@@ -11,17 +11,17 @@ from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
 from fivtui.options import Option, options_of, settings_of
 from fivtui.transient import SETTINGS
 
-from .arguments import Whole, completer, option
+from .arguments import WholeNumber, name_completer, option
 from .deliver import Outputs
 from .group import commands
 from .options import (
-    assigned,
-    error_targets_of,
     folder_option,
     force_option,
     json_option,
     output_option,
-    say_without_effect,
+    parse_assignments,
+    parse_error_targets,
+    warn_of_unused_parameters,
 )
 from .paths import InputFile, SceneName
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 Options = TypeVar("Options")
 Decorator = Callable[[Callable[..., Any]], Any]
-# Names of the fields of `Outputs`, and of the settings that error targets determine.
-_OUTPUTS: Final = ("out", "plot", "as_json")
-_OF_ACCURACY: Final = ("tol", "step")
+_OUTPUT_FIELDS: Final = ("out", "plot", "as_json")
+# Settings that error targets determine.
+_TOL_OR_STEP: Final = ("tol", "step")
 
 scene_argument: Final = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")
 set_option: Final = option(
@@ -40,14 +40,14 @@ set_option: Final = option(
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
-    shell_complete=completer(lambda: (f"{name}=" for name in ALL_PARAMETERS)),
+    shell_complete=name_completer(lambda: (f"{name}=" for name in ALL_PARAMETERS)),
     help=f"Change a parameter ({', '.join(ALL_PARAMETERS)}); may be repeated.",
 )
 
 
 @dataclass(frozen=True)
 class NoOptions:
-    """A command without options of its own."""
+    """The options of a command that has only the shared ones."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +64,13 @@ class Call(Generic[Options]):
     ) -> "Scene":
         """The scene with the parameters of ``--set`` and the settings of the options.
 
-        Warns of parameters without effect. `varied` are texts that begin with the name of a
-        parameter; with `centred` the computation begins at its value in the scene. `tables` says
-        whether parameters may change over time, by default if the command has --over-time.
+        Warns of parameters without effect. `varied` are texts such as ``F=10:120:23``; with
+        `centred` the computation begins at the parameter's value in the scene. `tables` allows
+        parameters that change over time, by default if the command has --over-time.
         """
         from fivtui.scene import find_scene
 
-        changes = assigned("--set", self.assignments, "F=120")
+        changes = parse_assignments("--set", self.assignments, "F=120")
         scene = find_scene(self.scene_name).with_values(
             {name: parameter_spec(name).read(text) for name, text in changes.items()}
         )
@@ -78,27 +78,27 @@ class Call(Generic[Options]):
             tables = hasattr(self.options, "over_time")
         if not tables:
             scene.check_constant("this command")
-        scene = with_settings(scene, self.options)
-        say_without_effect(scene, varied, () if centred else self.assignments)
+        scene = scene_with_settings(scene, self.options)
+        warn_of_unused_parameters(scene, varied, () if centred else self.assignments)
         return scene
 
 
-def with_settings(scene: "Scene", options: Any) -> "Scene":
+def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
     """The scene with the settings that options give."""
     values = {
         declared.setting: getattr(options, name)
         for name, (declared, default) in options_of(options).items()
         if declared.setting and getattr(options, name) != default
     }
-    targets = error_targets_of(values.pop("accuracy", ()))
-    ignored = values.pop("separation", False)
+    targets = parse_error_targets(values.pop("accuracy", ()))
+    ignores_separation = values.pop("separation", False)
     changes = {name: SETTINGS[name].read(text) for name, text in values.items()}
-    fixed = values.keys() & _OF_ACCURACY
-    if targets and fixed:
-        _refuse_targets(options)
-    if targets or fixed:
+    given_settings = values.keys() & _TOL_OR_STEP
+    if targets and given_settings:
+        _raise_targets_conflict(options)
+    if targets or given_settings:
         changes["accuracy"] = tuple(targets.items())
-    if ignored:
+    if ignores_separation:
         changes["separation"] = False
     if "method" in changes and "step" not in settings_of(options):
         changes["step"] = None
@@ -109,9 +109,9 @@ def with_settings(scene: "Scene", options: Any) -> "Scene":
     return replace(scene, **changes)
 
 
-def _refuse_targets(options: Any) -> None:
-    declared = [entry for entry, _ in options_of(options).values() if entry.setting in _OF_ACCURACY]
-    flags, verb = [entry.flag for entry in declared], "follow" if len(declared) > 1 else "follows"
+def _raise_targets_conflict(options: Any) -> None:
+    exact = [entry for entry, _ in options_of(options).values() if entry.setting in _TOL_OR_STEP]
+    flags, verb = [entry.flag for entry in exact], "follow" if len(exact) > 1 else "follows"
     raise InputError(f"--error: must be given without {' and '.join(flags)}, which {verb} from it")
 
 
@@ -129,13 +129,13 @@ def _click_option(name: str, declared: Option, default: Any) -> Decorator:
     elif declared.metavar is not None:
         details["metavar"] = declared.metavar
     if declared.integers is not None:
-        details["type"] = Whole(declared.integers)
+        details["type"] = WholeNumber(declared.integers)
     elif declared.choices:
         details["type"] = click.Choice(declared.choices)
     elif declared.file:
         details["type"] = InputFile(declared.flag)
     if declared.completions is not None:
-        details["shell_complete"] = completer(declared.completions)
+        details["shell_complete"] = name_completer(declared.completions)
     return option(declared.flag, name, **details)
 
 
@@ -153,28 +153,28 @@ def command(
 ) -> Callable[[Callable[[Call[Options]], None]], click.Command]:
     """A command for a scene, with the options that a dataclass declares.
 
-    `out` and `plot` are the help of --out, a file or a `folder`, and of --plot; where they are
-    empty the command has none.
+    `out` and `plot` are the help texts of --out, a file or a `folder`, and of --plot. A command
+    with an empty text lacks that option.
     """
-    parts: list[Decorator] = [scene_argument, set_option]
-    parts += [_click_option(key, *declared) for key, declared in options_of(declaration).items()]
+    adders: list[Decorator] = [scene_argument, set_option]
+    adders += [_click_option(key, *declared) for key, declared in options_of(declaration).items()]
     if folder:
-        parts.append(folder_option(out))
+        adders.append(folder_option(out))
     elif out:
-        parts.append(output_option("--out", metavar, out, required=required, in_parts=in_parts))
+        adders.append(output_option("--out", metavar, out, required=required, in_parts=in_parts))
     if plot:
-        parts.append(output_option("--plot", "FILE", plot))
-    parts += [force_option] if out else []
-    parts += [json_option] if json else []
+        adders.append(output_option("--plot", "FILE", plot))
+    adders += [force_option] if out else []
+    adders += [json_option] if json else []
 
     def decorate(function: Callable[[Call[Options]], None]) -> click.Command:
         @wraps(function)
         def call(scene: str, assignments: tuple[str, ...], **values: Any) -> None:
-            outputs = {key: values.pop(key) for key in _OUTPUTS if key in values}
+            outputs = {key: values.pop(key) for key in _OUTPUT_FIELDS if key in values}
             function(Call(declaration(**values), Outputs(**outputs), scene, assignments))
 
         decorated: click.Command = commands.command(name)(
-            reduce(lambda inner, add: add(inner), reversed(parts), call)
+            reduce(lambda inner, add: add(inner), reversed(adders), call)
         )
         return decorated
 

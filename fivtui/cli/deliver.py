@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from .options import print_json, print_note, progress_bar, say_written
+from .options import print_json, print_note, print_written_files, progress_bar
 
 if TYPE_CHECKING:
     from fivtui.model import OnProgress
@@ -21,7 +21,7 @@ class Outputs:
 
     @property
     def path(self) -> Path:
-        """The file or folder of a command that must have one."""
+        """The file or folder of a command that requires --out."""
         return cast("Path", self.out)
 
     def check(self, kind: str) -> None:
@@ -41,12 +41,12 @@ class Outputs:
 
         if self.out is not None:
             save_study(kind, result, self.out)
-            say_written(self.out)
+            print_written_files(self.out)
         if self.plot is not None:
             from fivtui.charts import save_figure
 
             save_figure(study(kind).figure(result), self.plot)
-            say_written(self.plot)
+            print_written_files(self.plot)
 
     def show(self, kind: str, result: Any) -> None:
         """Print a result as a table or as JSON."""
@@ -70,7 +70,7 @@ class Outputs:
         self.write(kind, result)
         self.show(kind, result)
 
-    def carry_out(
+    def compute_and_deliver(
         self, kind: str, compute: Callable[["OnProgress"], Any], *, label: str = ""
     ) -> Any:
         """Compute a study with a progress bar, and deliver its result."""

@@ -10,15 +10,15 @@ from fivtui.model import InputError
 from .arguments import option
 from .group import CommandGroup, commands
 from .options import (
-    assigned,
     force_option,
     json_option,
     output_option,
+    parse_assignments,
     print_json,
     print_note,
     print_text,
+    print_written_files,
     progress_bar,
-    say_written,
 )
 from .paths import InputFile
 
@@ -71,7 +71,7 @@ def fmu_build(out: Path, platform: str | None, **options: Any) -> None:
 
     platforms = [] if platform is None else platform.split(",")
     build_fmu(out, platforms=platforms, **options)
-    say_written(out)
+    print_written_files(out)
 
 
 @fmu.command("system")
@@ -83,7 +83,7 @@ def fmu_system(out: Path, flavour: str) -> None:
     from fmu_src.build import build_ssp
 
     build_ssp(out, flavour=flavour)
-    say_written(out)
+    print_written_files(out)
 
 
 @fmu.command("check")
@@ -154,7 +154,7 @@ def fmu_run(fmu_file: Path, out: Path | None, as_json: bool, **options: Any) -> 
             fmu_file,
             t_end=options["t_end"],
             output_interval=options["output_interval"],
-            start_values=assigned("--set", options["assignments"], "F=60"),
+            start_values=parse_assignments("--set", options["assignments"], "F=60"),
             outputs=options["outputs"] or None,
             input_csv=options["input"],
             tol=options["tol"],
@@ -164,10 +164,10 @@ def fmu_run(fmu_file: Path, out: Path | None, as_json: bool, **options: Any) -> 
         print_note(f"warning: {warning}")
     if out is not None:
         save_fmu_run(run, out)
-        say_written(out)
+        print_written_files(out)
     if events is not None:
         save_fmu_events(run, events)
-        say_written(events)
+        print_written_files(events)
     if as_json:
         print_json(run.to_dict())
     elif out is None:

@@ -37,32 +37,34 @@ def folder_option(text: str) -> Callable[..., Any]:
     return option("--out", type=OutputFolder(), metavar="DIR", help=text, required=True)
 
 
-def say_without_effect(
+def warn_of_unused_parameters(
     scene: "Scene", varied: Sequence[str] = (), assignments: Sequence[str] = ()
 ) -> None:
-    """Print which parameters of a scene have a value but no effect.
+    """Warn of parameters that have a value but no effect.
 
-    `varied` are texts that begin with the name of a parameter; `assignments`, the texts of
-    ``--set``, have no effect where their parameter varies.
+    `varied` are texts such as ``F=10:120:23`` or ``F~normal:80:8``. `assignments`, the texts of
+    ``--set``, have no effect if their parameter varies.
     """
     names = [text.replace("~", "=").partition("=")[0].strip() for text in varied]
-    for replaced in (name for name in assigned("--set", assignments, "F=120") if name in names):
+    for replaced in (
+        name for name in parse_assignments("--set", assignments, "F=120") if name in names
+    ):
         print_note(f"warning: --set {replaced} has no effect: {replaced} varies")
     names += dict(scene.over_time)
     unused = unused_parameters(scene.parameters, names)
-    # A varied name without effect is an error of the computation itself.
+    # The computation itself refuses a varied parameter without effect.
     if unused and not {*unused} & {*names}:
         print_note(f"warning: {without_effect(scene.parameters, names)}")
 
 
-def error_targets_of(assignments: Sequence[str]) -> dict[str, float]:
+def parse_error_targets(assignments: Sequence[str]) -> dict[str, float]:
     """Error targets by quantity, from the texts of ``--error``."""
     from fivtui.transient import check_accuracy
 
-    return check_accuracy(assigned("--error", assignments, "peak=1e-4"))
+    return check_accuracy(parse_assignments("--error", assignments, "peak=1e-4"))
 
 
-def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, str]:
+def parse_assignments(flag: str, assignments: Sequence[str], example: str) -> dict[str, str]:
     """Values by name, from the texts ``NAME=VALUE`` of an option."""
     values: dict[str, str] = {}
     for assignment in assignments:
@@ -77,8 +79,8 @@ def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, s
 
 def print_json(data: Any) -> None:
     """Print data as JSON to standard output."""
-    plain = "utf" not in (sys.stdout.encoding or "").lower()
-    print_text(json.dumps(data, ensure_ascii=plain, allow_nan=False, indent=2))
+    ascii_only = "utf" not in (sys.stdout.encoding or "").lower()
+    print_text(json.dumps(data, ensure_ascii=ascii_only, allow_nan=False, indent=2))
 
 
 def print_text(text: str) -> None:
@@ -91,7 +93,7 @@ def print_note(message: str) -> None:
     sys.stderr.write(f"{message}\n")
 
 
-def say_written(*paths: Path, note: str = "") -> None:
+def print_written_files(*paths: Path, note: str = "") -> None:
     """Print which files were written, and in which folder, with a `note`."""
     from fivtui.io import describe_files
 
@@ -102,14 +104,14 @@ def progress_bar(label: str) -> "ProgressBar":
     """A progress bar; prints once why runs are interpreted, if no kernel is compiled."""
     from fivtui.console import ProgressBar
 
-    _say_why_interpreted()
+    _warn_if_interpreted()
     return ProgressBar(label)
 
 
 @cache
-def _say_why_interpreted() -> None:
+def _warn_if_interpreted() -> None:
     from fivtui.kernel import why_interpreted
 
-    why = why_interpreted()
-    if why is not None:
-        print_note(f"Runs are interpreted, which takes about a hundred times as long: {why}")
+    reason = why_interpreted()
+    if reason is not None:
+        print_note(f"Runs are interpreted, which takes about a hundred times as long: {reason}")

@@ -1,4 +1,4 @@
-"""Types of the files that a command reads and writes, and checks that none are the same."""
+"""Types of the files that a command reads and writes, and checks that they are distinct."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 class InputFile(FilePath):
-    """A file to be read; messages name it `called`."""
+    """A file to be read; messages call it `label`."""
 
-    def __init__(self, called: str) -> None:
-        self.called = called
+    def __init__(self, label: str) -> None:
+        self.label = label
 
 
 class OutputFile(FilePath):
@@ -28,9 +28,9 @@ class OutputFile(FilePath):
 
 
 class OutputFolder(FilePath):
-    """A folder for files whose names the command knows and checks."""
+    """A folder for files that the command names and checks."""
 
-    completed_as = "dir"
+    completion_type = "dir"
 
 
 class SceneName(click.types.StringParamType):
@@ -70,7 +70,7 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
     if outputs:
         check_distinct(
             [(name, path) for name, path, _ in outputs],
-            [named for param, value in named_values for named in _read(param, value)],
+            [named for param, value in named_values for named in _input_files(param, value)],
             [(name, parts_folder(path)) for name, path, in_parts in outputs if in_parts],
         )
 
@@ -78,7 +78,7 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
 def replaceable_outputs(
     params: Sequence[click.Parameter], values: Mapping[str, Any]
 ) -> dict[str, Path]:
-    """The files and folders that a command writes, as paths at which files may be replaced."""
+    """The outputs of a command, as paths at which existing files may be replaced."""
     from fivtui.io import output_path
 
     paths = {
@@ -89,20 +89,20 @@ def replaceable_outputs(
     return {name: output_path(path, force=True) for name, path in paths.items() if path is not None}
 
 
-def check_in_folder(paths: Sequence[Path], scene: str) -> None:
+def check_distinct_from_scene(paths: Sequence[Path], scene: str) -> None:
     """Raise `InputError` if files to be written are the same, or one is the scene's file."""
     from fivtui.io import check_distinct
 
-    check_distinct([("--out", path) for path in paths], _scene(scene))
+    check_distinct([("--out", path) for path in paths], _scene_files(scene))
 
 
-def _read(param: click.Parameter, value: Any) -> "list[LabelledPath]":
+def _input_files(param: click.Parameter, value: Any) -> "list[LabelledPath]":
     if isinstance(param.type, SceneName):
-        return _scene(value)
-    return [(param.type.called, value)] if isinstance(param.type, InputFile) else []
+        return _scene_files(value)
+    return [(param.type.label, value)] if isinstance(param.type, InputFile) else []
 
 
-def _scene(text: str) -> "list[LabelledPath]":
+def _scene_files(text: str) -> "list[LabelledPath]":
     from fivtui.scene import scene_file
 
     path = scene_file(text)

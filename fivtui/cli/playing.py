@@ -18,23 +18,23 @@ _EXIT_FAILED: Final = 1
 if TYPE_CHECKING:
     from fivtui.transient import Samples, Transient
 
-# Number of samples of an FMU run, which gives no function of time.
-_POINTS: Final = 20_001
+# Samples of an FMU run, which is not available as a function of time.
+_FMU_SAMPLES: Final = 20_001
 
 
-def run_of(call: Call[Any]) -> "Transient":
+def compute_run(call: Call[Any]) -> "Transient":
     """The run of a command, with its motion as a function of time or densely sampled."""
     from fivtui.scene import scene_transient
     from fivtui.transient import FMU_FLAVOURS
 
     scene = call.scene()
-    samples: Samples = _POINTS if scene.method in FMU_FLAVOURS else "dense"
+    samples: Samples = _FMU_SAMPLES if scene.method in FMU_FLAVOURS else "dense"
     with progress_bar("transient") as progress:
         return scene_transient(scene, samples=samples, progress=progress).transient
 
 
-def window_of(text: str | None) -> tuple[float, float] | None:
-    """Start and end of a window of time, s, from the text of ``--window``."""
+def parse_window(text: str | None) -> tuple[float, float] | None:
+    """Start and end of the time window in the text of ``--window``, s."""
     if text is None:
         return None
     try:
@@ -44,8 +44,8 @@ def window_of(text: str | None) -> tuple[float, float] | None:
     return start, end
 
 
-def number_of(flag: str, text: str | None) -> float | None:
-    """The number in the text of an option, if it was given."""
+def parse_positive(flag: str, text: str | None) -> float | None:
+    """The number in the text of an option, None if it was not given."""
     return None if text is None else parse_number(flag, text, "a number above 0")
 
 
@@ -75,9 +75,9 @@ def animate(call: Call[AnimateOptions]) -> None:
     from fivtui.film import animate as film, check_film_path
 
     out = call.outputs.path
-    window, speed = window_of(call.options.window), number_of("--speed", call.options.speed)
+    window, speed = parse_window(call.options.window), parse_positive("--speed", call.options.speed)
     check_film_path(out)
-    run = run_of(call)
+    run = compute_run(call)
     with progress_bar("film") as progress:
         result = film(run, out, window=window, speed=speed, progress=progress)
     call.outputs.show("film", result)
@@ -110,10 +110,13 @@ def sound(call: Call[SoundOptions]) -> None:
     from fivtui.signals import check_sound_path, sound as write_sound
 
     out = call.outputs.path
-    window, factor = window_of(call.options.window), number_of("--factor", call.options.factor)
+    window, factor = (
+        parse_window(call.options.window),
+        parse_positive("--factor", call.options.factor),
+    )
     check_sound_path(out)
     result = write_sound(
-        run_of(call), out, signal=call.options.signal, factor=factor, window=window
+        compute_run(call), out, signal=call.options.signal, factor=factor, window=window
     )
     call.outputs.show("sound", result)
 
@@ -133,7 +136,7 @@ def validate(call: Call[ValidateOptions]) -> None:
 
     call.outputs.check("validation")
     compare = prepare_comparison(call.options)
-    result = compare(run_of(call))
+    result = compare(compute_run(call))
     call.outputs.finish("validation", result)
     if result.passed is False:
         click.get_current_context().exit(_EXIT_FAILED)

@@ -2,7 +2,7 @@
 
 from fivtui.model import Interval
 
-from .arguments import Whole, option
+from .arguments import WholeNumber, option
 from .group import commands
 from .options import json_option, print_json, print_note
 
@@ -37,7 +37,7 @@ def methods() -> None:
 @commands.command()
 @option(
     "--port",
-    type=Whole(Interval(1, 65535)),
+    type=WholeNumber(Interval(1, 65535)),
     default=8000,
     show_default=True,
     help="Port on 127.0.0.1.",

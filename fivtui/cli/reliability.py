@@ -7,8 +7,8 @@ from fivtui.model import InputError
 from fivtui.reliability import UncertaintyOptions
 
 from .command import Call, command
-from .options import print_note, say_written
-from .studies import engine_of
+from .options import print_note, print_written_files
+from .studies import choose_engine
 
 
 @command(
@@ -58,7 +58,7 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
     outputs = replace(call.outputs, out=None)
     outputs.check("uncertainty")
     with ExitStack() as stack:
-        engine = stack.enter_context(engine_of(options.scheduler, options.workers))
+        engine = stack.enter_context(choose_engine(options.scheduler, options.workers))
         progress = stack.enter_context(UncertaintyProgress(study.members))
         result = compute_uncertainty(
             study,
@@ -69,5 +69,5 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
             on_estimates=progress.show_estimates,
         )
     if out is not None:
-        say_written(out, note=f"{result.study.members} members")
+        print_written_files(out, note=f"{result.study.members} members")
     outputs.finish("uncertainty", result)

@@ -17,11 +17,11 @@ class ReaderGone(Exception):
     """The reader of standard output has closed it (a broken pipe): exit without a message."""
 
 
-class _Raw(io.RawIOBase):
-    # A stream whose first failure is reported in one line, or ignored. Later writes are dropped, so
-    # that the exit of the process does not fail again.
-    def __init__(self, below: io.RawIOBase, *, silent: bool) -> None:
-        self._below = below
+class _GuardedRaw(io.RawIOBase):
+    # A stream whose first failure is reported in one line, or ignored if `silent`. Later writes are
+    # dropped, so that the exit of the process does not fail again.
+    def __init__(self, stream: io.RawIOBase, *, silent: bool) -> None:
+        self._stream = stream
         self._silent = silent
         self._failed = False
 
@@ -29,19 +29,19 @@ class _Raw(io.RawIOBase):
         return True
 
     def isatty(self) -> bool:
-        return self._below.isatty()
+        return self._stream.isatty()
 
     def fileno(self) -> int:
-        return self._below.fileno()
+        return self._stream.fileno()
 
     def write(self, data: object) -> int:
         size = memoryview(data).nbytes  # type: ignore[arg-type]
         if self._failed:
             return size
         try:
-            while (written := self._below.write(data)) is None:  # type: ignore[arg-type]
+            while (written := self._stream.write(data)) is None:  # type: ignore[arg-type]
                 # A non-blocking pipe is full.
-                select.select([], [self._below], [])
+                select.select([], [self._stream], [])
             return written
         except OSError as error:
             self._failed = True
@@ -63,33 +63,33 @@ def guarded_streams() -> Iterator[None]:
     """
     before = sys.stdout, sys.stderr
     try:
-        sys.stdout = _guarded(sys.stdout, 1, "replace", silent=False)
-        sys.stderr = _guarded(sys.stderr, 2, "backslashreplace", silent=True)
+        sys.stdout = _guard_stream(sys.stdout, 1, "replace", silent=False)
+        sys.stderr = _guard_stream(sys.stderr, 2, "backslashreplace", silent=True)
         yield
     finally:
         sys.stderr.flush()
         sys.stdout, sys.stderr = before
 
 
-def _guarded(stream: TextIO | None, number: int, errors: str, *, silent: bool) -> TextIO:
+def _guard_stream(stream: TextIO | None, number: int, errors: str, *, silent: bool) -> TextIO:
     if stream is None:
         # Otherwise the next opened file would get the descriptor of the closed stream.
-        return _nowhere(number)
+        return _null_stream(number)
     # No buffer with PYTHONUNBUFFERED; no raw stream where pytest captures.
     buffer = getattr(stream, "buffer", None)
-    below = getattr(buffer, "raw", buffer)
-    if not isinstance(below, io.RawIOBase):
+    raw = getattr(buffer, "raw", buffer)
+    if not isinstance(raw, io.RawIOBase):
         return stream
     stream.flush()
     return io.TextIOWrapper(
-        io.BufferedWriter(_Raw(below, silent=silent)),
+        io.BufferedWriter(_GuardedRaw(raw, silent=silent)),
         encoding=stream.encoding,
         errors=errors,
         line_buffering=silent or stream.isatty(),
     )
 
 
-def _nowhere(number: int) -> TextIO:
+def _null_stream(number: int) -> TextIO:
     handle = os.open(os.devnull, os.O_WRONLY)
     if handle != number:
         os.dup2(handle, number)

@@ -16,13 +16,13 @@ from .command import Call, command
 from .deliver import Outputs
 from .group import commands
 from .options import (
-    error_targets_of,
     folder_option,
     force_option,
     json_option,
+    parse_error_targets,
     print_text,
+    print_written_files,
     progress_bar,
-    say_written,
 )
 
 if TYPE_CHECKING:
@@ -67,8 +67,8 @@ def sweep(call: Call[SweepOptions]) -> None:
     )
     # The rows are stored while they are computed.
     outputs = replace(call.outputs, out=None)
-    read = out is None or outputs.plot is not None or outputs.as_json
-    if read:
+    reads_rows = out is None or outputs.plot is not None or outputs.as_json
+    if reads_rows:
         check_memory_limit(study)
     outputs.check("sweep")
     if outputs.plot is not None:
@@ -76,15 +76,15 @@ def sweep(call: Call[SweepOptions]) -> None:
 
         check_drawable(study)
     with ExitStack() as stack:
-        engine = stack.enter_context(engine_of(options.scheduler, options.workers))
+        engine = stack.enter_context(choose_engine(options.scheduler, options.workers))
         progress = stack.enter_context(SweepProgress(study.members))
         if out is None:
             result = sweep_in_memory(study, engine, progress=progress)
         else:
             written = sweep_to_file(study, out, engine, size=options.piece, progress=progress)
     if out is not None:
-        say_written(out, note=str(written))
-        if read:
+        print_written_files(out, note=str(written))
+        if reads_rows:
             result = load_sweep(study, out)
     if outputs.plot is not None:
         outputs.write("sweep", result)
@@ -92,7 +92,7 @@ def sweep(call: Call[SweepOptions]) -> None:
         outputs.show("sweep", result)
 
 
-def engine_of(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
+def choose_engine(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
     """The engine of ``--scheduler`` or ``--workers``."""
     if scheduler is not None:
         from fivtui.sweeps import cluster_engine
@@ -122,9 +122,9 @@ def tradeoff(call: Call[TradeoffOptions]) -> None:
     """
     from fivtui.tradeoffs import measure_tradeoff
 
-    targets, thorough = error_targets_of(call.options.targets), call.options.thorough
+    targets, thorough = parse_error_targets(call.options.targets), call.options.thorough
     scene = call.scene()
-    call.outputs.carry_out(
+    call.outputs.compute_and_deliver(
         "trade-off",
         lambda progress: replace(
             measure_tradeoff(scene, thorough=thorough, progress=progress), targets=targets
@@ -142,7 +142,7 @@ def extremes(as_json: bool) -> None:
     """
     from fivtui.assessment import run_stress_tests
 
-    Outputs(as_json=as_json).carry_out(
+    Outputs(as_json=as_json).compute_and_deliver(
         "extremes", lambda progress: run_stress_tests(progress=progress)
     )
 
@@ -174,7 +174,7 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...]) -> No
             progress=progress,
         )
     for files in written:
-        say_written(*files.pictures, *files.data)
+        print_written_files(*files.pictures, *files.data)
 
 
 @commands.command()

@@ -9,8 +9,8 @@ from fivtui.transient import SimulateOptions, setting
 
 from .command import Call, NoOptions, command
 from .deliver import Outputs
-from .options import print_json, print_note, progress_bar, say_written
-from .paths import check_in_folder
+from .options import print_json, print_note, print_written_files, progress_bar
+from .paths import check_distinct_from_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,21 +36,21 @@ def simulate(call: Call[SimulateOptions]) -> None:
     scene, options, outputs = call.scene(), call.options, call.outputs
     outputs.check("run")
     stored = outputs.out is not None or outputs.plot is not None
-    with progress_bar("transient") as progress, _shown_before_parting(outputs):
+    with progress_bar("transient") as progress, _print_verified_on_divergence(outputs):
         run = scene_transient(
             scene,
             samples=np.linspace(0.0, scene.t_end, options.points) if stored else "none",
             progress=progress,
             sensitivities=options.sensitivities,
         )
-    _say_if_stiff(run.transient)
+    _print_note_if_stiff(run.transient)
     outputs.write("run", run.transient)
     outputs.show("simulation", run)
 
 
 @contextmanager
-def _shown_before_parting(outputs: Outputs) -> "Iterator[None]":
-    # If two runs diverge, print the verified transient up to then.
+def _print_verified_on_divergence(outputs: Outputs) -> "Iterator[None]":
+    # If two runs diverge, print the transient verified up to that time.
     from fivtui.scene import PartedError
 
     try:
@@ -61,7 +61,7 @@ def _shown_before_parting(outputs: Outputs) -> "Iterator[None]":
         raise
 
 
-def _say_if_stiff(result: "Transient") -> None:
+def _print_note_if_stiff(result: "Transient") -> None:
     from fivtui.transient import find_stiffness
 
     if result.method == "taylor" and result.stats.kernel != "exact":
@@ -90,7 +90,7 @@ def run(call: Call[NoOptions]) -> None:
         )
         raise InputError(f"scene {scene.name}: {mismatch}")
     outputs.check("run")
-    with progress_bar(scene.name) as progress, _shown_before_parting(outputs):
+    with progress_bar(scene.name) as progress, _print_verified_on_divergence(outputs):
         result = run_scene(scene, progress=progress)
     data: dict[str, Any] = {"scene": scene.name}
     if result.stability is not None:
@@ -117,14 +117,14 @@ def compare(call: Call[NoOptions]) -> None:
     peaks, separations, time off the belt, agreement and time taken, and draws the paper's figures
     10 to 12 as one picture.
     """
-    from fivtui.scene import compare as run, comparison_files, print_comparison
+    from fivtui.scene import compare as compare_runs, comparison_files, print_comparison
 
     folder = call.outputs.path
-    check_in_folder(comparison_files(folder), call.scene_name)
+    check_distinct_from_scene(comparison_files(folder), call.scene_name)
     with progress_bar("native and FMU") as progress:
-        result = run(call.scene(), folder, progress=progress)
+        result = compare_runs(call.scene(), folder, progress=progress)
     print_comparison(result)
-    say_written(result.fmu, result.figure)
+    print_written_files(result.fmu, result.figure)
 
 
 @declaration
@@ -143,7 +143,7 @@ def accuracy(call: Call[AccuracyOptions]) -> None:
     Compares it with a finer run, shows how a small error grows along the run, and estimates the
     largest Lyapunov exponent: whether errors decay, stay bounded or grow in the long run.
     """
-    from fivtui.assessment import accuracy as judge
+    from fivtui.assessment import accuracy as compute
 
     scene = call.scene()
-    call.outputs.carry_out("accuracy", lambda progress: judge(scene, progress=progress))
+    call.outputs.compute_and_deliver("accuracy", lambda progress: compute(scene, progress=progress))

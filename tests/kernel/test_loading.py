@@ -114,11 +114,11 @@ def test_an_instruction_set_that_the_processor_lacks_is_refused() -> None:
 def test_the_command_line_says_once_why_runs_are_interpreted(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    options._say_why_interpreted.cache_clear()
+    options._warn_if_interpreted.cache_clear()
     with INTERPRETED:
         assert run(["simulate", "--t-end", "1"]) == 0
         assert run(["simulate", "--t-end", "1"]) == 0
-    options._say_why_interpreted.cache_clear()
+    options._warn_if_interpreted.cache_clear()
     assert capsys.readouterr().err.count(WHY) == 1
 
 
