@@ -16,7 +16,7 @@ from fivtui.transient import resolve_start
 class Amplitude:
     """Vertical motion of a run: greatest |y| and half peak-to-peak of y, m; time off the belt, s.
 
-    The half peak-to-peak is that over the second half of the run.
+    Half peak-to-peak is measured over the second half of the run.
     """
 
     y_peak: float
@@ -46,12 +46,12 @@ def measure_all(
             count / len(scenes) for count in (len(amplitudes), len(amplitudes) + len(indices))
         )
         part = work.part(begin, end).callback
-        batch = _batch([scenes[index] for index in indices], workers, part)
+        batch = _equal_run_amplitudes([scenes[index] for index in indices], workers, part)
         amplitudes.update(zip(indices, batch, strict=True))
     return [amplitudes[index] for index in range(len(scenes))]
 
 
-def _batch(
+def _equal_run_amplitudes(
     scenes: Sequence[Scene], workers: int | None, progress: OnProgress | None
 ) -> list[Amplitude]:
     """The amplitudes of scenes of equal length and tolerance."""

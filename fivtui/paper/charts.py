@@ -29,8 +29,8 @@ from .results import PaperResults
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Columns of every chart by kind of panel; a pair of columns is the two modes.
-_DRAWN: Final[Mapping[Kind, Sequence[tuple[str, ...]]]] = {
+# Columns of every chart by kind of panel; the two modes are a pair of columns in one chart.
+_CHART_COLUMNS: Final[Mapping[Kind, Sequence[tuple[str, ...]]]] = {
     "equilibrium": (("y_e",),),
     "eigenvalues": (("omega_1", "omega_2"), ("sigma_1", "sigma_2")),
     "critical mu": (("mu_c",),),
@@ -46,19 +46,19 @@ _LABELS: Final[Mapping[str, Label]] = {
         "half peak-to-peak, 2nd half (m)", "Half peak-to-peak of $y$,\nsecond half of the run (m)"
     ),
 }
-# Positive columns, and columns of both signs in charts over time or friction.
-_POSITIVE: Final = ("mu_c", "y_peak", "y_half_range")
-_SIGNED: Final = ("sigma_1", "y", "x", "P")
+# Columns whose axis begins at zero, and columns with a line at zero.
+_FROM_ZERO: Final = ("mu_c", "y_peak", "y_half_range")
+_WITH_ZERO_LINE: Final = ("sigma_1", "y", "x", "P")
 _HEIGHT: Final = 3.1
 _SINGLE_WIDTH: Final = 4.6
-# Curves with a smaller relative distance coincide.
-_MERGED: Final = 1e-6
+# Relative distance below which two curves coincide.
+_COINCIDENCE_TOL: Final = 1e-6
 
 
 def figure_charts(panel: Panel, data: FigureData) -> list[Chart]:
     """One or two charts of a panel, with a trace per line."""
     charts = []
-    for names in _DRAWN.get(panel.kind, ((panel.shown,),)):
+    for names in _CHART_COLUMNS.get(panel.kind, ((panel.shown,),)):
         name = names[0]
         traces = tuple(
             _trace(_line_label(data.by, value), line, names, _role(data.by, value, number))
@@ -70,10 +70,10 @@ def figure_charts(panel: Panel, data: FigureData) -> list[Chart]:
                 TIME_LABEL if data.along == "t" else axis_label(PARAMETERS[data.along]),
                 _LABELS.get(name) or column_label(name),
                 traces,
-                guides=(Guide(0.0, vertical=False),) if name in _SIGNED else (),
+                guides=(Guide(0.0, vertical=False),) if name in _WITH_ZERO_LINE else (),
                 legend="inside" if panel.kind == "equilibrium" else "below",
                 figure_x=(float(along.min()), float(along.max())),
-                figure_y=(0.0 if name in _POSITIVE else None, None),
+                figure_y=(0.0 if name in _FROM_ZERO else None, None),
             )
         )
     return charts
@@ -128,7 +128,7 @@ def figure_sheet(number: int, results: PaperResults) -> Sheet:
         for chart in figure_charts(panel, data)
     ]
     if first.kind == "eigenvalues":
-        charts = [replace(chart, traces=tuple(map(_merged_once, chart.traces))) for chart in charts]
+        charts = [replace(chart, traces=tuple(map(_hide_merged, chart.traces))) for chart in charts]
         charts[1] = replace(charts[1], traces=(*charts[1].traces, *_critical_points(tables[0])))
     if len(charts) > 1:
         charts = [replace(c, title=f"({letter})") for c, letter in zip(charts, "ab", strict=True)]
@@ -137,25 +137,25 @@ def figure_sheet(number: int, results: PaperResults) -> Sheet:
     return Sheet(columns, (width, _HEIGHT), title)
 
 
-def _merged_once(trace: Trace) -> Trace:
-    """The two modes of a line without the second where both coincide.
+def _hide_merged(trace: Trace) -> Trace:
+    """Remove the second mode of a trace where it coincides with the first.
 
-    Dashes drawn twice would look solid. The ends of a common part belong to both curves.
+    Two dashed curves on top of each other would look solid. The ends of a common part stay.
     """
     half = trace.x.size // 2
     first, second = trace.y[:half], trace.y[half + 1 :]
-    differs = np.abs(second - first) > _MERGED * np.abs(first)
+    differs = np.abs(second - first) > _COINCIDENCE_TOL * np.abs(first)
     drawn = np.convolve(differs, np.ones(3), mode="same") > 0.0
     y: FloatArray = np.concatenate([trace.y[: half + 1], np.where(drawn, second, np.nan)])
     return replace(trace, y=y)
 
 
 def _critical_points(data: FigureData) -> list[Trace]:
-    """Where the growth rate of every line is zero; last the black entry of the legend."""
+    """A marker on each line at zero growth rate, then the black entry of the legend."""
     points = [
         Trace("", line["mu_c"][:1], np.zeros(1), "points", role="critical point", colour=colour)
         for (_, line), colour in zip(data.lines(), LINE_COLOURS, strict=True)
     ]
-    nowhere = np.full(1, np.nan)
+    no_points = np.full(1, np.nan)
     name = Label("μ_c", math_symbol("μ_c"))
-    return [*points, Trace(name, nowhere, nowhere, "points", role="critical point")]
+    return [*points, Trace(name, no_points, no_points, "points", role="critical point")]

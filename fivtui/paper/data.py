@@ -16,7 +16,7 @@ from .families import SEPARATION
 
 FloatArray = NDArray[np.float64]
 
-_OWN: Final = (
+_PAPER_COLUMNS: Final = (
     Column(SEPARATION, "1", "1 considered, 0 ignored"),
     Column("x_e", "m", "horizontal displacement of the equilibrium"),
     Column("y_e", "m", "vertical displacement of the equilibrium"),
@@ -36,7 +36,7 @@ DATA_COLUMNS: Final[Mapping[str, Column]] = {
     for column in (
         *(Column(p.name, p.unit or "1", p.meaning) for p in PARAMETERS.values()),
         *COLUMNS,
-        *_OWN,
+        *_PAPER_COLUMNS,
     )
 }
 
@@ -83,11 +83,11 @@ def save_data(data: FigureData, path: Path) -> None:
     Raises `InputError` if the format is unknown or its package missing, or the file cannot be
     written.
     """
-    described = [DATA_COLUMNS[name] for name in data.columns]
+    stored_columns = [DATA_COLUMNS[name] for name in data.columns]
     header = {
         "figure": data.key,
         "caption": data.caption,
         **data.provenance,
-        "meanings": {column.name: column.meaning for column in described},
+        "meanings": {column.name: column.meaning for column in stored_columns},
     }
-    write_table(path, "figure's data", described, dict(data.columns), header)
+    write_table(path, "figure's data", stored_columns, dict(data.columns), header)

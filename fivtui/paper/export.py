@@ -18,8 +18,8 @@ from .results import PaperResults
 NUMBERS: Final = tuple(range(FIRST_FIGURE, LAST_FIGURE + 1))
 # One for print and one for screens.
 DEFAULT_FORMATS: Final = ("pdf", "png")
-# Share of the time that amplitudes take.
-_AMPLITUDES: Final = 0.6
+# Share of the computing time that amplitudes take, for the progress.
+_AMPLITUDES_SHARE: Final = 0.6
 
 
 def figure_numbers(texts: Sequence[str]) -> tuple[int, ...]:
@@ -42,7 +42,7 @@ def figure_numbers(texts: Sequence[str]) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True)
 class FigureFiles:
-    """The files of one figure: a picture per format, and data per panel that defines scenes."""
+    """The files of one figure: a picture per format, and a data file per panel."""
 
     number: int
     pictures: tuple[Path, ...]
@@ -92,7 +92,7 @@ def figures(
     Returns
     -------
     list of FigureFiles
-        What was written, by number.
+        The files written, in the order of the figures.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def save_figures(
     source = PaperResults() if results is None else results
     panels = [panel for number in chosen for panel in panels_of(number)]
     amplitudes = [panel for panel in panels if panel.kind == "amplitude"]
-    share = _AMPLITUDES if amplitudes else 0.0
+    share = _AMPLITUDES_SHARE if amplitudes else 0.0
     source.prepare(
         (scene for panel in amplitudes for scene in panel.scenes()),
         work.part(0.0, share).callback,

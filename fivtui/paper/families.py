@@ -14,8 +14,8 @@ from fivtui.scene import PRESETS, Scene
 
 Kind = Literal["equilibrium", "eigenvalues", "critical mu", "transient", "amplitude"]
 
-# A parameter and its values.
-_Steps = tuple[str, Sequence[float]]
+# Name and values of a parameter.
+_Axis = tuple[str, Sequence[float]]
 
 SEPARATION: Final = "separation"
 FIRST_FIGURE: Final = 2
@@ -23,7 +23,7 @@ LAST_FIGURE: Final = 16
 
 _BASE: Final = PRESETS["base"]
 _CASES: Final = (PRESETS["separation-ignored"], _BASE)
-# Amplitudes are compared with values read from a picture, to a percent.
+# Sufficient tolerance: amplitudes are compared to a percent, with values read from a picture.
 _AMPLITUDE_TOL: Final = 1e-9
 
 
@@ -46,7 +46,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """What one panel of a figure shows."""
+    """One panel of a figure: `by` distinguishes its lines, `choice` lists what the paper omits."""
 
     key: str
     caption: str
@@ -86,8 +86,8 @@ _BY_STIFFNESS: Final = ("k_nl", (0.0, 50.0, 100.0, 500.0))
 _BY_HIGHER_STIFFNESS: Final = ("k_nl", (0.0, 50.0, 200.0, 500.0))
 _BY_PRELOAD: Final = ("F", (0.0, 5.0, 50.0, 100.0))
 # With separation ignored the amplitude falls steeply at first.
-_SOFT_TO_HARD: Final = ("k_nl", _grid(20.0, 95.0, 16) + _grid(100.0, 500.0, 41))
-_RANGE: Final = "the range is not given"
+_K_NL_VALUES: Final = ("k_nl", _grid(20.0, 95.0, 16) + _grid(100.0, 500.0, 41))
+_NO_RANGE: Final = "the range is not given"
 _UNSTABLE: Final = "the range lies where the equilibrium is unstable"
 _NONE: Final[Mapping[str, float]] = {}
 _SOFT: Final[Mapping[str, float]] = {"k1": 50.0, "k2": 100.0}
@@ -97,8 +97,8 @@ def _panel(
     key: str,
     kind: Kind,
     caption: str,
-    along: _Steps,
-    by: _Steps,
+    along: _Axis,
+    by: _Axis,
     *,
     choice: str,
     changes: Mapping[str, float] = _NONE,
@@ -110,7 +110,7 @@ def _panel(
     return Panel(key, caption, kind, lines, name, choice=choice)
 
 
-def _equilibria(key: str, quantity: str, along: _Steps, by: _Steps) -> Panel:
+def _equilibria(key: str, quantity: str, along: _Axis, by: _Axis) -> Panel:
     caption = f"Vertical displacement of the equilibrium against the {quantity}"
     choice = "lines and ranges are those of Figs. 3 to 7, the friction coefficient is 0.7"
     return _panel(key, "equilibrium", caption, along, by, choice=choice)
@@ -118,14 +118,14 @@ def _equilibria(key: str, quantity: str, along: _Steps, by: _Steps) -> Panel:
 
 def _eigenvalues(key: str, condition: str, changes: Mapping[str, float]) -> Panel:
     caption = f"Frequencies and growth rates against the friction coefficient ({condition})"
-    choice = f"{_RANGE}; 0 to 2 shows every critical friction coefficient"
+    choice = f"{_NO_RANGE}; 0 to 2 shows every critical friction coefficient"
     return _panel(
         key, "eigenvalues", caption, _FRICTION, _BY_STIFFNESS, choice=choice, changes=changes
     )
 
 
 def _critical(
-    key: str, along: _Steps, by: _Steps, choice: str, changes: Mapping[str, float] = _NONE
+    key: str, along: _Axis, by: _Axis, choice: str, changes: Mapping[str, float] = _NONE
 ) -> Panel:
     quantity = "preload" if along is _PRELOADS else "cubic contact stiffness"
     condition = " (k1 = 50 N/m, k2 = 100 N/m)" if changes else ""
@@ -139,7 +139,7 @@ def _motion(key: str, meaning: str, column: str) -> Panel:
     return Panel(key, f"{meaning} over time", "transient", lines, SEPARATION, column, choice)
 
 
-def _amplitudes(key: str, along: _Steps, changes: Mapping[str, float], choice: str) -> Panel:
+def _amplitudes(key: str, along: _Axis, changes: Mapping[str, float], choice: str) -> Panel:
     parameter, values = along
     scenes = [replace(case, name=f"fig-{key}", tol=_AMPLITUDE_TOL) for case in _CASES]
     quantity = "preload" if parameter == "F" else "contact stiffness"
@@ -166,13 +166,13 @@ PANELS: Final[Mapping[str, Panel]] = {
             "6",
             _PRELOADS,
             _BY_HIGHER_STIFFNESS,
-            f"{_RANGE}; to 100 N the line of 500 N/m^3 alone passes the linear one",
+            f"{_NO_RANGE}; to 100 N the line of 500 N/m^3 alone passes the linear one",
         ),
         _critical(
             "7",
             _STIFFNESSES,
             _BY_PRELOAD,
-            f"{_RANGE}; it ends at the greatest stiffness of the text, 500 N/m^3",
+            f"{_NO_RANGE}; it ends at the greatest stiffness of the text, 500 N/m^3",
         ),
         _critical(
             "8", _PRELOADS, _BY_HIGHER_STIFFNESS, "lines and range are those of Fig. 6", _SOFT
@@ -183,12 +183,12 @@ PANELS: Final[Mapping[str, Panel]] = {
         _motion("12", "Vertical displacement", "y"),
         _amplitudes("13", ("F", _grid(60.0, 190.0, 66)), {"k_nl": 20.0, "mu": 0.5}, _UNSTABLE),
         _amplitudes("14", ("F", _grid(20.0, 110.0, 46)), {"k_nl": 100.0, "mu": 0.7}, _UNSTABLE),
-        _amplitudes("15", _SOFT_TO_HARD, {"F": 40.0, "mu": 0.7}, _UNSTABLE),
-        _amplitudes("16", _SOFT_TO_HARD, {"F": 60.0, "mu": 1.0}, "the range is that of Fig. 15"),
+        _amplitudes("15", _K_NL_VALUES, {"F": 40.0, "mu": 0.7}, _UNSTABLE),
+        _amplitudes("16", _K_NL_VALUES, {"F": 60.0, "mu": 1.0}, "the range is that of Fig. 15"),
     )
 }
 
 
 def panels_of(number: int) -> tuple[Panel, ...]:
-    """The panels of a figure, 2 to 16, that define scenes, in order."""
+    """The panels of a figure, 2 to 16, in order."""
     return tuple(panel for key, panel in PANELS.items() if key.rstrip("ab") == str(number))

@@ -1,4 +1,4 @@
-"""The paper's figures and claims among the studies."""
+"""Kinds of study: the paper's figures and claims."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ charts, data, check, report = later(__name__, "charts", "data", "claims.check", 
 
 
 class PanelOf(NamedTuple):
-    """A panel of a figure, and where its numbers come from."""
+    """A panel of a figure, and the results that it shows."""
 
     key: str
     results: "PaperResults"
@@ -28,7 +28,7 @@ class PanelOf(NamedTuple):
 
     @property
     def letter(self) -> str:
-        """Its letter in the figure; empty if it is the only one."""
+        """Letter of the panel in its figure; empty for a single panel."""
         return self.key.lstrip("0123456789")
 
 

@@ -62,20 +62,20 @@ class PaperResults:
     def table(self, key: str) -> FigureData:
         """The data of a panel, by its key in `PANELS`."""
         if key not in self._tables:
-            self._tables[key] = self._make(PANELS[key])
+            self._tables[key] = self._compute_table(PANELS[key])
         return self._tables[key]
 
-    def _make(self, panel: Panel) -> FigureData:
+    def _compute_table(self, panel: Panel) -> FigureData:
         if panel.kind == "transient":
             columns = motion_columns(panel, self.runs(panel))
         elif panel.kind == "amplitude":
             scenes = panel.scenes()
             columns = amplitude_columns(scenes, self.amplitudes(scenes))
         else:
-            columns = COLUMNS[panel.kind](self._checked(panel.scenes()))
+            columns = COLUMNS[panel.kind](self._cancellable(panel.scenes()))
         return panel_data(panel, columns)
 
-    def _checked(self, scenes: Iterable[Scene]) -> Iterator[Scene]:
+    def _cancellable(self, scenes: Iterable[Scene]) -> Iterator[Scene]:
         for scene in scenes:
             if not self.go_on():
                 raise Cancelled

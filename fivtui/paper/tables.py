@@ -24,10 +24,10 @@ from .families import SEPARATION, Kind, Panel
 
 Columns = Mapping[str, ArrayLike]
 
-# Frequencies with a smaller relative distance have merged: double roots are no more accurate.
-_MERGED: Final = 1e-6
-# Kinds of panels whose points are runs.
-_RUNS: Final[Sequence[Kind]] = ("transient", "amplitude")
+# Relative distance below which frequencies have merged: double roots are no more accurate.
+_MERGING_TOL: Final = 1e-6
+# Kinds of panels that are computed from transients.
+_TRANSIENT_KINDS: Final[Sequence[Kind]] = ("transient", "amplitude")
 
 
 def _equilibria(scenes: Iterable[Scene]) -> Columns:
@@ -45,17 +45,17 @@ def _eigenvalues(scenes: Iterable[Scene]) -> Columns:
         "omega_2": upper.imag,
         "sigma_1": lower.real,
         "sigma_2": upper.real,
-        "mu_c": [_least(verdict.critical_mu) for verdict in verdicts],
+        "mu_c": [_least_mu(verdict.critical_mu) for verdict in verdicts],
     }
 
 
 def modes(verdict: Stability) -> tuple[complex, complex]:
     """The eigenvalues of positive imaginary part, 1/s, lower frequency first.
 
-    Of merged frequencies the growing mode comes first.
+    If the frequencies have merged, the growing mode comes first.
     """
     upper, lower = (complex(value) for value in verdict.eigenvalues[:2])
-    merged = upper.imag - lower.imag <= _MERGED * upper.imag
+    merged = upper.imag - lower.imag <= _MERGING_TOL * upper.imag
     return (upper, lower) if merged and upper.real > lower.real else (lower, upper)
 
 
@@ -66,10 +66,10 @@ def _critical(scenes: Iterable[Scene]) -> Columns:
 
 def critical_mu(p: Parameters) -> float:
     """The least μ_c; `ComputationError` if no friction destabilises the equilibrium."""
-    return _least(critical_mus(System(p)))
+    return _least_mu(critical_mus(System(p)))
 
 
-def _least(critical: Sequence[CriticalMu]) -> float:
+def _least_mu(critical: Sequence[CriticalMu]) -> float:
     if not critical:
         raise ComputationError(
             "no friction coefficient destabilises the equilibrium",
@@ -78,7 +78,7 @@ def _least(critical: Sequence[CriticalMu]) -> float:
     return min(crossing.mu for crossing in critical)
 
 
-# Columns of panels without runs, by kind.
+# Functions that compute the columns of panels without transients, by kind.
 COLUMNS: Final[Mapping[Kind, Callable[[Iterable[Scene]], Columns]]] = {
     "equilibrium": _equilibria,
     "eigenvalues": _eigenvalues,
@@ -107,20 +107,20 @@ def motion_columns(panel: Panel, runs: Sequence[Transient]) -> Columns:
 
 
 def panel_data(panel: Panel, computed: Columns) -> FigureData:
-    """The data of a panel: for its points also the two parameters, or the case and one."""
+    """The data of a panel: computed columns, after the coordinates of its points."""
     columns = {name: np.array(values, dtype=float) for name, values in computed.items()}
     if panel.kind != "transient":
-        values = [_value(line.scene, panel.by) for line in panel.lines]
+        values = [_line_value(line.scene, panel.by) for line in panel.lines]
         points = {
             panel.by: np.repeat(values, [len(line.values) for line in panel.lines]),
             panel.along: np.concatenate([line.values for line in panel.lines]),
         }
         columns = points | columns
     scene = panel.lines[0].scene
-    run = {"start": scene.start, "t_end": scene.t_end} if panel.kind in _RUNS else {}
+    run = {"start": scene.start, "t_end": scene.t_end} if panel.kind in _TRANSIENT_KINDS else {}
     provenance = {"parameters": panel.fixed, **run, "choice": panel.choice}
     return FigureData(panel.key, panel.caption, panel.by, panel.along, columns, provenance)
 
 
-def _value(scene: Scene, name: str) -> float:
+def _line_value(scene: Scene, name: str) -> float:
     return float(scene.separation) if name == SEPARATION else getattr(scene.parameters, name)

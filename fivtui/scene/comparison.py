@@ -1,4 +1,4 @@
-"""One scene natively and through the FMU, with separation considered and ignored."""
+"""One scene natively and fmu_run the FMU, with separation considered and ignored."""
 
 import dataclasses
 import time
@@ -21,13 +21,13 @@ from .scene import Scene
 
 FMU_NAME: Final = "slider_belt.fmu"
 FIGURE_NAME: Final = "figs-10-12.png"
-_POINTS: Final = 10_001
+_SAMPLES: Final = 10_001
 _STATE: Final = ("x", "vx", "y", "vy")
 
 
 @dataclass(frozen=True, slots=True)
 class CaseRuns:
-    """One case natively and through the FMU, with the wall-clock time of each, s."""
+    """One case natively and fmu_run the FMU, with the wall-clock time of each, s."""
 
     native: Transient
     fmu: Transient
@@ -65,7 +65,7 @@ def compare(
     *,
     progress: Callable[[float], bool] | None = None,
 ) -> Comparison:
-    """Build the FMU, run a scene through it and natively in both cases, draw Figs. 10 to 12."""
+    """Build the FMU, run a scene fmu_run it and natively in both cases, draw Figs. 10 to 12."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -87,14 +87,14 @@ def compare(
 
 
 def _case_runs(scene: Scene, fmu: Path, progress: Progress) -> CaseRuns:
-    samples = np.linspace(0.0, scene.t_end, _POINTS)
+    samples = np.linspace(0.0, scene.t_end, _SAMPLES)
     begin = time.perf_counter()
     request = scene.request(method="taylor", step=None, samples=samples)
     native = compute(request, progress=progress.part(0.0, 0.1).callback)
     middle = time.perf_counter()
-    through = integrate_fmu(
+    fmu_run = integrate_fmu(
         dataclasses.replace(request, method="fmu"),
         progress=progress.part(0.1, 1.0).callback,
         fmu=fmu,
     )
-    return CaseRuns(native, through, middle - begin, time.perf_counter() - middle)
+    return CaseRuns(native, fmu_run, middle - begin, time.perf_counter() - middle)

@@ -23,17 +23,17 @@ from .scene import OUTPUTS, Correlation, Scene
 
 FORMAT_VERSION: Final = 1
 _VERSION_KEY: Final = "fivtui_scene"
-_PARAMETERS: Final = "parameters"
+_PARAMETERS_KEY: Final = "parameters"
 _LONGEST_LINE: Final = 4096
 
 
-def _outputs(key: str, value: object) -> tuple[str, ...]:
+def _read_outputs(key: str, value: object) -> tuple[str, ...]:
     if not isinstance(value, list | tuple):
         raise InputError(f"{key} = {value!r}: must be a list of {', '.join(OUTPUTS)}")
     return tuple(check_file_text(f"{key}[{index}]", entry) for index, entry in enumerate(value))
 
 
-def _correlation(key: str, value: object) -> Correlation:
+def _read_correlation(key: str, value: object) -> Correlation:
     if not isinstance(value, Mapping) or not all(isinstance(v, Mapping) for v in value.values()):
         raise InputError(f"{key} = {value!r}: must be a table such as {{mu = {{F = -0.3}}}}")
     return tuple(
@@ -50,19 +50,19 @@ def _correlation_rows(correlation: Correlation) -> dict[str, dict[str, float]]:
     return rows
 
 
-# Functions that read a field and check its type, by key in the order of a file.
-_FIELDS: Final = [field.name for field in fields(Scene) if field.name != _PARAMETERS]
+# Functions that read a field and check its type, by key.
+_FIELDS: Final = [field.name for field in fields(Scene) if field.name != _PARAMETERS_KEY]
 _KEYS: Final = sorted(_FIELDS, key=lambda name: name == "correlation")
-_READ: Final[Mapping[str, Callable[[str, object], Any]]] = {
+_READERS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "name": check_file_text,
     "description": check_file_text,
     **{name: setting.check_file_value for name, setting in SETTINGS.items()},
-    "outputs": _outputs,
+    "outputs": _read_outputs,
     "over_time": over_time_from,
-    "correlation": _correlation,
+    "correlation": _read_correlation,
 }
 # Functions that write a field as a plain value; optional fields are written only if they are set.
-_WRITTEN: Final[Mapping[str, Callable[[Any], Any]]] = {
+_WRITERS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "start": lambda start: start if isinstance(start, str) else list(start),
     "accuracy": dict,
     "outputs": list,
@@ -79,8 +79,8 @@ _COMMENTS: Final[Mapping[str, str]] = {
     "outputs": f"what is required: {', '.join(OUTPUTS)}",
     "correlation": "of the normal scores of scattered quantities, by name",
 }
-# Fields that follow from error targets.
-_OF_ACCURACY: Final = ("tol", "step")
+# Fields that error targets determine.
+_TOL_OR_STEP: Final = ("tol", "step")
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
@@ -89,9 +89,9 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
     for key in _KEYS:
         value = getattr(scene, key)
         unset = key in _OPTIONAL and not value
-        if not unset and not (scene.accuracy and key in _OF_ACCURACY):
-            data[key] = _WRITTEN.get(key, lambda plain: plain)(value)
-    return {**data, _PARAMETERS: scene.parameters.as_dict()}
+        if not unset and not (scene.accuracy and key in _TOL_OR_STEP):
+            data[key] = _WRITERS.get(key, lambda plain: plain)(value)
+    return {**data, _PARAMETERS_KEY: scene.parameters.as_dict()}
 
 
 def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> Scene:
@@ -101,11 +101,11 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     a value has the wrong type or is out of range.
     """
     _check_version(data)
-    keys = (_VERSION_KEY, *_KEYS, _PARAMETERS)
+    keys = (_VERSION_KEY, *_KEYS, _PARAMETERS_KEY)
     for key in data:
         check_known("key", key, keys)
-    values = {key: read(key, data[key]) for key, read in _READ.items() if key in data}
-    for unused in _OF_ACCURACY:
+    values = {key: read(key, data[key]) for key, read in _READERS.items() if key in data}
+    for unused in _TOL_OR_STEP:
         if values.get("accuracy") and unused in values:
             raise InputError(f"{unused}: must not be given with accuracy, from which it follows")
     if name is not None:
@@ -114,7 +114,7 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
         raise InputError("the key name is missing")
     values.setdefault("description", "")
     starts = {timed: table.after(0.0)[0] for timed, table in values.get("over_time", ())}
-    return Scene(parameters=_parameters(data.get(_PARAMETERS, {}), starts), **values)
+    return Scene(parameters=_parameters(data.get(_PARAMETERS_KEY, {}), starts), **values)
 
 
 def _check_version(data: Mapping[str, object]) -> None:
@@ -128,7 +128,7 @@ def _check_version(data: Mapping[str, object]) -> None:
 
 
 def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
-    # `starts` has the values at t = 0 of parameters with tables, which the file may omit.
+    # `starts` has the values at t = 0 of parameters with tables; the file may omit these.
     if not isinstance(table, Mapping):
         raise InputError("parameters: must be a table of parameters")
     try:
@@ -137,9 +137,9 @@ def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
             spec = parameter_spec(name)
             values[name] = spec.check(check_file_number(name, value))
         parameters = Parameters(**{**starts, **values})
-        begins = parameters.with_values(starts)
+        initial_parameters = parameters.with_values(starts)
         for name in starts:
-            if getattr(parameters, name) != getattr(begins, name):
+            if getattr(parameters, name) != getattr(initial_parameters, name):
                 raise InputError(
                     f"{name} = {values[name]:g}: follows a table over time, which begins with "
                     f"{starts[name]:g}; must be left out"
@@ -182,7 +182,7 @@ def load_scene(path: str | Path) -> Scene:
     try:
         text = content.decode()
         _check_lines(text)
-        data = _parsed(text)
+        data = _parse_toml(text)
         if "over_time" in data:
             tables = over_time_from("over_time", data["over_time"], path.parent)
             data["over_time"] = over_time_to_dict(tables)
@@ -202,7 +202,7 @@ def _check_lines(text: str) -> None:
             raise InputError(f"line {number}: must be of at most {_LONGEST_LINE} characters")
 
 
-def _parsed(text: str) -> dict[str, Any]:
+def _parse_toml(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except ValueError as error:
@@ -248,21 +248,21 @@ def _document(scene: Scene) -> tomlkit.TOMLDocument:
     data = scene_to_dict(scene)
     document = tomlkit.document()
     document.add(tomlkit.comment("A scene of fivtui, the nonlinear slider-belt model."))
-    document.add(_VERSION_KEY, _item(data[_VERSION_KEY], "version of this format"))
+    document.add(_VERSION_KEY, _commented_item(data[_VERSION_KEY], "version of this format"))
     for key in _KEYS:
         if key in data and key != "over_time":
-            document.add(key, _item(data[key], _COMMENTS.get(key, "")))
+            document.add(key, _commented_item(data[key], _COMMENTS.get(key, "")))
     table = tomlkit.table()
-    for name, value in data[_PARAMETERS].items():
+    for name, value in data[_PARAMETERS_KEY].items():
         spec = parameter_spec(name)
-        table.add(name, _item(value, f"{spec.meaning}; {spec.allowed}"))
-    document.add(_PARAMETERS, table)
+        table.add(name, _commented_item(value, f"{spec.meaning}; {spec.allowed}"))
+    document.add(_PARAMETERS_KEY, table)
     if scene.over_time:
-        document.add("over_time", _over_time(data["over_time"]))
+        document.add("over_time", _over_time_table(data["over_time"]))
     return document
 
 
-def _over_time(tables: Mapping[str, Any]) -> Item:
+def _over_time_table(tables: Mapping[str, Any]) -> Item:
     table = tomlkit.table()
     table.comment("linear between rows of time, s, and value, in place of the parameters above")
     for name, rows in tables.items():
@@ -272,7 +272,7 @@ def _over_time(tables: Mapping[str, Any]) -> Item:
     return table
 
 
-def _item(value: object, comment: str) -> Item:
+def _commented_item(value: object, comment: str) -> Item:
     if isinstance(value, Mapping):
         table = tomlkit.inline_table()
         table.update(value)
@@ -292,12 +292,12 @@ def find_scene(name_or_path: str) -> Scene:
     Returns
     -------
     Scene
-        The scene; a preset wins over a file of its name.
+        The scene; a preset has priority over a file of the same name.
 
     Raises
     ------
     InputError
-        If there is neither; the nearest preset is suggested.
+        If neither exists; the message suggests the nearest preset.
 
     Examples
     --------
@@ -314,7 +314,7 @@ def find_scene(name_or_path: str) -> Scene:
 
 
 def scene_file(name_or_path: str) -> Path | None:
-    """The file that `find_scene` reads for this text; None if it reads none."""
+    """The file that `find_scene` reads for this text; None for a preset or an unknown name."""
     if name_or_path in PRESETS:
         return None
     path = Path(name_or_path)

@@ -10,14 +10,14 @@ from fivtui.io import read_csv
 from fivtui.model import TIMED, InputError, TimeTable, check_known, time_table
 from fivtui.transient import check_file_number
 
-# Quantities that may follow a table, by parameter.
+# Tables over time, with the names of their parameters.
 OverTime = tuple[tuple[str, TimeTable], ...]
 
 TIME: Final = "time"
-_MOST_ROWS: Final = 20_000
-_OF_FILE: Final = ("file", TIME, *TIMED)
-_OF_COLUMN: Final = ("column", "scale", "offset")
-_FORM: Final = "a table such as {F = [[0, 10], [4, 60]]}, or with file = a CSV file"
+_MAX_ROWS: Final = 20_000
+_FILE_KEYS: Final = ("file", TIME, *TIMED)
+_COLUMN_KEYS: Final = ("column", "scale", "offset")
+_ALLOWED_FORM: Final = "a table such as {F = [[0, 10], [4, 60]]}, or with file = a CSV file"
 
 
 def over_time_from(key: str, value: object, folder: Path | None = None) -> OverTime:
@@ -26,17 +26,17 @@ def over_time_from(key: str, value: object, folder: Path | None = None) -> OverT
     The path of the CSV file is relative to `folder`. Raises `InputError` if the value is neither.
     """
     if not isinstance(value, Mapping):
-        raise InputError(f"{key} = {value!r}: must be {_FORM}")
+        raise InputError(f"{key} = {value!r}: must be {_ALLOWED_FORM}")
     if "file" not in value:
         return tuple(
-            (str(name), time_table(str(name), _pairs(rows))) for name, rows in value.items()
+            (str(name), time_table(str(name), _check_rows(rows))) for name, rows in value.items()
         )
     for name in value:
-        check_known(f"key of {key}", str(name), _OF_FILE)
+        check_known(f"key of {key}", str(name), _FILE_KEYS)
     if not isinstance(value["file"], str):
         raise InputError(f"{key}.file = {value['file']!r}: must be the name of a file in quotes")
     path = (folder or Path()) / value["file"]
-    columns = {name: _column(name, value[name]) for name in TIMED if name in value}
+    columns = {name: _read_column(name, value[name]) for name in TIMED if name in value}
     return read_over_time(path, time=str(value.get(TIME, TIME)), columns=columns)
 
 
@@ -54,8 +54,8 @@ def read_over_time(
             raise InputError(f"{path}: must have a column of {', '.join(TIMED)}")
     for name in (time, *(column for column, _, _ in columns.values())):
         check_known(f"column in {path}:", name, table)
-    if table[time].size > _MOST_ROWS:
-        raise InputError(f"{path}: {table[time].size} rows: must be at most {_MOST_ROWS}")
+    if table[time].size > _MAX_ROWS:
+        raise InputError(f"{path}: {table[time].size} rows: must be at most {_MAX_ROWS}")
     tables = []
     for name, (column, scale, offset) in columns.items():
         values = scale * np.asarray(table[column], dtype=float) + offset
@@ -72,14 +72,14 @@ def over_time_to_dict(tables: OverTime) -> dict[str, list[list[float]]]:
     return {name: [list(row) for row in table.rows()] for name, table in tables}
 
 
-def _pairs(rows: object) -> Any:
+def _check_rows(rows: object) -> Any:
     pairs = isinstance(rows, list | tuple) and all(isinstance(row, list | tuple) for row in rows)
     if not pairs:
         raise InputError(f"{rows!r}: must be rows of time and value such as [[0, 10], [4, 60]]")
     return rows
 
 
-def _column(name: str, value: object) -> tuple[str, float, float]:
+def _read_column(name: str, value: object) -> tuple[str, float, float]:
     if isinstance(value, str):
         return value, 1.0, 0.0
     if not isinstance(value, Mapping) or not isinstance(value.get("column"), str):
@@ -87,7 +87,7 @@ def _column(name: str, value: object) -> tuple[str, float, float]:
             f'{name} = {value!r}: must be a column such as {{column = "p", scale = 12}}'
         )
     for key in value:
-        check_known(f"key of {name}", str(key), _OF_COLUMN)
+        check_known(f"key of {name}", str(key), _COLUMN_KEYS)
     scale, offset = (
         check_file_number(f"{name}.{key}", value.get(key, default))
         for key, default in (("scale", 1.0), ("offset", 0.0))

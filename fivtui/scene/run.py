@@ -19,7 +19,7 @@ DEFAULT_POINTS: Final = 5001
 
 @dataclass(frozen=True, slots=True)
 class SceneResult:
-    """The outputs that a scene requires; None for the rest."""
+    """The outputs that a scene requires; None for an output that it does not require."""
 
     stability: Stability | None
     run: SceneTransient | None

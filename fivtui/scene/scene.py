@@ -36,13 +36,13 @@ from .over_time import OverTime
 # Correlations of scattered quantities, by their names.
 Correlation = tuple[tuple[str, str, float], ...]
 
-_LONGEST_NAME: Final = 255
-_LONGEST_DESCRIPTION: Final = 2000
+_MAX_NAME: Final = 255
+_MAX_DESCRIPTION: Final = 2000
 
 # Fields that a scene shares with a request for a transient.
-_OF_REQUEST: Final = ("t_end", "tol", "start", "method", "step")
+_REQUEST_FIELDS: Final = ("t_end", "tol", "start", "method", "step")
 
-_CORRELATED: Final = (*PARAMETERS, *START_SPECS)
+_CORRELATED_NAMES: Final = (*PARAMETERS, *START_SPECS)
 
 # Outputs that a scene can require, with their meanings.
 OUTPUTS: Final = {
@@ -54,7 +54,7 @@ OUTPUTS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A named set of parameters with all that a transient of it needs.
+    """A named set of parameters with the settings of its transient.
 
     Attributes
     ----------
@@ -111,8 +111,8 @@ class Scene:
     over_time: OverTime = ()
 
     def __post_init__(self) -> None:
-        _check_line("name", self.name, _LONGEST_NAME)
-        _check_line("description", self.description, _LONGEST_DESCRIPTION)
+        _check_line("name", self.name, _MAX_NAME)
+        _check_line("description", self.description, _MAX_DESCRIPTION)
         if not self.name.strip():
             raise InputError("name is empty: must be one line of printable characters")
         check_known("method", self.method, ALL_METHODS)
@@ -145,11 +145,11 @@ class Scene:
 
     def request(self, **changes: Any) -> Request:
         """The request for the transient of this scene, with changes to its fields."""
-        fields: dict[str, Any] = {key: getattr(self, key) for key in _OF_REQUEST}
+        fields: dict[str, Any] = {key: getattr(self, key) for key in _REQUEST_FIELDS}
         return Request(self.system, **(fields | changes))
 
     def check_constant(self, subject: str) -> None:
-        """Raise `InputError` if a parameter changes with time; `subject` names what forbids it."""
+        """Raise `InputError` if a parameter changes with time; the message names the `subject`."""
         if self.over_time:
             names = ", ".join(name for name, _ in self.over_time)
             raise InputError(
@@ -166,7 +166,7 @@ class Scene:
 
 def _check_correlation(first: str, second: str, value: float) -> None:
     for name in (first, second):
-        check_known("correlated name", name, _CORRELATED)
+        check_known("correlated name", name, _CORRELATED_NAMES)
     if first == second or not -1.0 < value < 1.0:
         raise InputError(
             f"correlation of {first} and {second} = {value:g}: must be of two names, between "
@@ -174,11 +174,11 @@ def _check_correlation(first: str, second: str, value: float) -> None:
         )
 
 
-def _check_line(key: str, text: str, longest: int) -> None:
+def _check_line(key: str, text: str, max_length: int) -> None:
     if not text.isprintable():
         raise InputError(f"{key} = {text!r}: must be one line of printable characters")
-    if len(text) > longest:
-        raise InputError(f"{key}: must be of at most {longest} characters, not {len(text)}")
+    if len(text) > max_length:
+        raise InputError(f"{key}: must be of at most {max_length} characters, not {len(text)}")
 
 
 def as_scene(source: Scene | Parameters | None, **changes: object) -> Scene:

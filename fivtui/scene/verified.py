@@ -60,7 +60,7 @@ class Verified:
 class SceneTransient:
     """The transient of a scene, with its errors if the scene has error targets.
 
-    With `parted`, two runs diverge at that time, and the transient ends before it.
+    `parted` is the point at which two runs diverge, if they do; the transient ends before it.
     """
 
     transient: Transient
@@ -75,7 +75,7 @@ class SceneTransient:
 
 
 class PartedError(ComputationError):
-    """Two runs diverge; `before` is the verified transient up to then, None if there is none."""
+    """Two runs diverge; `before` is the transient verified up to an earlier time, or None."""
 
     def __init__(self, parted: Divergence, before: SceneTransient | None) -> None:
         error = parted.error()
@@ -101,10 +101,10 @@ def simulate_to(
 
     def run(setting: float, variant: Request = request) -> Transient:
         changes: dict[str, Any] = {"step": setting} if by_step else {"tol": setting, "step": None}
-        hand_out = on_samples if variant is request else None
-        return compute(replace(variant, **changes), progress=progress, on_samples=hand_out)
+        sample_callback = on_samples if variant is request else None
+        return compute(replace(variant, **changes), progress=progress, on_samples=sample_callback)
 
-    def before(parted: Divergence, until: float, *settings: float) -> SceneTransient | None:
+    def run_until(parted: Divergence, until: float, *settings: float) -> SceneTransient | None:
         # The last two settings, up to a time before the runs diverge.
         shorter = replace(request, t_end=until, samples="none")
         coarser, finer = (run(value, shorter) for value in settings)
@@ -129,8 +129,8 @@ def simulate_to(
             return Verified(fine, targets, estimate, runs)
         if setting <= least:
             if parted is not None:
-                until = _shared_until(parted, fine.switch_times)
-                raise PartedError(parted, before(parted, until, previous, setting))
+                until = _time_before_divergence(parted, fine.switch_times)
+                raise PartedError(parted, run_until(parted, until, previous, setting))
             name = missed[0]
             alternative = "" if request.method == "taylor" else " or the method taylor"
             raise ComputationError(
@@ -141,14 +141,14 @@ def simulate_to(
         coarse = fine
 
 
-def _shared_until(parted: Divergence, switch_times: NDArray[np.float64]) -> float:
+def _time_before_divergence(parted: Divergence, switch_times: NDArray[np.float64]) -> float:
     """A time before two runs diverge, midway between their last two common switches."""
     shared = [0.0, *switch_times[switch_times < parted.t].tolist()]
     return 0.5 * sum(shared[-2:]) if len(shared) > 2 else 0.5 * parted.t
 
 
 def runs_part(coarse: Transient, fine: Transient) -> Divergence | None:
-    """Where two runs of one request diverge, see `divergence`; None if they do not."""
+    """The point at which two runs of one request diverge, see `divergence`; None if they agree."""
     return divergence(
         observation(coarse),
         observation(fine),

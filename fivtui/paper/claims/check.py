@@ -33,8 +33,8 @@ CLAIMS: Final[tuple[Claim, ...]] = tuple(
     ).items()
 )
 
-# Share of the time that the runs for amplitudes take.
-_RUNS: Final = 0.7
+# Share of the computing time that the runs for amplitudes take, for the progress.
+_AMPLITUDES_SHARE: Final = 0.7
 
 
 def claims(ids: Sequence[str] = (), *, progress: OnProgress | None = None) -> list[CheckedClaim]:
@@ -55,7 +55,7 @@ def claims(ids: Sequence[str] = (), *, progress: OnProgress | None = None) -> li
     Raises
     ------
     InputError
-        If there is no such claim.
+        If an id is unknown.
     ComputationError
         If a run cannot be finished.
     Cancelled
@@ -93,9 +93,9 @@ def check_claims(
     if len(chosen) == len(CLAIMS):
         amplitudes = (panel for panel in PANELS.values() if panel.kind == "amplitude")
         scenes += [scene for panel in amplitudes for scene in panel.scenes()]
-    source.prepare(scenes, work.part(0.0, _RUNS).callback)
+    source.prepare(scenes, work.part(0.0, _AMPLITUDES_SHARE).callback)
     checked: list[CheckedClaim] = []
-    checking = work.part(_RUNS, 1.0)
+    checking = work.part(_AMPLITUDES_SHARE, 1.0)
     source.go_on = checking.go_on
     try:
         for claim in chosen:
@@ -107,14 +107,14 @@ def check_claims(
 
 
 def claims_to_list(checked: Sequence[CheckedClaim]) -> list[dict[str, str]]:
-    """Checked claims as JSON data: their rows, without the key ``reason`` if there is none."""
+    """Checked claims as JSON data: their rows, without an empty ``reason``."""
     rows = [entry.row for entry in checked]
     return [{key: text for key, text in row.items() if text or key != "reason"} for row in rows]
 
 
 @dataclass(frozen=True, slots=True)
 class StoredClaim:
-    """A checked claim in a file; id and words say which claim it is of."""
+    """A checked claim in a file; id, statement and stated value identify the claim."""
 
     id: str
     statement: str
@@ -142,7 +142,7 @@ def claims_to_stored(checked: Sequence[CheckedClaim]) -> Any:
 
 
 def stored_claims(path: Path) -> list[CheckedClaim]:
-    """Read checked claims; those whose words have changed since are left out.
+    """Read checked claims; those whose statement or stated value has changed are left out.
 
     Raises `InputError` if the file is damaged.
     """

@@ -10,9 +10,9 @@ import numpy as np
 from fivtui.paper import PaperResults
 from fivtui.scene import Scene
 
-# The computed numbers of a claim, in the order of their names; None is left out.
+# The computed numbers of a claim, in the order of their names; None is not reported.
 Values = Sequence[float | None]
-# Whether a claim holds, and the numbers that show it.
+# Whether a claim holds, and the computed numbers.
 Finding = tuple[bool | np.bool, Values]
 Test = Callable[[PaperResults], Finding]
 
@@ -40,8 +40,8 @@ class Quantity(NamedTuple):
 class Claim:
     """A statement of the paper: a row of `statements.toml`, and its test.
 
-    The model cannot decide a claim without a test. `scenes` are those whose amplitudes the test
-    needs besides the figures'. Each of `names` has its unit, if any, in brackets.
+    A claim without a test cannot be decided by the model. `scenes` are scenes outside the figures
+    whose amplitudes the test needs. Each of `names` ends in its unit in brackets, if any.
     """
 
     id: str

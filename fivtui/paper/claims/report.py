@@ -18,25 +18,25 @@ if TYPE_CHECKING:
 
 # Columns of the table of claims, and their shares of its width.
 _CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 7, "verdict": 2}
-# Least width for columns, and the width without a terminal.
-_BESIDE: Final = 100
-_WIDTH_OF_FILE: Final = 200
+# Least terminal width for a table, and the width of the table without a terminal.
+_LEAST_TABLE_WIDTH: Final = 100
+_FILE_WIDTH: Final = 200
 _CLAIM_HEADER: Final = ("id", "section", "statement", "stated", "computed", "verdict", "reason")
 _VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
 
 
 def print_claims(checked: Sequence["CheckedClaim"]) -> None:
-    """Print the paper's claims, what was computed of each, and the verdicts."""
+    """Print the paper's claims, the computed numbers and the verdicts."""
     width = terminal_width()
-    beside = width is None or width >= _BESIDE
-    print_titled("Claims of the paper", _claims_table(checked) if beside else _claims_list(checked))
+    wide = width is None or width >= _LEAST_TABLE_WIDTH
+    print_titled("Claims of the paper", _claims_table(checked) if wide else _claims_list(checked))
     counts = Counter(entry.verdict.value for entry in checked)
     text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
     Console(stderr=True, highlight=False).print(f"{len(checked)} claims: {text}")
 
 
 def _claims_table(checked: Sequence["CheckedClaim"]) -> Table:
-    table = Table(show_lines=True, width=None if terminal_width() else _WIDTH_OF_FILE, expand=True)
+    table = Table(show_lines=True, width=None if terminal_width() else _FILE_WIDTH, expand=True)
     for name, share in _CLAIM_COLUMNS.items():
         table.add_column(name, ratio=share)
     for entry in checked:
@@ -48,7 +48,7 @@ def _claims_table(checked: Sequence["CheckedClaim"]) -> Table:
 
 
 def _claims_list(checked: Sequence["CheckedClaim"]) -> Group:
-    # Use separate lines for each claim if columns would be too narrow.
+    # Separate lines for each claim, for narrow terminals.
     parts: list[Text] = []
     for entry in checked:
         claim = entry.claim

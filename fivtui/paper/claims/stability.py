@@ -29,9 +29,9 @@ from .trends import columns, compare, crossing, falls, falls_then_rises, rises, 
 _BASE: Final = Parameters()
 _LINEAR: Final = _BASE.with_values({"k_nl": 0.0, "mu": 1.2})
 _ROUNDING: Final = 1e-12
-_ROUNDING_OF_MU: Final = 1e-9
+_MU_ROUNDING: Final = 1e-9
 # Greatest displacement, m, or force, N, at a located switch.
-_NEGLIGIBLE: Final = 1e-9
+_SWITCH_TOL: Final = 1e-9
 # Frequencies closer than this have merged, rad/s.
 _MERGED: Final = 1e-6
 
@@ -39,8 +39,8 @@ _MERGED: Final = 1e-6
 def _proportional_damping(_: PaperResults) -> Finding:
     lower, upper = modes(stability(_BASE.with_values({"mu": 0.0})))
     expected = -_BASE.c1 / (2.0 * _BASE.m)
-    alike = all(math.isclose(mode.real, expected, rel_tol=1e-9) for mode in (lower, upper))
-    return alike, (lower.real, upper.real, expected)
+    equal_decay = all(math.isclose(mode.real, expected, rel_tol=1e-9) for mode in (lower, upper))
+    return equal_decay, (lower.real, upper.real, expected)
 
 
 def _contact_means_negative_y(_: PaperResults) -> Finding:
@@ -50,7 +50,7 @@ def _contact_means_negative_y(_: PaperResults) -> Finding:
     return wrong == 0, (len(points), wrong)
 
 
-def _at_reattachments(paper: PaperResults) -> Trajectory:
+def _states_at_reattachments(paper: PaperResults) -> Trajectory:
     # States of the base scene at each reattachment; the last interval may end with the run.
     scene = PRESETS["base"]
     run = paper.run(scene)
@@ -61,13 +61,13 @@ def _at_reattachments(paper: PaperResults) -> Trajectory:
 
 
 def _reattachment_without_force(paper: PaperResults) -> Finding:
-    force = np.abs(_at_reattachments(paper).P)
-    return force.max() <= _NEGLIGIBLE, (force.size, force.max())
+    force = np.abs(_states_at_reattachments(paper).P)
+    return force.max() <= _SWITCH_TOL, (force.size, force.max())
 
 
 def _reattachment_at_the_static_position(paper: PaperResults) -> Finding:
-    y, rest = _at_reattachments(paper).y, static_start(System(_BASE))[2]
-    return np.abs(y - rest).max() <= _NEGLIGIBLE, (np.abs(y).max(), rest)
+    y, rest = _states_at_reattachments(paper).y, static_start(System(_BASE))[2]
+    return np.abs(y - rest).max() <= _SWITCH_TOL, (np.abs(y).max(), rest)
 
 
 def _one_real_equilibrium(_: PaperResults) -> Finding:
@@ -97,8 +97,8 @@ def _preload_brings_stiffness_into_the_jacobian(_: PaperResults) -> Finding:
     return without <= _ROUNDING < loaded, (without, loaded, stiffness)
 
 
-def _exceptions(paper: PaperResults, *keys: str) -> tuple[int, int]:
-    # Points of Figs. 3 to 5, and those where friction above the critical one does not mean growth.
+def _count_exceptions(paper: PaperResults, *keys: str) -> tuple[int, int]:
+    # Numbers of points, and of points where growth contradicts friction above the critical one.
     points = wrong = 0
     for line in (line for key in keys for _, line in paper.table(key).lines()):
         growth = np.maximum(line["sigma_1"], line["sigma_2"])
@@ -118,13 +118,13 @@ def _frequencies_merge(_: PaperResults) -> Finding:
     return before > 0.0 and at <= _MERGED, (before, at)
 
 
-def _critical(paper: PaperResults, key: str) -> Values:
+def _critical_values(paper: PaperResults, key: str) -> Values:
     # μ_c of the lines of Figs. 3 to 5, the linear one first.
     return [line[0] for line in columns(paper, key, "mu_c").values()]
 
 
-def _critical_at(key: str, holds: Callable[..., bool]) -> Test:
-    return compare(lambda paper: _critical(paper, key), holds)
+def _mu_c_test(key: str, holds: Callable[..., bool]) -> Test:
+    return compare(lambda paper: _critical_values(paper, key), holds)
 
 
 def _no_coalescence(paper: PaperResults) -> Finding:
@@ -136,17 +136,17 @@ def _no_coalescence(paper: PaperResults) -> Finding:
 def _one_real_part_passes_zero(paper: PaperResults) -> Finding:
     lines = [line for _, line in paper.table("5").lines()]
     decay = all(np.all(np.minimum(line["sigma_1"], line["sigma_2"]) < 0.0) for line in lines)
-    return decay and not _exceptions(paper, "5")[1], _critical(paper, "5")
+    return decay and not _count_exceptions(paper, "5")[1], _critical_values(paper, "5")
 
 
-def _growth_along(name: str, *values: float) -> Test:
+def _growth_test(name: str, *values: float) -> Test:
     return compare(
         lambda _: [growth_rate(System(_BASE.with_values({name: value}))) for value in values],
         lambda before, between, after: before < 0.0 < between and after < 0.0,
     )
 
 
-def _mu_c(paper: PaperResults, *keys: str) -> tuple[float, list[FloatArray]]:
+def _mu_c_lines(paper: PaperResults, *keys: str) -> tuple[float, list[FloatArray]]:
     # μ_c of the linear system, and along the nonlinear lines of Figs. 6 to 9.
     panels = [columns(paper, key, "mu_c") for key in keys]
     lines = [line for panel in panels for value, line in panel.items() if value > 0.0]
@@ -154,21 +154,21 @@ def _mu_c(paper: PaperResults, *keys: str) -> tuple[float, list[FloatArray]]:
 
 
 def _first_below_linear(paper: PaperResults, key: str) -> Finding:
-    linear, lines = _mu_c(paper, key)
+    linear, lines = _mu_c_lines(paper, key)
     falling = [line[: np.argmin(line) + 1] for line in lines]
     holds = all(line.size > 1 and falls(line) and line[1] < linear for line in falling)
     return holds, (linear, *(line[-1] for line in falling))
 
 
 def _preload_stabilises_later(paper: PaperResults) -> Finding:
-    lines, loads = _mu_c(paper, "6")[1], columns(paper, "6", "F")[0.0]
+    lines, loads = _mu_c_lines(paper, "6")[1], columns(paper, "6", "F")[0.0]
     least = [loads[np.argmin(line)] for line in lines]
     return all(map(falls_then_rises, lines)) and falls(least), least
 
 
 def _exceeds_linear(paper: PaperResults, key: str, along: str) -> Finding:
     # Whether the last line ends above the linear one, and the start of that range.
-    linear, lines = _mu_c(paper, key)
+    linear, lines = _mu_c_lines(paper, key)
     begin = crossing(columns(paper, key, along)[0.0], lines[-1] - linear)
     return begin is not None, (linear, *(line[-1] for line in lines), begin)
 
@@ -187,7 +187,7 @@ def _same_trend_with_other_damping(_: PaperResults) -> Finding:
 
 
 def _small_preload_stays_below_linear(paper: PaperResults) -> Finding:
-    linear, (line, *_) = _mu_c(paper, "7")
+    linear, (line, *_) = _mu_c_lines(paper, "7")
     return np.all(line[1:] < linear), (linear, line[-1])
 
 
@@ -204,7 +204,7 @@ def _stabilised_at_1_2(_: PaperResults) -> Finding:
 
 
 def _soft_horizontal_more_stable(paper: PaperResults) -> Finding:
-    linear, lines = _mu_c(paper, "8", "9")
+    linear, lines = _mu_c_lines(paper, "8", "9")
     # The first point of every line is the linear system.
     least = min(line[1:].min() for line in lines)
     return least > linear, (linear, least - linear, max(line.max() for line in lines))
@@ -229,23 +229,21 @@ TESTS: Final[Mapping[str, Test]] = {
     ),
     "preload-brings-stiffness-into-the-jacobian": _preload_brings_stiffness_into_the_jacobian,
     "one-critical-friction": compare(
-        lambda paper: _exceptions(paper, "3", "4"), lambda _, wrong: wrong == 0
+        lambda paper: _count_exceptions(paper, "3", "4"), lambda _, wrong: wrong == 0
     ),
     "frequencies-merge": _frequencies_merge,
-    "critical-friction-falls-at-small-preload": _critical_at("3", lambda _, *mu: falls(mu)),
-    "below-linear-at-small-preload": _critical_at("3", lambda linear, *mu: max(mu) < linear),
-    "critical-friction-rises-at-large-preload": _critical_at("4", lambda _, *mu: rises(mu)),
-    "strong-nonlinearity-above-linear": _critical_at("4", lambda linear, *mu: mu[-1] > linear),
-    "weak-nonlinearities-below-linear": _critical_at(
-        "4", lambda linear, *mu: max(mu[:-1]) < linear
-    ),
+    "critical-friction-falls-at-small-preload": _mu_c_test("3", lambda _, *mu: falls(mu)),
+    "below-linear-at-small-preload": _mu_c_test("3", lambda linear, *mu: max(mu) < linear),
+    "critical-friction-rises-at-large-preload": _mu_c_test("4", lambda _, *mu: rises(mu)),
+    "strong-nonlinearity-above-linear": _mu_c_test("4", lambda linear, *mu: mu[-1] > linear),
+    "weak-nonlinearities-below-linear": _mu_c_test("4", lambda linear, *mu: max(mu[:-1]) < linear),
     "no-coalescence": _no_coalescence,
     "one-real-part-passes-zero": _one_real_part_passes_zero,
-    "preload-destabilises-then-stabilises": _growth_along("F", 0.0, 60.0, 120.0),
-    "stiffness-destabilises-then-stabilises": _growth_along("k_nl", 0.0, 100.0, 500.0),
+    "preload-destabilises-then-stabilises": _growth_test("F", 0.0, 60.0, 120.0),
+    "stiffness-destabilises-then-stabilises": _growth_test("k_nl", 0.0, 100.0, 500.0),
     "preload-leaves-the-linear-system": compare(
-        lambda paper: (_mu_c(paper, "6")[0], np.ptp(columns(paper, "6", "mu_c")[0.0])),
-        lambda _, change: change <= _ROUNDING_OF_MU,
+        lambda paper: (_mu_c_lines(paper, "6")[0], np.ptp(columns(paper, "6", "mu_c")[0.0])),
+        lambda _, change: change <= _MU_ROUNDING,
     ),
     "preload-destabilises-at-first": lambda paper: _first_below_linear(paper, "6"),
     "preload-stabilises-later": _preload_stabilises_later,
@@ -253,7 +251,7 @@ TESTS: Final[Mapping[str, Test]] = {
     "same-trend-with-other-damping": _same_trend_with_other_damping,
     "stiffness-needs-preload": compare(
         lambda paper: [np.ptp(columns(paper, "7", "mu_c")[0.0])],
-        lambda change: change <= _ROUNDING_OF_MU,
+        lambda change: change <= _MU_ROUNDING,
     ),
     "stiffness-destabilises-at-first": lambda paper: _first_below_linear(paper, "7"),
     "stiffness-stabilises-at-large-preload": lambda paper: _exceeds_linear(paper, "7", "k_nl"),
@@ -264,5 +262,5 @@ TESTS: Final[Mapping[str, Test]] = {
     ),
     "stabilised-at-1-2": _stabilised_at_1_2,
     "soft-horizontal-more-stable": _soft_horizontal_more_stable,
-    "soft-horizontal-monotonic": lambda paper: trend(rises, _mu_c(paper, "8", "9")[1], -1),
+    "soft-horizontal-monotonic": lambda paper: trend(rises, _mu_c_lines(paper, "8", "9")[1], -1),
 }

@@ -1,4 +1,4 @@
-"""Readings of the paper's tables, trends along lines, and tests made of them."""
+"""Columns of the paper's tables, trends along lines, and tests built from them."""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -28,8 +28,8 @@ def trend(
     rule: Callable[[FloatArray], bool], lines: Iterable[FloatArray], *indices: int
 ) -> Finding:
     """Whether all lines follow a rule, and their values at the indices."""
-    every = list(lines)
-    return all(map(rule, every)), [line[index] for line in every for index in indices]
+    all_lines = list(lines)
+    return all(map(rule, all_lines)), [line[index] for line in all_lines for index in indices]
 
 
 def rises(values: FloatArray | Sequence[float]) -> bool:
@@ -54,9 +54,9 @@ def crossing(along: FloatArray, excess: FloatArray) -> float | None:
 
     None if there is no such place, or more than one change of sign.
     """
-    high = excess > 0.0
-    if high[0] or np.count_nonzero(np.diff(high)) != 1:
+    positive = excess > 0.0
+    if positive[0] or np.count_nonzero(np.diff(positive)) != 1:
         return None
-    before = int(np.argmax(high)) - 1
+    before = int(np.argmax(positive)) - 1
     share = excess[before] / (excess[before] - excess[before + 1])
     return float(along[before] + share * (along[before + 1] - along[before]))

@@ -23,26 +23,26 @@ _IGNORED: Final = PRESETS["separation-ignored"]
 _COEXISTENCE: Final = PRESETS["coexistence"]
 _FIGURES: Final = ("13", "14", "15", "16")
 _MEASURES: Final = ("y_peak", "y_half_range")
-# Variation along a figure, separation ignored, that counts as "barely".
-_BARELY: Final = 1.2
+# Greatest ratio of amplitudes along a figure that counts as "barely affected".
+_BARELY_RATIO: Final = 1.2
 
 
-def _changed(scene: Scene, values: Mapping[str, float], **settings: Any) -> Scene:
+def _scene_with(scene: Scene, values: Mapping[str, float], **settings: Any) -> Scene:
     return dataclasses.replace(scene, **settings).with_values(values)
 
 
 _UNBOUNDED: Final = tuple(
-    _changed(PRESETS["linear"], {"mu": 1.2}, name="linear, unstable", t_end=t_end)
+    _scene_with(PRESETS["linear"], {"mu": 1.2}, name="linear, unstable", t_end=t_end)
     for t_end in (30.0, 60.0)
 )
 _PRELOAD_ALONE: Final = tuple(
-    _changed(_CONSIDERED, {"F": F, "k_nl": 100.0, "mu": 0.7}, name="preload alone", tol=1e-9)
+    _scene_with(_CONSIDERED, {"F": F, "k_nl": 100.0, "mu": 0.7}, name="preload alone", tol=1e-9)
     for F in (40.0, 60.0)
 )
 
 
 def _stable_starts() -> tuple[Scene, ...]:
-    # Static starts at parameters like the paper's, and long enough for a motion to decay.
+    # Static starts at parameters similar to the paper's; the horizon lets a motion decay.
     base = dataclasses.replace(_CONSIDERED, name="static start", t_end=200.0, tol=1e-9)
     grid = product(range(10, 151, 20), (20.0, 50.0, 100.0, 200.0, 500.0), (0.3, 0.5, 0.7, 1.0))
     scenes = (base.with_values({"F": F, "k_nl": k_nl, "mu": mu}) for F, k_nl, mu in grid)
@@ -147,43 +147,43 @@ def _separations_are_short(paper: PaperResults) -> Finding:
 
 
 def _crossings(paper: PaperResults, key: str) -> list[float | None]:
-    # Start of the range in which Case 1 finally exceeds Case 2, by measure; None without one.
+    # Start of the range in which Case 1 exceeds Case 2, by measure; None if there is no such range.
     ignored, considered = (line for _, line in paper.table(key).lines())
     along = considered[considered.along]
     return [crossing(along, considered[name] - ignored[name]) for name in _MEASURES]
 
 
-def _barely(paper: PaperResults, key: str) -> Finding:
+def _check_barely_affected(paper: PaperResults, key: str) -> Finding:
     lines = [line for name in _MEASURES for line in columns(paper, key, name).values()]
     ratios = [float(line.max() / line.min()) for line in lines]
-    return max(ratios[::2]) < _BARELY and min(ratios[1::2]) > 5.0, ratios
+    return max(ratios[::2]) < _BARELY_RATIO and min(ratios[1::2]) > 5.0, ratios
 
 
-def _grows(paper: PaperResults, key: str) -> Finding:
+def _check_growth(paper: PaperResults, key: str) -> Finding:
     return trend(rises, [columns(paper, key, name)[1.0] for name in _MEASURES], 0, -1)
 
 
-def _cross(paper: PaperResults, key: str) -> Finding:
+def _check_crossings(paper: PaperResults, key: str) -> Finding:
     crossings = _crossings(paper, key)
     return None not in crossings, crossings
 
 
 def _same_trends_with_stronger_nonlinearity(paper: PaperResults) -> Finding:
-    constant, ratios = _barely(paper, "14")
-    grows, ends = _grows(paper, "14")
-    cross, crossings = _cross(paper, "14")
+    constant, ratios = _check_barely_affected(paper, "14")
+    grows, ends = _check_growth(paper, "14")
+    cross, crossings = _check_crossings(paper, "14")
     return constant and grows and cross, (*ratios[::2], *ends, *crossings)
 
 
-def _less(low: Values, high: Values, share: float) -> bool:
-    # Whether all values exist, and the first ones are less than a share of the second ones.
+def _below(low: Values, high: Values, share: float) -> bool:
+    # Whether no value is None, and each `low` is less than a share of its `high`.
     pairs = zip(low, high, strict=True)
     return all(a is not None and b is not None and a < share * b for a, b in pairs)
 
 
 def _stronger_nonlinearity_crosses_sooner(paper: PaperResults) -> Finding:
     weak, strong = _crossings(paper, "13"), _crossings(paper, "14")
-    return _less(strong, weak, 0.5), (*weak, *strong)
+    return _below(strong, weak, 0.5), (*weak, *strong)
 
 
 def _half_ranges(paper: PaperResults, *keys: str) -> list[tuple[FloatArray, FloatArray]]:
@@ -206,7 +206,7 @@ def _greater_even_at_small_stiffness(paper: PaperResults) -> Finding:
     light, heavy = _crossings(paper, "15"), _crossings(paper, "16")
     range_end = float(paper.table("16")["k_nl"].max())
     first = [line[0] for line in columns(paper, "16", "y_peak").values()]
-    return _less(heavy, light, 0.5) and _less(heavy, [range_end] * 2, 0.1), (*heavy, *first)
+    return _below(heavy, light, 0.5) and _below(heavy, [range_end] * 2, 0.1), (*heavy, *first)
 
 
 def _amplitude_depends_on_preload(paper: PaperResults) -> Finding:
@@ -254,9 +254,9 @@ TESTS: Final[Mapping[str, Test]] = {
         lambda paper: [paper.table(key)["growth_rate"].min() for key in _FIGURES],
         lambda *rates: min(rates) > 0.0,
     ),
-    "ignored-barely-depends-on-preload": lambda paper: _barely(paper, "13"),
-    "considered-grows-with-preload": lambda paper: _grows(paper, "13"),
-    "cases-cross-along-preload": lambda paper: _cross(paper, "13"),
+    "ignored-barely-depends-on-preload": lambda paper: _check_barely_affected(paper, "13"),
+    "considered-grows-with-preload": lambda paper: _check_growth(paper, "13"),
+    "cases-cross-along-preload": lambda paper: _check_crossings(paper, "13"),
     "same-trends-with-stronger-nonlinearity": _same_trends_with_stronger_nonlinearity,
     "stronger-nonlinearity-crosses-sooner": _stronger_nonlinearity_crosses_sooner,
     "ignoring-separation-underestimates": compare(
@@ -267,7 +267,7 @@ TESTS: Final[Mapping[str, Test]] = {
     ),
     "ignored-falls-with-stiffness": lambda paper: _along_stiffness(paper, 0.0, falls),
     "considered-grows-with-stiffness": lambda paper: _along_stiffness(paper, 1.0, rises),
-    "cases-cross-along-stiffness": lambda paper: _cross(paper, "15"),
+    "cases-cross-along-stiffness": lambda paper: _check_crossings(paper, "15"),
     "greater-even-at-small-stiffness": _greater_even_at_small_stiffness,
     "amplitude-depends-on-preload": _amplitude_depends_on_preload,
     "opposite-trends": compare(
