@@ -21,13 +21,13 @@ _QUANTILES: Final = 1 << 14
 
 
 @dataclass(frozen=True, slots=True)
-class _Form:
-    # A distribution in engineers' terms: names of its numbers, the rule they obey, and the
-    # function that makes it from `scipy.stats`.
+class _Family:
+    # A distribution in engineers' terms: names of its numbers, the condition they fulfil, and the
+    # function that makes the frozen distribution of `scipy.stats`.
     number_names: tuple[str, ...]
     rule: str
     allows: Callable[..., bool]
-    make: Callable[..., Any]
+    make_frozen: Callable[..., Any]
 
 
 def _uniform(low: float, high: float) -> Any:
@@ -61,24 +61,24 @@ def _beta(low: float, high: float, a: float, b: float) -> Any:
     return stats.beta(a, b, low, high - low)
 
 
-FORMS: Final[Mapping[str, _Form]] = {
-    "uniform": _Form(
+FORMS: Final[Mapping[str, _Family]] = {
+    "uniform": _Family(
         ("LOW", "HIGH"), "LOW must be below HIGH", lambda low, high: low < high, _uniform
     ),
-    "normal": _Form(("MEAN", "SD"), "SD must be above 0", lambda _mean, sd: sd > 0.0, _normal),
-    "lognormal": _Form(
+    "normal": _Family(("MEAN", "SD"), "SD must be above 0", lambda _mean, sd: sd > 0.0, _normal),
+    "lognormal": _Family(
         ("MEAN", "SD"),
         "MEAN and SD, both of the quantity itself, must be above 0",
         lambda mean, sd: mean > 0.0 and sd > 0.0,
         _lognormal,
     ),
-    "triangular": _Form(
+    "triangular": _Family(
         ("LOW", "MODE", "HIGH"),
         "LOW, MODE and HIGH must ascend, and LOW be below HIGH",
         lambda low, mode, high: low <= mode <= high and low < high,
         _triangular,
     ),
-    "beta": _Form(
+    "beta": _Family(
         ("LOW", "HIGH", "A", "B"),
         "LOW must be below HIGH, and A and B above 0",
         lambda low, high, a, b: low < high and a > 0.0 and b > 0.0,
@@ -130,7 +130,7 @@ class Distribution:
             if not form.allows(*self.numbers):
                 raise InputError(f"{self}: {form.rule}")
         else:
-            _check_of_scipy(self)
+            _check_scipy_family(self)
         begin, end = self._ends()
         if not end > begin:
             raise InputError(f"{self}: must have values from {self.low:g} to {self.high:g}")
@@ -168,13 +168,13 @@ class Distribution:
 @lru_cache(maxsize=64)
 def _frozen(name: str, numbers: tuple[float, ...]) -> Any:
     if name in FORMS:
-        return FORMS[name].make(*numbers)
+        return FORMS[name].make_frozen(*numbers)
     from scipy import stats
 
     return getattr(stats, name)(*numbers)
 
 
-def _check_of_scipy(distribution: Distribution) -> None:
+def _check_scipy_family(distribution: Distribution) -> None:
     from scipy import stats
 
     family = getattr(stats, distribution.name, None)

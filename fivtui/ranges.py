@@ -15,7 +15,7 @@ from .model import PARAMETERS, InputError, ParameterSpec, check_known, parameter
 
 MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
-_FORM_OF_ENDS: Final = "NAME=START:STOP or NAME=START:STOP:log"
+_ENDS_FORM: Final = "NAME=START:STOP or NAME=START:STOP:log"
 _SPACING: Final = "log"
 _FRACTION: Final = r"([0-9]*(?:[eE][+-]?[0-9]*)?)"
 _COMMA_IN_NUMBER: Final = re.compile(rf"(\s*[+-]?[0-9]*),{_FRACTION}(\s*%?\s*)")
@@ -23,13 +23,13 @@ _COMMA_IN_NUMBER: Final = re.compile(rf"(\s*[+-]?[0-9]*),{_FRACTION}(\s*%?\s*)")
 _COMMA_IN_PART: Final = re.compile(
     rf"((?:^|[\s=~])[+-]?[0-9]*),{_FRACTION}(?=\s*:)|(:\s*[+-]?[0-9]*),{_FRACTION}(?=[\s:]|$)"
 )
-# Table entries between two powers of two; with these, the series needs few terms.
+# Entries of the table of 2^(n/64), and terms of the series between two entries.
 _PARTS: Final = 64
 _TERMS: Final = 7
-_DIGITS: Final = Context(prec=50)
-_LN2: Final = _DIGITS.ln(Decimal(2))
+_PRECISE: Final = Context(prec=50)
+_LN2: Final = _PRECISE.ln(Decimal(2))
 # Relative tolerance for values spaced by a mathematical library.
-_LIBRARY: Final = 1e-13
+_LIBRARY_RTOL: Final = 1e-13
 # Veltkamp's constant splits a number into halves of its bits.
 _SPLITTER: Final = 2.0**27 + 1.0
 
@@ -61,7 +61,7 @@ def parse_range(
     """Parse a range."""
     name, equals, rest = text.partition("=")
     name, parts = name.strip(), [part.strip() for part in rest.split(":")]
-    form, example = (_FORM, "F=10:120:23") if counted else (_FORM_OF_ENDS, "F=10:120")
+    form, example = (_FORM, "F=10:120:23") if counted else (_ENDS_FORM, "F=10:120")
     if not counted:
         parts.insert(2, "2")
     if not equals or not name or len(parts) not in (3, 4):
@@ -137,8 +137,8 @@ def number_text(value: float) -> str:
     """The shortest text of exactly this number, without a trailing ``.0``."""
     if value == 0.0:
         return "0"
-    brief = f"{value:.12g}"
-    return brief if float(brief) == value and math.isfinite(value) else repr(value)
+    short = f"{value:.12g}"
+    return short if float(short) == value and math.isfinite(value) else repr(value)
 
 
 def range_text(name: str, values: Floats) -> str:
@@ -149,7 +149,7 @@ def range_text(name: str, values: Floats) -> str:
         return ends
     # Values in files may be powers rounded by a mathematical library.
     if min(first, final) > 0.0 and np.allclose(
-        values, _spaced(first, final, count, log=True), rtol=_LIBRARY, atol=0.0
+        values, _spaced(first, final, count, log=True), rtol=_LIBRARY_RTOL, atol=0.0
     ):
         return f"{ends}:{_SPACING}"
     raise InputError(f"{name}: its values are not evenly spaced; a command cannot say them")
@@ -169,20 +169,20 @@ def log_spaced(start: float, stop: float, indices: Floats, parts: int = 1) -> Fl
     Powers by a mathematical library differ in their last bits between processors. This function
     uses only sums, products and roundings, which IEEE 754 defines.
     """
-    start_log, stop_log = (_DIGITS.multiply(_log2(end), Decimal(_PARTS)) for end in (start, stop))
-    begin = _pair(start_log)
-    span = _pair(_DIGITS.divide(_DIGITS.subtract(stop_log, start_log), Decimal(parts)))
-    product, lacks = _exact_product(span[0], indices)
+    start_log, stop_log = (_PRECISE.multiply(_log2(end), Decimal(_PARTS)) for end in (start, stop))
+    begin = _split_decimal(start_log)
+    span = _split_decimal(_PRECISE.divide(_PRECISE.subtract(stop_log, start_log), Decimal(parts)))
+    product, residue = _exact_product(span[0], indices)
     total = begin[0] + product
-    # The rounding error of the sum (Knuth), then all smaller terms.
+    # The rounding error of the sum (Knuth) and all smaller terms.
     added = total - begin[0]
-    lacks = (
-        (begin[0] - (total - added)) + (product - added) + (lacks + indices * span[1] + begin[1])
+    residue = (
+        (begin[0] - (total - added)) + (product - added) + (residue + indices * span[1] + begin[1])
     )
     integer = np.rint(total)
-    rest = ((total - integer) + lacks) * (float(_LN2) / _PARTS)
+    rest = ((total - integer) + residue) * (float(_LN2) / _PARTS)
     power = integer.astype(np.int64)
-    high, low = _powers()
+    high, low = _power_table()
     part = power % _PARTS
     # e^rest − 1
     series = np.zeros_like(rest)
@@ -194,20 +194,20 @@ def log_spaced(start: float, stop: float, indices: Floats, parts: int = 1) -> Fl
 
 
 def _log2(number: float) -> Decimal:
-    return _DIGITS.divide(_DIGITS.ln(Decimal(number)), _LN2)
+    return _PRECISE.divide(_PRECISE.ln(Decimal(number)), _LN2)
 
 
-def _pair(number: Decimal) -> tuple[float, float]:
+def _split_decimal(number: Decimal) -> tuple[float, float]:
     # A number of more than 53 bits as the nearest double and the remainder.
     high = float(number)
-    return high, float(_DIGITS.subtract(number, Decimal(high)))
+    return high, float(_PRECISE.subtract(number, Decimal(high)))
 
 
 @lru_cache(maxsize=1)
-def _powers() -> tuple[Floats, Floats]:
-    # 2^(part/_PARTS)
-    exact = [_DIGITS.power(Decimal(2), Decimal(n) / Decimal(_PARTS)) for n in range(_PARTS)]
-    pairs = np.array([_pair(power) for power in exact])
+def _power_table() -> tuple[Floats, Floats]:
+    # 2^(n/64) as high and low parts.
+    exact = [_PRECISE.power(Decimal(2), Decimal(n) / Decimal(_PARTS)) for n in range(_PARTS)]
+    pairs = np.array([_split_decimal(power) for power in exact])
     return pairs[:, 0], pairs[:, 1]
 
 
@@ -216,5 +216,5 @@ def _exact_product(a: float, b: Floats) -> tuple[Floats, Floats]:
     product = a * b
     a_high, b_high = (_SPLITTER * x - (_SPLITTER * x - x) for x in (a, b))
     a_low, b_low = a - a_high, b - b_high
-    lacks = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
-    return product, lacks
+    residue = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
+    return product, residue

@@ -1,4 +1,4 @@
-"""One transient by any method, native or FMU: what the CLI, the TUI and scripts call."""
+"""One transient by any method, native or FMU: the entry point of CLI, TUI and scripts."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -79,8 +79,8 @@ def simulate(
         Called at intervals in the computing thread with the next part of the trajectory, if sample
         times are given and the method takes steps.
     sensitivities : sequence of str
-        Names of the parameters to derive the results by, with the method ``taylor``. A static start
-        depends on parameters, and so do the derivatives through it; a start in numbers does not.
+        Names of the parameters by which results are differentiated, with the method ``taylor``.
+        Derivatives include the change of a static start; a start in numbers is constant.
     over_time : mapping of str to pairs of time and value, optional
         Values of ``F``, ``mu`` and ``v_belt`` over time, s, in place of those of `parameters`:
         linear between rows, constant before and after them, with a jump where a time is given
@@ -89,7 +89,7 @@ def simulate(
     Returns
     -------
     Transient
-        Final state, exact extremes, events, work done, and the trajectory if asked for.
+        Final state, exact extremes, events, work done, and the trajectory if requested.
 
     Raises
     ------

@@ -78,7 +78,7 @@ def save_study(name: str, result: Any, path: Path) -> None:
 
 
 def check_readable(path: Path) -> None:
-    """Raise `InputError` unless a file or folder of that name exists and may hold a result."""
+    """Raise `InputError` unless a file or folder exists and its suffix is one of a result."""
     folders = (suffix for _, kind in studies() for suffix in kind.folders)
     suffixes = (*FORMATS, *folders, _JSON)
     if path.suffix.lower() not in suffixes:
@@ -97,9 +97,9 @@ def kind_of(path: Path) -> str:
         kind_name = _kind_of_json(path)
     else:
         header = read_header(path, "result").keys()
-        fitting = (name for name, kind in studies() if kind.header and header >= kind.header)
+        matching_kinds = (name for name, kind in studies() if kind.header and header >= kind.header)
         # A trajectory written by another program has no header.
-        kind_name = next(fitting, "") if header else "run"
+        kind_name = next(matching_kinds, "") if header else "run"
     if not kind_name or study(kind_name).load is None:
         names = [name for name, kind in studies() if kind.load is not None]
         raise InputError(f"{path}: not a {', '.join(names[:-1])} or {names[-1]}")
@@ -130,7 +130,7 @@ def load_study(name: str, path: Path) -> Any:
 
 
 def store_study(name: str, result: Any, path: Path) -> None:
-    """Write all of a result to a file for the laboratory."""
+    """Write a complete result to a file, from which `restore_study` reads it."""
     stored = study(name).stored
     if stored is not None and stored.save is not None:
         stored.save(result, path)

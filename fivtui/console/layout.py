@@ -22,17 +22,17 @@ class TableColumn:
     justify: JustifyMethod = "right"
 
     @property
-    def natural(self) -> int:
+    def natural_width(self) -> int:
         """Width with nothing wrapped."""
-        return max(cell_len(self.name), self._widest)
+        return max(cell_len(self.name), self._widest_cell)
 
     @property
-    def least(self) -> int:
+    def least_width(self) -> int:
         """Width with the heading wrapped at spaces, and no cell wrapped."""
-        return max(self._widest, *(cell_len(part) for part in self.name.split()), 0)
+        return max(self._widest_cell, *(cell_len(part) for part in self.name.split()), 0)
 
     @property
-    def _widest(self) -> int:
+    def _widest_cell(self) -> int:
         return max((cell_len(str(cell)) for cell in self.cells), default=0)
 
 
@@ -46,24 +46,24 @@ def blocks_of(columns: Sequence[TableColumn], keys: int, width: int | None) -> l
     row numbers replace them. A block is a list of columns with their widths; wider cells are
     folded. A `width` of None is no limit.
     """
-    natural = [(column, column.natural) for column in columns]
-    if width is None or _block_width(natural) <= width:
-        return [natural]
-    heads, values = list(columns[:keys]), list(columns[keys:])
-    if _room(heads, width) < max((min(c.least, READABLE) for c in values), default=0):
+    single_block = [(column, column.natural_width) for column in columns]
+    if width is None or _block_width(single_block) <= width:
+        return [single_block]
+    key_columns, values = list(columns[:keys]), list(columns[keys:])
+    if _room(key_columns, width) < max((min(c.least_width, READABLE) for c in values), default=0):
         count = max((len(column.cells) for column in columns), default=0)
         numbers = tuple(str(number) for number in range(1, count + 1))
-        heads, values = [TableColumn("row", numbers)], list(columns)
-    return list(_split(heads, values, _room(heads, width)))
+        key_columns, values = [TableColumn("row", numbers)], list(columns)
+    return list(_split(key_columns, values, _room(key_columns, width)))
 
 
 def _split(
-    heads: Sequence[TableColumn], values: Sequence[TableColumn], room: int
+    key_columns: Sequence[TableColumn], values: Sequence[TableColumn], room: int
 ) -> Iterator[Block]:
-    first: Block = [(column, column.least) for column in heads]
+    first: Block = [(column, column.least_width) for column in key_columns]
     block: Block = []
     for column in values:
-        entry = (column, min(column.least, max(room, 1)))
+        entry = (column, min(column.least_width, max(room, 1)))
         if block and _block_width([*block, entry]) > room:
             yield [*first, *block]
             block = []
@@ -71,8 +71,8 @@ def _split(
     yield [*first, *block]
 
 
-def _room(heads: Sequence[TableColumn], width: int) -> int:
-    return width - sum(column.least + GAP for column in heads)
+def _room(key_columns: Sequence[TableColumn], width: int) -> int:
+    return width - sum(column.least_width + GAP for column in key_columns)
 
 
 def _block_width(block: Sequence[tuple[TableColumn, int]]) -> int:

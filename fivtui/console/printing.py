@@ -19,14 +19,14 @@ from .layout import GAP, READABLE, TableColumn, blocks_of
 from .numbers import number
 
 # A bar appears after this time.
-_PATIENCE_S: Final = 1.0
-_NO_LIMIT: Final = 1_000_000
+_DELAY_S: Final = 1.0
+_UNLIMITED_WIDTH: Final = 1_000_000
 
 
 class ProgressBar:
     """A progress bar on stderr that appears after a second.
 
-    `label` says what is being computed, `remaining` whether the time left is shown.
+    `label` names the computation, `remaining` shows the time left.
     """
 
     def __init__(self, label: str, *, remaining: bool = True) -> None:
@@ -54,7 +54,7 @@ class ProgressBar:
     def show(self, fraction: float, label: str) -> None:
         """Show the fraction done beside a label."""
         if self._bar is None:
-            if time.monotonic() - self._begin < _PATIENCE_S:
+            if time.monotonic() - self._begin < _DELAY_S:
                 return
             console = Console(stderr=True)
             columns = [TextColumn("{task.description}", markup=False), BarColumn()]
@@ -72,18 +72,18 @@ class ProgressBar:
 
 
 def print_list(title: str, rows: Sequence[Sequence[str]]) -> None:
-    """Print a name and texts a row, side by side, or one below the other on a narrow terminal."""
+    """Print names and their texts side by side, or one below the other on a narrow terminal."""
     width = terminal_width()
     lines = [(name, "  ".join(filter(None, parts))) for name, *parts in rows]
     names = max((cell_len(name) for name, _ in lines), default=0)
     texts = max((cell_len(text) for _, text in lines), default=0)
-    beside = width is None or names + GAP + min(texts, READABLE) <= width
+    side_by_side = width is None or names + GAP + min(texts, READABLE) <= width
     table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_column(no_wrap=beside, overflow="fold")
-    if beside:
+    table.add_column(no_wrap=side_by_side, overflow="fold")
+    if side_by_side:
         table.add_column(overflow="fold")
     for name, text in lines:
-        if beside:
+        if side_by_side:
             table.add_row(Text(name), Text(text))
         else:
             table.add_row(Text(name))
@@ -95,7 +95,7 @@ def print_titled(title: str, *parts: RenderableType) -> None:
     """Print a title, if it is not empty, and renderables below it to stdout."""
     width = terminal_width()
     # Do not wrap output that goes to a program instead of a terminal.
-    console = Console(file=sys.stdout, width=width or _NO_LIMIT, highlight=False)
+    console = Console(file=sys.stdout, width=width or _UNLIMITED_WIDTH, highlight=False)
     with console.capture() as captured:
         if title:
             console.print(Text(title, style="italic", overflow="fold"))
@@ -123,7 +123,7 @@ def print_rows(
     keys: int = 1,
     justify: JustifyMethod = "right",
 ) -> None:
-    """Print a table; one wider than the terminal continues below."""
+    """Print a table, in several blocks if it is wider than the terminal."""
     columns = [
         TableColumn(name, tuple(row[index] for row in rows), justify if index > 0 else "left")
         for index, name in enumerate(header)

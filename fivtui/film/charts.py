@@ -22,19 +22,19 @@ _TRACES: Final[Mapping[str, tuple[str, ...]]] = {
     "contact force": ("contact force",),
     "friction": ("friction",),
 }
-_MARKS: Final = {Mode.SEPARATED: "○", Mode.STICK: "■"}
-_SLIDING: Final = "▬"
+_FOOT_MARKS: Final = {Mode.SEPARATED: "○", Mode.STICK: "■"}
+_SLIDING_MARK: Final = "▬"
 
 
 def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect: float) -> Chart:
     """The slider on the belt at a time, s, to scale in a plot of width over height `aspect`."""
-    x_range, y_range = _fitted(layout.x_range, layout.y_range, aspect)
+    x_range, y_range = _fit_aspect(layout.x_range, layout.y_range, aspect)
     moment = motion_at(run, np.array([t]))
     mode = Mode(int(moment.mode[0]))
     travel = timing.travel(run, t, layout.x_range[1] - layout.x_range[0])
     shapes = {shape.name: shape for shape in shapes_at(run, layout, moment, travel)}
     traces = tuple(
-        _trace(name, [shapes[part] for part in parts], _MARKS.get(mode, _SLIDING))
+        _trace(name, [shapes[part] for part in parts], _FOOT_MARKS.get(mode, _SLIDING_MARK))
         for name, parts in _TRACES.items()
         if parts[0] in shapes
     )
@@ -58,7 +58,7 @@ def _trace(name: str, shapes: list[Shape], foot: str) -> Trace:
     return Trace(name, x, y, ordered=False, mark=foot if name == "slider" else "")
 
 
-def _fitted(
+def _fit_aspect(
     across: tuple[float, float], up: tuple[float, float], aspect: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     # Expand the ranges to the aspect ratio.

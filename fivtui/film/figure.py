@@ -33,7 +33,7 @@ from fivtui.signals import motion_at
 from fivtui.transient import Trajectory, Transient
 
 from .shapes import MODE_NAMES, Layout, layout_of, shapes_at
-from .timing import FRAMES_PER_SECOND, Timing, film_timing, speed_words
+from .timing import FRAMES_PER_SECOND, Timing, film_timing, speed_text
 
 _GIF: Final = ".gif"
 _MP4: Final = ".mp4"
@@ -41,7 +41,7 @@ _MP4: Final = ".mp4"
 _SIZE: Final = (6.4, 5.4)
 _DPI: Final = 100
 _CURVE_POINTS: Final = 2000
-_LINES: Final[dict[str, dict[str, Any]]] = {
+_LINE_STYLES: Final[dict[str, dict[str, Any]]] = {
     "belt": {"color": "0.25", "linewidth": 2.0},
     "marks": {"color": "0.6", "linewidth": 1.2},
     "walls": {"color": "0.25", "linewidth": 2.5},
@@ -51,31 +51,31 @@ _LINES: Final[dict[str, dict[str, Any]]] = {
     "contact force": {"color": "#1f4fd8", "linewidth": 1.8},
     "friction": {"color": "#c2410c", "linewidth": 1.8},
 }
-# Foot and slider by mode; the title says it in words.
-_FACES: Final = {
+# Colour of the foot by mode; the title names the mode.
+_FOOT_COLOURS: Final = {
     Mode.SEPARATED: "white",
     Mode.CONTACT: "#c9d3df",
     Mode.FORWARD: "#c9d3df",
     Mode.BACKWARD: "#d9c3ee",
     Mode.STICK: "#f0b429",
 }
-_BLOCK: Final = "#e8eef5"
+_BLOCK_COLOUR: Final = "#e8eef5"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Film(Result):
-    """What was written as a film.
+    """A film that was written.
 
     Attributes
     ----------
     path : Path
         The file.
     window : tuple of float
-        Start and end of what is shown, s.
+        Start and end of the time shown, s.
     speed : float
         Seconds of the motion in a second of the film.
     frames : int
-        Their number, 25 a second.
+        Number of frames, 25 a second.
     """
 
     path: Path
@@ -91,7 +91,7 @@ class Film(Result):
         return [
             ("file", describe_files(self.path)),
             ("shown", f"{self.window[0]:.6g} to {self.window[1]:.6g} s"),
-            ("speed", f"{self.speed:g} s of the motion a second: {speed_words(self.speed)}"),
+            ("speed", f"{self.speed:g} s of the motion a second: {speed_text(self.speed)}"),
             ("frames", f"{self.frames}, {self.frames / FRAMES_PER_SECOND:.3g} s"),
         ]
 
@@ -115,8 +115,8 @@ def animate(
     """Write a film of the slider on the belt.
 
     The slider moves to scale, with the forces that act on it from the belt; its foot is white off
-    the belt, and orange where it sticks. Below runs y over time. A belt without a speed moves at
-    one of no meaning.
+    the belt, and orange where it sticks. A chart below shows y over time. A belt without a speed in
+    the model moves at an arbitrary one.
 
     Parameters
     ----------
@@ -125,8 +125,8 @@ def animate(
     path : Path or str
         The file: ``.gif``, or ``.mp4`` where ffmpeg is installed.
     window : tuple of float, optional
-        Start and end of what is shown, s. By default the last eight cycles, or what ten seconds of
-        film show at the speed given.
+        Start and end of the time shown, s. By default the last eight cycles, or with a speed, the
+        end of the run in a film of ten seconds.
     speed : float, optional
         Seconds of the motion in a second of the film, 1 for real time. By default the film lasts
         ten seconds.
@@ -165,9 +165,9 @@ def animate(
         kind = PillowWriter if file.suffix == _GIF else FFMpegWriter
         writer: AbstractMovieWriter = kind(fps=FRAMES_PER_SECOND)
         # The writer redraws the figure for every frame, so give it one that holds only an image.
-        plate = Figure(figsize=_SIZE, dpi=_DPI)
-        image = plate.figimage(picture.frame(timing.start))
-        with writer.saving(plate, str(file), _DPI):
+        image_figure = Figure(figsize=_SIZE, dpi=_DPI)
+        image = image_figure.figimage(picture.frame(timing.start))
+        with writer.saving(image_figure, str(file), _DPI):
             # Check for cancelling after a frame: a writer needs at least one.
             work = Progress(progress)
             for count, t in enumerate(times.tolist(), 1):
@@ -188,30 +188,30 @@ class _Picture:
         self._layout = layout_of(motion)
         figure = new_figure(*_SIZE)
         figure.set_dpi(_DPI)
-        self._canvas = _canvas_of(figure)
+        self._canvas = _new_canvas(figure)
         scene, curve = figure.subplots(2, 1, height_ratios=(3.4, 1.0))
         self._scene: Axes = scene
-        _frame(scene, self._layout)
+        _set_limits(scene, self._layout)
         # Initial text that reserves space in the layout.
         self._title: Text = scene.set_title("t", loc="left")
-        self._lines = {name: scene.plot([], [], **look)[0] for name, look in _LINES.items()}
+        self._lines = {name: scene.plot([], [], **look)[0] for name, look in _LINE_STYLES.items()}
         self._areas = {
             name: scene.fill([0.0], [0.0], edgecolor="0.15", linewidth=1.2)[0]
             for name in ("foot", "block")
         }
-        _add_keys(scene, run, self._lines)
+        _add_legend(scene, run, self._lines)
         self._marker = _draw_curve(curve, motion, run, timing)
         self._moving = [*self._lines.values(), *self._areas.values(), self._title, self._marker]
         self._canvas.draw()
         for artist in self._moving:
             artist.set_animated(True)
         self._canvas.draw()
-        self._still = self._canvas.copy_from_bbox(figure.bbox)
+        self._background = self._canvas.copy_from_bbox(figure.bbox)
 
     def frame(self, t: float) -> NDArray[np.uint8]:
         """The picture at a time, s, shape (height, width, 4)."""
         self._move(t)
-        self._canvas.restore_region(self._still)
+        self._canvas.restore_region(self._background)
         for artist in self._moving:
             artist.axes.draw_artist(artist)
         return np.array(self._canvas.buffer_rgba())
@@ -229,18 +229,18 @@ class _Picture:
                 line.set_data(shape.x, shape.y)
         for name, area in self._areas.items():
             area.set_xy(np.column_stack([shapes[name].x, shapes[name].y]))
-            area.set_facecolor(_FACES[mode] if name == "foot" else _BLOCK)
+            area.set_facecolor(_FOOT_COLOURS[mode] if name == "foot" else _BLOCK_COLOUR)
         force = f"P = {float(moment.P[0]):.3g} N"
         self._title.set_text(f"t = {t:.{self._digits}f} s    {MODE_NAMES[mode]}    {force}")
         self._marker.set_xdata([t, t])
 
 
-def _canvas_of(figure: Figure) -> Any:
-    # Its methods have no types.
+def _new_canvas(figure: Figure) -> Any:
+    # Typed as Any: the methods of a canvas have no types.
     return FigureCanvasAgg(figure)
 
 
-def _frame(axes: Axes, layout: Layout) -> None:
+def _set_limits(axes: Axes, layout: Layout) -> None:
     axes.set_xlim(*layout.x_range)
     axes.set_ylim(*layout.y_range)
     axes.set_aspect("equal")
@@ -249,16 +249,16 @@ def _frame(axes: Axes, layout: Layout) -> None:
     axes.set_yticks([])
 
 
-def _add_keys(axes: Axes, run: Transient, lines: Mapping[str, Line2D]) -> None:
-    # Legends of forces and feet.
-    feet = [mode for mode in MODE_NAMES if mode in _modes_of(run)]
+def _add_legend(axes: Axes, run: Transient, lines: Mapping[str, Line2D]) -> None:
+    # A legend of the forces, and of the foot's colours.
+    feet = [mode for mode in MODE_NAMES if mode in _run_modes(run)]
     keys: list[Artist] = [lines[name] for name in ("preload", "contact force", "friction")]
-    keys += [Patch(facecolor=_FACES[mode], edgecolor="0.15") for mode in feet]
+    keys += [Patch(facecolor=_FOOT_COLOURS[mode], edgecolor="0.15") for mode in feet]
     labels = ["preload", "contact force", "friction", *(MODE_NAMES[mode] for mode in feet)]
     axes.legend(keys, labels, loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False)
 
 
-def _modes_of(run: Transient) -> set[Mode]:
+def _run_modes(run: Transient) -> set[Mode]:
     if run.mode_changes:
         return {run.first_mode, *(change.then for change in run.mode_changes)}
     return {run.first_mode, *ALWAYS_SLIDING} if run.switch_times.size else {run.first_mode}
@@ -268,8 +268,8 @@ def _draw_curve(axes: Axes, motion: Trajectory, run: Transient, timing: Timing) 
     # Draw y over time, shaded off the belt and in stick, and the line of the current time.
     axes.plot(motion.t, motion.y, color=CASE_COLOURS[run.separation][0], linewidth=1.0)
     shade_times(axes, run.separated_intervals, OFF_BELT_COLOUR)
-    shade_times(axes, run.stick_intervals, _FACES[Mode.STICK])
+    shade_times(axes, run.stick_intervals, _FOOT_COLOURS[Mode.STICK])
     axes.set_xlim(timing.start, timing.end)
     axes.set_ylabel("$y$ (m)")
-    axes.set_xlabel(f"$t$ (s), {speed_words(timing.speed)}")
+    axes.set_xlabel(f"$t$ (s), {speed_text(timing.speed)}")
     return axes.axvline(timing.start, color="#c2410c", linewidth=1.2)

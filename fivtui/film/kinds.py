@@ -1,4 +1,4 @@
-"""Films among the studies."""
+"""Kind of study: films."""
 
 from typing import Final
 

@@ -20,17 +20,17 @@ MODE_NAMES: Final[Mapping[Mode, str]] = {
     Mode.BACKWARD: "sliding backward",
     Mode.STICK: "sticking",
 }
-# Sizes relative to that of the motion.
+# Sizes relative to the extent of the motion: block, foot, springs, marks on the belt, arrows.
 _BLOCK: Final = 0.32
 _FOOT: Final = 0.04
-_REACH: Final = 0.4
-_MARK: Final = 0.16
-_PRELOAD: Final = 0.2
+_SPRING_LENGTH: Final = 0.4
+_MARK_DISTANCE: Final = 0.16
+_PRELOAD_ARROW: Final = 0.2
 _ARROW: Final = 0.4
 _HEAD: Final = 0.06
 _MARGIN: Final = 0.06
 # Lower limit of the size of a motion, m.
-_LEAST: Final = 1e-30
+_LEAST_SIZE: Final = 1e-30
 _TURNS: Final = 5
 
 
@@ -45,7 +45,7 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What stays the same while the slider moves, m and N."""
+    """Sizes and positions that stay the same while the slider moves, m; `force` is in N."""
 
     size: float
     free: float
@@ -61,11 +61,11 @@ def layout_of(motion: Trajectory) -> Layout:
     """The layout for a motion: all of it is seen, to scale, with x to the right and y upwards."""
     x_min, x_max = float(motion.x.min()), float(motion.x.max())
     y_min, y_max = float(motion.y.min()), float(motion.y.max())
-    size = max(x_max - x_min, y_max - y_min, -y_min, _LEAST)
+    size = max(x_max - x_min, y_max - y_min, -y_min, _LEAST_SIZE)
     half, edge = 0.5 * _BLOCK * size, _MARGIN * size
     free = 1.1 * max(-y_min, 0.0) + 0.12 * size
-    anchor_x = x_min - half - _REACH * size
-    anchor_y = max(y_max, 0.0) + free + 2.0 * half + _REACH * size
+    anchor_x = x_min - half - _SPRING_LENGTH * size
+    anchor_y = max(y_max, 0.0) + free + 2.0 * half + _SPRING_LENGTH * size
     return Layout(
         size,
         free,
@@ -85,31 +85,31 @@ def shapes_at(run: Transient, layout: Layout, moment: Trajectory, travel: float)
     mode = Mode(int(moment.mode[0]))
     bottom, top = layout.free + y, layout.free + y + 2.0 * half
     # The contact spring ends in a foot, which hangs above the belt while the slider is off it.
-    sole = y if mode is Mode.SEPARATED else 0.0
-    foot = sole + _FOOT * size
-    thin = 0.035 * size
+    foot_bottom = y if mode is Mode.SEPARATED else 0.0
+    foot = foot_bottom + _FOOT * size
+    spring_width = 0.035 * size
     springs = (
-        _spring((layout.anchor_x, layout.middle), (x - half, 0.5 * (bottom + top)), thin),
-        _spring((layout.anchor_x, layout.anchor_y), (x - half, top), thin),
+        _spring((layout.anchor_x, layout.middle), (x - half, 0.5 * (bottom + top)), spring_width),
+        _spring((layout.anchor_x, layout.anchor_y), (x - half, top), spring_width),
     )
     shapes = [
         Shape("belt", *_points((layout.x_range[0], 0.0), (layout.x_range[1], 0.0))),
         _marks(layout, travel),
         _walls(layout),
-        Shape("springs", *_joined(springs)),
-        Shape("contact spring", *_spring((x, foot), (x, bottom), thin)),
-        _box("foot", (x - 0.8 * half, x + 0.8 * half), (sole, foot)),
+        Shape("springs", *_join(springs)),
+        Shape("contact spring", *_spring((x, foot), (x, bottom), spring_width)),
+        _box("foot", (x - 0.8 * half, x + 0.8 * half), (foot_bottom, foot)),
         _box("block", (x - half, x + half), (bottom, top)),
-        _arrow("preload", (x, top + _PRELOAD * size), (x, top), _HEAD * size),
+        _arrow("preload", (x, top + _PRELOAD_ARROW * size), (x, top), _HEAD * size),
     ]
     if layout.force > 0.0 and mode is not Mode.SEPARATED:
         scale = _ARROW * size / layout.force
         p, rates = course_of(run.parameters, run.over_time).after(float(moment.t[0]))
         friction = friction_force(p, (x, float(moment.vx[0]), y, float(moment.vy[0])), mode, rates)
-        beside = x + half
+        right = x + half
         shapes += [
-            _arrow("contact force", (beside, 0.0), (beside, scale * force), _HEAD * size),
-            _arrow("friction", (beside, 0.0), (beside + scale * friction, 0.0), _HEAD * size),
+            _arrow("contact force", (right, 0.0), (right, scale * force), _HEAD * size),
+            _arrow("friction", (right, 0.0), (right + scale * friction, 0.0), _HEAD * size),
         ]
     return shapes
 
@@ -119,7 +119,7 @@ def _points(*points: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
     return x, y
 
 
-def _joined(
+def _join(
     lines: Sequence[tuple[FloatArray, FloatArray]],
 ) -> tuple[FloatArray, FloatArray]:
     # Join lines into one, with gaps between them.
@@ -132,12 +132,12 @@ def _joined(
 
 def _marks(layout: Layout, travel: float) -> Shape:
     # Strokes on the belt, which move with it.
-    gap = _MARK * layout.size
+    gap = _MARK_DISTANCE * layout.size
     low, high = layout.x_range
-    feet = np.arange(low + travel % gap, high, gap)
+    tops = np.arange(low + travel % gap, high, gap)
     lean = 0.4 * gap
-    strokes = [_points((at, 0.0), (at - lean, -2.0 * lean)) for at in feet.tolist()]
-    return Shape("marks", *_joined(strokes))
+    strokes = [_points((at, 0.0), (at - lean, -2.0 * lean)) for at in tops.tolist()]
+    return Shape("marks", *_join(strokes))
 
 
 def _walls(layout: Layout) -> Shape:
@@ -145,7 +145,7 @@ def _walls(layout: Layout) -> Shape:
     at, middle, top = layout.anchor_x, layout.middle, layout.anchor_y
     upright = _points((at, middle - reach), (at, middle + reach))
     slanted = _points((at - reach, top - reach), (at + reach, top + reach))
-    return Shape("walls", *_joined([upright, slanted]))
+    return Shape("walls", *_join([upright, slanted]))
 
 
 def _spring(
@@ -154,7 +154,7 @@ def _spring(
     along = np.concatenate([[0.0], np.linspace(0.15, 0.85, 2 * _TURNS + 2), [1.0]])
     across = np.array([0.0, 0.0, *([1.0, -1.0] * _TURNS), 0.0, 0.0]) * width
     dx, dy = end[0] - start[0], end[1] - start[1]
-    length = max(math.hypot(dx, dy), _LEAST)
+    length = max(math.hypot(dx, dy), _LEAST_SIZE)
     return (
         start[0] + dx * along - dy / length * across,
         start[1] + dy * along + dx / length * across,
@@ -169,7 +169,7 @@ def _box(name: str, across: tuple[float, float], up: tuple[float, float]) -> Sha
 
 def _arrow(name: str, tail: tuple[float, float], tip: tuple[float, float], head: float) -> Shape:
     dx, dy = tip[0] - tail[0], tip[1] - tail[1]
-    length = max(math.hypot(dx, dy), _LEAST)
+    length = max(math.hypot(dx, dy), _LEAST_SIZE)
     along, head = (dx / length, dy / length), min(head, 0.5 * length)
     back = (tip[0] - head * along[0], tip[1] - head * along[1])
     side = (0.5 * head * along[1], 0.5 * head * along[0])

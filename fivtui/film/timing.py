@@ -14,17 +14,17 @@ from fivtui.transient import Transient
 
 FRAMES_PER_SECOND: Final = 25
 # Default duration of a film, s.
-_LASTS: Final = 10.0
+_DURATION: Final = 10.0
 # Tolerance for rounding, in frames.
 _ROUNDING: Final = 1e-6
 _MOST_FRAMES: Final = 1000
-# Shortest window, relative to the time scale of the model: in less no motion is visible.
-_SHORTEST: Final = 1e-3
-# Shortest and longest period shown in real time, s, and the period shown otherwise.
-_FASTEST: Final = 0.3
-_SLOWEST: Final = 20.0
-_WATCHED: Final = 1.3
-# A belt without a speed is drawn moving by this share of the width in a second of the film.
+# Shortest window with visible motion, relative to the time scale of the model.
+_SHORTEST_WINDOW: Final = 1e-3
+# Shortest and longest period shown in real time, s, and the period of other films, s.
+_SHORTEST_PERIOD: Final = 0.3
+_LONGEST_PERIOD: Final = 20.0
+_FILM_PERIOD: Final = 1.3
+# Share of the width that a belt without a speed moves in a second of the film.
 _DRIFT: Final = 0.25
 
 
@@ -45,7 +45,7 @@ class Timing:
         return times
 
     def travel(self, run: Transient, t: float, width: float) -> float:
-        """How far the belt has moved at a time, m, in a picture of a width in m."""
+        """Distance that the belt has moved at a time, m; `width` is that of the picture, m."""
         table = run.over_time.get("v_belt")
         if table is not None:
             edges = [0.0, *(edge for edge in table.times if 0.0 < edge < t), t]
@@ -67,9 +67,9 @@ def film_timing(run: Transient, window: tuple[float, float] | None, speed: float
     elif speed is None:
         start, end = last_cycles(run)
     else:
-        start, end = max(run.t_end - _LASTS * speed, 0.0), run.t_end
+        start, end = max(run.t_end - _DURATION * speed, 0.0), run.t_end
     if speed is None:
-        speed = float(f"{(end - start) / _LASTS:.2g}")
+        speed = float(f"{(end - start) / _DURATION:.2g}")
     frames = (end - start) / speed * FRAMES_PER_SECOND
     if frames > _MOST_FRAMES:
         raise InputError(
@@ -81,11 +81,11 @@ def film_timing(run: Transient, window: tuple[float, float] | None, speed: float
             f"speed = {speed:g}: {end - start:g} s last less than a frame, "
             f"{1.0 / FRAMES_PER_SECOND:g} s of the film; lengthen the window or lower the speed"
         )
-    shortest = _SHORTEST * time_scale(run.parameters)
+    shortest = _SHORTEST_WINDOW * time_scale(run.parameters)
     if end - start < shortest:
         raise InputError(
             f"window: {end - start:.3g} s show no motion; must be at least {shortest:.2g} s, "
-            f"or without a window a speed of at least {shortest / _LASTS:.2g}"
+            f"or without a window a speed of at least {shortest / _DURATION:.2g}"
         )
     return Timing(start, end, speed)
 
@@ -93,13 +93,13 @@ def film_timing(run: Transient, window: tuple[float, float] | None, speed: float
 def usual_speed(run: Transient) -> float:
     """A speed at which cycles can be watched: real time, unless that is too fast or too slow."""
     period = period_of(run)
-    if period is None or _SLOWEST >= period >= _FASTEST:
+    if period is None or _LONGEST_PERIOD >= period >= _SHORTEST_PERIOD:
         return 1.0
-    return float(f"{period / _WATCHED:.1g}")
+    return float(f"{period / _FILM_PERIOD:.1g}")
 
 
-def speed_words(speed: float) -> str:
-    """How fast a film is, in words."""
+def speed_text(speed: float) -> str:
+    """The speed of a film as text."""
     if speed == 1.0:
         return "real time"
     return f"{speed:g} times real time" if speed > 1.0 else f"slowed down {1.0 / speed:.3g} times"

@@ -14,7 +14,7 @@ from PIL.GifImagePlugin import GifImageFile
 from fivtui.cli import run as command
 from fivtui.film.figure import animate, check_film_path
 from fivtui.film.shapes import Shape, layout_of, shapes_at
-from fivtui.film.timing import film_timing, speed_words
+from fivtui.film.timing import film_timing, speed_text
 from fivtui.model import Cancelled, InputError, Mode, Parameters, time_scale
 from fivtui.signals.motion import motion_at
 from fivtui.simulation import simulate
@@ -126,7 +126,7 @@ def test_by_default_a_film_has_ten_seconds_of_the_last_cycles() -> None:
     assert film_timing(RUN, (0.0, 1.01 * shortest), None).times.size > 200
     with pytest.raises(InputError, match="show no motion"):
         film_timing(RUN, (0.0, 0.99 * shortest), None)
-    assert [speed_words(speed) for speed in (1.0, 2.0, 0.01)] == [
+    assert [speed_text(speed) for speed in (1.0, 2.0, 0.01)] == [
         "real time", "2 times real time", "slowed down 100 times",
     ]  # fmt: skip
 
