@@ -1,9 +1,9 @@
 """Build hook: compiles the kernel in C when the package is installed.
 
-One shared library holds the kernel for every instruction set of the processor's family; the program
-chooses when it loads it (`fivtui.kernel.native`). If it cannot be compiled, the installation
-continues with a file of the reason in its place. The program then reports the reason and runs
-interpreted.
+One shared library holds the kernel for all instruction sets of the processor's family; the program
+selects one when it loads the library (`fivtui.kernel.native`). If compilation fails, a file with
+the reason replaces the library, and the installation continues. The program then reports the
+reason and runs interpreted.
 """
 
 import os
@@ -34,10 +34,10 @@ FMU_FOLDER: Final = Path("fmu_src", "native")
 FMU_REASON: Final = "native.txt"
 FMU_MODELS: Final = ("SliderBelt", "BrakeActuator")
 # Values of -march by instruction set; other processors have a single one.
-_X86: Final = {"baseline": "x86-64", "avx2": "x86-64-v3", "avx512": "x86-64-v4"}
-# C files of single runs: no gain by registers wider than AVX2's.
-_OF_ONE_RUN: Final = ("single", "belt", "vary", "orbit")
-_OF_LANES: Final = ("lanes", "belt_lanes")
+_X86_PROCESSORS: Final = {"baseline": "x86-64", "avx2": "x86-64-v3", "avx512": "x86-64-v4"}
+# C files of single runs, which gain nothing from registers wider than AVX2's; files of lanes.
+_SINGLE_RUN_UNITS: Final = ("single", "belt", "vary", "orbit")
+_LANE_UNITS: Final = ("lanes", "belt_lanes")
 _GLIBC: Final = "2.17"
 _MACOS: Final = "11.0"
 _TIMEOUT_S: Final = 600.0
@@ -48,12 +48,12 @@ class CompilerError(Exception):
 
 
 def compile_kernel(folder: Path, target: Path) -> str:
-    """Compile the kernel in `folder` into the library `target`; returns which compiler did.
+    """Compile the kernel in `folder` into the library `target`; returns the compiler's name.
 
     Raises
     ------
     CompilerError
-        If no compiler can.
+        If no compiler succeeds.
     """
     return _compile_with_any([lambda *context: _kernel_plan(folder, target, *context)])
 
@@ -61,27 +61,27 @@ def compile_kernel(folder: Path, target: Path) -> str:
 def compile_all(root: Path, kernel: Path, fmus: Path) -> tuple[str, str | None]:
     """Compile the kernel below `root` into the folder `kernel`, the FMUs' binaries into `fmus`.
 
-    Returns which compiler did, and why there are no binaries of FMUs, None if there are.
+    Returns the compiler's name, and the reason for missing binaries of FMUs, None if they exist.
 
     Raises
     ------
     CompilerError
-        If no compiler can compile the kernel.
+        If no compiler succeeds with the kernel.
     """
 
-    def for_kernel(compiler: str, scratch: Path) -> "_Plan":
+    def plan_kernel(compiler: str, scratch: Path) -> "_Plan":
         return _kernel_plan(root / FOLDER, kernel / LIBRARY, compiler, scratch)
 
     headers = _fmi_headers()
     if headers is None:
         return _compile_with_any(
-            [for_kernel]
+            [plan_kernel]
         ), "fmpy, which has the headers of FMI, is not installed"
     try:
-        plans = [for_kernel, lambda *context: _fmu_plan(root, fmus, headers, *context)]
+        plans = [plan_kernel, lambda *context: _fmu_plan(root, fmus, headers, *context)]
         return _compile_with_any(plans), None
     except CompilerError as error:
-        return _compile_with_any([for_kernel]), str(error)
+        return _compile_with_any([plan_kernel]), str(error)
 
 
 # Compiler arguments by object file, and object files by library.
@@ -125,43 +125,43 @@ def _variants(compiler: str) -> dict[str, list[str]]:
     # Compiler options by instruction set.
     x86 = platform.machine().lower() in ("x86_64", "amd64")
     variants = {}
-    for variant, processor in (_X86 if x86 else {"baseline": ""}).items():
+    for variant, processor in (_X86_PROCESSORS if x86 else {"baseline": ""}).items():
         # zig writes processor names with underscores.
-        spelled = processor.replace("-", "_") if compiler == "ziglang" else processor
-        options = [f"-march={spelled}"] if processor else []
+        processor_name = processor.replace("-", "_") if compiler == "ziglang" else processor
+        options = [f"-march={processor_name}"] if processor else []
         options += ["-mprefer-vector-width=512"] if variant == "avx512" else []
         variants[variant] = [*options, f"-DVARIANT={variant}"]
     return variants
 
 
 def _kernel_plan(folder: Path, target: Path, compiler: str, scratch: Path) -> _Plan:
-    text = _module("fivtui.kernel.field_text", folder.parents[1])
+    text = _import_generator("fivtui.kernel.field_text", folder.parents[1])
     for name, header in text.headers().items():
         (scratch / name).write_text(header, encoding="utf-8")
-    about = [f'-DSOURCES="{text.sources_digest(folder)}"', f'-DCOMPILER="{compiler}"']
-    objects = {"loading": [*text.FLAGS, *about, str(folder / "loading.c")]}
+    definitions = [f'-DSOURCES="{text.sources_digest(folder)}"', f'-DCOMPILER="{compiler}"']
+    objects = {"loading": [*text.FLAGS, *definitions, str(folder / "loading.c")]}
     common = [*text.FLAGS, f"-I{scratch}", f"-I{folder}"]
     for variant, options in _variants(compiler).items():
         # Registers wider than those of AVX2 slow one run down.
-        for unit in _OF_LANES if variant == "avx512" else (*_OF_ONE_RUN, *_OF_LANES):
+        for unit in _LANE_UNITS if variant == "avx512" else (*_SINGLE_RUN_UNITS, *_LANE_UNITS):
             objects[f"{unit}_{variant}"] = [*common, *options, str(folder / f"{unit}.c")]
     return _Plan(objects, {target: list(objects)})
 
 
 def _fmi_headers() -> Path | None:
-    # Found without importing the package, which loads others.
+    # Do not import fmpy, which loads other packages.
     package = find_spec("fmpy")
     folder = Path(str(package.origin)).parent / "c-code" if package is not None else None
     return folder if folder is not None and (folder / "fmi2Functions.h").is_file() else None
 
 
 def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Path) -> _Plan:
-    text = _module("fmu_src.build.c_sources", root)
+    text = _import_generator("fmu_src.build.c_sources", root)
     for name, content in text.generated_files().items():
         (scratch / name).write_text(content, encoding="utf-8")
     native = root / FMU_FOLDER
     folders = native, root / FOLDER, scratch, headers
-    flags = _module("fivtui.kernel.field_text", root).FLAGS
+    flags = _import_generator("fivtui.kernel.field_text", root).FLAGS
     common = [*flags, *(f"-I{folder}" for folder in folders)]
     objects, libraries = {}, {}
     shared = list(text.SHARED_UNITS)
@@ -180,7 +180,7 @@ def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Pat
     return _Plan(objects, libraries)
 
 
-def _module(name: str, root: Path) -> Any:
+def _import_generator(name: str, root: Path) -> Any:
     # Import a module that generates C text; it needs only the standard library.
     sys.path.insert(0, str(root))
     try:
@@ -221,13 +221,13 @@ def _compile(
             )
         for target, parts in (pair for plan in planned for pair in plan.libraries.items()):
             library = scratch / target.name
-            linked = [f"{folder}/{part}.o" for part in parts]
+            object_files = [f"{folder}/{part}.o" for part in parts]
             libraries = [] if sys.platform == "win32" else ["-lm"]
             if target.suffix == ".dylib":
-                # Without this option it records the path of the temporary folder.
+                # Without this option the library records the path of the temporary folder.
                 libraries.append(f"-Wl,-install_name,@rpath/{target.name}")
-            run("-shared", "-s", *linked, "-o", str(library), *libraries)
-            # A library in use is replaced, not overwritten.
+            run("-shared", "-s", *object_files, "-o", str(library), *libraries)
+            # Replace a library that is in use; do not overwrite it.
             new = target.with_name(f"{target.name}.{os.getpid()}")
             shutil.copyfile(library, new)
             new.replace(target)

@@ -13,8 +13,8 @@ METHODS = ("taylor", "scipy-lsoda")
 
 def main() -> None:
     """Print verdict and error of the default method and of SciPy's LSODA on the scenes."""
-    found = run_stress_tests(sys.argv[1:] or tuple(STRESS_TESTS), METHODS)
-    for name, results in found.items():
+    results_by_scene = run_stress_tests(sys.argv[1:] or tuple(STRESS_TESTS), METHODS)
+    for name, results in results_by_scene.items():
         test = STRESS_TESTS[name]
         print(f"{test.meaning}, separation {'considered' if test.separation else 'ignored'}")
         for method, result in results.items():

@@ -23,14 +23,14 @@ def main() -> None:
         saved = instance.serializeFMUState(instance.getFMUState())
         instance.freeInstance()
         for F in (60.0, 80.0, 120.0):
-            again = instantiate_fmu(files, description)
-            again.setFMUState(again.deserializeFMUState(saved))
+            continued = instantiate_fmu(files, description)
+            continued.setFMUState(continued.deserializeFMUState(saved))
             names = {v.name: v.valueReference for v in description.modelVariables}
-            again.setReal([names["F"]], [F])
-            again.doStep(60.0, 40.0)
-            y, count = again.getReal([names["y"], names["separations"]])
+            continued.setReal([names["F"]], [F])
+            continued.doStep(60.0, 40.0)
+            y, count = continued.getReal([names["y"], names["separations"]])
             print(f"F {F:5.0f} N from 60 s on: y(100 s) {y:9.5f} m, separations {count:.0f}")
-            again.freeInstance()
+            continued.freeInstance()
 
 
 if __name__ == "__main__":

@@ -15,10 +15,10 @@ def main() -> None:
         run = simulate(p, t_end=100.0, separation=separation)
         # The same run at a coarser tolerance shows which digits to trust.
         coarse = simulate(p, t_end=100.0, separation=separation, tol=1e-9)
-        doubt = abs(run.peak.y_abs - coarse.peak.y_abs)
+        difference = abs(run.peak.y_abs - coarse.peak.y_abs)
         print(
             f"separation {'considered' if separation else 'ignored':10}"
-            f"  peak |y| {run.peak.y_abs:.6f} m (to {doubt:.0e})"
+            f"  peak |y| {run.peak.y_abs:.6f} m (to {difference:.0e})"
             f"  separations {run.events.separations:3}"
             f"  off the belt {run.events.separated_time:7.3f} s"
         )

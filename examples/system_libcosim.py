@@ -23,11 +23,11 @@ def main() -> None:
         s, a = (run.slave_index_from_instance_name(n) for n in ("slider_belt", "brake_actuator"))
         slider = {v.name.decode(): v.reference for v in run.slave_variables(s)}
         actuator = {v.name.decode(): v.reference for v in run.slave_variables(a)}
-        observer, hand = CosimObserver.create_last_value(), CosimManipulator.create_override()
+        observer, setter = CosimObserver.create_last_value(), CosimManipulator.create_override()
         run.add_observer(observer)
-        run.add_manipulator(hand)
+        run.add_manipulator(setter)
         for t, command in ((10, 80.0), (20, 120.0)):
-            hand.slave_real_values(a, [actuator["command"]], [command])
+            setter.slave_real_values(a, [actuator["command"]], [command])
             run.simulate_until(t * 1_000_000_000)
             y, count = observer.last_real_values(s, [slider["y"], slider["separations"]])
             (F,) = observer.last_real_values(a, [actuator["F"]])

@@ -10,17 +10,17 @@ from typing import Any
 
 def lazily(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
     """Functions `__getattr__` and `__dir__` for a package."""
-    homes: dict[str, str] = {}
+    module_names: dict[str, str] = {}
 
     def exported() -> dict[str, str]:
-        if not homes:
-            homes.update(_homes(Path(str(sys.modules[package].__file__))))
-        return homes
+        if not module_names:
+            module_names.update(_read_modules(Path(str(sys.modules[package].__file__))))
+        return module_names
 
     def get(name: str) -> object:
         if name not in exported():
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        value = getattr(import_module(homes[name], package), name)
+        value = getattr(import_module(module_names[name], package), name)
         setattr(sys.modules[package], name, value)
         return value
 
@@ -46,7 +46,7 @@ def later(user: str, *names: str) -> tuple[Later, ...]:
     return tuple(Later(f"{package}.{name}") for name in names)
 
 
-def _homes(path: Path) -> dict[str, str]:
+def _read_modules(path: Path) -> dict[str, str]:
     # The module of each name that a file imports for type checkers.
     for statement in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(statement, ast.If) and ast.unparse(statement.test) == "TYPE_CHECKING":
