@@ -176,7 +176,7 @@ def _legend(chart: Chart, view: View) -> list[Span]:
 def _zoom_note(chart: Chart, view: View) -> list[Span]:
     chosen = ((view.x, chart.x_label), (view.y, chart.y_label))
     names = [split_label(label)[0] for axis, label in chosen if axis is not None]
-    return [(f" zoom {', '.join(names)}", "kept")] if names else []
+    return [(f" zoom {', '.join(names)}", "zoomed")] if names else []
 
 
 def _outside_notes(chart: Chart, view: View) -> list[Span]:

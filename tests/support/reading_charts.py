@@ -15,7 +15,7 @@ class Reading:
 
     def __init__(self, picture: Picture, *, log_x: bool = False, log_y: bool = False) -> None:
         self.lines = picture.text().splitlines()
-        first_column, top, columns, rows = picture.plot
+        first_column, top, columns, rows = picture.plot_area
         assert first_column == MARGIN
         self.cells = [
             line[first_column : first_column + columns] for line in self.lines[top : top + rows]

@@ -1,4 +1,4 @@
-"""Charts in characters: drawing and cursors; and the input of texts."""
+"""Charts drawn in characters, their cursors, and an input for text."""
 
 from typing import TYPE_CHECKING
 

@@ -9,15 +9,15 @@ FloatArray = NDArray[np.float64]
 
 DOTS_X: Final = 2
 DOTS_Y: Final = 4
-# Braille bit of every dot of a cell, from the top.
+# Braille bits of the dots of a cell, by row from the top.
 _BITS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint32)
 
 
 class Raster:
     """A grid of character cells with braille dots.
 
-    `cells`, shape (rows, columns), has the dots of each cell as bits, relative to the code point
-    `BLANK`.
+    `cells`, shape (rows, columns), has the dots of each cell as bits; the character of a cell is
+    the code point `BLANK` plus its bits.
     """
 
     BLANK: Final = 0x2800
@@ -26,61 +26,61 @@ class Raster:
         self._shape = rows * DOTS_Y, columns * DOTS_X
         self.cells = np.zeros((rows, columns), dtype=np.uint32)
 
-    def lines(self, x: FloatArray, y: FloatArray) -> None:
-        """Join points in [0, 1]² (origin bottom left); parts outside are clipped, NaN is a gap."""
+    def draw_lines(self, x: FloatArray, y: FloatArray) -> None:
+        """Join points by lines, clipped to [0, 1]² (origin bottom left); NaN is a gap."""
         if x.size == 1:
-            self.dots(x, y)
+            self.draw_dots(x, y)
             return
-        ends = _clipped(x, y)
+        ends = _clip_segments(x, y)
         height, width = self._shape
         columns, rows = (ends[:, ::2] * (width - 1), (1.0 - ends[:, 1::2]) * (height - 1))
-        span = np.maximum(np.abs(np.diff(columns)), np.abs(np.diff(rows)))[:, 0]
-        counts = np.ceil(span).astype(int) + 1
-        which = np.repeat(np.arange(counts.size), counts)
-        number = np.arange(which.size) - np.repeat(np.cumsum(counts) - counts, counts)
-        part = number / np.maximum(counts - 1, 1)[which]
-        self._set_dots(_between(columns, which, part), _between(rows, which, part))
+        lengths = np.maximum(np.abs(np.diff(columns)), np.abs(np.diff(rows)))[:, 0]
+        counts = np.ceil(lengths).astype(int) + 1
+        segment = np.repeat(np.arange(counts.size), counts)
+        step = np.arange(segment.size) - np.repeat(np.cumsum(counts) - counts, counts)
+        part = step / np.maximum(counts - 1, 1)[segment]
+        self._set_dots(_interpolate(columns, segment, part), _interpolate(rows, segment, part))
 
-    def dots(self, x: FloatArray, y: FloatArray) -> None:
-        """Draw dots at points; coordinates as in `lines`."""
+    def draw_dots(self, x: FloatArray, y: FloatArray) -> None:
+        """Draw dots at points; coordinates as in `draw_lines`."""
         inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
         height, width = self._shape
         self._set_dots(x[inside] * (width - 1), (1.0 - y[inside]) * (height - 1))
 
     def _set_dots(self, columns: FloatArray, rows: FloatArray) -> None:
-        marked = np.zeros(self._shape, dtype=bool)
-        marked[np.rint(rows).astype(int), np.rint(columns).astype(int)] = True
+        is_set = np.zeros(self._shape, dtype=bool)
+        is_set[np.rint(rows).astype(int), np.rint(columns).astype(int)] = True
         height, width = self.cells.shape
-        blocks = marked.reshape(height, DOTS_Y, width, DOTS_X)
-        self.cells |= np.einsum("rycx,yx->rc", blocks.astype(np.uint32), _BITS)
+        dots_by_cell = is_set.reshape(height, DOTS_Y, width, DOTS_X)
+        self.cells |= np.einsum("rycx,yx->rc", dots_by_cell.astype(np.uint32), _BITS)
 
 
-def _between(ends: FloatArray, which: NDArray[np.intp], part: FloatArray) -> FloatArray:
+def _interpolate(ends: FloatArray, segment: NDArray[np.intp], fraction: FloatArray) -> FloatArray:
     begin, end = ends[:, 0], ends[:, 1]
-    points: FloatArray = begin[which] + part * (end - begin)[which]
+    points: FloatArray = begin[segment] + fraction * (end - begin)[segment]
     return points
 
 
-def _clipped(x: FloatArray, y: FloatArray) -> FloatArray:
+def _clip_segments(x: FloatArray, y: FloatArray) -> FloatArray:
     # Segments clipped to the unit square (Liang-Barsky), as rows x0, y0, x1, y1.
-    joined = np.isfinite(x) & np.isfinite(y)
-    joined = joined[:-1] & joined[1:]
-    x0, y0, x1, y1 = x[:-1][joined], y[:-1][joined], x[1:][joined], y[1:][joined]
+    is_finite = np.isfinite(x) & np.isfinite(y)
+    is_finite = is_finite[:-1] & is_finite[1:]
+    x0, y0, x1, y1 = x[:-1][is_finite], y[:-1][is_finite], x[1:][is_finite], y[1:][is_finite]
     dx, dy = x1 - x0, y1 - y0
     entering, leaving = np.zeros_like(x0), np.ones_like(x0)
     visible = np.ones(x0.size, dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):
         for start, change in ((x0, dx), (y0, dy)):
             enter, leave = (0.0 - start) / change, (1.0 - start) / change
-            still = change == 0.0
-            visible &= ~still | ((start >= 0.0) & (start <= 1.0))
-            entering = np.where(still, entering, np.maximum(entering, np.minimum(enter, leave)))
-            leaving = np.where(still, leaving, np.minimum(leaving, np.maximum(enter, leave)))
+            constant = change == 0.0
+            visible &= ~constant | ((start >= 0.0) & (start <= 1.0))
+            entering = np.where(constant, entering, np.maximum(entering, np.minimum(enter, leave)))
+            leaving = np.where(constant, leaving, np.minimum(leaving, np.maximum(enter, leave)))
     visible &= entering <= leaving
     entering, leaving = entering[visible], leaving[visible]
     x0, y0, dx, dy = x0[visible], y0[visible], dx[visible], dy[visible]
     ends = np.stack(
         [x0 + entering * dx, y0 + entering * dy, x0 + leaving * dx, y0 + leaving * dy], axis=1
     )
-    inside: FloatArray = np.clip(ends, 0.0, 1.0)
-    return inside
+    clipped_ends: FloatArray = np.clip(ends, 0.0, 1.0)
+    return clipped_ends

@@ -5,7 +5,7 @@ from typing import Final
 
 _MUTED: Final = "$foreground-muted"
 
-# Styles by the names in `picture`. Style sheet rules would be slow: Textual evaluates them for
+# Styles by the names of spans. Rules of a style sheet would be slow: Textual evaluates them for
 # every chart at every change.
 CHART_STYLES: Final[Mapping[str, str]] = {
     "plot": "",
@@ -14,7 +14,7 @@ CHART_STYLES: Final[Mapping[str, str]] = {
     "guide": _MUTED,
     "cursor": "bold $warning",
     "cursor-2": "bold $foreground",
-    "kept": "bold $accent",
+    "zoomed": "bold $accent",
     "outside": "bold $warning",
     "readout": "bold $warning",
     "hidden": f"strike {_MUTED}",

@@ -210,7 +210,7 @@ def _plot_entries(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
         return PaletteEntry(title, f"In the plot: {key}", focus_and_run, text)
 
     yield entry("Limits of the axes…", "g", chart.action_limits, "range zoom scale")
-    yield entry("Fit the axes", "r", chart.action_whole, "reset zoom limits all")
+    yield entry("Fit the axes", "r", chart.action_fit, "reset zoom limits all")
     yield entry("Zoom in", "+", partial(chart.action_zoom, -1), "enlarge magnify")
     yield entry("Zoom out", "-", partial(chart.action_zoom, 1), "shrink")
     for number, (key, text) in enumerate((("c", "First cursor"), ("C", "Second cursor"))):

@@ -70,7 +70,7 @@ class PaperPane(JobPane):
             yield _Claims(id="claims-table", cursor_type="row", zebra_stripes=True)
             yield Static("", id="claim", markup=False)
         with Vertical(id="figure"):
-            yield ChartView("figure-1", nothing="select a figure", openable=True)
+            yield ChartView("figure-1", empty_text="select a figure", openable=True)
             yield ChartView("figure-2", openable=True)
 
     def on_mount(self) -> None:

@@ -114,13 +114,13 @@ class StabilityPane(ViewsPane):
             self.query_one("#facts", RowsView).show(rows, self._why)
         elif self.view == "plane":
             chart = None if self._analysis is None else plane_chart(self._analysis[1], self._scan)
-            self.query_one("#eigenvalues", ChartView).show(chart, nothing=self._why)
+            self.query_one("#eigenvalues", ChartView).show(chart, empty_text=self._why)
         else:
             for name, make in (("growth", growth_chart), ("frequency", frequency_chart)):
                 chart = None
                 if self._analysis is not None and self._scan is not None:
                     chart = make(self._scan, *self._analysis)
-                self.query_one(f"#{name}", ChartView).show(chart, nothing=self._why)
+                self.query_one(f"#{name}", ChartView).show(chart, empty_text=self._why)
 
     @on(ChartView.Opened)
     def _opened(self, event: ChartView.Opened) -> None:

@@ -103,17 +103,17 @@ class TransientPane(ViewsPane):
         """Time histories, phase portraits, spectrum, difference."""
         with Vertical(id="time"):
             for quantity in _QUANTITIES:
-                yield ChartView(f"plot-{quantity}", nothing=_NOTHING)
+                yield ChartView(f"plot-{quantity}", empty_text=_NOTHING)
         with Horizontal(id="phase"):
-            yield ChartView("phase-y", nothing=_NOTHING)
-            yield ChartView("phase-x", nothing=_NOTHING)
-            yield ChartView("phase-path", nothing=_NOTHING)
+            yield ChartView("phase-y", empty_text=_NOTHING)
+            yield ChartView("phase-x", empty_text=_NOTHING)
+            yield ChartView("phase-path", empty_text=_NOTHING)
         with Vertical(id="spectrum"):
-            yield ChartView("plot-spectrum", nothing=_NOTHING)
+            yield ChartView("plot-spectrum", empty_text=_NOTHING)
         with Vertical(id="difference"):
-            yield ChartView("difference-y", nothing=_NO_BASELINE)
+            yield ChartView("difference-y", empty_text=_NO_BASELINE)
             yield ChartView("difference-P")
-        yield BeltView("belt", nothing=_NOTHING)
+        yield BeltView("belt", empty_text=_NOTHING)
         yield MeasuredView(
             "measured",
             lambda name: self.setting(f"measured-{name}", ""),
@@ -223,7 +223,7 @@ class TransientPane(ViewsPane):
         try:
             view.show(spectrum_chart(self._plotted, self._window))
         except InputError as error:
-            view.show(None, nothing=str(error))
+            view.show(None, empty_text=str(error))
 
     def _draw_difference(self) -> None:
         run, ghost = self.session.runs.baseline, self.session.live.ghost
@@ -259,7 +259,7 @@ class TransientPane(ViewsPane):
         return None if run is None else run.result
 
     def _chosen_time(self) -> float | None:
-        cursors = self.linked.get(TIME_LABEL)
+        cursors = self.shared_cursors.get(TIME_LABEL)
         return None if cursors is None or cursors.first is None else cursors.first[0]
 
     @property

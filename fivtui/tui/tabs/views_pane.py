@@ -79,21 +79,21 @@ class ViewsPane(Pane):
         """Mark the current view and restore limits and scales of the charts."""
         self._mark()
         # Charts over the same quantity share their cursors.
-        self.linked: dict[str, Cursors] = {}
+        self.shared_cursors: dict[str, Cursors] = {}
         for chart in self.query(ChartView):
-            chart.linked = self.linked
+            chart.shared_cursors = self.shared_cursors
             name = str(chart.id)
             if name not in self.session.views:
                 usual = self.LOG_AXES.get(name, "")
                 self.session.views[name] = View(log_x="x" in usual, log_y="y" in usual)
             chart.view = self.session.views[name]
 
-    @on(ChartView.Moved)
-    def _link_limits(self, event: ChartView.Moved) -> None:
-        source = event.view.view
-        names = next((group for group in self.LINKED if event.view.id in group), ())
+    @on(ChartView.LimitsChanged)
+    def _link_limits(self, event: ChartView.LimitsChanged) -> None:
+        source = event.chart_view.view
+        names = next((group for group in self.LINKED if event.chart_view.id in group), ())
         for chart in (self.query_one(f"#{name}", ChartView) for name in names):
-            if chart is not event.view:
+            if chart is not event.chart_view:
                 chart.view.x, chart.view.log_x = source.x, source.log_x
                 chart.view.newest_run = source.newest_run
                 chart.redraw()
@@ -101,9 +101,9 @@ class ViewsPane(Pane):
     @on(ChartView.CursorMoved)
     def _cursor_moved(self, event: ChartView.CursorMoved) -> None:
         event.stop()
-        cursors = event.view.view.cursors
+        cursors = event.chart_view.view.cursors
         for chart in self.query(ChartView):
-            if chart is not event.view and chart.view.cursors is cursors:
+            if chart is not event.chart_view and chart.view.cursors is cursors:
                 chart.redraw()
         self._show_cursors()
 

@@ -83,13 +83,13 @@ def cells(raster: Raster) -> str:
 
 def test_lines_are_cut_off_at_the_edges_and_gaps_stay_open() -> None:
     raster = Raster(4, 2)
-    raster.lines(np.array([-1.0, 2.0]), np.array([-1.0, 2.0]))
+    raster.draw_lines(np.array([-1.0, 2.0]), np.array([-1.0, 2.0]))
     assert cells(raster) == "⠀⠀⡠⠊\n⡠⠊⠀⠀"
     gap = Raster(4, 1)
-    gap.lines(np.array([0.0, 0.2, np.nan, 0.8, 1.0]), np.full(5, 1.0))
+    gap.draw_lines(np.array([0.0, 0.2, np.nan, 0.8, 1.0]), np.full(5, 1.0))
     assert cells(gap) == "⠉⠀⠀⠉"
     far = Raster(4, 1)
-    far.lines(np.array([-5.0, -2.0, 1e300]), np.array([0.5, 1e300, -1e300]))
+    far.draw_lines(np.array([-5.0, -2.0, 1e300]), np.array([0.5, 1e300, -1e300]))
     assert cells(far) == "⠀" * 4
 
 
@@ -103,7 +103,7 @@ def test_a_picture_has_the_requested_size_and_all_labels() -> None:
     narrow = draw(SINE, View(), 20, 14, reserved=8).text().splitlines()
     assert [line.strip() for line in narrow[:2]] == ["y (m) 1─one", "2─two"]
     assert {len(line) for line in narrow} == {20}
-    assert draw(SINE, View(), 20, 6).plot[1] == 1
+    assert draw(SINE, View(), 20, 6).plot_area[1] == 1
     assert lines[-1].startswith("t (s)")
     assert lines[-1].rstrip().endswith("10")
     assert "1" in "".join(lines[1:-1])
@@ -183,10 +183,10 @@ def test_guides_shades_and_marks_are_drawn() -> None:
         ),
     )
     text = draw(chart, View(), 48, 12).text()
-    plot = [line[MARGIN:] for line in text.splitlines()[1:-1]]
-    assert any("μ_c" in line for line in plot)
+    plot_area = [line[MARGIN:] for line in text.splitlines()[1:-1]]
+    assert any("μ_c" in line for line in plot_area)
     assert "◆" in text
-    assert all("▒" not in line[:18] and line.endswith("▒") for line in plot)
+    assert all("▒" not in line[:18] and line.endswith("▒") for line in plot_area)
     read = draw(chart, View(cursors=Cursors((2.9, 0.2))), 48, 12).text()
     assert read.startswith("μ 3  F 0 N  growth 1 1/s")
 

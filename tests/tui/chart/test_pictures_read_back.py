@@ -167,7 +167,7 @@ def test_the_cursor_stands_at_the_sample_that_it_reads() -> None:
     # The centre of the mark's cell maps back to the cursor's position.
     column = next(c.index("◆") for c in read.cells if "◆" in c)
     row = next(r for r, c in enumerate(read.cells) if "◆" in c)
-    across, up = picture.axis_positions(MARGIN + column, picture.plot[1] + row)
+    across, up = picture.axis_positions(MARGIN + column, picture.plot_area[1] + row)
     x, y = view.axes(chart)
     assert x.value(across) == pytest.approx(16.0, abs=read.x_per_column)
     assert y.value(up) == pytest.approx(37.0, abs=read.y_per_row)

@@ -23,7 +23,7 @@ from fivtui.charts import (
     View,
     nearest_points,
 )
-from fivtui.tui.chart.cursor_moves import cursor_place, move_cursor, step_cursor, switch_cursor
+from fivtui.tui.chart.cursor_moves import cursor_position, move_cursor, step_cursor, switch_cursor
 
 from .drawn_chart import DrawnChart
 from .limits_dialog import LimitsDialog
@@ -33,14 +33,14 @@ _PAN: Final = Binding.Group("Pan")
 _ZOOM_STEP: Final = 0.7
 _WHEEL_STEP: Final = 0.85
 _PAN_STEP: Final = 0.15
-_BIG_STEP: Final = 10
+_FAR_STEP: Final = 10
 _RIGHT_BUTTON: Final = 3
 
 
 class ChartView(DrawnChart, can_focus=True):
-    """A chart with zoom, pan, cursor, typed limits and logarithmic axes, by key and mouse.
+    """A chart with zoom, pan, cursors, typed limits and logarithmic axes, by key and mouse.
 
-    textual-plot takes over 50 ms per plot and has no logarithmic axes, cursor or shades.
+    The package textual-plot would take over 50 ms per plot, without log axes, cursors or shades.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -52,9 +52,9 @@ class ChartView(DrawnChart, can_focus=True):
         Binding("right,l", "step(1, 0)", "Right", key_display="→", group=_PAN),
         Binding("up,k", "step(0, 1)", "Up", show=False),
         Binding("down,j", "step(0, -1)", "Down", show=False),
-        Binding("shift+left,H", f"step(-{_BIG_STEP}, 0)", "Far left", show=False),
-        Binding("shift+right,L", f"step({_BIG_STEP}, 0)", "Far right", show=False),
-        Binding("r", "whole", "Fit"),
+        Binding("shift+left,H", f"step(-{_FAR_STEP}, 0)", "Far left", show=False),
+        Binding("shift+right,L", f"step({_FAR_STEP}, 0)", "Far right", show=False),
+        Binding("r", "fit", "Fit"),
         Binding("c", "cursor(0)", "Cursor", tooltip="First cursor: on, move, off"),
         Binding("C", "cursor(1)", "Second cursor: on, move, off", show=False),
         Binding("escape", "cursor_off", "Cursors off", show=False),
@@ -72,75 +72,75 @@ class ChartView(DrawnChart, can_focus=True):
     class Opened(Message):
         """Posted when a point is opened."""
 
-        view: "ChartView"
+        chart_view: "ChartView"
         point: NearestPoint
 
     @dataclass
-    class Moved(Message):
-        """Posted when the visible part has changed."""
+    class LimitsChanged(Message):
+        """Posted when the limits or scales of the axes have changed."""
 
-        view: "ChartView"
+        chart_view: "ChartView"
 
     @dataclass
     class CursorMoved(Message):
         """Posted when a cursor was placed, moved or removed."""
 
-        view: "ChartView"
+        chart_view: "ChartView"
 
-    def __init__(self, id: str, *, nothing: str = "", openable: bool = False) -> None:  # noqa: A002
-        super().__init__(id, nothing=nothing)
+    def __init__(self, id: str, *, empty_text: str = "", openable: bool = False) -> None:  # noqa: A002
+        super().__init__(id, empty_text=empty_text)
         self._openable = openable
         self._drag_from: tuple[int, int] | None = None
         self._dragged = False
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Disable "open" where points cannot be opened."""
+        """Disable the action "open" in charts whose points cannot be opened."""
         return self._openable if action == "open" else True
 
-    # Moving
+    # Zoom and pan
 
-    def _moved(self) -> None:
+    def _notify_limits(self) -> None:
         self.redraw()
-        self.post_message(self.Moved(self))
+        self.post_message(self.LimitsChanged(self))
 
     def action_zoom(self, direction: int) -> None:
-        """Zoom in (-1) or out (+1) about the cursor, or else the middle."""
-        position = None if self._chart is None else cursor_place(self._chart, self.view)
+        """Zoom in (-1) or out (+1) about the cursor, without cursor about the middle."""
+        position = None if self._chart is None else cursor_position(self._chart, self.view)
         self._zoom(_ZOOM_STEP, direction, position or (0.5, 0.5))
 
     def _zoom(self, step: float, direction: int, about: tuple[float, float]) -> None:
         if self._chart is not None:
             self.view.zoom(self._chart, step**-direction, about)
-            self._moved()
+            self._notify_limits()
 
     def action_zoom_y(self, direction: int) -> None:
-        """Zoom in (-1) or out (+1) along y alone."""
+        """Zoom in (-1) or out (+1), only along y."""
         if self._chart is not None:
             self.view.zoom_y(self._chart, _ZOOM_STEP**-direction)
-            self._moved()
+            self._notify_limits()
 
     def action_step(self, right: int, up: int) -> None:
-        """Move the cursor if it is on, else pan."""
-        picture = self._drawn()
+        """Move the cursor if it is fixed, else pan."""
+        picture = self._current_picture()
         if self._chart is None or picture is None:
             return
         if self.view.cursors.pinned:
-            if step_cursor(self._chart, self.view, (right, up), picture.plot[2:]):
-                self._moved()
-            self._cursor_moved()
+            if step_cursor(self._chart, self.view, (right, up), picture.plot_area[2:]):
+                self._notify_limits()
+            self._notify_cursor()
         else:
             self.view.pan(self._chart, _PAN_STEP * right, _PAN_STEP * up)
-            self._moved()
+            self._notify_limits()
 
-    def action_whole(self) -> None:
+    def action_fit(self) -> None:
         """Fit both axes to the data."""
         self.view.reset()
-        self._moved()
+        self._notify_limits()
 
     def action_log(self, axis: str) -> None:
         """Switch an axis between linear and logarithmic."""
         self.view.toggle_log(x=axis == "x")
-        self._moved()
+        self._notify_limits()
 
     def action_trace(self, number: int) -> None:
         """Hide or show a trace."""
@@ -155,31 +155,31 @@ class ChartView(DrawnChart, can_focus=True):
         def apply(limits: "View | None") -> None:
             if limits is not None and self._chart is not None:
                 self.view.choose(self._chart, limits.x, limits.y)
-                self._moved()
+                self._notify_limits()
 
         self.app.push_screen(LimitsDialog(self._chart, self.view), apply)
 
     # The cursors
 
-    def action_cursor(self, which: int) -> None:
-        """Switch a cursor on, or let keys move it; if they already do, switch it off."""
+    def action_cursor(self, number: int) -> None:
+        """Switch a cursor on or let keys move it; if keys already move it, switch it off."""
         if self._chart is not None:
-            switch_cursor(self._chart, self.view, second=bool(which))
-            self._cursor_moved()
+            switch_cursor(self._chart, self.view, second=bool(number))
+            self._notify_cursor()
 
     def action_cursor_off(self) -> None:
         """Switch the cursors off."""
         self.view.cursors.clear()
-        self._cursor_moved()
+        self._notify_cursor()
 
-    def _cursor_moved(self) -> None:
+    def _notify_cursor(self) -> None:
         self.redraw()
         self.post_message(self.CursorMoved(self))
 
     def _move_cursor(self, position: Position) -> None:
         if self._chart is not None:
             move_cursor(self._chart, self.view, position)
-            self._cursor_moved()
+            self._notify_cursor()
 
     def action_open(self) -> None:
         """Open the point nearest to the cursor; without a cursor, switch it on."""
@@ -195,27 +195,27 @@ class ChartView(DrawnChart, can_focus=True):
     # The mouse
 
     def on_mouse_move(self, event: MouseMove) -> None:
-        """Pan while dragging, else move the read-out."""
-        picture = self._drawn()
+        """Pan while dragging, else let a cursor that is not fixed follow the pointer."""
+        picture = self._current_picture()
         if picture is None or self._chart is None:
             return
-        _, _, columns, rows = picture.plot
+        _, _, columns, rows = picture.plot_area
         if self._drag_from is not None:
             right, down = event.x - self._drag_from[0], event.y - self._drag_from[1]
             if right or down:
                 self._drag_from, self._dragged = (event.x, event.y), True
-                follows = not self._chart.plane and self.view.y is None
-                self.view.pan(self._chart, -right / columns, 0.0 if follows else down / rows)
-                self._moved()
+                y_fits_data = not self._chart.plane and self.view.y is None
+                self.view.pan(self._chart, -right / columns, 0.0 if y_fits_data else down / rows)
+                self._notify_limits()
         elif not self.view.cursors.pinned:
             position = picture.axis_positions(event.x, event.y)
-            if all(0.0 <= part <= 1.0 for part in position):
+            if all(0.0 <= coordinate <= 1.0 for coordinate in position):
                 self._move_cursor(position)
             elif self.view.cursors.moving is not None:
                 self.action_cursor_off()
 
     def on_leave(self, event: Leave) -> None:
-        """Hide the read-out."""
+        """Hide a cursor that follows the pointer."""
         cursors = self.view.cursors
         if event.node is self and not cursors.pinned and cursors.moving is not None:
             self.action_cursor_off()
@@ -223,8 +223,8 @@ class ChartView(DrawnChart, can_focus=True):
     def on_mouse_down(self, event: MouseDown) -> None:
         """Start dragging."""
         self._dragged = False
-        picture = self._drawn()
-        if picture is not None and event.y >= picture.plot[1]:
+        picture = self._current_picture()
+        if picture is not None and event.y >= picture.plot_area[1]:
             self._drag_from = (event.x, event.y)
             self.capture_mouse()
 
@@ -235,14 +235,14 @@ class ChartView(DrawnChart, can_focus=True):
 
     def on_mouse_scroll_up(self, event: MouseScrollUp) -> None:
         """Zoom in at the pointer."""
-        self._wheel(event, -1)
+        self._zoom_at_pointer(event, -1)
 
     def on_mouse_scroll_down(self, event: MouseScrollDown) -> None:
         """Zoom out at the pointer."""
-        self._wheel(event, 1)
+        self._zoom_at_pointer(event, 1)
 
-    def _wheel(self, event: MouseScrollUp | MouseScrollDown, direction: int) -> None:
-        picture = self._drawn()
+    def _zoom_at_pointer(self, event: MouseScrollUp | MouseScrollDown, direction: int) -> None:
+        picture = self._current_picture()
         if picture is not None:
             event.stop()
             self._zoom(_WHEEL_STEP, direction, picture.axis_positions(event.x, event.y))
@@ -252,10 +252,10 @@ class ChartView(DrawnChart, can_focus=True):
 
         The right button places the second cursor.
         """
-        picture = self._drawn()
+        picture = self._current_picture()
         if picture is None or self._dragged:
             return
-        if event.y < picture.plot[1]:
+        if event.y < picture.plot_area[1]:
             for first, stop, action in self._controls:
                 if event.y == 0 and first <= event.x < stop:
                     await self.run_action(action)
@@ -265,12 +265,12 @@ class ChartView(DrawnChart, can_focus=True):
                 self.action_trace(index + 1)
             return
         position = picture.axis_positions(event.x, event.y)
-        if not all(0.0 <= part <= 1.0 for part in position):
+        if not all(0.0 <= coordinate <= 1.0 for coordinate in position):
             return
         cursors = self.view.cursors
         second = event.button == _RIGHT_BUTTON
         if second and not cursors.pinned:
-            # The first cursor has followed the pointer to this position.
+            # Discard the position of the first cursor: it followed the pointer to the click.
             cursors.first = None
             self.action_cursor(0)
         cursors.pinned, cursors.second_moves = True, second
@@ -285,6 +285,6 @@ def _legend_index(spans: Sequence[Span], column: int) -> int | None:
     for text, style in spans:
         end += len(text)
         if column < end:
-            entry = style == "hidden" or style.startswith(("trace-", "#"))
-            return int(text[1]) - 1 if entry and text[1:2].isdigit() else None
+            is_entry = style == "hidden" or style.startswith(("trace-", "#"))
+            return int(text[1]) - 1 if is_entry and text[1:2].isdigit() else None
     return None

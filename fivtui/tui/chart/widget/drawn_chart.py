@@ -1,4 +1,4 @@
-"""A chart drawn in a widget, in the styles of the theme."""
+"""A widget that draws a chart in the styles of the theme."""
 
 from dataclasses import dataclass
 from textwrap import wrap
@@ -13,37 +13,37 @@ from fivtui.charts import Chart, Cursors, Span, View, needs_full_line
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
 
-_WIDE: Final = 90
+_WIDE_COLUMNS: Final = 90
 _INDENT: Final = " "
 _MIN_SIZE: Final = (MARGIN + 2, 3)
 
 
 @dataclass(frozen=True, slots=True)
 class _Control:
-    # A clickable label at the end of the heading, with a short form for narrow charts.
+    # A clickable label at the end of the heading; narrow charts display the short label.
     action: str
     label: str
-    brief: str
+    short_label: str
 
 
 _CONTROLS: Final = (
     _Control("log('x')", "log x", "logx"),
     _Control("log('y')", "log y", "logy"),
     _Control("limits", "limits", "lim"),
-    _Control("whole", "fit", "fit"),
+    _Control("fit", "fit", "fit"),
 )
 
 
 class DrawnChart(Widget):
-    """A chart, or a text instead, with clickable controls at the end of its heading."""
+    """A chart with clickable controls at the end of its heading; without chart, a text."""
 
-    def __init__(self, id: str, *, nothing: str) -> None:  # noqa: A002
+    def __init__(self, id: str, *, empty_text: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self.view = View()
-        # Cursors by their quantity, which charts share, or by chart.
-        self.linked: dict[str, Cursors] = {}
+        # Cursors by the quantity of their charts, or by the identifier of the only chart.
+        self.shared_cursors: dict[str, Cursors] = {}
         self._chart: Chart | None = None
-        self._nothing = nothing
+        self._empty_text = empty_text
         self._picture: Picture | None = None
         self._styles_by_name: dict[str, Style] = {}
         self._controls: list[tuple[int, int, str]] = []
@@ -54,19 +54,19 @@ class DrawnChart(Widget):
         return self._chart
 
     def text(self) -> str:
-        """The picture without its styles; empty without a chart."""
+        """The drawn chart without styles; empty without a chart."""
         if self._chart is None:
             return ""
         return draw(self._chart, self.view, *self.size).text()
 
-    def show(self, chart: Chart | None, *, nothing: str | None = None) -> None:
-        """Display a chart in the current view; if None, the text `nothing`."""
+    def show(self, chart: Chart | None, *, empty_text: str | None = None) -> None:
+        """Display a chart in the current view; without chart, display `empty_text`."""
         self._chart = chart
         if chart is not None:
-            shared = chart.cursor_label or str(self.id)
-            self.view.cursors = self.linked.setdefault(shared, Cursors())
-        if nothing is not None:
-            self._nothing = nothing
+            key = chart.cursor_label or str(self.id)
+            self.view.cursors = self.shared_cursors.setdefault(key, Cursors())
+        if empty_text is not None:
+            self._empty_text = empty_text
         self.redraw()
 
     def redraw(self) -> None:
@@ -109,33 +109,33 @@ class DrawnChart(Widget):
     def _lines(self) -> list[list[Span]]:
         width, height = self.size
         if self._chart is None or width < _MIN_SIZE[0] or height < _MIN_SIZE[1]:
-            below = wrap(self._nothing, max(width - len(_INDENT) - 1, 1))
-            return [[("", "plot")], *([(f"{_INDENT}{line}", "label")] for line in below)]
+            text_lines = wrap(self._empty_text, max(width - len(_INDENT) - 1, 1))
+            return [[("", "plot")], *([(f"{_INDENT}{line}", "label")] for line in text_lines)]
         if self._picture is None:
             self._controls.clear()
-            crowded = width < _WIDE and needs_full_line(self._chart, self.view)
-            controls = [] if crowded else self._heading_end(width)
+            is_crowded = width < _WIDE_COLUMNS and needs_full_line(self._chart, self.view)
+            controls = [] if is_crowded else self._control_spans(width)
             reserved = sum(len(text) for text, _ in controls)
             self._picture = draw(self._chart, self.view, width, height, reserved=reserved)
             # The last span of the first line is the reserved space.
             self._picture.lines[0][-1:] = controls
         return self._picture.lines
 
-    def _drawn(self) -> Picture | None:
-        # Draw first: keys may come before the frame. A chart that does not fit has no picture.
+    def _current_picture(self) -> Picture | None:
+        # Draws the chart if a key is pressed before the next frame; None if it does not fit.
         self._lines()
         return self._picture
 
-    def _heading_end(self, width: int) -> list[Span]:
-        wide = width >= _WIDE
-        texts = [control.label if wide else control.brief for control in _CONTROLS]
+    def _control_spans(self, width: int) -> list[Span]:
+        is_wide = width >= _WIDE_COLUMNS
+        texts = [control.label if is_wide else control.short_label for control in _CONTROLS]
         view = self.view
-        limited = view.x is not None or view.y is not None
-        on = {"log('x')": view.log_x, "log('y')": view.log_y, "whole": limited}
+        has_limits = view.x is not None or view.y is not None
+        is_on = {"log('x')": view.log_x, "log('y')": view.log_y, "fit": has_limits}
         column = width - sum(len(text) + 1 for text in texts)
         spans: list[Span] = []
         for control, text in zip(_CONTROLS, texts, strict=True):
-            style = "control-on" if on.get(control.action) else "control"
+            style = "control-on" if is_on.get(control.action) else "control"
             spans += [(" ", "plot"), (text, style)]
             self._controls.append((column + 1, column + 1 + len(text), control.action))
             column += len(text) + 1

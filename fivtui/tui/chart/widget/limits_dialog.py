@@ -16,11 +16,11 @@ from fivtui.ranges import decimal_points
 
 from .text_input import TextInput
 
-_FORM = "LOW:HIGH, or empty to fit the data"
+_LIMITS_FORMAT = "LOW:HIGH, or empty to fit the data"
 
 
 class LimitsDialog(ModalScreen[View | None]):
-    """Asks for ``LOW:HIGH`` of both axes; an empty axis fits the data."""
+    """Dialog for ``LOW:HIGH`` of both axes; an axis without limits fits the data."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
 
@@ -37,45 +37,45 @@ class LimitsDialog(ModalScreen[View | None]):
             for name, label in labels.items():
                 yield Label(label, markup=False)
                 axis = axes[name]
-                text = f"{axis.low:.6g}:{axis.high:.6g}"
-                chosen = getattr(self._view, name) is not None
+                limits_text = f"{axis.low:.6g}:{axis.high:.6g}"
+                is_chosen = getattr(self._view, name) is not None
                 yield TextInput(
-                    text if chosen else "",
+                    limits_text if is_chosen else "",
                     respell=decimal_points,
-                    placeholder=f"now {text}",
+                    placeholder=f"now {limits_text}",
                     id=f"limits-{name}",
                     compact=True,
                 )
-            yield Static(_FORM, id="dialog-hint", markup=False)
+            yield Static(_LIMITS_FORMAT, id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button("OK", id="limits-ok", compact=True, variant="primary")
                 yield Button("Cancel", id="limits-cancel", compact=True)
 
     @on(Input.Changed)
-    def _check(self) -> View | None:
-        # The view with the typed limits; None if they are invalid, with the error as hint.
-        # The first change of an input may come before the other widgets exist.
-        texts = {editor.id: editor.value for editor in self.query(Input)}
-        chosen, error = replace(self._view, x=None, y=None), ""
-        for name, log in (("x", chosen.log_x), ("y", chosen.log_y)):
+    def _read_limits(self) -> View | None:
+        # The view with the typed limits; if they are invalid, None, and the hint is the error.
+        # An input may change before the remaining widgets exist.
+        texts = {field.id: field.value for field in self.query(Input)}
+        view, error = replace(self._view, x=None, y=None), ""
+        for name, log in (("x", view.log_x), ("y", view.log_y)):
             try:
                 limits = parse_limits(name, texts.get(f"limits-{name}", ""), log=log)
-            except InputError as refusal:
-                error = error or str(refusal)
+            except InputError as input_error:
+                error = error or str(input_error)
             else:
                 if limits is not None:
-                    setattr(chosen, name, Axis(*limits, log=log))
+                    setattr(view, name, Axis(*limits, log=log))
         for hint in self.query("#dialog-hint").results(Static):
-            hint.update(error or _FORM)
+            hint.update(error or _LIMITS_FORMAT)
             hint.set_class(bool(error), "-wrong")
-        return None if error else chosen
+        return None if error else view
 
     @on(Input.Submitted)
     @on(Button.Pressed, "#limits-ok")
     def _accept(self) -> None:
-        chosen = self._check()
-        if chosen is not None:
-            self.dismiss(chosen)
+        view = self._read_limits()
+        if view is not None:
+            self.dismiss(view)
 
     @on(Button.Pressed, "#limits-cancel")
     def action_cancel(self) -> None:

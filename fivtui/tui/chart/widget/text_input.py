@@ -1,4 +1,4 @@
-"""A text input that drops no character."""
+"""A text input that keeps all pasted characters."""
 
 from collections.abc import Callable
 from typing import Any
@@ -12,10 +12,10 @@ def _unchanged(text: str) -> str:
 
 
 class TextInput(Input):
-    """An input of one line that keeps all typed or pasted characters.
+    """An input of one line; pasted lines are joined.
 
-    `respell` may exchange characters of the text for others, such as a decimal comma for a point;
-    it keeps their number.
+    `respell` may replace characters of the text, such as a decimal comma by a point; it keeps the
+    number of characters.
     """
 
     def __init__(
@@ -25,10 +25,10 @@ class TextInput(Input):
         self._respell = respell
 
     def replace(self, text: str, start: int, end: int) -> None:
-        """Replace the text between two positions, and respell the result."""
-        begin, finish = sorted((max(start, 0), min(end, len(self.value))))
-        self.value = self._respell(f"{self.value[:begin]}{text}{self.value[finish:]}")
-        self.cursor_position = begin + len(text)
+        """Replace the text between two positions, and call `respell` with the result."""
+        first, stop = sorted((max(start, 0), min(end, len(self.value))))
+        self.value = self._respell(f"{self.value[:first]}{text}{self.value[stop:]}")
+        self.cursor_position = first + len(text)
 
     def _on_paste(self, event: Paste) -> None:
         # Join lines, and replace unprintable characters by blanks.

@@ -33,10 +33,10 @@ class BeltView(Vertical):
         Binding("home", "go_to(0.0)", "Start", show=False),
     ]
 
-    def __init__(self, id: str, *, nothing: str) -> None:  # noqa: A002
+    def __init__(self, id: str, *, empty_text: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self.t, self.speed = 0.0, 1.0
-        self._nothing = nothing
+        self._empty_text = empty_text
         self._run: Transient | None = None
         self._layout: Layout | None = None
         self._timer: Timer | None = None
@@ -44,7 +44,7 @@ class BeltView(Vertical):
 
     def compose(self) -> ComposeResult:
         """The picture."""
-        yield ChartView("belt-picture", nothing=self._nothing)
+        yield ChartView("belt-picture", empty_text=self._empty_text)
 
     def on_mount(self) -> None:
         """Prepare the clock."""

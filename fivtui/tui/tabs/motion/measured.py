@@ -92,7 +92,7 @@ class MeasuredView(Vertical):
                         compact=True,
                         select_on_focus=False,
                     )
-        yield ChartView("overlay-time", nothing=_NOTHING)
+        yield ChartView("overlay-time", empty_text=_NOTHING)
         yield ChartView("overlay-spectrum")
         yield Static("", id="overlay-words", markup=False)
 

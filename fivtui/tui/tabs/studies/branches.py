@@ -49,7 +49,7 @@ class BranchesPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="branch"):
-            yield ChartView("branch-chart", nothing="no branch yet: press F10", openable=True)
+            yield ChartView("branch-chart", empty_text="no branch yet: press F10", openable=True)
 
     @property
     def _origin(self) -> Origin:

@@ -117,8 +117,8 @@ class MapPane(StudyPane):
         if key != self._key:
             self.after_pause(_PAUSE, self._again)
 
-    @on(ChartView.Moved)
-    def _moved(self, event: ChartView.Moved) -> None:
+    @on(ChartView.LimitsChanged)
+    def _moved(self, event: ChartView.LimitsChanged) -> None:
         # The visible part is computed again at full resolution.
         event.stop()
         self.scene_changed()
@@ -210,7 +210,7 @@ class MapPane(StudyPane):
         except InputError as error:
             # The displayed map shows a different value.
             self._computed = None
-            self.query_one(ChartView).show(None, nothing=str(error))
+            self.query_one(ChartView).show(None, empty_text=str(error))
             self.query_one("#scale", Static).update("")
         self.work()
 

@@ -58,7 +58,7 @@ class SweepPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="amplitudes"):
-            yield ChartView("sweep-chart", nothing="no sweep yet: press F10", openable=True)
+            yield ChartView("sweep-chart", empty_text="no sweep yet: press F10", openable=True)
 
     def parse(self, scene: Scene, text: str) -> "Study":
         """The sweep of a scene over the ranges of the input."""

@@ -51,7 +51,7 @@ class TradeoffPane(StudyPane):
     def compose_views(self) -> ComposeResult:
         """Chart with the current setting as text, and table."""
         with Vertical(id="errors"):
-            yield ChartView("errors-chart", nothing="not measured yet: press F10")
+            yield ChartView("errors-chart", empty_text="not measured yet: press F10")
             yield Static("", id="present", markup=False)
         yield _Settings(id="settings", cursor_type="row", zebra_stripes=True, fixed_columns=1)
 
