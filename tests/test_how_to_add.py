@@ -480,7 +480,8 @@ from .study_pane import StudyPane
 class FrictionPane(StudyPane):
     """Eigenvalues at a friction coefficient."""
 
-    NAME, VERB, INPUT, EXAMPLE, FORM = "stability", "Solve", "friction", "0.3", "a number"
+    NAME, VERB, INPUT, EXAMPLE = "stability", "Solve", "friction", "0.3"
+    INPUT_FORMAT = "a number"
     VIEWS = {"roots": "Roots"}
 
     def compose_bar(self):
@@ -510,7 +511,7 @@ class FrictionPane(StudyPane):
         chart = Chart("Re", "Im", (Trace("roots", roots.real, roots.imag, look="points"),))
         self.query_one(ChartView).show(chart)
 
-    def point_of(self, result, point):
+    def read_point(self, result, point):
         """The friction coefficient of all points."""
         return {"mu": self.text}, "the friction coefficient"
 
@@ -518,7 +519,7 @@ class FrictionPane(StudyPane):
         """The parameters."""
         return Heading([result.parameters])
 
-    def request_of(self, result):
+    def request_for(self, result):
         """The scene of a result."""
         return self.request()
 '''
@@ -528,8 +529,9 @@ TAB: Final = (
     Edit(
         "fivtui/tui/tabs/tabs.py",
         r' +TabSpec\("result".*\n',
-        r'    TabSpec("words", "Words", "alt+0", _of("words", "WordsPane")),\n'
-        r'    TabSpec("friction", "Friction", "f11", _of("studies.friction", "FrictionPane")),\n'
+        r'    TabSpec("words", "Words", "alt+0", _pane_class("words", "WordsPane")),\n'
+        r'    TabSpec("friction", "Friction", "f11", '
+        r'_pane_class("studies.friction", "FrictionPane")),\n'
         r"\g<0>",
     ),
 )

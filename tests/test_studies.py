@@ -137,7 +137,7 @@ def test_a_new_study_is_written_drawn_and_printed_by_a_command(
 @pytest.mark.usefixtures("bounce")
 def test_a_new_study_is_exported_stored_and_shown_by_the_laboratory(tmp_path: Path) -> None:
     data = scene_study_export(DATA, "bounce", RESULT, "mine")
-    assert (data.proposal, data.of) == ("mine-bounce.csv", "the bounce")
+    assert (data.file_name, data.subject) == ("mine-bounce.csv", "the bounce")
     assert data.suffixes == (".csv", ".npz", ".parquet", ".json")
     for suffix in data.suffixes:
         assert write_export(data, tmp_path / f"b{suffix}") == ""

@@ -57,8 +57,8 @@ if TYPE_CHECKING:
         heading_spans,
         nearest_along,
         nearest_index,
-        nearest_points,
         needs_full_line,
+        points_at,
     )
     from .shades import (
         NO_VALUE,

@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 
 # Minimum length of an axis relative to its limits: closer limits would have equal tick labels.
 _MIN_LENGTH: Final = 1e-9
-_MAX_MAGNITUDE: Final = 1e300
+_MAX_LIMIT: Final = 1e300
 _MAX_DECADES: Final = 20.0
 _TICK_FACTORS: Final = (1.0, 2.0, 5.0)
 _LIMITS_FORMAT: Final = "LOW:HIGH, or empty to fit the data"
@@ -70,12 +70,8 @@ class Axis:
             low, high = self.value(low_position), self.value(low_position + zoom)
         except OverflowError:
             return self
-        magnitude = max(abs(low), abs(high))
-        if (
-            not _MIN_LENGTH * magnitude < high - low
-            or magnitude > _MAX_MAGNITUDE
-            or (self.log and low <= 0.0)
-        ):
+        size = max(abs(low), abs(high))
+        if not _MIN_LENGTH * size < high - low or size > _MAX_LIMIT or (self.log and low <= 0.0):
             return self
         return replace(self, low=low, high=high)
 
@@ -104,17 +100,13 @@ def _log_ticks(low: float, high: float, max_count: int) -> list[float]:
 def axis_for(values: Sequence[ArrayLike], *, log: bool = False, tight: bool = False) -> Axis:
     """An axis that shows all finite values; on a logarithmic axis, all positive ones.
 
-    `tight` puts the limits at the ends of the data. Without data the axis runs from 0 to 1, a
-    logarithmic axis from 0.1 to 1.
+    `tight` puts the limits at the ends of the data. Without data: 0 to 1, logarithmic 0.1 to 1.
     """
     part_ranges = [_finite_range(np.asarray(part, dtype=float), log=log) for part in values]
-    ranges = [data_range for data_range in part_ranges if data_range is not None]
+    ranges = [part for part in part_ranges if part is not None]
     if not ranges:
         return Axis(0.1, 1.0, log=True) if log else Axis(0.0, 1.0)
-    low, high = (
-        min(data_range[0] for data_range in ranges),
-        max(data_range[1] for data_range in ranges),
-    )
+    low, high = (min(part[0] for part in ranges), max(part[1] for part in ranges))
     if log:
         # Values more than `_MAX_DECADES` below the greatest are rounding noise.
         low = max(low, high * 10.0**-_MAX_DECADES)
@@ -148,7 +140,7 @@ def parse_limits(name: str, text: str, *, log: bool = False) -> tuple[float, flo
     if len(parts) != 2:
         raise InputError(f"{name} {text!r}: must be {_LIMITS_FORMAT}")
     low, high = (parse_number(name, part, _LIMITS_FORMAT) for part in parts)
-    if not high - low > _MIN_LENGTH * max(abs(low), abs(high)) or max(-low, high) > _MAX_MAGNITUDE:
+    if not high - low > _MIN_LENGTH * max(abs(low), abs(high)) or max(-low, high) > _MAX_LIMIT:
         raise InputError(f"{name} {text!r}: LOW must be below HIGH")
     if log and low <= 0.0:
         raise InputError(f"{name} {text!r}: on a logarithmic axis LOW must be above 0")

@@ -56,8 +56,7 @@ class Trace:
     colour : str
         A code such as ``#E69F00``; if empty, a colour of the theme.
     curve_values : ndarray, shape (n,), optional
-        Ascending values along the curve, such as times; they are positions of cursors in a chart
-        with a `curve_label`.
+        Ascending values along the curve, such as times, at which cursors stand; see `curve_label`.
     number : int
         Number of the displayed run, 0 if none.
     role : str
@@ -84,7 +83,7 @@ class Trace:
     role: str = ""
     marker: str = ""
     values: FloatArray | None = None
-    bar_intervals: tuple[FloatArray, FloatArray] | None = None
+    intervals: tuple[FloatArray, FloatArray] | None = None
     style: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -370,9 +369,7 @@ class View:
         """Zoom in (factor below 1) or out; only along x if y is a function of x."""
         x, y = self.axes(chart)
         zoomed = y.transform(zoom=factor, centre=centre[1]) if chart.plane else self.y
-        self.choose(
-            chart, self._axis_within_data(chart, x.transform(zoom=factor, centre=centre[0])), zoomed
-        )
+        self.choose(chart, self._clamp_x(chart, x.transform(zoom=factor, centre=centre[0])), zoomed)
 
     def zoom_y(self, chart: Chart, factor: float, centre: float = 0.5) -> None:
         """Zoom in (factor below 1) or out, only along y."""
@@ -383,11 +380,11 @@ class View:
         x, y = self.axes(chart)
         self.choose(
             chart,
-            self._axis_within_data(chart, x.transform(shift=right)) if right else self.x,
+            self._clamp_x(chart, x.transform(shift=right)) if right else self.x,
             y.transform(shift=up) if up else self.y,
         )
 
-    def _axis_within_data(self, chart: Chart, x: Axis) -> Axis | None:
+    def _clamp_x(self, chart: Chart, x: Axis) -> Axis | None:
         # Where y is a function of x, the limits do not pan beyond the data.
         if chart.plane:
             return x

@@ -30,7 +30,7 @@ from .chart import (
 )
 from .figure_style import STYLE
 from .labels import parameter_text
-from .readout import NearestPoint, crosshair, cursor_texts, heading_spans, nearest_points
+from .readout import NearestPoint, crosshair, cursor_texts, heading_spans, points_at
 from .shades import ColourScale, Shade
 from .sheet import sheet_figure
 
@@ -65,7 +65,7 @@ _DARKNESS: Final[Mapping[str, float]] = {
 # a title; line spacing of the labels of guides, pt.
 _AROUND_PANELS: Final = 1.2
 _LETTERS_PER_INCH: Final = 14.0
-_TITLE_LETTERS: Final = 84
+_TITLE_SIZE: Final = 84
 _LABEL_LINE_PT: Final = 9.5
 # Width of a letter of a guide's label relative to a figure's width.
 _LETTER_WIDTH: Final = 0.0095
@@ -77,19 +77,16 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
     rows, columns = (1, count) if charts.side_by_side else (count, 1)
     height = _SQUARE_HEIGHT if charts.side_by_side else max(_ROW_HEIGHT * rows, _MIN_HEIGHT)
     letters = int(_LETTERS_PER_INCH * (height - _AROUND_PANELS) / rows)
-    displayed = []
+    shown = []
     for index, (chart, view) in enumerate(charts.panels):
-        readout_text = _cursor_text(chart, view, first=index == 0)
+        values = _cursor_text(chart, view, first=index == 0)
         # Omit a note that repeats the label of the shades.
         note = chart.note if chart.backdrop is None or chart.note != chart.backdrop.label else ""
-        title = "\n".join(
-            fill(text, _TITLE_LETTERS // columns) for text in (note, readout_text) if text
-        )
+        title = "\n".join(fill(text, _TITLE_SIZE // columns) for text in (note, values) if text)
         label = fill(chart.y_label, letters)
-        displayed.append(replace(_displayed_chart(chart, view), title=title, y_label=label))
+        shown.append(replace(_displayed_chart(chart, view), title=title, y_label=label))
     sheet = Sheet(
-        [[chart] for chart in displayed] if charts.side_by_side else [displayed],
-        (FIGURE_WIDTH, height),
+        [[chart] for chart in shown] if charts.side_by_side else [shown], (FIGURE_WIDTH, height)
     )
     # A single curve needs no name.
     single_names = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
@@ -104,12 +101,8 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
 
 
 def _heading_text(heading: Heading) -> str:
-    first, *following = heading.parameters
-    varied = [
-        name
-        for name in first.as_dict()
-        if any(getattr(parameters, name) != getattr(first, name) for parameters in following)
-    ]
+    first, *rest = heading.parameters
+    varied = [n for n in first.as_dict() if any(getattr(p, n) != getattr(first, n) for p in rest)]
     line = parameter_text(first, [*heading.omitted, *varied])
     return f"{line}, separation ignored" if heading.ignores_separation else line
 
@@ -139,21 +132,16 @@ def _displayed_chart(chart: Chart, view: View) -> Chart:
 def _styled_trace(chart: Chart, index: int) -> Trace:
     """A trace with the colour, dashes and marker that distinguish it in its chart."""
     trace, several = chart.traces[index], len(chart.traces) > 1
-    properties = _trace_properties(trace, index, several=several)
+    style = _trace_style(trace, index, several=several)
     if trace.number:
         # Draw runs of a smaller range on top: those of a greater range would hide them.
-        ranges = sorted(
-            {_range(item) for item in chart.traces if item.number},
-            reverse=True,
-        )
-        properties["zorder"] += ranges.index(_range(trace)) / len(ranges)
+        ranges = sorted({_range(item) for item in chart.traces if item.number}, reverse=True)
+        style["zorder"] += ranges.index(_range(trace)) / len(ranges)
     if chart.to_scale:
-        properties |= {"linestyle": "-", "markevery": [trace.x.size - 1]}
-    marker = properties.pop("marker") if trace.look == "line" and not chart.to_scale else ""
+        style |= {"linestyle": "-", "markevery": [trace.x.size - 1]}
+    marker = style.pop("marker") if trace.look == "line" and not chart.to_scale else ""
     look = "line" if trace.look == "area" else trace.look
-    return Trace(
-        str(trace.name), trace.x, trace.y, look, trace.ordered, marker=marker, style=properties
-    )
+    return Trace(str(trace.name), trace.x, trace.y, look, trace.ordered, marker=marker, style=style)
 
 
 def _range(trace: Trace) -> float:
@@ -161,34 +149,28 @@ def _range(trace: Trace) -> float:
     return float(np.ptp(finite)) if finite.size else 0.0
 
 
-def _trace_properties(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
+def _trace_style(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
     mark = trace.mark if several or trace.look != "line" else ""
     # Letters and the present point are black: they lie on lines and shades of all colours.
-    is_points = trace.look == "points"
-    is_letter, is_small = mark.isalnum(), is_points and trace.x.size > _MANY_POINTS
-    marker = f"$\\mathrm{{{mark}}}$" if is_letter else _MARKERS.get(mark, "")
-    properties: dict[str, Any] = {
+    points = trace.look == "points"
+    letter, small = mark.isalnum(), points and trace.x.size > _MANY_POINTS
+    marker = f"$\\mathrm{{{mark}}}$" if letter else _MARKERS.get(mark, "")
+    style: dict[str, Any] = {
         "color": trace.colour
-        or ("black" if is_letter or (is_points and mark == _PRESENT_MARK) else _colour(index)),
+        or ("black" if letter or (points and mark == _PRESENT_MARK) else _colour(index)),
         "linestyle": "none" if trace.look in ("points", "dots") else "-",
         "linewidth": 1.0,
         "marker": "." if trace.look == "dots" else marker,
-        "markersize": 2.0
-        if trace.look == "dots"
-        else 7.0
-        if is_letter
-        else 2.5
-        if is_small
-        else 4.5,
+        "markersize": 2.0 if trace.look == "dots" else 7.0 if letter else 2.5 if small else 4.5,
         "zorder": 3.0 if trace.look == "points" else 2.0,
     }
-    if trace.look in ("points", "marked") and not properties["marker"]:
-        properties["marker"] = "o"
+    if trace.look in ("points", "marked") and not style["marker"]:
+        style["marker"] = "o"
     if mark and mark in _HOLLOW_MARKS:
-        properties["markerfacecolor"] = "white"
+        style["markerfacecolor"] = "white"
     if trace.look == "line" and not trace.mark:
-        properties["linestyle"] = _DASHES[index % len(_DASHES)]
-    return properties
+        style["linestyle"] = _DASHES[index % len(_DASHES)]
+    return style
 
 
 def _colour(index: int) -> str:
@@ -256,8 +238,7 @@ def _shade_colour(shade: Shade) -> str:
 
 def _cursor_points(chart: Chart, view: View) -> list[list[NearestPoint]]:
     return [
-        nearest_points(chart, view, position)
-        for position in (view.cursors.first, view.cursors.second)
+        points_at(chart, view, position) for position in (view.cursors.first, view.cursors.second)
     ]
 
 
@@ -268,10 +249,7 @@ def _cursor_text(chart: Chart, view: View, *, first: bool) -> str:
         return ""
     spans, count = heading_spans(chart, view, *points)
     texts = [text.strip() for text, _ in spans[:count]]
-    label, (a, b) = (
-        chart.cursor_label,
-        (view.cursors.first, view.cursors.second),
-    )
+    label, (a, b) = (chart.cursor_label, (view.cursors.first, view.cursors.second))
     if first and label and a is not None and b is not None:
         texts = [*cursor_texts(label, a[0], b[0]), *texts]
     return ", ".join(filter(None, texts))

@@ -31,14 +31,9 @@ def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[Floa
     bounds = np.unique(np.concatenate(([first], column_starts, [stop]))).tolist()
     selected: list[int] = []
     for begin, end in pairwise(bounds):
-        column_values = values[begin:end]
+        column = values[begin:end]
         selected += sorted(
-            {
-                begin,
-                begin + int(column_values.argmin()),
-                begin + int(column_values.argmax()),
-                end - 1,
-            }
+            {begin, begin + int(column.argmin()), begin + int(column.argmax()), end - 1}
         )
     return x[selected], values[selected]
 
@@ -62,11 +57,9 @@ def covered_shares(
 
 def shade_text(shares: FloatArray) -> str:
     """One character per column, denser with its share: blank at 0 alone, full at 1 alone."""
-    partial_count = len(_SHADE_CHARACTERS) - 2
-    partial_levels = 1 + np.floor(np.minimum(shares, _FULL_SHARE) * partial_count)
-    levels = np.select(
-        [shares <= 0.0, shares > _FULL_SHARE], [0, partial_count + 1], partial_levels
-    )
+    count = len(_SHADE_CHARACTERS) - 2
+    partial = 1 + np.floor(np.minimum(shares, _FULL_SHARE) * count)
+    levels = np.select([shares <= 0.0, shares > _FULL_SHARE], [0, count + 1], partial)
     return "".join(_SHADE_CHARACTERS[int(level)] for level in levels)
 
 

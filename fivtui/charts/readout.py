@@ -53,7 +53,7 @@ class NearestPoint:
     missing_text: str = _MISSING
 
 
-def nearest_points(chart: Chart, view: View, position: Position | None) -> list[NearestPoint]:
+def points_at(chart: Chart, view: View, position: Position | None) -> list[NearestPoint]:
     """The points at a cursor; empty without a position.
 
     A chart with a backdrop: its nearest point. With a `curve_label`: a point of each visible trace
@@ -72,10 +72,7 @@ def nearest_points(chart: Chart, view: View, position: Position | None) -> list[
             best = nearest_index(values, position[0])
             distance = max(float(values[0]) - position[0], position[0] - float(values[-1]), 0.0)
             candidates.append((distance, NearestPoint(index, *_coordinates(trace, best))))
-        elif (
-            not chart.curve_label
-            and (point := _nearest_in_plane(trace, axes, position)) is not None
-        ):
+        elif not chart.curve_label and (point := _nearest_xy(trace, axes, position)) is not None:
             candidates.append((point[1], NearestPoint(index, *_coordinates(trace, point[0]))))
     if not candidates:
         return []
@@ -104,7 +101,7 @@ def nearest_along(chart: Chart, view: View, position: Position) -> float | None:
     axes, min_distance = view.axes(chart), math.inf
     value = None
     for _, trace in view.visible_traces(chart):
-        point = _nearest_in_plane(trace, axes, position)
+        point = _nearest_xy(trace, axes, position)
         if trace.curve_values is not None and point is not None and point[1] <= min_distance:
             value, min_distance = float(trace.curve_values[point[0]]), point[1]
     return value
@@ -124,7 +121,7 @@ def _coordinates(trace: Trace, index: int) -> tuple[float, float]:
     return float(trace.x[index]), float(trace.y[index])
 
 
-def _nearest_in_plane(
+def _nearest_xy(
     trace: Trace, axes: tuple[Axis, Axis], position: Position
 ) -> tuple[int, float] | None:
     dx = axes[0].positions(trace.x) - axes[0].positions([position[0]])
@@ -144,8 +141,7 @@ def heading_spans(
 ) -> tuple[list[Span], int]:
     """The texts above a plot, and the number of leading texts that must not be omitted.
 
-    They are the values at the cursors, or else label and legend; and notes on traces outside the
-    limits and on zoomed axes.
+    Values at the cursors, or else label and legend; traces outside the limits; zoomed axes.
     """
     limits = [*_outside_notes(chart, view), *_zoom_note(chart, view)]
     if first or second:
@@ -185,13 +181,11 @@ def _outside_notes(chart: Chart, view: View) -> list[Span]:
         return []
     axes, spans = view.axes(chart), []
     for _, trace in view.visible_traces(chart):
-        is_outside, is_cut = _outside_limits(trace, axes)
-        if is_outside or (is_cut and view.y is not None and trace.number > view.newest_run):
+        outside, partly = _outside_limits(trace, axes)
+        if outside or (partly and view.y is not None and trace.number > view.newest_run):
             short = not trace.number or len(trace.name) <= _MAX_NAME
             name = trace.name if short else f"run {trace.number}"
-            text = (
-                f"{name or split_label(chart.y_label)[0]} {'' if is_outside else 'partly '}outside"
-            )
+            text = f"{name or split_label(chart.y_label)[0]} {'' if outside else 'partly '}outside"
             spans.append((f"  {text}, r: fit", "outside"))
     return spans
 
@@ -204,10 +198,10 @@ def _outside_limits(trace: Trace, axes: tuple[Axis, Axis]) -> tuple[bool, bool]:
         return bool(trace.x.size and not values.size), False
     pairs = ((trace.x, x), (values, y))
     ends = [(float(np.nanmin(part)), float(np.nanmax(part)), axis) for part, axis in pairs]
-    is_outside = any(high < axis.low or low > axis.high for low, high, axis in ends)
+    outside = any(high < axis.low or low > axis.high for low, high, axis in ends)
     # An ordered trace may extend beyond the limits of x.
     checked = ends[1:] if trace.ordered else ends
-    return is_outside, any(low < axis.low or high > axis.high for low, high, axis in checked)
+    return outside, any(low < axis.low or high > axis.high for low, high, axis in checked)
 
 
 def cursor_texts(label: str, first: float, second: float) -> list[str]:
@@ -225,78 +219,65 @@ def cursor_texts(label: str, first: float, second: float) -> list[str]:
 def _readout(
     chart: Chart, view: View, first: Sequence[NearestPoint], second: Sequence[NearestPoint]
 ) -> list[Span]:
-    cursor_points = (first, second)
+    groups = (first, second)
     if chart.backdrop is not None:
         labels: list[tuple[str, Callable[[NearestPoint], float]]] = [
             (chart.x_label, lambda point: point.x),
             (chart.y_label, lambda point: point.y),
             (chart.backdrop.label, lambda point: point.value),
         ]
-        return [
-            (_values_text(label, cursor_points, coordinate) + "  ", "readout")
-            for label, coordinate in labels
-        ]
+        return [(_text(label, groups, get) + "  ", "readout") for label, get in labels]
     if chart.plane and not chart.curve_label:
         (point,) = first or second
         style = trace_style(chart.traces[point.trace], point.trace)
         name = chart.traces[point.trace].name if not (first and second) else ""
-        x_text = _values_text(chart.x_label, cursor_points, lambda point: point.x) + "  "
-        y_text = _values_text(chart.y_label, cursor_points, lambda point: point.y, name)
+        x_text = _text(chart.x_label, groups, lambda point: point.x) + "  "
+        y_text = _text(chart.y_label, groups, lambda point: point.y, name)
         return [(x_text, "readout"), (y_text + " ", style)]
     spans: list[Span] = []
-    with_signs = bool(first and second)
+    signs = bool(first and second)
     position = view.cursors.first if first else view.cursors.second
-    if chart.curve_label and not with_signs and position is not None:
+    if chart.curve_label and not signs and position is not None:
         name, unit = split_label(chart.curve_label)
         spans.append((f"{name} {_number(position[0])} {unit} ", "readout"))
-    elif not with_signs:
-        spans.append(
-            (_values_text(chart.x_label, cursor_points, lambda point: point.x) + " ", "readout")
-        )
+    elif not signs:
+        spans.append((_text(chart.x_label, groups, lambda point: point.x) + " ", "readout"))
     if len(chart.traces) > 1 and not chart.curve_label:
         spans.append((f" {split_label(chart.y_label)[0]}", "readout"))
     for index, trace in enumerate(chart.traces):
-        trace_points = [
-            [point for point in points if point.trace == index] for points in cursor_points
-        ]
+        trace_points = [[point for point in points if point.trace == index] for points in groups]
         if not any(trace_points):
             continue
         style, name = trace_style(trace, index), trace.name if len(chart.traces) > 1 else ""
         if chart.curve_label:
             spans.append((f"{name} " * bool(name), style))
-            x_text = _values_text(
-                chart.x_label, trace_points, lambda point: point.x, with_signs=with_signs
-            )
-            y_text = _values_text(
-                chart.y_label, trace_points, lambda point: point.y, with_signs=with_signs
-            )
+            x_text = _text(chart.x_label, trace_points, lambda point: point.x, signs=signs)
+            y_text = _text(chart.y_label, trace_points, lambda point: point.y, signs=signs)
             spans += [(f"{x_text} ", style), (f"{y_text} ", style)]
         else:
-            text = _values_text(
-                chart.y_label, trace_points, lambda point: point.y, name, with_signs=with_signs
-            )
+            text = _text(chart.y_label, trace_points, lambda point: point.y, name, signs=signs)
             spans.append((f" {text}", style))
     return spans
 
 
-def _values_text(
+def _text(
     label: str,
-    cursor_points: Sequence[Sequence[NearestPoint]],
-    coordinate: Callable[[NearestPoint], float],
+    groups: Sequence[Sequence[NearestPoint]],
+    get: Callable[[NearestPoint], float],
     name: str = "",
     *,
-    with_signs: bool = False,
+    signs: bool = False,
 ) -> str:
-    # The value at one cursor, or the values at both cursors and their difference. `with_signs` adds
+    # The value at one cursor, or the values at both cursors and their difference. `signs` adds
     # the sign of the cursor to a single value.
     symbol, unit = split_label(label)
-    points = [at_cursor[0] for at_cursor in cursor_points if at_cursor]
-    value_texts = [_number(coordinate(point), point.missing_text) for point in points]
+    points = [at_cursor[0] for at_cursor in groups if at_cursor]
+    value_texts = [_number(get(point), point.missing_text) for point in points]
     if len(points) == 1:
-        sign = CURSOR_SIGNS[not cursor_points[0]] if with_signs else ""
+        sign = CURSOR_SIGNS[not groups[0]] if signs else ""
         return f"{name or symbol} {sign}{value_texts[0]} {unit}".rstrip()
     pair = f"{CURSOR_SIGNS[0]}{value_texts[0]} {CURSOR_SIGNS[1]}{value_texts[1]}"
-    difference = _number(coordinate(points[1]) - coordinate(points[0]))
+    difference = _number(get(points[1]) - get(points[0]))
     return f"{name or symbol} {pair} Δ{difference} {unit}".rstrip()
 
 

@@ -112,20 +112,11 @@ def grade_values(values: FloatArray) -> tuple[Levels, Shades]:
 def label_shades(levels: Levels, shades: Shades, values: FloatArray) -> Shades:
     """Complete the texts of shades: an empty one becomes ≤ the greatest value of the level."""
     finite = np.isfinite(values)
-    greatest_values = [
-        values[(levels == level) & finite].max(initial=-np.inf) for level in range(len(shades))
-    ]
-    displayed_values = [value for value in greatest_values if value > -np.inf]
-    digits = next(
-        (
-            n
-            for n in _DIGITS
-            if len({f"{value:.{n}g}" for value in displayed_values}) == len(displayed_values)
-        ),
-        3,
-    )
+    maxima = [values[(levels == i) & finite].max(initial=-np.inf) for i in range(len(shades))]
+    used = [top for top in maxima if top > -np.inf]
+    digits = next((n for n in _DIGITS if len({f"{top:.{n}g}" for top in used}) == len(used)), 3)
     counts = np.bincount(levels.ravel(), minlength=len(shades))
-    texts = [f"≤{value:.{digits}g}" if value > -np.inf else "" for value in greatest_values]
+    texts = [f"≤{top:.{digits}g}" if top > -np.inf else "" for top in maxima]
     return [
         shade._replace(text=(shade.text or text or shade.missing_text) if count else "")
         for shade, text, count in zip(shades, texts, counts, strict=True)

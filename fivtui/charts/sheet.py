@@ -30,20 +30,14 @@ from .chart import (
     Trace,
     reduce_trace,
 )
-from .figure_style import (
-    OFF_BELT_COLOUR,
-    STUCK_COLOUR,
-    STYLE,
-    new_figure,
-    shade_times,
-)
+from .figure_style import OFF_BELT_COLOUR, STUCK_COLOUR, STYLE, new_figure, shade_times
 from .labels import Label
 from .shades import MIN_CONTRAST, ColourScale
 
 _TITLE_SIZE: Final = 7.5
 _PANEL_GAP: Final = 0.06
 # Markers and dashes distinguish the series of a chart also in black and white.
-_SERIES_STYLES: Final[tuple[Mapping[str, Any], ...]] = (
+_SERIES: Final[tuple[Mapping[str, Any], ...]] = (
     {"color": "#12803c", "marker": "o", "linestyle": "-"},
     {"color": "#00867d", "marker": "s", "linestyle": "--"},
     {"color": "#1f4fd8", "marker": "^", "linestyle": "-"},
@@ -70,12 +64,7 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     },
     "stable": {"color": "#12803c", "linestyle": "-"},
     "unstable": {"color": "#1f4fd8", "linestyle": "--"},
-    "event": {
-        "color": "black",
-        "linestyle": "none",
-        "markersize": 5.0,
-        "markerfacecolor": "white",
-    },
+    "event": {"color": "black", "linestyle": "none", "markersize": 5.0, "markerfacecolor": "white"},
     "chosen cycle": {"marker": ".", "markersize": 4.0, "zorder": 3.0},
     "stable orbit": {"linestyle": "-", "linewidth": 0.9},
     "unstable orbit": {"linestyle": "--", "linewidth": 0.9},
@@ -183,13 +172,13 @@ _SMALL_TEXT: Final[dict[Any, Any]] = {
     "xtick.labelsize": 6.5,
     "ytick.labelsize": 6.5,
 }
-_BAR_HEIGHT: Final = 0.36
+_BAR: Final = 0.36
 _EDGE_COLOUR: Final = "black"
 # Area of a coloured point, pt², and maximum number of contour lines of equal style.
-_DOT_AREA: Final = 9.0
+_DOT: Final = 9.0
 _MAX_CONTOURS: Final = 7
 # Lines with at most this number of points have a mark at each point.
-_MAX_MARKED_POINTS: Final = 60
+_MAX_MARKED: Final = 60
 # Number of marks of a longer line, and columns to which it is reduced (several per pixel).
 _MARKS_PER_LINE: Final = 12
 _REDUCED_COLUMNS: Final = 4000
@@ -200,7 +189,7 @@ _SAMPLE_CHARACTERS: Final = 8
 _MATH_MARKUP: Final = re.compile(r"\\mathrm|[${}_^]")
 _LEGEND_LINE: Final = 0.18
 # Colours of strips, from the first.
-_STRIP_COLOURS: Final = (OFF_BELT_COLOUR, STUCK_COLOUR)
+_STRIPS: Final = (OFF_BELT_COLOUR, STUCK_COLOUR)
 
 
 def sheet_figure(sheet: Sheet, omitted: Collection[str] = ()) -> Figure:
@@ -257,34 +246,23 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
         # Align per column: matplotlib treats separate grids of columns as one column.
         figure.align_ylabels([axes for axes, _ in panels[start:]])
     for colours, (bar_axes, mappable) in scales.items():
-        discrete = not isinstance(colours.colour_map, str)
-        bar = figure.colorbar(
-            mappable, ax=bar_axes, label=_math_text(colours.label), drawedges=discrete
-        )
+        edges = not isinstance(colours.colour_map, str)
+        bar = figure.colorbar(mappable, ax=bar_axes, label=_math(colours.label), drawedges=edges)
         if colours.ticks:
-            bar.set_ticks(colours.ticks, labels=list(map(_math_text, colours.names)) or None)
+            bar.set_ticks(colours.ticks, labels=list(map(_math, colours.names)) or None)
     return panels
 
 
 def _grid_cells(figure: FigureBase, sheet: Sheet) -> list[list[SubplotSpec]]:
     """The grid cells of the charts of every column."""
-    column_count, widths, heights = len(sheet.columns), sheet.widths or None, sheet.heights or None
-    row_counts = [len(charts) for charts in sheet.columns]
-    if len(set(row_counts)) == 1:
-        grid = figure.add_gridspec(
-            row_counts[0], column_count, width_ratios=widths, height_ratios=heights
-        )
-        return [
-            [grid[row, column] for row in range(row_counts[0])] for column in range(column_count)
-        ]
-    columns = figure.add_gridspec(1, column_count, width_ratios=widths)
-    subgrids = [
-        columns[0, column].subgridspec(row_count, 1) for column, row_count in enumerate(row_counts)
-    ]
-    return [
-        [subgrid[row, 0] for row in range(row_count)]
-        for subgrid, row_count in zip(subgrids, row_counts, strict=True)
-    ]
+    count, widths, heights = len(sheet.columns), sheet.widths or None, sheet.heights or None
+    rows = [len(charts) for charts in sheet.columns]
+    if len(set(rows)) == 1:
+        grid = figure.add_gridspec(rows[0], count, width_ratios=widths, height_ratios=heights)
+        return [[grid[row, column] for row in range(rows[0])] for column in range(count)]
+    columns = figure.add_gridspec(1, count, width_ratios=widths)
+    areas = [columns[0, column].subgridspec(size, 1) for column, size in enumerate(rows)]
+    return [[area[row, 0] for row in range(size)] for area, size in zip(areas, rows, strict=True)]
 
 
 def _add_title(figure: Figure, panels: Sequence[Axes], title: str) -> None:
@@ -331,15 +309,13 @@ def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
     if chart.colour_scale is not None or chart.backdrop is not None:
         axes.grid(visible=False)
     if chart.backdrop is not None:
-        mappable = _draw_backdrop(axes, chart.backdrop, chart.colour_scale)
+        mappable = _shade(axes, chart.backdrop, chart.colour_scale)
     if chart.stacked:
         _draw_stacked_areas(axes, chart.traces)
     else:
         mappable = _draw_traces(axes, chart) or mappable
     for number, strip in enumerate(chart.strips):
-        shade_times(
-            axes, strip.intervals, _STRIP_COLOURS[number % len(_STRIP_COLOURS)], strip.meaning
-        )
+        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
     _set_limits(axes, chart)
     for guide in chart.guides:
         _draw_guide(axes, guide)
@@ -349,14 +325,14 @@ def _draw_chart(axes: Axes, chart: Chart) -> ScalarMappable | None:
 
 def _set_labels(axes: Axes, chart: Chart) -> None:
     if chart.x_axis:
-        axes.set_xlabel(_math_text(chart.x_label))
+        axes.set_xlabel(_math(chart.x_label))
     else:
         axes.tick_params(labelbottom=False)
     if chart.y_names:
-        axes.set_yticks(range(len(chart.y_names)), [_math_text(name) for name in chart.y_names])
+        axes.set_yticks(range(len(chart.y_names)), [_math(name) for name in chart.y_names])
         axes.grid(visible=False, axis="y")
-    axes.set_ylabel(_math_text(chart.y_label))
-    axes.set_title(_math_text(chart.title))
+    axes.set_ylabel(_math(chart.y_label))
+    axes.set_title(_math(chart.title))
     if chart.legend == "above":
         axes.legend(
             loc="lower center",
@@ -371,27 +347,25 @@ def _set_labels(axes: Axes, chart: Chart) -> None:
 
 
 def _draw_traces(axes: Axes, chart: Chart) -> ScalarMappable | None:
-    mappable, series_index = None, 0
+    mappable, series = None, 0
     for index, trace in enumerate(chart.traces):
         if trace.values is not None and chart.colour_scale is not None:
             options = _colour_properties(chart.colour_scale)
-            mappable = axes.scatter(
-                trace.x, trace.y, _DOT_AREA, trace.values, linewidths=0.0, **options
-            )
+            mappable = axes.scatter(trace.x, trace.y, _DOT, trace.values, linewidths=0.0, **options)
         # A trace without points is not in the legend, unless it has a style.
         elif trace.x.size or trace.style:
-            properties = _trace_properties(trace, series_index)
+            style = _trace_style(trace, series)
             if trace.look == "bars":
-                _draw_bars(axes, trace, properties)
+                _draw_bars(axes, trace, style)
             elif trace.look == "area":
-                axes.fill(trace.x, trace.y, label=_math_text(trace.name), **properties)
+                axes.fill(trace.x, trace.y, label=_math(trace.name), **style)
             else:
                 x, y = _drawn_points(trace, chart)
                 if trace.marker and trace.ordered:
                     spacing = max(x.size // _MARKS_PER_LINE, 1)
-                    properties["markevery"] = (spacing * index // len(chart.traces), spacing)
-                axes.plot(x, y, label=_math_text(trace.name) or "_", **properties)
-        series_index += trace.role == "series" and trace.x.size > 0
+                    style["markevery"] = (spacing * index // len(chart.traces), spacing)
+                axes.plot(x, y, label=_math(trace.name) or "_", **style)
+        series += trace.role == "series" and trace.x.size > 0
     return mappable
 
 
@@ -404,20 +378,10 @@ def _drawn_points(trace: Trace, chart: Chart) -> tuple[FloatArray, FloatArray]:
     return reduce_trace(trace, Axis(*ends, log="x" in chart.log), _REDUCED_COLUMNS)
 
 
-def _draw_bars(axes: Axes, trace: Trace, properties: Mapping[str, Any]) -> None:
-    lengths = (
-        None if trace.bar_intervals is None else np.abs(np.array(trace.bar_intervals) - trace.x)
-    )
-    error_style = {"linewidth": 0.8, "capsize": 1.5}
-    axes.barh(
-        trace.y,
-        trace.x,
-        _BAR_HEIGHT,
-        xerr=lengths,
-        error_kw=error_style,
-        label=_math_text(trace.name),
-        **properties,
-    )
+def _draw_bars(axes: Axes, trace: Trace, style: Mapping[str, Any]) -> None:
+    ends = None if trace.intervals is None else np.abs(np.array(trace.intervals) - trace.x)
+    errors = {"linewidth": 0.8, "capsize": 1.5}
+    axes.barh(trace.y, trace.x, _BAR, xerr=ends, error_kw=errors, label=_math(trace.name), **style)
 
 
 def _draw_stacked_areas(axes: Axes, traces: Sequence[Trace]) -> None:
@@ -428,7 +392,7 @@ def _draw_stacked_areas(axes: Axes, traces: Sequence[Trace]) -> None:
             trace.x,
             bottom,
             top,
-            label=_math_text(trace.name),
+            label=_math(trace.name),
             facecolor=ROLES[trace.role]["color"],
             hatch=_HATCHES[trace.role],
             edgecolor="0.35",
@@ -437,21 +401,17 @@ def _draw_stacked_areas(axes: Axes, traces: Sequence[Trace]) -> None:
         bottom = top
 
 
-def _trace_properties(trace: Trace, series_index: int) -> dict[str, Any]:
-    properties = dict(ROLES.get(trace.role, {}))
+def _trace_style(trace: Trace, series: int) -> dict[str, Any]:
+    style = dict(ROLES.get(trace.role, {}))
     if trace.role == "series":
-        properties = {
-            "markersize": 4.5,
-            "linewidth": 0.9,
-            **_SERIES_STYLES[series_index % len(_SERIES_STYLES)],
-        }
-    elif trace.look == "marked" and trace.x.size <= _MAX_MARKED_POINTS:
-        properties |= {"marker": ".", "markersize": 4.0}
+        style = {"markersize": 4.5, "linewidth": 0.9, **_SERIES[series % len(_SERIES)]}
+    elif trace.look == "marked" and trace.x.size <= _MAX_MARKED:
+        style |= {"marker": ".", "markersize": 4.0}
     if trace.colour:
-        properties["color"] = trace.colour
+        style["color"] = trace.colour
     if trace.marker:
-        properties["marker"] = trace.marker
-    return properties | dict(trace.style)
+        style["marker"] = trace.marker
+    return style | dict(trace.style)
 
 
 def _colour_properties(colours: ColourScale) -> dict[str, Any]:
@@ -460,27 +420,21 @@ def _colour_properties(colours: ColourScale) -> dict[str, Any]:
     return {"cmap": cmap, "norm": Normalize(colours.low, colours.high)}
 
 
-def _draw_backdrop(
-    axes: Axes, backdrop: Backdrop, colours: ColourScale | None
-) -> ScalarMappable | None:
+def _shade(axes: Axes, backdrop: Backdrop, scale: ColourScale | None) -> ScalarMappable | None:
     """Colour the plane by values or by level. Returns the artist whose colours show values."""
-    mesh_options: dict[str, Any] = {"shading": "nearest", "rasterized": True, "zorder": 0.0}
+    options: dict[str, Any] = {"shading": "nearest", "rasterized": True, "zorder": 0.0}
     x, y, levels = backdrop.x, backdrop.y, backdrop.levels.T
-    colour_options = {} if colours is None else _colour_properties(colours)
+    colours = {} if scale is None else _colour_properties(scale)
     if min(levels.shape) < 2:
         points = np.meshgrid(x, y)
-        return axes.scatter(*points, _DOT_AREA, backdrop.values.T, linewidths=0.0, **colour_options)
-    mesh = (
-        axes.pcolormesh(x, y, backdrop.values.T, **mesh_options, **colour_options)
-        if colour_options
-        else None
-    )
+        return axes.scatter(*points, _DOT, backdrop.values.T, linewidths=0.0, **colours)
+    mesh = axes.pcolormesh(x, y, backdrop.values.T, **options, **colours) if colours else None
     is_filled = np.array([bool(shade.fill) for shade in backdrop.shades])
     if is_filled[levels].any():
         fills = [shade.fill or "none" for shade in backdrop.shades]
         shown = np.ma.masked_where(~is_filled[levels], levels)
         norm = BoundaryNorm(np.arange(len(fills) + 1) - 0.5, len(fills))
-        axes.pcolormesh(x, y, shown, cmap=ListedColormap(fills), norm=norm, **mesh_options)
+        axes.pcolormesh(x, y, shown, cmap=ListedColormap(fills), norm=norm, **options)
     legend_shades = {}
     for level, shade in enumerate(backdrop.shades):
         inside = np.equal(levels, level).astype(float)
@@ -491,7 +445,7 @@ def _draw_backdrop(
             axes.contour(x, y, inside, levels=[0.5], colors="black", linewidths=0.8)
     for name, shade in legend_shades.items():
         patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=shade.fill, hatch=shade.hatch)
-        patch.set(label=_math_text(name), edgecolor=_EDGE_COLOUR, linewidth=0.5)
+        patch.set(label=_math(name), edgecolor=_EDGE_COLOUR, linewidth=0.5)
         axes.add_patch(patch)
     for contours in backdrop.contours:
         _draw_contours(axes, backdrop, contours)
@@ -511,20 +465,20 @@ def _draw_contours(axes: Axes, backdrop: Backdrop, contours: Contours) -> None:
         levels = int(min((high - low) / min_step, _MAX_CONTOURS)) if min_step > 0.0 else 0
     if not levels:
         return
-    properties = ROLES[contours.role]
+    style = ROLES[contours.role]
     lines = axes.contour(
         backdrop.x,
         backdrop.y,
         values,
         levels=levels,
-        colors=properties["color"],
-        linewidths=properties["linewidth"],
-        linestyles=[properties["linestyle"]],
+        colors=style["color"],
+        linewidths=style["linewidth"],
+        linestyles=[style["linestyle"]],
     )
     if contours.label:
         axes.clabel(lines, fontsize=6.5, fmt=contours.label)
     if contours.name:
-        axes.plot([], [], label=_math_text(contours.name), **properties)
+        axes.plot([], [], label=_math(contours.name), **style)
 
 
 def _set_scales(axes: Axes, chart: Chart) -> None:
@@ -558,13 +512,13 @@ def _draw_guide(axes: Axes, guide: Guide) -> None:
         axes.axhspan(axes.get_ylim()[0], guide.value, color="0.93", zorder=0.0)
         return
     line = axes.axvline if guide.vertical else axes.axhline
-    properties = ROLES.get(guide.role)
+    style = ROLES.get(guide.role)
     # Lines without a role are not in the legend.
-    if properties is None:
+    if style is None:
         line(guide.value, label="_", **_PLAIN_GUIDE)
     else:
-        line(guide.value, label=_math_text(guide.label), **properties)
+        line(guide.value, label=_math(guide.label), **style)
 
 
-def _math_text(label: str) -> str:
+def _math(label: str) -> str:
     return label.math if isinstance(label, Label) else label.replace("$", r"\$")

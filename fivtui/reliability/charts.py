@@ -132,7 +132,7 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
             [(estimate.value, estimate.low, estimate.high) for estimate in estimates]
         ).T
         traces.append(
-            Trace(name, value, positions + shift, look="bars", role=name, bar_intervals=(low, high))
+            Trace(name, value, positions + shift, look="bars", role=name, intervals=(low, high))
         )
     local_rows = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
     shares = [(entry.share, y) for entry, y in local_rows if entry is not None]
@@ -144,7 +144,7 @@ def index_chart(result: Uncertainty, output: str) -> Chart:
     if values.min() < -_VISIBLE_EXCESS or values.max() > 1.0 + _VISIBLE_EXCESS:
         title += "\n(beyond 0 to 1: sampling error)"
     # Indices of an output with almost no variance may have any value: clip the axis.
-    ends = [end for trace in traces[:2] for end in trace.bar_intervals or ()]
+    ends = [end for trace in traces[:2] for end in trace.intervals or ()]
     low, high = (np.nanmin([0.0, *x, *ends[0], *ends[2]]), np.nanmax([1.0, *x, *ends[1], *ends[3]]))
     return Chart(
         "",

@@ -12,7 +12,7 @@ from fivtui.model.errors import InputError
 from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.charts import sweep_chart
 from fivtui.tui.tabs.requests.sweep import (
-    sweep_of,
+    partial_sweep,
     sweep_parts,
     sweep_request,
 )
@@ -43,7 +43,7 @@ def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
     assert peaks[30.0] == paper[True].peak.y_max == pytest.approx(10.503, abs=1e-3)
     assert peaks[1.0] == pytest.approx(3.3446, abs=1e-3)
     assert max(peaks[0.1], peaks[0.2]) < 0.0
-    result = sweep_of(study, list(sweep_parts(study, lambda _share: True)))
+    result = partial_sweep(study, list(sweep_parts(study, lambda _share: True)))
     assert result.rows[0][2] == next(row["y_abs"] for row in rows)
     for case, slowest in ((True, 26.0), (False, 24.0)):
         row = result.fast_belt(case)

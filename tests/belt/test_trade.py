@@ -14,7 +14,7 @@ from fivtui.tradeoffs.files import load_tradeoff, save_tradeoff
 from fivtui.tradeoffs.measure import measure_tradeoff
 from fivtui.tradeoffs.report import print_tradeoff
 from fivtui.transient import Start, Transient
-from fivtui.tui.tabs.requests.tradeoff import columns_of, table_rows
+from fivtui.tui.tabs.requests.tradeoff import table_columns, table_rows
 
 BELT = Parameters(v_belt=1.0)
 HOLDING = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4)
@@ -100,7 +100,7 @@ def test_the_trade_shows_what_every_method_loses_on_a_belt_of_finite_speed(
     assert lost == {-simulate(BELT, t_end=4.0).events.sticks}
     print_tradeoff(result)
     assert "sticks" in capsys.readouterr().out
-    assert columns_of(result)[-1] == "sticks"
+    assert table_columns(result)[-1] == "sticks"
     assert {row[-1] for row in table_rows(result, "final", None)} >= {"0", f"{max(lost):+d}"}
     save_tradeoff(result, tmp_path / "trade.csv")
     read = load_tradeoff(tmp_path / "trade.csv").rows

@@ -76,5 +76,5 @@ async def _views(pilot: Pilot[None]) -> list[tuple[str, list[str]]]:
         text = masked(text_of(pilot).translate(_BARS))
         views.append((f" {getattr(pane, 'view', name)}".rstrip(), text.splitlines()))
         if len(names) > 1:
-            await pane.run_action("turn_view")
+            await pane.run_action("next_view")
     return views

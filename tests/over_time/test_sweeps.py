@@ -15,7 +15,7 @@ from fivtui.sweeps.files import read_sweep
 from fivtui.tui.session import Session
 from fivtui.tui.session.command_lines import study_command
 from fivtui.tui.tabs.requests.sweep import (
-    sweep_of,
+    partial_sweep,
     sweep_parts,
     sweep_request,
 )
@@ -104,7 +104,7 @@ def test_a_table_of_a_file_is_swept_as_in_simulate(
 
 def test_the_laboratory_sweeps_a_brake_stop() -> None:
     study = sweep_request(STOP, "c1=0.3,0.6")
-    result = sweep_of(study, list(sweep_parts(study, lambda _share: True)))
+    result = partial_sweep(study, list(sweep_parts(study, lambda _share: True)))
     assert result.table.failed == 0
     assert len(sweep_chart(result).traces) == 4
 

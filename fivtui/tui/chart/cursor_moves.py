@@ -11,7 +11,7 @@ from fivtui.charts import (
     crosshair,
     nearest_along,
     nearest_index,
-    nearest_points,
+    points_at,
 )
 
 # Number of steps along an entire curve, and initial positions of both cursors.
@@ -60,7 +60,7 @@ def cursor_position(chart: Chart, view: View) -> Position | None:
     if position is None:
         return None
     if chart.plane or chart.curve_label:
-        points = nearest_points(chart, view, position)
+        points = points_at(chart, view, position)
         if chart.curve_label and not points:
             return None
         position = crosshair(chart, position, points[-1:])
@@ -81,7 +81,7 @@ def move_cursor(chart: Chart, view: View, position: Position, direction: int = 0
             return
         point = (curve_value, 0.0)
     elif chart.plane:
-        point = crosshair(chart, point, nearest_points(chart, view, point))
+        point = crosshair(chart, point, points_at(chart, view, point))
     else:
         point = (_nearest_sample_x(chart, view, point[0], direction), point[1])
     view.cursors.move(point)
@@ -121,18 +121,17 @@ def step_cursor(chart: Chart, view: View, step: tuple[int, int], size: tuple[int
 
 
 def _next_point(chart: Chart, view: View, position: Position, change: Position) -> Position:
-    # Repeat the step until the nearest point changes. If none is found within the limits, the
-    # position does not change; in a map it leaves the limits.
+    # Step until the nearest point changes; if none does, keep the position, or leave a map.
     x, y = view.axes(chart)
 
-    def points_at(new_x: float, new_y: float) -> list[NearestPoint]:
-        return nearest_points(chart, view, (x.value(new_x), y.value(new_y)))
+    def nearest(new_x: float, new_y: float) -> list[NearestPoint]:
+        return points_at(chart, view, (x.value(new_x), y.value(new_y)))
 
-    old_points = points_at(*position)
+    old_points = nearest(*position)
     new_x, new_y = position
     while 0.0 <= new_x <= 1.0 and 0.0 <= new_y <= 1.0:
         new_x, new_y = new_x + change[0], new_y + change[1]
-        if points_at(new_x, new_y) != old_points:
+        if nearest(new_x, new_y) != old_points:
             return new_x, new_y
     return position if chart.backdrop is None else (new_x, new_y)
 

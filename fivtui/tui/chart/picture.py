@@ -23,7 +23,7 @@ from fivtui.charts import (
     covered_shares,
     crosshair,
     heading_spans,
-    nearest_points,
+    points_at,
     reduce_trace,
     shade_text,
     trace_mark,
@@ -36,13 +36,13 @@ MARGIN: Final = 8
 _COLUMNS_PER_TICK: Final = 8
 _ROWS_PER_TICK: Final = 2
 # Minimum rows of the plot below a long legend, and below values at cursors.
-_MIN_PLOT_ROWS: Final = 7
+_MIN_ROWS: Final = 7
 _MIN_READ_ROWS: Final = 2
 # In cells with several traces: width of a trace's stripe in columns, dots from which a cell is
 # dense, and dots that a lower trace keeps in a dense cell.
 _STRIPE_WIDTH: Final = 2
 _DENSE_DOTS: Final = 5
-_THINNING_PATTERN: Final = 0x95
+_SPARSE: Final = 0x95
 _VERTICAL: Final = ord("│")
 _HORIZONTAL: Final = ord("─")
 _CROSSED: Final = ord("┼")
@@ -69,20 +69,16 @@ class Picture:
 
 def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
     """Draw a chart in `width` by `height` characters; `reserved` columns of line 1 stay blank."""
-    rows_below = len(chart.strips) + int(chart.x_axis)
+    bottom = len(chart.strips) + int(chart.x_axis)
     axes = view.axes(chart)
     cursors = (view.cursors.first, view.cursors.second)
-    cursor_points = [nearest_points(chart, view, position) for position in cursors]
-    lines, needed_rows = _wrap_spans(*heading_spans(chart, view, *cursor_points), width, reserved)
+    cursor_points = [points_at(chart, view, position) for position in cursors]
+    lines, needed = _wrap_spans(*heading_spans(chart, view, *cursor_points), width, reserved)
     # A long heading loses its last lines, to keep a few rows for the plot.
-    heading_rows = max(
-        min(needed_rows, height - rows_below - _MIN_READ_ROWS),
-        height - rows_below - _MIN_PLOT_ROWS,
-        1,
-    )
-    del lines[heading_rows:]
+    top_rows = max(min(needed, height - bottom - _MIN_READ_ROWS), height - bottom - _MIN_ROWS, 1)
+    del lines[top_rows:]
     top = len(lines)
-    columns, rows = max(width - MARGIN, 1), max(height - top - rows_below, 1)
+    columns, rows = max(width - MARGIN, 1), max(height - top - bottom, 1)
     canvas = _Canvas(columns, rows, axes)
     if chart.backdrop is not None:
         canvas.draw_backdrop(chart.backdrop)
@@ -119,7 +115,7 @@ class _Canvas:
         self._style_names = ["plot"]
         self._guide_labels: list[tuple[int, int, str]] = []
 
-    def _style_index(self, name: str) -> int:
+    def _index(self, name: str) -> int:
         if name not in self._style_names:
             self._style_names.append(name)
         return self._style_names.index(name)
@@ -131,9 +127,7 @@ class _Canvas:
         levels = backdrop.levels[
             _nearest(backdrop.x, cell_x)[None, :], _nearest(backdrop.y, cell_y)[:, None]
         ]
-        shades = [
-            (ord(shade.character), self._style_index(shade.style)) for shade in backdrop.shades
-        ]
+        shades = [(ord(shade.character), self._index(shade.style)) for shade in backdrop.shades]
         characters, styles = np.array(shades, dtype=np.intp).T
         outside_x = (cell_x < backdrop.x[0]) | (cell_x > backdrop.x[-1])
         outside_y = (cell_y < backdrop.y[0]) | (cell_y > backdrop.y[-1])
@@ -142,7 +136,7 @@ class _Canvas:
         self._styles[inside] = styles[levels][inside]
 
     def draw_guides(self, chart: Chart) -> None:
-        style = self._style_index("guide")
+        style = self._index("guide")
         labels = self._guide_labels
         for guide in chart.guides:
             axis = self._axes[0 if guide.vertical else 1]
@@ -162,7 +156,7 @@ class _Canvas:
                 labels.append((row, self._columns - len(guide.label), guide.label))
 
     def draw_guide_labels(self) -> None:
-        style = self._style_index("guide")
+        style = self._index("guide")
         for row, column, label in self._guide_labels:
             self._write(row, column, label, style)
 
@@ -188,7 +182,7 @@ class _Canvas:
             return
         # The topmost trace comes first.
         cells = np.array([raster.cells for raster in reversed(rasters)])
-        styles = [self._style_index(trace_style(trace, index)) for index, trace in reversed(lines)]
+        styles = [self._index(trace_style(trace, index)) for index, trace in reversed(lines)]
         has_dots = cells > 0
         counts = has_dots.sum(axis=0)
         stripes = np.arange(self._columns)[None, :] // _STRIPE_WIDTH
@@ -196,9 +190,7 @@ class _Canvas:
         shown = has_dots & (np.cumsum(has_dots, axis=0) - 1 == rank)
         dense = np.bitwise_count(cells) >= _DENSE_DOTS
         # Fewer dots distinguish the stripes of lower traces without colour.
-        thinned = np.where(
-            shown[1:] & dense[1:] & (rank > 0), cells[1:] & _THINNING_PATTERN, 0
-        ).sum(axis=0)
+        thinned = np.where(shown[1:] & dense[1:] & (rank > 0), cells[1:] & _SPARSE, 0).sum(axis=0)
         dots = np.where(thinned > 0, thinned, np.bitwise_or.reduce(cells, axis=0))
         is_drawn = counts > 0
         self._characters[is_drawn] = Raster.BLANK + dots[is_drawn]
@@ -208,7 +200,7 @@ class _Canvas:
         """Draw the marks of a trace."""
         if trace.look in ("points", "marked"):
             x, y = self._trace_positions(trace)
-            style = self._style_index(trace_style(trace, index))
+            style = self._index(trace_style(trace, index))
             inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
             cells = self._cells_at(x[inside], y[inside])
             self._characters[cells] = ord(trace_mark(trace, index))
@@ -247,7 +239,7 @@ class _Canvas:
             if 0.0 <= x <= 1.0 and 0.0 <= y <= 1.0:
                 row, column = self._cells_at(np.array([x]), np.array([y]))
                 self._characters[row, column] = ord(trace_mark(trace, index))
-                self._styles[row, column] = self._style_index(trace_style(trace, index))
+                self._styles[row, column] = self._index(trace_style(trace, index))
 
     def draw_cursor(
         self, index: int, chart: Chart, position: Position | None, points: Sequence[NearestPoint]
@@ -255,7 +247,7 @@ class _Canvas:
         if position is None:
             return
         vertical, style_name = _CURSORS[index]
-        style = self._style_index(style_name)
+        style = self._index(style_name)
         x, y = crosshair(chart, position, points)
         column, row = self._column(x), self._row(y)
         if column is not None and not chart.curve_label:
@@ -277,16 +269,14 @@ class _Canvas:
         return _cell_index(position, self._columns) if 0.0 <= position <= 1.0 else None
 
     def _row(self, y: float) -> int | None:
-        position = float(self._axes[1].positions([y])[0])
-        return (
-            self._rows - 1 - _cell_index(position, self._rows) if 0.0 <= position <= 1.0 else None
-        )
+        height = float(self._axes[1].positions([y])[0])
+        return self._rows - 1 - _cell_index(height, self._rows) if 0.0 <= height <= 1.0 else None
 
     def strip_spans(
-        self, shade_characters: str, chart: Chart, cursors: Sequence[Position | None]
+        self, shades: str, chart: Chart, cursors: Sequence[Position | None]
     ) -> Iterator[Span]:
         """The shades of a row below the plot, with the cursors."""
-        styles, characters = ["strip"] * len(shade_characters), list(shade_characters)
+        styles, characters = ["strip"] * len(shades), list(shades)
         for index in (1, 0):
             position = cursors[index]
             column = None if position is None or chart.plane else self._column(position[0])

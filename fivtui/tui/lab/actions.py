@@ -76,7 +76,7 @@ class LabActions(Screen[None]):
     def action_switch_tab(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""
         self._remove_welcome()
-        self.tab_book.turn(direction)
+        self.tab_book.show_neighbour(direction)
 
     def action_toggle_runs(self) -> None:
         """Show and focus the list of runs, or hide it."""
@@ -92,7 +92,7 @@ class LabActions(Screen[None]):
         """Start or stop the computation of the current tab."""
 
         def toggle(pane: Pane) -> None:
-            if not pane.work():
+            if not pane.toggle_computation():
                 self.app.bell()
 
         self.tab_book.when_ready(toggle)
@@ -152,12 +152,12 @@ class LabActions(Screen[None]):
         if part == "fields":
             self.query_one(Form).take_focus()
         elif part == "tabs":
-            self.tab_book.take_focus()
+            self.tab_book.focus_titles()
         elif part == "runs":
             self.add_class("-runs")
             self.query_one(RunsPane).take_focus()
         else:
-            self.tab_book.when_ready(lambda pane: pane.take_focus(bar=part == "bar"))
+            self.tab_book.when_ready(lambda pane: pane.focus_content(bar_first=part == "bar"))
 
     def focus_field(self, name: str) -> None:
         """Focus a field of the form."""

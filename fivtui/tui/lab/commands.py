@@ -185,7 +185,7 @@ def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     for kind, key in KINDS.items():
         with suppress(InputError):
             export = pane.export(kind)
-            title = f"Export the {export.kind} of {export.of}…"
+            title = f"Export the {export.kind} of {export.subject}…"
             text = f"{key}: {', '.join(export.suffixes)}"
             run = partial(lab.action_export, kind)
             terms = _BELT_EXPORT_TERMS if {".gif", ".wav"} & set(export.suffixes) else _EXPORT_TERMS
@@ -235,7 +235,7 @@ def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
         lab.action_show_tab(tab.id)
         lab.tab_book.when_ready(lambda pane: cast("ViewsPane", pane).show_view(view))
 
-    views = getattr(tab.kind(), "VIEWS", {})
+    views = getattr(tab.pane_class(), "VIEWS", {})
     for view, title in views.items() if len(views) > 1 else ():
         meaning = f"plot {_SEARCH_TERMS.get(view, '')}"
         yield PaletteEntry(

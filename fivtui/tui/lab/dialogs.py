@@ -16,7 +16,7 @@ from fivtui.io import output_path
 from fivtui.model import InputError
 from fivtui.results import Row
 from fivtui.tui.chart import TextInput
-from fivtui.tui.tabs import grid
+from fivtui.tui.tabs import rows_table
 
 
 class PathDialog(ModalScreen[Path | None]):
@@ -120,7 +120,7 @@ class HelpDialog(ModalScreen[None]):
         """A title over the rows."""
         with VerticalScroll(id="dialog"):
             yield Label(self._title, id="dialog-title", markup=False)
-            yield Static(grid(self._rows))
+            yield Static(rows_table(self._rows))
             yield Button("Close", id="close", compact=True)
 
     def action_scroll(self, direction: int) -> None:

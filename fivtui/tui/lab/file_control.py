@@ -61,7 +61,7 @@ class FileController:
     def export(self, export: Export) -> None:
         """Ask for a path and write an export to it."""
         scene_path = scene_file(self._session.source)
-        title = f"Export the {export.kind} of {export.of}"
+        title = f"Export the {export.kind} of {export.subject}"
 
         def check(path: Path) -> None:
             # Check before asking whether to overwrite.
@@ -80,10 +80,10 @@ class FileController:
         if self._lab.app.is_web:
             # The browser chooses the folder; a download overwrites no file.
             hint = f"{export.hint} The browser downloads the file."
-            dialog = PathDialog(title, export.proposal, hint, check_download, verb="Download")
+            dialog = PathDialog(title, export.file_name, hint, check_download, verb="Download")
             self._ask_path(dialog, lambda target: self._download(export, download_name(target)))
         else:
-            dialog = PathDialog(title, export.proposal, export.hint, check)
+            dialog = PathDialog(title, export.file_name, export.hint, check)
             self._ask_path(dialog, lambda target: self._write(export, target))
 
     def _download(self, export: Export, name: str) -> None:
@@ -136,7 +136,7 @@ class FileController:
         def copy_figure() -> None:
             with self._lab.report_errors():
                 copy_picture(export)
-                self._lab.report(f"the figure of {export.of} is copied")
+                self._lab.report(f"the figure of {export.subject} is copied")
 
         with self._lab.report_errors():
             export = pane.export("figure")

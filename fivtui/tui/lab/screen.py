@@ -236,7 +236,7 @@ class LabScreen(EditActions, RunActions):
         state = "follows every edit" if self.session.live_enabled else "off"
         self.report(f"live curve {state}")
         self._show_newest_run()
-        self.tab_book.catch_up()
+        self.tab_book.refresh_pane()
 
     def _show_progress(self) -> None:
         self._show_newest_run()
@@ -263,7 +263,7 @@ class LabScreen(EditActions, RunActions):
         self.session.studies[kind] = study
         self.action_show_tab(kind)
         self.tab_book.when_ready(_reset_charts)
-        self.tab_book.catch_up()
+        self.tab_book.refresh_pane()
         self.report(f"{kind} read from {study.source}")
 
     def restore_results(self, results: Mapping[str, Any], errors: Sequence[str]) -> None:
@@ -272,7 +272,7 @@ class LabScreen(EditActions, RunActions):
         for error in errors:
             self.report(error, error=True)
         self._update_runs()
-        self.tab_book.catch_up()
+        self.tab_book.refresh_pane()
 
     @on(Worker.StateChanged)
     def _report_crash(self, event: Worker.StateChanged) -> None:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     )
     from .pane import Pane
     from .studies.study_pane import StudyPane
-    from .tables import ListTable, flowed, grid
+    from .tables import ListTable, flow_facts, rows_table
     from .tabs import TABS, TabSpec
     from .threads import compute_in_thread
     from .views_pane import ViewsPane

@@ -14,14 +14,14 @@ from fivtui.model import InputError
 from fivtui.tui.session import SCREEN_PRIORITY, Job, Outcome, Session, compute_outcome
 
 from .messages import Reported
-from .tables import fitted
+from .tables import shorten
 from .threads import compute_in_thread
 from .views_pane import ViewsPane
 
-_PERIOD: Final = 0.1
+_POLLING_PERIOD: Final = 0.1
 
 
-class JobWords(Static):
+class JobStatus(Static):
     """A status in one line, with the full text as tooltip; error messages are wrapped."""
 
     def __init__(self, text: str) -> None:
@@ -31,21 +31,21 @@ class JobWords(Static):
 
     def show(self, text: str, *, is_error: bool) -> None:
         """Display a status, or the error message of an input."""
-        resized = is_error or self._is_error
+        wraps = is_error or self._is_error
         self._full_text, self._is_error = text, is_error
         self._fit()
-        if resized:
+        if wraps:
             self.refresh(layout=True)
 
     @on(Resize)
     def _fit(self) -> None:
-        fit = self._full_text if self._is_error else fitted(self._full_text, self.size.width)
-        self.update(fit, layout=False)
-        self.tooltip = self._full_text if fit != self._full_text else None
+        text = self._full_text if self._is_error else shorten(self._full_text, self.size.width)
+        self.update(text, layout=False)
+        self.tooltip = self._full_text if text != self._full_text else None
 
 
 class JobBar(Horizontal):
-    """One line: start/stop button, progress bar, status; at first `hint`."""
+    """One line with start/stop button, progress bar and status; the first status is `hint`."""
 
     def __init__(self, verb: str, hint: str = "") -> None:
         super().__init__(classes="job-bar")
@@ -55,10 +55,10 @@ class JobBar(Horizontal):
         """Button, progress bar, status."""
         yield Button(self._verb, classes="job-button", compact=True, variant="primary")
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
-        yield JobWords(self._hint)
+        yield JobStatus(self._hint)
 
-    def show(self, job: Job | None, text: str, *, wrong: bool = False) -> None:
-        """Display the progress of a running job, else a status or the error of an input."""
+    def show(self, job: Job | None, text: str, *, is_error: bool = False) -> None:
+        """Display the progress of a running job; without job, a status or the error of an input."""
         running = job is not None
         if running is not self.has_class("-running"):
             button = self.query_one(Button)
@@ -67,9 +67,9 @@ class JobBar(Horizontal):
             self.set_class(running, "-running")
         if job is not None:
             self.query_one(ProgressBar).update(progress=job.fraction)
-            text, wrong = job.progress_text, False
-        self.set_class(wrong, "-wrong")
-        self.query_one(JobWords).show(text, is_error=wrong)
+            text, is_error = job.progress_text, False
+        self.set_class(is_error, "-wrong")
+        self.query_one(JobStatus).show(text, is_error=is_error)
 
 
 class JobPane(ViewsPane):
@@ -97,20 +97,20 @@ class JobPane(ViewsPane):
         yield from super().compose()
 
     def on_mount(self) -> None:
-        """Start polling the progress."""
-        self._ticker = self.set_interval(_PERIOD, self._tick, pause=True)
+        """Prepare the polling of the progress."""
+        self._polling = self.set_interval(_POLLING_PERIOD, self._poll_progress, pause=True)
         self.show_bar()
 
     def on_unmount(self) -> None:
-        """Stop the job: the program would wait for its thread."""
+        """Stop the job: else the program would wait for its thread at exit."""
         self.stop()
-        self._ticker.stop()
+        self._polling.stop()
 
-    def key_words(self) -> list[str]:
-        """Adds the key that starts and stops the job."""
-        return [f"F10 {self.VERB.lower()}", *super().key_words()]
+    def key_hints(self) -> list[str]:
+        """Keys of the tab; the first starts and stops the job."""
+        return [f"F10 {self.VERB.lower()}", *super().key_hints()]
 
-    def begin(self) -> None:
+    def start_from_inputs(self) -> None:
         """Check the inputs and call `start`; raises `InputError` if they are invalid."""
         raise NotImplementedError
 
@@ -118,36 +118,36 @@ class JobPane(ViewsPane):
         """Display a result; called in the screen's thread."""
         raise NotImplementedError
 
-    def progressed(self) -> None:
+    def show_progress(self) -> None:
         """Display partial results; called about ten times a second."""
 
     def start(self, compute: Callable[[Job], object]) -> None:
-        """Run `compute(job)` in a thread; it calls `job.report` often and returns the result."""
+        """Run `compute(job)` in a thread; it calls `job.report` often, and returns the result."""
         self.stop()
         self.job = job = Job()
 
         def outcome() -> Outcome[object]:
             return compute_outcome(lambda: compute(job))
 
-        compute_in_thread(self, outcome, partial(self._ended, job))
-        self._ticker.resume()
+        compute_in_thread(self, outcome, partial(self._show_outcome, job))
+        self._polling.resume()
         self.show_bar()
 
     def stop(self) -> None:
-        """Stop the job; its result is dropped."""
+        """Stop the job and discard its result."""
         if self.job is not None:
             self.status = self.job.stop_text
             self.job.stop()
             self.job = None
 
-    def work(self) -> bool:
+    def toggle_computation(self) -> bool:
         """Start or stop the job."""
         if self.job is not None:
             self.stop()
-            self._ticker.pause()
+            self._polling.pause()
         else:
             try:
-                self.begin()
+                self.start_from_inputs()
             except InputError as error:
                 self.show_status(str(error))
                 self.post_message(Reported(str(error), error=True))
@@ -155,15 +155,15 @@ class JobPane(ViewsPane):
         return True
 
     @on(Button.Pressed, ".job-button")
-    def _pressed_job(self, event: Button.Pressed) -> None:
+    def _toggle_pressed(self, event: Button.Pressed) -> None:
         event.stop()
-        self.work()
+        self.toggle_computation()
 
-    def _ended(self, job: Job, outcome: Outcome[object]) -> None:
+    def _show_outcome(self, job: Job, outcome: Outcome[object]) -> None:
         if job is not self.job:
             return
         self.job = None
-        self._ticker.pause()
+        self._polling.pause()
         if outcome.error:
             self.status = outcome.error
             self.post_message(Reported(outcome.error, error=True))
@@ -177,13 +177,13 @@ class JobPane(ViewsPane):
         self.status = status
         self.show_bar()
 
-    def _tick(self) -> None:
+    def _poll_progress(self) -> None:
         if SCREEN_PRIORITY.claimed:
             return
         self.show_bar()
         if self.job is not None:
-            self.progressed()
+            self.show_progress()
 
     def show_bar(self) -> None:
-        """Display the job's progress, or else the status."""
+        """Display the progress of the job; without job, the status."""
         self.query_one(JobBar).show(self.job, self.status)

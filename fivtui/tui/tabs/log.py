@@ -12,17 +12,17 @@ class LogPane(Pane):
 
     def compose(self) -> ComposeResult:
         """The lines."""
-        # Not RichLog: it stays empty until Textual sends its size, which may not happen after
-        # scrolling.
+        # RichLog is unsuitable: it is empty until Textual sends its size, which may not happen
+        # after scrolling.
         with VerticalScroll(id="log-lines"):
             yield Static(markup=False)
 
     def on_mount(self) -> None:
-        """Start at the first report."""
+        """Start without displayed reports."""
         self._written = 0
 
     def reported(self) -> None:
-        """Show all reports, from the end if there are new ones."""
+        """Show all reports; new reports scroll to the end."""
         lines = self.session.reports
         if len(lines) > self._written:
             view = self.query_one("#log-lines", VerticalScroll)

@@ -1,4 +1,4 @@
-"""Messages from widgets to the screen."""
+"""Messages that widgets post to the screen."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from fivtui.scene import Scene
 
 @dataclass
 class FieldEdited(Message):
-    """The user changed a field's text, by typing or (`typed` False) otherwise."""
+    """The user changed the text of a field; `typed` is False if not by typing."""
 
     name: str
     text: str
@@ -39,12 +39,12 @@ class RunRequested(Message):
 
 @dataclass
 class LiveRequested(Message):
-    """A tab with the live curve is visible, and the scene may have changed."""
+    """The live curve must be updated: its tab is visible, and the scene may have changed."""
 
 
 @dataclass
 class RunActionRequested(Message):
-    """The user wants an action on a run: `action` is a name in `RunActions`."""
+    """The user wants an action on a run; `action` is the name of a method of `RunActions`."""
 
     number: int
     action: str
@@ -57,7 +57,7 @@ class RunsChanged(Message):
 
 @dataclass
 class Reported(Message):
-    """A message for the log; unless it is `routine`, the user is notified."""
+    """A message for the log; if it is not `routine`, it is also displayed as a notice."""
 
     text: str
     error: bool = False
@@ -66,7 +66,7 @@ class Reported(Message):
 
 @dataclass
 class PointOpened(Message):
-    """The user wants to run a point of a chart: its field texts, and a log message."""
+    """The user wants to run a point of a chart; `texts` are its field texts, `report` is logged."""
 
     texts: dict[str, str]
     report: str

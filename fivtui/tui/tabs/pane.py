@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 class Pane(Vertical):
-    """The contents of a tab, created when it is first shown.
+    """The contents of a tab, created when the tab is first shown.
 
-    The screen calls these methods for the current tab only, and all of them when a tab is shown; a
-    pane derives its contents from the session then.
+    The screen calls the methods below for the current tab alone. When a tab is shown, it calls all
+    of them, and the pane updates its contents from the session.
 
     Parameters
     ----------
@@ -36,42 +36,42 @@ class Pane(Vertical):
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
-        self._waiting: Timer | None = None
+        self._pause_timer: Timer | None = None
 
-    def after_pause(self, seconds: float, call: Callable[[], None]) -> None:
+    def call_after_pause(self, seconds: float, callback: Callable[[], None]) -> None:
         """Call a function after a delay; each call of this method restarts the delay."""
-        if self._waiting is not None:
-            self._waiting.stop()
-        self._waiting = self.set_timer(seconds, call)
+        if self._pause_timer is not None:
+            self._pause_timer.stop()
+        self._pause_timer = self.set_timer(seconds, callback)
 
-    def setting(self, key: str, default: str) -> str:
+    def stored_setting(self, key: str, default: str) -> str:
         """A stored setting of this tab."""
         return self.session.settings.get(self.NAME, {}).get(key, default)
 
-    def keep(self, key: str, value: str) -> None:
+    def store_setting(self, key: str, value: str) -> None:
         """Store a setting of this tab."""
         self.session.settings.setdefault(self.NAME, {})[key] = value
 
-    def take_focus(self, *, bar: bool = False) -> None:
-        """Focus the plot or list; if `bar`, the first input or else button of the bar above it."""
-        self.focus_within(self, bar=bar)
+    def focus_content(self, *, bar_first: bool = False) -> None:
+        """Focus the plot or list; if `bar_first`, an input or else a button of the bar above it."""
+        self.focus_within(self, bar_first=bar_first)
 
-    def focus_within(self, part: Widget, *, bar: bool = False) -> None:
-        """As `take_focus`, in a part of the tab; text inputs come last: they take letters."""
+    def focus_within(self, container: Widget, *, bar_first: bool = False) -> None:
+        """As `focus_content`, in `container`; text inputs come last, because letters are keys."""
 
         def rank(widget: Widget) -> int:
             return 2 if isinstance(widget, Input) else int(isinstance(widget, Button))
 
-        candidates = [widget for widget in (part, *part.query("*")) if widget.focusable]
-        candidates.sort(key=rank, reverse=bar)
+        candidates = [widget for widget in (container, *container.query("*")) if widget.focusable]
+        candidates.sort(key=rank, reverse=bar_first)
         self.screen.set_focus(next(iter(candidates), None))
 
-    def key_words(self) -> list[str]:
-        """Keys of the tab and their effects, for the border."""
+    def key_hints(self) -> list[str]:
+        """Keys of the tab with their effects, displayed in the border."""
         return ["F6 figure", "F7 data"]
 
     def scene_changed(self) -> None:
-        """Called when a field was edited or a scene loaded: on every key, so be quick."""
+        """Called when a field was edited or a scene loaded; must be fast: called on every key."""
 
     def run_changed(self, run: Run | None) -> None:
         """Called when the set of displayed and overlaid runs has changed.
@@ -82,8 +82,8 @@ class Pane(Vertical):
     def run_progressed(self, run: Run) -> None:
         """Called about ten times a second with the run being computed."""
 
-    def work(self) -> bool:
-        """Start or stop the tab's computation. Returns False if it has none."""
+    def toggle_computation(self) -> bool:
+        """Start or stop the computation of the tab. Returns False if it has no computation."""
         return False
 
     def export(self, kind: str) -> "Export":
@@ -104,7 +104,7 @@ class Pane(Vertical):
         Raises
         ------
         InputError
-            If a field is invalid, or no command can compute this.
+            If a field is invalid, or if no command can compute the contents.
         """
         from fivtui.tui.session import study_command
 
@@ -113,7 +113,7 @@ class Pane(Vertical):
         return study_command("run", scene, self.session.origin)
 
     def reported(self) -> None:
-        """Called when `session.reports` has grown."""
+        """Called when `session.reports` has a new message."""
 
     def theme_changed(self) -> None:
         """Redraw the parts that style sheets do not colour."""

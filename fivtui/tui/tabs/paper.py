@@ -17,7 +17,7 @@ from fivtui.studies import study
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
 
-from .exports.export import DATA, FIGURE, KINDS, Export, as_displayed, study_export
+from .exports.export import DATA, FIGURE, KINDS, Export, replace_figure, study_export
 from .job_pane import JobPane
 from .messages import RunRequested, SceneLoaded
 from .tables import ListTable
@@ -26,21 +26,21 @@ if TYPE_CHECKING:
     from fivtui.paper import CheckedClaim, FigureData, PanelOf, PaperResults
 
 
-_SHOWN: Final = "figure"
-_CLAIMS: Final = "claims"
+_FIGURE_SETTING: Final = "figure"
+_CLAIMS_STUDY: Final = "claims"
 
 
-class _Table(ListTable[str]):
+class _PaperTable(ListTable[str]):
     BINDINGS: ClassVar[list[BindingType]] = [Binding("enter", "select_cursor", "Show")]
 
 
-class _Figures(_Table):
-    wrapped, dropped = "what it shows", ("lines",)
+class _FigureTable(_PaperTable):
+    wrapped, optional = "what it shows", ("lines",)
 
 
-class _Claims(_Table):
-    # The stated value is displayed below the list, too.
-    wrapped, dropped = "statement", ("stated", "section")
+class _ClaimTable(_PaperTable):
+    # "stated" is omitted first: the text below the list repeats it.
+    wrapped, optional = "statement", ("stated", "section")
 
 
 class PaperPane(JobPane):
@@ -54,20 +54,20 @@ class PaperPane(JobPane):
         "claims": "Claims",
         "figure": "Figure",
     }
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("o", "open_scene_of", "Load scene")]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("o", "open_scene", "Load scene")]
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         self._computed: dict[str, FigureData] = {}
-        self._listed: DisplayedStudy[list[CheckedClaim]] | None = None
-        # The stored axis limits belong to the stored figure.
-        self._shown = self._drawn = self.setting(_SHOWN, "")
+        self._listed_claims: DisplayedStudy[list[CheckedClaim]] | None = None
+        # The stored axis limits belong to the stored figure, which counts as drawn.
+        self._figure_key = self._drawn_key = self.stored_setting(_FIGURE_SETTING, "")
 
     def compose_views(self) -> ComposeResult:
-        """Two tables and two charts."""
-        yield _Figures(id="figures", cursor_type="row", zebra_stripes=True)
+        """The lists of figures and claims, and the two charts of a figure."""
+        yield _FigureTable(id="figures", cursor_type="row", zebra_stripes=True)
         with Vertical(id="claims"):
-            yield _Claims(id="claims-table", cursor_type="row", zebra_stripes=True)
+            yield _ClaimTable(id="claims-table", cursor_type="row", zebra_stripes=True)
             yield Static("", id="claim", markup=False)
         with Vertical(id="figure"):
             yield ChartView("figure-1", empty_text="select a figure", openable=True)
@@ -80,10 +80,10 @@ class PaperPane(JobPane):
         self.call_later(self._restore)
 
     def _restore(self) -> None:
-        if self._shown not in PANELS:
-            self._shown = ""
+        if self._figure_key not in PANELS:
+            self._figure_key = ""
         elif self.view == "figure":
-            self._choose(self._shown)
+            self._choose_figure(self._figure_key)
         self.draw()
 
     @cached_property
@@ -113,26 +113,26 @@ class PaperPane(JobPane):
         from .requests.paper import FIGURE_COLUMNS, figure_rows
 
         rows = dict(zip(PANELS, figure_rows(list(self._computed)), strict=True))
-        self.query_one("#figures", _Table).fill(FIGURE_COLUMNS, rows)
+        self.query_one("#figures", _PaperTable).fill(FIGURE_COLUMNS, rows)
 
     @property
     def _checked(self) -> "dict[str, CheckedClaim]":
-        # Computed in this session, or restored.
-        displayed = self.session.studies.get(_CLAIMS)
+        # The verdicts by claim, computed in this session or restored.
+        displayed = self.session.studies.get(_CLAIMS_STUDY)
         return (
             {} if displayed is None else {checked.claim.id: checked for checked in displayed.value}
         )
 
     def scene_changed(self) -> None:
-        """List verdicts that were restored."""
-        displayed = self.session.studies.get(_CLAIMS)
-        if displayed is not None and displayed is not self._listed:
+        """Display restored verdicts."""
+        displayed = self.session.studies.get(_CLAIMS_STUDY)
+        if displayed is not None and displayed is not self._listed_claims:
             if self.job is None:
-                self._count()
+                self._show_counts()
             if self.view == "claims":
                 self._list_claims()
 
-    def _count(self) -> None:
+    def _show_counts(self) -> None:
         counts = Counter(str(entry.verdict) for entry in self._checked.values())
         text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
         self.show_status(f"{counts.total()} claims: {text}")
@@ -142,37 +142,37 @@ class PaperPane(JobPane):
 
         from .requests.paper import CLAIM_COLUMNS, claim_rows
 
-        self._listed = self.session.studies.get(_CLAIMS)
+        self._listed_claims = self.session.studies.get(_CLAIMS_STUDY)
         rows = claim_rows(CLAIMS, self._checked)
-        named = {claim.id: row for claim, row in zip(CLAIMS, rows, strict=True)}
-        self.query_one("#claims-table", _Table).fill(CLAIM_COLUMNS, named)
+        rows_by_id = {claim.id: row for claim, row in zip(CLAIMS, rows, strict=True)}
+        self.query_one("#claims-table", _PaperTable).fill(CLAIM_COLUMNS, rows_by_id)
 
     @on(DataTable.RowHighlighted, "#claims-table")
     def _claim_chosen(self, event: DataTable.RowHighlighted) -> None:
         from fivtui.paper import CLAIMS
 
-        from .requests.paper import claim_words
+        from .requests.paper import claim_text
 
         claim = CLAIMS[event.cursor_row]
-        self.query_one("#claim", Static).update(claim_words(claim, self._checked.get(claim.id)))
+        self.query_one("#claim", Static).update(claim_text(claim, self._checked.get(claim.id)))
 
     @on(DataTable.RowSelected, "#figures")
     def _figure_chosen(self, event: DataTable.RowSelected) -> None:
         event.stop()
-        self._choose(list(PANELS)[event.cursor_row])
+        self._choose_figure(list(PANELS)[event.cursor_row])
 
-    def _choose(self, key: str) -> None:
-        self._shown = key
-        self.keep(_SHOWN, key)
+    def _choose_figure(self, key: str) -> None:
+        self._figure_key = key
+        self.store_setting(_FIGURE_SETTING, key)
         if key in self._computed:
             self.show_view("figure")
             return
 
         def compute(job: Job) -> object:
-            study, panel = self._results, PANELS[key]
+            results, panel = self._results, PANELS[key]
             if panel.kind == "amplitude":
-                study.prepare(panel.scenes(), job.report)
-            data = study.table(key)
+                results.prepare(panel.scenes(), job.report)
+            data = results.table(key)
             if not job.report(1.0):
                 raise Cancelled
             return key, data
@@ -181,7 +181,7 @@ class PaperPane(JobPane):
 
     # Computing
 
-    def begin(self) -> None:
+    def start_from_inputs(self) -> None:
         """Check the claims one by one."""
         from fivtui.paper import check_claims
 
@@ -194,7 +194,7 @@ class PaperPane(JobPane):
         self.start(compute)
 
     def show_result(self, result: object) -> None:
-        """Display a figure, or the verdicts."""
+        """Display a computed figure (key and data), or the verdicts (a list)."""
         if isinstance(result, tuple):
             key, data = result
             self._computed[key] = data
@@ -204,8 +204,8 @@ class PaperPane(JobPane):
             else:
                 self.show_view("figure")
         elif isinstance(result, list):
-            self.session.studies[_CLAIMS] = DisplayedStudy(result, _CLAIMS)
-            self._count()
+            self.session.studies[_CLAIMS_STUDY] = DisplayedStudy(result, _CLAIMS_STUDY)
+            self._show_counts()
             self.draw()
 
     # A figure
@@ -213,58 +213,58 @@ class PaperPane(JobPane):
     def _draw_figure(self) -> None:
         from fivtui.paper import figure_charts
 
-        if self._shown not in self._computed:
+        if self._figure_key not in self._computed:
             return
-        charts = figure_charts(PANELS[self._shown], self._computed[self._shown])
-        changed, self._drawn = self._drawn != self._shown, self._shown
+        charts = figure_charts(PANELS[self._figure_key], self._computed[self._figure_key])
+        is_new, self._drawn_key = self._drawn_key != self._figure_key, self._figure_key
         second = self.query_one("#figure-2", ChartView)
         second.display = len(charts) > 1
         first = self.query_one("#figure-1", ChartView)
-        for view, chart in zip((first, second), charts, strict=False):
-            if changed:
-                view.view.reset()
-                view.view.hidden.clear()
-            view.show(chart)
+        for chart_view, chart in zip((first, second), charts, strict=False):
+            if is_new:
+                chart_view.view.reset()
+                chart_view.view.hidden.clear()
+            chart_view.show(chart)
 
     @property
-    def _chosen(self) -> str:
-        # Key of the selected figure; empty if none.
+    def _selected_key(self) -> str:
+        # Key of the selected figure; empty if no figure is selected.
         if self.view == "figures":
-            return list(PANELS)[self.query_one("#figures", _Table).cursor_row]
-        return self._shown
+            return list(PANELS)[self.query_one("#figures", _PaperTable).cursor_row]
+        return self._figure_key
 
     def export(self, kind: str) -> Export:
-        """The displayed chart or the paper's figure, its data, or the claims."""
+        """Figure or data of the selected figure, or the claims as data."""
         if self.view == "claims":
             if kind == FIGURE:
                 raise InputError(f"claims have no figure: {KINDS[DATA]} exports them")
             if not self._checked:
                 raise InputError("no claims to export yet: press F10")
             return study_export(kind, "claims", list(self._checked.values()), "claims")
-        key = self._chosen
+        key = self._selected_key
         if key not in self._computed:
-            which = f"Fig. {key} is not computed yet" if key else "no figure is selected yet"
-            raise InputError(f"{which}: Enter in the list of figures computes it")
+            problem = f"Fig. {key} is not computed yet" if key else "no figure is selected yet"
+            raise InputError(f"{problem}: Enter in the list of figures computes it")
         panel = self._panel(key)
         if kind == FIGURE:
             number = panel.number
             figure = study_export(kind, "figure", panel, f"fig-{number:02d}", f"Fig. {number}")
-            return as_displayed(figure, self.visible_charts())
+            return replace_figure(figure, self.visible_charts())
         return study_export(kind, "figure", panel, study("figure").stem(panel), f"Fig. {key}")
 
     def command_line(self) -> str:
-        """The command for the selected figure, or the claims."""
+        """The command that computes the selected figure or the claims."""
         if self.view == "claims":
             return study_command("claims", None, self.session.origin)
-        if not self._chosen:
+        if not self._selected_key:
             raise InputError("no figure is chosen yet: Enter in the list of figures computes one")
-        return study_command("figure", self._panel(self._chosen), self.session.origin)
+        return study_command("figure", self._panel(self._selected_key), self.session.origin)
 
-    def action_open_scene_of(self) -> None:
+    def action_open_scene(self) -> None:
         """Load the scene of the selected figure."""
         from .requests.paper import panel_scene
 
-        key = self._chosen
+        key = self._selected_key
         if key:
             self.post_message(SceneLoaded(panel_scene(key), "", f"scene of figure {key}"))
 
@@ -272,7 +272,7 @@ class PaperPane(JobPane):
     def _point_opened(self, event: ChartView.Opened) -> None:
         from .requests.paper import point_scene
 
-        panel = PANELS[self._shown]
+        panel = PANELS[self._figure_key]
         report = f"figure {panel.key}, {panel.along} = {event.point.x:g}"
         self.post_message(SceneLoaded(point_scene(panel, event.point), "", report))
         self.post_message(RunRequested())

@@ -18,7 +18,7 @@ class ResultPane(Pane):
         yield RowsView(id="result-rows")
 
     def run_changed(self, run: Run | None) -> None:
-        """Display the numbers of a run."""
+        """Display the numbers of a run, with differences to the baseline if there is one."""
         view = self.query_one("#result-rows", RowsView)
         if run is None or run.result is None:
             view.show([], "no result yet: press F5")

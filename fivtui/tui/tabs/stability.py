@@ -1,4 +1,4 @@
-"""Stability tab: modes over μ, eigenvalues, summary; updated on every edit."""
+"""The stability tab: modes over μ, eigenvalues, summary; updated on every edit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -32,8 +32,8 @@ from .views_pane import ViewsPane
 if TYPE_CHECKING:
     from .exports.export import Export
 
-# Delay of the scan over μ after the last key, s.
-_PAUSE: Final = 0.05
+# Delay between the last key and the scan over μ, s.
+_SCAN_DELAY: Final = 0.05
 _DIGITS: Final = 6
 
 
@@ -51,8 +51,8 @@ class StabilityPane(ViewsPane):
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         self._analysis: tuple[Parameters, Stability] | None = None
-        self._why = ""
-        self._key: object = None
+        self._error = ""
+        self._scan_key: object = None
         self._scan: ModeScan | None = None
 
     def compose_views(self) -> ComposeResult:
@@ -69,21 +69,21 @@ class StabilityPane(ViewsPane):
         try:
             p, result = self.session.parameters(), self.session.stability()
         except (InputError, ComputationError) as error:
-            self._analysis, self._why, self._key = None, str(error), None
+            self._analysis, self._error, self._scan_key = None, str(error), None
             self.draw()
             return
         self._analysis = (p, result)
         top = scan_top(result)
         key = (p.with_values({"mu": 0.0}), self.session.separation, top)
-        if key != self._key:
-            self._key = key
-            self.after_pause(_PAUSE, self._begin)
+        if key != self._scan_key:
+            self._scan_key = key
+            self.call_after_pause(_SCAN_DELAY, self._start_scan)
         self.draw()
 
-    def _begin(self) -> None:
+    def _start_scan(self) -> None:
         if self._analysis is None:
             return
-        key, (_, result) = self._key, self._analysis
+        key, (_, result) = self._scan_key, self._analysis
 
         def compute() -> None:
             worker = get_current_worker()
@@ -92,15 +92,15 @@ class StabilityPane(ViewsPane):
                     result.system, scan_top(result), go_on=lambda: not worker.is_cancelled
                 )
             except (Cancelled, ComputationError):
-                # Without an equilibrium at some μ there is no chart.
+                # A missing equilibrium at one μ prevents the chart.
                 return
-            self.call_later(self._scanned, key, scan)
+            self.call_later(self._show_scan, key, scan)
 
         self.run_worker(compute, group="scan", thread=True, exclusive=True, exit_on_error=False)
 
-    def _scanned(self, key: object, scan: ModeScan) -> None:
-        # The parameters may have been edited since.
-        if key == self._key:
+    def _show_scan(self, key: object, scan: ModeScan) -> None:
+        # Ignore the scan if the parameters have been edited since its start.
+        if key == self._scan_key:
             self._scan = scan
             self.draw()
 
@@ -111,34 +111,34 @@ class StabilityPane(ViewsPane):
             beside = self.session.attractors
             if rows and beside is not None:
                 rows[1:1] = attractor_rows(beside)
-            self.query_one("#facts", RowsView).show(rows, self._why)
+            self.query_one("#facts", RowsView).show(rows, self._error)
         elif self.view == "plane":
             chart = None if self._analysis is None else plane_chart(self._analysis[1], self._scan)
-            self.query_one("#eigenvalues", ChartView).show(chart, empty_text=self._why)
+            self.query_one("#eigenvalues", ChartView).show(chart, empty_text=self._error)
         else:
             for name, make in (("growth", growth_chart), ("frequency", frequency_chart)):
                 chart = None
                 if self._analysis is not None and self._scan is not None:
                     chart = make(self._scan, *self._analysis)
-                self.query_one(f"#{name}", ChartView).show(chart, empty_text=self._why)
+                self.query_one(f"#{name}", ChartView).show(chart, empty_text=self._error)
 
     @on(ChartView.Opened)
-    def _opened(self, event: ChartView.Opened) -> None:
+    def _point_opened(self, event: ChartView.Opened) -> None:
         text = number_text(float(f"{event.point.x:.{_DIGITS}g}"))
         self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
 
     def export(self, kind: str) -> "Export":
-        """The displayed charts, or the modes over μ and eigenvalues as data."""
-        from .exports.export import as_displayed, scene_study_export
+        """The displayed charts as figure; the modes over μ and the eigenvalues as data."""
+        from .exports.export import replace_figure, scene_study_export
 
         if self._analysis is None:
-            raise InputError(f"no stability to export: {self._why}")
+            raise InputError(f"no stability to export: {self._error}")
         export = scene_study_export(kind, "stability", self._analysis[1], self.session.name)
         heading = Heading([self._analysis[0]], ignores_separation=not self.session.separation)
-        return as_displayed(export, self.visible_charts(), heading)
+        return replace_figure(export, self.visible_charts(), heading)
 
     def command_line(self) -> str:
-        """The command for the edited parameters' stability."""
+        """The command that computes the stability of the edited parameters."""
         from fivtui.tui.session import study_command
 
         p = self.session.parameters()

@@ -1,4 +1,4 @@
-"""Tables: lists with columns as wide as their contents, and rows of label, value and note."""
+"""Lists with columns as wide as their contents; tables of rows with label, value and note."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from textwrap import wrap
@@ -16,23 +16,23 @@ from fivtui.results import Row
 
 Cell = TypeVar("Cell", str, str | Text)
 # Minimum width of a wrapped column.
-_MIN_WIDTH: Final = 12
+_MIN_WRAPPED_WIDTH: Final = 12
 _PADDING: Final = 1
-_BETWEEN: Final = "  ·  "
-# Width at which a wrapped column is readable: columns are omitted to reach it.
-_READABLE: Final = 24
+_FACT_SEPARATOR: Final = "  ·  "
+# Width from which a wrapped column is readable; optional columns are omitted below it.
+_READABLE_WIDTH: Final = 24
 
 
 class ListTable(DataTable[Cell]):
-    """A table with vi keys and measured columns.
+    """A table with vi keys, whose columns are as wide as their contents.
 
-    Textual measures columns one frame late and never shrinks them. In a narrow table the columns
-    `dropped` are omitted, one after the other, then the column `wrapped` is wrapped.
+    Textual measures columns one frame late and never shrinks them. A narrow table first omits the
+    columns `optional`, one by one, then wraps the column `wrapped`.
     """
 
     wrapped: str = ""
-    dropped: tuple[str, ...] = ()
-    _filled: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] | None = None
+    optional: tuple[str, ...] = ()
+    _filled_content: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] | None = None
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("j", "cursor_down", "Down", show=False),
@@ -43,92 +43,92 @@ class ListTable(DataTable[Cell]):
 
     def fill(self, columns: Sequence[str], rows: Mapping[str, Sequence[Cell]]) -> None:
         """Replace columns and rows (by row key); the cursor keeps its row."""
-        self._filled = columns, rows
+        self._filled_content = columns, rows
         cursor_row, scroll_x = self.cursor_row, self.scroll_x
         self.clear(columns=True)
         widths = {
-            number: max(cell_len(label), *(_width(row[number]) for row in rows.values()), 0)
+            number: max(cell_len(label), *(_cell_width(row[number]) for row in rows.values()), 0)
             for number, label in enumerate(columns)
         }
-        for label in self.dropped:
-            if self._crowded(columns, widths) and label in columns:
+        for label in self.optional:
+            if self._is_crowded(columns, widths) and label in columns:
                 del widths[columns.index(label)]
-        lack, wrapped = self._lack(widths), -1
-        if lack > 0 and self.wrapped in columns:
+        missing, wrapped = self._missing_width(widths), -1
+        if missing > 0 and self.wrapped in columns:
             wrapped = columns.index(self.wrapped)
-            widths[wrapped] = max(widths[wrapped] - lack, _MIN_WIDTH)
-        # As a last resort, omit the padding of columns.
-        tight = self._lack(widths) > 0
-        self.cell_padding = 0 if tight else _PADDING
+            widths[wrapped] = max(widths[wrapped] - missing, _MIN_WRAPPED_WIDTH)
+        # If the columns are still too wide, omit their padding.
+        is_tight = self._missing_width(widths) > 0
+        self.cell_padding = 0 if is_tight else _PADDING
         for number, width in widths.items():
-            self.add_column(columns[number], width=width + tight)
+            self.add_column(columns[number], width=width + is_tight)
         for key, row in rows.items():
-            shown = {number: row[number] for number in widths}
+            cells = {number: row[number] for number in widths}
             lines = wrap(str(row[wrapped]), widths[wrapped]) if wrapped >= 0 else []
             if lines:
-                shown[wrapped] = "\n".join(lines)
-            self.add_row(*shown.values(), key=key, height=max(len(lines), 1))
+                cells[wrapped] = "\n".join(lines)
+            self.add_row(*cells.values(), key=key, height=max(len(lines), 1))
         self.move_cursor(row=cursor_row)
         self.scroll_x = scroll_x
 
-    def _crowded(self, columns: Sequence[str], widths: Mapping[int, int]) -> bool:
-        # Whether wrapping alone would make the column unreadably narrow.
-        lack = self._lack(widths)
+    def _is_crowded(self, columns: Sequence[str], widths: Mapping[int, int]) -> bool:
+        # Whether the wrapped column would be too narrow to read.
+        missing = self._missing_width(widths)
         if self.wrapped not in columns:
-            return lack > 0
+            return missing > 0
         width = widths[columns.index(self.wrapped)]
-        return lack > 0 and width - lack < min(width, _READABLE)
+        return missing > 0 and width - missing < min(width, _READABLE_WIDTH)
 
-    def _lack(self, widths: Mapping[int, int]) -> int:
-        # Missing width of the table; 0 before it has a size.
+    def _missing_width(self, widths: Mapping[int, int]) -> int:
+        # Width of the columns beyond that of the table; 0 before the table has a size.
         needed = sum(width + 2 * _PADDING for width in widths.values())
         return needed - self.scrollable_content_region.width if self.size.width else 0
 
     def on_resize(self) -> None:
         """Wrap for the new width."""
-        if (self.wrapped or self.dropped) and self._filled is not None:
-            self.fill(*self._filled)
+        if (self.wrapped or self.optional) and self._filled_content is not None:
+            self.fill(*self._filled_content)
 
 
-def fitted(text: str, width: int) -> str:
-    """A text cut to a width between words, with … at the cut."""
+def shorten(text: str, width: int) -> str:
+    """Shorten a text to a width at the end of a word, and append …."""
     if not 0 < width < cell_len(text):
         return text
-    part = text[: width - 1]
+    shortened = text[: width - 1]
     if text[width - 1] not in " ,;":
-        part = part.rpartition(" ")[0] or part
-    return f"{part.rstrip(' ,;')}…"
+        shortened = shortened.rpartition(" ")[0] or shortened
+    return f"{shortened.rstrip(' ,;')}…"
 
 
-def flowed(facts: Iterable[str], width: int) -> str:
-    """Facts in as few lines as possible, none divided."""
+def flow_facts(facts: Iterable[str], width: int) -> str:
+    """Join facts in as few lines as possible, without breaks inside a fact."""
     lines: list[str] = []
     for fact in facts:
-        if lines and cell_len(lines[-1]) + cell_len(fact) + len(_BETWEEN) <= width:
-            lines[-1] += f"{_BETWEEN}{fact}"
+        if lines and cell_len(lines[-1]) + cell_len(fact) + len(_FACT_SEPARATOR) <= width:
+            lines[-1] += f"{_FACT_SEPARATOR}{fact}"
         else:
             lines.append(fact)
     return "\n".join(lines)
 
 
-def _width(cell: str | Text) -> int:
+def _cell_width(cell: str | Text) -> int:
     return cell.cell_len if isinstance(cell, Text) else cell_len(cell)
 
 
 class RowsView(VerticalScroll):
-    """A scrollable list of `Row`."""
+    """A scrollable table of `Row`."""
 
     def compose(self) -> ComposeResult:
         """The table."""
         yield Static("", markup=False)
 
-    def show(self, rows: Sequence[Row], otherwise: str) -> None:
-        """Display rows; without rows, the text `otherwise`."""
-        self.query_one(Static).update(grid(rows) if rows else otherwise)
+    def show(self, rows: Sequence[Row], empty_text: str) -> None:
+        """Display rows; without rows, the text `empty_text`."""
+        self.query_one(Static).update(rows_table(rows) if rows else empty_text)
 
 
-def grid(rows: Sequence[Row]) -> Table:
-    """Rows as a table: label, then value in bold and note, wrapped."""
+def rows_table(rows: Sequence[Row]) -> Table:
+    """A table with the label of each row, and its value in bold with its note, wrapped."""
     table = Table.grid(padding=(0, 2))
     table.add_column(no_wrap=True)
     for row in rows:

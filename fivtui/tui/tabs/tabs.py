@@ -17,41 +17,41 @@ class TabSpec:
     Attributes
     ----------
     id : str
-        Identifier, also in messages and commands.
+        Identifier of the tab, also in messages and commands.
     title : str
-        Title.
+        Title in the tab bar.
     key : str
-        Key that shows it.
-    kind : callable
-        The class of its pane; imports its module when called.
+        Key that shows the tab.
+    pane_class : callable
+        Function that imports and returns the class of the pane.
     """
 
     id: str
     title: str
     key: str
-    kind: Callable[[], type[Pane]]
+    pane_class: Callable[[], type[Pane]]
 
-    def pane(self, session: Session) -> Pane:
+    def new_pane(self, session: Session) -> Pane:
         """A new pane for a session."""
-        return self.kind()(session)
+        return self.pane_class()(session)
 
 
-def _of(module: str, name: str) -> Callable[[], type[Pane]]:
-    def kind() -> type[Pane]:
+def _pane_class(module: str, name: str) -> Callable[[], type[Pane]]:
+    def import_class() -> type[Pane]:
         return cast("type[Pane]", getattr(import_module(f".{module}", __package__), name))
 
-    return kind
+    return import_class
 
 
 TABS: Final = (
-    TabSpec("stability", "Stability", "alt+1", _of("stability", "StabilityPane")),
-    TabSpec("transient", "Transient", "alt+2", _of("transient", "TransientPane")),
-    TabSpec("sweep", "Sweep", "alt+3", _of("studies.sweep", "SweepPane")),
-    TabSpec("map", "Map", "alt+4", _of("studies.map", "MapPane")),
-    TabSpec("trade-off", "Trade-off", "alt+5", _of("studies.tradeoff", "TradeoffPane")),
-    TabSpec("paper", "Paper", "alt+6", _of("paper", "PaperPane")),
-    TabSpec("uncertainty", "Risk", "alt+7", _of("studies.uncertainty", "UncertaintyPane")),
-    TabSpec("result", "Result", "alt+8", _of("result", "ResultPane")),
-    TabSpec("log", "Log", "alt+9", _of("log", "LogPane")),
-    TabSpec("branch", "Branches", "alt+0", _of("studies.branches", "BranchesPane")),
+    TabSpec("stability", "Stability", "alt+1", _pane_class("stability", "StabilityPane")),
+    TabSpec("transient", "Transient", "alt+2", _pane_class("transient", "TransientPane")),
+    TabSpec("sweep", "Sweep", "alt+3", _pane_class("studies.sweep", "SweepPane")),
+    TabSpec("map", "Map", "alt+4", _pane_class("studies.map", "MapPane")),
+    TabSpec("trade-off", "Trade-off", "alt+5", _pane_class("studies.tradeoff", "TradeoffPane")),
+    TabSpec("paper", "Paper", "alt+6", _pane_class("paper", "PaperPane")),
+    TabSpec("uncertainty", "Risk", "alt+7", _pane_class("studies.uncertainty", "UncertaintyPane")),
+    TabSpec("result", "Result", "alt+8", _pane_class("result", "ResultPane")),
+    TabSpec("log", "Log", "alt+9", _pane_class("log", "LogPane")),
+    TabSpec("branch", "Branches", "alt+0", _pane_class("studies.branches", "BranchesPane")),
 )

@@ -11,20 +11,18 @@ T = TypeVar("T")
 
 
 def compute_in_thread(
-    owner: Widget,
-    compute: Callable[[], Outcome[T]],
-    receive: Callable[[Outcome[T]], object],
+    owner: Widget, compute: Callable[[], Outcome[T]], show_outcome: Callable[[Outcome[T]], object]
 ) -> None:
-    """Call `compute` in a thread, then `receive` with its outcome in the thread of the owner.
+    """Call `compute` in a thread, then `show_outcome` with its outcome in the thread of `owner`.
 
-    An unexpected error becomes an outcome, too.
+    The outcome of an unexpected error is its message.
     """
 
-    def run() -> None:
+    def compute_and_report() -> None:
         try:
             outcome = compute()
         except Exception as error:  # noqa: BLE001 (it is displayed)
             outcome = Outcome(error=crash_message(error))
-        owner.call_later(receive, outcome)
+        owner.call_later(show_outcome, outcome)
 
-    owner.run_worker(run, thread=True, exit_on_error=False)
+    owner.run_worker(compute_and_report, thread=True, exit_on_error=False)

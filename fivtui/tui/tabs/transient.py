@@ -42,31 +42,31 @@ from fivtui.tui.session import (
 from .messages import LiveRequested
 from .motion.belt import BeltView
 from .motion.measured import MeasuredView
-from .tables import flowed
+from .tables import flow_facts
 from .views_pane import ViewsPane
 
 if TYPE_CHECKING:
     from .exports.export import Export
 
-# Time histories from the top, and in order of importance.
+# Quantities of the time histories from the top, and by decreasing importance.
 _QUANTITIES: Final = ("y", "x", "P")
-_FIRST: Final = ("y", "P", "x")
-_MIN_ROWS: Final = 4
-# Rows of the strip and of the time axis.
+_DEFAULT_ORDER: Final = ("y", "P", "x")
+_MIN_CHART_ROWS: Final = 4
+# Rows below the time histories: strip and time axis.
 _OTHER_ROWS: Final = 2
 # Minimum columns for three phase portraits side by side.
-_WIDE: Final = 120
-_LAST_PART: Final = 0.1
-# Mark and colour of the curve before an edit.
+_WIDE_COLUMNS: Final = 120
+_LAST_FRACTION: Final = 0.1
+# Mark and colour of the ghost, the live curve before an edit.
 _GHOST_STYLE: Final = ("·", "#808080")
-_NOTHING: Final = "no run yet: press F5"
+_NO_RUN: Final = "no run yet: press F5"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
 _NOT_KEPT: Final = "the live curve is not kept: press F5 to export its run"
 
 
 class TransientPane(ViewsPane):
-    """Plots and summary of the displayed and the overlaid runs."""
+    """Plots of the displayed and the overlaid runs, and a summary of the displayed run."""
 
     NAME: ClassVar[str] = "transient"
     VIEWS: ClassVar[Mapping[str, str]] = {
@@ -84,15 +84,15 @@ class TransientPane(ViewsPane):
     )
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("e", "show_end", "End"),
-        Binding("n", "turn_quantity", "Next quantity"),
+        Binding("n", "next_quantity", "Next quantity"),
     ]
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         self._plotted: list[PlottedRun] = []
-        # The run that is plotted first.
-        self._first: Run | None = None
-        self._order = _FIRST
+        # The first of the plotted runs; None if it is the live curve.
+        self._first_run: Run | None = None
+        self._order = _DEFAULT_ORDER
 
     def compose(self) -> ComposeResult:
         """The views and the summary."""
@@ -100,24 +100,24 @@ class TransientPane(ViewsPane):
         yield Static("", id="summary", markup=False)
 
     def compose_views(self) -> ComposeResult:
-        """Time histories, phase portraits, spectrum, difference."""
+        """Time histories, phase portraits, spectrum, difference, belt, measured data."""
         with Vertical(id="time"):
             for quantity in _QUANTITIES:
-                yield ChartView(f"plot-{quantity}", empty_text=_NOTHING)
+                yield ChartView(f"plot-{quantity}", empty_text=_NO_RUN)
         with Horizontal(id="phase"):
-            yield ChartView("phase-y", empty_text=_NOTHING)
-            yield ChartView("phase-x", empty_text=_NOTHING)
-            yield ChartView("phase-path", empty_text=_NOTHING)
+            yield ChartView("phase-y", empty_text=_NO_RUN)
+            yield ChartView("phase-x", empty_text=_NO_RUN)
+            yield ChartView("phase-path", empty_text=_NO_RUN)
         with Vertical(id="spectrum"):
-            yield ChartView("plot-spectrum", empty_text=_NOTHING)
+            yield ChartView("plot-spectrum", empty_text=_NO_RUN)
         with Vertical(id="difference"):
             yield ChartView("difference-y", empty_text=_NO_BASELINE)
             yield ChartView("difference-P")
-        yield BeltView("belt", empty_text=_NOTHING)
+        yield BeltView("belt", empty_text=_NO_RUN)
         yield MeasuredView(
             "measured",
-            lambda name: self.setting(f"measured-{name}", ""),
-            lambda name, text: self.keep(f"measured-{name}", text),
+            lambda name: self.stored_setting(f"measured-{name}", ""),
+            lambda name, text: self.store_setting(f"measured-{name}", text),
         )
 
     # Display
@@ -127,7 +127,7 @@ class TransientPane(ViewsPane):
         self.post_message(LiveRequested())
 
     def run_changed(self, run: Run | None) -> None:
-        """Display a run, or the live curve instead, and the overlaid runs."""
+        """Display the live curve if it is visible, else a run; and the overlaid runs."""
         if self.session.live.visible:
             self._show_live()
             return
@@ -139,14 +139,14 @@ class TransientPane(ViewsPane):
         self._show([item for item in plotted if item is not None], run)
 
     def _show_live(self) -> None:
-        # The live curve is drawn over the overlaid runs and the ghost.
+        # The live curve lies over the overlaid runs, these lie over the ghost.
         live, runs = self.session.live, self.session.runs
-        lines: list[str] = [live.error]
+        summary_lines: list[str] = [live.error]
         plotted: list[PlottedRun | None] = []
         if live.curve is not None:
             result = live.curve.result
-            lines = _summary(result)
-            # The style that a run of this scene would get.
+            summary_lines = _summary(result)
+            # The style of the next run.
             number = runs.count + 1
             style = default_style(number)
             plotted.append(
@@ -156,16 +156,16 @@ class TransientPane(ViewsPane):
         plotted += _plotted_runs(overlaid)
         if live.ghost is not None and all(run.result is not live.ghost for run in overlaid):
             plotted.append(plotted_run(live.ghost, "before", *_GHOST_STYLE))
-        self._summarise(lines)
+        self._summarise(summary_lines)
         self._show([item for item in plotted if item is not None], None)
 
     def _summarise(self, lines: Sequence[str]) -> None:
         view = self.query_one("#summary", Static)
-        view.update(flowed(lines, self.size.width))
+        view.update(flow_facts(lines, self.size.width))
 
     def _clear(self) -> None:
         if self._plotted and self.session.runs.active is None:
-            self._plotted, self._first = [], None
+            self._plotted, self._first_run = [], None
             self.query_one("#summary", Static).update("")
             for chart in self.query(ChartView):
                 chart.show(None)
@@ -174,18 +174,18 @@ class TransientPane(ViewsPane):
         """Display the part of a run computed so far."""
         trajectory = run.partial.trajectory()
         if trajectory is not None:
-            drawn = partial_run(
+            plotted = partial_run(
                 trajectory,
                 run.scene.system,
                 run.scene.t_end,
-                name=_number(run),
+                name=_run_name(run),
                 mark=run.style.marker_sign,
                 colour=run.style.colour_code,
             )
-            self._show([drawn], run)
+            self._show([plotted], run)
 
     def _show(self, plotted: list[PlottedRun], first: Run | None) -> None:
-        self._plotted, self._first = plotted, first
+        self._plotted, self._first_run = plotted, first
         self.draw()
 
     def draw(self) -> None:
@@ -227,20 +227,20 @@ class TransientPane(ViewsPane):
 
     def _draw_difference(self) -> None:
         run, ghost = self.session.runs.baseline, self.session.live.ghost
-        baseline = None if run in (None, self._first) else _plotted_run(run, _number(run))
+        baseline = None if run in (None, self._first_run) else _plotted_run(run, _run_name(run))
         if run is None and ghost is not None:
             baseline = plotted_run(ghost, "before")
-        name = "live" if self._first is None else _number(self._first)
+        name = "live" if self._first_run is None else _run_name(self._first_run)
         shown = replace(self._plotted[0], name=name)
         for quantity in ("y", "P"):
             chart = None
             if baseline is not None:
-                first = quantity == "y"
-                chart = difference_chart(quantity, shown, baseline, strip=first, x_axis=not first)
+                top = quantity == "y"
+                chart = difference_chart(quantity, shown, baseline, strip=top, x_axis=not top)
             self.query_one(f"#difference-{quantity}", ChartView).show(chart)
 
     def _draw_belt(self) -> None:
-        # At the first cursor of the time histories, if it is on.
+        # The time is that of the first cursor of the time histories, if it is on.
         result = self._result
         if result is not None:
             self.query_one(BeltView).show_run(result, self._chosen_time())
@@ -252,7 +252,7 @@ class TransientPane(ViewsPane):
 
     @property
     def _result(self) -> Transient | None:
-        # The live result, or that of the displayed run.
+        # The result of the live curve, or else of the displayed run.
         live, run = self.session.live, self.session.runs.displayed
         if live.curve is not None:
             return live.curve.result
@@ -264,37 +264,40 @@ class TransientPane(ViewsPane):
 
     @property
     def _window(self) -> tuple[float, float]:
-        # The visible time window; without chosen limits, the second half of the run.
+        # The chosen time window; without chosen limits, the second half of the run.
         chosen = self.query_one("#plot-y", ChartView).view.x
         reached = float(self._plotted[0].trajectory.t[-1])
         return second_half(reached) if chosen is None else (chosen.low, chosen.high)
 
     def export(self, kind: str) -> "Export":
-        """The displayed charts; as data the trajectory, or the charts' points."""
+        """The displayed charts as figure; as data the trajectory, or the points of the charts."""
         from .exports.export import FIGURE, charts_export, points_export, run_export
 
         live, run, charts = self.session.live, self.session.runs.displayed, self.visible_charts()
         drawn = [item.result for item in self.session.runs.plotted if item.result is not None]
         if live.visible:
-            plain = self._live_export(kind)
+            data_export = self._live_export(kind)
             overlaid = [item.result for item in self.session.runs.plotted if item.overlaid]
             first = None if live.curve is None else live.curve.result
             drawn = [item for item in (first, live.ghost, *overlaid) if item is not None]
         elif run is not None and run.result is not None and self.view in ("belt", "measured"):
             return self._view_export(kind, run)
         else:
-            plain = run_export(kind, run)
+            data_export = run_export(kind, run)
         if kind != FIGURE and self.view in ("time", "phase"):
-            return plain
+            return data_export
         if charts is None:
             raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
-        of, stem = plain.of, Path(plain.proposal).stem
+        subject, stem = data_export.subject, Path(data_export.file_name).stem
         if self.view != "time":
-            of, stem = of if live.visible else f"{of}, {self.view}", f"{stem}-{self.view}"
+            subject = subject if live.visible else f"{subject}, {self.view}"
+            stem = f"{stem}-{self.view}"
         if kind != FIGURE:
-            return points_export(of, stem, charts)
+            return points_export(subject, stem, charts)
         ignored = not any(item.separation for item in drawn)
-        return charts_export(of, stem, charts, Heading([e.parameters for e in drawn], (), ignored))
+        return charts_export(
+            subject, stem, charts, Heading([e.parameters for e in drawn], (), ignored)
+        )
 
     def _live_export(self, kind: str) -> "Export":
         from .exports.export import study_export
@@ -305,7 +308,7 @@ class TransientPane(ViewsPane):
         return study_export(kind, "run", curve.result, f"{curve.scene.name}-live", "the live curve")
 
     def _view_export(self, kind: str, run: Run) -> "Export":
-        from .exports.export import as_displayed, belt_export, scene_study_export
+        from .exports.export import belt_export, replace_figure, scene_study_export
 
         charts = self.visible_charts()
         if self.view == "belt":
@@ -316,7 +319,7 @@ class TransientPane(ViewsPane):
         name = f"{run.scene.name}-{run.number}"
         export = scene_study_export(kind, "validation", validation, name)
         heading = Heading([run.scene.parameters], ignores_separation=not run.scene.separation)
-        return as_displayed(export, charts, heading)
+        return replace_figure(export, charts, heading)
 
     def command_line(self) -> str:
         """The command that computes the displayed run, or compares it with measured data."""
@@ -333,12 +336,12 @@ class TransientPane(ViewsPane):
         self._fit_order()
 
     def _fit_order(self) -> None:
-        room = max((self.views.size.height - _OTHER_ROWS) // _MIN_ROWS, 1)
+        chart_count = max((self.views.size.height - _OTHER_ROWS) // _MIN_CHART_ROWS, 1)
         for name in _QUANTITIES:
-            self.query_one(f"#plot-{name}").display = name in self._order[:room]
-        self.query_one("#phase-path").display = self.views.size.width >= _WIDE
-        unseen = ", ".join(self._order[room:])
-        self.query_one("#unseen", Static).update(unseen and f"n: {unseen}")
+            self.query_one(f"#plot-{name}").display = name in self._order[:chart_count]
+        self.query_one("#phase-path").display = self.views.size.width >= _WIDE_COLUMNS
+        hidden_quantities = ", ".join(self._order[chart_count:])
+        self.query_one("#unseen", Static).update(hidden_quantities and f"n: {hidden_quantities}")
         self.refresh_bindings()
         self.draw()
 
@@ -347,14 +350,14 @@ class TransientPane(ViewsPane):
         yield Static("", id="unseen", classes="words", markup=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Whether an action is available: the next quantity only if some do not fit."""
-        if action == "turn_quantity":
+        """Whether an action is available: the next quantity if some quantities do not fit."""
+        if action == "next_quantity":
             charts = (self.query_one(f"#plot-{name}") for name in _QUANTITIES)
             return self.view == "time" and not all(chart.display for chart in charts)
         return super().check_action(action, parameters)
 
-    def action_turn_quantity(self) -> None:
-        """Plot the quantities over time that did not fit."""
+    def action_next_quantity(self) -> None:
+        """Plot the next quantity over time that does not fit."""
         self._order = (*self._order[1:], self._order[0])
         self._fit_order()
 
@@ -364,12 +367,12 @@ class TransientPane(ViewsPane):
             t_end = self._plotted[0].t_end
             for name in _QUANTITIES:
                 view = self.query_one(f"#plot-{name}", ChartView).view
-                view.x = Axis((1.0 - _LAST_PART) * t_end, t_end)
+                view.x = Axis((1.0 - _LAST_FRACTION) * t_end, t_end)
                 view.newest_run = self.session.runs.count
             self.draw()
 
 
-def _number(run: Run) -> str:
+def _run_name(run: Run) -> str:
     return f"run {run.number}"
 
 
@@ -379,9 +382,9 @@ def _summary(result: Transient) -> list[str]:
 
 
 def _plotted_runs(runs: Iterable[Run]) -> list[PlottedRun | None]:
-    drawn = list(runs)
-    names = legend_names({run.number: run.scene for run in drawn})
-    return list(map(_plotted_run, drawn, names))
+    drawn_runs = list(runs)
+    names = legend_names({run.number: run.scene for run in drawn_runs})
+    return list(map(_plotted_run, drawn_runs, names))
 
 
 def _plotted_run(run: Run, name: str) -> PlottedRun | None:

@@ -18,10 +18,10 @@ from fivtui.tui.chart import ChartView
 from .pane import Pane
 
 _PREFIX = "view-"
-_VIEW = "view"
-# Columns of a button beside its title, and short titles for narrow windows.
+_VIEW_SETTING = "view"
+# Columns of a button outside its title, and short titles for narrow windows.
 _PADDING = 2
-_BRIEF = {"Difference": "Diff", "Eigenvalues": "Eigenv."}
+_SHORT_TITLES = {"Difference": "Diff", "Eigenvalues": "Eigenv."}
 _CURSOR_KEYS = ("C: second cursor", "← →: move", "Esc: off")
 # Separates the values that two cursors read.
 _SEPARATOR = "  "
@@ -33,17 +33,17 @@ class ViewsPane(Pane):
     Attributes
     ----------
     VIEWS : mapping of str to str
-        Identifier and title of every view; `compose_views` makes a widget of each identifier.
+        Identifier and title of every view; `compose_views` yields a widget for each identifier.
     LOG_AXES : mapping of str to str
-        Initially logarithmic axes of charts, such as ``xy``.
+        Axes of charts that are logarithmic at first, such as ``xy``.
     LINKED : sequence of sequences of str
-        Identifiers of charts whose limits along x are the same.
+        Groups of identifiers of charts with common limits of x.
     """
 
     VIEWS: ClassVar[Mapping[str, str]] = {}
     LOG_AXES: ClassVar[Mapping[str, str]] = {}
     LINKED: ClassVar[Sequence[Sequence[str]]] = ()
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("v", "turn_view", "View")]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("v", "next_view", "View")]
 
     def compose(self) -> ComposeResult:
         """The bar and the views."""
@@ -51,7 +51,7 @@ class ViewsPane(Pane):
             for name, title in self.VIEWS.items() if len(self.VIEWS) > 1 else ():
                 yield Button(title, id=f"{_PREFIX}{name}", classes="view-button", compact=True)
             yield from self.compose_bar()
-        stored, first = self.setting(_VIEW, ""), next(iter(self.VIEWS))
+        stored, first = self.stored_setting(_VIEW_SETTING, ""), next(iter(self.VIEWS))
         with ContentSwitcher(initial=stored if stored in self.VIEWS else first, classes="views"):
             yield from self.compose_views()
         yield Static("", classes="cursor-words", markup=False)
@@ -66,36 +66,36 @@ class ViewsPane(Pane):
 
     def on_resize(self, event: Resize) -> None:
         """Shorten titles that do not fit, and wrap the values that cursors read."""
-        lack = sum(len(title) + _PADDING for title in self.VIEWS.values()) > event.size.width
+        narrow = sum(len(title) + _PADDING for title in self.VIEWS.values()) > event.size.width
         for button in self.query(".view-button").results(Button):
             title = self.VIEWS[str(button.id).removeprefix(_PREFIX)]
-            button.label = _BRIEF.get(title, title) if lack else title
-            # A displayed button would keep its width.
+            button.label = _SHORT_TITLES.get(title, title) if narrow else title
+            # Without this call a displayed button would keep its width.
             button.refresh(layout=True)
         if self.has_class("-cursors"):
             self._show_cursors()
 
     def on_mount(self) -> None:
         """Mark the current view and restore limits and scales of the charts."""
-        self._mark()
+        self._mark_button()
         # Charts over the same quantity share their cursors.
         self.shared_cursors: dict[str, Cursors] = {}
         for chart in self.query(ChartView):
             chart.shared_cursors = self.shared_cursors
             name = str(chart.id)
             if name not in self.session.views:
-                usual = self.LOG_AXES.get(name, "")
-                self.session.views[name] = View(log_x="x" in usual, log_y="y" in usual)
+                log_axes = self.LOG_AXES.get(name, "")
+                self.session.views[name] = View(log_x="x" in log_axes, log_y="y" in log_axes)
             chart.view = self.session.views[name]
 
     @on(ChartView.LimitsChanged)
     def _link_limits(self, event: ChartView.LimitsChanged) -> None:
-        source = event.chart_view.view
-        names = next((group for group in self.LINKED if event.chart_view.id in group), ())
-        for chart in (self.query_one(f"#{name}", ChartView) for name in names):
+        changed_view = event.chart_view.view
+        linked_ids = next((group for group in self.LINKED if event.chart_view.id in group), ())
+        for chart in (self.query_one(f"#{name}", ChartView) for name in linked_ids):
             if chart is not event.chart_view:
-                chart.view.x, chart.view.log_x = source.x, source.log_x
-                chart.view.newest_run = source.newest_run
+                chart.view.x, chart.view.log_x = changed_view.x, changed_view.log_x
+                chart.view.newest_run = changed_view.newest_run
                 chart.redraw()
 
     @on(ChartView.CursorMoved)
@@ -108,7 +108,7 @@ class ViewsPane(Pane):
         self._show_cursors()
 
     def _show_cursors(self) -> None:
-        # The values that two cursors of the current view read, wrapped; for one cursor, its keys.
+        # The positions of both cursors of the current view, wrapped; with one cursor, its keys.
         phrases: list[str] = []
         for chart in self.shown_views():
             label = "" if chart.chart is None else chart.chart.cursor_label
@@ -138,13 +138,13 @@ class ViewsPane(Pane):
             chart.redraw()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Whether an action is available: turning needs several views."""
-        return action != "turn_view" or len(self.VIEWS) > 1
+        """Whether an action is available: the next view needs several views."""
+        return action != "next_view" or len(self.VIEWS) > 1
 
-    def key_words(self) -> list[str]:
-        """Adds the key that turns the views."""
+    def key_hints(self) -> list[str]:
+        """Keys of the tab; the first focus the plot and show the next view."""
         keys = ["Alt+P plot", "v view"] if len(self.VIEWS) > 1 else ["Alt+P plot"]
-        return [*keys, *super().key_words()]
+        return [*keys, *super().key_hints()]
 
     def draw(self) -> None:
         """Draw the current view."""
@@ -160,46 +160,46 @@ class ViewsPane(Pane):
         """Identifier of the current view."""
         return str(self.query_one(ContentSwitcher).current)
 
-    def action_turn_view(self) -> None:
+    def action_next_view(self) -> None:
         """Show the next view."""
         names = list(self.VIEWS)
         self.show_view(names[(names.index(self.view) + 1) % len(names)])
 
     def shown_views(self) -> list[ChartView]:
         """The widgets of the charts of the current view."""
-        shown = self.query_one(f"#{self.view}").query(ChartView)
-        return [chart for chart in shown if chart.chart is not None and chart.display]
+        chart_views = self.query_one(f"#{self.view}").query(ChartView)
+        return [chart for chart in chart_views if chart.chart is not None and chart.display]
 
     def visible_charts(self) -> VisibleCharts | None:
-        """The visible charts, None if there are none."""
-        shown = self.query_one(f"#{self.view}")
+        """The visible charts of the current view; None if it has no chart."""
+        box = self.query_one(f"#{self.view}")
         panels = [
-            (chart.chart, _frozen(chart.view))
+            (chart.chart, _copy_view(chart.view))
             for chart in self.shown_views()
             if chart.chart is not None
         ]
-        return VisibleCharts(panels, side_by_side=isinstance(shown, Horizontal)) if panels else None
+        return VisibleCharts(panels, side_by_side=isinstance(box, Horizontal)) if panels else None
 
     @on(Button.Pressed, ".view-button")
-    def _pressed(self, event: Button.Pressed) -> None:
+    def _view_pressed(self, event: Button.Pressed) -> None:
         event.stop()
         self.show_view(str(event.button.id).removeprefix(_PREFIX))
 
     def show_view(self, name: str) -> None:
         """Show a view by its identifier."""
         self.query_one(ContentSwitcher).current = name
-        self.keep(_VIEW, name)
-        self._mark()
+        self.store_setting(_VIEW_SETTING, name)
+        self._mark_button()
         self.draw()
         self._show_cursors()
         self.focus_within(self.query_one(f"#{name}"))
 
-    def _mark(self) -> None:
+    def _mark_button(self) -> None:
         for button in self.query(".view-button"):
             button.set_class(button.id == f"{_PREFIX}{self.view}", "-active")
 
 
-def _frozen(view: View) -> View:
-    # A copy, without cursors that follow the pointer.
+def _copy_view(view: View) -> View:
+    # Copy a view without cursors that follow the pointer.
     cursors = replace(view.cursors) if view.cursors.pinned else Cursors()
     return replace(view, hidden=set(view.hidden), cursors=cursors)

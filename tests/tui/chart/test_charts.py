@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 
 from fivtui.charts.axis import Axis, axis_for, parse_limits
 from fivtui.charts.chart import Backdrop, Chart, Cursors, Guide, Trace, View
-from fivtui.charts.readout import cursor_texts, nearest_along, nearest_points
+from fivtui.charts.readout import cursor_texts, nearest_along, points_at
 from fivtui.charts.shades import Shade
 from fivtui.model.errors import InputError
 from fivtui.signals.charts import spectrum_chart
@@ -119,12 +119,12 @@ def test_hidden_traces_are_not_drawn_and_limits_follow_the_others() -> None:
 
 def test_the_cursor_reads_the_nearest_sample_of_every_trace() -> None:
     view = View(cursors=Cursors((3.0001, 0.0)))
-    readings = nearest_points(SINE, view, view.cursors.first)
+    readings = points_at(SINE, view, view.cursors.first)
     assert [(point.trace, point.x) for point in readings] == [(0, 3.0), (1, 3.0)]
     assert readings[0].y == pytest.approx(np.sin(3.0))
     assert draw(SINE, view, 80, 20).text().startswith("t 3 s  y one 0.14112 m two -1.98 m")
     plane = Chart("a", "b", (Trace("", np.cos(T), np.sin(T), ordered=False),))
-    (point,) = nearest_points(plane, View(), (0.0, 0.9))
+    (point,) = points_at(plane, View(), (0.0, 0.9))
     assert (point.x, point.y) == pytest.approx((0.0, 1.0), abs=0.01)
 
 
@@ -322,13 +322,13 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
     assert chart.cursor_label == "t (s)"
     view = View(cursors=Cursors((0.0, 0.0), (4.71, 0.0)))
     first, second = (
-        nearest_points(chart, view, cursor) for cursor in (view.cursors.first, view.cursors.second)
+        points_at(chart, view, cursor) for cursor in (view.cursors.first, view.cursors.second)
     )
     assert [(p.x, p.y) for p in first + second] == [
         pytest.approx((1.0, 0.0)),
         pytest.approx((0.0, -1.0), abs=0.01),
     ]
-    assert nearest_points(chart, view, (11.0, 0.0)) == []
+    assert points_at(chart, view, (11.0, 0.0)) == []
     assert nearest_along(chart, view, (0.0, 1.2)) == pytest.approx(np.pi / 2, abs=0.01)
     text = draw(chart, view, 60, 20).text()
     assert text.count("◆") - text.splitlines()[0].count("◆") == 1

@@ -191,7 +191,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         await until_live(pilot)
         # The figure contains the visible curves; the data are those of the live curve.
         pane = pilot.app.screen.query_one(TransientPane)
-        assert [pane.export(kind).proposal for kind in (FIGURE, DATA)] == [
+        assert [pane.export(kind).file_name for kind in (FIGURE, DATA)] == [
             "base-live.svg",
             "base-live.csv",
         ]

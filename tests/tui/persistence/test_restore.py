@@ -25,7 +25,7 @@ from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.session.runs import RunState
 from fivtui.tui.session.studies import DisplayedStudy, StoredResult
 from fivtui.tui.tabs.messages import RunActionRequested
-from fivtui.tui.tabs.requests.sweep import sweep_of, sweep_request
+from fivtui.tui.tabs.requests.sweep import partial_sweep, sweep_request
 from tests.support.laboratory import (
     app_of,
     chart_of,
@@ -152,7 +152,7 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
         await pilot.pause()
         session = app_of(pilot).session
         study = sweep_request(BASE, "F=10:20:30")
-        part = sweep_of(study, [compute_rows(study, 0, 4)])
+        part = partial_sweep(study, [compute_rows(study, 0, 4)])
         session.studies["sweep"] = DisplayedStudy(part, "base")
         lab = lab_of(pilot)
         lab.show_study("map", a_map())
@@ -258,8 +258,8 @@ def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: 
 
 def test_a_study_that_is_not_stored_keeps_the_previous_one(tmp_path: Path) -> None:
     store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
-    complete = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, study.members)]), "base")
-    partial = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+    complete = DisplayedStudy(partial_sweep(study, [compute_rows(study, 0, study.members)]), "base")
+    partial = DisplayedStudy(partial_sweep(study, [compute_rows(study, 0, 4)]), "base")
     files, _ = store.save({"sweep": complete})
     store.remove_unused(files)
     again, notes = store.save({"sweep": partial})

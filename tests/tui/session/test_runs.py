@@ -222,7 +222,7 @@ def test_a_refused_export_gives_the_reason_and_keeps_the_file(tmp_path: Path) ->
 
 def test_proposed_names_are_names_of_files() -> None:
     run = finished(dataclasses.replace(SHORT, name="a/b: c"))
-    assert run_export(FIGURE, run).proposal == "a-b--c-1.svg"
+    assert run_export(FIGURE, run).file_name == "a-b--c-1.svg"
 
 
 def test_a_scene_is_saved_under_the_name_of_its_file(tmp_path: Path) -> None:

@@ -66,7 +66,7 @@ async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
         film, "animate", lambda *arguments, **options: calls.append((arguments, options))
     )
     data, figure = pane.export(DATA), pane.export(FIGURE)
-    assert (data.proposal, figure.proposal) == ("base-1.wav", "base-1.gif")
+    assert (data.file_name, figure.file_name) == ("base-1.wav", "base-1.gif")
     data.check(tmp_path / "a.wav")
     data.write(tmp_path / "a.wav")
     with wave.open(str(tmp_path / "a.wav")) as file:

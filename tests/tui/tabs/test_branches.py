@@ -10,7 +10,7 @@ from textual.widgets import Input
 
 from fivtui.charts.chart import Cursors, View, VisibleCharts
 from fivtui.charts.displayed_charts import charts_figure
-from fivtui.charts.readout import nearest_points
+from fivtui.charts.readout import points_at
 from fivtui.cli import run as command
 from fivtui.io import output_path, read_columns, save_json
 from fivtui.model import InputError
@@ -58,7 +58,7 @@ def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
     view = View()
 
     def read() -> tuple[float, float]:
-        (point,) = nearest_points(chart, view, view.cursors.first)
+        (point,) = points_at(chart, view, view.cursors.first)
         assert view.cursors.first == (point.x, point.y)
         return point.x, point.y
 

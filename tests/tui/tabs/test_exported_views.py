@@ -179,7 +179,7 @@ async def test_every_view_is_exported_as_displayed(
             await check(pilot, f"{tab.id}-{view}-zoomed")
         if isinstance(pane, MapPane):
             for value in VALUES:
-                pane.choose(value)
+                pane.activate_choice(value)
                 await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
                 shown[value] = await check(pilot, value)
         if isinstance(pane, SweepPane):

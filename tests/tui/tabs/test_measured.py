@@ -57,7 +57,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     await enter_texts("FAIL", band="0.01%")
     await enter_texts("PASS: share within the band 100.000%", offset="-1e-3")
     await until_shown(pilot, "PASS: share within the band 100.000%")
-    assert pane.setting("measured-file", "") == "rig.csv"
+    assert pane.stored_setting("measured-file", "") == "rig.csv"
     time, spectrum = (chart.chart for chart in view.query(ChartView))
     assert time is not None
     assert spectrum is not None
@@ -65,7 +65,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     np.testing.assert_allclose(traces["measured"].y, traces["computed"].y, atol=1e-4)
     np.testing.assert_allclose(traces["measured"].x, trajectory.t[late], atol=1e-4)
     assert "Hz measured" in spectrum.note
-    assert pane.export(FIGURE).proposal == "base-1-validation-y.svg"
+    assert pane.export(FIGURE).file_name == "base-1-validation-y.svg"
     pane.export(DATA).write(Path("rig.json"))
     # The copied command validates the same data, with the file and its time unit.
     await enter_texts("must fit into the run", time_scale="10")

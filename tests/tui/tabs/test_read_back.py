@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fivtui.charts.chart import Cursors, View
-from fivtui.charts.readout import NearestPoint, nearest_points
+from fivtui.charts.readout import NearestPoint, points_at
 from fivtui.equilibrium.charts import frequency_chart, growth_chart, plane_chart
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.scan import mode_scan
@@ -32,7 +32,7 @@ from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import point_texts
-from fivtui.tui.tabs.requests.sweep import case_of, point_scene
+from fivtui.tui.tabs.requests.sweep import point_case, point_scene
 from fivtui.tui.tabs.requests.tradeoff import COLUMNS, table_rows
 from tests.support import own_slider
 from tests.support.reading_charts import Reading
@@ -216,7 +216,9 @@ def test_a_sweep_chart_names_every_output_and_case() -> None:
         output = 2 if quantity == "peak" else 1
         assert trace.x.tolist() == [20.0, 50.0, 80.0]
         np.testing.assert_allclose(trace.y, output_value(output, case == "considered", trace.x))
-        assert case_of(result.study, NearestPoint(index, 1.0, 1.0), False) == (case == "considered")
+        assert point_case(result.study, NearestPoint(index, 1.0, 1.0), False) == (
+            case == "considered"
+        )
     (guide,) = chart.guides
     assert (guide.value, guide.label, guide.vertical) == (33.0, "33", True)
     second = sweep_chart(invented_sweep({"mu": (0.1, 0.2)}, ("P_max",)))
@@ -241,7 +243,7 @@ def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
         assert np.all(np.diff(backdrop.levels[:, 0]) >= 0)
         (current,) = chart.traces
         assert (current.x.tolist(), current.y.tolist()) == ([30.0], [0.4])
-        point = nearest_points(chart, View(), (57.0, 0.2))[0]
+        point = points_at(chart, View(), (57.0, 0.2))[0]
         scene = point_scene(result.study, point, case)
         assert (scene.parameters.F, scene.parameters.mu, scene.separation) == (60.0, 0.1, case)
         moved = dataclasses.replace(result.study, start=(0.1, 0.2, -0.3, 0.4), t_end=7.0, tol=1e-6)

@@ -15,7 +15,7 @@ from fivtui.maps.charts import map_chart, region_levels, shown_offsets
 from fivtui.maps.searched_points import SearchedPoint
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import map_request
-from fivtui.tui.tabs.studies.map import thinned
+from fivtui.tui.tabs.studies.map import thin_values
 from tests.support.laboratory import chart_of, clear_notices, until_shown
 
 
@@ -126,10 +126,10 @@ def test_a_map_distinguishes_missing_from_unknown_safe_friction(flat: StabilityM
 
 def test_the_laboratory_maps_fewer_points_with_the_same_ends() -> None:
     values = np.linspace(0.0, 1.0, 121)
-    few = thinned(values)
+    few = thin_values(values)
     assert few.size < 60
     assert (few[0], few[-1]) == (0.0, 1.0)
-    assert thinned(few) is few
+    assert thin_values(few) is few
 
 
 async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(

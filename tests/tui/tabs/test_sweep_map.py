@@ -9,7 +9,7 @@ from textual.widgets import Input
 
 from fivtui.charts.axis import Axis
 from fivtui.charts.chart import Cursors, View
-from fivtui.charts.readout import nearest_points
+from fivtui.charts.readout import points_at
 from fivtui.maps import map_chart, stability_map
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
@@ -20,16 +20,16 @@ from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.requests.map import (
     map_request,
+    mapped_values,
+    point_text,
     point_texts as map_point,
-    point_words,
-    values_in,
 )
 from fivtui.tui.tabs.requests.sweep import (
-    case_of,
-    count_words,
+    count_text,
+    partial_sweep,
+    point_case,
     point_scene,
     point_texts,
-    sweep_of,
     sweep_parts,
     sweep_request,
 )
@@ -58,7 +58,7 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     parts = list(sweep_parts(study, go_on))
     assert len(parts) == 3
     assert fractions == sorted(fractions)
-    result = sweep_of(study, parts)
+    result = partial_sweep(study, parts)
     chart = sweep_chart(result, 80.0)
     peaks, late, *_ = chart.traces
     assert np.all(np.diff(peaks.x) > 0.0)
@@ -75,10 +75,10 @@ def test_a_sweep_agrees_with_single_runs() -> None:
     picture = draw(chart, View(), 80, 20).text()
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursors=Cursors((60.2, 0.0)))
-    points = nearest_points(chart, view, view.cursors.first)
-    assert case_of(study, points[0], False)
+    points = points_at(chart, view, view.cursors.first)
+    assert point_case(study, points[0], False)
     assert point_scene(study, points[0], True).parameters == Parameters(F=60.0)
-    assert not case_of(study, points[3], True)
+    assert not point_case(study, points[3], True)
     texts = point_texts(point_scene(study, points[3], False))
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
@@ -86,7 +86,7 @@ def test_a_sweep_agrees_with_single_runs() -> None:
 def test_a_sweep_over_two_names_is_drawn_as_shades_of_the_finished_points() -> None:
     study = sweep_request(replace(BASE, t_end=10.0), "F=20:80:4 mu=0.2,0.5,0.8")
     parts = list(sweep_parts(study, lambda _: True))
-    result = sweep_of(study, parts)
+    result = partial_sweep(study, parts)
     for case in (True, False):
         chart = grid_chart(result, case, (80.0, 0.5))
         backdrop = chart.backdrop
@@ -97,11 +97,11 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_of_the_finished_points() -> N
         assert "◆" in draw(chart, View(), 80, 20).text()
         read = draw(chart, View(cursors=Cursors((41.0, 0.79))), 80, 20).text()
         assert read.startswith("F 40 N  μ 0.8  peak of |y| ")
-        (point,) = nearest_points(chart, View(), (41.0, 0.79))
-        assert case_of(study, point, case) is case
+        (point,) = points_at(chart, View(), (41.0, 0.79))
+        assert point_case(study, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
     part = compute_rows(study, 0, 7)
-    shades = grid_chart(sweep_of(study, [part]), True, None).backdrop
+    shades = grid_chart(partial_sweep(study, [part]), True, None).backdrop
     assert shades is not None
     assert np.isnan(shades.values).sum() == shades.values.size - 4
     with pytest.raises(InputError, match="use one name, or two"):
@@ -110,9 +110,9 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_of_the_finished_points() -> N
 
 def test_members_that_fail_leave_a_gap_and_a_reason() -> None:
     study = sweep_request(replace(BASE.with_values({"k_nl": 0.0}), t_end=1000.0), "mu=0.5,60,100")
-    result = sweep_of(study, list(sweep_parts(study, lambda _: True)))
+    result = partial_sweep(study, list(sweep_parts(study, lambda _: True)))
     assert result.table.failed > 0
-    assert "failed: " in count_words(result)
+    assert "failed: " in count_text(result)
     assert np.isnan(sweep_chart(result).traces[2].y[-1])
 
 
@@ -148,21 +148,23 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     assert turned.backdrop is not None
     assert np.all(np.diff(turned.backdrop.x) > 0.0)
     view = View(cursors=Cursors((80.0, 0.7)))
-    (point,) = nearest_points(turned, view, view.cursors.first)
+    (point,) = points_at(turned, view, view.cursors.first)
     result = stability_map(Parameters(), descending)
     texts = map_point(result, point)
     assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")
-    assert point_words(result, point) == "F = 80, μ = 0.7"
+    assert point_text(result, point) == "F = 80, μ = 0.7"
 
 
 def test_a_zoomed_map_has_as_many_points_as_the_full_map() -> None:
     mass, friction = map_request("m=1:9:5 mu=0:2:11", "growth-rate")
-    assert values_in(mass, None).tolist() == [1.0, 3.0, 5.0, 7.0, 9.0]
-    assert values_in(friction, Axis(0.5, 1.5)).tolist() == pytest.approx(np.linspace(0.5, 1.5, 11))
-    shown = values_in(mass, Axis(-3.0, 1.0))
+    assert mapped_values(mass, None).tolist() == [1.0, 3.0, 5.0, 7.0, 9.0]
+    assert mapped_values(friction, Axis(0.5, 1.5)).tolist() == pytest.approx(
+        np.linspace(0.5, 1.5, 11)
+    )
+    shown = mapped_values(mass, Axis(-3.0, 1.0))
     assert 0.0 < shown[0] < 1e-6
     assert shown[-1] == 1.0
-    assert values_in(mass, Axis(-3.0, -1.0)).tolist() == values_in(mass, None).tolist()
+    assert mapped_values(mass, Axis(-3.0, -1.0)).tolist() == mapped_values(mass, None).tolist()
 
 
 @pytest.mark.parametrize("text", ["", "mu=0:1:5", "mu=0:1:5 mu=0:1:5", "mu=0:1:5000 F=1:2:5000"])

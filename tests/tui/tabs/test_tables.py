@@ -5,7 +5,7 @@ from rich.text import Text
 from textual.app import App, ComposeResult
 
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.tabs.tables import ListTable, fitted
+from fivtui.tui.tabs.tables import ListTable, shorten
 from tests.support.laboratory import show_tab, text_of, until_shown
 
 COLUMNS = ("figure", "what it shows")
@@ -64,7 +64,7 @@ async def test_a_narrow_table_drops_one_column_and_wraps_another() -> None:
     rows = {"1": ("holds", "the slider leaves the belt as soon as it can", "a number")}
 
     class Claims(ListTable[str | Text]):
-        wrapped, dropped = "statement", ("stated",)
+        wrapped, optional = "statement", ("stated",)
 
     class Tables(App[None]):
         def compose(self) -> ComposeResult:
@@ -95,4 +95,4 @@ async def test_a_narrow_table_drops_one_column_and_wraps_another() -> None:
     ],
 )
 def test_words_that_do_not_fit_are_omitted_and_marked(width: int, shown: str) -> None:
-    assert fitted("fold 0.2779 touch 0.3; ends", width) == shown
+    assert shorten("fold 0.2779 touch 0.3; ends", width) == shown

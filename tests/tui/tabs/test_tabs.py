@@ -19,11 +19,11 @@ from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tui.session import runs
 from fivtui.tui.tabs import TABS
 from fivtui.tui.tabs.book import TabBook
-from fivtui.tui.tabs.requests.paper import claim_rows, claim_words
+from fivtui.tui.tabs.requests.paper import claim_rows, claim_text
 from fivtui.tui.tabs.requests.tradeoff import (
     COLUMNS,
     present_row,
-    present_words,
+    present_text,
     table_rows,
 )
 from fivtui.tui.tabs.views_pane import ViewsPane
@@ -81,7 +81,7 @@ async def test_cycling_through_views_never_focuses_a_text_input(
         if not isinstance(pane, ViewsPane) or len(pane.VIEWS) < 2:
             continue
         turned.append(tab.id)
-        pane.take_focus()
+        pane.focus_content()
         views = [pane.view]
         for _ in pane.VIEWS:
             await pilot.press("v")
@@ -220,7 +220,7 @@ def test_the_current_setting_and_the_best_ones_are_marked(measured: Tradeoff) ->
     present = present_row(measured, BASE)
     assert present is not None
     assert present.setting.text == "tol=1e-12"
-    text = present_words(measured, BASE, "final", present)
+    text = present_text(measured, BASE, "final", present)
     assert text.startswith("now taylor (compiled) tol=1e-12, error ")
     rows = table_rows(measured, "peak", present)
     assert len(rows) == len(measured.rows)
@@ -231,9 +231,9 @@ def test_the_current_setting_and_the_best_ones_are_marked(measured: Tradeoff) ->
     assert drawn.traces[-1].name == "now"
     request = dataclasses.replace(BASE, accuracy=(("peak", 1e-3),))
     assert present_row(measured, request) is None
-    assert present_words(measured, request, "final", None).startswith("peak to 0.001: ")
+    assert present_text(measured, request, "final", None).startswith("peak to 0.001: ")
     rk4 = dataclasses.replace(BASE, method="rk4")
-    assert "enter a step" in present_words(measured, rk4, "final", present_row(measured, rk4))
+    assert "enter a step" in present_text(measured, rk4, "final", present_row(measured, rk4))
 
 
 def test_claims_have_rows_and_words() -> None:
@@ -243,5 +243,5 @@ def test_claims_have_rows_and_words() -> None:
     rows = claim_rows(CLAIMS, checked)
     assert rows[0][0] == "holds"
     assert {row[0] for row in rows[1:]} == {"?"}
-    assert "computed: " in claim_words(claim, checked[claim.id])
-    assert "computed" not in claim_words(CLAIMS[1], None)
+    assert "computed: " in claim_text(claim, checked[claim.id])
+    assert "computed" not in claim_text(CLAIMS[1], None)

@@ -16,13 +16,7 @@ from textual.events import (
 )
 from textual.message import Message
 
-from fivtui.charts import (
-    NearestPoint,
-    Position,
-    Span,
-    View,
-    nearest_points,
-)
+from fivtui.charts import NearestPoint, Position, Span, View, points_at
 from fivtui.tui.chart.cursor_moves import cursor_position, move_cursor, step_cursor, switch_cursor
 
 from .drawn_chart import DrawnChart
@@ -188,7 +182,7 @@ class ChartView(DrawnChart, can_focus=True):
         if self.view.cursors.moving is None:
             self.action_cursor(0)
             return
-        points = nearest_points(self._chart, self.view, self.view.cursors.moving)
+        points = points_at(self._chart, self.view, self.view.cursors.moving)
         if points:
             self.post_message(self.Opened(self, points[0]))
 

@@ -10,7 +10,7 @@ from textual.containers import Vertical
 from textual.events import Resize
 from textual.widgets import Static
 
-from fivtui.tui.tabs import flowed
+from fivtui.tui.tabs import flow_facts
 
 from .gauge import Gauge, GaugeView
 
@@ -74,8 +74,8 @@ class VerdictView(Vertical):
         width, facts = self.content_size.width, self.query_one("#facts", Static)
         headline, fact_lines = shorten_headline(self._texts[1], width), list(self._texts[2:])
         if not facts.display:
-            headline = flowed([headline, *fact_lines[:1]], width).splitlines()[0]
-        facts.update(flowed(fact_lines, width), layout=False)
+            headline = flow_facts([headline, *fact_lines[:1]], width).splitlines()[0]
+        facts.update(flow_facts(fact_lines, width), layout=False)
         self.query_one("#headline", Static).update(headline, layout=False)
         # The headline takes two lines if it needs them and the facts still fit.
         self.set_class(cell_len(headline) > width and facts.size.height > 1, "-long")

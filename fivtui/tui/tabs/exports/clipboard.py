@@ -1,4 +1,4 @@
-"""Copies pictures to the clipboard of the desktop, by a program of the system."""
+"""Copy figures to the clipboard of the desktop, by a program of the system."""
 
 import os
 import shutil
@@ -21,13 +21,13 @@ _NO_PROGRAM: Final = (
 
 
 def copy_picture(export: Export) -> None:
-    """Copy a figure to the clipboard as PNG; raises `InputError` if no program can."""
+    """Copy a figure to the clipboard as PNG; raises `InputError` if no program can do this."""
     with temporary_folder() as folder:
         path = folder / "picture.png"
         command = clipboard_command(path, sys.platform, os.environ)
         export.write(path)
         try:
-            # Do not wait for output: the program holds the picture and runs on in the background.
+            # Do not wait for output: the program provides the picture while in the background.
             process = subprocess.run(  # noqa: S603, a program of the desktop
                 command,
                 stdin=subprocess.DEVNULL,
@@ -43,7 +43,7 @@ def copy_picture(export: Export) -> None:
 
 
 def clipboard_command(path: Path, platform: str, environment: Mapping[str, str]) -> Sequence[str]:
-    """The command that copies a PNG file on a platform; raises `InputError` if there is none."""
+    """The command that copies a PNG file on a platform; raises `InputError` without a program."""
     if platform == "darwin":
         return [
             "osascript",
@@ -51,9 +51,9 @@ def clipboard_command(path: Path, platform: str, environment: Mapping[str, str])
             f'set the clipboard to (read POSIX file "{path}" as «class PNGf»)',
         ]
     if platform == "win32":
-        forms = "Add-Type -AssemblyName System.Windows.Forms, System.Drawing"
+        load_assemblies = "Add-Type -AssemblyName System.Windows.Forms, System.Drawing"
         image = f"[System.Drawing.Image]::FromFile('{path}')"
-        script = f"{forms}; [System.Windows.Forms.Clipboard]::SetImage({image})"
+        script = f"{load_assemblies}; [System.Windows.Forms.Clipboard]::SetImage({image})"
         return ["powershell", "-NoProfile", "-STA", "-Command", script]
     if environment.get("WAYLAND_DISPLAY") and shutil.which("wl-copy"):
         return ["sh", "-c", 'exec wl-copy --type image/png < "$0"', str(path)]

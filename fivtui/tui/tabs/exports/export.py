@@ -1,4 +1,4 @@
-"""Figure and data exports. Imports no Textual; matplotlib only when a figure is drawn."""
+"""Exports of figures and data. Imports no Textual, and matplotlib only to draw a figure."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -24,19 +24,19 @@ DATA: Final = "data"
 KINDS: Final[Mapping[str, str]] = {FIGURE: "F6", DATA: "F7"}
 _NO_RUN: Final = "no run to export yet: press F5"
 
-Save = Callable[[Path], None]
+PathFunction = Callable[[Path], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """A figure or table that can be exported to a file."""
+    """Figure or data of a `subject` for a file; `file_name` is suggested, `check` tests a path."""
 
     kind: str
-    of: str
-    proposal: str
+    subject: str
+    file_name: str
     suffixes: tuple[str, ...]
-    check: Save
-    write: Save
+    check: PathFunction
+    write: PathFunction
 
     @property
     def hint(self) -> str:
@@ -44,7 +44,7 @@ class Export:
         return f"The suffix says the format: {', '.join(self.suffixes)}."
 
 
-def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
+def figure_export(subject: str, stem: str, draw: "Callable[[], Figure]") -> Export:
     """A figure as PNG, SVG or PDF; `draw` creates it, `stem` is the suggested file name."""
 
     def check(path: Path) -> None:
@@ -57,11 +57,11 @@ def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
 
         save_figure(draw(), path)
 
-    return Export(FIGURE, of, f"{_safe(stem)}.svg", (".png", ".svg", ".pdf"), check, write)
+    return Export(FIGURE, subject, f"{_safe(stem)}.svg", (".png", ".svg", ".pdf"), check, write)
 
 
 def charts_export(
-    of: str, stem: str, charts: "VisibleCharts", heading: Heading | None = None
+    subject: str, stem: str, charts: "VisibleCharts", heading: Heading | None = None
 ) -> Export:
     """The displayed charts as a figure; arguments as in `figure_export` and `charts_figure`."""
 
@@ -70,7 +70,7 @@ def charts_export(
 
         return charts_figure(charts, heading)
 
-    return figure_export(of, stem, draw)
+    return figure_export(subject, stem, draw)
 
 
 def belt_export(
@@ -80,25 +80,25 @@ def belt_export(
     window: tuple[float, float] | None,
     speed: float,
 ) -> Export:
-    """The slider on the belt as a film or as displayed; as data, the sound or the trajectory.
+    """The slider on the belt as a film or a picture; as data, the sound or the trajectory.
 
-    `window`: start and end of film and sound, s. `speed`: that of the film.
+    `window` is the start and end of film and sound, s; `speed` is the speed of the film.
     """
     from fivtui.film import animate, check_film_path
     from fivtui.signals import sound
 
-    result, plain = run.result, run_export(export_kind, run)
+    result, run_data = run.result, run_export(export_kind, run)
     assert result is not None  # noqa: S101, checked by run_export
-    stem, of = Path(plain.proposal).stem, f"run {run.number}, belt"
+    stem, subject = Path(run_data.file_name).stem, f"run {run.number}, belt"
     if export_kind != FIGURE:
 
         def write_sound(path: Path) -> None:
             sound(result, path, window=window)
 
-        writers = {".wav": write_sound, **dict.fromkeys(plain.suffixes, plain.write)}
-        return data_export(of, stem, "sound or trajectory", writers)
+        writers = {".wav": write_sound, **dict.fromkeys(run_data.suffixes, run_data.write)}
+        return data_export(subject, stem, "sound or trajectory", writers)
     heading = Heading([result.parameters], ignores_separation=not result.separation)
-    still = charts_export(of, stem, charts, heading) if charts is not None else plain
+    still = charts_export(subject, stem, charts, heading) if charts is not None else run_data
 
     def check(path: Path) -> None:
         if path.suffix.lower() in still.suffixes:
@@ -112,19 +112,19 @@ def belt_export(
         else:
             animate(result, path, window=window, speed=speed)
 
-    return Export(FIGURE, of, f"{stem}.gif", (".gif", ".mp4", *still.suffixes), check, write)
+    return Export(FIGURE, subject, f"{stem}.gif", (".gif", ".mp4", *still.suffixes), check, write)
 
 
-def as_displayed(
+def replace_figure(
     export: Export, charts: "VisibleCharts | None", heading: Heading | None = None
 ) -> Export:
-    """A study's export, with its figure replaced by the displayed charts if there are any."""
+    """Replace the figure of an export by the displayed charts, if there are any."""
     if export.kind != FIGURE or charts is None:
         return export
-    return charts_export(export.of, Path(export.proposal).stem, charts, heading)
+    return charts_export(export.subject, Path(export.file_name).stem, charts, heading)
 
 
-def points_export(of: str, stem: str, charts: "VisibleCharts") -> Export:
+def points_export(subject: str, stem: str, charts: "VisibleCharts") -> Export:
     """The points of the displayed charts as data."""
 
     def save(path: Path) -> None:
@@ -132,10 +132,10 @@ def points_export(of: str, stem: str, charts: "VisibleCharts") -> Export:
 
         save_charts(charts, path)
 
-    return data_export(of, stem, "chart's data", dict.fromkeys(FORMATS, save))
+    return data_export(subject, stem, "chart's data", dict.fromkeys(FORMATS, save))
 
 
-def data_export(of: str, stem: str, kind: str, writers: Mapping[str, Save]) -> Export:
+def data_export(subject: str, stem: str, kind: str, writers: Mapping[str, PathFunction]) -> Export:
     """Data in the formats of `writers`, by suffix; `kind` names the data in messages."""
 
     def check(path: Path) -> None:
@@ -148,7 +148,7 @@ def data_export(of: str, stem: str, kind: str, writers: Mapping[str, Save]) -> E
         writers[check_suffix(path, kind, writers)](path)
 
     suffixes = tuple(writers)
-    return Export(DATA, of, f"{_safe(stem)}{suffixes[0]}", suffixes, check, write)
+    return Export(DATA, subject, f"{_safe(stem)}{suffixes[0]}", suffixes, check, write)
 
 
 def _safe(stem: str) -> str:
@@ -160,20 +160,20 @@ def run_export(export_kind: str, run: Run | None) -> Export:
     if run is None or run.result is None:
         raise InputError(_NO_RUN)
     stem = f"{run.scene.name}-{run.number}"
-    return study_export(export_kind, "run", run.result, stem, of=f"run {run.number}")
+    return study_export(export_kind, "run", run.result, stem, subject=f"run {run.number}")
 
 
-def study_export(export_kind: str, kind: str, result: Any, stem: str, of: str = "") -> Export:
+def study_export(export_kind: str, kind: str, result: Any, stem: str, subject: str = "") -> Export:
     """The figure or the data of a study's result; `stem` is the suggested file name."""
-    entry, of = study(kind), of or f"the {kind}"
+    study_kind, subject = study(kind), subject or f"the {kind}"
     if export_kind == FIGURE:
-        return figure_export(of, stem, lambda: entry.figure(result))
+        return figure_export(subject, stem, lambda: study_kind.figure(result))
 
     def write(path: Path) -> None:
         save_study(kind, result, path)
 
-    suffixes = (*entry.suffixes, *([".json"] if entry.as_json else []))
-    return data_export(of, stem, entry.data, dict.fromkeys(suffixes, write))
+    suffixes = (*study_kind.suffixes, *([".json"] if study_kind.as_json else []))
+    return data_export(subject, stem, study_kind.data, dict.fromkeys(suffixes, write))
 
 
 def scene_study_export(export_kind: str, kind: str, result: Any, name: str) -> Export:

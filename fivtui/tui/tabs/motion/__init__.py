@@ -1,1 +1,1 @@
-"""Tabs and views of motions: the slider on the belt, branches of limit cycles, measured data."""
+"""Views of the transient tab: the slider on the belt, and measured data."""

@@ -13,12 +13,12 @@ from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView
 
 _FRAMES_PER_SECOND: Final = 20
-_FASTER: Final = 2.0
+_SPEED_FACTOR: Final = 2.0
 # Time step of a key, in seconds of the film.
 _STEP_S: Final = 0.04
-# Approximate width over height of a character cell.
-_CELL: Final = 0.5
-_AROUND: Final = (8, 3)
+# Approximate ratio of width to height of a character cell; columns and rows outside the plot.
+_CELL_ASPECT: Final = 0.5
+_MARGINS: Final = (8, 3)
 
 
 class BeltView(Vertical):
@@ -47,7 +47,7 @@ class BeltView(Vertical):
         yield ChartView("belt-picture", empty_text=self._empty_text)
 
     def on_mount(self) -> None:
-        """Prepare the clock."""
+        """Prepare the timer of the animation."""
         self._timer = self.set_interval(1.0 / _FRAMES_PER_SECOND, self._tick, pause=True)
 
     @property
@@ -55,14 +55,14 @@ class BeltView(Vertical):
         """Whether the slider moves."""
         return self._last_tick > 0.0
 
-    def show_run(self, run: Transient, at: float | None = None) -> None:
-        """Show a run, optionally at a time, s."""
+    def show_run(self, run: Transient, t: float | None = None) -> None:
+        """Show a run at time `t`, s, or at the present time."""
         if run is not self._run and run.trajectory is not None:
             self._run, self._layout = run, layout_of(run.trajectory)
             self.speed = usual_speed(run)
             self.t = min(self.t, run.t_end)
-        if at is not None:
-            self.t = min(max(at, 0.0), run.t_end)
+        if t is not None:
+            self.t = min(max(t, 0.0), run.t_end)
         self.draw()
 
     def draw(self) -> None:
@@ -70,9 +70,9 @@ class BeltView(Vertical):
         view = self.query_one(ChartView)
         if self._run is None or self._layout is None:
             return
-        columns, rows = (max(n - m, 1) for n, m in zip(view.size, _AROUND, strict=True))
+        columns, rows = (max(n - m, 1) for n, m in zip(view.size, _MARGINS, strict=True))
         timing = Timing(0.0, self._run.t_end, self.speed)
-        aspect = _CELL * columns / rows
+        aspect = _CELL_ASPECT * columns / rows
         view.show(belt_chart(self._run, self._layout, timing, self.t, aspect))
 
     def on_resize(self) -> None:
@@ -124,5 +124,5 @@ class BeltView(Vertical):
 
     def action_change_speed(self, direction: int) -> None:
         """Let time pass twice or half as fast."""
-        self.speed *= _FASTER**direction
+        self.speed *= _SPEED_FACTOR**direction
         self.draw()

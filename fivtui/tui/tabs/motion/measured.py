@@ -1,4 +1,4 @@
-"""A run beside measured data: inputs, overlay, spectra, verdict."""
+"""The view of a run beside measured data: inputs, both signals, spectra, deviations."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -33,10 +33,7 @@ _INPUTS: Final[Mapping[str, tuple[str, str]]] = {
     "time-scale": ("t scale 1", "seconds in a unit of the time column, e.g. 0.001 for ms"),
     "signal": ("signal y", "column of the signal, by name or number; as the quantity if empty"),
     "quantity": ("y", "what was measured: y, x, vy, vx or P, in SI units"),
-    "scale": (
-        "scale 1",
-        "SI units in a unit of the signal, e.g. 0.001 for mm",
-    ),
+    "scale": ("scale 1", "SI units in a unit of the signal, e.g. 0.001 for mm"),
     "offset": ("offset 0", "added to the scaled signal, in SI units"),
     "shift": ("shift 0", "added to the measured times, s; auto: where both correlate best"),
     "band": ("band –", "half width of the band: in SI units, or % of half peak-to-peak"),
@@ -55,9 +52,9 @@ _TOLERANCES: Final = ("band", "share", "frequency", "amplitude")
 # Inputs of numbers, where a comma is a decimal comma.
 _NUMERIC: Final = (*_NUMBERS, "shift", *_TOLERANCES)
 _PREFIX: Final = "measured-"
-_NOTHING: Final = "no measured data: name a file above, Enter reads it"
-# Rows that both plots need; with fewer rows, only the plot over time is displayed.
-_FOR_BOTH: Final = 14
+_NO_DATA: Final = "no measured data: name a file above, Enter reads it"
+# Minimum rows for both plots; with fewer rows, only the plot over time is displayed.
+_MIN_ROWS_FOR_BOTH: Final = 14
 
 
 class MeasuredView(Vertical):
@@ -92,7 +89,7 @@ class MeasuredView(Vertical):
                         compact=True,
                         select_on_focus=False,
                     )
-        yield ChartView("overlay-time", empty_text=_NOTHING)
+        yield ChartView("overlay-time", empty_text=_NO_DATA)
         yield ChartView("overlay-spectrum")
         yield Static("", id="overlay-words", markup=False)
 
@@ -114,7 +111,7 @@ class MeasuredView(Vertical):
         time.show(None if validation is None else overlay_chart(validation))
         spectrum.show(None if validation is None else overlay_spectra(validation))
         if validation is not None:
-            self._result_text = _comparison_words(validation)
+            self._result_text = _comparison_text(validation)
         self.query_one("#overlay-words", Static).update(self._result_text)
 
     @property
@@ -124,16 +121,16 @@ class MeasuredView(Vertical):
 
     @property
     def options(self) -> ValidateOptions:
-        """The same options of `fivtui validate`; raises `InputError` without a file."""
+        """The inputs as options of `fivtui validate`; raises `InputError` without a file."""
         if not self.texts["file"]:
-            raise InputError(_NOTHING)
-        return _options_of(self.texts)
+            raise InputError(_NO_DATA)
+        return _read_options(self.texts)
 
     @property
     def validation(self) -> Validation:
-        """The comparison; `InputError` if there is none."""
+        """The comparison with measured data; raises `InputError` if there is none."""
         if self._validation is None:
-            raise InputError(self._result_text or _NOTHING)
+            raise InputError(self._result_text or _NO_DATA)
         return self._validation
 
     @on(DescendantFocus)
@@ -154,7 +151,7 @@ class MeasuredView(Vertical):
 
     def on_resize(self) -> None:
         """Show the spectra if both plots fit."""
-        self.query_one("#overlay-spectrum").display = self.size.height >= _FOR_BOTH
+        self.query_one("#overlay-spectrum").display = self.size.height >= _MIN_ROWS_FOR_BOTH
 
     @on(Input.Changed)
     def _edited(self, event: Input.Changed) -> None:
@@ -173,7 +170,7 @@ class MeasuredView(Vertical):
 
 
 def _check_input(name: str, text: str) -> None:
-    """Raise `InputError` if the text of an input is invalid for every file and run."""
+    """Raise `InputError` if the text of an input is invalid, whatever the file and the run."""
     if not text:
         return
     if name in _NUMBERS:
@@ -183,11 +180,11 @@ def _check_input(name: str, text: str) -> None:
     elif name == "quantity" and text not in QUANTITIES:
         raise unknown_name(name, text, QUANTITIES)
     elif name in _TOLERANCES:
-        # A share is only valid with a band.
+        # A share is valid only together with a band.
         read_tolerances({"band": "1", name: text})
 
 
-def _comparison_words(result: Validation) -> str:
+def _comparison_text(result: Validation) -> str:
     """The compared quantities and the deviation."""
     warning = f"WARNING: {result.warning}; " if result.warning else ""
     return (
@@ -197,7 +194,7 @@ def _comparison_words(result: Validation) -> str:
     )
 
 
-def _options_of(texts: Mapping[str, str]) -> ValidateOptions:
+def _read_options(texts: Mapping[str, str]) -> ValidateOptions:
     """The options of `fivtui validate` with the values of the inputs."""
     values: dict[str, Any] = {
         name.replace("-", "_"): text for name, text in texts.items() if text and name != "file"

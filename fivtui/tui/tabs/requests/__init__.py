@@ -1,1 +1,1 @@
-"""Requests from the inputs of tabs, and rows and points of their results. No Textual."""
+"""Parsers of the inputs of tabs; rows, texts and points of their results. Imports no Textual."""

@@ -1,4 +1,4 @@
-"""The input of the map tab, and points of its chart. Imports no Textual."""
+"""The parser of the map tab's input, and points of its chart. Imports no Textual."""
 
 from typing import TYPE_CHECKING, Final
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# Values that do not depend on μ, and ranges for them.
+# Mapped values that do not depend on μ, and ranges for them.
 WITHOUT_MU: Final = ("critical-mu", "safe-mu")
 EXAMPLE_WITHOUT_MU: Final = "F=5:120:93 k_nl=20:500:61"
 EXAMPLE: Final = "μ=0:1.5:121 F=5:120:93"
@@ -37,11 +37,11 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
     from fivtui.maps import check_map
     from fivtui.ranges import parse_ranges
 
-    phrases = replace_symbols(text).split()
-    if len(phrases) != 2:
+    range_texts = replace_symbols(text).split()
+    if len(range_texts) != 2:
         raise InputError(f"{text!r}: must be two ranges, e.g. {EXAMPLE}")
     try:
-        first, second = parse_ranges("map", phrases)
+        first, second = parse_ranges("map", range_texts)
     except InputError as error:
         raise InputError(str(error).removeprefix("map ")) from None
     names = (first.name, second.name)
@@ -55,7 +55,7 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
     return first, second
 
 
-def values_in(named_range: "NamedRange", axis: Axis | None) -> FloatArray:
+def mapped_values(named_range: "NamedRange", axis: Axis | None) -> FloatArray:
     """The values of a range, or the same number of values between chosen axis limits."""
     if axis is None:
         return named_range.values()
@@ -63,8 +63,8 @@ def values_in(named_range: "NamedRange", axis: Axis | None) -> FloatArray:
     low, high = max(axis.low, spec.lower), min(axis.high, spec.upper)
     if low >= high:
         return named_range.values()
-    space = np.geomspace if axis.log and low > 0.0 else np.linspace
-    values: FloatArray = space(low, high, named_range.count)
+    spacing = np.geomspace if axis.log and low > 0.0 else np.linspace
+    values: FloatArray = spacing(low, high, named_range.count)
     return values
 
 
@@ -76,7 +76,7 @@ def point_texts(result: "StabilityMap", point: NearestPoint) -> dict[str, str]:
     return texts | {"separation": CONSIDERED if result.separation else IGNORED}
 
 
-def point_words(result: "StabilityMap", point: NearestPoint) -> str:
+def point_text(result: "StabilityMap", point: NearestPoint) -> str:
     """The coordinates of a point of a map as text."""
     texts = point_texts(result, point)
     return ", ".join(f"{symbol_of(name)} = {texts[name]}" for name in result.names)

@@ -13,19 +13,19 @@ from fivtui.tui.session import paper_scenes, symbol_of
 FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
 # Appended to the key of a computed figure; a separate column would be too wide.
-COMPUTED: Final = " ✓"
-_UNKNOWN: Final = "?"
+COMPUTED_MARK: Final = " ✓"
+_NOT_CHECKED: Final = "?"
 
 
 def figure_rows(computed: Sequence[str]) -> list[tuple[str, ...]]:
     """The paper's figures as rows of `FIGURE_COLUMNS`; `computed` ones are marked."""
     return [
-        (f"{key}{COMPUTED if key in computed else ''}", _by(panel), panel.caption)
+        (f"{key}{COMPUTED_MARK if key in computed else ''}", _lines_text(panel), panel.caption)
         for key, panel in PANELS.items()
     ]
 
 
-def _by(panel: Panel) -> str:
+def _lines_text(panel: Panel) -> str:
     if panel.by == SEPARATION:
         return "both cases"
     values = ", ".join(f"{getattr(line.scene.parameters, panel.by):g}" for line in panel.lines)
@@ -38,7 +38,7 @@ def claim_rows(
     """The paper's claims as rows of `CLAIM_COLUMNS`, with "?" if not checked yet."""
     return [
         (
-            str(checked[claim.id].verdict) if claim.id in checked else _UNKNOWN,
+            str(checked[claim.id].verdict) if claim.id in checked else _NOT_CHECKED,
             claim.section,
             claim.statement,
             claim.stated,
@@ -47,7 +47,7 @@ def claim_rows(
     ]
 
 
-def claim_words(claim: Claim, checked: CheckedClaim | None) -> str:
+def claim_text(claim: Claim, checked: CheckedClaim | None) -> str:
     """A claim in a few lines: stated value, computed value, verdict, reason."""
     lines = [claim.statement, f"stated: {claim.stated}"]
     if checked is not None:

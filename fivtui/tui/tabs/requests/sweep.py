@@ -1,4 +1,4 @@
-"""The input of the sweep tab, its computation, and points of its charts. Imports no Textual."""
+"""The parser of the sweep tab's input, its computation, and points. Imports no Textual."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
@@ -8,12 +8,7 @@ from fivtui.charts import NearestPoint
 from fivtui.model import ALL_PARAMETERS, InputError, System
 from fivtui.scene import Scene
 from fivtui.transient import START_SPECS, resolve_start
-from fivtui.tui.session import (
-    FIELDS,
-    base_scene,
-    check_drawable,
-    replace_symbols,
-)
+from fivtui.tui.session import FIELDS, base_scene, check_drawable, replace_symbols
 
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
@@ -22,14 +17,14 @@ EXAMPLE: Final = "F=10:120:56"
 # Larger sweeps need a confirmation; the largest still fit into memory.
 CONFIRMED_FROM: Final = 10_000
 _LIMIT: Final = 10_000_000
-# Minimum members per part, by which the chart grows, and maximum number of parts.
-_PIECE: Final = 16
-_PARTS: Final = 500
+# The chart displays a sweep in parts: minimum members of a part, maximum number of parts.
+_MIN_PART_SIZE: Final = 16
+_MAX_PARTS: Final = 500
 _OUTPUTS: Final = ("y_abs", "y_half_range")
 
 
 def sweep_request(scene: Scene, text: str) -> "Study":
-    """Parse one or two ``--vary`` ranges, or the name of a sweep; covers both separation cases."""
+    """The sweep, in both cases of separation, of one or two ranges or the name of a sweep."""
     from fivtui.sweeps import SWEEP_PRESETS, parse_design, scene_study
 
     preset = SWEEP_PRESETS.get(text.strip())
@@ -41,7 +36,7 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     for name in design.axes:
         if name not in ALL_PARAMETERS:
             raise InputError(f"{name}: must be a parameter: {', '.join(ALL_PARAMETERS)}")
-    # The greatest ẋ shows which belts are always faster than the slider.
+    # The greatest ẋ separates belts that are always faster than the slider.
     speed_output = ("vx_max",) if "v_belt" in design.axes else ()
     study = scene_study(scene, design, cases=(True, False), outputs=(*_OUTPUTS, *speed_output))
     check_drawable(study)
@@ -57,24 +52,24 @@ def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["
     from fivtui.sweeps import compute_rows
 
     members = study.members
-    piece = max(_PIECE, members // _PARTS)
-    for start in range(0, members, piece):
-        stop = min(start + piece, members)
+    part_size = max(_MIN_PART_SIZE, members // _MAX_PARTS)
+    for start in range(0, members, part_size):
+        stop = min(start + part_size, members)
 
-        def within(fraction: float, start: int = start, stop: int = stop) -> bool:
+        def part_progress(fraction: float, start: int = start, stop: int = stop) -> bool:
             return progress((start + fraction * (stop - start)) / members)
 
-        yield compute_rows(study, start, stop, within)
+        yield compute_rows(study, start, stop, part_progress)
 
 
-def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
+def partial_sweep(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
     """A sweep of the rows computed so far."""
     from fivtui.sweeps import Sweep, concatenate
 
     return Sweep(study, concatenate(list(parts)))
 
 
-def case_of(study: "Study", point: NearestPoint, case: bool) -> bool:
+def point_case(study: "Study", point: NearestPoint, case: bool) -> bool:
     """Whether separation is considered at a point of a sweep's chart."""
     from fivtui.sweeps import sweep_curves
 
@@ -88,10 +83,10 @@ def point_scene(study: "Study", point: NearestPoint, case: bool) -> Scene:
     values = dict(zip(study.design.axes, (point.x, point.y), strict=False))
     parameters = {name: value for name, value in values.items() if name in ALL_PARAMETERS}
     p, start = study.parameters.with_values(parameters), study.start
-    moved = {name: value for name, value in values.items() if name not in ALL_PARAMETERS}
-    if moved:
-        state = dict(zip(START_SPECS, resolve_start(System(p, case), start), strict=True))
-        start = tuple((state | moved).values())
+    start_values = {name: value for name, value in values.items() if name not in ALL_PARAMETERS}
+    if start_values:
+        start_state = dict(zip(START_SPECS, resolve_start(System(p, case), start), strict=True))
+        start = tuple((start_state | start_values).values())
     return dataclasses.replace(
         base_scene(), parameters=p, separation=case, start=start, t_end=study.t_end, tol=study.tol
     )
@@ -102,13 +97,13 @@ def point_texts(scene: Scene) -> dict[str, str]:
     return {name: field.text_of(scene) for name, field in FIELDS.items()}
 
 
-def count_words(result: "Sweep") -> str:
+def count_text(result: "Sweep") -> str:
     """Number of members, and why some failed."""
-    rows = result.table
-    text = f"{len(rows.reasons)} transients"
-    if len(rows.reasons) < result.study.members:
-        text = f"{len(rows.reasons)} of {result.study.members} transients"
-    if rows.failed:
-        reason = next(reason for reason in rows.reasons if reason)
-        text += f", {rows.failed} failed: {reason}"
+    table = result.table
+    text = f"{len(table.reasons)} transients"
+    if len(table.reasons) < result.study.members:
+        text = f"{len(table.reasons)} of {result.study.members} transients"
+    if table.failed:
+        reason = next(reason for reason in table.reasons if reason)
+        text += f", {table.failed} failed: {reason}"
     return text

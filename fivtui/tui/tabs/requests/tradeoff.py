@@ -10,7 +10,7 @@ from fivtui.tradeoffs import MeasuredSetting, Setting, cheapest, pareto
 if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
 
-# Settings closer than this, in decades, count as equal.
+# Settings whose values differ by fewer decades count as equal.
 _NEAR: Final = 0.3
 
 TITLES: Final[Mapping[str, str]] = {
@@ -22,8 +22,8 @@ TITLES: Final[Mapping[str, str]] = {
 COLUMNS: Final = ("method", "setting", "error", "CPU ms", "remark", "steps", "sep.")
 
 
-def columns_of(result: "Tradeoff") -> tuple[str, ...]:
-    """Headings of the table of a trade-off."""
+def table_columns(result: "Tradeoff") -> tuple[str, ...]:
+    """Column headings for the table of a trade-off."""
     on_belt = result.scene.parameters.v_belt is not None
     return (*COLUMNS, "sticks") if on_belt else COLUMNS
 
@@ -31,7 +31,7 @@ def columns_of(result: "Tradeoff") -> tuple[str, ...]:
 def table_rows(
     result: "Tradeoff", quantity: str, present: MeasuredSetting | None
 ) -> list[tuple[str, ...]]:
-    """All settings as rows of `columns_of`."""
+    """All settings as rows with the columns `table_columns`; `present` is marked."""
     best = pareto(result.rows, quantity, result.floor.of(quantity))
     rows: list[tuple[str, ...]] = []
     counts = 2 if result.scene.parameters.v_belt is not None else 1
@@ -39,13 +39,13 @@ def table_rows(
         remarks = ["best"] if row in best else []
         if row is present:
             remarks.append("now")
-        head, cpu_ms = (row.setting.label, row.setting.text), f"{1e3 * row.cpu_s:.3g}"
+        names, cpu_ms = (row.setting.label, row.setting.text), f"{1e3 * row.cpu_s:.3g}"
         if row.error is None:
-            rows.append((*head, "failed", cpu_ms, row.failure, *[""] * (1 + counts)))
+            rows.append((*names, "failed", cpu_ms, row.failure, *[""] * (1 + counts)))
             continue
         error = f"{row.error.of(quantity):.1e}"
-        off = [f"{n:+d}" if n else "0" for n in (row.error.separations, row.error.sticks)]
-        rows.append((*head, error, cpu_ms, " ".join(remarks), str(row.steps), *off[:counts]))
+        errors = [f"{n:+d}" if n else "0" for n in (row.error.separations, row.error.sticks)]
+        rows.append((*names, error, cpu_ms, " ".join(remarks), str(row.steps), *errors[:counts]))
     return rows
 
 
@@ -65,24 +65,24 @@ def present_row(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
     ]
     if not rows:
         return None
-    target = _knob(rows[0].setting, scene)
+    target = _set_value(rows[0].setting, scene)
     if target is None:
         return None
     return min(rows, key=lambda row: abs(math.log(row.setting.value / target)))
 
 
-def _knob(setting: Setting, scene: Scene) -> float | None:
+def _set_value(setting: Setting, scene: Scene) -> float | None:
     return scene.tol if setting.knob == "tol" else scene.step
 
 
-def present_words(
+def present_text(
     result: "Tradeoff", scene: Scene, quantity: str, present: MeasuredSetting | None
 ) -> str:
-    """Error and time of a scene's setting, and a cheaper setting of the same accuracy."""
+    """Error and time of a scene's setting, and the cheapest setting that is as accurate."""
     if scene.accuracy:
         targets = dict(scene.accuracy)
         parts = [
-            f"{name} to {error:g}: {_words(cheapest(result.rows, name, error), name)}"
+            f"{name} to {error:g}: {_row_text(cheapest(result.rows, name, error), name)}"
             for name, error in targets.items()
         ]
         return "; ".join(parts)
@@ -91,18 +91,18 @@ def present_words(
             return f"{scene.method} with its default step: enter a step to see its error"
         return f"{scene.method} was not measured"
     error = present.error.of(quantity)
-    target = _knob(present.setting, scene)
+    target = _set_value(present.setting, scene)
     is_same = target is not None and abs(math.log10(present.setting.value / target)) < _NEAR
-    text = f"{'now' if is_same else 'nearest to now:'} {_words(present, quantity)}"
+    text = f"{'now' if is_same else 'nearest to now:'} {_row_text(present, quantity)}"
     # Errors below the reference's uncertainty count as equal.
     better = cheapest(result.rows, quantity, max(error, result.floor.of(quantity)))
     if better is None or better.setting == present.setting or better.cpu_s >= present.cpu_s:
         return f"{text}; no measured setting is as accurate in less time"
     ratio = present.cpu_s / better.cpu_s
-    return f"{text}; as accurate, {ratio:.2g} times faster: {_words(better, quantity)}"
+    return f"{text}; as accurate, {ratio:.2g} times faster: {_row_text(better, quantity)}"
 
 
-def _words(row: MeasuredSetting | None, quantity: str) -> str:
+def _row_text(row: MeasuredSetting | None, quantity: str) -> str:
     if row is None or row.error is None:
         return "no setting measured"
     setting = row.setting

@@ -1,4 +1,4 @@
-"""The input and the table of the uncertainty tab. Imports no Textual."""
+"""The parser of the uncertainty tab's input, and the rows of its table. Imports no Textual."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
@@ -22,11 +22,11 @@ TITLES: Final = {
 }
 COLUMNS: Final = ("of", "input", "alone", "with others", "if linear", "0 … 1")
 SAMPLES: Final = 4096
-_BAR: Final = 12
+_BAR_LENGTH: Final = 12
 
 
 def uncertainty_request(scene: Scene, text: str) -> "Study":
-    """The study of a scene where inputs scatter, such as ``μ~uniform:0.2:0.8 F~normal:80:8``."""
+    """The study of a scene with distributions such as ``μ~uniform:0.2:0.8 F~normal:80:8``."""
     from fivtui.reliability import parse_inputs, scattered_study
 
     inputs = parse_inputs(replace_symbols(text).split())
@@ -37,15 +37,15 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
         raise InputError(f"{error}{key}") from None
 
 
-def truncation_words(result: "Uncertainty") -> str:
-    """A note that distributions of a study are truncated; empty if none is."""
+def truncation_note(result: "Uncertainty") -> str:
+    """A note on truncated distributions of a study; empty if there are none."""
     from fivtui.reliability import truncation_warnings
 
     return ", truncated at bounds" if truncation_warnings(result.study) else ""
 
 
 def index_remark(result: "Uncertainty") -> str:
-    """Why Sobol indices of the table are above 1 or below 0; empty if none is."""
+    """A note on Sobol indices above 1 or below 0; empty if there are none."""
     from fivtui.reliability import excess_remark
 
     cells = (cell for row in index_rows(result) for cell in row[2:4])
@@ -54,12 +54,12 @@ def index_remark(result: "Uncertainty") -> str:
 
 
 def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
-    """Sobol indices as rows of `COLUMNS`, by falling total index, with shares to first order."""
+    """Sobol indices by decreasing total index as rows of `COLUMNS`, with linearised shares."""
     from fivtui.reliability import quantity_name
 
     rows = []
     for name, indices in result.indices.items():
-        local = result.local.get(name, {})
+        linear_indices = result.local.get(name, {})
         ranked = sorted(indices.items(), key=lambda item: -item[1].total.value)
         for rank, (key, index) in enumerate(ranked):
             rows.append((
@@ -67,13 +67,13 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
                 symbol_of(key),
                 f"{index.first.value:z.2f} ± {index.first.error:.2f}",
                 f"{index.total.value:z.2f} ± {index.total.error:.2f}",
-                "" if key not in local else f"{local[key].share:.2f}",
+                "" if key not in linear_indices else f"{linear_indices[key].share:.2f}",
                 bar(index.first.value, index.total.value),
             ))  # fmt: skip
     return rows
 
 
 def bar(first: float, total: float) -> str:
-    """A bar from 0 to 1: full up to the first index, light up to the total one."""
-    full, light = (round(_BAR * min(max(share, 0.0), 1.0)) for share in (first, total))
+    """A bar from 0 to 1, dark up to the first-order index, light up to the total index."""
+    full, light = (round(_BAR_LENGTH * min(max(share, 0.0), 1.0)) for share in (first, total))
     return "█" * full + "░" * max(light - full, 0)

@@ -1,4 +1,4 @@
-"""The branches tab: limit cycles along a parameter, stable or not."""
+"""The branches tab: stable and unstable limit cycles along a parameter."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -21,9 +21,9 @@ from fivtui.tui.tabs.requests.sweep import point_texts
 from .study_pane import StudyPane
 
 EXAMPLE: Final = "μ=0.2:1"
-# Simulated periods of an orbit.
-_PERIODS: Final = 20
-_FROM: Final = "from"
+# Duration of the run of a limit cycle, in its periods.
+_PERIODS_PER_RUN: Final = 20
+_ORIGIN_SETTING: Final = "from"
 Origin = Literal["hopf", "cycle"]
 _ORIGINS: Final[Mapping[Origin, str]] = {"hopf": "from the Hopf point", "cycle": "from a cycle"}
 _Request = tuple[Scene, Origin, str, tuple[float, float] | None]
@@ -37,7 +37,7 @@ class BranchesPane(StudyPane):
     HINT: ClassVar[str] = "F10: follow, Enter: run an orbit"
     INPUT: ClassVar[str] = "along"
     EXAMPLE: ClassVar[str] = EXAMPLE
-    FORM: ClassVar[str] = "NAME=LOW:HIGH or NAME"
+    INPUT_FORMAT: ClassVar[str] = "NAME=LOW:HIGH or NAME"
     VIEWS: ClassVar[Mapping[str, str]] = {"branch": "Branch"}
 
     def compose_bar(self) -> ComposeResult:
@@ -53,17 +53,17 @@ class BranchesPane(StudyPane):
 
     @property
     def _origin(self) -> Origin:
-        return "cycle" if self.setting(_FROM, "") == "cycle" else "hopf"
+        return "cycle" if self.stored_setting(_ORIGIN_SETTING, "") == "cycle" else "hopf"
 
     @on(Button.Pressed, "#branch-from")
-    def _turned(self, event: Button.Pressed) -> None:
+    def _switch_origin(self, event: Button.Pressed) -> None:
         event.stop()
-        self.keep(_FROM, "hopf" if self._origin == "cycle" else "cycle")
+        self.store_setting(_ORIGIN_SETTING, "hopf" if self._origin == "cycle" else "cycle")
         event.button.label = _ORIGINS[self._origin]
         event.button.refresh(layout=True)
 
     def parse(self, scene: Scene, text: str) -> _Request:
-        """The scene, the start of the branch, its parameter and range."""
+        """The scene; the origin of the branch, its parameter and its range."""
         return scene, self._origin, *parse_branch(text)
 
     def compute(self, request: _Request, job: Job) -> CycleBranch:
@@ -94,7 +94,7 @@ class BranchesPane(StudyPane):
         value = None if p is None else p.as_dict().get(result.name)
         self.query_one(ChartView).show(branch_chart(result, value))
 
-    def point_of(self, result: CycleBranch, point: NearestPoint) -> tuple[dict[str, str], str]:
+    def read_point(self, result: CycleBranch, point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of the nearest limit cycle."""
         cycle = nearest_cycle(result, point.x, point.y)
         kind = "stable" if cycle.stable else "unstable"
@@ -108,12 +108,12 @@ class BranchesPane(StudyPane):
         )
 
     def command_request(self) -> Any:
-        """The displayed result: only results have a command."""
-        return self.required().value
+        """The displayed result; without result there is no command."""
+        return self.required_result().value
 
 
 def parse_branch(text: str) -> tuple[str, tuple[float, float] | None]:
-    """The parameter and its range in text such as ``μ=0.2:1``; the range may be missing."""
+    """Parse a parameter and its range, such as ``μ=0.2:1``; None if the range is missing."""
     return parse_ends(replace_symbols(text), EXAMPLE)
 
 
@@ -121,9 +121,9 @@ def nearest_cycle(result: CycleBranch, x: float, y: float) -> CyclePoint:
     """The limit cycle that is nearest to a point of the chart."""
     values = np.array([point.value for point in result.points])
     heights = np.array([point.half_range for point in result.points])
-    sizes = branch_extents(result)
-    away = np.hypot((values - x) / sizes[0], (heights - y) / sizes[1])
-    return result.points[int(away.argmin())]
+    extents = branch_extents(result)
+    distances = np.hypot((values - x) / extents[0], (heights - y) / extents[1])
+    return result.points[int(distances.argmin())]
 
 
 def orbit_scene(result: CycleBranch, point: CyclePoint) -> Scene:
@@ -133,5 +133,5 @@ def orbit_scene(result: CycleBranch, point: CyclePoint) -> Scene:
         parameters=result.parameters.with_values({result.name: point.value}),
         separation=result.separation,
         start=point.start,
-        t_end=float(f"{_PERIODS * point.period:.6g}"),
+        t_end=float(f"{_PERIODS_PER_RUN * point.period:.6g}"),
     )

@@ -21,9 +21,9 @@ from fivtui.tui.tabs.requests.map import (
     WITHOUT_MU,
     FloatArray,
     map_request,
+    mapped_values,
+    point_text,
     point_texts,
-    point_words,
-    values_in,
 )
 
 from .study_pane import StudyPane
@@ -32,22 +32,22 @@ if TYPE_CHECKING:
     from fivtui.maps import StabilityMap
     from fivtui.ranges import NamedRange
 
-# Settings that store the ranges of maps, and of maps of values that do not depend on μ.
-_OVER: Final = "over"
-_OVER_OTHERS: Final = "over-others"
-# Delay of the map after the last edit, s.
-_PAUSE: Final = 0.1
-# Maximum values per axis of a map of safe friction, which takes milliseconds per point.
+# Keys of the stored ranges of maps, and of maps of values that do not depend on μ.
+_RANGES_SETTING: Final = "over"
+_RANGES_WITHOUT_MU: Final = "over-others"
+# Delay between the last edit and the computation of the map, s.
+_MAP_DELAY: Final = 0.1
+# Maximum values per axis of a map of safe friction: a point takes milliseconds.
 _MAX_AXIS_VALUES: Final = 41
 
 
-def thinned(values: FloatArray) -> FloatArray:
-    """Thin values to at most `_MAX_AXIS_VALUES`."""
+def thin_values(values: FloatArray) -> FloatArray:
+    """Select at most `_MAX_AXIS_VALUES` of the values, evenly."""
     if values.size <= _MAX_AXIS_VALUES:
         return values
-    chosen = np.linspace(0, values.size - 1, _MAX_AXIS_VALUES).round().astype(int)
-    thin: FloatArray = values[chosen]
-    return thin
+    indices = np.linspace(0, values.size - 1, _MAX_AXIS_VALUES).round().astype(int)
+    thin_array: FloatArray = values[indices]
+    return thin_array
 
 
 class MapPane(StudyPane):
@@ -57,8 +57,8 @@ class MapPane(StudyPane):
     VERB: ClassVar[str] = "Map"
     INPUT: ClassVar[str] = "over"
     EXAMPLE: ClassVar[str] = EXAMPLE
-    FORM: ClassVar[str] = "NAME=START:STOP:COUNT, two of them"
-    CHOICE: ClassVar[str] = "value"
+    INPUT_FORMAT: ClassVar[str] = "NAME=START:STOP:COUNT, two of them"
+    CHOICE_SETTING: ClassVar[str] = "value"
     CHOICES: ClassVar[Mapping[str, str]] = VALUES
     VIEWS: ClassVar[Mapping[str, str]] = {"map-view": "Map"}
 
@@ -66,7 +66,7 @@ class MapPane(StudyPane):
         super().__init__(session)
         # Not stored with the session, because it is recomputed quickly.
         self._computed: DisplayedStudy[StabilityMap] | None = None
-        self._key: object = None
+        self._map_key: object = None
 
     def compose_bar(self) -> ComposeResult:
         """The mapped value and the two ranges."""
@@ -82,22 +82,22 @@ class MapPane(StudyPane):
 
     @property
     def input_setting(self) -> str:
-        """Values that do not depend on μ have separate ranges."""
-        return _OVER_OTHERS if self.chosen in WITHOUT_MU else _OVER
+        """The key of the stored ranges; maps of values that do not depend on μ have their own."""
+        return _RANGES_WITHOUT_MU if self.choice in WITHOUT_MU else _RANGES_SETTING
 
     @property
     def initial_text(self) -> str:
-        """The stored ranges for the mapped value, or else those of other maps if valid."""
-        usual = self.setting(_OVER, EXAMPLE)
+        """The stored ranges for the mapped value, or else valid ranges of maps over μ."""
+        usual = self.stored_setting(_RANGES_SETTING, EXAMPLE)
         try:
-            map_request(usual, self.chosen)
+            map_request(usual, self.choice)
         except InputError:
-            usual = EXAMPLE_WITHOUT_MU if self.chosen in WITHOUT_MU else usual
-        return self.setting(self.input_setting, usual)
+            usual = EXAMPLE_WITHOUT_MU if self.choice in WITHOUT_MU else usual
+        return self.stored_setting(self.input_setting, usual)
 
     def parse(self, scene: Scene, text: str) -> "tuple[NamedRange, NamedRange]":  # noqa: ARG002
         """The two ranges of the input."""
-        return map_request(text, self.chosen)
+        return map_request(text, self.choice)
 
     @property
     def displayed(self) -> "DisplayedStudy[StabilityMap] | None":
@@ -114,47 +114,47 @@ class MapPane(StudyPane):
         except InputError as error:
             self.show_status(str(error))
             return
-        if key != self._key:
-            self.after_pause(_PAUSE, self._again)
+        if key != self._map_key:
+            self.call_after_pause(_MAP_DELAY, self._recompute)
 
     @on(ChartView.LimitsChanged)
-    def _moved(self, event: ChartView.LimitsChanged) -> None:
-        # The visible part is computed again at full resolution.
+    def _limits_changed(self, event: ChartView.LimitsChanged) -> None:
+        # Compute the visible part again, at full resolution.
         event.stop()
         self.scene_changed()
 
-    def _again(self) -> None:
+    def _recompute(self) -> None:
         if self.NAME in self.session.studies:
             return
         try:
-            self.begin()
+            self.start_from_inputs()
         except InputError as error:
             self.show_status(str(error))
 
     def _edited_map(self) -> tuple[dict[str, FloatArray], object]:
-        # The mapped values of the visible part, and a key of all inputs of the map.
-        ranges = map_request(self.text, self.chosen)
+        # The values along both axes within the limits, and a key that identifies the map.
+        ranges = map_request(self.text, self.choice)
         p, view = self.session.parameters(), self.query_one(ChartView).view
         limits = (view.x, view.y)
-        over = {
-            named_range.name: values_in(named_range, axis)
+        axes = {
+            named_range.name: mapped_values(named_range, axis)
             for named_range, axis in zip(ranges, limits, strict=True)
         }
-        # The edited values of the mapped parameters do not matter.
-        fixed = tuple((name, value) for name, value in p.as_dict().items() if name not in over)
-        return over, (ranges, limits, fixed, self.chosen, self.session.separation)
+        # The map does not depend on the edited values of the mapped parameters.
+        fixed = tuple((name, value) for name, value in p.as_dict().items() if name not in axes)
+        return axes, (ranges, limits, fixed, self.choice, self.session.separation)
 
-    def begin(self) -> None:
+    def start_from_inputs(self) -> None:
         """Compute the map."""
-        over, self._key = self._edited_map()
-        p, value, separation = self.session.parameters(), self.chosen, self.session.separation
+        axes, self._map_key = self._edited_map()
+        p, value, separation = (self.session.parameters(), self.choice, self.session.separation)
 
         def compute(job: Job) -> "StabilityMap":
             from fivtui.maps import SAFETY_VALUES, compute_map
 
-            thin = value in SAFETY_VALUES
-            chosen = {name: thinned(v) if thin else v for name, v in over.items()}
-            return compute_map(p, chosen, value, separation=separation, progress=job.report)
+            is_slow = value in SAFETY_VALUES
+            mapped = {name: thin_values(v) if is_slow else v for name, v in axes.items()}
+            return compute_map(p, mapped, value, separation=separation, progress=job.report)
 
         self.session.studies.pop(self.NAME, None)
         self.start(compute)
@@ -165,7 +165,7 @@ class MapPane(StudyPane):
         self.scene_changed()
 
     def result_status(self, displayed: "DisplayedStudy[StabilityMap]") -> str:
-        """Number of points, or the file of the map."""
+        """Number of points of the map, or the file from which it was read."""
         if displayed.source:
             return f"read from {displayed.source}; F10 maps the edited scene"
         return f"{displayed.value.values.size} points; Enter: run one"
@@ -183,25 +183,25 @@ class MapPane(StudyPane):
         """Stop the current map and map the typed ranges."""
         self.fit_axes()
         self.stop()
-        self.work()
+        self.toggle_computation()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Always enabled: the map has one view per value."""
+        """All actions are enabled: each value of the map counts as a view."""
         return True
 
-    def action_turn_view(self) -> None:
+    def action_next_view(self) -> None:
         """Map the next value."""
         names = list(VALUES)
-        self.choose(names[(names.index(self.chosen) + 1) % len(names)])
+        self.activate_choice(names[(names.index(self.choice) + 1) % len(names)])
 
-    def choose(self, name: str) -> None:
+    def activate_choice(self, name: str) -> None:
         """Change the mapped value."""
-        self.keep(self.CHOICE, name)
+        self.store_setting(self.CHOICE_SETTING, name)
         self.mark_choice(name)
-        over, ranges = self.query_one("#over", Input), self.initial_text
-        if over.value != ranges:
+        range_input, ranges = self.query_one("#over", Input), self.initial_text
+        if range_input.value != ranges:
             # The axis limits belong to different parameters.
-            over.value = ranges
+            range_input.value = ranges
             self.fit_axes()
         self.stop()
         self.check_input()
@@ -212,16 +212,16 @@ class MapPane(StudyPane):
             self._computed = None
             self.query_one(ChartView).show(None, empty_text=str(error))
             self.query_one("#scale", Static).update("")
-        self.work()
+        self.toggle_computation()
 
-    def point_of(self, result: "StabilityMap", point: NearestPoint) -> tuple[dict[str, str], str]:
+    def read_point(self, result: "StabilityMap", point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of a point of the map."""
-        return point_texts(result, point), point_words(result, point)
+        return point_texts(result, point), point_text(result, point)
 
     def heading(self, result: "StabilityMap") -> Heading:
         """The parameters that are not mapped."""
         return Heading([result.parameters], result.names, ignores_separation=not result.separation)
 
     def command_request(self) -> Any:
-        """The displayed result: only results have a command."""
-        return self.required().value
+        """The displayed result; without result there is no command."""
+        return self.required_result().value

@@ -1,4 +1,4 @@
-"""A pane that computes, shows, exports and opens results of a kind of study."""
+"""A pane that computes, displays and exports the results of one kind of study."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -16,41 +16,41 @@ from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.tui.chart import ChartView, TextInput
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_command
-from fivtui.tui.tabs.exports.export import Export, as_displayed, scene_study_export
+from fivtui.tui.tabs.exports.export import Export, replace_figure, scene_study_export
 from fivtui.tui.tabs.job_pane import JobBar, JobPane
 from fivtui.tui.tabs.messages import PointOpened
 
 
 class StudyPane(JobPane):
-    """A tab of a study, built from its kind in the registry, its input and its choices.
+    """The tab of a kind of study; a subclass defines input, choices, computation and charts.
 
-    Results may be computed, read from a file, or restored.
+    Results are computed, read from a file, or restored.
 
     Attributes
     ----------
     NAME : str
-        Kind of study, also identifier of the tab.
+        Kind of study in the registry, also identifier of the tab.
     INPUT, EXAMPLE : str
-        Identifier and initial text of the input; without example there is no input.
+        Identifier and initial text of the input; without `EXAMPLE` there is no input.
     FORM : str
         Format of the input, displayed while it has the focus.
     CHOICE : str
-        Setting that stores the active button.
+        Key of the setting that stores the active button.
     CHOICES : mapping of str to str
-        Identifiers and titles of these buttons.
+        Identifiers and titles of the buttons, of which one is active.
     """
 
     INPUT: ClassVar[str] = ""
     EXAMPLE: ClassVar[str] = ""
-    FORM: ClassVar[str] = ""
-    CHOICE: ClassVar[str] = ""
+    INPUT_FORMAT: ClassVar[str] = ""
+    CHOICE_SETTING: ClassVar[str] = ""
     CHOICES: ClassVar[Mapping[str, str]] = {}
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._typing = False
+        self._is_typing = False
         self._error = ""
-        self._prepared: DisplayedStudy[Any] | None = None
+        self._drawn_result: DisplayedStudy[Any] | None = None
 
     # The input
 
@@ -67,13 +67,13 @@ class StudyPane(JobPane):
 
     @property
     def input_setting(self) -> str:
-        """The setting that stores the text of the input."""
+        """Key of the setting that stores the text of the input."""
         return "vary"
 
     @property
     def initial_text(self) -> str:
         """The stored text of the input, or else the example."""
-        return self.setting(self.input_setting, self.EXAMPLE)
+        return self.stored_setting(self.input_setting, self.EXAMPLE)
 
     @property
     def text(self) -> str:
@@ -81,18 +81,18 @@ class StudyPane(JobPane):
         return self.query_one(".study-input", TextInput).value if self.EXAMPLE else ""
 
     def parse(self, scene: Scene, text: str) -> Any:  # noqa: ARG002
-        """The request of a scene and an input text; raises `InputError` if invalid."""
+        """The request for a scene and the text of the input; raises `InputError` if invalid."""
         return scene
 
     def request(self) -> Any:
-        """The request of the edited scene and the input; raises `InputError` if invalid."""
+        """The request for the edited scene and the input; raises `InputError` if invalid."""
         return self.parse(self.session.scene(), self.text)
 
     @on(Input.Changed, ".study-input")
     def _edited(self, event: Input.Changed) -> None:
         event.stop()
-        # The current value: that of the event may belong to an earlier setting.
-        self.keep(self.input_setting, event.input.value)
+        # Store the current value: the value of the event may belong to an earlier choice.
+        self.store_setting(self.input_setting, event.input.value)
         self.check_input()
 
     def check_input(self) -> None:
@@ -117,53 +117,53 @@ class StudyPane(JobPane):
     def submitted(self) -> None:
         """Start the job unless it is running; called for Enter in the input."""
         if self.job is None:
-            self.work()
+            self.toggle_computation()
 
     @on(DescendantFocus)
     @on(DescendantBlur)
-    def _show_form(self) -> None:
-        # Display the format or the status; the two events may come in any order.
+    def _show_format(self) -> None:
+        # Display the format of a focused input, else the status. Both events may come in any order.
         focused = self.screen.focused
-        self._typing = isinstance(focused, Input) and self in focused.ancestors
+        self._is_typing = isinstance(focused, Input) and self in focused.ancestors
         self.show_bar()
 
     def show_status(self, status: str) -> None:
         """Display a status in the bar while no job is running."""
-        self._typing = False
+        self._is_typing = False
         super().show_status(status)
 
     def show_bar(self) -> None:
-        """Display progress, or else an input error, the format of the input, or the status."""
-        text = self._error or (self.FORM if self._typing else self.status)
-        self.query_one(JobBar).show(self.job, text, wrong=bool(self._error))
+        """Display the progress of a job, an error of the input, its format, or the status."""
+        text = self._error or (self.INPUT_FORMAT if self._is_typing else self.status)
+        self.query_one(JobBar).show(self.job, text, is_error=bool(self._error))
 
     # The choices
 
     @property
-    def chosen(self) -> str:
+    def choice(self) -> str:
         """Identifier of the active choice."""
-        stored = self.setting(self.CHOICE, "")
+        stored = self.stored_setting(self.CHOICE_SETTING, "")
         return stored if stored in self.CHOICES else next(iter(self.CHOICES))
 
     def compose_choices(self) -> ComposeResult:
         """A button for every choice."""
         for name, title in self.CHOICES.items():
-            classes = "choice -active" if name == self.chosen else "choice"
-            yield Button(title, id=f"{self.CHOICE}-{name}", classes=classes, compact=True)
+            classes = "choice -active" if name == self.choice else "choice"
+            yield Button(title, id=f"{self.CHOICE_SETTING}-{name}", classes=classes, compact=True)
 
     def mark_choice(self, name: str) -> None:
         """Mark a choice as the active one."""
         for button in self.query(".choice"):
-            button.set_class(button.id == f"{self.CHOICE}-{name}", "-active")
+            button.set_class(button.id == f"{self.CHOICE_SETTING}-{name}", "-active")
 
     @on(Button.Pressed, ".choice")
-    def _chosen(self, event: Button.Pressed) -> None:
+    def _choice_pressed(self, event: Button.Pressed) -> None:
         event.stop()
-        self.choose(str(event.button.id).removeprefix(f"{self.CHOICE}-"))
+        self.activate_choice(str(event.button.id).removeprefix(f"{self.CHOICE_SETTING}-"))
 
-    def choose(self, name: str) -> None:
+    def activate_choice(self, name: str) -> None:
         """Make a choice the active one."""
-        self.keep(self.CHOICE, name)
+        self.store_setting(self.CHOICE_SETTING, name)
         self.mark_choice(name)
         self.draw()
 
@@ -182,7 +182,7 @@ class StudyPane(JobPane):
         except InputError:
             return None
 
-    def begin(self) -> None:
+    def start_from_inputs(self) -> None:
         """Compute the study of the edited scene."""
         self.start(partial(self.compute, self.request()))
         if self.EXAMPLE:
@@ -193,12 +193,12 @@ class StudyPane(JobPane):
         raise NotImplementedError
 
     def fit_axes(self) -> None:
-        """Drop the limits of the axes, which were chosen for a different result."""
+        """Fit the axes to the new result: the limits were chosen for an earlier one."""
         for chart in self.query(ChartView):
             chart.view.reset()
 
     def reset_charts(self) -> None:
-        """Drop limits and hidden traces, after a result was read."""
+        """Fit the axes and show all traces, after a result was read."""
         self.fit_axes()
         for chart in self.query(ChartView):
             chart.view.hidden.clear()
@@ -225,8 +225,8 @@ class StudyPane(JobPane):
             for chart in self.query(ChartView):
                 chart.show(None)
             return
-        if displayed is not self._prepared:
-            self._prepared = displayed
+        if displayed is not self._drawn_result:
+            self._drawn_result = displayed
             if displayed.source:
                 self.stop()
         self.draw_result(displayed.value)
@@ -245,10 +245,10 @@ class StudyPane(JobPane):
     def _opened(self, event: ChartView.Opened) -> None:
         displayed = self.displayed
         if displayed is not None:
-            texts, description = self.point_of(displayed.value, event.point)
+            texts, description = self.read_point(displayed.value, event.point)
             self.post_message(PointOpened(texts, f"opened {description}"))
 
-    def point_of(self, result: Any, point: NearestPoint) -> tuple[dict[str, str], str]:
+    def read_point(self, result: Any, point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of a point of the chart, and a description of the point."""
         raise NotImplementedError
 
@@ -256,29 +256,29 @@ class StudyPane(JobPane):
         """The heading of an exported figure."""
         raise NotImplementedError
 
-    def required(self) -> DisplayedStudy[Any]:
+    def required_result(self) -> DisplayedStudy[Any]:
         """The displayed result; raises `InputError` if there is none."""
         if self.displayed is None:
             raise InputError(f"no {study(self.NAME).data} to export yet: press F10")
         return self.displayed
 
     def export(self, kind: str) -> Export:
-        """The result; its figure as displayed, or the full figure if a table is displayed."""
-        displayed = self.required()
+        """Figure or data of the result; the figure is the displayed charts, if there are any."""
+        displayed = self.required_result()
         name = displayed.name or self.session.name
         export = scene_study_export(kind, self.NAME, displayed.value, name)
-        return as_displayed(export, self.visible_charts(), self.heading(displayed.value))
+        return replace_figure(export, self.visible_charts(), self.heading(displayed.value))
 
     def command_line(self) -> str:
-        """The command for the displayed result, or else for the edited scene."""
+        """The command that computes the displayed result; without result, the edited scene."""
         displayed = self.displayed
-        of = self.command_request() if displayed is None else self.request_of(displayed.value)
-        return study_command(self.NAME, of, self.session.origin)
+        request = self.command_request() if displayed is None else self.request_for(displayed.value)
+        return study_command(self.NAME, request, self.session.origin)
 
     def command_request(self) -> Any:
-        """The request for the command line if there is no result."""
+        """The request for the command line without a result."""
         return self.request()
 
-    def request_of(self, result: Any) -> Any:
-        """The request for the command line of a result."""
+    def request_for(self, result: Any) -> Any:
+        """The request for the command line that computes a result."""
         return result

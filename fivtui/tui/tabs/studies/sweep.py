@@ -17,11 +17,11 @@ from fivtui.tui.tabs.messages import Reported
 from fivtui.tui.tabs.requests.sweep import (
     CONFIRMED_FROM,
     EXAMPLE,
-    case_of,
-    count_words,
+    count_text,
+    partial_sweep,
+    point_case,
     point_scene,
     point_texts,
-    sweep_of,
     sweep_parts,
     sweep_request,
 )
@@ -31,7 +31,7 @@ from .study_pane import StudyPane
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
 
-_PARTIAL: Final = "the sweep is incomplete and cannot be exported: F10 computes it again"
+_INCOMPLETE: Final = "the sweep is incomplete and cannot be exported: F10 computes it again"
 
 
 class SweepPane(StudyPane):
@@ -42,13 +42,13 @@ class SweepPane(StudyPane):
     HINT: ClassVar[str] = "F10: compute, Enter: run a point"
     INPUT: ClassVar[str] = "vary"
     EXAMPLE: ClassVar[str] = EXAMPLE
-    FORM: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C, or peak-over-belt-speed"
+    INPUT_FORMAT: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C, or peak-over-belt-speed"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        # A large sweep that a second F10 starts.
-        self._unconfirmed: Study | None = None
+        # The large sweep that F10 starts if it is pressed again.
+        self._unconfirmed_study: Study | None = None
 
     def compose_bar(self) -> ComposeResult:
         """The swept ranges."""
@@ -64,39 +64,39 @@ class SweepPane(StudyPane):
         """The sweep of a scene over the ranges of the input."""
         return sweep_request(scene, text)
 
-    def begin(self) -> None:
-        """Sweep the edited scene; a large sweep needs a second request."""
+    def start_from_inputs(self) -> None:
+        """Sweep the edited scene; a large sweep starts if F10 is pressed again."""
         study: Study = self.request()
-        unconfirmed, self._unconfirmed = self._unconfirmed, study
+        unconfirmed, self._unconfirmed_study = self._unconfirmed_study, study
         if study.members > CONFIRMED_FROM and study != unconfirmed:
             text = f"{study.members} runs: F10 again computes them"
             self.show_status(text)
             self.post_message(Reported(text))
             return
-        self._unconfirmed = None
+        self._unconfirmed_study = None
         self.session.studies.pop(self.NAME, None)
-        super().begin()
+        super().start_from_inputs()
 
     def compute(self, request: "Study", job: Job) -> "Sweep":
-        """Compute a sweep, and display its parts."""
+        """Compute a sweep in parts, and display each part."""
         parts: list[Rows] = []
         for rows in sweep_parts(request, job.report):
             parts.append(rows)
-            self.call_later(self._show_part, job, sweep_of(request, parts))
-        return sweep_of(request, parts)
+            self.call_later(self._show_part, job, partial_sweep(request, parts))
+        return partial_sweep(request, parts)
 
     def _show_part(self, job: Job, result: "Sweep") -> None:
         if job is self.job:
             self.session.studies[self.NAME] = DisplayedStudy(result, self.session.name)
 
-    def progressed(self) -> None:
+    def show_progress(self) -> None:
         """Display the members computed so far."""
         self.draw()
 
     def result_status(self, displayed: "DisplayedStudy[Sweep]") -> str:
-        """Number of members, and the scale of the shades."""
+        """Number of members, and the values of the shades."""
         source = f", read from {displayed.source}" if displayed.source else ""
-        text = f"{count_words(displayed.value)}{source}"
+        text = f"{count_text(displayed.value)}{source}"
         chart = self.query_one(ChartView).chart
         if chart is None or chart.backdrop is None:
             return text
@@ -116,9 +116,9 @@ class SweepPane(StudyPane):
             chart = grid_chart(result, self.session.separation, point)
         self.query_one(ChartView).show(chart)
 
-    def point_of(self, result: "Sweep", point: NearestPoint) -> tuple[dict[str, str], str]:
+    def read_point(self, result: "Sweep", point: NearestPoint) -> tuple[dict[str, str], str]:
         """Field texts of a member."""
-        case = case_of(result.study, point, self.session.separation)
+        case = point_case(result.study, point, self.session.separation)
         texts = point_texts(point_scene(result.study, point, case))
         values = zip(result.study.design.axes, (point.x, point.y), strict=False)
         text = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
@@ -134,9 +134,9 @@ class SweepPane(StudyPane):
         if displayed is not None:
             result: Sweep = displayed.value
             if len(result.table.reasons) < result.study.members:
-                raise InputError(_PARTIAL)
+                raise InputError(_INCOMPLETE)
         return super().export(kind)
 
-    def request_of(self, result: "Sweep") -> "Study":
+    def request_for(self, result: "Sweep") -> "Study":
         """The study of a sweep."""
         return result.study

@@ -15,9 +15,9 @@ from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job
 from fivtui.tui.tabs.requests.tradeoff import (
     TITLES,
-    columns_of,
     present_row,
-    present_words,
+    present_text,
+    table_columns,
     table_rows,
 )
 from fivtui.tui.tabs.tables import ListTable
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class _Settings(ListTable[str]):
-    wrapped, dropped = "method", ("sep.", "steps", "remark")
+    wrapped, optional = "method", ("sep.", "steps", "remark")
 
 
 class TradeoffPane(StudyPane):
@@ -38,7 +38,7 @@ class TradeoffPane(StudyPane):
     NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
     HINT: ClassVar[str] = "F10: measure (about 7 s)"
-    CHOICE: ClassVar[str] = "quantity"
+    CHOICE_SETTING: ClassVar[str] = "quantity"
     CHOICES: ClassVar[Mapping[str, str]] = TITLES
     VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
     LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
@@ -62,12 +62,12 @@ class TradeoffPane(StudyPane):
         return measure_tradeoff(request, progress=job.report)
 
     def result_status(self, displayed: "DisplayedStudy[Tradeoff]") -> str:
-        """Whether the measurement is of the edited scene, and how many rows it has."""
+        """Whether the edited scene was measured, and the number of rows."""
         scene = self._scene()
-        outdated = scene is None or _physics(scene) != _physics(displayed.value.scene)
-        text = "the scene has changed since" if outdated else "this scene, this machine"
+        changed = scene is None or _problem(scene) != _problem(displayed.value.scene)
+        text = "the scene has changed since" if changed else "this scene, this machine"
         if displayed.source:
-            text = f"{'another' if outdated else 'this'} scene, read from {displayed.source}"
+            text = f"{'another' if changed else 'this'} scene, read from {displayed.source}"
         return f"{text}, {len(displayed.value.rows)} rows"
 
     def _scene(self) -> Scene | None:
@@ -78,27 +78,27 @@ class TradeoffPane(StudyPane):
 
     def draw_result(self, result: "Tradeoff") -> None:
         """Draw the current view, with error and time of the edited setting."""
-        scene, quantity = self._scene(), self.chosen
+        scene, quantity = self._scene(), self.choice
         present = None if scene is None else present_row(result, scene)
         if self.view == "errors":
             chart = tradeoff_chart(result, quantity, present)
             self.query_one("#errors-chart", ChartView).show(chart)
-            text = "" if scene is None else present_words(result, scene, quantity, present)
+            text = "" if scene is None else present_text(result, scene, quantity, present)
             self.query_one("#present", Static).update(text)
         else:
             rows = table_rows(result, quantity, present)
             table: ListTable[str] = self.query_one("#settings", ListTable)
-            table.fill(columns_of(result), {str(index): row for index, row in enumerate(rows)})
+            table.fill(table_columns(result), {str(index): row for index, row in enumerate(rows)})
 
     def heading(self, result: "Tradeoff") -> Heading:
         """The parameters of the scene."""
         return Heading([result.scene.parameters], ignores_separation=not result.scene.separation)
 
-    def request_of(self, result: "Tradeoff") -> Scene:
+    def request_for(self, result: "Tradeoff") -> Scene:
         """The scene of a measurement."""
         return result.scene
 
 
-def _physics(scene: Scene) -> tuple[object, ...]:
-    # A measurement does not depend on method and accuracy.
+def _problem(scene: Scene) -> tuple[object, ...]:
+    # The inputs of a measurement; method and accuracy of the scene do not count.
     return scene.parameters, scene.separation, scene.start, scene.t_end

@@ -1,4 +1,4 @@
-"""The uncertainty tab: probability of squeal with scattered parameters, and its drivers."""
+"""The uncertainty tab: probability of squeal with scattered parameters; Sobol indices."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
@@ -17,7 +17,7 @@ from fivtui.tui.tabs.requests.uncertainty import (
     TITLES,
     index_remark,
     index_rows,
-    truncation_words,
+    truncation_note,
     uncertainty_request,
 )
 from fivtui.tui.tabs.tables import ListTable
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 class _IndexTable(ListTable[str]):
     wrapped = COLUMNS[0]
-    dropped = ("if linear", "0 … 1")
+    optional = ("if linear", "0 … 1")
 
 
 class UncertaintyPane(StudyPane):
@@ -42,8 +42,8 @@ class UncertaintyPane(StudyPane):
     HINT: ClassVar[str] = "F10: compute"
     INPUT: ClassVar[str] = "scattered"
     EXAMPLE: ClassVar[str] = EXAMPLE
-    FORM: ClassVar[str] = "NAME~normal:MEAN:SD ~uniform:LOW:HIGH"
-    CHOICE: ClassVar[str] = "output"
+    INPUT_FORMAT: ClassVar[str] = "NAME~normal:MEAN:SD ~uniform:LOW:HIGH"
+    CHOICE_SETTING: ClassVar[str] = "output"
     CHOICES: ClassVar[Mapping[str, str]] = TITLES
     VIEWS: ClassVar[Mapping[str, str]] = {
         "histogram": "Histogram",
@@ -60,7 +60,7 @@ class UncertaintyPane(StudyPane):
         yield from self.compose_input()
 
     def compose_views(self) -> ComposeResult:
-        """Histogram of a quantity, probabilities; table of Sobol indices; samples by region."""
+        """Histogram of a quantity with probabilities; Sobol indices; samples by region."""
         with Vertical(id="histogram"):
             with Horizontal(classes="bar"):
                 yield from self.compose_choices()
@@ -74,9 +74,9 @@ class UncertaintyPane(StudyPane):
         """The study of a scene with the distributions of the input."""
         return uncertainty_request(scene, text)
 
-    def begin(self) -> None:
+    def start_from_inputs(self) -> None:
         """Scatter the parameters of the edited scene."""
-        super().begin()
+        super().start_from_inputs()
         self._estimate = ""
 
     def compute(self, request: "Study", job: Job) -> "Uncertainty":
@@ -92,8 +92,8 @@ class UncertaintyPane(StudyPane):
         # Called by the computing thread; the screen displays it with the progress.
         self._estimate = estimate
 
-    def progressed(self) -> None:
-        """Display the present probabilities and their errors."""
+    def show_progress(self) -> None:
+        """Display the estimated probabilities so far, with their errors."""
         view = self.query_one("#probabilities", Static)
         view.update(self._estimate)
         view.display = bool(self._estimate)
@@ -103,33 +103,33 @@ class UncertaintyPane(StudyPane):
         result = displayed.value
         source = f", read from {displayed.source}" if displayed.source else ""
         text = f"{result.scatter.samples} samples{source}"
-        return f"{text}{truncation_words(result)}{index_remark(result)}"
+        return f"{text}{truncation_note(result)}{index_remark(result)}"
 
     def draw_result(self, result: "Uncertainty") -> None:
         """Draw the current view of a study."""
         from fivtui.reliability import displayed_quantity, histogram_chart, samples_chart
 
-        self.mark_choice(displayed_quantity(result, self.chosen))
+        self.mark_choice(displayed_quantity(result, self.choice))
         if self.view == "indices":
             table: ListTable[str] = self.query_one("#indices", ListTable)
             rows = index_rows(result)
             table.fill(COLUMNS, {str(index): row for index, row in enumerate(rows)})
             return
-        make = histogram_chart if self.view == "histogram" else samples_chart
-        self.query_one(f"#{self.view}-chart", ChartView).show(make(result, self.chosen))
+        draw = histogram_chart if self.view == "histogram" else samples_chart
+        self.query_one(f"#{self.view}-chart", ChartView).show(draw(result, self.choice))
         if self.job is None:
-            # The chart already shows the probabilities.
+            # The chart of a complete result contains the probabilities.
             self.query_one("#probabilities").display = False
 
-    def choose(self, name: str) -> None:
+    def activate_choice(self, name: str) -> None:
         """Change the quantity of the histogram."""
         self.query_one("#histogram-chart", ChartView).view.reset()
-        super().choose(name)
+        super().activate_choice(name)
 
     def heading(self, result: "Uncertainty") -> Heading:
         """The parameters that do not scatter."""
         return Heading([result.study.parameters], tuple(result.inputs))
 
-    def request_of(self, result: "Uncertainty") -> "Study":
+    def request_for(self, result: "Uncertainty") -> "Study":
         """The study of a result."""
         return result.study
