@@ -102,11 +102,11 @@ def axis_for(values: Sequence[ArrayLike], *, log: bool = False, tight: bool = Fa
 
     `tight` puts the limits at the ends of the data. Without data: 0 to 1, logarithmic 0.1 to 1.
     """
-    part_ranges = [_finite_range(np.asarray(part, dtype=float), log=log) for part in values]
-    ranges = [part for part in part_ranges if part is not None]
+    optional_ranges = [_finite_range(np.asarray(part, dtype=float), log=log) for part in values]
+    ranges = [part for part in optional_ranges if part is not None]
     if not ranges:
         return Axis(0.1, 1.0, log=True) if log else Axis(0.0, 1.0)
-    low, high = (min(part[0] for part in ranges), max(part[1] for part in ranges))
+    low, high = min(part[0] for part in ranges), max(part[1] for part in ranges)
     if log:
         # Values more than `_MAX_DECADES` below the greatest are rounding noise.
         low = max(low, high * 10.0**-_MAX_DECADES)

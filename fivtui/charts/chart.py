@@ -65,7 +65,7 @@ class Trace:
         Matplotlib's marker of the points in figures; if empty, the marker of the role.
     values : ndarray, shape (n,), optional
         Values of the points, by which figures colour them.
-    bar_intervals : tuple of ndarray, optional
+    intervals : tuple of ndarray, optional
         Lower and upper ends of the error intervals of bars.
     style : mapping
         Properties in figures, as matplotlib names them; they override those of the role.

@@ -89,11 +89,11 @@ def crosshair(chart: Chart, position: Position, points: Sequence[NearestPoint]) 
     return (points[0].x, points[0].y) if chart.plane and points else position
 
 
-def nearest_index(values: NDArray[np.float64], at: float) -> int:
+def nearest_index(values: NDArray[np.float64], value: float) -> int:
     """Index of the nearest of ascending values."""
-    upper = int(np.searchsorted(values, at))
+    upper = int(np.searchsorted(values, value))
     candidates = [index for index in (upper - 1, upper) if 0 <= index < values.size]
-    return min(candidates, key=lambda index: abs(float(values[index]) - at))
+    return min(candidates, key=lambda index: abs(float(values[index]) - value))
 
 
 def nearest_along(chart: Chart, view: View, position: Position) -> float | None:

@@ -51,7 +51,7 @@ _SERIES: Final[tuple[Mapping[str, Any], ...]] = (
 _DASHES: Final = ("-", (0.0, (6.0, 2.0)), (0.0, (6.0, 1.5, 1.0, 1.5)), (0.0, (1.2, 1.2)))
 # Styles of traces and guides in figures, by role.
 ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
-    "front": {"color": "0.8", "linewidth": 4.0, "zorder": 1.0},
+    "Pareto front": {"color": "0.8", "linewidth": 4.0, "zorder": 1.0},
     "mode 1": {"color": "#1f4fd8", "linestyle": "-", "linewidth": 1.4},
     "mode 2": {"color": "#b07d00", "linestyle": (0.0, (4.0, 1.5)), "linewidth": 1.4},
     "path": {"color": "0.6", "linestyle": "none", "marker": ".", "markersize": 2.0},
@@ -155,9 +155,10 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
     "tolerance": {"alpha": 0.18, "linewidth": 0.0},
     "belt": {"color": "0.4", "linestyle": ":", "linewidth": 0.5, "zorder": 1.0},
     "contours": {"color": "0.25", "linestyle": "dashed", "linewidth": 0.5},
-    "nearly": {"color": "black", "linestyle": "-", "linewidth": 1.2},
-    "half": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
+    "99 % of critical μ": {"color": "black", "linestyle": "-", "linewidth": 1.2},
+    "50 % of critical μ": {"color": "black", "linestyle": (0.0, (1.0, 1.5)), "linewidth": 1.2},
 }
+# Style of guides without a role.
 _PLAIN_GUIDE: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
 # Hatching of areas.
 _HATCHES: Final[Mapping[str, str]] = {
@@ -172,6 +173,7 @@ _SMALL_TEXT: Final[dict[Any, Any]] = {
     "xtick.labelsize": 6.5,
     "ytick.labelsize": 6.5,
 }
+# Height of a bar where bars are 1 apart; colour of the edges of hatched areas in the legend.
 _BAR: Final = 0.36
 _EDGE_COLOUR: Final = "black"
 # Area of a coloured point, pt², and maximum number of contour lines of equal style.
@@ -245,11 +247,11 @@ def _draw_panels(figure: FigureBase, sheet: Sheet) -> list[tuple[Axes, Chart]]:
             panels.append((axes, chart))
         # Align per column: matplotlib treats separate grids of columns as one column.
         figure.align_ylabels([axes for axes, _ in panels[start:]])
-    for colours, (bar_axes, mappable) in scales.items():
-        edges = not isinstance(colours.colour_map, str)
-        bar = figure.colorbar(mappable, ax=bar_axes, label=_math(colours.label), drawedges=edges)
-        if colours.ticks:
-            bar.set_ticks(colours.ticks, labels=list(map(_math, colours.names)) or None)
+    for scale, (bar_axes, mappable) in scales.items():
+        edges = not isinstance(scale.colour_map, str)
+        bar = figure.colorbar(mappable, ax=bar_axes, label=_math(scale.label), drawedges=edges)
+        if scale.ticks:
+            bar.set_ticks(scale.ticks, labels=list(map(_math, scale.names)) or None)
     return panels
 
 
@@ -414,10 +416,10 @@ def _trace_style(trace: Trace, series: int) -> dict[str, Any]:
     return style | dict(trace.style)
 
 
-def _colour_properties(colours: ColourScale) -> dict[str, Any]:
-    colour_map = colours.colour_map
-    cmap = colour_map if isinstance(colour_map, str) else ListedColormap(colour_map)
-    return {"cmap": cmap, "norm": Normalize(colours.low, colours.high)}
+def _colour_properties(scale: ColourScale) -> dict[str, Any]:
+    colours = scale.colour_map
+    cmap = colours if isinstance(colours, str) else ListedColormap(colours)
+    return {"cmap": cmap, "norm": Normalize(scale.low, scale.high)}
 
 
 def _shade(axes: Axes, backdrop: Backdrop, scale: ColourScale | None) -> ScalarMappable | None:

@@ -148,8 +148,8 @@ def _contours(result: StabilityMap) -> list[Contours]:
         share = result.safe_mu / result.critical_mu
         return [
             Contours(result.safe_mu, label="%.3g"),
-            Contours(share, [0.99], "nearly", _mu_label("1 % below the critical μ")),
-            Contours(share, [0.5], "half", _mu_label("half the critical μ")),
+            Contours(share, [0.99], "99 % of critical μ", _mu_label("1 % below the critical μ")),
+            Contours(share, [0.5], "50 % of critical μ", _mu_label("half the critical μ")),
         ]
     if result.value == "coexistence" and result.escape is not None:
         finite = result.escape[np.isfinite(result.escape)]

@@ -68,7 +68,7 @@ def tradeoff_sheet(result: Tradeoff) -> Sheet:
     charts = []
     for quantity in _SHEET_QUANTITIES:
         chart = tradeoff_chart(result, quantity)
-        front = _trace("", fronts[quantity], quantity, "line", role="front")
+        front = _trace("", fronts[quantity], quantity, "line", role="Pareto front")
         floor_guide = Guide(
             max(result.floor.of(quantity), _LEAST), "uncertainty", vertical=False, role="floor"
         )

@@ -116,6 +116,7 @@ class _Canvas:
         self._guide_labels: list[tuple[int, int, str]] = []
 
     def _index(self, name: str) -> int:
+        # Index of a style; a new style is appended.
         if name not in self._style_names:
             self._style_names.append(name)
         return self._style_names.index(name)
@@ -301,6 +302,7 @@ def _cell_index(position: float, cells: int) -> int:
 
 
 def _nearest(axis: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.intp]:
+    # Indices of the values along `axis` that are nearest to `values`.
     upper = np.clip(np.searchsorted(axis, values), 1, axis.size - 1)
     lower_is_nearer = values - axis[upper - 1] < axis[upper] - values
     return upper - lower_is_nearer.astype(np.intp)
