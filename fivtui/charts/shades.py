@@ -90,14 +90,14 @@ def rank_levels(values: FloatArray, count: int, min_difference: float) -> Levels
     """
     ascending = np.sort(values)
     gap = min_difference * float(np.abs(ascending[np.isfinite(ascending)]).max(initial=0.0))
-    group_tops, group_levels = [], []
+    group_maxima, group_levels = [], []
     begin = 0
     while begin < ascending.size:
         end = int(np.searchsorted(ascending, ascending[begin] + gap, side="right"))
-        group_tops.append(ascending[end - 1])
+        group_maxima.append(ascending[end - 1])
         group_levels.append(int(count * 0.5 * (begin + end) / ascending.size))
         begin = end
-    levels: Levels = np.array(group_levels, dtype=np.intp)[np.searchsorted(group_tops, values)]
+    levels: Levels = np.array(group_levels, dtype=np.intp)[np.searchsorted(group_maxima, values)]
     return levels
 
 

@@ -13,7 +13,7 @@ from textual.pilot import Pilot
 from fivtui.model import Cancelled
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.tabs import TABS, RunsChanged
-from fivtui.tui.tabs.book import TabBook
+from fivtui.tui.tabs.tab_book import TabBook
 from tests.net.text import SECTION, masked
 from tests.support.laboratory import (
     app_of,

@@ -27,7 +27,7 @@ from fivtui.tui.chart import ChartView
 from fivtui.tui.lab.form.rows import FieldRow
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.lab.screen import LabScreen
-from fivtui.tui.tabs.book import TabBook
+from fivtui.tui.tabs.tab_book import TabBook
 
 # A wait fails after this many consecutive polls of an idle application. Polls that come late
 # because the machine is busy are not counted. HANG_S ends a hang.

@@ -181,7 +181,7 @@ class _Canvas:
         rasters = [self._raster(trace, *self._trace_positions(trace)) for _, trace in lines]
         if not rasters:
             return
-        # The topmost trace comes first.
+        # The topmost trace is first; a stripe shows the trace of rank `rank` with dots in a cell.
         cells = np.array([raster.cells for raster in reversed(rasters)])
         styles = [self._index(trace_style(trace, index)) for index, trace in reversed(lines)]
         has_dots = cells > 0

@@ -42,7 +42,7 @@ _COLUMNS: Final = (
 class RunsTable(ListTable[str | Text]):
     """A table with a row per run."""
 
-    dropped = ("off belt %", "engine", "sep.")
+    optional = ("off belt %", "engine", "sep.")
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(

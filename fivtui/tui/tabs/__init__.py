@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .book import TabBook
     from .exports.clipboard import copy_picture
     from .exports.export import KINDS, Export, check_scene_path, save_scene_as, write_export
     from .job_pane import JobBar, JobPane
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     )
     from .pane import Pane
     from .studies.study_pane import StudyPane
+    from .tab_book import TabBook
     from .tables import ListTable, flow_facts, rows_table
     from .tabs import TABS, TabSpec
     from .threads import compute_in_thread

@@ -18,7 +18,6 @@ from fivtui.tradeoffs import measure as tradeoff, tradeoff_chart
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tui.session import runs
 from fivtui.tui.tabs import TABS
-from fivtui.tui.tabs.book import TabBook
 from fivtui.tui.tabs.requests.paper import claim_rows, claim_text
 from fivtui.tui.tabs.requests.tradeoff import (
     COLUMNS,
@@ -26,6 +25,7 @@ from fivtui.tui.tabs.requests.tradeoff import (
     present_text,
     table_rows,
 )
+from fivtui.tui.tabs.tab_book import TabBook
 from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (

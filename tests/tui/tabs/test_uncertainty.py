@@ -17,9 +17,9 @@ from fivtui.scene.presets import PRESETS
 from fivtui.sweeps.run import local_engine
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.session.studies import DisplayedStudy
-from fivtui.tui.tabs.book import TabBook
 from fivtui.tui.tabs.requests import uncertainty as charts
 from fivtui.tui.tabs.studies.uncertainty import UncertaintyPane
+from fivtui.tui.tabs.tab_book import TabBook
 from tests.support.laboratory import app_of, show_tab, text_of, until_shown
 
 TEXT = "mu~uniform:0.2:0.8"

@@ -179,7 +179,7 @@ class MapPane(StudyPane):
         if chart.backdrop is not None:
             self.query_one("#scale", Static).update(scale_text(chart.backdrop.shades))
 
-    def submitted(self) -> None:
+    def submit_input(self) -> None:
         """Stop the current map and map the typed ranges."""
         self.fit_axes()
         self.stop()

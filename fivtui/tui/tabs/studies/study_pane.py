@@ -112,9 +112,9 @@ class StudyPane(JobPane):
     @on(Input.Submitted, ".study-input")
     def _submitted(self, event: Input.Submitted) -> None:
         event.stop()
-        self.submitted()
+        self.submit_input()
 
-    def submitted(self) -> None:
+    def submit_input(self) -> None:
         """Start the job unless it is running; called for Enter in the input."""
         if self.job is None:
             self.toggle_computation()

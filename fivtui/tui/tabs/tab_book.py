@@ -28,8 +28,8 @@ def fitting_titles(titles: Sequence[str], current: int, width: int) -> list[str]
         right_arrow = _ARROWS[1] * (end_tab < len(titles) - 1)
         shown_titles = [""] * len(titles)
         for index in range(start_tab, end_tab + 1):
-            start, end = left_arrow * (index == start_tab), right_arrow * (index == end_tab)
-            shown_titles[index] = f"{start}{titles[index]}{end}"
+            prefix, suffix = left_arrow * (index == start_tab), right_arrow * (index == end_tab)
+            shown_titles[index] = f"{prefix}{titles[index]}{suffix}"
         return shown_titles
 
     start_tab = end_tab = current
