@@ -62,7 +62,7 @@ _GHOST_STYLE: Final = ("·", "#808080")
 _NO_RUN: Final = "no run yet: press F5"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
-_NOT_KEPT: Final = "the live curve is not kept: press F5 to export its run"
+_NOT_KEPT: Final = "this view of the live curve has no export: press F5 to run the scene first"
 
 
 class TransientPane(ViewsPane):

@@ -199,7 +199,7 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     editor.value = "F=60:100:100000"
     await until_shown(pilot, "NAME=START:STOP:COUNT or")
     await pilot.press("enter")
-    await until_shown(pilot, "200000 runs: F10 again computes them")
+    await until_shown(pilot, "200000 runs: press F10 again to compute them")
     editor.value = "F=60:100:21"
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")

@@ -175,7 +175,7 @@ async def test_the_trade_off_is_measured_and_shown(
     await pilot.press("f10")
     await until_shown(pilot, "error of final state")
     assert scenes == [app_of(pilot).session.scene()]
-    assert "the scene has changed since" in flat_text_of(pilot)
+    assert "measured for an earlier scene" in flat_text_of(pilot)
     assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)
     await type_into(pilot, "t_end", "10")
     await until_shown(pilot, "this scene, this machine")

@@ -41,7 +41,7 @@ class Export:
     @property
     def hint(self) -> str:
         """The supported formats as text."""
-        return f"The suffix says the format: {', '.join(self.suffixes)}."
+        return f"The suffix selects the format: {', '.join(self.suffixes)}."
 
 
 def figure_export(subject: str, stem: str, draw: "Callable[[], Figure]") -> Export:

@@ -29,15 +29,15 @@ from fivtui.tui.chart import ChartView, TextInput
 # `fivtui validate`.
 _INPUTS: Final[Mapping[str, tuple[str, str]]] = {
     "file": ("FILE.csv", "file of measured data"),
-    "time": ("time t", "column of the times, by name or number; t, time or the first if empty"),
-    "time-scale": ("t scale 1", "seconds in a unit of the time column, e.g. 0.001 for ms"),
-    "signal": ("signal y", "column of the signal, by name or number; as the quantity if empty"),
+    "time": ("time t", "name or number of the time column; if empty, t, time or the first"),
+    "time-scale": ("t scale 1", "seconds per unit of the time column, e.g. 0.001 for ms"),
+    "signal": ("signal y", "name or number of the signal column; if empty, the quantity"),
     "quantity": ("y", "what was measured: y, x, vy, vx or P, in SI units"),
-    "scale": ("scale 1", "SI units in a unit of the signal, e.g. 0.001 for mm"),
+    "scale": ("scale 1", "SI units per unit of the signal, e.g. 0.001 for mm"),
     "offset": ("offset 0", "added to the scaled signal, in SI units"),
-    "shift": ("shift 0", "added to the measured times, s; auto: where both correlate best"),
+    "shift": ("shift 0", "added to the measured times, s; auto: the shift of best correlation"),
     "band": ("band –", "half width of the band: in SI units, or % of half peak-to-peak"),
-    "share": ("share 100%", "samples that must be within the band"),
+    "share": ("share 100%", "minimum share of the samples within the band"),
     "frequency": ("freq. –", "greatest deviation of the frequency, e.g. 2%"),
     "amplitude": ("ampl. –", "greatest deviation of half peak-to-peak, e.g. 5%"),
 }

@@ -47,7 +47,7 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
     names = (first.name, second.name)
     if value in WITHOUT_MU and "mu" in names:
         raise InputError(
-            f"{VALUES[value]} does not depend on μ: must be over others, e.g. {EXAMPLE_WITHOUT_MU}"
+            f"{VALUES[value]} does not depend on μ: use other parameters, e.g. {EXAMPLE_WITHOUT_MU}"
         )
     check_map(value, names)
     if first.count * second.count > _MAX_POINTS:

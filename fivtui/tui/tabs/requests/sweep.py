@@ -42,7 +42,7 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     check_drawable(study)
     if study.members > _LIMIT:
         raise InputError(
-            f"{study.members} runs: must be at most {_LIMIT} here; fivtui sweep --out writes more"
+            f"{study.members} runs: must be at most {_LIMIT} here; for more use fivtui sweep --out"
         )
     return study
 

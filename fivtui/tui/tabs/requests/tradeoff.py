@@ -93,7 +93,7 @@ def present_text(
     error = present.error.of(quantity)
     target = _set_value(present.setting, scene)
     is_same = target is not None and abs(math.log10(present.setting.value / target)) < _NEAR
-    text = f"{'now' if is_same else 'nearest to now:'} {_row_text(present, quantity)}"
+    text = f"{'now' if is_same else 'nearest measured:'} {_row_text(present, quantity)}"
     # Errors below the reference's uncertainty count as equal.
     better = cheapest(result.rows, quantity, max(error, result.floor.of(quantity)))
     if better is None or better.setting == present.setting or better.cpu_s >= present.cpu_s:

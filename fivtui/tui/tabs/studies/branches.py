@@ -86,7 +86,7 @@ class BranchesPane(StudyPane):
         """The events along the branch, and how it ends."""
         result = displayed.value
         events = [f"{event_name(event.kind)} {event.value:.4g}" for event in result.events]
-        return "; ".join(filter(None, [" ".join(events), f"its end: it {result.ends[1]}"]))
+        return "; ".join(filter(None, [" ".join(events), f"the branch {result.ends[1]}"]))
 
     def draw_result(self, result: CycleBranch) -> None:
         """Draw the branch with the edited value."""

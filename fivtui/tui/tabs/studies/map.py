@@ -57,7 +57,7 @@ class MapPane(StudyPane):
     VERB: ClassVar[str] = "Map"
     INPUT: ClassVar[str] = "over"
     EXAMPLE: ClassVar[str] = EXAMPLE
-    INPUT_FORMAT: ClassVar[str] = "NAME=START:STOP:COUNT, two of them"
+    INPUT_FORMAT: ClassVar[str] = "two ranges NAME=START:STOP:COUNT"
     CHOICE_SETTING: ClassVar[str] = "value"
     CHOICES: ClassVar[Mapping[str, str]] = VALUES
     VIEWS: ClassVar[Mapping[str, str]] = {"map-view": "Map"}

@@ -69,7 +69,7 @@ class SweepPane(StudyPane):
         study: Study = self.request()
         unconfirmed, self._unconfirmed_study = self._unconfirmed_study, study
         if study.members > CONFIRMED_FROM and study != unconfirmed:
-            text = f"{study.members} runs: F10 again computes them"
+            text = f"{study.members} runs: press F10 again to compute them"
             self.show_status(text)
             self.post_message(Reported(text))
             return

@@ -65,7 +65,7 @@ class TradeoffPane(StudyPane):
         """Whether the edited scene was measured, and the number of rows."""
         scene = self._scene()
         changed = scene is None or _problem(scene) != _problem(displayed.value.scene)
-        text = "the scene has changed since" if changed else "this scene, this machine"
+        text = "measured for an earlier scene" if changed else "this scene, this machine"
         if displayed.source:
             text = f"{'another' if changed else 'this'} scene, read from {displayed.source}"
         return f"{text}, {len(displayed.value.rows)} rows"

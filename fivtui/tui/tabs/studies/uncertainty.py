@@ -64,11 +64,11 @@ class UncertaintyPane(StudyPane):
         with Vertical(id="histogram"):
             with Horizontal(classes="bar"):
                 yield from self.compose_choices()
-            yield ChartView("histogram-chart", empty_text="nothing scattered yet: press F10")
+            yield ChartView("histogram-chart", empty_text="no samples yet: press F10")
             yield Static("", id="probabilities", markup=False)
         yield _IndexTable(id="indices", cursor_type="row", zebra_stripes=True)
         with Vertical(id="samples"):
-            yield ChartView("samples-chart", empty_text="nothing scattered yet: press F10")
+            yield ChartView("samples-chart", empty_text="no samples yet: press F10")
 
     def parse(self, scene: Scene, text: str) -> "Study":
         """The study of a scene with the distributions of the input."""
