@@ -25,7 +25,7 @@ class JobStatus(Static):
     """A status in one line, with the full text as tooltip; error messages are wrapped."""
 
     def __init__(self, text: str) -> None:
-        super().__init__(text, classes="job-words", markup=False)
+        super().__init__(text, classes="job-status", markup=False)
         self._full_text = text
         self._is_error = False
 

@@ -347,7 +347,7 @@ class TransientPane(ViewsPane):
 
     def compose_bar(self) -> ComposeResult:
         """The quantities that do not fit."""
-        yield Static("", id="unseen", classes="words", markup=False)
+        yield Static("", id="unseen", classes="bar-text", markup=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Whether an action is available: the next quantity if some quantities do not fit."""

@@ -54,7 +54,7 @@ class ViewsPane(Pane):
         stored, first = self.stored_setting(_VIEW_SETTING, ""), next(iter(self.VIEWS))
         with ContentSwitcher(initial=stored if stored in self.VIEWS else first, classes="views"):
             yield from self.compose_views()
-        yield Static("", classes="cursor-words", markup=False)
+        yield Static("", classes="cursor-text", markup=False)
 
     def compose_bar(self) -> ComposeResult:
         """Further widgets in the bar."""
@@ -119,7 +119,7 @@ class ViewsPane(Pane):
                 phrases = cursor_texts(label, cursors.first[0], cursors.second[0])
             if phrases:
                 break
-        line = self.query_one(".cursor-words", Static)
+        line = self.query_one(".cursor-text", Static)
         self.set_class(bool(phrases), "-cursors")
         lines: list[str] = []
         for phrase in phrases:

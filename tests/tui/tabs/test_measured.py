@@ -37,7 +37,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     np.savetxt("rig.csv", data, delimiter=";", header="t;y_mm", comments="")
     view = pane.query_one(MeasuredView)
 
-    label = view.query_one("#overlay-words", Static)
+    label = view.query_one("#overlay-text", Static)
     overlay = view.query_one("#overlay-time", ChartView)
 
     def shown_text() -> str:

@@ -91,7 +91,7 @@ class MeasuredView(Vertical):
                     )
         yield ChartView("overlay-time", empty_text=_NO_DATA)
         yield ChartView("overlay-spectrum")
-        yield Static("", id="overlay-words", markup=False)
+        yield Static("", id="overlay-text", markup=False)
 
     def show_run(self, run: Transient) -> None:
         """Compare a run with the measured data."""
@@ -112,7 +112,7 @@ class MeasuredView(Vertical):
         spectrum.show(None if validation is None else overlay_spectra(validation))
         if validation is not None:
             self._result_text = _comparison_text(validation)
-        self.query_one("#overlay-words", Static).update(self._result_text)
+        self.query_one("#overlay-text", Static).update(self._result_text)
 
     @property
     def texts(self) -> dict[str, str]:
@@ -140,7 +140,7 @@ class MeasuredView(Vertical):
         focused = self.screen.focused
         name = "" if focused is None else str(focused.id).removeprefix(_PREFIX)
         text = _INPUTS[name][1] if name in _INPUTS else self._result_text
-        self.query_one("#overlay-words", Static).update(self._error(name) or text)
+        self.query_one("#overlay-text", Static).update(self._error(name) or text)
 
     def _error(self, name: str) -> str:
         try:

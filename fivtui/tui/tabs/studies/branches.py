@@ -42,7 +42,7 @@ class BranchesPane(StudyPane):
 
     def compose_bar(self) -> ComposeResult:
         """The parameter with its range, and the start of the branch."""
-        yield Static("along", classes="words")
+        yield Static("along", classes="bar-text")
         yield from self.compose_input()
         yield Button(_ORIGINS[self._origin], id="branch-from", compact=True)
 

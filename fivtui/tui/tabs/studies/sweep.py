@@ -52,7 +52,7 @@ class SweepPane(StudyPane):
 
     def compose_bar(self) -> ComposeResult:
         """The swept ranges."""
-        yield Static("vary", classes="words")
+        yield Static("vary", classes="bar-text")
         yield from self.compose_input()
 
     def compose_views(self) -> ComposeResult:

@@ -45,7 +45,7 @@ class TradeoffPane(StudyPane):
 
     def compose_bar(self) -> ComposeResult:
         """The quantities whose error can be displayed."""
-        yield Static("error of", classes="words")
+        yield Static("error of", classes="bar-text")
         yield from self.compose_choices()
 
     def compose_views(self) -> ComposeResult:
