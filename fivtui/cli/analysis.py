@@ -27,7 +27,7 @@ class StabilityOptions:
         "Also list the limit cycles at this μ, with the offset that leaves the equilibrium.",
     )
     no_search: bool = flag(
-        "--no-search", "Eigenvalues alone: no search for the friction that is safe."
+        "--no-search", "Eigenvalues only: do not search for the safe friction coefficient."
     )
 
 
@@ -39,9 +39,9 @@ class StabilityOptions:
 def stability(call: Call[StabilityOptions]) -> None:
     """Print eigenvalues, modes, critical friction coefficient, and the friction that is safe.
 
-    Eigenvalues are of the equilibrium, linearised there: they say what small disturbances do. A
-    stable equilibrium may coexist with a large limit cycle: how far below the critical μ one was
-    found, by continuation and a global search, is said after them (--no-search leaves that out).
+    Eigenvalues of the linearised equilibrium predict the motion after small disturbances. A stable
+    equilibrium may coexist with a large limit cycle. Continuation and a global search look for one
+    below the critical μ; --no-search omits this.
     """
     from fivtui.equilibrium import stability as compute
 

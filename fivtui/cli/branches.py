@@ -20,8 +20,8 @@ _PreparedStudy = tuple[str, Callable[["OnProgress"], Any]]
 
 @command(
     BranchOptions,
-    out="Write what is followed (.csv, .npz, .parquet).",
-    plot="Draw it (.png, .svg, .pdf).",
+    out="Write the branch or the boundary (.csv, .npz, .parquet).",
+    plot="Draw the branch or the boundary (.png, .svg, .pdf).",
 )
 def branch(call: Call[BranchOptions]) -> None:
     """Follow a branch of limit cycles along a parameter, stable and unstable.

@@ -63,9 +63,9 @@ def fmu() -> None:
 def fmu_build(out: Path, platform: str | None, **options: Any) -> None:
     """Export the slider-belt or the brake actuator as an FMU.
 
-    The native flavour needs no Python where it runs, and offers model exchange, too; it runs on a
-    platform such as this one, on those of --platform (with the extra cross), and on others after
-    `fmpy compile` of one with --sources.
+    The native flavour runs without Python and also offers model exchange. It runs on this platform
+    or on those of --platform, which needs the extra fivtui[cross]. With --sources, `fmpy compile`
+    builds it for other platforms.
     """
     from fmu_src.build import build_fmu
 

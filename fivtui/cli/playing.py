@@ -55,7 +55,7 @@ class AnimateOptions(RunOptions):
 
     window: str | None = option(
         "--window",
-        "What is shown, s; by default the last eight cycles, or what 10 s of film show at --speed.",
+        "Time shown, s; by default the last eight cycles, or 10 s of film at --speed.",
         metavar="START:END",
     )
     speed: str | None = option(
@@ -66,7 +66,7 @@ class AnimateOptions(RunOptions):
     )
 
 
-@command(AnimateOptions, out="The film (.gif; .mp4 where ffmpeg is).", required=True)
+@command(AnimateOptions, out="The film (.gif, or .mp4 if ffmpeg is installed).", required=True)
 def animate(call: Call[AnimateOptions]) -> None:
     """Write a film of the slider on the belt.
 
@@ -89,13 +89,13 @@ class SoundOptions(RunOptions):
 
     signal: str = option(
         "--signal",
-        "What is heard: x, vx, y, vy or P, less its mean and normalised.",
+        "Signal written: x, vx, y, vy or P, less its mean and normalised.",
         "vy",
         metavar="NAME",
         show_default=True,
     )
     window: str | None = option(
-        "--window", "What is heard, s; by default the whole run.", metavar="START:END"
+        "--window", "Time written, s; by default the whole run.", metavar="START:END"
     )
     factor: str | None = option(
         "--factor",

@@ -45,8 +45,8 @@ def methods() -> None:
 def serve(port: int) -> None:
     """Open the terminal laboratory in a browser.
 
-    It answers on this machine alone, to the address that it prints: its token keeps other users
-    out. Needs the extra fivtui[serve].
+    It is reachable only from this machine, at the printed address; the token in the address keeps
+    other users out. Needs the extra fivtui[serve].
     """
     from fivtui.tui import serve as start
 

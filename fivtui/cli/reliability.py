@@ -21,9 +21,8 @@ def uncertainty(call: Call[UncertaintyOptions]) -> None:
     """Estimate how likely squeal is where parameters scatter, and what drives it.
 
     Probabilities, quantiles and Sobol indices have 95 % intervals from independent scramblings of
-    the design. Correlations are those of the scene's table [correlation], e.g. mu.F = -0.3, of the
-    normal scores (a Gaussian copula). With --out the same command continues a study that was
-    stopped.
+    the design. The scene's table [correlation], e.g. mu.F = -0.3, gives correlations of the normal
+    scores (a Gaussian copula). With --out, the same command continues a study that was stopped.
     """
     from fivtui.reliability import (
         DEFAULT_OUTPUTS,

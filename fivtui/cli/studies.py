@@ -137,8 +137,8 @@ def tradeoff(call: Call[TradeoffOptions]) -> None:
 def extremes(as_json: bool) -> None:
     """Stress-test every method on scenes that break solvers.
 
-    Each result is compared with a solution in quadruple precision: right, wrong, or refused where
-    the method itself reports that it cannot go on or needs too many steps.
+    Each result is compared with a solution in quadruple precision: right or wrong. It is refused if
+    the method itself reports that it cannot continue or needs too many steps.
     """
     from fivtui.assessment import run_stress_tests
 

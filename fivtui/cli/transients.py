@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 def simulate(call: Call[SimulateOptions]) -> None:
     """Compute one transient: peaks, separations, final state.
 
-    Where two runs that verify an error target part, the command fails (exit status 3), but prints
-    what is verified up to then.
+    If two runs that verify an error target diverge, the command fails (exit status 3), but prints
+    the part of the transient that is verified.
     """
     import numpy as np
 
