@@ -31,28 +31,28 @@ _CHUNK_SIZE: Final = 256
 def escape_offsets(
     system: System,
     columns: Mapping[str, Floats],
-    sizes: Floats,
+    fold_sizes: Floats,
     *,
     work: Progress,
 ) -> Floats:
-    """Least displacements from rest that escape, to 2 %, or NaN; `sizes` are those at the folds."""
-    offsets = np.full(sizes.size, np.nan)
-    for begin in range(0, sizes.size, _CHUNK_SIZE):
-        work.report(begin / sizes.size)
+    """Least displacements from rest that escape, to 2 %; NaN if none of those tested escapes."""
+    offsets = np.full(fold_sizes.size, np.nan)
+    for begin in range(0, fold_sizes.size, _CHUNK_SIZE):
+        work.report(begin / fold_sizes.size)
         part = slice(begin, begin + _CHUNK_SIZE)
-        columns_of_chunk = {name: column[part] for name, column in columns.items()}
-        offsets[part] = _Chunk(system, columns_of_chunk, sizes[part]).escape_offsets()
+        chunk_columns = {name: column[part] for name, column in columns.items()}
+        offsets[part] = _Chunk(system, chunk_columns, fold_sizes[part]).escape_offsets()
     return offsets
 
 
 class _Chunk:
     # Parameter sets whose motions are computed in two batches, displaced upwards and downwards.
 
-    def __init__(self, system: System, columns: Mapping[str, Floats], sizes: Floats) -> None:
-        self._system, self._columns, self._sizes = system, columns, sizes
+    def __init__(self, system: System, columns: Mapping[str, Floats], fold_sizes: Floats) -> None:
+        self._system, self._columns, self._fold_sizes = system, columns, fold_sizes
         sets = [
             system.with_values({name: float(column[index]) for name, column in columns.items()})
-            for index in range(sizes.size)
+            for index in range(fold_sizes.size)
         ]
         equilibria = [equilibrium(changed) for changed in sets]
         self._rest = np.array([(point.x, point.y) for point in equilibria])
@@ -65,10 +65,10 @@ class _Chunk:
         return np.fmin(*offsets_by_side)
 
     def _offsets_on_side(self, sign: float, ratios: Floats) -> Floats:
-        count = self._sizes.size
+        count = self._fold_sizes.size
         sets = np.repeat(np.arange(count), ratios.size)
-        offsets = np.outer(self._sizes, ratios)
-        escaped = self._escapes(sets, sign * offsets.ravel()).reshape(offsets.shape)
+        offsets = np.outer(self._fold_sizes, ratios)
+        escaped = self._escape_flags(sets, sign * offsets.ravel()).reshape(offsets.shape)
         first = escaped.argmax(axis=1)
         escaping = np.flatnonzero(escaped.any(axis=1))
         outside = offsets[escaping, first[escaping]]
@@ -77,13 +77,13 @@ class _Chunk:
         )
         for _ in range(_BISECTIONS):
             middle = 0.5 * (inside + outside)
-            leaves = self._escapes(escaping, sign * middle)
-            inside, outside = np.where(leaves, inside, middle), np.where(leaves, middle, outside)
+            escapes = self._escape_flags(escaping, sign * middle)
+            inside, outside = np.where(escapes, inside, middle), np.where(escapes, middle, outside)
         least_offsets = np.full(count, np.nan)
         least_offsets[escaping] = outside
         return least_offsets
 
-    def _escapes(self, sets: NDArray[np.int64], offsets: Floats) -> NDArray[np.bool_]:
+    def _escape_flags(self, sets: NDArray[np.int64], offsets: Floats) -> NDArray[np.bool_]:
         starts = np.zeros((sets.size, 4))
         starts[:, 0] = self._rest[sets, 0]
         starts[:, 2] = self._rest[sets, 1] + offsets
@@ -99,6 +99,6 @@ class _Chunk:
             require={"steady"},
             max_steps=_MOST_STEPS,
         )
-        is_large = run.steady.y_half_range > _ESCAPE_RATIO * self._sizes[sets]
+        is_large = run.steady.y_half_range > _ESCAPE_RATIO * self._fold_sizes[sets]
         escaped: NDArray[np.bool_] = is_large | (run.status == Status.OVERFLOW)
         return escaped

@@ -19,15 +19,15 @@ Point = tuple[int, ...]
 # Number of points along an axis at which branches are followed to find folds.
 _BRANCHES: Final = 9
 # Upper end of a branch, relative to the critical μ; share of the branches in the progress.
-_REACH: Final = 1.5
+_UPPER: Final = 1.5
 _BRANCH_SHARE: Final = 0.2
 # Relative tolerance within which two folds of a parameter set are equal.
-_EQUAL_FOLDS: Final = 1e-3
+_EQUALITY_TOLERANCE: Final = 1e-3
 # A neighbour is skipped if it has a fold within this relative distance of the extrapolated one.
-_NEAR_FOLD: Final = 0.01
+_NEARBY_TOLERANCE: Final = 0.01
 _MAX_FOLDS: Final = 8
 # A failed step to a neighbour is repeated in this many smaller steps.
-_PARTS: Final = 4
+_STEP_PARTS: Final = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +101,7 @@ class FoldSheets:
             parameters = system.parameters.with_values({"mu": critical})
             try:
                 cycles = branch(
-                    parameters, "mu", low=0.0, high=_REACH * critical, separation=system.separation
+                    parameters, "mu", low=0.0, high=_UPPER * critical, separation=system.separation
                 )
             except ComputationError:
                 continue
@@ -126,7 +126,7 @@ class FoldSheets:
         guess = reached.guess(direction)
         expected_features = (float(guess[-1]), float(guess[-2]), reached.fold.amplitude)
         if any(
-            _are_close(_features(fold), expected_features, _NEAR_FOLD)
+            _are_close(_features(fold), expected_features, _NEARBY_TOLERANCE)
             for fold in self._folds.get(neighbour, ())
         ):
             return
@@ -141,8 +141,8 @@ class FoldSheets:
     ) -> tuple[FoldOrbit, FoldOrbit | None]:
         # The previous fold for extrapolation, and the fold at the neighbour; None if a step fails.
         previous, current = fold, fold
-        for part in range(1, _PARTS + 1):
-            share = part / _PARTS
+        for part in range(1, _STEP_PARTS + 1):
+            share = part / _STEP_PARTS
             indices = [
                 index + share * change for index, change in zip(point, direction, strict=True)
             ]
@@ -159,7 +159,7 @@ class FoldSheets:
         folds = self._folds.setdefault(point, [])
         features = _features(reached.fold)
         if len(folds) < _MAX_FOLDS and not any(
-            _are_close(_features(fold), features, _EQUAL_FOLDS) for fold in folds
+            _are_close(_features(fold), features, _EQUALITY_TOLERANCE) for fold in folds
         ):
             folds.append(reached.fold)
             self._queue.append((point, reached))

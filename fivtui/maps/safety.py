@@ -104,7 +104,7 @@ def safety_map(
     shape = critical.shape
     if "mu" in linear.names:
         axis = linear.names.index("mu")
-        mus, sizes = (np.broadcast_to(np.expand_dims(a, axis), shape) for a in (mus, sizes))
+        mus, sizes = (np.broadcast_to(np.expand_dims(grid, axis), shape) for grid in (mus, sizes))
         verdicts = {
             (*indices[:axis], index, *indices[axis:]): verdict
             for indices, verdict in verdicts.items()

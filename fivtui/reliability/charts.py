@@ -38,7 +38,7 @@ _MARKS: Final = ("○", "▫", "▲")
 _ROLES: Final = ("safe region", "knock region", "squeal region")
 _QUANTILE_LEVELS: Final = ("0.05", "0.5", "0.95")
 _DIGITS: Final = 4
-_DOTS: Final = 2000
+_DOT_COUNT: Final = 2000
 # Half the distance of the two bars of an input; margin of the axis of indices around 0 to 1.
 _SHIFT: Final = 0.2
 _INDEX_MARGIN: Final = 0.2
@@ -97,7 +97,7 @@ def samples_chart(result: Uncertainty, quantity: str) -> Chart | None:
     names = [*result.inputs, *filter(None, [displayed_quantity(result, quantity)])][:2]
     if len(names) < 2:
         return None
-    return replace(_scatter(result, names[0], names[1], _DOTS), note=probability_text(result))
+    return replace(_scatter(result, names[0], names[1], _DOT_COUNT), note=probability_text(result))
 
 
 def uncertainty_sheet(result: Uncertainty) -> Sheet:

@@ -15,7 +15,7 @@ from fivtui.sweeps import OUTPUTS, Study
 from .means import moments_of, parameters_at_means
 from .request import SAFE_MU
 
-_CRITICAL: Final = "critical_mu"
+_CRITICAL_MU: Final = "critical_mu"
 # Parts of a transient that have derivatives; counts have none.
 _DIFFERENTIABLE: Final = ("peak", "steady", "contact_force", "final")
 
@@ -27,9 +27,9 @@ class LocalSensitivity:
     Attributes
     ----------
     derivative : float
-        Change of the output by the unit of the input.
+        Change of the output per unit of the input.
     per_sd : float
-        Change of the output by one standard deviation of the input.
+        Change of the output per standard deviation of the input.
     share : float
         Square of `per_sd` over the sum of squares of all inputs: the Sobol index of a linear
         output.
@@ -80,8 +80,8 @@ def _derivatives(
 ) -> dict[str, Mapping[str, float]]:
     separation = study.cases[0]
     derivatives: dict[str, Mapping[str, float] | None] = {}
-    if _CRITICAL in study.outputs:
-        derivatives[_CRITICAL] = critical_mu_derivatives(System(means, separation))
+    if _CRITICAL_MU in study.outputs:
+        derivatives[_CRITICAL_MU] = critical_mu_derivatives(System(means, separation))
     if SAFE_MU in study.outputs:
         derivatives[SAFE_MU] = safe_mu_derivatives(System(means, separation))
     paths = {

@@ -8,7 +8,7 @@ from fivtui.sweeps import OUTPUTS, SweepProgress
 
 from .request import SAFE_MU, truncation_warnings
 from .result import EVENT_MEANINGS, Uncertainty
-from .statistics import SampleEstimate, rank_inputs, with_remark
+from .statistics import SampleEstimate, add_remark, rank_inputs
 
 _QUANTILE_LEVELS = ("0.05", "0.5", "0.95")
 _DIGITS = 4
@@ -37,7 +37,7 @@ def estimate_text(estimate: SampleEstimate, digits: int = _DIGITS) -> str:
     """An estimate, rounded to one digit beyond the first digit of its error, and the error."""
     if estimate.error > 0.0 and estimate.value != 0.0:
         value_decade, error_decade = (
-            math.floor(math.log10(abs(x))) for x in (estimate.value, estimate.error)
+            math.floor(math.log10(abs(size))) for size in (estimate.value, estimate.error)
         )
         digits = max(2, min(value_decade - error_decade + 2, 10))
     return f"{number(estimate.value, digits)} ± {number(estimate.error, 2)}"
@@ -59,7 +59,7 @@ def uncertainty_rows(result: Uncertainty) -> list[Row]:
             rows.append(Row(name, value, f"{column.meaning}: median, 5 and 95 %"))
     for name, indices in result.indices.items():
         text = ", ".join(
-            f"{key} {with_remark(number(index.total.value, 2))}"
+            f"{key} {add_remark(number(index.total.value, 2))}"
             for key, index in rank_inputs(indices)
         )
         rows.append(Row(f"what drives {name}", text, "total Sobol indices"))
@@ -138,7 +138,7 @@ def _print_sensitivities(output: str, result: Uncertainty) -> None:
         header += ["alone", "with others"]
         for input_name in inputs:
             for estimate in (indices[input_name].first, indices[input_name].total):
-                rows[input_name].append(with_remark(estimate_text(estimate, 2)))
+                rows[input_name].append(add_remark(estimate_text(estimate, 2)))
     if local:
         header += ["by one SD", "share if linear"]
         for input_name in inputs:

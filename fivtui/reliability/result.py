@@ -20,6 +20,7 @@ from .statistics import (
     LEAST_EFFECTIVE,
     SampleEstimate,
     SobolIndex,
+    add_remark,
     effective_samples,
     mean_of,
     probability_of,
@@ -27,7 +28,6 @@ from .statistics import (
     rank_inputs,
     sobol_of,
     to_dicts,
-    with_remark,
 )
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ class Uncertainty(Result, Tabular, Plottable):
             rows.append(("safe mu", f"not known above {self.safe_mu_unknown_above:.4g}"))
         for name, indices in self.indices.items():
             totals = ((key, f"{index.total.value:z.2f}") for key, index in rank_inputs(indices)[:4])
-            texts = (f"{key} {with_remark(total)}" for key, total in totals)
+            texts = (f"{key} {add_remark(total)}" for key, total in totals)
             rows.append((f"drives {name}", ", ".join(texts)))
         return rows
 

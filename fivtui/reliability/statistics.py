@@ -17,9 +17,9 @@ QUANTILES: Final = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 # Least number of effective samples for Sobol indices.
 LEAST_EFFECTIVE: Final = 30.0
 # Relative rounding error of a mean.
-_ROUNDING: Final = 4.0 * float(np.finfo(float).eps)
+_ROUNDING_ERROR: Final = 4.0 * float(np.finfo(float).eps)
 # Skewness below which an interval is not corrected.
-_SYMMETRIC: Final = 1e-6
+_LEAST_SKEWNESS: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ def _mean_interval(values: Floats) -> tuple[Floats, Floats, Floats]:
     deviations = values - mean
     moment = (deviations**2).mean(axis=0)
     spread = np.sqrt(moment / (count - 1))
-    rounding = _ROUNDING * np.abs(mean)
+    rounding = _ROUNDING_ERROR * np.abs(mean)
     divisor = np.where(moment > 0.0, moment, 1.0) ** 1.5
     skewness = (deviations**3).mean(axis=0) / divisor / math.sqrt(count)
     student = float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL))
@@ -97,10 +97,10 @@ def _mean_interval(values: Floats) -> tuple[Floats, Floats, Floats]:
 
 def _invert_hall(score: float, skewness: Floats) -> Floats:
     # The inverse of Hall's transformation; `skewness` is divided by the root of the count.
-    divisor = np.where(np.abs(skewness) > _SYMMETRIC, skewness, 1.0)
+    divisor = np.where(np.abs(skewness) > _LEAST_SKEWNESS, skewness, 1.0)
     cubic = np.cbrt(1.0 + divisor * (score - divisor / 6.0))
     transformed = 3.0 * (cubic - 1.0) / divisor
-    return np.where(np.abs(skewness) > _SYMMETRIC, transformed, score)
+    return np.where(np.abs(skewness) > _LEAST_SKEWNESS, transformed, score)
 
 
 def probability_from_counts(hits: Floats, counts: Floats) -> SampleEstimate:
@@ -111,8 +111,8 @@ def probability_from_counts(hits: Floats, counts: Floats) -> SampleEstimate:
 def _share_interval(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
     """Shares with the ends of their intervals; scramblings are the first axis of both.
 
-    If all scramblings have the same share, the half width is the greater of two resolutions: the
-    share that independent members may have without a hit, and one more hit in some scramblings.
+    If all scramblings have the same share, the half width is the greater of two bounds: the share
+    at which independent members may have no hit, and that of one more hit in some scramblings.
     """
     shares = hits / counts
     mean, low, high = _mean_interval(shares)
@@ -159,15 +159,15 @@ def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
     def lower_end_exceeds(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
         return np.asarray(_share_interval(hits_at(indices, "left"), counts)[1] > levels)
 
-    no_hits_end, all_hits_end = (
+    end_without_hits, end_of_all_hits = (
         float(_share_interval(hits, counts)[end][0])
         for hits, end in ((np.zeros_like(counts), 2), (counts, 1))
     )
     estimates = np.quantile(pooled, levels, method="hazen")
     first_index = _first_index(upper_end_reaches, pooled.size, levels.size)
     end_index = _first_index(lower_end_exceeds, pooled.size, levels.size) - 1
-    low = np.where(no_hits_end >= levels, -np.inf, np.minimum(pooled[first_index], estimates))
-    high = np.where(all_hits_end <= levels, np.inf, np.maximum(pooled[end_index], estimates))
+    low = np.where(end_without_hits >= levels, -np.inf, np.minimum(pooled[first_index], estimates))
+    high = np.where(end_of_all_hits <= levels, np.inf, np.maximum(pooled[end_index], estimates))
     return {
         f"{level:g}": SampleEstimate(*ends)
         for level, *ends in zip(
@@ -247,7 +247,7 @@ def excess_remark(printed: str) -> str:
     return "below 0" if value < 0.0 else ""
 
 
-def with_remark(printed: str) -> str:
+def add_remark(printed: str) -> str:
     """The printed value of a Sobol index, with the cause if it is above 1 or below 0."""
     remark = excess_remark(printed)
     return f"{printed} ({remark}: sampling error)" if remark else printed

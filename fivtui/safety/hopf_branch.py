@@ -32,7 +32,7 @@ GROUPS: Final = ("k2", "k3", "c1", "c2", "k_nl")
 # Upper end of a branch, relative to the critical μ.
 _UPPER_END: Final = 2.0
 _CACHE_SIZE: Final = 65_536
-_NO_DEVIATION: Final = (0.0, 0.0, 0.0, 0.0)
+_NO_START_DEVIATION: Final = (0.0, 0.0, 0.0, 0.0)
 _TOL: Final = 1e-13
 
 
@@ -60,7 +60,8 @@ def _group_values(p: Any) -> list[Any]:
 
 def _parameters_by_group() -> dict[str, tuple[str, ...]]:
     # Values must not be zero: a factor of zero hides the other parameters of a product.
-    base = Parameters().with_values({n: spec.default or 1.0 for n, spec in PARAMETERS.items()})
+    defaults = {name: spec.default or 1.0 for name, spec in PARAMETERS.items()}
+    base = Parameters().with_values(defaults)
     changes = {name: _group_values(base.perturbed({name: 1.0})) for name in PARAMETERS}
     return {
         group: tuple(name for name, change in changes.items() if change[index].imag != 0.0)
@@ -137,7 +138,7 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     if event_at(cycles, cycle) is not EventKind.FOLD:
         return None
     names = [name for name in PARAMETERS if name != "mu"]
-    seeds = [Seed(_NO_DEVIATION, {name: 1.0}) for name in ("mu", *names)]
+    seeds = [Seed(_NO_START_DEVIATION, {name: 1.0}) for name in ("mu", *names)]
     request = Request(
         system.with_values({"mu": cycle.value}),
         t_end=cycle.period,

@@ -37,7 +37,7 @@ def verdict_text(result: "SafeFriction") -> str:
 
 
 def _unknown_text(result: "SafeFriction") -> str:
-    # The μ above which safe μ is not known, an upper bound of safe μ, and the reason.
+    # From which μ on safe μ is not known, its upper bound if an attractor was found, and why.
     limit = result.unknown_above
     unknown = f"safe μ is not known above {_mu_text(limit)}" if limit else "safe μ is not known"
     reason = _undecided_text(result) if result.basis.rounds[-1].starts else _TOO_SLOW

@@ -23,12 +23,12 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-# Starts: dimensions of Sobol points; least size in characteristic lengths, and decades of sizes.
+# Starts: dimensions of Sobol points; the least size in characteristic lengths; decades of sizes.
 _START_DIMENSIONS: Final = 5
 _LEAST_SIZE: Final = 0.1
 _SIZE_DECADES: Final = 3.0
-# Values of μ (levels) in a round; the lowest and highest relative to the least known μ; starts per
-# level, in full rounds and in the first, cheap rounds of scouts; least number of starts per level.
+# Levels are the values of μ in a round: their number; the lowest and highest, relative to the least
+# known μ; starts per level in full rounds and in cheap scout rounds before them; least starts.
 LEVELS: Final = 16
 _LOWEST_LEVEL: Final = 0.06
 _HIGHEST_LEVEL: Final = 0.99
@@ -37,8 +37,8 @@ SCOUT_STARTS: Final = 16
 _LEAST_STARTS: Final = 4
 # Limit of integration steps of a round.
 _MOST_STEPS: Final = 12_000_000
-# Duration of each stage in decay times of small disturbances, at the level of fastest decay, and
-# its minimum in slowest periods.
+# Duration of each stage in decay times of small disturbances at the level with the fastest decay,
+# and its minimum in slowest periods.
 _STAGES: Final = (
     (2.5, 50.0),
     (2.5, 50.0),
@@ -54,10 +54,10 @@ _ZERO_DECAY: Final = 1e-12
 _PERIOD_LIMIT: Final = 20_000.0
 # Share of the limit of steps that the starts of a round are planned to use.
 _PLANNED_SHARE: Final = 0.8
-# A system is stiff above this ratio of its frequencies. Its steps cost more: its limit of steps is
-# divided by the second number.
+# A system is stiff above this ratio of its frequencies. A step of it costs as much as this many
+# steps of another system: its limit of steps is smaller by this factor.
 _STIFF_RATIO: Final = 20.0
-_STIFF_DIVISOR: Final = 6
+_STIFF_STEP_COST: Final = 6
 # Least limit of steps of one motion in a stage.
 _LEAST_STEP_LIMIT: Final = 2_000
 _TOL: Final = 1e-6
@@ -134,8 +134,8 @@ class _Fate(IntEnum):
     STOPPED = 3
 
 
-class _StageEnds(NamedTuple):
-    # Results of motions in a stage: final states, half peak-to-peak of y, flags of their fates.
+class _StageResults(NamedTuple):
+    # Final states of motions in a stage, half peak-to-peak of y, and flags of their fates.
     states: Floats
     half_ranges: Floats
     stopped: Flags
@@ -159,13 +159,13 @@ class Round:
         self._system, self._progress = system, progress
         self._levels = (mu_limit * np.linspace(_LOWEST_LEVEL, _HIGHEST_LEVEL, LEVELS)).tolist()
         systems = [system.with_values({"mu": mu}) for mu in self._levels]
-        self._regions = [_attraction(at_mu) for at_mu in systems]
+        self._regions = [_decay_region(at_mu) for at_mu in systems]
         self._growth_rates = np.array([region.growth for region in self._regions])
         self._slowest_period = slowest_period(system.parameters)
         self._durations = _stage_durations(-self._growth_rates.min(), self._slowest_period)
         fastest, decay = max(region.fastest for region in self._regions), -self._growth_rates.min()
         stiff = fastest * self._slowest_period > _STIFF_RATIO * math.tau
-        self._step_limit = _MOST_STEPS // (_STIFF_DIVISOR if stiff else 1)
+        self._step_limit = _MOST_STEPS // (_STIFF_STEP_COST if stiff else 1)
         too_slow = sum(self._durations[:2]) > _PERIOD_LIMIT * self._slowest_period
         count = 0 if too_slow or decay <= _ZERO_DECAY * fastest else starts
         starts_by_level = [disturbed_states(at_mu, count) for at_mu in systems]
@@ -199,18 +199,18 @@ class Round:
         return True
 
     def _follow(self, followed: Indices, duration: float) -> None:
-        ends = self._run_stage(followed, duration)
+        results = self._run_stage(followed, duration)
         previous = self._half_ranges[followed]
-        self._states[followed], self._half_ranges[followed] = ends.states, ends.half_ranges
+        self._states[followed], self._half_ranges[followed] = results.states, results.half_ranges
         with np.errstate(divide="ignore", invalid="ignore"):
-            self._log_ratio[followed] = np.log(ends.half_ranges / previous)
+            self._log_ratio[followed] = np.log(results.half_ranges / previous)
         if self._stage:
             # Amplitudes are taken over the second halves of the stages.
             time_between = 0.25 * self._durations[self._stage - 1] + 0.75 * duration
             self._expected_ratio = self._growth_rates * time_between
         self._fates[followed[self._rest_flags(followed)]] = _Fate.DIED_OUT
-        self._fates[followed[ends.unbounded]] = _Fate.UNBOUNDED
-        self._fates[followed[ends.stopped]] = _Fate.STOPPED
+        self._fates[followed[results.unbounded]] = _Fate.UNBOUNDED
+        self._fates[followed[results.stopped]] = _Fate.STOPPED
 
     def persistent_motions(self, per_level: int) -> list[Survivor]:
         """Motions whose amplitude decays too slowly to die out, by ascending μ.
@@ -265,19 +265,19 @@ class Round:
             [moving[self._level_of[moving] == level][:per_level] for level in range(LEVELS)]
         )
 
-    def _run_stage(self, followed: Indices, duration: float) -> _StageEnds:
+    def _run_stage(self, followed: Indices, duration: float) -> _StageResults:
         limit = max(_LEAST_STEP_LIMIT, 2 * (self._step_limit - self._steps) // followed.size)
-        ends = self._integrate_motions(followed, duration, limit)
+        results = self._integrate_motions(followed, duration, limit)
         # Unused steps are available to motions that the limit stopped.
-        stopped = np.flatnonzero(ends.stopped)
+        stopped = np.flatnonzero(results.stopped)
         larger_limit = (self._step_limit - self._steps) // max(stopped.size, 1)
         if stopped.size and larger_limit > 2 * limit:
-            repeated_ends = self._integrate_motions(followed[stopped], duration, larger_limit)
-            for values, repeated_values in zip(ends, repeated_ends, strict=True):
+            repeated_results = self._integrate_motions(followed[stopped], duration, larger_limit)
+            for values, repeated_values in zip(results, repeated_results, strict=True):
                 values[stopped] = repeated_values
-        return ends
+        return results
 
-    def _integrate_motions(self, followed: Indices, duration: float, limit: int) -> _StageEnds:
+    def _integrate_motions(self, followed: Indices, duration: float, limit: int) -> _StageResults:
         run = simulate_batch(
             {"mu": np.array(self._levels)[self._level_of[followed]]},
             base=self._system.parameters,
@@ -294,7 +294,7 @@ class Round:
         self._step_rate = max(steps, 1) / (followed.size * duration)
         scales = np.maximum(self._start_extents[followed], self._length_scale)
         unbounded = np.maximum(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED_GROWTH * scales
-        return _StageEnds(
+        return _StageResults(
             run.final,
             run.steady.y_half_range,
             run.status == Status.STEP_LIMIT,
@@ -324,7 +324,7 @@ class Round:
 
 
 def starts_within_limit(scouts: SearchRound) -> int:
-    """Number of starts per μ within the limit of steps, estimated from a round of scouts."""
+    """Number of starts per μ within the limit of steps, estimated from a scout round."""
     if not scouts.steps:
         return STARTS
     steps = scouts.steps / scouts.starts * LEVELS
@@ -351,7 +351,7 @@ def least_persistent_mu(system: System, motion: Survivor, low: float) -> float:
     The μ of the motion if damping is too small for motions to die out.
     """
     period = slowest_period(system.parameters)
-    horizon = _stage_durations(-_attraction(system.with_values({"mu": low})).growth, period)[-1]
+    horizon = _stage_durations(-_decay_region(system.with_values({"mu": low})).growth, period)[-1]
     if horizon > _PERIOD_LIMIT * period:
         return motion.mu
 
@@ -388,7 +388,7 @@ def _least_mu_where(
     return high
 
 
-def _attraction(system: System) -> DecayRegion:
+def _decay_region(system: System) -> DecayRegion:
     return DecayRegion(system, equilibrium(system))
 
 

@@ -37,9 +37,9 @@ _BOUNDS: Final = (0.0, PARAMETERS["mu"].upper)
 _CELL_DEGREE: Final = 8
 _FIT_NODES: Final = 14
 _TEST_NODES: Final = 6
-# Over several groups: total degrees to choose from, and greatest number of coefficients per fold.
+# Over several groups: the total degrees that are tried, and the limit of coefficients per fold.
 _TOTAL_DEGREES: Final = range(1, 7)
-_MAX_FILL: Final = 0.5
+_MAX_COEFFICIENTS_PER_FOLD: Final = 0.5
 # Margin of the box and of safe μ beyond the fitted values, relative to their range.
 _BOX_MARGIN: Final = 0.25
 # One fold in this many is for the test; number of folds of the first fit.
@@ -49,7 +49,7 @@ _FIRST_FOLDS: Final = 128
 _QUANTILE: Final = 0.95
 # A direction whose spread, relative to the widest, is below this does not vary.
 _FLAT_SPREAD: Final = 1e-6
-# Least value of a group in a logarithm; points whose polynomials are evaluated together.
+# Lower bound of a stiffness before its logarithm; points whose polynomials are evaluated together.
 _LEAST_STIFFNESS: Final = 1e-9
 _BLOCK_SIZE: Final = 1 << 16
 
@@ -129,13 +129,13 @@ def safe_mus(
     if table is not None:
         critical = critical_mus(p, varied, separation)
         return np.where(np.isnan(critical), np.nan, np.minimum(table.at(groups), critical))
-    rows, set_rows = np.unique(np.column_stack([groups, separation]), axis=0, return_inverse=True)
+    rows, row_of_set = np.unique(np.column_stack([groups, separation]), axis=0, return_inverse=True)
     mu, work = np.full(len(rows), np.nan), Progress(progress)
     for row, (*group, with_separation) in enumerate(rows.tolist()):
         work.report(row / len(rows))
         if group[0] == group[0]:
             mu[row] = least_cycle_mu(tuple(group), separation=bool(with_separation))
-    return mu[set_rows.ravel()]
+    return mu[row_of_set.ravel()]
 
 
 def safe_table(
@@ -170,7 +170,7 @@ class _Folds:
         self._work.report(self.count / MAX_FOLDS)
         self.count += 1
         group = coordinates.copy()
-        group[_HAS_LOG] = np.exp(group[_HAS_LOG])
+        group[_IS_LOGARITHMIC] = np.exp(group[_IS_LOGARITHMIC])
         # Rounding may make a damping of zero negative.
         return least_cycle_mu(tuple(np.maximum(group, 0.0).tolist()), separation=self.separation)
 
@@ -201,7 +201,7 @@ def _table_over_one_group(
     points = _coordinates(dimensionless_groups(p, varied, len(corners)))
     _check_all_defined(np.isfinite(points).all(axis=1))
     (index,) = folds.indices
-    scaled = _nodes(_FIT_NODES, _TEST_NODES)
+    scaled = _fit_and_test_nodes(_FIT_NODES, _TEST_NODES)
 
     def fit_cell(low: float, high: float) -> tuple[SafeCell, Floats]:
         nodes = np.repeat(points[:1], len(scaled), axis=0)
@@ -212,7 +212,7 @@ def _table_over_one_group(
 
     cells = [fit_cell(float(points[:, index].min()), float(points[:, index].max()))]
     while folds.count + 2 * len(scaled) <= MAX_FOLDS:
-        worst = max(range(len(cells)), key=lambda n: cells[n][1].max())
+        worst = max(range(len(cells)), key=lambda position: cells[position][1].max())
         cell, errors = cells[worst]
         if errors.max() <= _TARGET_ERROR:
             break
@@ -243,7 +243,7 @@ def _table_over_groups(p: Parameters, draws: Mapping[str, Floats], folds: _Folds
     while True:
         values = np.append(values, [folds.mu_at(node) for node in points[len(values) : count]])
         is_fit = np.arange(count) % _TEST_EVERY > 0
-        max_coefficients = _MAX_FILL * np.count_nonzero(is_fit)
+        max_coefficients = _MAX_COEFFICIENTS_PER_FOLD * np.count_nonzero(is_fit)
         # Far from all draws a polynomial may have any value: clip it.
         least, greatest = float(np.nanmin(values[is_fit])), float(np.nanmax(values[is_fit]))
         mu_margin = _BOX_MARGIN * (greatest - least)
@@ -288,16 +288,16 @@ def _fit_cell(
 
 
 # Groups that are stiffnesses, whose logarithms are the coordinates.
-_HAS_LOG: Final = np.array([name.startswith("k") for name in GROUPS])
+_IS_LOGARITHMIC: Final = np.array([name.startswith("k") for name in GROUPS])
 
 
 def _coordinates(groups: Floats) -> Floats:
     points = groups.copy()
-    points[:, _HAS_LOG] = np.log(np.maximum(points[:, _HAS_LOG], _LEAST_STIFFNESS))
+    points[:, _IS_LOGARITHMIC] = np.log(np.maximum(points[:, _IS_LOGARITHMIC], _LEAST_STIFFNESS))
     return points
 
 
-def _nodes(fit_count: int, test_count: int) -> Floats:
+def _fit_and_test_nodes(fit_count: int, test_count: int) -> Floats:
     # Chebyshev nodes for the fit, then nodes between them for the test.
     nodes = -np.cos(np.pi * (np.arange(fit_count) + 0.5) / fit_count)
     between = -np.cos(np.pi * (np.arange(test_count) + 1.0) / (test_count + 1.0))

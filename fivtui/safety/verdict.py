@@ -53,13 +53,13 @@ _UPPER_MU_FACTOR: Final = 2.0
 _MU_ROUNDING: Final = 1e-9
 # Limit of rounds of scouts, and of full rounds.
 _ROUND_LIMIT: Final = 8
-# Motions from which shooting starts in a stage, per μ and in total; limit of legs of each.
+# Number of motions of a stage from which shooting starts, per μ and in total; legs of each at most.
 _SHOTS_PER_LEVEL: Final = 3
 _SHOTS_PER_STAGE: Final = 12
 _LEG_LIMIT: Final = 16
 # Share of undecided motions from which on safe μ is not known.
 _UNDECIDED_LIMIT: Final = 0.05
-# Lower end of the search for motion on a torus, relative to a lower μ of cycles or levels.
+# Lower end of the search for motion on a torus, relative to the μ below it of a cycle or a level.
 _TORUS_RANGE: Final = 0.95
 # Relative difference of amplitudes below which two cycles are the same.
 _SIZE_TOLERANCE: Final = 1e-2
@@ -102,8 +102,8 @@ class SafeFrictionBasis:
     not_followed : str
         The reason why there is no branch from a Hopf point; empty if there is one.
     rounds : tuple of SearchRound
-        Global search: each round is below the least μ known before it; the first ones have few
-        starts. A round ends when an attractor is found; motions that still move are undecided.
+        Global search: each round is below the least μ of the attractors known before it; the first
+        rounds have few starts. A round ends when it finds an attractor: motions stay undecided.
     budget_ended : bool
         Whether a limit ended the search: motions of the last round are undecided, or the limit of
         rounds was reached.
@@ -141,8 +141,8 @@ class SafeFriction(SystemResult):
         The least μ at which another attractor was found, else the critical μ, else None. None also
         if it is not known: see `unknown_above`.
     unknown_above : float or None
-        The μ above which `safe_mu` is not known, as one in 20 motions or more stayed undecided;
-        None if `safe_mu` is known.
+        The μ above which `safe_mu` is not known, because at least one in 20 motions stayed
+        undecided; None if `safe_mu` is known.
     found_by : str or None
         Basis of `safe_mu`: ``"continuation"``, ``"global search"``, or ``"eigenvalues"`` if no
         attractor was found below the critical μ; None without a `safe_mu`.

@@ -192,14 +192,14 @@ class _EigenvalueZones:
 
     def zones(
         self,
-        added: Sequence[float] = (),
+        changes: Sequence[float] = (),
         large_zone: Callable[[float], Zone] = lambda _value: Zone.SMALL,
     ) -> Zones:
         """Zones by eigenvalues and, where small disturbances die out, by `large_zone`.
 
-        `large_zone` returns the zone for large disturbances; it changes at the values `added`.
+        `large_zone` returns the zone for large disturbances; it changes at `changes`.
         """
-        inside = (value for value in (*self.bounds(), *added) if self.low < value < self.high)
+        inside = (value for value in (*self.bounds(), *changes) if self.low < value < self.high)
         bounds = [self.low, *sorted(inside), self.high]
         middles = [0.5 * (begin + end) for begin, end in pairwise(bounds)]
         pairs = zip(self.zones_at(np.array(middles)), middles, strict=True)
@@ -282,7 +282,7 @@ def _search_between(
     low: float,
     high: float,
 ) -> None:
-    # Golden-section search for a different zone near the least |safe μ - μ|; `least_mu` keeps it.
+    # Golden-section search for another zone near the least |safe μ - μ|; `least_mu` stores values.
     zone_at_low = zone_at(low)
     for _ in range(_GOLDEN_SECTIONS):
         left, right = high - _GOLDEN_RATIO * (high - low), low + _GOLDEN_RATIO * (high - low)

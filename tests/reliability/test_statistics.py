@@ -5,6 +5,7 @@ import pytest
 
 from fivtui.distributions import Distribution
 from fivtui.reliability.statistics import (
+    add_remark,
     effective_samples,
     mean_estimate,
     mean_of,
@@ -12,7 +13,6 @@ from fivtui.reliability.statistics import (
     probability_of,
     quantiles_of,
     sobol_of,
-    with_remark,
 )
 from fivtui.sweeps.scatter import Scatter
 
@@ -111,4 +111,4 @@ def test_effective_samples_are_those_that_make_up_the_variance() -> None:
     ],
 )
 def test_an_index_beyond_0_to_1_is_marked(printed: str, remark: str) -> None:
-    assert with_remark(printed) == remark
+    assert add_remark(printed) == remark

@@ -31,7 +31,7 @@ from fivtui.reliability.request import (
 )
 from fivtui.reliability.result import Uncertainty, evaluate
 from fivtui.reliability.run import MembersFile, compute_uncertainty
-from fivtui.reliability.statistics import with_remark
+from fivtui.reliability.statistics import add_remark
 from fivtui.safety.table import safe_mus
 from fivtui.scene.files import scene_from_dict
 from fivtui.studies import command_of, kind_of, load_study
@@ -375,7 +375,7 @@ def test_an_index_above_1_is_marked_wherever_it_is_shown(
     assert index_remark(replace(result, indices={})) == ""
     titles = [axes.get_title() for axes in result.figure().subfigs[1].axes]
     assert "beyond 0 to 1: sampling error" in titles[0]
-    total = with_remark(f"{index.total.value:.2f}")
+    total = add_remark(f"{index.total.value:.2f}")
     assert ("drives unstable", f"mu {total}") in result._summary()
     # The critical μ does not vary with μ.
     assert "critical_mu" not in result.indices
