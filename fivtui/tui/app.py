@@ -59,7 +59,7 @@ def _read_results(
     return results, errors
 
 
-def _report_interpreted(lab: Screen[object]) -> None:
+def _report_interpreted_kernel(lab: Screen[object]) -> None:
     from fivtui.kernel import why_interpreted
 
     reason = why_interpreted()
@@ -126,7 +126,7 @@ class FivtuiApp(App[None]):
         # Reports to be posted when the screen is displayed.
         self._reports: list[Reported] = []
         self._configure(config)
-        self._restore(scene_given=scene is not None)
+        self._restore(keep_scene=scene is not None)
 
     def _configure(self, path: Path | None) -> None:
         try:
@@ -143,14 +143,14 @@ class FivtuiApp(App[None]):
         if config.theme:
             self.theme = config.theme
 
-    def _restore(self, *, scene_given: bool) -> None:
+    def _restore(self, *, keep_scene: bool) -> None:
         state = self._autosave.load()
         self._is_first_start = (
             self._autosave.enabled and state is None and not self._autosave.other_slots
         )
         self._reports += [Reported(text, error=True) for text in self._autosave.notices]
         if state is not None:
-            notes = self._apply_state(state, scene_given=scene_given)
+            notes = self._apply_state(state, keep_scene=keep_scene)
             text = "; ".join(["last session restored", *notes])
             self._reports.append(Reported(text, routine=not notes))
         numbers = ", ".join(str(slot.number) for slot in reversed(self._autosave.other_slots))
@@ -160,11 +160,11 @@ class FivtuiApp(App[None]):
             )
             self._reports.append(Reported(text))
 
-    def _apply_state(self, state: State, *, scene_given: bool = False) -> list[str]:
+    def _apply_state(self, state: State, *, keep_scene: bool = False) -> list[str]:
         # Returns messages about results that were not saved.
         if state.theme in self.available_themes and not self._configured_theme:
             self.theme = state.theme
-        if not scene_given:
+        if not keep_scene:
             self.session = Session(state.edit_state.loaded, state.edit_state.source)
             if state.edit_state != self.session.edit_state:
                 self.session.restore(state.edit_state)
@@ -205,7 +205,9 @@ class FivtuiApp(App[None]):
         """The laboratory's screen."""
         if self._live_enabled is not None:
             self.session.live_enabled = self._live_enabled
-        screen = LabScreen(self.session, lambda: self.other_sessions, welcome=self._is_first_start)
+        screen = LabScreen(
+            self.session, lambda: self.other_sessions, show_welcome=self._is_first_start
+        )
         # Size classes set before the first layout avoid a second one.
         screen.set_classes(
             [
@@ -263,7 +265,7 @@ class FivtuiApp(App[None]):
             lab.post_message(report)
         self._reports.clear()
         # After the first frame, because loading the kernel is slow.
-        self.call_after_refresh(_report_interpreted, lab)
+        self.call_after_refresh(_report_interpreted_kernel, lab)
         if self.session.unread_results:
             autosave, unread = self._autosave, dict(self.session.unread_results)
             # After the first frame, because reading files may be slow.

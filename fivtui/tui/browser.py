@@ -44,7 +44,7 @@ def serve(port: int = DEFAULT_PORT, *, report: Callable[[str], None]) -> None:
 
     access = _AccessControl(port)
 
-    async def refuse_others(request: "Request", handler: "Handler") -> "StreamResponse":
+    async def check_access(request: "Request", handler: "Handler") -> "StreamResponse":
         if reason := access.refusal_reason(request):
             raise web.HTTPForbidden(text=reason)
         if access.has_token(request.query):
@@ -63,7 +63,7 @@ def serve(port: int = DEFAULT_PORT, *, report: Callable[[str], None]) -> None:
 
         async def _make_app(self) -> "Application":
             application: Application = await super()._make_app()
-            application.middlewares.append(web.middleware(refuse_others))
+            application.middlewares.append(web.middleware(check_access))
             application.on_response_prepare.append(add_security_headers)
             return application
 
@@ -100,9 +100,9 @@ class _AccessControl:
         is_own_page = origin is None or origin in {f"http://{name}" for name in self.hosts}
         if request.host not in self.hosts or not is_own_page:
             return "fivtui answers requests from its own page only"
-        # The style sheets and scripts of the page are no secret.
-        static = request.path.startswith("/static/")
-        if static or self.has_token(request.query) or self.has_token(request.cookies, self.cookie):
+        # Style sheets and scripts contain no secrets.
+        public = request.path.startswith("/static/")
+        if public or self.has_token(request.query) or self.has_token(request.cookies, self.cookie):
             return ""
         return "open the address that fivtui serve has printed"
 
@@ -115,7 +115,7 @@ def _check_port(port: int) -> None:
     try:
         with socket.socket() as probe:
             if os.name == "posix":
-                # The server sets it too: a recently closed port can be used again.
+                # The server sets this option, too: a recently closed port can be used again.
                 probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             probe.bind((HOST, port))
     except OSError as error:

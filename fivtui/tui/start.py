@@ -21,7 +21,7 @@ def shorten_switch_interval() -> None:
 
 def run(scene: "Scene | None" = None, source: str = "") -> None:
     """Run the terminal UI until the user quits; `scene` replaces that of the last session."""
-    # Garbage collection during the start would only delay the first frame.
+    # Garbage collection would delay the first frame.
     gc.disable()
     from .app import SIGNAL_STATUS_BASE, FivtuiApp
     from .persistence import config_path, state_path
@@ -34,7 +34,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         source,
         state=state_path(),
         config=config_path(),
-        on_first_frame=_enable_collection,
+        on_first_frame=_enable_garbage_collection,
         threads=threads,
     )
     app.run()
@@ -43,7 +43,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         # After a signal, do not wait for threads; the terminal may be closed.
         os._exit(status)
     try:
-        FILE_WRITES.wait(_report_writing)
+        FILE_WRITES.wait(_report_pending_writes)
     except KeyboardInterrupt:
         os._exit(_INTERRUPTED_STATUS)
     if app.save_error:
@@ -55,12 +55,12 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         os._exit(status)
 
 
-def _report_writing(names: str) -> None:
+def _report_pending_writes(names: str) -> None:
     sys.stderr.write(f"writing {names}; Ctrl+C stops it\n")
     sys.stderr.flush()
 
 
-def _enable_collection() -> None:
+def _enable_garbage_collection() -> None:
     # Exempting the objects created so far saves a tenth of a second per collection.
     gc.freeze()
     gc.enable()

@@ -183,7 +183,7 @@ class Observer:
             stored = {int(key.removeprefix("run-")) for key in state["results"] if "run-" in key}
             for number in stored:
                 name = state["results"][f"run-{number}"]["file"]
-                gone = not (slot.results / name).is_file()
+                gone = not (slot.results_folder / name).is_file()
                 # A state that was replaced meanwhile may have lost its files.
                 assert not gone or json.loads(slot.path.read_bytes()) != state, (slot, name)
             before = self.stored_runs.get(slot.number, set())

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 class LabActions(Screen[None]):
     """Actions that key bindings and palette entries of the main screen call."""
 
-    def __init__(self, session: Session, *, welcome: bool) -> None:
+    def __init__(self, session: Session, *, show_welcome: bool) -> None:
         super().__init__()
         self.session = session
-        self._welcome = welcome
+        self._shows_welcome = show_welcome
 
     @cached_property
     def files(self) -> "FileController":
@@ -69,8 +69,8 @@ class LabActions(Screen[None]):
         return availability.get(action, True)
 
     def _remove_welcome(self) -> None:
-        if self._welcome:
-            self._welcome = False
+        if self._shows_welcome:
+            self._shows_welcome = False
             self.query("#welcome").remove()
 
     def action_switch_tab(self, direction: int) -> None:

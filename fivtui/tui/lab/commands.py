@@ -30,7 +30,7 @@ from fivtui.tui.tabs import (
 from .keys import key_text
 from .screen import LabScreen
 
-# Scores if all words of a search match the title or the search terms; letters alone score less.
+# Scores if all words of a search match the title or the search terms. Mere letters score less.
 _TITLE_SCORE: Final = 2.0
 _TERMS_SCORE: Final = 1.0
 _EXPORT_TERMS: Final = {
@@ -186,10 +186,10 @@ def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
         with suppress(InputError):
             export = pane.export(kind)
             title = f"Export the {export.kind} of {export.subject}…"
-            text = f"{key}: {', '.join(export.suffixes)}"
-            run = partial(lab.action_export, kind)
+            suffixes = f"{key}: {', '.join(export.suffixes)}"
+            write = partial(lab.action_export, kind)
             terms = _BELT_EXPORT_TERMS if {".gif", ".wav"} & set(export.suffixes) else _EXPORT_TERMS
-            yield PaletteEntry(title, text, run, terms[kind])
+            yield PaletteEntry(title, suffixes, write, terms[kind])
     with suppress(InputError):
         line = pane.command_line()
         copy = partial(lab.files.copy_command, pane)
@@ -202,32 +202,32 @@ def _plot_entries(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
     # Entries that act on the first visible plot.
     chart = next(view for view in pane.shown_views() if view.chart is not None)
 
-    def entry(title: str, key: str, run: Callable[[], object], text: str) -> PaletteEntry:
+    def entry(title: str, key: str, run: Callable[[], object], terms: str) -> PaletteEntry:
         def focus_and_run() -> None:
             chart.focus()
             run()
 
-        return PaletteEntry(title, f"In the plot: {key}", focus_and_run, text)
+        return PaletteEntry(title, f"In the plot: {key}", focus_and_run, terms)
 
     yield entry("Limits of the axes…", "g", chart.action_limits, "range zoom scale")
     yield entry("Fit the axes", "r", chart.action_fit, "reset zoom limits all")
     yield entry("Zoom in", "+", partial(chart.action_zoom, -1), "enlarge magnify")
     yield entry("Zoom out", "-", partial(chart.action_zoom, 1), "shrink")
-    for number, (key, text) in enumerate((("c", "First cursor"), ("C", "Second cursor"))):
-        cursor = partial(chart.action_cursor, number)
-        yield entry(text, key, cursor, "read value point crosshair measure difference delta")
+    for number, (key, title) in enumerate((("c", "First cursor"), ("C", "Second cursor"))):
+        set_cursor = partial(chart.action_cursor, number)
+        yield entry(title, key, set_cursor, "read value point crosshair measure difference delta")
     for axis in "xy":
-        log = partial(chart.action_log, axis)
-        yield entry(f"Logarithmic {axis} axis", axis, log, "log linear scale")
+        toggle_log = partial(chart.action_log, axis)
+        yield entry(f"Logarithmic {axis} axis", axis, toggle_log, "log linear scale")
     yield PaletteEntry(
         "Copy the plot as text",
         "To the clipboard",
         partial(lab.files.copy_plot, pane),
         "picture image copy characters",
     )
-    picture = "To the clipboard, as PNG"
+    picture_help = "To the clipboard, as PNG"
     copy = partial(lab.files.copy_picture, pane)
-    yield PaletteEntry("Copy the picture", picture, copy, "plot figure image png clipboard")
+    yield PaletteEntry("Copy the picture", picture_help, copy, "plot figure image png clipboard")
 
 
 def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
@@ -237,19 +237,19 @@ def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
 
     views = getattr(tab.pane_class(), "VIEWS", {})
     for view, title in views.items() if len(views) > 1 else ():
-        meaning = f"plot {_SEARCH_TERMS.get(view, '')}"
+        terms = f"plot {_SEARCH_TERMS.get(view, '')}"
         yield PaletteEntry(
             f"{tab.title}: {title}",
             f"{key_text(lab.app, tab.key)}, v",
             partial(show, view),
-            meaning,
+            terms,
         )
 
 
 def _scene_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
-    def entry(title: str, text: str, scene: Scene, source: str, report: str) -> PaletteEntry:
+    def entry(title: str, help_text: str, scene: Scene, source: str, report: str) -> PaletteEntry:
         load = partial(lab.post_message, SceneLoaded(scene, source, report))
-        return PaletteEntry(title, text, load, "load example scene case")
+        return PaletteEntry(title, help_text, load, "load example scene case")
 
     for name, scene in PRESETS.items():
         yield entry(f"Preset {name}", scene.description, scene, name, f"preset {name}")
@@ -261,9 +261,9 @@ def _scene_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
 def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     runs = lab.session.runs
 
-    def entry(title: str, text: str, run: Run, action: str) -> PaletteEntry:
+    def entry(title: str, help_text: str, run: Run, action: str) -> PaletteEntry:
         return PaletteEntry(
-            title, text, partial(lab.post_message, RunActionRequested(run.number, action))
+            title, help_text, partial(lab.post_message, RunActionRequested(run.number, action))
         )
 
     for run in runs:
@@ -281,34 +281,34 @@ def _run_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
 
 def _session_entries(lab: LabScreen, slots: Iterable[Slot]) -> Iterator[PaletteEntry]:
     for slot in slots:
-        time = datetime.fromtimestamp(slot.last_used)
-        hint = f"last used {time:%Y-%m-%d %H:%M}; saves the current session"
+        last_used = datetime.fromtimestamp(slot.last_used)
+        hint = f"last used {last_used:%Y-%m-%d %H:%M}; saves the current session"
         open_session = partial(lab.post_message, SessionRequested(slot.number))
-        yield PaletteEntry(f"Open session {slot.number}: {_summary(slot)}", hint, open_session)
+        yield PaletteEntry(f"Open session {slot.number}: {_describe(slot)}", hint, open_session)
 
 
-def _summary(slot: Slot) -> str:
+def _describe(slot: Slot) -> str:
     try:
         state = load_state(slot.path)
     except InputError as error:
         return str(error)
     if state is None:
         return "empty"
-    names = ["scene " + state.edit_state.loaded.name]
+    contents = ["scene " + state.edit_state.loaded.name]
     count = len(state.runs.runs)
     if count:
-        names.append(f"{count} run{'s' * (count > 1)}")
-    return ", ".join([*names, *(key for key in state.results if not key.startswith("run-"))])
+        contents.append(f"{count} run{'s' * (count > 1)}")
+    return ", ".join([*contents, *(key for key in state.results if not key.startswith("run-"))])
 
 
 def _field_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
     for field in FIELDS.values():
-        edit = partial(lab.focus_field, field.name)
-        yield PaletteEntry(f"Edit {field.symbol or field.name}", field.meaning, edit, field.name)
+        focus = partial(lab.focus_field, field.name)
+        yield PaletteEntry(f"Edit {field.symbol or field.name}", field.meaning, focus, field.name)
         for text, meaning in (field.choices or {}).items():
             if text != lab.session.texts[field.name]:
-                message = partial(lab.post_message, FieldEdited(field.name, text, typed=False))
-                yield PaletteEntry(f"{field.name.capitalize()}: {text}", meaning, message)
+                choose = partial(lab.post_message, FieldEdited(field.name, text, typed=False))
+                yield PaletteEntry(f"{field.name.capitalize()}: {text}", meaning, choose)
 
 
 class LabCommands(Provider):

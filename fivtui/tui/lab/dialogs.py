@@ -42,7 +42,7 @@ class PathDialog(ModalScreen[Path | None]):
         self._hint = hint
         self._check = check
         self._verb = verb
-        self._confirmed_text = ""
+        self._text_to_overwrite = ""
 
     def compose(self) -> ComposeResult:
         """Title, input, hint and buttons."""
@@ -57,13 +57,13 @@ class PathDialog(ModalScreen[Path | None]):
     @on(Input.Changed, "#path")
     def _reset_hint(self) -> None:
         self._show_hint(self._hint, self._verb, is_error=False)
-        self._confirmed_text = ""
+        self._text_to_overwrite = ""
 
     @on(Input.Submitted, "#path")
     @on(Button.Pressed, "#save")
     async def _confirm(self) -> None:
         text = self.query_one("#path", Input).value.strip()
-        confirmed = bool(text) and self._confirmed_text == text
+        confirmed = bool(text) and self._text_to_overwrite == text
         path = output_path(Path(text).expanduser(), force=confirmed)
         error = await asyncio.to_thread(self._path_error, path) if text else "type a path"
         if not self.is_current:
@@ -76,7 +76,7 @@ class PathDialog(ModalScreen[Path | None]):
             and not await asyncio.to_thread(self._path_error, output_path(path, force=True))
         ):
             # The path is valid, but the file exists.
-            self._confirmed_text = text
+            self._text_to_overwrite = text
             self._show_hint(f"{path} exists. Overwrite it?", "Overwrite", is_error=True)
         else:
             self._show_hint(error, self._verb, is_error=True)

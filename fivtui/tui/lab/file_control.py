@@ -272,7 +272,7 @@ def _remove_folder(text: str, folder: str) -> str:
 
 
 def download_name(path: Path) -> str:
-    """The name under which a browser downloads a file: letters and digits without accents."""
+    """The name under which a browser downloads a file: ASCII letters, digits, and ``-_.``."""
     return "".join(c if (c.isascii() and c.isalnum()) or c in "-_." else "-" for c in path.name)
 
 

@@ -14,7 +14,7 @@ from textual.widget import Widget
 _ESSENTIAL_IDS: Final = ("run", "stop", "help", "next-tab")
 _KEY_STYLE: Final = "bold $footer-key-foreground"
 _TEXT_STYLE: Final = "$footer-description-foreground"
-_OFF_STYLE: Final = "dim $footer-description-foreground"
+_DIM_STYLE: Final = "dim $footer-description-foreground"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class _Item:
     @property
     def parts(self) -> tuple[tuple[str, str], ...]:
         text = f" {self.description} " if self.description else " "
-        return ((self.display, _KEY_STYLE if self.enabled else _OFF_STYLE), (text, _TEXT_STYLE))
+        return ((self.display, _KEY_STYLE if self.enabled else _DIM_STYLE), (text, _TEXT_STYLE))
 
 
 class KeyBar(Widget):
@@ -69,13 +69,13 @@ class KeyBar(Widget):
             if _width(items) + _width(group) > width:
                 break
             items += group
-        blanks = max(width - _width(items), 0)
+        blank_count = max(width - _width(items), 0)
         ends = accumulate(item.width for item in items)
         self._items = [(end - item.width, item) for end, item in zip(ends, items, strict=True)]
         self._items += [(width, item) for item in palette_items]
         return Content.assemble(
             *(part for item in items for part in item.parts),
-            " " * blanks,
+            " " * blank_count,
             *(part for item in palette_items for part in item.parts),
         )
 
@@ -97,10 +97,10 @@ class KeyBar(Widget):
             if group is None:
                 yield from ([item] for item in items)
             else:
-                shared = [""] * (len(items) - 1) + [group.description]
+                descriptions = [""] * (len(items) - 1) + [group.description]
                 yield [
                     replace(item, description=description)
-                    for item, description in zip(items, shared, strict=True)
+                    for item, description in zip(items, descriptions, strict=True)
                 ]
 
     def on_click(self, event: Click) -> None:

@@ -28,7 +28,7 @@ _CALLBACKS_AT_TARGET: Final = 2
 
 @dataclass(frozen=True, slots=True)
 class _AltKey:
-    # Textual's table of key sequences has objects with this attribute.
+    # An entry of Textual's table of key sequences.
     value: str
 
 
@@ -84,18 +84,19 @@ class KeyQueue:
         target = self._app.focused or screen
         await self._handle(event)
 
-        def post(node: DOMNode, count: int = 1) -> None:
-            # A node runs a posted callback after the event; one that is being removed runs none.
+        # Follow the event from the focused widget to its parents until one consumes it.
+        def follow(node: DOMNode, count: int = 1) -> None:
+            # `node` runs the callback after the event, unless `node` is being removed.
             if not node.call_later(proceed, node, count):
                 proceed(node, 1)
 
         def proceed(node: DOMNode, count: int) -> None:
             if count > 1:
-                post(node, count - 1)
-            elif node is self._app or _is_typed(event, node):
+                follow(node, count - 1)
+            elif node is self._app or _is_consumed(event, node):
                 handle_next()
             else:
-                post(node.parent or self._app)
+                follow(node.parent or self._app)
 
         def handle_next() -> None:
             stack = self._app.screen_stack
@@ -103,13 +104,13 @@ class KeyQueue:
             if not (stack and stack[-1] is not screen and stack[-1].call_later(self._resume)):
                 self._resume()
 
-        post(target, _CALLBACKS_AT_TARGET)
+        follow(target, _CALLBACKS_AT_TARGET)
 
     def _resume(self) -> None:
         self._app.call_later(self._handle_first)
 
 
-def _is_typed(event: Event, node: DOMNode) -> bool:
+def _is_consumed(event: Event, node: DOMNode) -> bool:
     if not isinstance(event, Key):
         return True
     return isinstance(node, Widget) and node.check_consume_key(event.key, event.character)

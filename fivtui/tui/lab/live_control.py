@@ -123,7 +123,7 @@ class LiveController:
         elif outcome.error:
             live.show_failure(outcome.error, displayed_result)
         else:
-            live.record_duration(job.scene, job.estimate)
+            live.record_duration(job.scene, job.estimated_duration)
             live.switch_off(job.scene)
         if self._queued_scene is not None:
             self._start_job(self._queued_scene)

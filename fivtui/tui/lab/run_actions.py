@@ -32,8 +32,8 @@ from .actions import LabActions
 class RunActions(LabActions):
     """Actions on runs, by keys, commands and messages."""
 
-    def __init__(self, session: Session, *, welcome: bool) -> None:
-        super().__init__(session, welcome=welcome)
+    def __init__(self, session: Session, *, show_welcome: bool) -> None:
+        super().__init__(session, show_welcome=show_welcome)
         # The FMU's scene to run next, and the native run to compare with it.
         self._next_scene: Scene | None = None
         self._native_run: Run | None = None

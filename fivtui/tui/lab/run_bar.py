@@ -34,5 +34,5 @@ def _state_text(run: Run, *, outdated: bool) -> str:
         return f"{text}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
         engine = "" if run.engine == NATIVE_ENGINE else f", {run.engine}"
-        text += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy}"
+        text += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy_text}"
     return text

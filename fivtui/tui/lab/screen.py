@@ -73,9 +73,9 @@ class LabScreen(EditActions, RunActions):
         session: Session,
         other_sessions: Callable[[], Sequence[Slot]],
         *,
-        welcome: bool = False,
+        show_welcome: bool = False,
     ) -> None:
-        super().__init__(session, welcome=welcome)
+        super().__init__(session, show_welcome=show_welcome)
         self.other_sessions = other_sessions
         self._search = SearchController(self)
         self._live = LiveController(self)
@@ -89,7 +89,7 @@ class LabScreen(EditActions, RunActions):
             yield Form(self.session.texts)
             with Vertical(id="results"):
                 yield RunBar()
-                if self._welcome:
+                if self._shows_welcome:
                     yield Static("\n".join(WELCOME), id="welcome", markup=False)
                 yield TabBook(TABS, self.session)
                 yield RunsPane()
@@ -130,8 +130,6 @@ class LabScreen(EditActions, RunActions):
         prefix = "ERROR: " if event.error else ""
         self.session.reports.append(f"{datetime.now():%H:%M:%S} {prefix}{event.text}")
         self.tab_book.update_pane(lambda pane: pane.reported())
-
-    # Editing
 
     @on(FieldFocused)
     def _handle_field_focus(self, event: FieldFocused) -> None:
@@ -190,8 +188,6 @@ class LabScreen(EditActions, RunActions):
         self.show_verdict()
         self.tab_book.update_pane(lambda pane: pane.scene_changed())
 
-    # Runs and files
-
     def _poll_progress(self) -> None:
         if not SCREEN_PRIORITY.claimed:
             self._show_progress()
@@ -210,8 +206,6 @@ class LabScreen(EditActions, RunActions):
             bar.show_run(newest, outdated=self.session.is_outdated(newest))
         else:
             bar.show(None, NO_RUN_TEXT)
-
-    # The live curve
 
     @on(LiveRequested)
     def _update_live(self) -> None:

@@ -21,7 +21,7 @@ _PAUSE: Final = 0.5
 # Number of parameter sets whose results are cached.
 _CACHE_SIZE: Final = 64
 
-CacheKey = tuple[System, bool]
+CacheKey = tuple[System, bool]  # parameter set, and whether its equilibrium is stable
 
 
 class SearchController:
@@ -40,12 +40,12 @@ class SearchController:
         self._result: Coexistence | None = None
 
     def attractors(self, system: System, *, stable: bool) -> Attractors:
-        """The results of the search so far; starts a search unless it is complete."""
+        """The results so far; schedules a search if the parameters are new."""
         key = (system, stable)
         if key != self._key:
             self.stop()
             self._key = key
-            if key not in self._cache or not self._cache[key].searched:
+            if key not in self._cache or not self._cache[key].complete:
                 self._pause_timer = self._screen.set_timer(_PAUSE, self._start_search)
         return self._cache.get(key, Attractors() if stable else Attractors(text=""))
 
@@ -109,19 +109,19 @@ class SearchController:
         self._screen.show_search_result()
 
     def _store_error(self, key: CacheKey, error: str) -> None:
-        self._cache[key] = Attractors(f"search for limit cycles failed: {error}", complete=True)
+        self._cache[key] = Attractors(f"search for limit cycles failed: {error}", text_final=True)
 
-    def _store_result(self, key: CacheKey, result: "Coexistence", complete: bool) -> None:
+    def _store_result(self, key: CacheKey, result: "Coexistence", text_final: bool) -> None:
         from fivtui.orbits import coexistence_phrase
 
         self._result = result
-        note = (result.warning or "") if complete else ""
-        self._cache[key] = Attractors(coexistence_phrase(result), note, result.coexists, complete)
+        note = (result.warning or "") if text_final else ""
+        self._cache[key] = Attractors(coexistence_phrase(result), note, result.coexists, text_final)
 
     def _store_safe_friction(self, key: CacheKey, safe: "SafeFriction | None") -> None:
         self._job = None
         previous = self._cache.get(key, Attractors(text=""))
-        self._cache[key] = replace(previous, safe=safe, searched=True)
+        self._cache[key] = replace(previous, safe=safe, complete=True)
         if safe is None or not previous.text:
             return
         from fivtui.orbits import coexistence_phrase

@@ -103,12 +103,12 @@ class Autosave:
         except DamagedSession as error:
             raise InputError(
                 f"the last session could not be restored ({error}); {rename_damaged(slot.path)}, "
-                f"its results stay in {slot.results}"
+                f"its results stay in {slot.results_folder}"
             ) from None
         except InputError as error:
             raise InputError(
                 f"the last session could not be restored ({error}); it stays in {slot.path}, "
-                f"its results in {slot.results}"
+                f"its results in {slot.results_folder}"
             ) from None
 
     def _load(self, slot: Slot) -> State | None:
@@ -174,6 +174,6 @@ class Autosave:
     def _result_store(self, slot: Slot) -> "ResultStore":
         from .results import ResultStore
 
-        if self._store is None or self._store.folder != slot.results:
-            self._store = ResultStore(slot.results)
+        if self._store is None or self._store.folder != slot.results_folder:
+            self._store = ResultStore(slot.results_folder)
         return self._store

@@ -71,40 +71,40 @@ def load_config(path: Path | None, actions: Collection[str]) -> Config:
     for name in data:
         check_known("key", name, _ENTRIES)
     keys = {
-        name: _checked_text(f"keys.{name}", key) for name, key in _table_of("keys", data).items()
+        name: _read_text(f"keys.{name}", key) for name, key in _read_table("keys", data).items()
     }
     for name in keys:
         check_known("action", name, actions)
     keys |= {name: keys[_RUN_ACTIONS[0]] for name in _RUN_ACTIONS if _RUN_ACTIONS[0] in keys}
-    themes = _table_of("themes", data)
+    themes = _read_table("themes", data)
     return Config(
-        _checked_text("theme", data.get("theme", "")),
-        _checked_live(data.get("live")),
+        _read_text("theme", data.get("theme", "")),
+        _read_live(data.get("live")),
         keys,
-        {name: _checked_theme(name, _table_of(name, themes)) for name in themes},
+        {name: _read_theme(name, _read_table(name, themes)) for name in themes},
     )
 
 
-def _table_of(name: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
+def _read_table(name: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
     table = data.get(name, {})
     if not isinstance(table, dict):
         raise InputError(f"{name}: must be a table")
     return table
 
 
-def _checked_text(name: str, value: object) -> str:
+def _read_text(name: str, value: object) -> str:
     if not isinstance(value, str):
         raise InputError(f"{name} = {value!r}: must be text in quotes")
     return value
 
 
-def _checked_live(value: object) -> bool | None:
+def _read_live(value: object) -> bool | None:
     if value is not None and not isinstance(value, bool):
         raise InputError(f"live = {value!r}: must be true or false")
     return value
 
 
-def _checked_theme(name: str, table: Mapping[str, Any]) -> Mapping[str, str | bool]:
+def _read_theme(name: str, table: Mapping[str, Any]) -> Mapping[str, str | bool]:
     colours: dict[str, str | bool] = {}
     for key, value in table.items():
         if key == "dark":
@@ -112,7 +112,7 @@ def _checked_theme(name: str, table: Mapping[str, Any]) -> Mapping[str, str | bo
             continue
         if key not in _COLOURS:
             raise unknown_name(f"colour of theme {name}:", key, (*_COLOURS, "dark"))
-        if _COLOUR.fullmatch(_checked_text(key, value)) is None:
+        if _COLOUR.fullmatch(_read_text(key, value)) is None:
             raise InputError(f"themes.{name}.{key} = {value!r}: must be a colour such as '#E69F00'")
         colours[key] = value
     if "primary" not in colours:

@@ -58,8 +58,8 @@ class ResultStore:
                 files[key] = result
                 continue
             value = result.result if isinstance(result, Run) else result
-            saved, file = self._written.get(key, (None, None))
-            if saved is not value or file is None or not (self.folder / file.file).exists():
+            previous, stored = self._written.get(key, (None, None))
+            if previous is not value or stored is None or not (self.folder / stored.file).exists():
                 try:
                     written = self._write(key, result)
                 except (_NotStored, ComputationError) as error:
@@ -69,11 +69,11 @@ class ResultStore:
                 else:
                     self._written[key] = (value, written)
                     self._own_files.add(written.file)
-                    file = written
-                if key in notes and file is not None:
+                    stored = written
+                if key in notes and stored is not None:
                     notes[key] += "; the previous result is kept"
-            if file is not None:
-                files[key] = file
+            if stored is not None:
+                files[key] = stored
         return files, notes
 
     def _write(self, key: str, result: object) -> StoredResult:

@@ -23,7 +23,7 @@ class Slot:
     path: Path
 
     @property
-    def results(self) -> Path:
+    def results_folder(self) -> Path:
         """The folder of the result files."""
         return self.path.parent / "results"
 
@@ -85,7 +85,7 @@ def lock_slot(slot: Slot) -> ExitStack:
     _touch(slot.lock_path)
     with suppress(OSError):
         # Killed processes leave temporary files; the lock excludes other writers.
-        for path in (*folder.glob(TEMPORARY_GLOB), *slot.results.glob(TEMPORARY_GLOB)):
+        for path in (*folder.glob(TEMPORARY_GLOB), *slot.results_folder.glob(TEMPORARY_GLOB)):
             path.unlink(missing_ok=True)
     return stack
 

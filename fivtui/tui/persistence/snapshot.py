@@ -74,7 +74,7 @@ def restore_session(session: Session, state: State) -> None:
         key: stored for key, stored in state.results.items() if isinstance(stored, StoredResult)
     }
     runs = session.runs
-    runs.restore((_restored_run(stored, state) for stored in state.runs.runs), state.runs.count)
+    runs.restore((_restore_run(saved, state) for saved in state.runs.runs), state.runs.count)
     runs.displayed = runs.find(state.runs.shown)
     runs.baseline = runs.find(state.runs.baseline)
 
@@ -94,7 +94,7 @@ def restore_results(session: Session, results: Mapping[str, Any]) -> None:
             run.state = RunState.DONE if result is not None else RunState.NOT_KEPT
 
 
-def _restored_run(saved: SavedRun, state: State) -> Run:
+def _restore_run(saved: SavedRun, state: State) -> Run:
     run = Run(saved.number, scene_from_dict(saved.scene), saved.state, fraction=1.0)
     run.message, run.source = saved.message, saved.source
     run.edited_scene = None if saved.edited is None else scene_from_dict(saved.edited)

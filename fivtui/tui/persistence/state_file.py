@@ -93,8 +93,8 @@ def state_path(environment: Mapping[str, str] | None = None) -> Path:
     variables = os.environ if environment is None else environment
     folder = variables.get("XDG_STATE_HOME", "")
     if not Path(folder).is_absolute():
-        local = variables.get("LOCALAPPDATA", "") if os.name == "nt" else ""
-        folder = local or str(Path("~/.local/state").expanduser())
+        app_data = variables.get("LOCALAPPDATA", "") if os.name == "nt" else ""
+        folder = app_data or str(Path("~/.local/state").expanduser())
     return Path(folder) / "fivtui" / "session.json"
 
 
@@ -140,18 +140,18 @@ def _view_to_dict(view: View) -> dict[str, Any]:
 
 
 def _view_from_dict(data: Mapping[str, Any]) -> View:
-    x, y = (_axis(data[name], bool(data[f"log_{name}"])) for name in ("x", "y"))
+    x, y = (_axis_from_data(data[name], bool(data[f"log_{name}"])) for name in ("x", "y"))
     hidden = {int(index) for index in data["hidden"]}
-    since = int(data.get("since", 0))
-    return View(x, y, bool(data["log_x"]), bool(data["log_y"]), hidden, newest_run=since)
+    newest_run = int(data.get("since", 0))
+    return View(x, y, bool(data["log_x"]), bool(data["log_y"]), hidden, newest_run=newest_run)
 
 
-def _axis(data: Any, log: bool) -> Axis | None:
+def _axis_from_data(data: Any, log: bool) -> Axis | None:
     if data is None:
         return None
     axis = Axis(float(data[0]), float(data[1]), bool(data[2]))
-    is_valid = math.isfinite(axis.low) and math.isfinite(axis.high) and axis.low < axis.high
-    if not is_valid or axis.log is not log or (axis.log and axis.low <= 0.0):
+    is_ordered = math.isfinite(axis.low) and math.isfinite(axis.high) and axis.low < axis.high
+    if not is_ordered or axis.log is not log or (axis.log and axis.low <= 0.0):
         raise InputError(f"invalid limits of an axis: {data}")
     return axis
 

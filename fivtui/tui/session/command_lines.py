@@ -23,7 +23,7 @@ class Origin:
     source: str
 
 
-def _arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
+def _run_arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
     # Command, name of the scene, and an option for every field that differs from that scene.
     arguments = ["fivtui", command.name, *([origin.source] if origin.source else [])]
     ignored = _SET_BY_ACCURACY if scene.accuracy else ()
@@ -34,10 +34,10 @@ def _arguments(scene: Scene, origin: Origin, command: Command) -> list[str]:
 
 
 def _fields_without_option(scene: Scene, base: Scene, command: Command) -> list[str]:
-    # Fields that differ although no option sets them: most commands take no tables over time, and
-    # no option switches separation on or removes error targets.
-    needed = {"over_time": (), **command.needed}
-    fields = [name for name, value in needed.items() if getattr(base, name) != value]
+    # Differing fields that no option sets: most commands accept no tables over time, and no option
+    # switches separation on or removes error targets.
+    required = {"over_time": (), **command.needed}
+    fields = [name for name, value in required.items() if getattr(base, name) != value]
     if "separation" in command.settable and scene.separation and not base.separation:
         fields.append("separation")
     if "accuracy" in command.settable and not scene.accuracy and base.accuracy:
@@ -59,5 +59,5 @@ def study_command(kind: str, study: Any, origin: Origin) -> str:
         if names := _fields_without_option(scene, base.scene, command):
             fields = " and ".join(names)
             raise InputError(f"{kind}: no option sets {fields}; save the scene to a file first")
-    arguments = _arguments(scene, base, command) if command.scene else ["fivtui", command.name]
+    arguments = _run_arguments(scene, base, command) if command.scene else ["fivtui", command.name]
     return shlex.join([*arguments, *command.arguments])

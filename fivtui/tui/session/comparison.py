@@ -78,13 +78,13 @@ def engine_difference_text(native: Transient, fmu: Transient) -> str:
     final_states = [
         (getattr(native.final, name), getattr(fmu.final, name)) for name in ("x", "vx", "y", "vy")
     ]
-    state = max(abs(a - b) for a, b in final_states)
-    peak = abs(native.peak.y_abs - fmu.peak.y_abs)
+    state_difference = max(abs(a - b) for a, b in final_states)
+    peak_difference = abs(native.peak.y_abs - fmu.peak.y_abs)
     text = f"{engine_of(fmu.method)} against {native.method}: "
-    text += f"final state {state:.2g} (m, m/s), peak |y| {peak:.2g} m"
+    text += f"final state {state_difference:.2g} (m, m/s), peak |y| {peak_difference:.2g} m"
     curve, fmu_curve = native.trajectory, fmu.trajectory
     if curve is not None and fmu_curve is not None and np.array_equal(curve.t, fmu_curve.t):
         text += f", y at any time {float(np.abs(curve.y - fmu_curve.y).max()):.2g} m"
-    equal_count = native.events.separations == fmu.events.separations
-    count = f"{native.events.separations} and {fmu.events.separations}"
-    return f"{text}, separations {'equal' if equal_count else count}"
+    counts_equal = native.events.separations == fmu.events.separations
+    counts = f"{native.events.separations} and {fmu.events.separations}"
+    return f"{text}, separations {'equal' if counts_equal else counts}"

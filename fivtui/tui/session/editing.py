@@ -39,7 +39,7 @@ def initial_value_text(table: TimeTable) -> str:
     return number_text(table.after(0.0)[0])
 
 
-def _edit_state(scene: Scene, source: str) -> EditState:
+def _loaded_state(scene: Scene, source: str) -> EditState:
     texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
     return EditState(texts, scene.over_time, scene, source)
 
@@ -54,7 +54,7 @@ class Editing:
         self._undo_steps: list[EditState | Action] = []
         self._redo_steps: list[EditState | Action] = []
         self._step_kind = ""
-        self._apply(_edit_state(base_scene() if scene is None else scene, source))
+        self._apply(_loaded_state(base_scene() if scene is None else scene, source))
 
     def _apply(self, state: EditState) -> None:
         self.texts, self.over_time = dict(state.texts), state.over_time
@@ -125,7 +125,7 @@ class Editing:
 
     def load(self, scene: Scene, source: str = "") -> None:
         """Replace all texts by those of a scene; `source` is its preset or file, or empty."""
-        self.restore(_edit_state(scene, source))
+        self.restore(_loaded_state(scene, source))
 
     def record_saved(self, scene: Scene, source: str) -> None:
         """Record that the edited scene was saved to a file; this is not an undo step."""

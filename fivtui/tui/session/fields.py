@@ -52,7 +52,7 @@ def decade_step(value: float, direction: int, _fine: bool) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormField:
-    """An input field of the form, edited as text."""
+    """A text field of the form; `respell` writes a typed text with decimal points."""
 
     name: str
     group: str
@@ -76,7 +76,7 @@ _MODE_ROWS: Final = tuple(
 
 
 def _parameter_field(spec: ParameterSpec) -> FormField:
-    # The text of an optional parameter without a value is empty.
+    # An optional parameter may have no value: its text is then empty.
     def text_of(scene: Scene) -> str:
         value = getattr(scene.parameters, spec.name)
         return "" if value is None else number_text(value)

@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 # Maximum time for which a computing thread waits for the response to a key, s.
 _RESPONSE_TIME_S: Final = 0.06
-# Time after which the files that the program waits for are reported, s.
+# Time after which the names of unfinished files are displayed at the exit, s.
 _REPORT_DELAY_S: Final = 0.2
 _POLL_INTERVAL_S: Final = 0.005
 
@@ -127,11 +127,11 @@ class ComputingThreads(ThreadPoolExecutor):
 
 def duration_text(seconds: float) -> str:
     """A duration in hours, minutes and seconds."""
-    minutes, rest = divmod(round(seconds), 60)
+    minutes, whole_seconds = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     if hours:
         return f"{hours} h {minutes:02d} min"
-    return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
+    return f"{minutes} min {whole_seconds:02d} s" if minutes else f"{seconds:.1f} s"
 
 
 @dataclass(eq=False, slots=True, kw_only=True)

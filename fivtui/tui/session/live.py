@@ -15,8 +15,9 @@ from .runs import sample_times
 MAX_IMMEDIATE_S: Final = 0.1
 MAX_LIVE_S: Final = 15.0
 _FASTEST_METHOD: Final = next(iter(METHODS))
-# Progress below which the first report ends the setup, and from which durations are estimated.
+# The first report of progress ends the setup if it is below this limit.
 _SETUP_END: Final = 0.2
+# Least progress from which a duration is extrapolated.
 _MIN_PROGRESS: Final = 0.01
 
 
@@ -44,7 +45,7 @@ class LiveJob(Job):
         return Job.report(self, fraction) and self.elapsed - self.setup_time < MAX_LIVE_S
 
     @property
-    def estimate(self) -> float:
+    def estimated_duration(self) -> float:
         """Duration of the complete run, s, extrapolated from its progress."""
         fraction = self.fraction if self.fraction > _MIN_PROGRESS else 1.0
         return (self.elapsed - self.setup_time) / fraction
@@ -66,7 +67,7 @@ class LiveCurve:
         self.curve: LiveRun | None = None
         self.ghost: Transient | None = None
         self.status = self.error = ""
-        # Computing time per simulated second, by kind of scene.
+        # Computing time per simulated second, by `_scene_kind`.
         self._rates: dict[Hashable, float] = {}
 
     @property
@@ -87,8 +88,8 @@ class LiveCurve:
         """When to run an edited scene; a compiled run is assumed short until it is measured."""
         seconds = self.expected_duration(scene)
         if seconds is None:
-            fast = scene.method == _FASTEST_METHOD and not scene.over_time
-            return Pace.AT_ONCE if fast else Pace.IDLE
+            is_fast = scene.method == _FASTEST_METHOD and not scene.over_time
+            return Pace.AT_ONCE if is_fast else Pace.IDLE
         if seconds < MAX_IMMEDIATE_S:
             return Pace.AT_ONCE
         return Pace.IDLE if seconds < MAX_LIVE_S else Pace.OFF
@@ -136,8 +137,8 @@ def execute_live(job: LiveJob) -> Outcome[Transient]:
 
 
 def _scene_kind(scene: Scene) -> Hashable:
-    finite = scene.parameters.v_belt is not None
-    return scene.method, scene.separation, bool(scene.accuracy), finite, bool(scene.over_time)
+    finite_belt = scene.parameters.v_belt is not None
+    return scene.method, scene.separation, bool(scene.accuracy), finite_belt, bool(scene.over_time)
 
 
 def _short_duration(seconds: float) -> str:

@@ -16,22 +16,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Attractors:
-    """State and results of the search for attractors that coexist with the equilibrium."""
+    """Attractors besides the equilibrium, or the state of the search for them."""
 
     text: str = SEARCHING_TEXT
     note: str = ""
     coexists: bool = False
-    complete: bool = False
+    text_final: bool = False  # the search for limit cycles has ended
     safe: "SafeFriction | None" = None
-    searched: bool = False
+    complete: bool = False  # the search for safe μ has ended, too
 
 
-def attractor_rows(search: Attractors) -> list[Row]:
+def attractor_rows(attractors: Attractors) -> list[Row]:
     """Rows about the attractors that coexist with the equilibrium."""
-    rows = [Row("coexisting", search.text, search.note)] if search.text else []
-    if search.safe is not None:
-        rows.append(Row("disturbances", verdict_text(search.safe)))
-        rows += [Row(name, text) for name, text in basis_rows(search.safe)]
+    rows = [Row("coexisting", attractors.text, attractors.note)] if attractors.text else []
+    if attractors.safe is not None:
+        rows.append(Row("disturbances", verdict_text(attractors.safe)))
+        rows += [Row(name, text) for name, text in basis_rows(attractors.safe)]
     return rows
 
 
@@ -41,13 +41,13 @@ def quantity(value: float, unit: str = "") -> str:
     return f"{text} {unit}".rstrip()
 
 
-def verdict_kind(result: Stability, search: Attractors | None) -> str:
+def verdict_kind(result: Stability, attractors: Attractors | None) -> str:
     """The kind of verdict, for its colour; "stable" only if the search found no attractor."""
-    if search is None or not search.text:
+    if attractors is None or not attractors.text:
         return verdict(result).lower()
-    if search.coexists:
+    if attractors.coexists:
         return "coexisting"
-    return "stable" if search.complete else "searching"
+    return "stable" if attractors.text_final else "searching"
 
 
 # Label of the half range of y.
@@ -66,41 +66,41 @@ def _mode_text(value: complex) -> str:
     return f"{value.imag / math.tau:.4g} Hz {rate}"
 
 
-def _limit_cycle_text(search: Attractors) -> str:
+def _limit_cycle_text(attractors: Attractors) -> str:
     # The limit cycle around an unstable equilibrium.
-    if search.safe is None or not search.safe.coexisting:
+    if attractors.safe is None or not attractors.safe.coexisting:
         return ""
-    return f"; a limit cycle attracts: ±{quantity(search.safe.coexisting[-1].half_range, 'm')}"
+    return f"; a limit cycle attracts: ±{quantity(attractors.safe.coexisting[-1].half_range, 'm')}"
 
 
-def _safe_mu_text(search: Attractors | None) -> str:
-    if search is None or search.safe is None:
+def _safe_mu_text(attractors: Attractors | None) -> str:
+    if attractors is None or attractors.safe is None:
         return ""
-    if search.safe.unknown_above is not None:
-        above = search.safe.unknown_above
+    if attractors.safe.unknown_above is not None:
+        above = attractors.safe.unknown_above
         return f" · safe μ not known{f' above {above:.4g}' if above else ''}"
-    if search.safe.safe_mu is None:
+    if attractors.safe.safe_mu is None:
         return ""
-    if not search.safe.others:
+    if not attractors.safe.others:
         return " · no cycle found below it"
-    return f" · safe below {search.safe.safe_mu:.4g}"
+    return f" · safe below {attractors.safe.safe_mu:.4g}"
 
 
-def stability_summary(result: Stability, search: Attractors | None = None) -> list[str]:
+def stability_summary(result: Stability, attractors: Attractors | None = None) -> list[str]:
     """The verdict in a few lines, the most important first."""
     point, margin = result.equilibrium, margin_text(result)
     leading = max(_distinct_eigenvalues(result), key=lambda value: value.real)
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
     growth = f"growth rate {result.growth_rate:+.4g} 1/s{frequency}"
     headline = [f"{verdict(result)}: {growth}"]
-    if search is not None and not search.text:
-        headline = [f"{headline[0]}{_limit_cycle_text(search)}"]
-    elif search is not None:
-        conjunction = ", but" if search.coexists else ","
-        headline = [f"{verdict(result)}{conjunction} {search.text}", growth]
+    if attractors is not None and not attractors.text:
+        headline = [f"{headline[0]}{_limit_cycle_text(attractors)}"]
+    elif attractors is not None:
+        conjunction = ", but" if attractors.coexists else ","
+        headline = [f"{verdict(result)}{conjunction} {attractors.text}", growth]
     return [
         *headline,
-        f"μ_c {critical_mu_text(result, 4)}{margin and ', '}{margin}{_safe_mu_text(search)}",
+        f"μ_c {critical_mu_text(result, 4)}{margin and ', '}{margin}{_safe_mu_text(attractors)}",
         f"x_e {quantity(point.x, 'm')}  y_e {quantity(point.y, 'm')}  P_e {quantity(point.P, 'N')}",
         "modes " + " · ".join(_mode_text(value) for value in _distinct_eigenvalues(result)),
     ]
@@ -108,11 +108,11 @@ def stability_summary(result: Stability, search: Attractors | None = None) -> li
 
 def result_summary(run: Transient) -> list[str]:
     """The result of a run in a few short lines, the most important first."""
-    peak, force, settling = run.peak, run.contact_force, later_amplitude(run)
+    peak, force, later = run.peak, run.contact_force, later_amplitude(run)
     settling_lines = []
-    if settling is not None:
-        amplitude = quantity(settling.y_half_range, "m")
-        settling_lines = [f"not settled: ±{amplitude} {settling.after:.3g} s after the end"]
+    if later is not None:
+        amplitude = quantity(later.y_half_range, "m")
+        settling_lines = [f"not settled: ±{amplitude} {later.after:.3g} s after the end"]
     return [
         f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half ±{quantity(run.steady.y_half_range, 'm')}"
         f"{' unsettled' if settling_lines else ''}",

@@ -79,7 +79,7 @@ class PartialTrajectory:
     def __init__(self) -> None:
         self._parts: list[Trajectory] = []
         self._joined_parts: list[Trajectory] | None = None
-        self._count = 0
+        self._joined_count = 0
         self._joined: Trajectory | None = None
 
     def append(self, part: Trajectory) -> None:
@@ -92,18 +92,18 @@ class PartialTrajectory:
         """The trajectory so far; None before the first part."""
         parts = self._parts
         if parts is not self._joined_parts:
-            self._joined_parts, self._count, self._joined = parts, 0, None
-        new = parts[self._count :]
+            self._joined_parts, self._joined_count, self._joined = parts, 0, None
+        new = parts[self._joined_count :]
         if new:
             previous = [] if self._joined is None else [self._joined]
             self._joined = Trajectory.joined([*previous, *new])
-            self._count += len(new)
+            self._joined_count += len(new)
         return self._joined
 
 
 @dataclass(eq=False, slots=True)
 class Run(Job):
-    """A transient of a session."""
+    """A transient of a session; `edited_scene` is the form's if it is not `scene`."""
 
     number: int
     scene: Scene
@@ -130,8 +130,8 @@ class Run(Job):
         return Job.report(self, fraction)
 
     @property
-    def accuracy(self) -> str:
-        """The text about the requested accuracy."""
+    def accuracy_text(self) -> str:
+        """Describes the requested accuracy."""
         scene = self.scene
         if self.source:
             return f"read from {self.source}: extrema are those of its samples"
@@ -171,7 +171,7 @@ def sample_times(scene: Scene) -> NDArray[np.float64]:
 
 def _round_interval(value: float, *, up: bool) -> Fraction:
     decade = Fraction(10) ** math.floor(math.log10(value))
-    candidates = [decade * r for r in (Fraction(1, 2), 1, 2, 5, 10, 20)]
+    candidates = [decade * digit for digit in (Fraction(1, 2), 1, 2, 5, 10, 20)]
     if up:
         return min(c for c in candidates if c >= value)
     return max(c for c in candidates if c <= value)
@@ -251,7 +251,7 @@ class Runs:
         return run
 
     def remove(self, run: Run) -> None:
-        """Delete a run, after stopping it. The newest result replaces a displayed one."""
+        """Stop and delete a run. If it is displayed, the newest run with a result replaces it."""
         if run is self.active:
             self.stop()
         self._runs.remove(run)

@@ -9,7 +9,7 @@ from fivtui.scene import Scene
 
 
 def paper_scenes() -> Iterator[tuple[Scene, str]]:
-    """Of each figure, the scene nearest to the default parameters, and the caption."""
+    """Each figure's scene nearest to the default parameters, and the figure's caption."""
     for key, panel in PANELS.items():
         distances = [_distance(panel.by, line.scene) for line in panel.lines]
         scene = panel.lines[distances.index(min(distances))].scene

@@ -23,7 +23,7 @@ class ResultPane(Pane):
         if run is None or run.result is None:
             view.show([], "no result yet: press F5")
             return
-        rows = transient_rows(run.result, run.accuracy)
+        rows = transient_rows(run.result, run.accuracy_text)
         baseline = self.session.runs.baseline
         if baseline is not None and baseline is not run and baseline.result is not None:
             heading = Row(

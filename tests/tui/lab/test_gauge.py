@@ -154,7 +154,7 @@ def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
     controller = GaugeController(Mock(spec=LabScreen, session=session))
     controller.focus("F")
     safe = None if confirmed_to is None else Mock(spec=SafeFriction, safe_to=confirmed_to)
-    coexisting = Attractors(safe=safe, searched=safe is not None)
+    coexisting = Attractors(safe=safe, complete=safe is not None)
     (first,) = controller.gauges(session.stability(), coexisting, both=False)
     assert isinstance(first, Gauge)
     # Eigenvalues alone do not show that a value is safe.

@@ -296,6 +296,6 @@ def test_the_expected_duration_decides_when_a_run_starts() -> None:
     assert job.setup_time >= 2.0 * MAX_LIVE_S
     job._start_time -= 0.5 * MAX_LIVE_S
     assert job.report(0.5)
-    assert job.estimate == pytest.approx(MAX_LIVE_S, rel=0.1)
+    assert job.estimated_duration == pytest.approx(MAX_LIVE_S, rel=0.1)
     job._start_time -= 0.5 * MAX_LIVE_S
     assert not job.report(0.6)

@@ -300,7 +300,7 @@ def test_a_session_that_was_not_saved_is_reported_at_the_end(
 
 def test_a_run_that_leaves_the_list_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     reports: list[str] = []
-    lab = RunActions(Session(), welcome=False)
+    lab = RunActions(Session(), show_welcome=False)
     monkeypatch.setattr(lab, "post_message", lambda _: None)
     monkeypatch.setattr(lab, "run_worker", lambda *_, **__: None)
     monkeypatch.setattr(lab, "action_show_tab", lambda _: None)

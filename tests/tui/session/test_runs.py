@@ -205,9 +205,9 @@ def test_a_stable_equilibrium_with_lasting_separation_gets_a_remark() -> None:
 
 
 def test_the_accuracy_of_a_fixed_step_is_not_claimed() -> None:
-    assert Run(1, SHORT).accuracy == "tol 1e-12"
+    assert Run(1, SHORT).accuracy_text == "tol 1e-12"
     fixed = dataclasses.replace(SHORT, method="rk4", step=0.002)
-    assert Run(1, fixed).accuracy == "step 0.002 s, error not controlled"
+    assert Run(1, fixed).accuracy_text == "step 0.002 s, error not controlled"
 
 
 def test_a_refused_export_gives_the_reason_and_keeps_the_file(tmp_path: Path) -> None:

@@ -200,7 +200,7 @@ async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_fricti
     searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
     await edit(pilot, "120")
     await until_shown(pilot, "STABLE, but a limit cycle coexists")
-    await until(pilot, lambda: current_search(pilot).searched)
+    await until(pilot, lambda: current_search(pilot).complete)
     assert current_search(pilot).safe is None
     assert searches.started == [P.with_values({"v_belt": 10.0})]
 
