@@ -70,7 +70,8 @@ def shorten_searches(patch: pytest.MonkeyPatch) -> None:
     """End branches after a few points, and search cycles from few starts."""
     defaults = Follower.__init__.__kwdefaults__
     assert defaults is not None
-    patch.setitem(defaults, "most", _BRANCH)
+    assert "max_points" in defaults
+    patch.setitem(defaults, "max_points", _BRANCH)
     patch.setattr("fivtui.orbits.explorer._OFFSETS", _STARTS)
 
 
