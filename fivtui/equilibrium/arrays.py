@@ -127,7 +127,7 @@ class StabilityPoints:
         is_missing |= (self._distance(low)[0] >= 0.0) | (self._distance(high)[0] < 0.0)
         with np.errstate(all="ignore"):
             mu = np.clip(flutter_boundary(self, self.k2) / (self.h * self.k2), 0.0, high)
-        moving = ~is_missing
+        active = ~is_missing
         for _ in range(_MAX_ITERATIONS):
             distance, slope = self._distance(mu)
             below = distance < 0.0
@@ -137,15 +137,15 @@ class StabilityPoints:
             middle = np.where(low > 0.0, np.sqrt(low * high), 0.5 * (low + high))
             next_mu = np.where(outside, middle, next_mu)
             moved = np.abs(next_mu - mu) > _CONVERGED * mu
-            # Converged sets stay unchanged, so that no result depends on the rest of the batch.
-            mu = np.where(moving, next_mu, mu)
-            moving &= moved & (high - low > _CONVERGED * high)
-            if not moving.any():
+            # Converged sets stay unchanged, so that no result depends on other sets of the batch.
+            mu = np.where(active, next_mu, mu)
+            active &= moved & (high - low > _CONVERGED * high)
+            if not active.any():
                 break
         return np.where(is_missing, np.nan, mu)
 
     def _distance(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
-        # μ − boundary/(h k_t) and its derivative by μ; the equilibrium gives k_t for each μ.
+        # μ − boundary/(h k_t) and its derivative by μ; k_t follows from the equilibrium for each μ.
         y = resting_heights(self, mu)
         alpha, beta, _ = rest_coefficients(self, mu)
         kt = tangent_stiffness(self, y)
@@ -178,15 +178,15 @@ def has_finite_speed(p: Parameters, varied: Collection[str]) -> bool:
 def _critical_mus_on_belt(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> FloatArray:
-    # The value of μ has no effect on critical μ; 0 is valid for every static friction.
-    lowest = np.full(separation.size, np.nan)
+    # Critical μ does not depend on the value of μ, which is 0 here: every μ_s allows it.
+    critical = np.full(separation.size, np.nan)
     for index, separates in enumerate(separation.tolist()):
         values = {name: float(column[index]) for name, column in varied.items()}
         changes = critical_mu_on_belt(System(p.with_values({**values, "mu": 0.0}), separates))
-        lowest[index] = next(
+        critical[index] = next(
             (change.mu for change in changes if change.becomes == "unstable"), np.nan
         )
-    return lowest
+    return critical
 
 
 def judge_stability(

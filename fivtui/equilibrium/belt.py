@@ -124,7 +124,7 @@ def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple
 
     return [
         (_locate_zero(margin, low, high), "stable" if stable else "unstable")
-        for low, high, stable in _brackets(margins, grid)
+        for low, high, stable in _sign_changes(margins, grid)
     ]
 
 
@@ -142,7 +142,7 @@ def _hurwitz(p: Parameters, y: Any) -> tuple[Any, Any, Any]:
     return sum(terms) / scale, sum(map(abs, terms)) / scale, conditions_hold
 
 
-def _brackets(
+def _sign_changes(
     margins_at: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
     grid: FloatArray,
     level: int = 0,
@@ -159,7 +159,7 @@ def _brackets(
     changes = np.flatnonzero(stable[1:] != stable[:-1]).tolist()
     ranges = [(n - 1, n + 2) for n in changes] if level == 0 else []
     if level < _MAX_LEVEL:
-        ranges += [(n - 1, n + 1) for n in _near_zeros(margins, conditions_hold)]
+        ranges += [(n - 1, n + 1) for n in _near_zero_indices(margins, conditions_hold)]
     if level < _MAX_CONDITION_LEVEL:
         begin_indices = np.flatnonzero(conditions_hold[1:] > conditions_hold[:-1]).tolist()
         end_indices = np.flatnonzero(conditions_hold[1:] < conditions_hold[:-1]).tolist()
@@ -174,11 +174,11 @@ def _brackets(
     for low, high in ranges:
         indices = np.linspace(low, high, _REFINEMENT * (high - low) + 1)
         finer = np.interp(indices, np.arange(grid.size), grid)
-        brackets += _brackets(margins_at, finer, level + 1)
+        brackets += _sign_changes(margins_at, finer, level + 1)
     return sorted(brackets)
 
 
-def _near_zeros(margins: FloatArray, conditions_hold: BoolArray) -> Any:
+def _near_zero_indices(margins: FloatArray, conditions_hold: BoolArray) -> Any:
     # Indices of local minima of |margin| between neighbours of the same sign. A margin two points
     # away exceeds the minimum by a factor, as for two lines or a parabola that touch zero. Minima
     # are left out if the other conditions fail at all three points: there is no stability.

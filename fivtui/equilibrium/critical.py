@@ -65,10 +65,10 @@ def critical_mu(system: System) -> tuple[CriticalMu, ...]:
     p = system.parameters
     if p.k3 == 0.0 or (system.separation and load(p) < 0.0):
         return ()
-    h, touching = coupling_stiffness(p), System(p, separation=False)
+    h, in_contact = coupling_stiffness(p), System(p, separation=False)
 
     def excess(mu: float) -> float:
-        kt = tangent_stiffness(p, resting_height(touching, mu))
+        kt = tangent_stiffness(p, resting_height(in_contact, mu))
         return float(mu * h * kt - flutter_boundary(p, kt))
 
     mu_c = _least_nonnegative(excess, 0.0, PARAMETERS["mu"].upper)
@@ -160,7 +160,7 @@ def critical_mu_derivatives(
 
 
 def _slopes(p: Parameters, y: complex, mu: complex) -> tuple[float, float]:
-    # Derivatives of the balance of forces, and of μ h k_t less the boundary; both are zero at μ_c.
+    # Derivatives of two equations of μ_c: the balance of forces, and μ h k_t less the boundary.
     alpha, beta, load = rest_coefficients(p, mu)
     kt = tangent_stiffness(p, y)
     return (

@@ -1,4 +1,4 @@
-"""Stability among the studies."""
+"""Entry of stability in the registry of studies."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

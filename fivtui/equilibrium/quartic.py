@@ -18,8 +18,8 @@ Quartic = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray], Fl
 _ROOT_ITERATIONS: Final = 3
 _RESOLVENT_ITERATIONS: Final = 8
 _START_MARGIN: Final = 4e-8
-# Slope at a root, relative to its terms, below which another root is close.
-_COALESCING: Final = 1e-3
+# Slope at a root, relative to the terms of the slope, below which another root is close.
+_COALESCING_SLOPE: Final = 1e-3
 # Iterations of Newton's method, which converges quadratically: from a start at most 2.2 times the
 # root, and for two close roots.
 _OUTER_ROOT_ITERATIONS: Final = 9
@@ -53,21 +53,21 @@ def rightmost_real_part(
     q = e * (b0 - a0)
     # p² − 4 r for r = a0 b0 − d.
     gap = (a0 - b0) ** 2 + 4.0 * d - e * e * (2.0 * (a0 + b0) - e * e)
-    square = _resolvent(p, gap, q)
-    u = np.sqrt(square)
+    u_squared = _resolvent(p, gap, q)
+    u = np.sqrt(u_squared)
     # (w − v)/2 = q/(2u), whose square is also (p + u²)²/4 − r: the first form fails at u = 0, the
     # second if its terms cancel.
-    mean = 0.5 * (p + square)
-    terms = (0.25 * gap, square * (0.5 * p + 0.25 * square))
+    mean = 0.5 * (p + u_squared)
+    terms = (0.25 * gap, u_squared * (0.5 * p + 0.25 * u_squared))
     total = terms[0] + terms[1]
     cancelled = total < 0.25 * (np.abs(terms[0]) + np.abs(terms[1]))
     half_difference = np.copysign(np.sqrt(np.maximum(total, 0.0)), q)
     half_difference = np.divide(0.5 * q, u, out=half_difference, where=cancelled & (u > 0.0))
     right, left = (
-        _factor_root(-0.5 * sign * u, 0.25 * square - (mean - sign * half_difference))
+        _factor_root(-0.5 * sign * u, 0.25 * u_squared - (mean - sign * half_difference))
         for sign in (1.0, -1.0)
     )
-    root = _where(right[0] >= left[0], right, left)
+    root = _select(right[0] >= left[0], right, left)
     quartic = (c1, a), (c2, b), d
     root = _polish_root((root[0] - g, root[1]), quartic)
     real_part = root[0]
@@ -94,7 +94,7 @@ def _is_coalescing(root: Complex, quartic: Quartic) -> NDArray[np.bool_]:
     (c1, a), (c2, b), _ = quartic
     slope, s = _size(_value_and_slope(root, quartic)[1]), _size(root)
     terms = (2.0 * s + c1) * ((s + c2) * s + b) + ((s + c1) * s + a) * (2.0 * s + c2)
-    close: NDArray[np.bool_] = slope < _COALESCING * terms
+    close: NDArray[np.bool_] = slope < _COALESCING_SLOPE * terms
     return close
 
 
@@ -106,37 +106,37 @@ def _polish_root(root: Complex, quartic: Quartic) -> Complex:
         new = _difference(root, _ratio(value, slope))
         new_value, new_slope = _value_and_slope(new, quartic)
         better = _size(new_value) < _size(value)
-        root = _where(better, new, root)
-        value, slope = _where(better, new_value, value), _where(better, new_slope, slope)
+        root = _select(better, new, root)
+        value, slope = _select(better, new_value, value), _select(better, new_slope, slope)
     return root
 
 
 def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
-    # The greater real part of a root and its close neighbour. If the slope vanishes at c, the root
-    # c + δ solves (bend + third δ + δ²) δ² + slope δ + value = 0.
+    # The greater real part of a root and its close neighbour. Around c, where the slope vanishes, a
+    # root c + δ solves (bend + third δ + δ²) δ² + slope δ + value = 0.
     centre = root
     for _ in range(_CLOSE_ROOT_ITERATIONS):
         _, slope = _value_and_slope(centre, quartic)
         bend, _ = _bend_and_third(centre, quartic)
-        centre = _difference(centre, _ratio(_scaled(0.5, slope), bend))
+        centre = _difference(centre, _ratio(_multiple(0.5, slope), bend))
     value, slope = _value_and_slope(centre, quartic)
     bend, third = _bend_and_third(centre, quartic)
     roots = []
     for sign in (1.0, -1.0):
-        offset = _scaled(0.0, centre)
+        offset = _multiple(0.0, centre)
         for _ in range(_CLOSE_ROOT_ITERATIONS):
             leading = _sum(bend, _product(_sum(third, offset), offset))
-            half = _scaled(0.5, _ratio(slope, leading))
+            half = _multiple(0.5, _ratio(slope, leading))
             inner = _difference(_product(half, half), _ratio(value, leading))
-            offset = _difference(_scaled(sign, _square_root(inner)), half)
+            offset = _difference(_multiple(sign, _square_root(inner)), half)
         roots.append(_sum(centre, offset))
     residual = np.maximum(*(_size(_value_and_slope(candidate, quartic)[0]) for candidate in roots))
-    tolerance = _size(_value_and_slope(root, quartic)[0]) + _ROUNDING * _terms(root, quartic)
+    tolerance = _size(_value_and_slope(root, quartic)[0]) + _ROUNDING * _term_sum(root, quartic)
     return np.where(residual <= tolerance, np.maximum(roots[0][0], roots[1][0]), root[0])
 
 
-def _terms(s: Complex, quartic: Quartic) -> FloatArray:
-    # Sum of the sizes of the terms of the value at s.
+def _term_sum(s: Complex, quartic: Quartic) -> FloatArray:
+    # Sum of the absolute values of the terms of the quartic at s.
     (c1, a), (c2, b), d = quartic
     size = _size(s)
     return ((size + c1) * size + a) * ((size + c2) * size + b) + np.abs(d)
@@ -150,7 +150,7 @@ def _value_and_slope(s: Complex, quartic: Quartic) -> tuple[Complex, Complex]:
 
 
 def _bend_and_third(s: Complex, quartic: Quartic) -> tuple[Complex, Complex]:
-    # Half the second derivative, and a sixth of the third.
+    # `bend`, half the second derivative, and `third`, a sixth of the third derivative.
     first, second, first_slope, second_slope = _factors(s, quartic)
     bend = _sum(_sum(first, second), _product(first_slope, second_slope))
     return bend, _sum(first_slope, second_slope)
@@ -205,11 +205,11 @@ def _size(x: Complex) -> FloatArray:
     return size
 
 
-def _where(condition: NDArray[np.bool_], x: Complex, y: Complex) -> Complex:
+def _select(condition: NDArray[np.bool_], x: Complex, y: Complex) -> Complex:
     return np.where(condition, x[0], y[0]), np.where(condition, x[1], y[1])
 
 
-def _scaled(factor: float, x: Complex) -> Complex:
+def _multiple(factor: float, x: Complex) -> Complex:
     return factor * x[0], factor * x[1]
 
 
@@ -230,9 +230,9 @@ def _ratio(x: Complex, y: Complex) -> Complex:
     size = _size(y)
     real, imaginary = _direction(y, size)
     divisor = size * (real * real + imaginary * imaginary)
-    above = x[0] * real + x[1] * imaginary, x[1] * real - x[0] * imaginary
+    parts = x[0] * real + x[1] * imaginary, x[1] * real - x[0] * imaginary
     first, second = (
-        np.divide(part, divisor, out=np.zeros_like(divisor), where=divisor > 0.0) for part in above
+        np.divide(part, divisor, out=np.zeros_like(divisor), where=divisor > 0.0) for part in parts
     )
     return first, second
 
@@ -244,8 +244,8 @@ def _square_root(x: Complex) -> Complex:
     length = np.sqrt(real * real + imaginary * imaginary)
     larger = np.sqrt(0.5 * (length + np.abs(real)))
     smaller = np.divide(0.5 * imaginary, larger, out=np.zeros_like(size), where=larger > 0.0)
-    turned = np.abs(smaller), np.copysign(larger, imaginary)
-    first, second = _where(real >= 0.0, (larger, smaller), turned)
+    swapped = np.abs(smaller), np.copysign(larger, imaginary)
+    first, second = _select(real >= 0.0, (larger, smaller), swapped)
     return first * np.sqrt(size), second * np.sqrt(size)
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 # Growth rates below this part of the largest eigenvalue count as zero.
-_ROUNDING: Final = 1e-9
+_ZERO_GROWTH: Final = 1e-9
 _CONSEQUENCE: Final = {
     "STABLE": "small disturbances die out",
     "UNSTABLE": "small disturbances grow (flutter)",
@@ -32,7 +32,7 @@ def verdict(s: Stability) -> str:
 
 
 def _rounding(s: Stability) -> float:
-    return _ROUNDING * float(np.abs(s.eigenvalues).max())
+    return _ZERO_GROWTH * float(np.abs(s.eigenvalues).max())
 
 
 def critical_mu_text(s: Stability, digits: int = 6) -> str:
@@ -56,7 +56,7 @@ def stability_rows(s: Stability) -> list[Row]:
     point, coalescence, linear = s.equilibrium, s.coalescence, s.linear_critical_mu
     distance, margin_mu = coalescence.frequency_distance, s.margin.mu
     margin = "" if margin_mu is None else f"{margin_text(s)}, margin {margin_mu:+.6g}"
-    meeting = "nowhere" if coalescence.mu is None else f"at μ {number(coalescence.mu)}"
+    coalescence_place = "nowhere" if coalescence.mu is None else f"at μ {number(coalescence.mu)}"
     rows = [
         Row("verdict", verdict(s), _CONSEQUENCE[verdict(s)]),
         Row("growth rate", f"{s.growth_rate:+.6g} 1/s", _time_scale_text(s.growth_rate)),
@@ -77,7 +77,7 @@ def stability_rows(s: Stability) -> list[Row]:
         Row(
             "frequency distance",
             "0: coalesced" if distance <= _rounding(s) else f"{number(distance / math.tau)} Hz",
-            f"undamped, the modes coalesce {meeting}",
+            f"undamped, the modes coalesce {coalescence_place}",
         ),
     ]
     rows += [

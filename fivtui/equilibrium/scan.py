@@ -14,13 +14,13 @@ from .eigenvalues import Stability
 
 FloatArray = NDArray[np.float64]
 
-_POINTS: Final = 241
+_POINT_COUNT: Final = 241
 # Number of points between calls of `go_on`.
 _BLOCK: Final = 24
 _MIN_TOP: Final = 1.0
 _TOP_FACTOR: Final = 1.5
 # Frequencies closer than this, relative to the fastest, have merged.
-_MERGED: Final = 1e-6
+_MERGED_DISTANCE: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -80,8 +80,8 @@ def mode_scan(
     Raises `ComputationError` if there is no equilibrium, and `Cancelled` if `go_on`, called
     repeatedly, returns False.
     """
-    mu = np.linspace(0.0, top, _POINTS)
-    matrices = np.empty((_POINTS, 4, 4))
+    mu = np.linspace(0.0, top, _POINT_COUNT)
+    matrices = np.empty((_POINT_COUNT, 4, 4))
     for index, value in enumerate(mu.tolist()):
         if index % _BLOCK == 0 and not go_on():
             raise Cancelled
@@ -90,6 +90,6 @@ def mode_scan(
         matrices[index] = jacobian(changed.parameters, point.y, point.mode)
     values = np.linalg.eigvals(matrices).astype(np.complex128)
     # Frequencies that differ by rounding have merged; their real parts give the order.
-    size = _MERGED * np.abs(values).max()
+    size = _MERGED_DISTANCE * np.abs(values).max()
     order = np.lexsort((-values.real, -np.rint(values.imag / size)), axis=-1)
     return ModeScan(mu, np.take_along_axis(values, order, axis=-1))

@@ -46,7 +46,7 @@ _QUANTITIES: Final = (
     Column("vx_max", "m/s", "greatest horizontal velocity"),
     Column("force_max", "N", "greatest contact force"),
 )
-# Offset of starts from an equilibrium, in characteristic lengths: motion leaves an unstable one.
+# Offset, in characteristic lengths, with which motion leaves an unstable equilibrium.
 _REST_OFFSET: Final = 1e-4
 
 
@@ -108,15 +108,15 @@ class Continuation(TableResult, Plottable):
 
     def _summary(self) -> list[tuple[str, str]]:
         scene = scene_text(self.system, without=(self.name,))
-        span = f"{self.values[0]:g} to {self.values[-1]:g}, {self.values.size} values"
+        range_text = f"{self.values[0]:g} to {self.values[-1]:g}, {self.values.size} values"
         kinds = Counter(str(point.attractor.kind) for point in self.points)
-        shared = self.coexisting
-        coexisting = f"{len(shared)} values, {shared[0]:g} to {shared[-1]:g}" if shared else "none"
+        values = self.coexisting
+        coexistence = f"{len(values)} values, {values[0]:g} to {values[-1]:g}" if values else "none"
         return [
             ("scene", scene),
-            (self.name, span),
+            (self.name, range_text),
             ("attractors", ", ".join(f"{kind} {count}" for kind, count in kinds.items())),
-            ("coexistence", coexisting),
+            ("coexistence", coexistence),
         ]
 
     def _table(self) -> Table:

@@ -32,7 +32,7 @@ MAX_STARTS: Final = 1_000_000
 # Offsets to test, in characteristic lengths: lowest, highest, number.
 _MIN_OFFSET: Final = 1e-3
 _MAX_OFFSET: Final = 100.0
-_COUNT: Final = 31
+_OFFSET_COUNT: Final = 31
 # Relative accuracy of an escape offset.
 _ACCURACY: Final = 1e-4
 
@@ -233,7 +233,7 @@ def escape_offset(
     if not explorer.equilibrium_attracts:
         return None
     x, _, y, _ = explorer.rest
-    offset_grid = (explorer.length * np.geomspace(_MIN_OFFSET, _MAX_OFFSET, _COUNT)).tolist()
+    offset_grid = (explorer.length * np.geomspace(_MIN_OFFSET, _MAX_OFFSET, _OFFSET_COUNT)).tolist()
     offsets: list[float | None] = []
     for side, sign in enumerate((1.0, -1.0)):
 

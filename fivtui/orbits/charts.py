@@ -82,21 +82,21 @@ def continuation_sheet(result: Continuation) -> Sheet:
         axis_label(ALL_PARAMETERS[result.name]),
         Label("±y (m)", "Half peak-to-peak of $y$ (m)"),
         tuple(traces),
-        strips=(Strip("coexist", "coexistence", _coexistence(result)),),
+        strips=(Strip("coexist", "coexistence", _coexistence_intervals(result)),),
         tight=False,
         figure_y=(-0.05 * largest, None),
     )
     return Sheet([[chart]], _SIZE, parameter_text(result.parameters, (result.name,)))
 
 
-def _coexistence(result: Continuation) -> list[tuple[float, float]]:
-    """Intervals around values of coexistence, up to the midpoints to their neighbours."""
-    values, shared = result.values, set(result.coexisting)
+def _coexistence_intervals(result: Continuation) -> list[tuple[float, float]]:
+    # Intervals around values of coexistence, up to the midpoints to their neighbours.
+    values, coexisting = result.values, set(result.coexisting)
     edges = np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1]), values[-1:]]).tolist()
     return [
         (edges[index], edges[index + 1])
         for index, value in enumerate(values.tolist())
-        if value in shared
+        if value in coexisting
     ]
 
 

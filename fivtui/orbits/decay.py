@@ -1,8 +1,8 @@
 """A region around the equilibrium in which a Lyapunov function proves that motion decays.
 
-In modal coordinates q, z = V q, the linear part of the motion about the equilibrium decays at least
-like e^{−σt}. The contact adds b n(η) with b = V⁻¹ (0, μ, 0, 1)ᵀ and, for η = y − y_e = w q,
-n = −k_nl (3 y_e η² + η³)/m. Hence with |η| ≤ |w| |q|
+The deviation from the equilibrium is V q with eigenvectors V and modal coordinates q. Linear motion
+decays at least like e^{−σt}. The contact adds b n(η) with b = V⁻¹ (0, μ, 0, 1)ᵀ and, for the height
+η = y − y_e = w q, n = −k_nl (3 y_e η² + η³)/m. Hence with |η| ≤ |w| |q|
 
     d|q|/dt ≤ −σ |q| + |b| k_nl/m (3 |y_e| |w|² |q|² + |w|³ |q|³)
 
@@ -37,8 +37,8 @@ class DecayRegion:
 
     With separation it is on one side of y = 0. `radius` is zero without a proof, such as for an
     unstable equilibrium. `unstable` is True if an eigenvalue has a positive real part beyond
-    rounding. `growth` is the greatest real part, 1/s, `fastest` the greatest modulus; `rest` is the
-    equilibrium as a state.
+    rounding. `growth` is the greatest real part of the eigenvalues, 1/s, and `fastest` their
+    greatest modulus; `rest` is the equilibrium as a state.
     """
 
     def __init__(self, system: System, point: Equilibrium) -> None:
@@ -64,11 +64,11 @@ class DecayRegion:
         vx_norm = float(np.linalg.norm(vectors[1]))
         if in_contact and p.v_belt is not None and depends_on_speed(p):
             drive = float(np.linalg.norm(self._modal[:, 1])) / p.m
-            bend_bound = 0.5 * drive * abs(friction_derivatives(p, 0.0, 2)[2]) * vx_norm**2
+            curvature_bound = 0.5 * drive * abs(friction_derivatives(p, 0.0, 2)[2]) * vx_norm**2
             stiffness = tangent_stiffness(p, point.y)
             slope = abs(friction_slope(p, p.v_belt))
-            linear += bend_bound * abs(point.P) + drive * slope * stiffness * y_norm * vx_norm
-            quadratic += bend_bound * stiffness * y_norm
+            linear += curvature_bound * abs(point.P) + drive * slope * stiffness * y_norm * vx_norm
+            quadratic += curvature_bound * stiffness * y_norm
         root = linear + math.sqrt(linear * linear - 4.0 * quadratic * growth)
         self.radius = -2.0 * growth / root if root > 0.0 else math.inf
         if system.separation and y_norm > 0.0:
@@ -77,7 +77,7 @@ class DecayRegion:
             self.radius = min(self.radius, p.v_belt / vx_norm)
 
     def _drive_bound(self, p: Parameters) -> float:
-        # Upper bound of |b|: modal acceleration by a contact force, per force over m.
+        # Upper bound of |b|, the modal acceleration by a contact force divided by force over m.
         if p.v_belt is None or not depends_on_speed(p):
             mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
             return float(np.linalg.norm(self._modal @ np.array([0.0, mu, 0.0, 1.0])))

@@ -25,7 +25,7 @@ from .decay import DecayRegion
 from .rest import length_scale, reference_point, slowest_period, sticks_forever
 from .shooting import PeriodicOrbit, Section, shoot
 
-# Length of a leg of the motion, in periods of the slowest linear mode; limits of legs and steps.
+# Length of a leg of the motion, in periods of the slowest linear mode; most legs and most steps.
 _LEG_PERIODS: Final = 16.0
 _MAX_LEGS: Final = 128
 _MAX_STEPS: Final = 200_000
@@ -35,18 +35,18 @@ _REST_EXTENT: Final = 1e-9
 # Extent of an unbounded motion, relative to the start and to the characteristic length.
 _UNBOUNDED_EXTENT: Final = 1e6
 # Distance between two returns to the section below which shooting begins, and greatest distance of
-# recent returns from the orbit that it finds, relative to the motion.
+# recent returns from the orbit found, relative to the size of the motion.
 _RECURRENCE_DISTANCE: Final = 0.01
 _ORBIT_DISTANCE: Final = 0.05
 # Distance of returns from a known orbit, relative to the motion, below which it is the same orbit.
 _KNOWN_ORBIT_DISTANCE: Final = 1e-2
 # Greatest number of returns in a period.
-_PERIOD_RETURNS: Final = 8
+_MAX_RETURNS: Final = 8
 # Relative difference below which two cycles are equal.
-_EQUAL_CYCLES: Final = 1e-6
-_SAMPLES_A_PERIOD: Final = 64
+_CYCLE_TOLERANCE: Final = 1e-6
+_SAMPLES_PER_PERIOD: Final = 64
 # Longest leg, relative to the first, where sticks are long.
-_MAX_LEG: Final = 1024.0
+_MAX_LEG_GROWTH: Final = 1024.0
 # Length of a stick, relative to the longest one, below which it is ignored.
 _SHORT_STICK: Final = 1e-3
 # Starts at rest above and below the equilibrium, in characteristic lengths.
@@ -81,8 +81,8 @@ class Attractor:
     Attributes
     ----------
     kind : Kind
-        `Kind.STICK` if the slider sticks for good to a belt at rest, where a range of positions is
-        at rest. `Kind.STICK_SLIP_CYCLE` if a cycle sticks, whether or not it also separates.
+        `Kind.STICK` if the slider sticks for ever to a belt at rest, which has a range of
+        equilibria. `Kind.STICK_SLIP_CYCLE` if a cycle sticks, whether or not it also separates.
         `Kind.UNSETTLED` if the motion neither came to rest, nor became periodic, nor diverged in
         the time limit: it settles very slowly, or is quasi-periodic or chaotic.
     orbit : PeriodicOrbit or None
@@ -124,8 +124,8 @@ class Attractor:
                 "start": self.orbit.start,
                 "floquet_multipliers": self.orbit.multipliers.tolist(),
             }
-        plain: dict[str, Any] = to_data(data)
-        return plain
+        json_data: dict[str, Any] = to_data(data)
+        return json_data
 
     def equals(self, attractor: "Attractor") -> bool:
         """Whether both are the same attractor."""
@@ -134,7 +134,7 @@ class Attractor:
         if self.orbit is None or attractor.orbit is None:
             return True
         return bool(
-            np.allclose(_features(self.orbit), _features(attractor.orbit), _EQUAL_CYCLES, 0.0)
+            np.allclose(_features(self.orbit), _features(attractor.orbit), _CYCLE_TOLERANCE, 0.0)
         )
 
 
@@ -214,9 +214,9 @@ class Explorer:
             ):
                 return Attractor(Kind.STICK)
             returns = _find_returns(run)
-            if 0 < returns.times.size < _PERIOD_RETURNS + 2 and returns.section is Section.STICK:
+            if 0 < returns.times.size < _MAX_RETURNS + 2 and returns.section is Section.STICK:
                 # Sticks on a slow belt are long: a leg has too few returns.
-                leg_time = min(2.0 * leg_time, _MAX_LEG * self._leg_time)
+                leg_time = min(2.0 * leg_time, _MAX_LEG_GROWTH * self._leg_time)
                 continue
             cycle = self._find_cycle(returns)
             if cycle is not None:
@@ -231,15 +231,15 @@ class Explorer:
 
     def _find_cycle(self, returns: _Returns) -> Attractor | None:
         section, times, states = returns
-        if times.size < _PERIOD_RETURNS + 2:
+        if times.size < _MAX_RETURNS + 2:
             return None
         size = np.ptp(states, axis=0).max(initial=0.0) + np.abs(states - self.rest).max()
         latest = states[-1]
-        recent = states[-_PERIOD_RETURNS:]
+        recent = states[-_MAX_RETURNS:]
         for orbit in self._orbits:
             if orbit.section is section and _distance(recent, orbit) < _KNOWN_ORBIT_DISTANCE * size:
                 return _cycle_attractor(orbit) if orbit.stable else None
-        for count in range(1, _PERIOD_RETURNS + 1):
+        for count in range(1, _MAX_RETURNS + 1):
             if np.abs(latest - states[-1 - count]).max() > _RECURRENCE_DISTANCE * size:
                 continue
             try:
@@ -277,7 +277,7 @@ def _cycle_attractor(orbit: PeriodicOrbit) -> Attractor:
 
 
 def _find_returns(run: Transient) -> _Returns:
-    # Returns at middles of sticks, without sticks at separations, else at lowest points.
+    # The section is the middle of sticks if there are any, else separation, else lowest points.
     solution, t_end = run.solution, run.t_end
     half_time = 0.5 * t_end
     sticks = np.array(
@@ -296,7 +296,7 @@ def _find_returns(run: Transient) -> _Returns:
     else:
         assert solution is not None  # noqa: S101
         section = Section.LOWEST_POINT
-        grid = np.linspace(0.5 * t_end, t_end, int(_LEG_PERIODS) * _SAMPLES_A_PERIOD)
+        grid = np.linspace(0.5 * t_end, t_end, int(_LEG_PERIODS) * _SAMPLES_PER_PERIOD)
         speed = solution(grid).vy
         before = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
         share = speed[before] / (speed[before] - speed[before + 1])
@@ -313,13 +313,13 @@ def _states(run: Transient, times: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def standard_starts(explorer: Explorer) -> list[State]:
-    """Starts of a search: the static start, and releases above and below the equilibrium.
+    """Starts of a search: the static start, and starts at rest above and below the equilibrium.
 
     Offsets are from 1e-3 to 30 characteristic lengths.
     """
     x, _, y, _ = explorer.rest
-    around = [(x, 0.0, y + offset * explorer.length, 0.0) for offset in _OFFSETS]
-    return [static_start(explorer.system), *around]
+    releases = [(x, 0.0, y + offset * explorer.length, 0.0) for offset in _OFFSETS]
+    return [static_start(explorer.system), *releases]
 
 
 def add_attractor(attractors: list[Attractor], reached: Attractor) -> int:

@@ -1,4 +1,4 @@
-"""Attractors, their continuations and their basins among the studies."""
+"""Entries of attractors, continuations and basins in the registry of studies."""
 
 from typing import Final
 

@@ -11,9 +11,9 @@ SEARCHING_TEXT: Final = "searching for limit cycles…"
 def coexistence_phrase(result: "Coexistence", since: str = "") -> str:
     """One phrase about the attractors beside the equilibrium.
 
-    `since` follows the verb and says where they begin, for example `` from μ = 0.2779``.
+    The text `since` says from which parameter on they exist, for example `` from μ = 0.2779``.
 
-    For example ``a limit cycle coexists: half peak-to-peak 7.443 m (after a knock)``, or ``no limit
+    Examples: ``a limit cycle coexists: half peak-to-peak 7.443 m (after a knock)``, and ``no limit
     cycle found from 11 starts``.
     """
     from .explorer import Kind

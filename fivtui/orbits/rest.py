@@ -19,8 +19,8 @@ from fivtui.model import (
     tangent_stiffness,
 )
 
-# Iterations of Newton's method, which converges in a few.
-_ITERATIONS: Final = 60
+# Upper bound: Newton's method converges in a few iterations.
+_MAX_ITERATIONS: Final = 60
 
 
 def reference_point(system: System) -> Equilibrium:
@@ -44,31 +44,31 @@ def slowest_period(p: Parameters) -> float:
     """Longest period, s, of the undamped modes without friction, in contact and off the belt."""
     # Without coupling (k3 = 0) only the contact has vertical stiffness.
     h, a = coupling_stiffness(p), horizontal_stiffness(p)
-    slowest = a
+    lowest_stiffness = a
     for kt in (p.k2, 0.0):
         b = kt + h
         stiffness = (a * b - h * h) / (0.5 * (a + b) + np.hypot(0.5 * (a - b), h))
         if stiffness > 0.0:
-            slowest = min(slowest, stiffness)
-    return float(2.0 * np.pi * np.sqrt(p.m / slowest))
+            lowest_stiffness = min(lowest_stiffness, stiffness)
+    return float(2.0 * np.pi * np.sqrt(p.m / lowest_stiffness))
 
 
 def sticks_forever(p: Parameters, state: State) -> bool:
     """Whether a slider that sticks to a belt at rest never slips again.
 
-    Its energy bounds the vertical motion, as the stiffness is at least k2 + h. Friction must hold
+    The energy bounds the vertical motion, as the stiffness is at least k2 + h. Friction must hold
     the slider at both bounds of the motion.
     """
     x, _, y, vy = state
     h = coupling_stiffness(p)
-    rest, imbalance = y, 1.0
-    for _ in range(_ITERATIONS):
-        imbalance = spring_force(p, rest) - load(p) + h * (x - rest)
-        rest += imbalance / (tangent_stiffness(p, rest) + h)
-    stiffest = tangent_stiffness(p, max(abs(y), abs(rest))) + h
-    energy = p.m * vy * vy + stiffest * (y - rest) ** 2
+    y_rest, imbalance = y, 1.0
+    for _ in range(_MAX_ITERATIONS):
+        imbalance = spring_force(p, y_rest) - load(p) + h * (x - y_rest)
+        y_rest += imbalance / (tangent_stiffness(p, y_rest) + h)
+    stiffest = tangent_stiffness(p, max(abs(y), abs(y_rest))) + h
+    energy = p.m * vy * vy + stiffest * (y - y_rest) ** 2
     amplitude = math.sqrt(energy / (p.k2 + h))
-    low, high = rest - amplitude, rest + amplitude
+    low, high = y_rest - amplitude, y_rest + amplitude
     friction_limit = p.mu_static * spring_force(p, high)
     holding = max(abs(holding_force(p, x, low)), abs(holding_force(p, x, high)))
     return high < 0.0 and holding < friction_limit

@@ -19,8 +19,8 @@ from fivtui.orbits.curves.flow import FloatArray, MotionEnd, SliderBeltFlow
 
 from .plane import FIRST, SECOND, ParameterPlane
 
-# Unknowns are the state, the period and two parameters; a null vector has the first five.
-_UNKNOWNS: Final = 7
+# Unknowns are the state, the period and two parameters; null vectors have the first five alone.
+_UNKNOWN_COUNT: Final = 7
 _NULL: Final = 5
 _NEWTON_LIMITS: Final = NewtonLimits(iterations=12, negligible=3e-13, accepted=1e-9)
 # Step of the differences for second derivatives, relative to the state. With separation it is at
@@ -41,8 +41,8 @@ class FoldOnCurve(OrbitOnCurve):
     curvature: float
 
 
-class _Borders(NamedTuple):
-    # Direction of the motion, and null vectors, of a fold nearby.
+class _Border(NamedTuple):
+    # Vectors of a fold nearby that border the Jacobian: direction of the motion, and null vectors.
     flow_direction: FloatArray
     null: FloatArray
     left_null: FloatArray
@@ -87,8 +87,8 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         tangent: FloatArray | None = None,
     ) -> FoldOnCurve | None:
         """The fold near a guess in the plane with the normal `along`: see `Curve`."""
-        borders = _Borders(near.flow_direction, near.null, near.left_null)
-        return self._solve(guess, along, along if tangent is None else tangent, borders)
+        border = _Border(near.flow_direction, near.null, near.left_null)
+        return self._solve(guess, along, along if tangent is None else tangent, border)
 
     def fold_at(self, unknowns: FloatArray, index: int) -> FoldOnCurve | None:
         """The fold near a limit cycle at the same value of the unknown with this index."""
@@ -98,25 +98,25 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         direction = motion.rate / self.scales[:4]
         direction /= np.linalg.norm(direction)
         matrix = np.vstack([self._orbits.jacobian(motion)[:, :_NULL], [*direction, 0.0]])
-        lefts, _, nulls = np.linalg.svd(matrix)
-        fixed = np.eye(_UNKNOWNS)[index]
-        return self._solve(unknowns, fixed, fixed, _Borders(direction, nulls[-1], lefts[:, -1]))
+        lefts, _, rights = np.linalg.svd(matrix)
+        fixed = np.eye(_UNKNOWN_COUNT)[index]
+        return self._solve(unknowns, fixed, fixed, _Border(direction, rights[-1], lefts[:, -1]))
 
     def _solve(
-        self, guess: FloatArray, along: FloatArray, tangent: FloatArray, borders: _Borders
+        self, guess: FloatArray, along: FloatArray, tangent: FloatArray, border: _Border
     ) -> FoldOnCurve | None:
         self._work.check()
 
         def equations(unknowns: FloatArray) -> tuple[FloatArray, FloatArray, _Fold] | None:
             motion = self._orbits.motion(unknowns)
-            solved = None if motion is None else self._solve_bordered(unknowns, motion, borders)
+            solved = None if motion is None else self._solve_bordered(unknowns, motion, border)
             if motion is None or solved is None:
                 return None
             system, determinant, null, left_null = solved
-            system[4, :4], system[6] = borders.flow_direction, along
+            system[4, :4], system[6] = border.flow_direction, along
             deviation = unknowns - guess
             error = self._orbits.closure_error(unknowns, motion)
-            phase, advance = float(borders.flow_direction @ deviation[:4]), float(along @ deviation)
+            phase, advance = float(border.flow_direction @ deviation[:4]), float(along @ deviation)
             return (
                 np.append(error, [phase, determinant, advance]),
                 system,
@@ -135,16 +135,16 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         return FoldOnCurve(**values, null=null, left_null=left_null, curvature=curvature)
 
     def _solve_bordered(
-        self, unknowns: FloatArray, motion: MotionEnd, borders: _Borders
+        self, unknowns: FloatArray, motion: MotionEnd, border: _Border
     ) -> tuple[FloatArray, float, FloatArray, FloatArray] | None:
         # Derivatives of the equations, the last element of the inverse bordered matrix, which is
         # zero at folds, and the null vectors.
-        system = np.zeros((_UNKNOWNS, _UNKNOWNS))
+        system = np.zeros((_UNKNOWN_COUNT, _UNKNOWN_COUNT))
         system[:4] = self._orbits.jacobian(motion)
         bordered = np.zeros((_NULL + 1, _NULL + 1))
         bordered[:4, :_NULL] = system[:4, :_NULL]
-        bordered[4, :4] = borders.flow_direction
-        bordered[:_NULL, _NULL], bordered[_NULL, :_NULL] = borders.left_null, borders.null
+        bordered[4, :4] = border.flow_direction
+        bordered[:_NULL, _NULL], bordered[_NULL, :_NULL] = border.left_null, border.null
         corner = np.eye(_NULL + 1)[-1]
         try:
             null, left_null = np.linalg.solve(bordered, corner), np.linalg.solve(bordered.T, corner)
@@ -166,7 +166,7 @@ class FoldCurve(CycleCurve[FoldOnCurve]):
         if self._separation:
             height = abs(float(motion.extremes[3])) / float(self.scales[0])
             step = min(step, _HEIGHT_PART * height) or step
-        change = np.zeros(_UNKNOWNS)
+        change = np.zeros(_UNKNOWN_COUNT)
         change[:_NULL] = step * direction
         ahead, behind = (self._orbits.motion(unknowns + sign * change) for sign in (1.0, -1.0))
         if ahead is None or behind is None:

@@ -26,7 +26,7 @@ _FIRST_STEP: Final = 0.05
 _MIN_COSINE: Final = 0.5
 # Step, relative to the amplitude, of a converged search; distance of a fold's multiplier from 1.
 _CONVERGED: Final = 3e-6
-_UNIT: Final = 1e-2
+_TOL: Final = 1e-2
 # Curvature, times the square of the amplitude, above which it may be rounding. It is then computed
 # from slopes at this distance on both sides, relative to the amplitude.
 _DOUBTFUL_CURVATURE: Final = 1.0
@@ -144,7 +144,7 @@ def _validate_fold(orbit: OrbitOnCurve, curvature: float, length: float) -> Fold
     remaining = np.delete(multipliers, unit)
     # A real multiplier slightly above 1 occurs next to a torus, beyond which cycles attract.
     saddle = bool(np.any((remaining.imag == 0.0) & (remaining.real > _SADDLE_MULTIPLIER)))
-    if not curvature >= 0.0 or size < _MIN_SIZE or saddle or abs(multipliers[unit] - 1.0) > _UNIT:
+    if not curvature >= 0.0 or size < _MIN_SIZE or saddle or abs(multipliers[unit] - 1.0) > _TOL:
         return None
     return FoldOrbit(
         float(orbit.unknowns[PARAMETER]),

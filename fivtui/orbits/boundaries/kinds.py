@@ -1,4 +1,4 @@
-"""Curves over two parameters among the studies."""
+"""Entry of curves over two parameters in the registry of studies."""
 
 from typing import Final
 

@@ -42,7 +42,7 @@ from .touch_curve import TouchCurve
 from .tracing import FoldTracer
 
 # Number of values of one parameter, besides the set's, at which branches along the other begin.
-_LINES: Final = 8
+_LINE_COUNT: Final = 8
 # Distance from a curve below which a point is on it: relative to the curve's segment, and absolute.
 _RELATIVE_DISTANCE: Final = 0.1
 _DISTANCE: Final = 1e-6
@@ -147,9 +147,9 @@ def _systems_to_follow(plane: ParameterPlane, work: Progress) -> Iterator[tuple[
     low, high = plane.ranges[1 - varied_index]
     name = plane.names[1 - varied_index]
     set_value = getattr(plane.system.parameters, name)
-    values = [low + (high - low) * (index + 0.5) / _LINES for index in range(_LINES)]
+    values = [low + (high - low) * (index + 0.5) / _LINE_COUNT for index in range(_LINE_COUNT)]
     for count, value in enumerate([*([set_value] if low <= set_value <= high else []), *values]):
-        work.report(count / (_LINES + 1))
+        work.report(count / (_LINE_COUNT + 1))
         yield plane.system.with_values({name: value}), plane.names[varied_index], varied_index
 
 
@@ -228,11 +228,11 @@ def _curve_through(
 
 def _add_bautin(plane: ParameterPlane, curve: BoundaryCurve, work: Progress) -> BoundaryCurve:
     # Add the Bautin points in which a fold curve ends: Hopf points of zero Lyapunov coefficient.
-    shrinks = [end is End.EQUILIBRIUM for end in curve.ends]
-    at_start = _bautin_near(plane, curve.points[0], work) if shrinks[0] else []
-    at_end = _bautin_near(plane, curve.points[-1], work) if shrinks[1] else []
+    ends_in_equilibrium = [end is End.EQUILIBRIUM for end in curve.ends]
+    at_start = _bautin_near(plane, curve.points[0], work) if ends_in_equilibrium[0] else []
+    at_end = _bautin_near(plane, curve.points[-1], work) if ends_in_equilibrium[1] else []
     before, after = (
-        [_event(EventKind.BAUTIN, point) for point in located] for located in (at_start, at_end)
+        [_event(EventKind.BAUTIN, point) for point in points] for points in (at_start, at_end)
     )
     return BoundaryCurve(
         (*at_start, *curve.points, *at_end), (*before, *curve.events, *after), curve.ends

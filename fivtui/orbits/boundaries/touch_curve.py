@@ -13,7 +13,7 @@ from fivtui.transient import START_SEEDS, Request, vary
 
 from .plane import FIRST, SECOND, ParameterPlane
 
-_UNKNOWNS: Final = 7
+_UNKNOWN_COUNT: Final = 7
 # Greatest height of a touching cycle's highest point, relative to the depth of its lowest point.
 _MAX_HEIGHT: Final = 1e-9
 
@@ -45,7 +45,7 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         guess = np.array([x, vx, 0.0, 0.0, *cycle[4:]]) / self.scales
         if values is not None:
             guess[FIRST:] = values
-        return self.correct(guess, None, np.eye(_UNKNOWNS)[index])
+        return self.correct(guess, None, np.eye(_UNKNOWN_COUNT)[index])
 
     def correct(
         self,
@@ -55,7 +55,7 @@ class TouchCurve(CycleCurve[OrbitOnCurve]):
         tangent: FloatArray | None = None,
     ) -> OrbitOnCurve | None:
         """The cycle near a guess in the plane with the normal `along`: see `Curve`."""
-        planes = np.zeros((3, _UNKNOWNS))
+        planes = np.zeros((3, _UNKNOWN_COUNT))
         planes[0, 2] = planes[1, 3] = 1.0
         planes[2] = along
         orbit = self._orbits.solve(guess, planes, tangent, tangent_across=False)

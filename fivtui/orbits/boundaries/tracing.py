@@ -90,7 +90,7 @@ class FoldTracer:
             return self._leave_corner(trace) if part.end is End.EVENT else None
         if part.end is not End.EVENT:
             return self._find_corner(trace, start)
-        # Touch level: approaching a corner, leaving one, or no corner.
+        # The highest point is at y = 0: next to a corner ahead or behind, or without a corner.
         del trace.events[len(points) - 1]
         previous = points[-2] if len(points) > 1 else start
         rises = bool(previous.extremes[3] < points[-1].extremes[3])

@@ -160,7 +160,7 @@ class OrbitCurve:
         """The periodic orbit near a guess in planes through it; None without convergence.
 
         The planes through the guess have the normals `planes`. The tangent points along `along`, by
-        default the last normal; it is normal to the orbit if `tangent_across`, else to the first.
+        default the last normal. It is normal to the first one, or to the orbit if `tangent_across`.
         """
         self._work.check()
         if not np.isfinite(guess).all():

@@ -19,9 +19,9 @@ from .following import Bound
 # Derivatives of the parameter along the curve that are zero to rounding.
 _SLOPE_ROUNDING: Final = 1e-9
 _CIRCLE_TOL: Final = 1e-6
-# Range within a stick in which a period may begin, relative to the stick.
-_INTERIOR: Final = (0.25, 0.75)
-# Below this part of the period a stick vanishes, below this part of the belt speed the gap to it.
+# Range within a stick in which a period may begin, relative to the length of the stick.
+_STARTS: Final = (0.25, 0.75)
+# A stick vanishes below this part of the period, a speed gap below this part of the belt speed.
 _VANISHING: Final = 1e-3
 # Lower bound of the parameter's unit: its range divided by this. Units are powers of two.
 _RANGE_PER_UNIT: Final = 64.0
@@ -35,8 +35,8 @@ def touch_test(orbit: OrbitOnCurve) -> float:
 
 def fold_test(orbit: OrbitOnCurve) -> float:
     """The derivative of the parameter along the curve; zero at a fold."""
-    change = float(orbit.tangent[PARAMETER])
-    return change if abs(change) > _SLOPE_ROUNDING else 0.0
+    slope = float(orbit.tangent[PARAMETER])
+    return slope if abs(slope) > _SLOPE_ROUNDING else 0.0
 
 
 def period_doubling_test(orbit: OrbitOnCurve) -> float:
@@ -159,9 +159,9 @@ class FiniteSpeedBranchCurve(BranchCurve):
         return End.JUMPS if 0.0 < pattern.speed_gap < _VANISHING else End.LOST
 
     def recentre(self, point: OrbitOnCurve) -> OrbitOnCurve:
-        """The cycle; if it sticks, its period begins well inside the longest stick."""
+        """The cycle, with a period that begins well inside the longest stick if it sticks."""
         pattern = mode_pattern(point)
-        if pattern.sticks == 0.0 or _INTERIOR[0] < pattern.start_in_stick < _INTERIOR[1]:
+        if pattern.sticks == 0.0 or _STARTS[0] < pattern.start_in_stick < _STARTS[1]:
             return point
         moved = self.orbits.restart_later(point, pattern.longest_stick_middle)
         if moved is None:

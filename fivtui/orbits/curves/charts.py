@@ -42,11 +42,11 @@ _EVENT_MARKS: Final[Mapping[EventKind, tuple[str, str]]] = {
 }
 _EVENT_NAMES: Final[Mapping[EventKind, str]] = {EventKind.HOPF: "Hopf"}
 _COLOURS: Final = ("#c0392b", "#d68910", "#6c3483", "#117a65")
-_SAMPLES: Final = 401
+_ORBIT_SAMPLES: Final = 401
 # Size up to which the axes of multipliers are linear; beyond it they are logarithmic.
 _LINEAR_SIZE: Final = 3.0
 # Top of the figure, relative to the largest stable cycle; larger unstable cycles are cut off.
-_TOP: Final = 2.0
+_TOP_RATIO: Final = 2.0
 _MARGIN: Final = 0.05
 # Length of dashes in the terminal, relative to the size of the chart, and points per dash.
 _DASH: Final = 0.02
@@ -119,7 +119,7 @@ def _full_chart(result: CycleBranch) -> Chart:
     values, heights = _coordinates(result)
     stable = np.array([point.stable for point in result.points])
     curves = [
-        Trace(name, *_separate(values, heights, part), ordered=False, mark=mark, role=name)
+        Trace(name, *_masked_curve(values, heights, part), ordered=False, mark=mark, role=name)
         for name, part, mark in (("stable", stable, "●"), ("unstable", ~stable, "○"))
     ]
     events = [
@@ -154,7 +154,7 @@ def _orbit_chart(result: CycleBranch, chosen: Mapping[CyclePoint, str]) -> Chart
             result.system.with_values({result.name: point.value}),
             t_end=point.period,
             start=point.start,
-            samples=_SAMPLES,
+            samples=_ORBIT_SAMPLES,
         )
         motion = integrate(request).trajectory
         assert motion is not None  # noqa: S101
@@ -201,7 +201,7 @@ def _figure_top(result: CycleBranch) -> float:
     # Highest point of the figure: a branch that grows without bounds would flatten stable cycles.
     largest = max(point.half_range for point in result.points)
     stable = max((point.half_range for point in result.points if point.stable), default=largest)
-    return min(largest, _TOP * stable)
+    return min(largest, _TOP_RATIO * stable)
 
 
 def _choose_cycles(result: CycleBranch) -> dict[CyclePoint, str]:
@@ -213,16 +213,16 @@ def _choose_cycles(result: CycleBranch) -> dict[CyclePoint, str]:
         (point for point in visible if point.stable and event_at(result, point) is None),
         key=lambda point: abs(point.value - set_value),
     )[:1]
-    limit = _TOP * max((point.half_range for point in stable), default=np.inf)
+    limit = _TOP_RATIO * max((point.half_range for point in stable), default=np.inf)
     at_events = [point for point in visible if event_at(result, point) is not None]
     points = [point for point in at_events if point.half_range <= limit][: len(_COLOURS) - 1]
     return dict(zip([*points, *stable] or visible[-1:], _COLOURS, strict=False))
 
 
-def _separate(
+def _masked_curve(
     x: FloatArray, y: FloatArray, chosen: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
-    # The curve's pieces of chosen points, each extended to the next point, with gaps between them.
+    # The chosen points of a curve: each piece is extended by one point, with gaps in between.
     parts: list[tuple[FloatArray, FloatArray]] = []
     edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]])))
     for begin, end in edges.reshape(-1, 2).tolist():

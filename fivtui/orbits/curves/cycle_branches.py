@@ -178,7 +178,7 @@ def _follow_doubled(line: ParameterLine, start: BranchStart, origin: Origin) -> 
             f"no cycle of twice the period was found next to {line.name} = {begin_point.value:.9g}",
             "begin at one that transients reach (--from cycle)",
         )
-    part = _follow_until_halved(curve, follower, cycle)
+    part = _follow_to_single_period(curve, follower, cycle)
     event_kinds = {index + 1: kind for index, kind in part.events.items()}
     points, events = _points_and_events(curve, (cycle, *part.points), event_kinds)
     events.insert(0, _event(doubling, begin_point))
@@ -200,7 +200,7 @@ def _follow_doubled(line: ParameterLine, start: BranchStart, origin: Origin) -> 
     )
 
 
-def _follow_until_halved(
+def _follow_to_single_period(
     curve: BranchCurve, follower: Follower[OrbitOnCurve], start: OrbitOnCurve
 ) -> CurvePart[OrbitOnCurve]:
     points: list[OrbitOnCurve] = []
@@ -211,7 +211,7 @@ def _follow_until_halved(
         if len(points) > 1:
             orbit, before = points[-1], points[-2]
             step = 0.5 * float(np.linalg.norm(orbit.unknowns - before.unknowns))
-        # Where it meets the branch of the single period, the doubled branch turns back on itself.
+        # The doubled branch turns back where it meets the branch of the single period.
         part = follower.follow(
             orbit, step=step, until=(EventKind.BRANCH, EventKind.FOLD), start_event=start_event
         )

@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 
 FLOW_TOL: Final = 1e-13
 MAX_FLOW_STEPS: Final = 20_000
-# The same on a belt of finite speed: steps are slow there, and a period takes less than a hundred.
+# On a belt of finite speed steps are slow, and a period takes less than a hundred.
 _MAX_BELT_STEPS: Final = 2_000
 
 
@@ -61,11 +61,11 @@ class ModePattern(NamedTuple):
 
 # Number of extremes of x and y; on a belt of finite speed the `ModePattern` follows them.
 POSITION_EXTREMES: Final = 4
-_MODES: Final = len(Mode)
+_MODE_COUNT: Final = len(Mode)
 # Upper bound of encoded orders of modes: floats hold smaller integers exactly.
 _ORDER_BOUND: Final = 2**53
-# Distance from the belt speed, relative to the speeds, within which it is equal to rounding.
-_ON_BELT: Final = 1e-9
+# Distance from the belt speed, relative to the speeds, within which a start has the belt speed.
+_SPEED_TOL: Final = 1e-9
 
 
 def _mode_pattern(motion: Variation, period: float, speed: float) -> ModePattern:
@@ -77,7 +77,7 @@ def _mode_pattern(motion: Variation, period: float, speed: float) -> ModePattern
     rotations = [order[index:] + order[:index] for index in range(len(order))] or [[]]
     code = 0
     for mode in min(rotations):
-        code = (code * _MODES + mode + 1) % _ORDER_BOUND
+        code = (code * _MODE_COUNT + mode + 1) % _ORDER_BOUND
     starts, lengths = times / period, np.diff(np.append(times, times[:1] + period)) / period
     sticks = [
         (float(length), float(start))
@@ -116,7 +116,7 @@ class SliderBeltFlow:
         try:
             system = self.system.with_values(dict(zip(self.names, values.tolist(), strict=True)))
             speed = system.parameters.v_belt
-            if speed is not None and abs(start[1] - speed) <= _ON_BELT * (speed + abs(start[3])):
+            if speed is not None and abs(start[1] - speed) <= _SPEED_TOL * (speed + abs(start[3])):
                 start[1] = speed
             max_steps = MAX_FLOW_STEPS if speed is None else _MAX_BELT_STEPS
             request = Request(

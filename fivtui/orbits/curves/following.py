@@ -10,11 +10,11 @@ import numpy as np
 from .events import MAX_POINTS, End, EventKind
 from .flow import FloatArray
 
-# Upper bounds of a step: a part of the point's size, and the greater of a smaller part of it and a
-# fixed length.
+# Upper bounds of a step relative to the point's size: one for all points, and a lower one for large
+# points, which allows at least a fixed length.
 _STEP_PER_SIZE: Final = 0.4
 _STEP_PER_LARGE_SIZE: Final = 0.1
-_STEP_OF_LARGE: Final = 0.25
+_LARGE_STEP: Final = 0.25
 # Upper bounds of the part of a parameter's range in a step, and of the turn of the tangent, rad.
 _STEP_PER_RANGE: Final = 0.02
 _MAX_TURN: Final = 0.25
@@ -32,7 +32,7 @@ _MIN_PREVIOUS_STEP: Final = 0.2
 # Distance from the curve, relative to a step, below which it may close, and relative tolerance of
 # equal points.
 _CLOSING_DISTANCE: Final = 0.1
-_EQUAL_POINTS: Final = 1e-6
+_SAME_POINT: Final = 1e-6
 # Accuracy of the location of a change of pattern, relative to a step.
 _RESOLUTION: Final = 1e-9
 # Distance between two patterns, relative to the size of the cycle, above which motion jumps.
@@ -153,15 +153,15 @@ def follow_both_ways(
 
 @dataclass(frozen=True, slots=True)
 class _Node(Generic[P]):
-    # A point, the values of the tests, its size and features.
+    # A point, the values of the tests there, its size and its features.
     point: P
     values: dict[EventKind, float]
     size: float
     features: FloatArray
 
 
-class _NotFoundError(Exception):
-    """No point was found: the step is too long."""
+class _StepTooLongError(Exception):
+    """No point was found at the end of a step, or events may be hidden in it."""
 
 
 def _angle(first: PointOnCurve, second: PointOnCurve) -> float:
@@ -217,7 +217,7 @@ class Follower(Generic[P]):
                 continue
             try:
                 successor, event, end = self._next_node(node, previous, step, until)
-            except _NotFoundError:
+            except _StepTooLongError:
                 step *= 0.5
                 continue
             if points and self._closes_curve(first_node, node, successor):
@@ -264,7 +264,7 @@ class Follower(Generic[P]):
         tangent = node.point.tangent
         return min(
             _STEP_PER_SIZE * node.size,
-            max(_STEP_OF_LARGE, _STEP_PER_LARGE_SIZE * node.size),
+            max(_LARGE_STEP, _STEP_PER_LARGE_SIZE * node.size),
             *(
                 _STEP_PER_RANGE * (high - low) / (abs(float(tangent[index])) + _TANGENT_ROUNDING)
                 for index, low, high in self._curve.bounds
@@ -287,19 +287,19 @@ class Follower(Generic[P]):
                 tangent_change = point.tangent - previous.point.tangent
                 guess += 0.5 * step * step / distance * tangent_change
         target = self._curve.correct(guess, point, point.tangent)
-        if target is None or self._outside(target.unknowns):
-            target = self._at_bound(point, guess if target is None else target.unknowns)
+        if target is None or self._is_outside(target.unknowns):
+            target = self._point_at_bound(point, guess if target is None else target.unknowns)
         if target is None:
-            raise _NotFoundError
+            raise _StepTooLongError
         successor = self._node(target)
         if successor.size < _MIN_SIZE_RATIO * node.size:
-            raise _NotFoundError
+            raise _StepTooLongError
         if self._curve.pattern(point) != self._curve.pattern(target):
             return self._find_pattern_change(node, target, until)
         if _angle(point, target) > _MAX_TURN or (
             self._curve.may_hide_folds and self._hides_folds(node, successor)
         ):
-            raise _NotFoundError
+            raise _StepTooLongError
         return *self._find_first_event(node, successor, until), None
 
     def _hides_folds(self, node: _Node[P], successor: _Node[P]) -> bool:
@@ -332,7 +332,7 @@ class Follower(Generic[P]):
             direction = old.tangent / float(point.tangent @ old.tangent)
             middle = self._curve.correct(old.unknowns + 0.5 * gap * direction, point, point.tangent)
             if middle is None:
-                raise _NotFoundError
+                raise _StepTooLongError
             if pattern(middle) == pattern(point):
                 old = middle
             else:
@@ -357,7 +357,7 @@ class Follower(Generic[P]):
                 return beyond
         return None
 
-    def _outside(self, unknowns: FloatArray) -> bool:
+    def _is_outside(self, unknowns: FloatArray) -> bool:
         return not all(low <= unknowns[index] <= high for index, low, high in self._curve.bounds)
 
     def _end_after(self, node: _Node[P], successor: _Node[P], count: int) -> End | None:
@@ -370,17 +370,17 @@ class Follower(Generic[P]):
             return End.UNBOUNDED
         return End.LONG if count + 1 >= self._max_points else None
 
-    def _at_bound(self, point: P, target: FloatArray) -> P | None:
+    def _point_at_bound(self, point: P, target: FloatArray) -> P | None:
         # The curve's point at the first bound on the line from a point to a target outside.
         change = target - point.unknowns
-        reached = []
+        crossings = []
         for index, low, high in self._curve.bounds:
             bound = high if change[index] > 0.0 else low
             if (point.unknowns[index] - bound) * (target[index] - bound) < 0.0:
-                reached.append(((bound - point.unknowns[index]) / change[index], index, bound))
-        if not reached:
+                crossings.append(((bound - point.unknowns[index]) / change[index], index, bound))
+        if not crossings:
             return None
-        share, index, bound = min(reached)
+        share, index, bound = min(crossings)
         guess = point.unknowns + change * share
         guess[index] = bound
         return self._curve.correct(guess, point, np.eye(len(guess))[index], point.tangent)
@@ -388,7 +388,7 @@ class Follower(Generic[P]):
     def _find_first_event(
         self, node: _Node[P], successor: _Node[P], until: tuple[EventKind, ...]
     ) -> tuple[_Node[P], EventKind | None]:
-        # The next point, or the first event before it. Events of `until` must be located.
+        # The next point, or the first event before it. Only events of `until` must be located.
         events: list[tuple[float, EventKind, P]] = []
         for kind, test in self._curve.tests.items():
             if node.values[kind] * successor.values[kind] < 0.0:
@@ -396,7 +396,7 @@ class Follower(Generic[P]):
                     distance, point = self._locate_zero(
                         node.point, successor.point, test, node.values[kind]
                     )
-                except _NotFoundError:
+                except _StepTooLongError:
                     if kind in until:
                         raise
                     continue
@@ -422,7 +422,7 @@ class Follower(Generic[P]):
         step = float(along @ (end.unknowns - begin.unknowns))
         points = {0.0: begin, step: end}
 
-        def value(s: float) -> float:
+        def test_value(s: float) -> float:
             if s == 0.0:
                 return value_at_begin
             if s not in points:
@@ -432,7 +432,7 @@ class Follower(Generic[P]):
                 point = self._curve.correct(guess, begin, along)
                 closest = low if s - low < high - s else high
                 if point is None and abs(s - closest) > _SINGULAR_DISTANCE * step:
-                    raise _NotFoundError
+                    raise _StepTooLongError
                 if point is None:
                     # At a branch point the equations are singular.
                     points[s] = points[closest]
@@ -440,8 +440,8 @@ class Follower(Generic[P]):
                 points[s] = point
             return test(points[s])
 
-        zero = float(brentq(value, 0.0, step, xtol=1e-14 * step + 1e-15, rtol=1e-14))
-        value(zero)
+        zero = float(brentq(test_value, 0.0, step, xtol=1e-14 * step + 1e-15, rtol=1e-14))
+        test_value(zero)
         return zero, points[zero]
 
     def _closes_curve(self, start: _Node[P], node: _Node[P], successor: _Node[P]) -> bool:
@@ -458,22 +458,22 @@ class Follower(Generic[P]):
         guess = point.unknowns + share * (successor.point.unknowns - point.unknowns)
         guess[self._parameter_index] = start.point.unknowns[self._parameter_index]
         normal = np.eye(len(guess))[self._parameter_index]
-        passed = self._curve.correct(guess, point, normal, point.tangent)
-        return passed is not None and bool(
-            np.abs(self._curve.features(passed) - first).max() < _EQUAL_POINTS * np.abs(first).max()
+        nearest = self._curve.correct(guess, point, normal, point.tangent)
+        return nearest is not None and bool(
+            np.abs(self._curve.features(nearest) - first).max() < _SAME_POINT * np.abs(first).max()
         )
 
 
 def _interpolate(
     first: PointOnCurve, second: PointOnCurve, along: FloatArray, share: float
 ) -> FloatArray:
-    # The cubic through two points with their tangents, at a share of their distance along `along`.
+    # The cubic through two points with their tangents, at a share of the distance along `along`.
     change = second.unknowns - first.unknowns
     length = float(along @ change)
     begin, end = (
         point.tangent * (length / float(along @ point.tangent)) for point in (first, second)
     )
-    rest = 1.0 - share
-    bend = share * rest * (rest * (begin - change) - share * (end - change))
+    remainder = 1.0 - share
+    bend = share * remainder * (remainder * (begin - change) - share * (end - change))
     guess: FloatArray = first.unknowns + share * change + bend
     return guess

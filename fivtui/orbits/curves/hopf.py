@@ -119,7 +119,7 @@ class _MultilinearForms:
         """The second derivative in two directions, or the third in three."""
         count = len(vectors)
         horizontal = 0j
-        # Product rule: each direction derives the friction coefficient by ẋ or the force by y.
+        # Product rule: each direction differentiates friction (1, by ẋ) or the force (2, by y).
         for indices in product((1, 2), repeat=count):
             factor = complex(
                 np.prod([vector[index] for vector, index in zip(vectors, indices, strict=True)])

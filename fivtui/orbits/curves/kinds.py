@@ -1,4 +1,4 @@
-"""Branches of limit cycles among the studies."""
+"""Entry of branches of limit cycles in the registry of studies."""
 
 from typing import TYPE_CHECKING, Final
 

@@ -217,5 +217,5 @@ class CycleBranch(TableResult, Plottable):
 
 def event_at(branch: CycleBranch, point: CyclePoint) -> EventKind | None:
     """The event at one of the points of a branch, if any."""
-    at = (point.value, point.period)
-    return next((event.kind for event in branch.events if (event.value, event.period) == at), None)
+    key = (point.value, point.period)
+    return next((event.kind for event in branch.events if (event.value, event.period) == key), None)

@@ -17,10 +17,10 @@ _FILE_KIND: Final = "branch"
 _JSON: Final = ".json"
 
 
-class _Contents(NamedTuple):
+class _SavedCycles(NamedTuple):
     # Contents of a file: fixed parameters, name of the varied parameter, and whether separation was
-    # considered. None stands for what the file does not have. A cycle is the value of the varied
-    # parameter, a state and the period.
+    # considered; None if the file does not say so. A cycle is the value of the varied parameter, a
+    # state and the period.
     fixed: Mapping[str, float]
     name: str | None
     separation: bool | None
@@ -73,7 +73,7 @@ def _value_text(value: float | None) -> str:
     return "none" if value is None else f"{value:g}"
 
 
-def _read_table(path: Path) -> _Contents:
+def _read_table(path: Path) -> _SavedCycles:
     header = read_header(path, _FILE_KIND)
     if "event_kinds" not in header:
         raise InputError(f"{path}: must be a branch of limit cycles")
@@ -87,10 +87,10 @@ def _read_table(path: Path) -> _Contents:
             columns[name].tolist(), states, columns["period"].tolist(), strict=True
         )
     ]
-    return _Contents(fixed, name, bool(header["separation"]), cycles)
+    return _SavedCycles(fixed, name, bool(header["separation"]), cycles)
 
 
-def _read_json(path: Path) -> _Contents:
+def _read_json(path: Path) -> _SavedCycles:
     try:
         data = json.loads(read_bytes(path))
         return _contents_from_json(data)
@@ -98,13 +98,13 @@ def _read_json(path: Path) -> _Contents:
         raise InputError(f"{path}: must have limit cycles, as branch or attractor") from None
 
 
-def _contents_from_json(data: Any) -> _Contents:
+def _contents_from_json(data: Any) -> _SavedCycles:
     if "parameter" in data:
         cycles = [(float(cycle["value"]), *_cycle_from_json(cycle)) for cycle in data["points"]]
-        return _Contents(data["parameters"], data["parameter"], data["separation"], cycles)
+        return _SavedCycles(data["parameters"], data["parameter"], data["separation"], cycles)
     attractors = data.get("attractors", [data])
     cycles = [(0.0, *_cycle_from_json(cycle)) for cycle in attractors if "period" in cycle]
-    return _Contents({}, None, None, [cycles[0]])
+    return _SavedCycles({}, None, None, [cycles[0]])
 
 
 def _cycle_from_json(data: Any) -> tuple[State, float]:
