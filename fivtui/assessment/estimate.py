@@ -72,7 +72,7 @@ class Accuracy(Result):
                 (name, f"{reliable_digits(estimate)} ± {estimate.difference:.1g}")
                 for name, estimate in self.estimates.items()
             ),
-            ("an error", str(self.growth.fate)),
+            ("a small error", str(self.growth.fate)),
         ]
         if self.parted is not None:
             rows.append(("the runs diverge", f"at t = {self.parted.t:.6g} s"))

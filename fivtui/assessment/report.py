@@ -60,7 +60,7 @@ def print_accuracy(result: Accuracy) -> None:
     ]
     print_rows(
         f"Accuracy of {run.t_end:g} s by {run.method}, compared with {result.finer}",
-        ("number", "reliable digits", "difference", "unit"),
+        ("quantity", "reliable digits", "difference", "unit"),
         rows,
     )
     parted = []

@@ -147,7 +147,7 @@ class StabilityMap(GridResult, Plottable):
             phrase += f", and a global search at {len(self.searched)} points"
         count = np.count_nonzero(self.unknown)
         if count:
-            phrase += f"; not known at {count} points near those where the search found less"
+            phrase += f"; not known at {count} points near searches that do not confirm it"
         return phrase
 
     @property
@@ -194,7 +194,7 @@ class StabilityMap(GridResult, Plottable):
                 for index, region in enumerate(REGIONS)
             ]
             rows.append(Row("offset from rest that escapes", _range_text(self.escape, "m")))
-        return [*rows, Row("safe μ rests on", self.basis)]
+        return [*rows, Row("basis of safe μ", self.basis)]
 
     def _share(self, chosen: NDArray[np.bool_]) -> str:
         return f"{np.count_nonzero(chosen) / chosen.size:.1%} of the points"

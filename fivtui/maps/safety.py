@@ -90,7 +90,7 @@ def safety_map(
     system = system_of(parameters, separation)
     p = system.parameters
     map_kind = parse_map_value(value, SAFETY_VALUES)
-    check_always_sliding(p, f"maps of {value}; critical-mu and growth-rate are known", over)
+    check_always_sliding(p, f"maps of {value}; critical-mu and growth-rate can be mapped", over)
     check_map(map_kind, list(over))
     check_points(math.prod(len(values) for values in over.values()), MAX_POINTS)
     linear = stability_map(p, over, "unstable-modes", separation=separation)

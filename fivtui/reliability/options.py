@@ -34,8 +34,8 @@ class UncertaintyOptions:
     )
     until: str | None = option(
         "--until",
-        "Double the samples until the 95 % interval of every probability reaches at most E from "
-        "its value.",
+        "Double the samples until the ends of the 95 % interval of every probability are within E "
+        "of its value.",
         metavar="E",
     )
     design: "ScatterKind" = option(
@@ -47,18 +47,18 @@ class UncertaintyOptions:
     )
     repeats: int = option(
         "--repeats",
-        "Independent scramblings, from which intervals come.",
+        "Number of independent scramblings, whose differences give the intervals.",
         16,
         metavar="N",
         integers=Interval(1),
         show_default=True,
     )
     seed: int = option(
-        "--seed", "First seed.", 0, metavar="S", integers=ANY_WHOLE, show_default=True
+        "--seed", "First scrambling's seed.", 0, metavar="S", integers=ANY_WHOLE, show_default=True
     )
     indices: bool | None = option(
         "--indices/--no-indices",
-        "Sobol indices.  [default: unless inputs are correlated by the scene's table]",
+        "Whether to compute Sobol indices.  [default: unless the scene correlates inputs]",
     )
     ignore_separation: bool = setting("separation")
     t_end: str | None = setting("t_end")

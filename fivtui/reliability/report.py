@@ -71,14 +71,14 @@ def safe_mu_text(result: Uncertainty) -> str:
     table = result.study.safe
     if result.safe_mu_unknown_above is not None:
         return (
-            f"not known above μ = {number(result.safe_mu_unknown_above, _DIGITS)}: at the means of "
-            "the inputs a global search does not confirm what continuation gives"
+            f"not known above μ = {number(result.safe_mu_unknown_above, _DIGITS)}: a global search "
+            "at the means of the inputs does not confirm the result of continuation"
         )
     if table is None:
-        return "continued from the Hopf point for every member that differs"
+        return "by continuation from the Hopf point for each distinct member"
     return (
-        f"interpolated over {table.folds} branches continued from the Hopf point, "
-        f"error {number(table.usual_error, 2)} in 95 of 100, at most {number(table.error, 2)}"
+        f"interpolated between {table.folds} branches from the Hopf point; error at most "
+        f"{number(table.usual_error, 2)} in 95 % of tests, {number(table.error, 2)} in all"
     )
 
 
@@ -140,7 +140,7 @@ def _print_sensitivities(output: str, result: Uncertainty) -> None:
             for estimate in (indices[input_name].first, indices[input_name].total):
                 rows[input_name].append(add_remark(estimate_text(estimate, 2)))
     if local:
-        header += ["by one SD", "share if linear"]
+        header += ["change per SD", "share if linear"]
         for input_name in inputs:
             change = local.get(input_name)
             rows[input_name] += (
@@ -155,9 +155,9 @@ def study_warning(result: Uncertainty) -> str | None:
     """The warning of a study in one sentence; None if there is none."""
     parts = truncation_warnings(result.study)
     parts += [
-        f"{count} members have no {name}: they do not count, and there are no Sobol indices of it"
+        f"{count} members have no {name}: they are left out, and {name} has no Sobol indices"
         if result.scatter.indices
-        else f"{count} members have no {name}: they do not count"
+        else f"{count} members have no {name}: they are left out"
         for name, count in result.missing.items()
     ]
     parts += [_unresolved_text(name, count, result) for name, count in result.unresolved.items()]

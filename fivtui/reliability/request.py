@@ -93,7 +93,7 @@ def scattered_study(
         raise InputError(f"samples = {samples}: must be from 1 to {MAX_SAMPLES}")
     for name in outputs:
         if name not in OUTPUTS and name in SWEEP_OUTPUTS:
-            raise InputError(f"output {name}: must be a number; its probability is always told")
+            raise InputError(f"output {name}: must be a number; probabilities are always computed")
     if has_finite_speed(scene.parameters, inputs):
         outputs = _outputs_on_belt(scene.parameters, outputs, inputs)
     scene.check_constant("an uncertainty study")
@@ -138,7 +138,7 @@ def _outputs_on_belt(
         return tuple(name for name in outputs if name not in dropped)
     if SAFE_MU in outputs:
         raise InputError(
-            f"output {SAFE_MU}: must be left out on a belt of finite speed; critical_mu is known"
+            f"output {SAFE_MU}: must be left out on a belt of finite speed; use critical_mu instead"
         )
     return tuple(outputs)
 

@@ -37,7 +37,7 @@ def _encode(value: Any) -> Any:
         return data.tolist()
     if isinstance(value, np.generic):
         return value.item()
-    raise TypeError(f"{type(value).__name__} has no form in JSON")
+    raise TypeError(f"{type(value).__name__} cannot be written to JSON")
 
 
 def _decode(kind: type, data: Any) -> Any:

@@ -38,9 +38,7 @@ _TOL: Final = 1e-13
 
 def dimensionless_groups(p: Parameters, varied: Mapping[str, Floats], count: int) -> Floats:
     """The groups of `count` parameter sets, shape (n, 5); NaN where k3 = 0 or no load presses."""
-    check_always_sliding(
-        p, "safe friction of many scenes; their critical friction is known", varied
-    )
+    check_always_sliding(p, "safe friction of many scenes; critical_mu can be computed", varied)
     sets = SimpleNamespace(
         **{
             name: np.asarray(varied.get(name, np.full(count, getattr(p, name))))
@@ -154,5 +152,7 @@ def safe_mu_derivatives(system: System) -> dict[str, float] | None:
     left_null = vectors[:, -1] * weights
     mu_slope, *slopes = (left_null @ variation.derivatives[:, 4:]).tolist()
     if mu_slope == 0.0:
-        raise ComputationError("the fold has no direction", "change a parameter a little")
+        raise ComputationError(
+            "the fold is degenerate: safe μ has no derivatives", "change a parameter a little"
+        )
     return {name: -slope / mu_slope for name, slope in zip(names, slopes, strict=True)}

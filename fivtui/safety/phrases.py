@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from .verdict import SafeFriction
 
 
-_TOO_SLOW: Final = "motions die out too slowly to be followed in the work allowed"
+_TOO_SLOW: Final = "motions die out too slowly to be followed within the limit of steps"
 
 
 def _mu_text(value: float) -> str:
@@ -95,21 +95,21 @@ def _search_text(result: "SafeFriction") -> str:
     share = "all " if final_round.died_out == final_round.starts else f"{final_round.died_out} of "
     text = f"{share}{final_round.starts} starts at {levels} die out"
     if final_round.undecided:
-        text += f"; the limit of work left {final_round.undecided} undecided"
+        text += f"; the limit of steps left {final_round.undecided} undecided"
     entries = [attractor for attractor in result.others if attractor.found_by == "global search"]
     cycle_mus = [attractor.mu for attractor in entries if attractor.kind == "limit cycle"]
     if cycle_mus:
-        text += f"; limit cycles from {_mu_text(min(cycle_mus))} were found so, and followed"
+        text += f"; limit cycles from {_mu_text(min(cycle_mus))} were found and followed"
     motion_mus = [attractor.mu for attractor in entries if attractor.kind == "other motion"]
     if motion_mus:
-        text += f"; from {_mu_text(min(motion_mus))} on motions stay that are no cycle"
+        text += f"; from {_mu_text(min(motion_mus))} on motions persist that are not limit cycles"
     growth_mus = [attractor.mu for attractor in entries if attractor.kind == "unbounded growth"]
     if growth_mus:
         text += f"; from {_mu_text(min(growth_mus))} on motions grow without bounds"
     if basis.growth_at_any_size is not None:
         text += (
-            ": with a linear contact spring (k_nl = 0) all that are large enough do, and they have "
-            "to be the larger, the nearer μ is to this value"
+            ": with a linear contact spring (k_nl = 0) all motions above some size do; this size "
+            "increases as μ approaches this value"
         )
     return text
 

@@ -258,7 +258,7 @@ def safe_friction(
     """
     system = system_of(parameters, separation)
     p = system.parameters
-    check_always_sliding(p, "safe friction; follow limit cycles down in mu by branch instead")
+    check_always_sliding(p, "safe friction; use branch to follow limit cycles down in mu instead")
     cpu_start = time.process_time()
     search = _SafeFrictionSearch(system, Progress(progress))
     search.run()

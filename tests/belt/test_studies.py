@@ -52,7 +52,7 @@ def test_a_map_over_the_speed_of_the_belt_is_drawn(
 
 
 def test_safe_friction_is_refused_by_what_to_do_instead() -> None:
-    with pytest.raises(InputError, match=r"^v_belt = 0\.4: .* down in mu by branch instead$"):
+    with pytest.raises(InputError, match=r"^v_belt = 0\.4: .* down in mu instead$"):
         safe_friction(FALLING)
     with pytest.raises(InputError, match="must be none for maps of coexistence"):
         safety_map(None, {"v_belt": [0.1, 0.2], "F": [40.0, 80.0]}, "coexistence")
