@@ -133,7 +133,7 @@ def safe_mus(
     mu, work = np.full(len(rows), np.nan), Progress(progress)
     for row, (*group, with_separation) in enumerate(rows.tolist()):
         work.report(row / len(rows))
-        if group[0] == group[0]:
+        if not np.isnan(group[0]):
             mu[row] = least_cycle_mu(tuple(group), separation=bool(with_separation))
     return mu[row_of_set.ravel()]
 
