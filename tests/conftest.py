@@ -45,7 +45,7 @@ import sys
 from fivtui.kernel import why_interpreted
 from fmu_src.build import native_failure
 why = str(native_failure())
-sys.exit(bool(why_interpreted()) or "another text" in why or "not installed" in why)
+sys.exit(bool(why_interpreted()) or "other sources" in why or "not installed" in why)
 """
 
 

@@ -62,7 +62,7 @@ def generated_files() -> dict[str, str]:
     names = {"BUILD_NAME": build_name()}
     names |= {f"{units[0].upper()}_GUID": model_guid(model) for model, units in UNITS.items()}
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
-    head = "/* Names of the text that the binaries are compiled from. */\n\n"
+    head = "/* Identifiers of the sources that the binaries are compiled from. */\n\n"
     texts = {name: text for name, text in _all_sources().items() if name.endswith("_table.h")}
     texts |= headers()
     return {**texts, "build.h": head + "".join(lines)}
@@ -89,7 +89,7 @@ def _table_header(table: VariableTable) -> str:
     rows = [_table_row(variable) for variable in table.variables]
     return "\n".join(
         (
-            "/* Made from the table of variables in fmu_src/slave. */",
+            "/* Generated from the table of variables in fmu_src/slave. */",
             "",
             '#include "component.h"',
             "",

@@ -132,7 +132,7 @@ def _read_binary(model: str) -> bytes:
         raise InputError(f"the native FMU is not compiled: {why}; {advice}")
     binary = file.read_bytes()
     if build_name().encode() not in binary:
-        raise InputError(f"the native FMU is compiled from another text; {advice}")
+        raise InputError(f"the native FMU is compiled from other sources; {advice}")
     return binary
 
 

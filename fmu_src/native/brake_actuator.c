@@ -9,7 +9,7 @@
 static const uint32_t STATE_REFERENCES[] = {V_F};
 static const uint32_t DERIVATIVE_REFERENCES[] = {V_F_rate};
 
-_Static_assert(VARIABLE_COUNT <= (int)MOST_VARIABLES, "there is no room for the values");
+_Static_assert(VARIABLE_COUNT <= (int)MAX_VARIABLES, "there is no room for the values");
 
 static double target_force(const double *v)
 {

@@ -41,8 +41,8 @@ typedef struct {
     const char *(*begin)(struct Instance *i);
     /* A warning about the fixed values, or NULL. Optional. */
     const char *(*find_warning)(struct Instance *i);
-    /* After the motion has begun: the reason why a value in the range of an input contradicts the
-       other values. Optional. */
+    /* The reason to refuse a value that is in the range of an input, but contradicts other values.
+       Called after the motion has begun. Optional. */
     const char *(*check_input)(struct Instance *i, uint32_t reference, double value);
     /* Advances to t, or with `switched` to the first switch up to t; ramps begin at `from`. */
     const char *(*move)(struct Instance *i, double from, double *t, int *switched);
@@ -55,8 +55,9 @@ typedef struct {
     /* Model exchange: computes event indicators; updates the mode, returns whether it changed. */
     void (*event_indicators)(const struct Instance *i, double *indicators);
     int (*update_mode)(struct Instance *i);
-    /* `changes` by value reference. The first computes those of outputs and state derivatives from
-       those of parameters, inputs and states; the second those of initial states. */
+    /* Directional derivatives; `changes` are those of all variables, by value reference. From the
+       changes of parameters, inputs and states, the first function computes the changes of outputs
+       and state derivatives, the second the changes of initial states. */
     void (*differentiate)(const struct Instance *i, double *changes);
     void (*differentiate_start)(const struct Instance *i, double *changes);
     /* Write the motion to MOTION_NUMBERS numbers; read it, and return whether they are valid. */

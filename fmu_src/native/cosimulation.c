@@ -15,8 +15,8 @@ static int is_same_time(double one, double other)
     return fabs(one - other) <= fmax(TIME_TOLERANCE, ROUNDING * fabs(other));
 }
 
-/* The input after `change`, set to its bound if it exceeds that by rounding alone: of this sum, or
-   of larger values from which the importer computed the input. */
+/* The input after `change`. If it exceeds its bound only by rounding, it is set to the bound: the
+   importer may have computed it from larger values. */
 static double extrapolate_input(const Variable *v, double value, double change)
 {
     const double now = value + change;
@@ -72,7 +72,7 @@ fmi2Status advance_to(Instance *i, double end, int *switched)
 {
     State *s = &i->s;
     const double target = end;
-    double end_values[MOST_VARIABLES];
+    double end_values[MAX_VARIABLES];
     const char *reason = s->has_slopes ? extrapolate_inputs(i, end - s->t, end_values) : NULL;
     reason = reason ? reason : COMPONENT.move(i, s->t, &end, switched);
     if (reason)

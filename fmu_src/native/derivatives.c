@@ -74,8 +74,8 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         fmi2Real result[])
 {
     Instance *i = c;
-    double changes[MOST_VARIABLES] = {0.0};
-    REQUIRE("get_directional_derivative", EITHER, COMPUTED);
+    double changes[MAX_VARIABLES] = {0.0};
+    REQUIRE("get_directional_derivative", ANY_TYPE, READABLE);
     if ((unknown_count > 0 && (!unknowns || !result)) || (known_count > 0 && (!knowns || !seeds)))
         return refuse(i, fmi2Error, "value references and values must be given");
     fmi2Status status = check_references(i, unknowns, unknown_count, knowns, known_count);
@@ -97,14 +97,14 @@ fmi2Status get_adjoint_derivative(Instance *c, const fmi2ValueReference unknowns
                                   size_t known_count, const fmi2Real seeds[], fmi2Real result[])
 {
     Instance *i = c;
-    double sums[MOST_VARIABLES];
-    REQUIRE("get_adjoint_derivative", EITHER, COMPUTED);
+    double sums[MAX_VARIABLES];
+    REQUIRE("get_adjoint_derivative", ANY_TYPE, READABLE);
     if ((unknown_count > 0 && (!unknowns || !seeds)) || (known_count > 0 && (!knowns || !result)))
         return refuse(i, fmi2Error, "value references and values must be given");
     fmi2Status status = check_references(i, unknowns, unknown_count, knowns, known_count);
     status = status == fmi2OK ? check_seeds(i, unknowns, unknown_count, seeds) : status;
     for (size_t k = 0; k < known_count && status == fmi2OK; k++) {
-        double changes[MOST_VARIABLES] = {0.0}, sum = 0.0;
+        double changes[MAX_VARIABLES] = {0.0}, sum = 0.0;
         changes[knowns[k]] = 1.0;
         propagate(i, changes);
         for (size_t n = 0; n < unknown_count && status == fmi2OK; n++) {

@@ -5,12 +5,12 @@
 
 #include "instance.h"
 
-#define RUNNING_PHASES (IN(EVENTS) | IN(CONTINUOUS))
+#define EXCHANGE_PHASES (IN(EVENTS) | IN(CONTINUOUS))
 
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("enter_event_mode", fmi2ModelExchange, RUNNING_PHASES);
+    REQUIRE("enter_event_mode", fmi2ModelExchange, EXCHANGE_PHASES);
     i->s.phase = EVENTS;
     return fmi2OK;
 }
@@ -20,7 +20,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     Instance *i = c;
     REQUIRE("new_discrete_states", fmi2ModelExchange, IN(EVENTS));
     if (!info)
-        return refuse(i, fmi2Error, "a place for the result must be given");
+        return refuse(i, fmi2Error, "a pointer to the result must be given");
     memset(info, 0, sizeof *info);
     /* At a switch the states change: the importer must restart its solver. */
     info->valuesOfContinuousStatesChanged = COMPONENT.update_mode(i) ? fmi2True : fmi2False;
@@ -51,7 +51,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
 {
     Instance *i = c;
-    REQUIRE("set_time", fmi2ModelExchange, RUNNING_PHASES);
+    REQUIRE("set_time", fmi2ModelExchange, EXCHANGE_PHASES);
     if (!isfinite(time))
         return refuse(i, fmi2Error, "time = %g: must be a finite number of seconds", time);
     i->s.t = time, i->s.has_outputs = 0;
@@ -84,7 +84,7 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t c
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    REQUIRE("get_continuous_states", fmi2ModelExchange, COMPUTED);
+    REQUIRE("get_continuous_states", fmi2ModelExchange, READABLE);
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     status = status == fmi2OK ? update_outputs(i) : status;
     if (status == fmi2OK)
@@ -95,7 +95,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    REQUIRE("get_nominals_of_continuous_states", fmi2ModelExchange, IN(INSTANTIATED) | COMPUTED);
+    REQUIRE("get_nominals_of_continuous_states", fmi2ModelExchange, IN(INSTANTIATED) | READABLE);
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         x[n] = COMPONENT.variables[COMPONENT.states[n]].nominal;
@@ -105,7 +105,7 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
 {
     Instance *i = c;
-    REQUIRE("get_derivatives", fmi2ModelExchange, COMPUTED);
+    REQUIRE("get_derivatives", fmi2ModelExchange, READABLE);
     fmi2Status status = check_count(i, derivatives, count, COMPONENT.state_count);
     status = status == fmi2OK ? update_outputs(i) : status;
     for (size_t n = 0; n < count && status == fmi2OK; n++) {
@@ -129,7 +129,7 @@ fmi2Status compute_indicators(Instance *i, double *indicators)
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
 {
     Instance *i = c;
-    REQUIRE("get_event_indicators", fmi2ModelExchange, COMPUTED);
+    REQUIRE("get_event_indicators", fmi2ModelExchange, READABLE);
     const fmi2Status status = check_count(i, indicators, count, COMPONENT.indicator_count);
     return status == fmi2OK ? compute_indicators(i, indicators) : status;
 }

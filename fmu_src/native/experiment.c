@@ -12,7 +12,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
                                fmi2Real start, fmi2Boolean with_stop, fmi2Real stop)
 {
     Instance *i = c;
-    REQUIRE("setup_experiment", EITHER, IN(INSTANTIATED));
+    REQUIRE("setup_experiment", ANY_TYPE, IN(INSTANTIATED));
     State *s = &i->s;
     if (!isfinite(start))
         return refuse(i, fmi2Error, "start time = %g: must be a finite number of seconds", start);
@@ -35,7 +35,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("enter_initialization_mode", EITHER, IN(INSTANTIATED));
+    REQUIRE("enter_initialization_mode", ANY_TYPE, IN(INSTANTIATED));
     if (!i->s.is_set_up)
         return refuse(i, fmi2Error,
                       "enter_initialization_mode is not allowed before setup_experiment");
@@ -46,7 +46,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("exit_initialization_mode", EITHER, IN(INITIALIZATION));
+    REQUIRE("exit_initialization_mode", ANY_TYPE, IN(INITIALIZATION));
     const fmi2Status status = update_outputs(i);
     if (status != fmi2OK)
         return status;

@@ -100,7 +100,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
     Instance *i = c;
-    REQUIRE3("enter_event_mode", EITHER, IN(STEPPING) | IN(CONTINUOUS));
+    REQUIRE3("enter_event_mode", ANY_TYPE, IN(STEPPING) | IN(CONTINUOUS));
     if (i->type == fmi2ModelExchange)
         return (fmi3Status)fmi2EnterEventMode(c);
     if (!i->uses_events)
@@ -123,7 +123,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boole
                                     fmi3Boolean *with_time, fmi3Float64 *time)
 {
     Instance *i = c;
-    REQUIRE3("update_discrete_states", EITHER, IN(EVENTS));
+    REQUIRE3("update_discrete_states", ANY_TYPE, IN(EVENTS));
     REQUIRE_BUFFERS(more && terminate && nominals && values && with_time && time);
     fmi2EventInfo info = {0};
     if (i->type == fmi2ModelExchange)
@@ -137,7 +137,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boole
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c)
 {
     Instance *i = c;
-    REQUIRE3("evaluate_discrete_states", EITHER, IN(EVENTS));
+    REQUIRE3("evaluate_discrete_states", ANY_TYPE, IN(EVENTS));
     return fmi3OK;
 }
 

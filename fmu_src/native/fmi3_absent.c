@@ -106,7 +106,7 @@ fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReferenc
                                                size_t *count)
 {
     (void)reference, (void)count;
-    return refuse_absent(c, "dependencies by element");
+    return refuse_absent(c, "dependencies of array elements");
 }
 
 fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference dependent,
@@ -116,7 +116,7 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
 {
     (void)dependent, (void)elements, (void)independents, (void)independent_elements, (void)kinds;
     (void)count;
-    return refuse_absent(c, "dependencies by element");
+    return refuse_absent(c, "dependencies of array elements");
 }
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference r[], size_t count,

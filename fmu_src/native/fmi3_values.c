@@ -28,7 +28,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t c
         if (r[n] == TIME) {
             values[n] = i->s.has_motion ? i->s.t : i->s.start_time;
         } else if (r[n] >= FIRST_INDICATOR && r[n] - FIRST_INDICATOR < COMPONENT.indicator_count) {
-            double indicators[MOST_INDICATORS];
+            double indicators[MAX_INDICATORS];
             status = (fmi3Status)compute_indicators(i, indicators);
             if (status == fmi3OK)
                 values[n] = indicators[r[n] - FIRST_INDICATOR];
@@ -92,9 +92,9 @@ fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference r[], size_t c
 fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference r[], size_t count,
                           const fmi3Boolean values[], size_t value_count)
 {
-    fmi2Boolean numbers[MOST_VARIABLES];
+    fmi2Boolean numbers[MAX_VARIABLES];
     fmi3Status status = check_counts(c, count, value_count);
-    if (status == fmi3OK && count > MOST_VARIABLES)
+    if (status == fmi3OK && count > MAX_VARIABLES)
         status = (fmi3Status)refuse(c, fmi2Error, "%zu values: there are fewer variables", count);
     if (status != fmi3OK)
         return status;

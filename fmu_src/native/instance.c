@@ -100,15 +100,15 @@ const char *advise(Instance *i, const Remedy *remedies, int count)
 
 const char *step_limit_reason(Instance *i, double t)
 {
-    return set_reason(i, "the step needs too much computation, it is given up at t = %g s; use a "
-                      "shorter step", t);
+    return set_reason(i, "the step is stopped at t = %g s, because it needs too much computation; "
+                         "use a shorter step", t);
 }
 
 fmi2Status check_call(Instance *i, const char *call, int type, unsigned phases)
 {
     if (!i)
         return fmi2Error;
-    if (type != EITHER && type != (int)i->type)
+    if (type != ANY_TYPE && type != (int)i->type)
         return refuse(i, fmi2Error, "%s is for %s", call,
                       type == fmi2CoSimulation ? "co-simulation" : "model exchange");
     if (!(phases & IN(i->s.phase)))
@@ -210,7 +210,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
 fmi2Status fmi2Terminate(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("terminate", EITHER, INITIALIZED);
+    REQUIRE("terminate", ANY_TYPE, INITIALIZED);
     i->s.phase = TERMINATED, i->s.fast_until = -INFINITY;
     return fmi2OK;
 }
@@ -218,7 +218,7 @@ fmi2Status fmi2Terminate(fmi2Component c)
 fmi2Status fmi2Reset(fmi2Component c)
 {
     Instance *i = c;
-    REQUIRE("reset", EITHER, ~IN(INTERMEDIATE));
+    REQUIRE("reset", ANY_TYPE, ~IN(INTERMEDIATE));
     clear_state(&i->s);
     return fmi2OK;
 }

@@ -16,7 +16,7 @@
 #pragma GCC visibility push(hidden)
 
 enum {
-    MOST_VARIABLES = 48, MOST_STATES = 4, MOST_INDICATORS = 4, MOTION_SIZE = 288, TEXT_SIZE = 320
+    MAX_VARIABLES = 48, MAX_STATES = 4, MAX_INDICATORS = 4, MOTION_SIZE = 288, TEXT_SIZE = 320
 };
 
 /* INTERMEDIATE occurs only inside a step, and in no saved state. */
@@ -37,7 +37,7 @@ typedef struct {
     fmi2Status last_step;
     int is_set_up, has_motion, has_outputs, has_slopes, inputs_unchanged, switch_pending;
     double start_time, stop_time, tolerance, t, fast_until;
-    double values[MOST_VARIABLES], slopes[MOST_VARIABLES], states[MOST_STATES];
+    double values[MAX_VARIABLES], slopes[MAX_VARIABLES], states[MAX_STATES];
     double motion[MOTION_SIZE];
 } State;
 
@@ -54,7 +54,7 @@ typedef struct Instance {
     int uses_events, returns_early, stops_at_switches;
     /* Intermediate updates: inputs set by the importer, and whether it may set them now. */
     fmi3IntermediateUpdateCallback update;
-    unsigned char is_updated[MOST_VARIABLES];
+    unsigned char is_updated[MAX_VARIABLES];
     int updates_inputs, wants_inputs;
     /* The `Stepping` for this processor. */
     const void *stepping;
@@ -68,9 +68,9 @@ Instance *make_instance(const Instance *settings, const char *name, const char *
 /* Does a communication step; with `switched` it may end at a switch, and reports it there. */
 fmi2Status do_communication_step(Instance *i, double current, double h, int *switched);
 
-/* Its two parts: refuse a wrong time or step size; advance to `end`, with inputs along their
-   slopes, or to the first switch before it. */
+/* Refuses a communication step with a wrong time or step size. */
 fmi2Status check_step(Instance *i, double current, double h);
+/* Advances to `end` with inputs along their slopes, or with `switched` to the first switch. */
 fmi2Status advance_to(Instance *i, double end, int *switched);
 
 /* Does a step with intermediate updates; `returned` reports whether the importer ended it early. */
@@ -111,15 +111,17 @@ Number number(double value);
 
 /* Refuse a call unless the instance is of a type and in one of some phases. */
 #define IN(phase) (1u << (phase))
+/* The phases after initialization, and all phases in which outputs can be computed. */
 #define INITIALIZED (IN(STEPPING) | IN(EVENTS) | IN(CONTINUOUS))
-#define COMPUTED (IN(INITIALIZATION) | INITIALIZED | IN(TERMINATED))
+#define READABLE (IN(INITIALIZATION) | INITIALIZED | IN(TERMINATED))
 #define REQUIRE(call, type, phases)                               \
     do {                                                          \
         fmi2Status status_ = check_call(c, call, type, phases);   \
         if (status_ != fmi2OK)                                    \
             return status_;                                       \
     } while (0)
-enum { EITHER = -1 };
+/* For `type`: the call is allowed in both co-simulation and model exchange. */
+enum { ANY_TYPE = -1 };
 fmi2Status check_call(Instance *i, const char *call, int type, unsigned phases);
 
 /* Begin the motion and compute the outputs, if needed. */

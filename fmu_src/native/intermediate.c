@@ -11,8 +11,8 @@
 #include "instance.h"
 
 /* Limit of parts per communication step; each part calls the importer. */
-#ifndef MOST_PARTS
-#define MOST_PARTS 1000000
+#ifndef MAX_PARTS
+#define MAX_PARTS 1000000
 #endif
 
 int register_updates(Instance *i, const fmi3ValueReference *needed, size_t count)
@@ -54,11 +54,11 @@ static void call_update(Instance *i, double time, int wants_inputs, double *stop
         *stop = return_time > s->t ? fmin(return_time, *stop) : s->t;
 }
 
-/* Ask for the inputs at the end of a part, and set their slopes unless the step stops here. */
+/* Ask the importer for inputs at the end of a part; set their slopes if the step continues. */
 static void ask_for_inputs(Instance *i, double end, double *stop)
 {
     State *s = &i->s;
-    double before[MOST_VARIABLES];
+    double before[MAX_VARIABLES];
     memcpy(before, s->values, sizeof before);
     call_update(i, end, 1, stop);
     for (uint32_t r = 0; r < COMPONENT.variable_count && *stop > s->t; r++) {
@@ -87,7 +87,7 @@ fmi2Status do_step_with_updates(Instance *i, double current, double h, int *swit
             ask_for_inputs(i, target, &stop);
         if (stop <= i->s.t)
             break;
-        const fmi2Status status_of_part = parts++ < MOST_PARTS
+        const fmi2Status status_of_part = parts++ < MAX_PARTS
                                      ? advance_to(i, fmin(target, stop), switched)
                                      : refuse(i, fmi2Discard, "%s", step_limit_reason(i, i->s.t));
         if (status_of_part != fmi2OK) {

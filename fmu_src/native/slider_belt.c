@@ -11,10 +11,11 @@
 
 /* Relative distance to a switch, on either side, at which an importer stops. */
 #define SWITCH_TOLERANCE 1e-8
-/* Relative distance beyond v_r = 0 at which an importer of low accuracy may stop. */
-#define PAST_TOLERANCE 1e-2
-/* `_SMALL` in `fivtui.taylor.stepper`. */
-#define SMALL 1e30
+/* Relative distance by which an importer of low accuracy may overshoot v_r = 0. */
+#define OVERSHOOT_TOLERANCE 1e-2
+/* A motion that fails at a smaller size is too fast, not too large: `_SMALL` in
+   `fivtui.taylor.stepper`. */
+#define OVERFLOW_SIZE 1e30
 /* `local_tolerance` in `fivtui.taylor.stepper`. */
 #define LOCAL_TOLERANCE 3e-3
 /* Smaller speeds count as zero: `_LEAST` in `fivtui.model.parameters`. */
@@ -37,11 +38,11 @@ typedef struct {
 } BeltMotion;
 
 _Static_assert(sizeof(BeltMotion) <= sizeof(double) * MOTION_SIZE, "the motion is too large");
-_Static_assert(VARIABLE_COUNT <= (int)MOST_VARIABLES, "there is no room for the values");
-_Static_assert(INDICATORS <= (int)MOST_INDICATORS, "there is no room for the event indicators");
+_Static_assert(VARIABLE_COUNT <= (int)MAX_VARIABLES, "there is no room for the values");
+_Static_assert(INDICATORS <= (int)MAX_INDICATORS, "there is no room for the event indicators");
 
-static BeltMotion *belt_data(Instance *i) { return (BeltMotion *)i->s.motion; }
-static const BeltMotion *const_data(const Instance *i) { return (const BeltMotion *)i->s.motion; }
+static BeltMotion *belt_motion(Instance *i) { return (BeltMotion *)i->s.motion; }
+static const BeltMotion *const_motion(const Instance *i) { return (const BeltMotion *)i->s.motion; }
 
 static const Stepping *get_stepping(Instance *i)
 {
@@ -51,7 +52,7 @@ static const Stepping *get_stepping(Instance *i)
 
 static int is_finite_belt(const State *s) { return s->values[V_finite_belt] != 0.0; }
 
-static double speed_of(const State *s, int variable)
+static double clipped_speed(const State *s, int variable)
 {
     const double speed = s->values[variable];
     return speed < LEAST_SPEED ? 0.0 : speed;
@@ -63,8 +64,8 @@ static void get_parameters(const State *s, double *p)
     for (int n = 0; n < PARAMETERS; n++)
         p[n] = s->values[PARAMETER_REFERENCES[n]];
     const double mu_s = s->values[V_mu_s];
-    p[P_V_BELT] = speed_of(s, V_v_belt);
-    p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? speed_of(s, V_v_s) : 0.0;
+    p[P_V_BELT] = clipped_speed(s, V_v_belt);
+    p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? clipped_speed(s, V_v_s) : 0.0;
 }
 
 /* Get the changes of these parameters from those of the variables. */
@@ -80,7 +81,6 @@ static double static_friction(const State *s)
     return s->values[V_mu_s] > 0.0 ? s->values[V_mu_s] : s->values[V_mu];
 }
 
-/* The reason why a value in the range of an input contradicts the other values, or NULL. */
 static const char *check_input(Instance *i, uint32_t reference, double value)
 {
     const State *s = &i->s;
@@ -89,14 +89,13 @@ static const char *check_input(Instance *i, uint32_t reference, double value)
         return NULL;
     if (reference == V_mu && mu_s > 0.0 && value > mu_s)
         return set_reason(i, "mu = %g: must be at most mu_s = %g", value, mu_s);
-    if (reference == V_v_belt && s->phase == CONTINUOUS && const_data(i)->mode == STICK
+    if (reference == V_v_belt && s->phase == CONTINUOUS && const_motion(i)->mode == STICK
         && value != s->values[V_v_belt])
-        return set_reason(i, "v_belt = %g: while the slider sticks it must stay %g but in event "
+        return set_reason(i, "v_belt = %g: must stay %g while the slider sticks, except in event "
                              "mode", value, s->values[V_v_belt]);
     return NULL;
 }
 
-/* A warning about belt values without effect, or NULL. */
 static const char *find_warning(Instance *i)
 {
     static const uint32_t REFERENCES[] = {V_v_belt, V_mu_s, V_v_s};
@@ -121,7 +120,7 @@ static const char *find_warning(Instance *i)
 static const char *begin_motion(Instance *i)
 {
     State *s = &i->s;
-    BeltMotion *data = belt_data(i);
+    BeltMotion *data = belt_motion(i);
     const double *v = s->values;
     const int separation = v[V_separation] != 0.0;
     const char *reason = check_input(i, V_mu, v[V_mu]);
@@ -150,7 +149,7 @@ static const char *begin_motion(Instance *i)
 static int has_friction_law(const State *s)
 {
     const double *v = s->values;
-    return is_finite_belt(s) && speed_of(s, V_v_s) > 0.0 && v[V_mu_s] > v[V_mu];
+    return is_finite_belt(s) && clipped_speed(s, V_v_s) > 0.0 && v[V_mu_s] > v[V_mu];
 }
 
 /* As `overflow_error` in `fivtui.taylor.stepper`. */
@@ -169,7 +168,7 @@ static const char *overflow_reason(Instance *i, double t, double size)
         {"a cubic contact (k_nl above 0)", v[V_k_nl] == 0.0},
         {"a shorter run", 1},
     };
-    if (size < SMALL) {
+    if (size < OVERFLOW_SIZE) {
         set_reason(i, "the motion changes faster than floating-point numbers resolve at t = %g s",
                    t);
         return advise(i, remedies_if_fast, sizeof remedies_if_fast / sizeof *remedies_if_fast);
@@ -193,9 +192,9 @@ static const char *stall_reason(Instance *i, double t)
 static const char *move_on(Instance *i, double from, double *t, int *switched)
 {
     const State *s = &i->s;
-    Motion *m = &belt_data(i)->motion;
+    Motion *m = &belt_motion(i)->motion;
     const Ramp force = {s->values[V_F], s->slopes[V_F]}, mu = {s->values[V_mu], s->slopes[V_mu]};
-    const Ramp speed = {speed_of(s, V_v_belt), s->slopes[V_v_belt]};
+    const Ramp speed = {clipped_speed(s, V_v_belt), s->slopes[V_v_belt]};
     switch (get_stepping(i)->move(m, from, t, switched, force, mu, speed)) {
     case OVERFLOW:
         return overflow_reason(i, m->failed_at, m->failed_size);
@@ -210,17 +209,17 @@ static const char *move_on(Instance *i, double from, double *t, int *switched)
 
 static double computed_until(const Instance *i)
 {
-    const Motion *m = &const_data(i)->motion;
-    /* After a ramp the inputs are held, so the motion must begin anew. */
+    const Motion *m = &const_motion(i)->motion;
+    /* Where a ramp ends, the inputs are held again and a new step must begin. */
     return has_ramps(m) ? -INFINITE : m->end;
 }
 
 static double motion_step_end(Instance *i)
 {
     double t = i->s.t;
-    Motion *m = &belt_data(i)->motion;
+    Motion *m = &belt_motion(i)->motion;
     const Motion before = *m;
-    /* The step itself reports failures. */
+    /* A failure is reported when the step is taken. */
     const double end = move_on(i, t, &t, NULL) ? INFINITE : m->end;
     /* Do not count modes met while looking ahead. */
     if (i->updates_inputs && is_finite_belt(&i->s))
@@ -228,11 +227,11 @@ static double motion_step_end(Instance *i)
     return end;
 }
 
-/* Read state, mode and counts at the current time; keep mode and counts if a switch is pending. */
+/* Read the state at the current time, and unless a switch is pending, mode and counts. */
 static void read_motion(Instance *i)
 {
     State *s = &i->s;
-    BeltMotion *data = belt_data(i);
+    BeltMotion *data = belt_motion(i);
     const Motion *m = &data->motion;
     const Block *w = &m->w;
     double state[4];
@@ -242,7 +241,7 @@ static void read_motion(Instance *i)
     if (s->switch_pending)
         return;
     data->mode = motion_mode(m);
-    data->last_event = is_finite_belt(s) ? m->changed_at : w->last_switch;
+    data->last_event = is_finite_belt(s) ? m->last_change : w->last_switch;
     data->separations = w->separations, data->reattachments = w->reattachments;
     data->switches = is_finite_belt(s) ? m->changes : w->separations + w->reattachments;
     data->sticks = m->sticks + data->starts_in_stick;
@@ -253,14 +252,14 @@ static void read_motion(Instance *i)
 static void read_belt_mode(Instance *i)
 {
     const State *s = &i->s;
-    BeltMotion *data = belt_data(i);
+    BeltMotion *data = belt_motion(i);
     const Motion *m = &data->motion;
     data->acceleration = s->inputs_unchanged ? m->speed.slope : s->slopes[V_v_belt];
     if (s->inputs_unchanged || s->switch_pending)
         return;
     const Motion before = *m;
     double t = s->t;
-    /* The step itself reports failures. */
+    /* A failure is reported when the step is taken. */
     if (!move_on(i, t, &t, NULL))
         data->mode = motion_mode(m);
     data->motion = before;
@@ -269,14 +268,14 @@ static void read_belt_mode(Instance *i)
 /* Absolute sliding speed in a mode; rounding below zero is clipped. */
 static double sliding_speed(const State *s, double mode)
 {
-    const double v_r = speed_of(s, V_v_belt) - s->states[VX];
+    const double v_r = clipped_speed(s, V_v_belt) - s->states[VX];
     return maximum(mode == BACKWARD ? -v_r : v_r, 0.0);
 }
 
 /* The friction force on the slider; `force` is the contact force. */
 static double friction_on_slider(const Instance *i, const double *p, double force)
 {
-    const BeltMotion *data = const_data(i);
+    const BeltMotion *data = const_motion(i);
     const double mode = data->mode;
     if (mode == STICK)
         return holding_force(p, i->s.states[X], i->s.states[Y], data->acceleration);
@@ -293,7 +292,7 @@ static void compute_outputs(Instance *i)
         if (is_finite_belt(&i->s))
             read_belt_mode(i);
     }
-    const BeltMotion *data = const_data(i);
+    const BeltMotion *data = const_motion(i);
     const double *states = i->s.states;
     double *v = i->s.values, x = states[X], y = states[Y], vx = states[VX], vy = states[VY];
     double p[BELT_PARAMETERS];
@@ -324,14 +323,14 @@ static double signed_value(double value, double side)
 static void event_indicators(const Instance *i, double *indicators)
 {
     const State *s = &i->s;
-    const BeltMotion *data = const_data(i);
+    const BeltMotion *data = const_motion(i);
     const double mode = data->mode, y = s->states[Y];
     for (int n = 0; n < INDICATORS; n++)
         indicators[n] = 1.0;
     indicators[HEIGHT] = signed_value(y, mode == SEPARATED ? 1.0 : -1.0);
     if (mode == FORWARD || mode == BACKWARD) {
         const double side = mode == FORWARD ? 1.0 : -1.0;
-        indicators[SLIDING_SPEED] = signed_value(speed_of(s, V_v_belt) - s->states[VX], side);
+        indicators[SLIDING_SPEED] = signed_value(clipped_speed(s, V_v_belt) - s->states[VX], side);
     } else if (mode == STICK) {
         double p[BELT_PARAMETERS];
         get_parameters(s, p);
@@ -345,16 +344,17 @@ static void event_indicators(const Instance *i, double *indicators)
 static double largest(double a, double b) { return a > b ? a : b; }
 
 /* Find the mode on a belt of finite speed at a state whose y is exact. Set v_r to zero if its sign
-   is rounding, or if the importer stopped beyond its zero. */
-static double find_mode(const Instance *i, Block *w, double *p, double *state, double reach)
+   is due to rounding or to the importer, which overshot the zero. `scale` is a speed. */
+static double find_mode(const Instance *i, Block *w, double *p, double *state, double scale)
 {
-    const BeltMotion *data = const_data(i);
+    const BeltMotion *data = const_motion(i);
     const double vx = state[1], speed = p[P_V_BELT], v_r = speed - vx;
-    const int is_past =
+    const int has_overshot =
         (data->mode == FORWARD && v_r < 0.0) || (data->mode == BACKWARD && v_r > 0.0);
-    const double tolerance = is_past && speed == data->speed ? PAST_TOLERANCE : SWITCH_TOLERANCE;
+    const double tolerance =
+        has_overshot && speed == data->speed ? OVERSHOOT_TOLERANCE : SWITCH_TOLERANCE;
     Belt belt;
-    if (vabs(v_r) <= tolerance * largest(reach, speed))
+    if (vabs(v_r) <= tolerance * largest(scale, speed))
         state[1] = speed;
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
     begin_problem(w, 0, p, i->s.values[V_separation] != 0.0, state);
@@ -370,7 +370,7 @@ static double find_mode(const Instance *i, Block *w, double *p, double *state, d
 static int update_mode(Instance *i)
 {
     State *s = &i->s;
-    BeltMotion *data = belt_data(i);
+    BeltMotion *data = belt_motion(i);
     double p[BELT_PARAMETERS];
     double state[4] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
     Block w;
@@ -378,15 +378,15 @@ static int update_mode(Instance *i)
     begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
     const double speed = largest(vabs(state[1]), vabs(state[3])) / w.frequency;
     const double position = largest(vabs(state[0]), vabs(state[2]));
-    const double reach = largest(w.deflection, largest(position, speed));
-    if (vabs(state[2]) <= SWITCH_TOLERANCE * reach) {
-        /* The sign of y is rounding; the direction of the motion decides. */
+    const double scale = largest(w.deflection, largest(position, speed));
+    if (vabs(state[2]) <= SWITCH_TOLERANCE * scale) {
+        /* The sign of y is due to rounding: the direction of the motion selects the mode. */
         state[2] = 0.0;
         begin_problem(&w, 0, p, s->values[V_separation] != 0.0, state);
     }
     double mode = w.side > 0.0 ? SEPARATED : CONTACT;
     if (is_finite_belt(s)) {
-        mode = find_mode(i, &w, p, state, reach * w.frequency);
+        mode = find_mode(i, &w, p, state, scale * w.frequency);
         data->speed = p[P_V_BELT];
     }
     if (mode == data->mode)
@@ -398,14 +398,14 @@ static int update_mode(Instance *i)
 }
 
 /* The change of the friction force on the slider; `force` is the change of the contact force. */
-static double change_of_friction(const Instance *i, const double *p, const double *q,
-                                 const double *d, double force)
+static double friction_change(const Instance *i, const double *p, const double *q, const double *d,
+                              double force)
 {
     const State *s = &i->s;
-    const double *v = s->values, mode = const_data(i)->mode;
+    const double *v = s->values, mode = const_motion(i)->mode;
     if (mode == STICK)
         return holding_force_change(p, q, v[V_x], d[V_x], v[V_y], d[V_y],
-                                    const_data(i)->acceleration, 0.0);
+                                    const_motion(i)->acceleration, 0.0);
     if (mode != FORWARD && mode != BACKWARD)
         return v[V_mu] * force + d[V_mu] * v[V_P];
     const double sign = mode == FORWARD ? 1.0 : -1.0, speed = sliding_speed(s, mode);
@@ -413,7 +413,7 @@ static double change_of_friction(const Instance *i, const double *p, const doubl
     const double speed_change = sign * (d[V_v_belt] - d[V_vx]);
     double change = friction_coefficient_change(p, q, speed, speed_change);
     if (v[V_v_s] > 0.0 && v[V_mu_s] == 0.0 && d[V_mu_s] != 0.0) {
-        /* 0 stands for μ: friction jumps there. */
+        /* mu_s = 0 stands for μ, so friction is discontinuous there. */
         change = __builtin_nan("");
     }
     return sign * (mu * force + change * v[V_P]);
@@ -421,11 +421,11 @@ static double change_of_friction(const Instance *i, const double *p, const doubl
 
 static void differentiate(const Instance *i, double *d)
 {
-    const double *v = i->s.values, y = v[V_y], mode = const_data(i)->mode;
+    const double *v = i->s.values, y = v[V_y], mode = const_motion(i)->mode;
     double p[BELT_PARAMETERS], q[BELT_PARAMETERS];
     get_parameters(&i->s, p), get_parameter_changes(d, q);
     const double force = mode != SEPARATED ? spring_force_change(p, q, y, d[V_y]) : 0.0;
-    const double friction = change_of_friction(i, p, q, d, force);
+    const double friction = friction_change(i, p, q, d, force);
     d[V_P] = force, d[V_switching] = d[V_y];
     d[V_friction_slider] = friction, d[V_friction_belt] = -friction;
     d[V_ax] = mode == STICK ? 0.0
@@ -459,29 +459,31 @@ static void differentiate_start(const Instance *i, double *d)
 }
 
 enum {
-    N_MODE, N_SEPARATIONS, N_REATTACHMENTS, N_SWITCHES, N_ALL_STICKS, N_LAST_EVENT,
-    N_FIRST_STICKS, N_LAST_SPEED,
-    N_T, N_REST, N_STEP_SIDE, N_STALLED, N_LIFTS, N_LANDINGS, N_LAST, N_X, N_VX, N_Y, N_VY,
-    N_STEP_MODE, N_STICKS, N_SLIPS, N_REVERSALS, N_CHANGES, N_CHANGED_AT,
-    N_STEPPED, N_SINCE, N_F, N_F_SLOPE, N_MU, N_MU_SLOPE, N_SPEED, N_SPEED_SLOPE, NUMBERS
+    N_MODE, N_SEPARATIONS, N_REATTACHMENTS, N_SWITCHES, N_STICKS, N_LAST_EVENT,
+    N_STARTS_IN_STICK, N_UPDATE_SPEED,
+    N_STEP_START, N_REMAINDER, N_STEP_SIDE, N_STALLED, N_STEP_SEPARATIONS, N_STEP_REATTACHMENTS,
+    N_LAST_SWITCH, N_X, N_VX, N_Y, N_VY,
+    N_STEP_MODE, N_STEP_STICKS, N_SLIPS, N_REVERSALS, N_CHANGES, N_LAST_CHANGE,
+    N_HAS_STEP, N_RAMP_START, N_F, N_F_SLOPE, N_MU, N_MU_SLOPE, N_SPEED, N_SPEED_SLOPE, NUMBERS
 };
 _Static_assert(NUMBERS <= MOTION_NUMBERS, "there is no room for the numbers");
 
 static void pack(const Instance *i, double *n)
 {
-    const BeltMotion *data = const_data(i);
+    const BeltMotion *data = const_motion(i);
     const Motion *m = &data->motion;
     const Block *w = &m->w;
     n[N_MODE] = data->mode, n[N_SEPARATIONS] = data->separations;
     n[N_REATTACHMENTS] = data->reattachments, n[N_LAST_EVENT] = data->last_event;
-    n[N_SWITCHES] = data->switches, n[N_ALL_STICKS] = data->sticks;
-    n[N_FIRST_STICKS] = data->starts_in_stick, n[N_LAST_SPEED] = data->speed;
-    n[N_T] = w->t, n[N_REST] = w->remainder, n[N_STEP_SIDE] = w->side, n[N_STALLED] = w->stalled;
-    n[N_LIFTS] = w->separations, n[N_LANDINGS] = w->reattachments, n[N_LAST] = w->last_switch;
+    n[N_SWITCHES] = data->switches, n[N_STICKS] = data->sticks;
+    n[N_STARTS_IN_STICK] = data->starts_in_stick, n[N_UPDATE_SPEED] = data->speed;
+    n[N_STEP_START] = w->t, n[N_REMAINDER] = w->remainder;
+    n[N_STEP_SIDE] = w->side, n[N_STALLED] = w->stalled, n[N_LAST_SWITCH] = w->last_switch;
+    n[N_STEP_SEPARATIONS] = w->separations, n[N_STEP_REATTACHMENTS] = w->reattachments;
     n[N_X] = w->xs[0], n[N_VX] = w->xs[1], n[N_Y] = w->ys[0], n[N_VY] = w->ys[1];
-    n[N_STEP_MODE] = motion_mode(m), n[N_STICKS] = m->sticks, n[N_SLIPS] = m->slips;
-    n[N_REVERSALS] = m->reversals, n[N_CHANGES] = m->changes, n[N_CHANGED_AT] = m->changed_at;
-    n[N_STEPPED] = m->has_step, n[N_SINCE] = m->ramp_start;
+    n[N_STEP_MODE] = motion_mode(m), n[N_STEP_STICKS] = m->sticks, n[N_SLIPS] = m->slips;
+    n[N_REVERSALS] = m->reversals, n[N_CHANGES] = m->changes, n[N_LAST_CHANGE] = m->last_change;
+    n[N_HAS_STEP] = m->has_step, n[N_RAMP_START] = m->ramp_start;
     n[N_F] = m->force.value, n[N_F_SLOPE] = m->force.slope;
     n[N_MU] = m->friction.value, n[N_MU_SLOPE] = m->friction.slope;
     n[N_SPEED] = m->speed.value, n[N_SPEED_SLOPE] = m->speed.slope;
@@ -499,22 +501,23 @@ static int is_mode(double mode, const State *s)
 static int has_speed_of_mode(const double *n)
 {
     const double mode = n[N_STEP_MODE];
-    const double v = n[N_SPEED] + n[N_SPEED_SLOPE] * ((n[N_T] - n[N_SINCE]) + n[N_REST]);
+    const double elapsed = (n[N_STEP_START] - n[N_RAMP_START]) + n[N_REMAINDER];
+    const double v = n[N_SPEED] + n[N_SPEED_SLOPE] * elapsed;
     const double v_r = v - n[N_VX], tolerance = 0x1p-40 * (vabs(v) + vabs(n[N_VX]));
     return !(mode == FORWARD && v_r < -tolerance) && !(mode == BACKWARD && v_r > tolerance)
            && !(mode == STICK && vabs(v_r) > tolerance);
 }
 
-/* Whether `rest`, the rounding error of t, is small enough. */
-static int is_rounding(double rest, double t)
+/* Whether `remainder` is small enough to be the rounding error of t. */
+static int is_rounding(double remainder, double t)
 {
-    return vabs(rest) <= 0x1p-50 * (vabs(t) + 1.0);
+    return vabs(remainder) <= 0x1p-50 * (vabs(t) + 1.0);
 }
 
 static int unpack(Instance *i, const double *n)
 {
     State *s = &i->s;
-    BeltMotion *data = belt_data(i);
+    BeltMotion *data = belt_motion(i);
     Motion *m = &data->motion;
     Block *w = &m->w;
     const Stepping *stepping = get_stepping(i);
@@ -525,24 +528,25 @@ static int unpack(Instance *i, const double *n)
     p[P_F] = n[N_F], p[P_MU] = n[N_MU], p[P_V_BELT] = n[N_SPEED];
     data->mode = n[N_MODE], data->separations = n[N_SEPARATIONS];
     data->reattachments = n[N_REATTACHMENTS], data->last_event = n[N_LAST_EVENT];
-    data->switches = n[N_SWITCHES], data->sticks = n[N_ALL_STICKS];
-    data->starts_in_stick = n[N_FIRST_STICKS], data->speed = n[N_LAST_SPEED];
+    data->switches = n[N_SWITCHES], data->sticks = n[N_STICKS];
+    data->starts_in_stick = n[N_STARTS_IN_STICK], data->speed = n[N_UPDATE_SPEED];
     data->acceleration = 0.0;
     if (!is_mode(n[N_MODE], s) || !is_mode(n[N_STEP_MODE], s)
-        || !is_rounding(n[N_REST], n[N_T])
+        || !is_rounding(n[N_REMAINDER], n[N_STEP_START])
         || (i->type == fmi2CoSimulation && !has_speed_of_mode(n))
         || n[N_STEP_SIDE] != (n[N_STEP_MODE] == SEPARATED ? 1.0 : -1.0))
         return 0;
-    stepping->begin(m, p, separation, is_finite_belt(s), state, n[N_T],
+    stepping->begin(m, p, separation, is_finite_belt(s), state, n[N_STEP_START],
                     s->tolerance * LOCAL_TOLERANCE);
-    w->remainder = n[N_REST], w->side = n[N_STEP_SIDE], w->stalled = n[N_STALLED];
-    w->separations = n[N_LIFTS], w->reattachments = n[N_LANDINGS], w->last_switch = n[N_LAST];
+    w->remainder = n[N_REMAINDER], w->side = n[N_STEP_SIDE], w->stalled = n[N_STALLED];
+    w->separations = n[N_STEP_SEPARATIONS], w->reattachments = n[N_STEP_REATTACHMENTS];
+    w->last_switch = n[N_LAST_SWITCH];
     set_field(w);
-    m->belt.mode = (int64_t)n[N_STEP_MODE], m->sticks = n[N_STICKS], m->slips = n[N_SLIPS];
-    m->reversals = n[N_REVERSALS], m->changes = n[N_CHANGES], m->changed_at = n[N_CHANGED_AT];
-    m->ramp_start = n[N_SINCE], m->force.slope = n[N_F_SLOPE], m->friction.slope = n[N_MU_SLOPE];
-    m->speed.slope = n[N_SPEED_SLOPE];
-    if (i->type == fmi2ModelExchange || n[N_STEPPED] == 0.0)
+    m->belt.mode = (int64_t)n[N_STEP_MODE], m->sticks = n[N_STEP_STICKS], m->slips = n[N_SLIPS];
+    m->reversals = n[N_REVERSALS], m->changes = n[N_CHANGES], m->last_change = n[N_LAST_CHANGE];
+    m->ramp_start = n[N_RAMP_START], m->force.slope = n[N_F_SLOPE];
+    m->friction.slope = n[N_MU_SLOPE], m->speed.slope = n[N_SPEED_SLOPE];
+    if (i->type == fmi2ModelExchange || n[N_HAS_STEP] == 0.0)
         return i->type == fmi2ModelExchange || s->t == w->t;
     return stepping->recompute(m) == RUNNING && s->t >= w->t && s->t < m->end;
 }

@@ -15,8 +15,8 @@
 enum { MAGIC = 8, BUILD = 32, HEAD = MAGIC + 8 + BUILD, TAIL = 4 };
 /* Indices of the numbers before those of variables. */
 enum {
-    N_TYPE, N_PHASE, N_SET_UP, N_MOTION, N_SLOPES, N_UNCHANGED, N_PENDING, N_START, N_STOP,
-    N_TOLERANCE, N_T, FIXED_COUNT
+    N_TYPE, N_PHASE, N_IS_SET_UP, N_HAS_MOTION, N_HAS_SLOPES, N_INPUTS_UNCHANGED, N_SWITCH_PENDING,
+    N_START_TIME, N_STOP_TIME, N_TOLERANCE, N_TIME, FIXED_COUNT
 };
 
 static const char MAGIC_TEXT[MAGIC + 1] = "fivtuiFM";
@@ -30,7 +30,7 @@ typedef struct {
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     Instance *i = c;
-    REQUIRE("get_fmu_state", EITHER, ~IN(INTERMEDIATE));
+    REQUIRE("get_fmu_state", ANY_TYPE, ~IN(INTERMEDIATE));
     if (!state)
         return refuse(i, fmi2Error, "get_fmu_state: a pointer to the state must be given");
     Saved *saved = *state ? *state : malloc(sizeof *saved);
@@ -45,7 +45,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
     Instance *i = c;
     const Saved *saved = state;
-    REQUIRE("set_fmu_state", EITHER, ~IN(INTERMEDIATE));
+    REQUIRE("set_fmu_state", ANY_TYPE, ~IN(INTERMEDIATE));
     if (!saved)
         return refuse(i, fmi2Error, "there is no such FMU state");
     if (saved->type != i->type)
@@ -68,7 +68,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 
 static size_t number_count(void)
 {
-    return FIXED_COUNT + 2 * COMPONENT.variable_count + MOST_STATES + MOTION_NUMBERS;
+    return FIXED_COUNT + 2 * COMPONENT.variable_count + MAX_STATES + MOTION_NUMBERS;
 }
 
 static size_t byte_count(void) { return HEAD + 8 * number_count() + TAIL; }
@@ -105,18 +105,19 @@ static void pack(const Saved *saved, const Instance *i, double *numbers)
     Instance scratch = *i;
     scratch.s = *s;
     memset(numbers, 0, number_count() * sizeof *numbers);
-    numbers[N_TYPE] = saved->type, numbers[N_PHASE] = s->phase, numbers[N_SET_UP] = s->is_set_up;
-    numbers[N_MOTION] = s->has_motion, numbers[N_SLOPES] = s->has_slopes;
-    numbers[N_UNCHANGED] = s->inputs_unchanged, numbers[N_PENDING] = s->switch_pending;
-    numbers[N_START] = s->start_time, numbers[N_STOP] = s->stop_time;
-    numbers[N_TOLERANCE] = s->tolerance, numbers[N_T] = s->t;
+    numbers[N_TYPE] = saved->type, numbers[N_PHASE] = s->phase, numbers[N_IS_SET_UP] = s->is_set_up;
+    numbers[N_HAS_MOTION] = s->has_motion, numbers[N_HAS_SLOPES] = s->has_slopes;
+    numbers[N_INPUTS_UNCHANGED] = s->inputs_unchanged;
+    numbers[N_SWITCH_PENDING] = s->switch_pending;
+    numbers[N_START_TIME] = s->start_time, numbers[N_STOP_TIME] = s->stop_time;
+    numbers[N_TOLERANCE] = s->tolerance, numbers[N_TIME] = s->t;
     numbers += FIXED_COUNT;
     for (uint32_t r = 0; r < count; r++)
         if (is_settable(COMPONENT.variables + r))
             numbers[r] = s->values[r], numbers[count + r] = s->slopes[r];
-    memcpy(numbers + 2 * count, s->states, MOST_STATES * sizeof *numbers);
+    memcpy(numbers + 2 * count, s->states, MAX_STATES * sizeof *numbers);
     if (s->has_motion)
-        COMPONENT.pack(&scratch, numbers + 2 * count + MOST_STATES);
+        COMPONENT.pack(&scratch, numbers + 2 * count + MAX_STATES);
 }
 
 static int is_whole_number(double number, double limit)
@@ -130,20 +131,22 @@ static int unpack(Instance *i, const double *numbers)
     const uint32_t count = COMPONENT.variable_count;
     clear_state(s);
     for (size_t n = 0; n < number_count(); n++)
-        if (!isfinite(numbers[n]) && !(n == N_STOP && numbers[n] > 0.0))
+        if (!isfinite(numbers[n]) && !(n == N_STOP_TIME && numbers[n] > 0.0))
             return 0;
     if (numbers[N_TYPE] != i->type || !is_whole_number(numbers[N_PHASE], TERMINATED)
-        || !is_whole_number(numbers[N_SET_UP], 1) || !is_whole_number(numbers[N_MOTION], 1)
-        || !is_whole_number(numbers[N_SLOPES], 1) || !is_whole_number(numbers[N_UNCHANGED], 1)
-        || !is_whole_number(numbers[N_PENDING], 1) || numbers[N_STOP] < numbers[N_START]
+        || !is_whole_number(numbers[N_IS_SET_UP], 1) || !is_whole_number(numbers[N_HAS_MOTION], 1)
+        || !is_whole_number(numbers[N_HAS_SLOPES], 1)
+        || !is_whole_number(numbers[N_INPUTS_UNCHANGED], 1)
+        || !is_whole_number(numbers[N_SWITCH_PENDING], 1)
+        || numbers[N_STOP_TIME] < numbers[N_START_TIME]
         || !(numbers[N_TOLERANCE] >= 1e-13 && numbers[N_TOLERANCE] <= 1e-2))
         return 0;
-    s->phase = (Phase)(int)numbers[N_PHASE], s->is_set_up = numbers[N_SET_UP] != 0.0;
-    s->has_motion = numbers[N_MOTION] != 0.0, s->has_slopes = numbers[N_SLOPES] != 0.0;
-    s->inputs_unchanged = numbers[N_UNCHANGED] != 0.0;
-    s->switch_pending = numbers[N_PENDING] != 0.0;
-    s->start_time = numbers[N_START], s->stop_time = numbers[N_STOP];
-    s->tolerance = numbers[N_TOLERANCE], s->t = numbers[N_T];
+    s->phase = (Phase)(int)numbers[N_PHASE], s->is_set_up = numbers[N_IS_SET_UP] != 0.0;
+    s->has_motion = numbers[N_HAS_MOTION] != 0.0, s->has_slopes = numbers[N_HAS_SLOPES] != 0.0;
+    s->inputs_unchanged = numbers[N_INPUTS_UNCHANGED] != 0.0;
+    s->switch_pending = numbers[N_SWITCH_PENDING] != 0.0;
+    s->start_time = numbers[N_START_TIME], s->stop_time = numbers[N_STOP_TIME];
+    s->tolerance = numbers[N_TOLERANCE], s->t = numbers[N_TIME];
     numbers += FIXED_COUNT;
     for (uint32_t r = 0; r < count; r++) {
         const Variable *v = COMPONENT.variables + r;
@@ -154,8 +157,8 @@ static int unpack(Instance *i, const double *numbers)
             return 0;
         s->values[r] = numbers[r], s->slopes[r] = numbers[count + r];
     }
-    memcpy(s->states, numbers + 2 * count, MOST_STATES * sizeof *numbers);
-    return !s->has_motion || COMPONENT.unpack(i, numbers + 2 * count + MOST_STATES);
+    memcpy(s->states, numbers + 2 * count, MAX_STATES * sizeof *numbers);
+    return !s->has_motion || COMPONENT.unpack(i, numbers + 2 * count + MAX_STATES);
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
@@ -173,7 +176,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
 {
     Instance *i = c;
     unsigned char *out = (unsigned char *)bytes;
-    double numbers[FIXED_COUNT + 2 * MOST_VARIABLES + MOST_STATES + MOTION_NUMBERS];
+    double numbers[FIXED_COUNT + 2 * MAX_VARIABLES + MAX_STATES + MOTION_NUMBERS];
     if (!i)
         return fmi2Error;
     if (!state || !bytes)
@@ -200,7 +203,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 {
     Instance *i = c;
     const unsigned char *in = (const unsigned char *)bytes;
-    double numbers[FIXED_COUNT + 2 * MOST_VARIABLES + MOST_STATES + MOTION_NUMBERS];
+    double numbers[FIXED_COUNT + 2 * MAX_VARIABLES + MAX_STATES + MOTION_NUMBERS];
     if (!i)
         return fmi2Error;
     if (!state || !bytes)

@@ -9,13 +9,12 @@
 #define VARIANT_NAME(name, variant) JOIN_NAMES(name, variant)
 
 /* Limit of Taylor steps per communication step. */
-#ifndef MOST_STEPS
-#define MOST_STEPS 100000000
+#ifndef MAX_STEPS
+#define MAX_STEPS 100000000
 #endif
 
-/* Relative tolerance within which a slider has the speed of the belt when that is set anew: the
-   difference is rounding of the ramps. */
-#define SAME_SPEED 0x1p-36
+/* Relative tolerance within which the slider has the new speed of the belt: ramps are rounded. */
+#define SPEED_TOLERANCE 0x1p-36
 
 static Course input_course(const Motion *m)
 {
@@ -75,7 +74,7 @@ NOINLINE int compute_motion_step(Motion *m)
         w->vx = m->belt.p[P_V_BELT];
     StepEnd step_end = find_step_end(w, INFINITE, cut != NOT_CUT);
     m->has_step = 1.0, m->cut = cut, m->next_mode = (double)next_mode;
-    m->end = step_end.t, m->end_rest = step_end.remainder;
+    m->end = step_end.t, m->end_remainder = step_end.remainder;
     return RUNNING;
 }
 
@@ -84,7 +83,7 @@ static void count_change(Motion *m, int64_t before, double t)
     const int64_t mode = m->belt.mode;
     if (mode == before)
         return;
-    m->changed_at = t, m->changes += 1.0;
+    m->last_change = t, m->changes += 1.0;
     m->sticks += mode == STICK, m->slips += before == STICK;
     m->reversals += is_sliding(mode) && is_sliding(before);
 }
@@ -109,7 +108,7 @@ static StepFlags finish_belt_step(Motion *m, const StepEnd *step_end)
 static int finish_motion_step(Motion *m)
 {
     Block *w = &m->w;
-    const StepEnd step_end = {m->end, m->end_rest, 0};
+    const StepEnd step_end = {m->end, m->end_remainder, 0};
     m->has_step = 0.0;
     if (m->belt.finite) {
         const int64_t before = m->belt.mode;
@@ -129,8 +128,8 @@ static void state_at(const Motion *m, double t, double *state)
         return;
     }
     const int groups = (int)m->order / 4;
-    const double part = (t - w->t) - w->remainder;
-    Tangent x = tangent_at(w->xs, groups, part), y = tangent_at(w->ys, groups, part);
+    const double elapsed = (t - w->t) - w->remainder;
+    Tangent x = tangent_at(w->xs, groups, elapsed), y = tangent_at(w->ys, groups, elapsed);
     state[0] = x.value, state[1] = x.slope, state[2] = y.value, state[3] = y.slope;
 }
 
@@ -174,7 +173,7 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
     if (!finite_belt)
         m->p[P_MU_S] = -1.0;
     m->separation = separation, m->tol = tol, m->cubic = p[P_K_NL] > 0.0;
-    m->ramp_start = m->changed_at = t;
+    m->ramp_start = m->last_change = t;
     m->force = (Ramp){p[P_F], 0.0}, m->friction = (Ramp){p[P_MU], 0.0};
     m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};
     /* Also on a belt that is always faster: ramps of inputs need the constants of `belt`. */
@@ -188,7 +187,7 @@ static int moves_with_belt(const Motion *m, double vx, double speed)
 {
     const double scale = maximum(maximum(__builtin_fabs(m->speed.value), __builtin_fabs(speed)),
                                  m->w.deflection * m->w.frequency);
-    return m->belt.mode != SEPARATED && __builtin_fabs(vx - speed) <= SAME_SPEED * scale;
+    return m->belt.mode != SEPARATED && __builtin_fabs(vx - speed) <= SPEED_TOLERANCE * scale;
 }
 
 /* Begin the motion anew from the state at t, under other inputs. */
@@ -204,7 +203,7 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp s
     m->force = force, m->friction = friction, m->speed = speed, m->ramp_start = t;
     start_step(m, state, t);
     if (m->w.side != before.side && state[2] != 0.0) {
-        /* Rounding put y on the wrong side: the slider is at the switch. */
+        /* Only rounding changed the side of y: the slider is at the switch. */
         state[2] = 0.0;
         start_step(m, state, t);
     }
@@ -216,11 +215,12 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp s
         count_change(m, mode, t);
 }
 
-static int is_same(Ramp a, Ramp b) { return a.value == b.value && a.slope == b.slope; }
+static int are_equal(Ramp a, Ramp b) { return a.value == b.value && a.slope == b.slope; }
 
 static int equal_inputs(const Motion *m, Ramp force, Ramp friction, Ramp speed)
 {
-    return is_same(force, m->force) && is_same(friction, m->friction) && is_same(speed, m->speed);
+    return are_equal(force, m->force) && are_equal(friction, m->friction)
+           && are_equal(speed, m->speed);
 }
 
 static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction,
@@ -237,7 +237,7 @@ static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ra
         change_inputs(m, from, force, friction, speed);
     for (int count = 0; m->has_step == 0.0 || m->end <= *t; count++) {
         const double switches = switch_count(m), end = m->end;
-        int status = count == MOST_STEPS ? STEP_LIMIT : RUNNING;
+        int status = count == MAX_STEPS ? STEP_LIMIT : RUNNING;
         if (status == RUNNING && m->has_step != 0.0)
             status = finish_motion_step(m);
         const double state[] = {m->w.x, m->w.vx, m->w.y, m->w.vy};

@@ -13,7 +13,7 @@
 /* Hidden: other libraries of the process may have functions of the same names. */
 #pragma GCC visibility push(hidden)
 
-/* `w` is at the start of the step that ends at `end` (plus `end_rest`, the rounding of that time).
+/* `w` is at the start of the step that ends at `end`, whose rounding error is `end_remainder`.
    `has_step`: `w` has the polynomials of the step and the state at its end. `cut` says which guard
    ends the step; after a hold the mode is `next_mode`. Input ramps begin at `ramp_start`. A failed
    move stopped at `failed_at`, with the largest coordinate `failed_size`. A copy is a full state.
@@ -23,12 +23,12 @@
 typedef struct {
     Block w;
     Belt belt;
-    double has_step, cut, next_mode, end, end_rest;
+    double has_step, cut, next_mode, end, end_remainder;
     double tol, order, cubic, separation, ramp_start, failed_at, failed_size;
     /* On a belt of finite speed: numbers of changes to stick, from stick, and between forward and
        backward slip; number of all changes of the mode, and time of the last. Further counts are
        w.separations and w.reattachments. */
-    double sticks, slips, reversals, changes, changed_at;
+    double sticks, slips, reversals, changes, last_change;
     Ramp force, friction, speed;
     double p[BELT_PARAMETERS];
 } Motion;

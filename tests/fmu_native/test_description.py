@@ -105,7 +105,7 @@ def test_a_binary_of_another_text_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(native, "build_name", lambda: "0" * 32)
-    with pytest.raises(InputError, match="compiled from another text"):
+    with pytest.raises(InputError, match="compiled from other sources"):
         build_fmu(tmp_path / "m.fmu", flavour="native")
 
 

@@ -60,8 +60,8 @@ def attacked(folder: Path, compiler: list[str], *arguments: str) -> Path:
     attack = str(Path(__file__).with_name("attack.c"))
     flags = [
         f"-I{folder}",
-        "-DMOST_STEPS=3000",
-        "-DMOST_PARTS=3000",
+        "-DMAX_STEPS=3000",
+        "-DMAX_PARTS=3000",
         *arguments,
         *units,
         attack,
