@@ -113,7 +113,7 @@ def read_signals(
 def _read_table(path: Path) -> dict[str, NDArray[Any]]:
     table = read_csv(path)
     if not table or not next(iter(table.values())).size:
-        raise InputError(f"{path}: there are no rows of numbers under a row of names")
+        raise InputError(f"{path}: must have a row of column names and at least one row of numbers")
     for name, values in table.items():
         for number in values[~np.isfinite(values)]:
             raise InputError(f"{path}: {name} = {number:g}: not a finite number")

@@ -32,7 +32,7 @@ def find_problems(path: Path) -> list[str]:
         ]
         problems = []
         if not math.isclose(runs[0]["time"][-1], stop, rel_tol=1e-9, abs_tol=1e-12):
-            problems.append(f"it stops at {runs[0]['time'][-1]:g} s of {stop:g} s")
+            problems.append(f"the run ends at {runs[0]['time'][-1]:g} s instead of {stop:g} s")
         for name in runs[0].dtype.names:
             first, second = (np.asarray(run[name]) for run in runs)
             if not np.all(np.isfinite(first)):
@@ -101,7 +101,7 @@ def main() -> None:
     except (InputError, ComputationError) as error:
         problems = [str(error)]
     except Exception as error:  # noqa: BLE001
-        problems = [f"it fails: {' '.join(str(error).split())}"]
+        problems = [f"the run fails: {' '.join(str(error).split())}"]
     print(json.dumps(problems))  # noqa: T201
 
 

@@ -187,7 +187,7 @@ def _check_experiment(
         )
     if (stop - start) / step > _MAX_STEPS:
         raise InputError(
-            f"output interval = {step:g} s: a run must be of at most {_MAX_STEPS} intervals"
+            f"output interval = {step:g} s: a run may have at most {_MAX_STEPS} intervals"
         )
     return start, stop, step
 
@@ -241,14 +241,17 @@ def _simulate(
             )
         except Exception as error:  # noqa: BLE001
             why = messages.last or " ".join(str(error).split())
-            raise ComputationError(f"the FMU fails: {why}", "check its values and inputs") from None
+            raise ComputationError(
+                f"the FMU fails: {why}", "check its start values and inputs"
+            ) from None
         if cancelled:
             raise Cancelled
         final_time = float(table[TIME][-1])
         if final_time < stop and not math.isclose(final_time, stop):
-            why = messages.last or "it logged nothing"
+            why = messages.last or "it logged no reason"
             raise ComputationError(
-                f"the FMU stops at t = {final_time:.6g} s: {why}", "check its values and inputs"
+                f"the FMU stops at t = {final_time:.6g} s: {why}",
+                "check its start values and inputs",
             )
     if progress:
         progress(1.0)
@@ -262,7 +265,7 @@ def _build_run(fmu: FmuFile, table: NDArray[Any], warnings: tuple[str, ...]) -> 
     for name, column in columns.items():
         if not np.all(np.isfinite(column)):
             raise ComputationError(
-                f"{name} of the FMU is not a finite number", "check its values and inputs"
+                f"the FMU's variable {name} is not finite", "check its start values and inputs"
             )
     units = {
         v.name: v.unit or getattr(v.declaredType, "unit", None) for v in description.modelVariables

@@ -80,7 +80,7 @@ def integrate_fmu(
         course = request.course
         if course is not None and not file.description.coSimulation.canInterpolateInputs:
             names = ", ".join(course.tables)
-            raise InputError(f"{names} over time: the FMU must take derivatives of inputs: {fmu}")
+            raise InputError(f"{names} over time: {fmu} does not accept derivatives of inputs")
         instance, messages = stack.enter_context(create_instance(file))
         reporter = Progress(progress)
 

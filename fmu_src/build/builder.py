@@ -90,7 +90,7 @@ def build_fmu(
     if flavour != NATIVE and sources:
         raise InputError(f"sources: the {flavour} flavour has no C files")
     if flavour != NATIVE and platforms:
-        raise InputError(f"platforms: the {flavour} flavour is for Linux and Windows alike")
+        raise InputError(f"platforms: the {flavour} flavour always includes Linux and Windows")
     definition = _find_component(component, fmi, flavour)
     target = output_path(path, force=force)
     check_suffix(target, "FMU", (SUFFIX,))
@@ -113,7 +113,7 @@ def _find_component(name: str, fmi: str, flavour: str) -> Component:
     if fmi not in _VERSIONS:
         raise InputError(f"FMI {fmi}: must be {' or '.join(_VERSIONS)}")
     if fmi != _VERSIONS[0] and flavour != NATIVE:
-        raise InputError(f"FMI {fmi} in the {flavour} flavour: must be in the {NATIVE} flavour")
+        raise InputError(f"FMI {fmi}: needs the {NATIVE} flavour, not the {flavour} flavour")
     return COMPONENTS[name]
 
 

@@ -13,31 +13,31 @@ _PYTHON_RULES: Final = """\
 <h2>Rules</h2>
 <p>Inputs are held from one communication point to the next (input derivatives cannot be given).
 Results do not depend on the communication step.</p>
-<p>What is refused (a value out of its range, a fixed parameter while stepping, a wrong time) is
-logged, also on standard error, and changes nothing; the next step then returns fmi2Discard. Outputs
-are NaN where the initialization was refused. A tolerance out of range is replaced by the nearest
-possible one, with a warning.</p>
+<p>A refused call (a value out of its range, a fixed parameter set while stepping, a wrong time)
+changes nothing. The reason is logged and printed to standard error, and the next step returns
+fmi2Discard. If the initialization is refused, outputs are NaN. A tolerance out of range is replaced
+by the nearest valid one, with a warning.</p>
 <p>The FMU needs Python 3.11 or newer in the process that loads it. The path to which it is
-extracted may hold ASCII letters, digits, _ . - ~ and spaces; any other character crashes the
-wrapper.</p>
+extracted may contain only ASCII letters, digits, _ . - ~ and spaces; any other character crashes
+the wrapper.</p>
 """
 _NATIVE_RULES: Final = """\
 <h2>Rules</h2>
-<p>Co-simulation: inputs are held from one communication point to the next, or follow the first
-derivatives given for the next step; after it they are held where they came to. Results do not
-depend on the communication step.</p>
-<p>Model exchange: the importer integrates, and finds the switches as zeros of the event
-indicators: y; on a belt of finite speed v_belt - vx in slip, and mu_s P - f and mu_s P + f in
-stick; else 1. At every switch the states are reported as changed. While the slider sticks, v_belt
-can be set in event mode alone: its rate, which the hold of the belt depends on, is not known.
-Directional derivatives are exact, at constant mode.</p>
-<p>What is refused returns fmi2Discard (a value or a step that is not possible) or fmi2Error (a call
-that is not allowed), is logged, and changes nothing. A tolerance out of range is replaced by the
-nearest possible one, with fmi2Warning.</p>
-<p>The FMU needs nothing but the C library.</p>
+<p>Co-simulation: inputs are held from one communication point to the next, or change
+over the next step with the given first derivatives; after that step they keep their final values.
+Results do not depend on the communication step.</p>
+<p>Model exchange: the importer integrates, and finds switches as zeros of the event
+indicators: y; on a belt of finite speed also v_belt - vx in slip, and mu_s P - f and mu_s P + f in
+stick. An indicator that does not apply to the mode is 1. At every switch the states are reported as
+changed. While the slider sticks, v_belt can be set only in event mode, because its rate, on which
+the holding force f depends, is unknown. Directional derivatives are exact at constant mode.</p>
+<p>A refused call returns fmi2Discard (an invalid value or step) or fmi2Error (a call that is not
+allowed), is logged, and changes nothing. A tolerance out of range is replaced by the nearest valid
+one, with fmi2Warning.</p>
+<p>The FMU needs only the C library.</p>
 """
 _TITLES: Final = {
-    Role.PARAMETER: "Parameters, fixed once the run has begun",
+    Role.PARAMETER: "Parameters, fixed after initialization",
     Role.INPUT: "Inputs, held from one communication point to the next",
     Role.OUTPUT: "Outputs",
     Role.LOCAL: "Local variables",

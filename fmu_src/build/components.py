@@ -114,21 +114,21 @@ m x'' + c1 x' + a x - h y = mu P
 m y'' + c2 y' + h y - h x = P - F
 P = -k2 y - k_nl y^3   in contact (y &lt; 0),   P = 0   when separated (y &gt; 0)
 </pre>
-<p>With separation = false, contact never breaks: P = -k2 y - k_nl y^3 for all y.</p>
-<p>With finite_belt = false the slider always slides: that holds for belt speeds above the greatest
+<p>With separation = false the slider never separates: P = -k2 y - k_nl y^3 for all y.</p>
+<p>With finite_belt = false the slider always slides, as on a belt that is faster than the greatest
 vx. Impact at reattachment is not modelled.</p>
 <p>With finite_belt = true the belt has the speed v_belt, an input, and v_r = v_belt - vx. In
-contact the friction force on the slider is mu(v_r) P where it slips forward (v_r &gt; 0, mode 2),
--mu(|v_r|) P where it slips backward (v_r &lt; 0, mode 3), and where it sticks (v_r = 0, mode 4)
-what holds it, f = c1 v_belt + m dv_belt/dt + a x - h y, as long as |f| is at most mu_s P.
-Separated is mode 0. mu(v) = mu + (mu_s - mu) exp(-v/v_s); with v_s = 0 friction has its static
-value in stick alone, and with mu_s = 0 that is mu. mu above mu_s is refused.</p>
+contact the friction force on the slider is mu(v_r) P in forward slip (v_r &gt; 0, mode 2) and
+-mu(|v_r|) P in backward slip (v_r &lt; 0, mode 3). In stick (v_r = 0, mode 4) it is the holding
+force f = c1 v_belt + m dv_belt/dt + a x - h y, as long as |f| is at most mu_s P. A separated slider
+is in mode 0. mu(v) = mu + (mu_s - mu) exp(-v/v_s). With v_s = 0 friction is static only in stick;
+mu_s = 0 stands for mu_s = mu. mu above mu_s is refused.</p>
 """
 _EVENTS_ABOUT: Final = """\
 <p>State events (separation and reattachment at y = 0; where stick and slip begin) are located
-inside a communication step to rounding. An event is counted at the first communication point that
-is not before it.</p>
-<p>What the relative tolerance of the experiment promises is said in fivtui, examples/trust.md.</p>
+to rounding inside a communication step. An event is counted at the first communication
+point at or after its time.</p>
+<p>The file examples/trust.md of fivtui defines the accuracy of the relative tolerance.</p>
 """
 _ACTUATOR_ABOUT: Final = """\
 <p>A brake actuator: the preload F follows a commanded contact force with a first-order lag; the

@@ -59,7 +59,7 @@ def compile_binary(model: str, platform: str) -> bytes:
     Raises `InputError` if ziglang is not installed, `ComputationError` if it fails.
     """
     if find_spec("ziglang") is None:
-        raise InputError(f"platform {platform}: needs the package ziglang, of the extra cross")
+        raise InputError(f"platform {platform}: needs ziglang: install fivtui[cross]")
     from fmpy import __file__ as fmpy_file
 
     target = TARGETS[platform]

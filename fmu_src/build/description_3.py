@@ -40,10 +40,19 @@ _STICK_NAMES: Final = ("x", "y", "mu", "v_belt", "k1", "k2", "k3", "c1", "k_nl",
 # Event indicators by model: their zeros are its switches.
 INDICATORS: Final[Mapping[str, Sequence[Indicator]]] = {
     "SliderBelt": (
-        Indicator("event_indicator", "m", "y, where that is zero on the side of the mode", ("y",)),
-        Indicator("event_indicator_slip", "m/s", "v_belt - vx in slip, 1 else", ("vx", "v_belt")),
-        Indicator("event_indicator_forward", "N", "mu_s P - f in stick, 1 else", _STICK_NAMES),
-        Indicator("event_indicator_backward", "N", "mu_s P + f in stick, 1 else", _STICK_NAMES),
+        Indicator(
+            "event_indicator",
+            "m",
+            "y, which changes its sign at separation and reattachment",
+            ("y",),
+        ),
+        Indicator(
+            "event_indicator_slip", "m/s", "v_belt - vx in slip, otherwise 1", ("vx", "v_belt")
+        ),
+        Indicator("event_indicator_forward", "N", "mu_s P - f in stick, otherwise 1", _STICK_NAMES),
+        Indicator(
+            "event_indicator_backward", "N", "mu_s P + f in stick, otherwise 1", _STICK_NAMES
+        ),
     ),
     "BrakeActuator": (),
 }

@@ -117,7 +117,7 @@ def _host_platform() -> str:
     """Name in `TARGETS` of the platform of this machine."""
     if _machine() not in _HOSTS:
         raise InputError(
-            f"a native FMU for {', '.join(_machine())}: there is none; build the Python flavour"
+            f"no native FMU supports {', '.join(_machine())}; build the Python flavour"
         )
     return _HOSTS[_machine()]
 

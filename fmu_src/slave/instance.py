@@ -34,8 +34,8 @@ _Method = TypeVar("_Method", bound=Callable[..., Any])
 LOGGER: Final = "fivtui.fmu"
 _PRINT_LIMIT: Final = 20
 _TEXT_LIMIT: Final = 1000
-_MUTED_TEXT: Final = "further refusals are not printed here; switch on the FMU's debug logging"
-_OVERFLOW_TEXT: Final = f"refused, for another reason than the first {_TEXT_LIMIT} that were logged"
+_MUTED_TEXT: Final = "further messages are not printed; enable the FMU's debug logging to see them"
+_OVERFLOW_TEXT: Final = f"refused; only the first {_TEXT_LIMIT} different messages are logged"
 # Paths of the wrapper's libraries: open handles would keep the host from unloading them. At exit
 # the wrapper destroys its counter of interpreter uses, then decrements it in freed memory, which
 # may abort the host. Calling its exported release function before that is safe, even repeatedly.
@@ -294,7 +294,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             why = next(iter(self._refused.values()))
             if self._phase is Phase.STEPPING:
                 self._refused.clear()
-            raise InputError(f"the step is not taken: {why}")
+            raise InputError(f"the step is refused: {why}")
         self._require_phase("do_step", Phase.STEPPING)
         experiment = self._experiment or Experiment()
         end = experiment.end_of_step(self._t, current_time, step_size)

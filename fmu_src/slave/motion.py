@@ -183,7 +183,7 @@ class SliderBeltMotion:
         while segment is None or segment.end <= t:
             if steps == _MOST_STEPS:
                 raise ComputationError(
-                    f"the step needs more than {_MOST_STEPS} Taylor steps, it is given up at "
+                    f"the step is stopped after {_MOST_STEPS} Taylor steps at "
                     f"t = {current.segment.end if current.segment else current.t:g} s",
                     "use shorter communication steps, or the native FMU",
                 )

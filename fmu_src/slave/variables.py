@@ -32,9 +32,10 @@ _INITIAL_MODE: Final = (*_INITIAL_FORCE, *_FRICTION, "m", "c2")
 # Variables of a belt of finite speed. A Real always has a value: a flag enables the speed, and in
 # the others 0 means unset, which is also the limit of small values.
 _BELT_MEANINGS: Final = {
-    "v_belt": "speed of the belt, if finite_belt",
-    "mu_s": "static friction coefficient, if finite_belt: at least mu, or 0 for mu",
-    "v_s": "sliding speed over which friction falls from mu_s to mu, if finite_belt; 0: at once",
+    "v_belt": "speed of the belt, used if finite_belt is true",
+    "mu_s": "static friction coefficient, used if finite_belt is true: at least mu, or 0 to use mu",
+    "v_s": "sliding speed over which friction falls from mu_s to mu, used if finite_belt is true; "
+    "with 0 it falls at once",
 }
 # Typical sizes in the base scene.
 _NOMINAL: Final = {
@@ -106,7 +107,7 @@ def _velocity(axis: str) -> Variable:
 
 def _friction(name: str, meaning: str) -> Variable:
     initial_names = (*_INITIAL_FORCE, *_FRICTION, "v_s")
-    meaning = f"{meaning}; if finite_belt, that of the mode"
+    meaning = f"{meaning}; if finite_belt is true, it depends on the mode"
     return _output(name, initial_names, meaning, "N", depends_on=("mu", "v_belt"))
 
 
@@ -145,13 +146,13 @@ SLIDER_BELT_TABLE: Final = VariableTable(
         *map(_parameter, PARAMETERS.values()),
         _flag(
             "separation",
-            "whether the slider may separate from the belt (Case 1) or not (Case 2)",
+            "true: the slider may separate from the belt (Case 1); false: it may not (Case 2)",
             start=True,
         ),
         _flag(
             "start_static",
-            "whether to start at rest at the equilibrium of mu = 0 under F, "
-            "or from the start values",
+            "true: start at rest at the equilibrium for mu = 0 under F; "
+            "false: start from the start values",
             start=True,
         ),
         *map(_start_value, STATES),
@@ -181,8 +182,7 @@ SLIDER_BELT_TABLE: Final = VariableTable(
         _output(
             "last_event",
             (),
-            "time of the last separation, reattachment or other change of the mode, "
-            "the start time before the first",
+            "time of the last change of the mode; before the first change, the start time",
             "s",
             discrete=True,
         ),
@@ -203,14 +203,14 @@ SLIDER_BELT_TABLE: Final = VariableTable(
         ),
         _flag(
             "finite_belt",
-            "whether the belt has a finite speed, v_belt, or is always faster than the slider",
+            "true: the belt has the speed v_belt; false: the belt is always faster than the slider",
             start=False,
         ),
         *starmap(_belt_parameter, _BELT_MEANINGS.items()),
         _counter("switches", "number of changes of the mode so far"),
         _counter(
             "sticks",
-            "number of times that the slider has begun to stick so far, at the start included",
+            "number of times that the slider began to stick so far, including a start in stick",
             _INITIAL_MODE,
         ),
     ]

@@ -121,7 +121,7 @@ def test_a_slave_that_cannot_be_instantiated_is_reported(fmu: Path, tmp_path: Pa
     ("behaviour", "message"),
     [
         ("pass", None),
-        ("return False", "it stops at 0 s"),
+        ("return False", "the run ends at 0 s"),
         ("self.total = float('nan')", "the output total is not finite"),
         ("import random; self.total = random.random()", "differs between two equal runs"),
         ("import os; os.abort()", r"crashes the process that runs it \(SIGABRT\)"),

@@ -99,7 +99,9 @@ def test_a_sticking_slider_starts_to_slide_when_the_belt_speed_jumps() -> None:
 def test_tables_over_time_need_derivatives_of_inputs(fmu: Path) -> None:
     system = System(Parameters(), over_time=time_tables(TABLES))
     request = Request(system, t_end=1.0, method="fmu-native")
-    with pytest.raises(InputError, match="F, mu, v_belt over time: the FMU must take derivatives"):
+    with pytest.raises(
+        InputError, match=r"F, mu, v_belt over time: .* does not accept derivatives"
+    ):
         integrate_fmu(request, fmu=fmu)
 
 

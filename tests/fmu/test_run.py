@@ -64,8 +64,8 @@ def test_inputs_that_the_table_leaves_out_keep_their_start_value(
         ("time,F\n0,eighty\n", "line 2: F = 'eighty' is not a number"),
         ("time,F\n0,nan\n", "not a finite number"),
         ("time,F\n0\n", "line 2: 1 values under 2 columns"),
-        ("time,F\n", "no rows"),
-        ("", "no rows"),
+        ("time,F\n", "at least one row"),
+        ("", "at least one row"),
         ("time,F\n0,1e12\n", "F = 1e+12: must be from"),
     ],
 )
@@ -137,9 +137,9 @@ def test_another_fmu_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) 
 @pytest.mark.parametrize(
     ("behaviour", "message"),
     [
-        ("return False", "the FMU stops at t = 0 s: it logged nothing"),
+        ("return False", "the FMU stops at t = 0 s: it logged no reason"),
         ("raise ValueError('broken inside')", "broken inside"),
-        ("self.total = float('inf')", "total of the FMU is not a finite number"),
+        ("self.total = float('inf')", "the FMU's variable total is not finite"),
     ],
 )
 def test_an_fmu_that_fails_raises_an_error(tmp_path: Path, behaviour: str, message: str) -> None:

@@ -76,7 +76,10 @@ def test_only_functions_of_fmi_are_exported(folder: Path) -> None:
     [
         ({"flavour": "rust"}, "unknown flavour 'rust'"),
         ({"flavour": "native", "fmi": "1"}, "FMI 1: must be 2 or 3"),
-        ({"platforms": ["win64"]}, "platforms: the python flavour is for Linux and Windows alike"),
+        (
+            {"platforms": ["win64"]},
+            "platforms: the python flavour always includes Linux and Windows",
+        ),
         ({"flavour": "native", "platforms": ["vax"]}, "unknown platform 'vax'"),
         ({"sources": "yes"}, "sources: the python flavour has no C files"),
         ({"flavour": "native", "component": "wheel"}, "unknown component 'wheel'"),
@@ -94,7 +97,7 @@ def test_without_a_binary_the_reason_is_reported(
 ) -> None:
     assert native_failure() is None
     monkeypatch.setattr(native, "NATIVE", tmp_path)
-    monkeypatch.setattr(native, "_REASON", tmp_path / "native.txt")
+    monkeypatch.setattr(native, "_FAILURE", tmp_path / "native.txt")
     assert "not compiled: not installed; install fivtui anew" in str(native_failure())
     (tmp_path / "native.txt").write_text("there is no compiler\n", encoding="utf-8")
     assert run(["fmu", "build", "--flavour", "native", "--out", str(tmp_path / "m.fmu")]) == 2

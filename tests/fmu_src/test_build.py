@@ -288,7 +288,7 @@ def test_the_fmu_lacks_the_builder_and_has_the_original_wrapper(tmp_path: Path) 
     ("options", "message"),
     [
         ({"fmi": "1"}, "FMI 1: must be 2 or 3"),
-        ({"fmi": "3"}, "FMI 3 in the python flavour: must be in the native flavour"),
+        ({"fmi": "3"}, "FMI 3: needs the native flavour, not the python flavour"),
     ],
 )
 def test_an_unknown_version_is_refused(

@@ -31,9 +31,9 @@ x_start  parameter fixed     m     -                       -    1    0    horizo
 vx_start parameter fixed     m/s   -                       -    10   0    horizontal velocity at the start
 y_start  parameter fixed     m     -                       -    1    0    vertical displacement at the start
 vy_start parameter fixed     m/s   -                       -    10   0    vertical velocity at the start
-v_belt  input     continuous m/s   0                       1e9  1    1    speed of the belt, if finite_belt
-mu_s    parameter fixed      1     0                       100  0.9  0    at least mu, or 0 for mu
-v_s     parameter fixed      m/s   0                       1e9  0.4  0    falls from mu_s to mu, if finite_belt; 0: at once
+v_belt  input     continuous m/s   0                       1e9  1    1    speed of the belt, used if finite_belt is true
+mu_s    parameter fixed      1     0                       100  0.9  0    at least mu, or 0 to use mu
+v_s     parameter fixed      m/s   0                       1e9  0.4  0    falls from mu_s to mu, used if finite_belt is true; with 0 it falls at once
 """  # noqa: E501
 OUTPUTS: Final = """
 x       output    continuous m     -                       -    1    -    horizontal displacement
@@ -47,9 +47,9 @@ mode    output    discrete   1     0                       4    1    -    1 in c
 switching output  continuous m     -                       -    1    -    negative in contact, positive when separated
 separations output discrete  1     0                       -    1    -    number of separations
 reattachments output discrete 1    0                       -    1    -    number of reattachments
-last_event output discrete   s     -                       -    1    -    separation, reattachment or other change of the mode
+last_event output discrete   s     -                       -    1    -    time of the last change of the mode
 switches output   discrete   1     0                       -    1    -    number of changes of the mode
-sticks  output    discrete   1     0                       -    1    -    has begun to stick
+sticks  output    discrete   1     0                       -    1    -    began to stick
 ax      local     continuous m/s^2 -                       -    50   -    horizontal acceleration
 ay      local     continuous m/s^2 -                       -    50   -    vertical acceleration
 """  # noqa: E501

@@ -108,7 +108,7 @@ def test_thousands_of_refused_steps_take_no_memory_and_log_few_lines(
     assert max(grown) < 200
     assert len(errors[4]) == 21
     assert "step size = -1.0" in errors[4][0]
-    assert "switch on the FMU's debug logging" in errors[4][-1]
+    assert "enable the FMU's debug logging" in errors[4][-1]
 
 
 def test_a_run_of_the_project_reports_a_refusal_only_in_its_error(
