@@ -55,7 +55,7 @@ if TYPE_CHECKING:
         crosshair,
         cursor_texts,
         heading_spans,
-        nearest_along,
+        nearest_curve_value,
         nearest_index,
         needs_full_line,
         points_at,

@@ -108,7 +108,7 @@ def axis_for(values: Sequence[ArrayLike], *, log: bool = False, tight: bool = Fa
         return Axis(0.1, 1.0, log=True) if log else Axis(0.0, 1.0)
     low, high = min(part[0] for part in ranges), max(part[1] for part in ranges)
     if log:
-        # Values more than `_MAX_DECADES` below the greatest are rounding noise.
+        # Values more than `_MAX_DECADES` decades below the greatest are rounding noise.
         low = max(low, high * 10.0**-_MAX_DECADES)
         if tight and high > low * (1.0 + _MIN_LENGTH):
             return Axis(low, high, log=True)

@@ -254,10 +254,10 @@ class Chart:
     @property
     def cursor_label(self) -> str:
         """Quantity and unit of the positions of cursors; empty if positions are points (x, y)."""
-        return self.curve_label or ("" if self.plane else self.x_label)
+        return self.curve_label or ("" if self.is_plane else self.x_label)
 
     @property
-    def plane(self) -> bool:
+    def is_plane(self) -> bool:
         """Whether y is not a function of x; then both axes zoom and pan together."""
         return self.backdrop is not None or not all(trace.ordered for trace in self.traces)
 
@@ -272,26 +272,26 @@ class Cursors:
     Attributes
     ----------
     first, second : tuple of float or None
-        Positions x and y; y counts only in a `plane` without `curve_label`.
-    second_moves : bool
-        Whether keys move the second cursor.
+        Positions x and y; y counts only if `is_plane`, without `curve_label`.
+    second_is_active : bool
+        Whether the second cursor is active: keys move it.
     pinned : bool
         Whether the cursors are fixed: they do not follow the pointer.
     """
 
     first: Position | None = None
     second: Position | None = None
-    second_moves: bool = False
+    second_is_active: bool = False
     pinned: bool = False
 
     @property
-    def moving(self) -> Position | None:
-        """The position of the cursor that keys move."""
-        return self.second if self.second_moves else self.first
+    def active_position(self) -> Position | None:
+        """The position of the active cursor, which keys move."""
+        return self.second if self.second_is_active else self.first
 
     def move(self, position: Position | None) -> None:
-        """Move or remove the cursor that keys move."""
-        if self.second_moves:
+        """Move or remove the active cursor, which keys move."""
+        if self.second_is_active:
             self.second = position
         else:
             self.first = position
@@ -299,7 +299,7 @@ class Cursors:
     def clear(self) -> None:
         """Remove both cursors."""
         self.first = self.second = None
-        self.second_moves = self.pinned = False
+        self.second_is_active = self.pinned = False
 
 
 @dataclass(slots=True)
@@ -343,7 +343,7 @@ class View:
         parts = [trace.x for _, trace in self.visible_traces(chart)]
         if chart.backdrop is not None:
             parts.append(chart.backdrop.x)
-        if not self.log_x and chart.tight and parts and not chart.plane:
+        if not self.log_x and chart.tight and parts and not chart.is_plane:
             # x ascends: the ends suffice.
             parts = [part[[0, -1]] for part in parts if part.size]
         return axis_for(parts, log=self.log_x, tight=chart.tight)
@@ -360,7 +360,7 @@ class View:
         parts += [np.array([guide.value]) for guide in chart.guides if not guide.vertical]
         return axis_for(parts, log=self.log_y)
 
-    def choose(self, chart: Chart, x: Axis | None, y: Axis | None) -> None:
+    def set_limits(self, chart: Chart, x: Axis | None, y: Axis | None) -> None:
         """Set the limits of both axes; None fits an axis to the data."""
         self.x, self.y = x, y
         self.newest_run = max((trace.number for trace in chart.traces), default=0)
@@ -368,17 +368,19 @@ class View:
     def zoom(self, chart: Chart, factor: float, centre: tuple[float, float] = (0.5, 0.5)) -> None:
         """Zoom in (factor below 1) or out; only along x if y is a function of x."""
         x, y = self.axes(chart)
-        zoomed = y.transform(zoom=factor, centre=centre[1]) if chart.plane else self.y
-        self.choose(chart, self._clamp_x(chart, x.transform(zoom=factor, centre=centre[0])), zoomed)
+        zoomed_y = y.transform(zoom=factor, centre=centre[1]) if chart.is_plane else self.y
+        self.set_limits(
+            chart, self._clamp_x(chart, x.transform(zoom=factor, centre=centre[0])), zoomed_y
+        )
 
     def zoom_y(self, chart: Chart, factor: float, centre: float = 0.5) -> None:
         """Zoom in (factor below 1) or out, only along y."""
-        self.choose(chart, self.x, self.axes(chart)[1].transform(zoom=factor, centre=centre))
+        self.set_limits(chart, self.x, self.axes(chart)[1].transform(zoom=factor, centre=centre))
 
     def pan(self, chart: Chart, right: float, up: float = 0.0) -> None:
         """Move the limits by fractions of the axes' lengths."""
         x, y = self.axes(chart)
-        self.choose(
+        self.set_limits(
             chart,
             self._clamp_x(chart, x.transform(shift=right)) if right else self.x,
             y.transform(shift=up) if up else self.y,
@@ -386,7 +388,7 @@ class View:
 
     def _clamp_x(self, chart: Chart, x: Axis) -> Axis | None:
         # Where y is a function of x, the limits do not pan beyond the data.
-        if chart.plane:
+        if chart.is_plane:
             return x
         data_axis = View(log_x=self.log_x, hidden=self.hidden)._axis_x(chart)
         low, high = data_axis.positions([x.low, x.high]).tolist()

@@ -43,7 +43,7 @@ _MARKERS: Final[Mapping[str, str]] = {
     "◆": "D", "◇": "D", "★": "*", "☆": "*", "×": "x", "+": "+", "▫": "s", "▬": "_",
 }  # fmt: skip
 _HOLLOW_MARKS: Final = "○□△▽◇☆▫"
-_PRESENT_MARK: Final = "◆"
+_EDITED_MARK: Final = "◆"
 # Styles of the first cursor and the second.
 _CURSOR_STYLES: Final[Sequence[Mapping[str, str]]] = (
     {"linestyle": "-", "markerfacecolor": "0.1"},
@@ -63,10 +63,10 @@ _DARKNESS: Final[Mapping[str, float]] = {
 }  # fmt: skip
 # Height of a figure outside its panels, inches; letters of a label per inch; letters in a line of
 # a title; line spacing of the labels of guides, pt.
-_AROUND_PANELS: Final = 1.2
+_HEIGHT_AROUND_PANELS: Final = 1.2
 _LETTERS_PER_INCH: Final = 14.0
-_TITLE_SIZE: Final = 84
-_LABEL_LINE_PT: Final = 9.5
+_TITLE_LETTERS: Final = 84
+_LABEL_SPACING_PT: Final = 9.5
 # Width of a letter of a guide's label relative to a figure's width.
 _LETTER_WIDTH: Final = 0.0095
 
@@ -76,13 +76,13 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
     count = len(charts.panels)
     rows, columns = (1, count) if charts.side_by_side else (count, 1)
     height = _SQUARE_HEIGHT if charts.side_by_side else max(_ROW_HEIGHT * rows, _MIN_HEIGHT)
-    letters = int(_LETTERS_PER_INCH * (height - _AROUND_PANELS) / rows)
+    letters = int(_LETTERS_PER_INCH * (height - _HEIGHT_AROUND_PANELS) / rows)
     shown = []
     for index, (chart, view) in enumerate(charts.panels):
-        values = _cursor_text(chart, view, first=index == 0)
+        readout = _cursor_text(chart, view, first=index == 0)
         # Omit a note that repeats the label of the shades.
         note = chart.note if chart.backdrop is None or chart.note != chart.backdrop.label else ""
-        title = "\n".join(fill(text, _TITLE_SIZE // columns) for text in (note, values) if text)
+        title = "\n".join(fill(text, _TITLE_LETTERS // columns) for text in (note, readout) if text)
         label = fill(chart.y_label, letters)
         shown.append(replace(_displayed_chart(chart, view), title=title, y_label=label))
     sheet = Sheet(
@@ -110,7 +110,7 @@ def _heading_text(heading: Heading) -> str:
 def _displayed_chart(chart: Chart, view: View) -> Chart:
     """A chart with the traces, limits and shades that the terminal displays."""
     x, y = view.axes(chart)
-    backdrop, colours = (None, None) if chart.backdrop is None else _band_backdrop(chart.backdrop)
+    backdrop, colours = (None, None) if chart.backdrop is None else _number_levels(chart.backdrop)
     return replace(
         chart,
         x_label=str(chart.x_label),
@@ -135,8 +135,8 @@ def _styled_trace(chart: Chart, index: int) -> Trace:
     style = _trace_style(trace, index, several=several)
     if trace.number:
         # Draw runs of a smaller range on top: those of a greater range would hide them.
-        ranges = sorted({_range(item) for item in chart.traces if item.number}, reverse=True)
-        style["zorder"] += ranges.index(_range(trace)) / len(ranges)
+        ranges = sorted({_y_range(item) for item in chart.traces if item.number}, reverse=True)
+        style["zorder"] += ranges.index(_y_range(trace)) / len(ranges)
     if chart.to_scale:
         style |= {"linestyle": "-", "markevery": [trace.x.size - 1]}
     marker = style.pop("marker") if trace.look == "line" and not chart.to_scale else ""
@@ -144,20 +144,20 @@ def _styled_trace(chart: Chart, index: int) -> Trace:
     return Trace(str(trace.name), trace.x, trace.y, look, trace.ordered, marker=marker, style=style)
 
 
-def _range(trace: Trace) -> float:
+def _y_range(trace: Trace) -> float:
     finite = trace.y[np.isfinite(trace.y)]
     return float(np.ptp(finite)) if finite.size else 0.0
 
 
 def _trace_style(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
     mark = trace.mark if several or trace.look != "line" else ""
-    # Letters and the present point are black: they lie on lines and shades of all colours.
+    # Letters and the edited point are black: they lie on lines and shades of all colours.
     points = trace.look == "points"
     letter, small = mark.isalnum(), points and trace.x.size > _MANY_POINTS
     marker = f"$\\mathrm{{{mark}}}$" if letter else _MARKERS.get(mark, "")
     style: dict[str, Any] = {
         "color": trace.colour
-        or ("black" if letter or (points and mark == _PRESENT_MARK) else _colour(index)),
+        or ("black" if letter or (points and mark == _EDITED_MARK) else _colour(index)),
         "linestyle": "none" if trace.look in ("points", "dots") else "-",
         "linewidth": 1.0,
         "marker": "." if trace.look == "dots" else marker,
@@ -201,7 +201,7 @@ def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
             anchor,
             xycoords=axes.get_xaxis_transform() if guide.vertical else axes.get_yaxis_transform(),
             textcoords="offset points",
-            xytext=(2.0, -2.0 - _LABEL_LINE_PT * row) if guide.vertical else (-2.0, 2.0),
+            xytext=(2.0, -2.0 - _LABEL_SPACING_PT * row) if guide.vertical else (-2.0, 2.0),
             ha="left" if guide.vertical else "right",
             va="top" if guide.vertical else "bottom",
             fontsize=7.5,
@@ -211,7 +211,7 @@ def _draw_guide(axes: Axes, guide: Guide, row: int) -> None:
         )
 
 
-def _band_backdrop(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
+def _number_levels(backdrop: Backdrop) -> tuple[Backdrop, ColourScale]:
     """Number the displayed levels from 0 as values, with a scale of their colours."""
     used = [level for level, shade in enumerate(backdrop.shades) if shade.text]
     shades = [backdrop.shades[level] for level in used]
@@ -272,7 +272,7 @@ def _draw_cursors(axes: Axes, chart: Chart, view: View) -> None:
         cursor_x, cursor_y = crosshair(chart, position, points)
         if not chart.curve_label:
             axes.axvline(cursor_x, **line)
-        if chart.plane and not chart.curve_label:
+        if chart.is_plane and not chart.curve_label:
             axes.axhline(cursor_y, **line)
         axes.plot(
             [point.x for point in points],

@@ -12,7 +12,7 @@ FloatArray = NDArray[np.float64]
 
 _SHADE_CHARACTERS: Final = " ░▒▓█"
 _FULL_SHARE: Final = 1.0 - 1e-12
-_PADDING: Final = 0.05
+_RELATIVE_MARGIN: Final = 0.05
 # A signal with a smaller relative range is drawn as constant.
 _MIN_RANGE: Final = 1e-9
 
@@ -56,7 +56,7 @@ def covered_shares(
 
 
 def shade_text(shares: FloatArray) -> str:
-    """One character per column, denser with its share: blank at 0 alone, full at 1 alone."""
+    """One character per column, denser with its share: blank only at 0, full only at 1."""
     count = len(_SHADE_CHARACTERS) - 2
     partial = 1 + np.floor(np.minimum(shares, _FULL_SHARE) * count)
     levels = np.select([shares <= 0.0, shares > _FULL_SHARE], [0, count + 1], partial)
@@ -69,7 +69,7 @@ def axis_limits(low: float, high: float) -> tuple[float, float]:
     if high - low < min_length:
         middle, half_length = 0.5 * (low + high), max(0.05 * abs(high), 0.5 * min_length)
         return (middle - half_length, middle + half_length) if high != 0.0 else (-1.0, 1.0)
-    margin = _PADDING * (high - low)
+    margin = _RELATIVE_MARGIN * (high - low)
     return low - margin, high + margin
 
 

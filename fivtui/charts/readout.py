@@ -14,17 +14,17 @@ from .chart import Backdrop, Chart, Position, Trace, View, trace_mark, trace_sty
 
 CURSOR_SIGNS: Final = "◆◇"
 _LABEL_PATTERN: Final = re.compile(r"(.*) \(([^()]*)\)")
-_PRECISION: Final = 5
-_POSITION_PRECISION: Final = 6
+_VALUE_DIGITS: Final = 5
+_POSITION_DIGITS: Final = 6
 _INVERSE_UNITS: Final = {"s": "Hz", "Hz": "s"}
 # In notes on runs outside the limits, the number of a run replaces a longer name.
-_MAX_NAME: Final = 8
+_MAX_NAME_LENGTH: Final = 8
 
 # Separates the parts of a note; lines break only between parts.
 _NOTE_SEPARATOR: Final = re.compile(r"(?<=,) | {2,}")
 
 # Text for a point without value.
-_MISSING: Final = "none"
+_MISSING_TEXT: Final = "none"
 
 # A text and the name of its style.
 Span = tuple[str, str]
@@ -50,14 +50,14 @@ class NearestPoint:
     x: float
     y: float
     value: float = math.nan
-    missing_text: str = _MISSING
+    missing_text: str = _MISSING_TEXT
 
 
 def points_at(chart: Chart, view: View, position: Position | None) -> list[NearestPoint]:
     """The points at a cursor; empty without a position.
 
     A chart with a backdrop: its nearest point. With a `curve_label`: a point of each visible trace
-    whose `curve_values` include the position. Another `plane`: the nearest point of all traces. A
+    whose `curve_values` include the position. Another plane: the nearest point of all traces. A
     function of x: a point of each trace that includes the position, or else of the nearest traces.
     """
     if position is None:
@@ -78,7 +78,7 @@ def points_at(chart: Chart, view: View, position: Position | None) -> list[Neare
         return []
     if chart.curve_label:
         return [point for distance, point in candidates if not distance]
-    if chart.plane:
+    if chart.is_plane:
         return [min(candidates, key=lambda candidate: candidate[0])[1]]
     min_distance = min(distance for distance, _ in candidates)
     return [point for distance, point in candidates if distance == min_distance]
@@ -86,7 +86,7 @@ def points_at(chart: Chart, view: View, position: Position | None) -> list[Neare
 
 def crosshair(chart: Chart, position: Position, points: Sequence[NearestPoint]) -> Position:
     """The point where the lines of a cursor cross; in a plane, its nearest point."""
-    return (points[0].x, points[0].y) if chart.plane and points else position
+    return (points[0].x, points[0].y) if chart.is_plane and points else position
 
 
 def nearest_index(values: NDArray[np.float64], value: float) -> int:
@@ -96,8 +96,8 @@ def nearest_index(values: NDArray[np.float64], value: float) -> int:
     return min(candidates, key=lambda index: abs(float(values[index]) - value))
 
 
-def nearest_along(chart: Chart, view: View, position: Position) -> float | None:
-    """The `curve_values` at the point of all curves that is nearest to a position (x, y)."""
+def nearest_curve_value(chart: Chart, view: View, position: Position) -> float | None:
+    """The element of `curve_values` at the point nearest to a position (x, y), over all curves."""
     axes, min_distance = view.axes(chart), math.inf
     value = None
     for _, trace in view.visible_traces(chart):
@@ -143,21 +143,21 @@ def heading_spans(
 
     Values at the cursors, or else label and legend; traces outside the limits; zoomed axes.
     """
-    limits = [*_outside_notes(chart, view), *_zoom_note(chart, view)]
+    limit_spans = [*_outside_spans(chart, view), *_zoom_spans(chart, view)]
     if first or second:
-        readout_spans = _readout(chart, view, first, second)
-        return [*readout_spans, *limits], len(readout_spans)
+        readout_spans = _readout_spans(chart, view, first, second)
+        return [*readout_spans, *limit_spans], len(readout_spans)
     notes = [f" {part}" for part in _NOTE_SEPARATOR.split(chart.note) if part]
     title = [(part, "label") for part in (chart.y_label, *notes)]
-    return [*title, *limits, *_legend(chart, view)], len(title) + len(limits)
+    return [*title, *limit_spans, *_legend_spans(chart, view)], len(title) + len(limit_spans)
 
 
 def needs_full_line(chart: Chart, view: View) -> bool:
     """Whether a heading is long: with two cursors, or with traces outside the limits."""
-    return view.cursors.second is not None or bool(_outside_notes(chart, view))
+    return view.cursors.second is not None or bool(_outside_spans(chart, view))
 
 
-def _legend(chart: Chart, view: View) -> list[Span]:
+def _legend_spans(chart: Chart, view: View) -> list[Span]:
     spans = []
     for index, trace in enumerate(chart.traces) if len(chart.traces) > 1 else ():
         style = "hidden" if index in view.hidden else trace_style(trace, index)
@@ -169,13 +169,13 @@ def _legend(chart: Chart, view: View) -> list[Span]:
     return spans
 
 
-def _zoom_note(chart: Chart, view: View) -> list[Span]:
+def _zoom_spans(chart: Chart, view: View) -> list[Span]:
     chosen = ((view.x, chart.x_label), (view.y, chart.y_label))
     names = [split_label(label)[0] for axis, label in chosen if axis is not None]
     return [(f" zoom {', '.join(names)}", "zoomed")] if names else []
 
 
-def _outside_notes(chart: Chart, view: View) -> list[Span]:
+def _outside_spans(chart: Chart, view: View) -> list[Span]:
     # Notes on traces outside the chosen limits, and on newer runs partly outside.
     if view.x is None and view.y is None:
         return []
@@ -183,8 +183,8 @@ def _outside_notes(chart: Chart, view: View) -> list[Span]:
     for _, trace in view.visible_traces(chart):
         outside, partly = _outside_limits(trace, axes)
         if outside or (partly and view.y is not None and trace.number > view.newest_run):
-            short = not trace.number or len(trace.name) <= _MAX_NAME
-            name = trace.name if short else f"run {trace.number}"
+            is_short = not trace.number or len(trace.name) <= _MAX_NAME_LENGTH
+            name = trace.name if is_short else f"run {trace.number}"
             text = f"{name or split_label(chart.y_label)[0]} {'' if outside else 'partly '}outside"
             spans.append((f"  {text}, r: fit", "outside"))
     return spans
@@ -207,16 +207,16 @@ def _outside_limits(trace: Trace, axes: tuple[Axis, Axis]) -> tuple[bool, bool]:
 def cursor_texts(label: str, first: float, second: float) -> list[str]:
     """Positions of two cursors, their difference, and for times and frequencies its inverse."""
     name, unit = split_label(label)
-    a, b = (f"{value:.{_POSITION_PRECISION}g}" for value in (first, second))
+    a, b = (f"{value:.{_POSITION_DIGITS}g}" for value in (first, second))
     phrases = [f"{name} {CURSOR_SIGNS[0]}{a} {CURSOR_SIGNS[1]}{b} {unit}".rstrip()]
     difference = second - first
-    phrases.append(f"Δ{name} {_number(difference)} {unit}".rstrip())
+    phrases.append(f"Δ{name} {_number_text(difference)} {unit}".rstrip())
     if unit in _INVERSE_UNITS and difference:
-        phrases.append(f"1/Δ{name} {_number(1.0 / abs(difference))} {_INVERSE_UNITS[unit]}")
+        phrases.append(f"1/Δ{name} {_number_text(1.0 / abs(difference))} {_INVERSE_UNITS[unit]}")
     return phrases
 
 
-def _readout(
+def _readout_spans(
     chart: Chart, view: View, first: Sequence[NearestPoint], second: Sequence[NearestPoint]
 ) -> list[Span]:
     groups = (first, second)
@@ -226,22 +226,22 @@ def _readout(
             (chart.y_label, lambda point: point.y),
             (chart.backdrop.label, lambda point: point.value),
         ]
-        return [(_text(label, groups, get) + "  ", "readout") for label, get in labels]
-    if chart.plane and not chart.curve_label:
+        return [(_reading(label, groups, get) + "  ", "readout") for label, get in labels]
+    if chart.is_plane and not chart.curve_label:
         (point,) = first or second
         style = trace_style(chart.traces[point.trace], point.trace)
         name = chart.traces[point.trace].name if not (first and second) else ""
-        x_text = _text(chart.x_label, groups, lambda point: point.x) + "  "
-        y_text = _text(chart.y_label, groups, lambda point: point.y, name)
+        x_text = _reading(chart.x_label, groups, lambda point: point.x) + "  "
+        y_text = _reading(chart.y_label, groups, lambda point: point.y, name)
         return [(x_text, "readout"), (y_text + " ", style)]
     spans: list[Span] = []
     signs = bool(first and second)
     position = view.cursors.first if first else view.cursors.second
     if chart.curve_label and not signs and position is not None:
         name, unit = split_label(chart.curve_label)
-        spans.append((f"{name} {_number(position[0])} {unit} ", "readout"))
+        spans.append((f"{name} {_number_text(position[0])} {unit} ", "readout"))
     elif not signs:
-        spans.append((_text(chart.x_label, groups, lambda point: point.x) + " ", "readout"))
+        spans.append((_reading(chart.x_label, groups, lambda point: point.x) + " ", "readout"))
     if len(chart.traces) > 1 and not chart.curve_label:
         spans.append((f" {split_label(chart.y_label)[0]}", "readout"))
     for index, trace in enumerate(chart.traces):
@@ -251,19 +251,19 @@ def _readout(
         style, name = trace_style(trace, index), trace.name if len(chart.traces) > 1 else ""
         if chart.curve_label:
             spans.append((f"{name} " * bool(name), style))
-            x_text = _text(chart.x_label, trace_points, lambda point: point.x, signs=signs)
-            y_text = _text(chart.y_label, trace_points, lambda point: point.y, signs=signs)
+            x_text = _reading(chart.x_label, trace_points, lambda point: point.x, signs=signs)
+            y_text = _reading(chart.y_label, trace_points, lambda point: point.y, signs=signs)
             spans += [(f"{x_text} ", style), (f"{y_text} ", style)]
         else:
-            text = _text(chart.y_label, trace_points, lambda point: point.y, name, signs=signs)
+            text = _reading(chart.y_label, trace_points, lambda point: point.y, name, signs=signs)
             spans.append((f" {text}", style))
     return spans
 
 
-def _text(
+def _reading(
     label: str,
     groups: Sequence[Sequence[NearestPoint]],
-    get: Callable[[NearestPoint], float],
+    coordinate: Callable[[NearestPoint], float],
     name: str = "",
     *,
     signs: bool = False,
@@ -272,14 +272,14 @@ def _text(
     # the sign of the cursor to a single value.
     symbol, unit = split_label(label)
     points = [at_cursor[0] for at_cursor in groups if at_cursor]
-    value_texts = [_number(get(point), point.missing_text) for point in points]
+    value_texts = [_number_text(coordinate(point), point.missing_text) for point in points]
     if len(points) == 1:
         sign = CURSOR_SIGNS[not groups[0]] if signs else ""
         return f"{name or symbol} {sign}{value_texts[0]} {unit}".rstrip()
     pair = f"{CURSOR_SIGNS[0]}{value_texts[0]} {CURSOR_SIGNS[1]}{value_texts[1]}"
-    difference = _number(get(points[1]) - get(points[0]))
+    difference = _number_text(coordinate(points[1]) - coordinate(points[0]))
     return f"{name or symbol} {pair} Δ{difference} {unit}".rstrip()
 
 
-def _number(value: float, missing_text: str = _MISSING) -> str:
-    return missing_text if math.isnan(value) else f"{value:.{_PRECISION}g}"
+def _number_text(value: float, missing_text: str = _MISSING_TEXT) -> str:
+    return missing_text if math.isnan(value) else f"{value:.{_VALUE_DIGITS}g}"

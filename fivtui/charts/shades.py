@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Levels = NDArray[np.intp]
 
-# Smallest displayed difference relative to the greatest value; as of numbers with three digits.
+# Smallest displayed difference relative to the greatest value: that of numbers with three digits.
 MIN_CONTRAST: Final = 1e-3
-# Possible numbers of digits of the values of a scale: the smallest that distinguishes them is used.
+# A scale uses the fewest of these digits that distinguish its values.
 _DIGITS: Final = range(3, 7)
 
 
@@ -55,7 +55,7 @@ class ColourScale(NamedTuple):
     ----------
     label : str
         Quantity and unit of the values, beside the bar of colours.
-    colours : str or tuple of str
+    colour_map : str or tuple of str
         Name of a colour map of matplotlib, or the colours from low to high.
     low, high : float
         Values at the ends.
@@ -110,11 +110,11 @@ def grade_values(values: FloatArray) -> tuple[Levels, Shades]:
 
 
 def label_shades(levels: Levels, shades: Shades, values: FloatArray) -> Shades:
-    """Complete the texts of shades: an empty one becomes ≤ the greatest value of the level."""
+    """Complete the texts of shades: an empty text becomes ≤ the greatest value of the level."""
     finite = np.isfinite(values)
     maxima = [values[(levels == i) & finite].max(initial=-np.inf) for i in range(len(shades))]
-    used = [top for top in maxima if top > -np.inf]
-    digits = next((n for n in _DIGITS if len({f"{top:.{n}g}" for top in used}) == len(used)), 3)
+    tops = [top for top in maxima if top > -np.inf]
+    digits = next((n for n in _DIGITS if len({f"{top:.{n}g}" for top in tops}) == len(tops)), 3)
     counts = np.bincount(levels.ravel(), minlength=len(shades))
     texts = [f"≤{top:.{digits}g}" if top > -np.inf else "" for top in maxima]
     return [

@@ -36,7 +36,7 @@ from .shades import MIN_CONTRAST, ColourScale
 
 _TITLE_SIZE: Final = 7.5
 _PANEL_GAP: Final = 0.06
-# Markers and dashes distinguish the series of a chart also in black and white.
+# Markers and dashes distinguish the series of a chart even in black and white.
 _SERIES: Final[tuple[Mapping[str, Any], ...]] = (
     {"color": "#12803c", "marker": "o", "linestyle": "-"},
     {"color": "#00867d", "marker": "s", "linestyle": "--"},
@@ -160,7 +160,6 @@ ROLES: Final[Mapping[str, Mapping[str, Any]]] = {
 }
 # Style of guides without a role.
 _PLAIN_GUIDE: Final[Mapping[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
-# Hatching of areas.
 _HATCHES: Final[Mapping[str, str]] = {
     "safe region": "",
     "knock region": "...",
@@ -189,7 +188,7 @@ _REDUCED_COLUMNS: Final = 4000
 _LEGEND_CHARACTERS: Final = 100
 _SAMPLE_CHARACTERS: Final = 8
 _MATH_MARKUP: Final = re.compile(r"\\mathrm|[${}_^]")
-_LEGEND_LINE: Final = 0.18
+_LEGEND_LINE_HEIGHT: Final = 0.18
 # Colours of strips, from the first.
 _STRIPS: Final = (OFF_BELT_COLOUR, STUCK_COLOUR)
 
@@ -293,7 +292,7 @@ def _add_legend(figure: Figure, panels: Sequence[Axes], omitted: Collection[str]
         for name in handles
     ]
     lines = math.ceil(sum(name.count("\n") + 1 for name in wrapped_names) / columns)
-    figure.set_figheight(figure.get_figheight() + _LEGEND_LINE * (lines - 1))
+    figure.set_figheight(figure.get_figheight() + _LEGEND_LINE_HEIGHT * (lines - 1))
     figure.legend(
         list(handles.values()),
         wrapped_names,
@@ -496,7 +495,7 @@ def _set_scales(axes: Axes, chart: Chart) -> None:
 
 
 def _set_limits(axes: Axes, chart: Chart) -> None:
-    if chart.tight and not chart.plane and chart.traces:
+    if chart.tight and not chart.is_plane and chart.traces:
         axes.set_xlim(chart.traces[0].x[0], chart.traces[0].x[-1])
     if chart.linear_within:
         axes.set_xscale("symlog", linthresh=chart.linear_within)
@@ -523,4 +522,5 @@ def _draw_guide(axes: Axes, guide: Guide) -> None:
 
 
 def _math(label: str) -> str:
+    """A label in matplotlib's mathtext."""
     return label.math if isinstance(label, Label) else label.replace("$", r"\$")

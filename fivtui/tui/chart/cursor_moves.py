@@ -9,7 +9,7 @@ from fivtui.charts import (
     Trace,
     View,
     crosshair,
-    nearest_along,
+    nearest_curve_value,
     nearest_index,
     points_at,
 )
@@ -23,17 +23,17 @@ def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
     """Switch a cursor on or let keys move it; if keys already move it, switch it off."""
     cursors = view.cursors
     position = cursors.second if second else cursors.first
-    if cursors.pinned and position is not None and cursors.second_moves is second:
+    if cursors.pinned and position is not None and cursors.second_is_active is second:
         cursors.move(None)
-        cursors.second_moves = cursors.second is not None
-        cursors.pinned = cursors.moving is not None
+        cursors.second_is_active = cursors.second is not None
+        cursors.pinned = cursors.active_position is not None
         return
     cursors.pinned = True
     for number in (0, 1)[: second + 1]:
-        cursors.second_moves = bool(number)
-        if cursors.moving is None:
+        cursors.second_is_active = bool(number)
+        if cursors.active_position is None:
             _place_cursor(chart, view, _INITIAL_POSITIONS[number])
-    cursors.second_moves = second
+    cursors.second_is_active = second
 
 
 def _place_cursor(chart: Chart, view: View, initial_position: float) -> None:
@@ -56,10 +56,10 @@ def _top_curve(chart: Chart, view: View) -> Trace | None:
 
 def cursor_position(chart: Chart, view: View) -> Position | None:
     """Axis positions (0 to 1) of the cursor that keys move."""
-    position = view.cursors.moving
+    position = view.cursors.active_position
     if position is None:
         return None
-    if chart.plane or chart.curve_label:
+    if chart.is_plane or chart.curve_label:
         points = points_at(chart, view, position)
         if chart.curve_label and not points:
             return None
@@ -76,11 +76,11 @@ def move_cursor(chart: Chart, view: View, position: Position, direction: int = 0
     x, y = view.axes(chart)
     point = (x.value(position[0]), y.value(position[1]))
     if chart.curve_label:
-        curve_value = nearest_along(chart, view, point)
+        curve_value = nearest_curve_value(chart, view, point)
         if curve_value is None:
             return
         point = (curve_value, 0.0)
-    elif chart.plane:
+    elif chart.is_plane:
         point = crosshair(chart, point, points_at(chart, view, point))
     else:
         point = (_nearest_sample_x(chart, view, point[0], direction), point[1])
@@ -92,7 +92,7 @@ def _nearest_sample_x(chart: Chart, view: View, x: float, direction: int) -> flo
     traces = [trace for _, trace in view.visible_traces(chart) if trace.x.size]
     if not traces:
         return x
-    values, old_position = traces[-1].x, view.cursors.moving
+    values, old_position = traces[-1].x, view.cursors.active_position
     index = nearest_index(values, x)
     if direction and old_position is not None and float(values[index]) == old_position[0]:
         index = min(max(index + (1 if direction > 0 else -1), 0), values.size - 1)
@@ -100,7 +100,7 @@ def _nearest_sample_x(chart: Chart, view: View, x: float, direction: int) -> flo
 
 
 def step_cursor(chart: Chart, view: View, step: tuple[int, int], size: tuple[int, int]) -> bool:
-    """Move a cursor by `step` cells; the plot has `size` cells. Returns whether it was panned."""
+    """Move a cursor by `step` cells; the plot has `size` cells. Returns whether the plot panned."""
     trace = _top_curve(chart, view)
     if trace is not None:
         _step_along_curve(view, trace, step[0])
@@ -110,7 +110,7 @@ def step_cursor(chart: Chart, view: View, step: tuple[int, int], size: tuple[int
         return False
     change = step[0] / size[0], step[1] / size[1]
     new_x, new_y = position[0] + change[0], position[1] + change[1]
-    if chart.plane:
+    if chart.is_plane:
         new_x, new_y = _next_point(chart, view, position, change)
     is_outside = not 0.0 <= new_x <= 1.0
     if is_outside:
@@ -137,7 +137,7 @@ def _next_point(chart: Chart, view: View, position: Position, change: Position) 
 
 
 def _step_along_curve(view: View, trace: Trace, cells: int) -> None:
-    position = view.cursors.moving
+    position = view.cursors.active_position
     if trace.curve_values is not None and position is not None:
         step = cells * max(trace.curve_values.size // _STEPS_PER_CURVE, 1)
         index = nearest_index(trace.curve_values, position[0]) + step

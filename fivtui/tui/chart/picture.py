@@ -115,7 +115,7 @@ class _Canvas:
         self._style_names = ["plot"]
         self._guide_labels: list[tuple[int, int, str]] = []
 
-    def _index(self, name: str) -> int:
+    def _style_id(self, name: str) -> int:
         # Index of a style; a new style is appended.
         if name not in self._style_names:
             self._style_names.append(name)
@@ -128,7 +128,7 @@ class _Canvas:
         levels = backdrop.levels[
             _nearest(backdrop.x, cell_x)[None, :], _nearest(backdrop.y, cell_y)[:, None]
         ]
-        shades = [(ord(shade.character), self._index(shade.style)) for shade in backdrop.shades]
+        shades = [(ord(shade.character), self._style_id(shade.style)) for shade in backdrop.shades]
         characters, styles = np.array(shades, dtype=np.intp).T
         outside_x = (cell_x < backdrop.x[0]) | (cell_x > backdrop.x[-1])
         outside_y = (cell_y < backdrop.y[0]) | (cell_y > backdrop.y[-1])
@@ -137,7 +137,7 @@ class _Canvas:
         self._styles[inside] = styles[levels][inside]
 
     def draw_guides(self, chart: Chart) -> None:
-        style = self._index("guide")
+        style = self._style_id("guide")
         labels = self._guide_labels
         for guide in chart.guides:
             axis = self._axes[0 if guide.vertical else 1]
@@ -157,7 +157,7 @@ class _Canvas:
                 labels.append((row, self._columns - len(guide.label), guide.label))
 
     def draw_guide_labels(self) -> None:
-        style = self._index("guide")
+        style = self._style_id("guide")
         for row, column, label in self._guide_labels:
             self._write(row, column, label, style)
 
@@ -183,7 +183,7 @@ class _Canvas:
             return
         # The topmost trace is first; a stripe shows the trace of rank `rank` with dots in a cell.
         cells = np.array([raster.cells for raster in reversed(rasters)])
-        styles = [self._index(trace_style(trace, index)) for index, trace in reversed(lines)]
+        styles = [self._style_id(trace_style(trace, index)) for index, trace in reversed(lines)]
         has_dots = cells > 0
         counts = has_dots.sum(axis=0)
         stripes = np.arange(self._columns)[None, :] // _STRIPE_WIDTH
@@ -201,7 +201,7 @@ class _Canvas:
         """Draw the marks of a trace."""
         if trace.look in ("points", "marked"):
             x, y = self._trace_positions(trace)
-            style = self._index(trace_style(trace, index))
+            style = self._style_id(trace_style(trace, index))
             inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
             cells = self._cells_at(x[inside], y[inside])
             self._characters[cells] = ord(trace_mark(trace, index))
@@ -240,7 +240,7 @@ class _Canvas:
             if 0.0 <= x <= 1.0 and 0.0 <= y <= 1.0:
                 row, column = self._cells_at(np.array([x]), np.array([y]))
                 self._characters[row, column] = ord(trace_mark(trace, index))
-                self._styles[row, column] = self._index(trace_style(trace, index))
+                self._styles[row, column] = self._style_id(trace_style(trace, index))
 
     def draw_cursor(
         self, index: int, chart: Chart, position: Position | None, points: Sequence[NearestPoint]
@@ -248,28 +248,28 @@ class _Canvas:
         if position is None:
             return
         vertical, style_name = _CURSORS[index]
-        style = self._index(style_name)
+        style = self._style_id(style_name)
         x, y = crosshair(chart, position, points)
-        column, row = self._column(x), self._row(y)
+        column, row = self._column_at(x), self._row_at(y)
         if column is not None and not chart.curve_label:
             cells = self._characters[:, column]
             cells[cells == ord(" ")] = vertical
             self._styles[:, column] = style
-        if row is not None and chart.plane and not chart.curve_label:
+        if row is not None and chart.is_plane and not chart.curve_label:
             cells = self._characters[row]
             cells[cells == ord(" ")] = _HORIZONTAL
             self._styles[row] = style
         for point in points:
-            column, row = self._column(point.x), self._row(point.y)
+            column, row = self._column_at(point.x), self._row_at(point.y)
             if column is not None and row is not None:
                 self._characters[row, column] = ord(CURSOR_SIGNS[index])
                 self._styles[row, column] = style
 
-    def _column(self, x: float) -> int | None:
+    def _column_at(self, x: float) -> int | None:
         position = float(self._axes[0].positions([x])[0])
         return _cell_index(position, self._columns) if 0.0 <= position <= 1.0 else None
 
-    def _row(self, y: float) -> int | None:
+    def _row_at(self, y: float) -> int | None:
         height = float(self._axes[1].positions([y])[0])
         return self._rows - 1 - _cell_index(height, self._rows) if 0.0 <= height <= 1.0 else None
 
@@ -280,7 +280,7 @@ class _Canvas:
         styles, characters = ["strip"] * len(shades), list(shades)
         for index in (1, 0):
             position = cursors[index]
-            column = None if position is None or chart.plane else self._column(position[0])
+            column = None if position is None or chart.is_plane else self._column_at(position[0])
             if column is not None:
                 characters[column], styles[column] = chr(_CURSORS[index][0]), _CURSORS[index][1]
         for style, group in groupby(zip(characters, styles, strict=True), key=itemgetter(1)):

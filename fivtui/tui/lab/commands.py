@@ -200,7 +200,7 @@ def _tab_entries(lab: LabScreen) -> Iterator[PaletteEntry]:
 
 def _plot_entries(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
     # Entries that act on the first visible plot.
-    chart = next(view for view in pane.shown_views() if view.chart is not None)
+    chart = next(view for view in pane.shown_chart_views() if view.chart is not None)
 
     def entry(title: str, key: str, run: Callable[[], object], terms: str) -> PaletteEntry:
         def focus_and_run() -> None:
@@ -235,7 +235,7 @@ def _view_entries(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
         lab.action_show_tab(tab.id)
         lab.tab_book.when_ready(lambda pane: cast("ViewsPane", pane).show_view(view))
 
-    views = getattr(tab.pane_class(), "VIEWS", {})
+    views = getattr(tab.import_pane_class(), "VIEWS", {})
     for view, title in views.items() if len(views) > 1 else ():
         terms = f"plot {_SEARCH_TERMS.get(view, '')}"
         yield PaletteEntry(

@@ -120,7 +120,7 @@ class FileController:
 
     def copy_plot(self, pane: Pane) -> None:
         """Copy the plots of a tab as text."""
-        views = pane.shown_views() if isinstance(pane, ViewsPane) else []
+        views = pane.shown_chart_views() if isinstance(pane, ViewsPane) else []
         if views:
             self._copy("\n".join(view.text() for view in views), "the plot is copied as text")
         else:

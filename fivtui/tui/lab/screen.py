@@ -129,7 +129,7 @@ class LabScreen(EditActions, RunActions):
             self.query_one(NoticeView).add(event.text, error=event.error)
         prefix = "ERROR: " if event.error else ""
         self.session.reports.append(f"{datetime.now():%H:%M:%S} {prefix}{event.text}")
-        self.tab_book.update_pane(lambda pane: pane.reported())
+        self.tab_book.update_pane(lambda pane: pane.report_added())
 
     @on(FieldFocused)
     def _handle_field_focus(self, event: FieldFocused) -> None:

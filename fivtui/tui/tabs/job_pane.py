@@ -31,14 +31,14 @@ class JobStatus(Static):
 
     def show(self, text: str, *, is_error: bool) -> None:
         """Display a status, or the error message of an input."""
-        wraps = is_error or self._is_error
+        may_change_height = is_error or self._is_error
         self._full_text, self._is_error = text, is_error
-        self._fit()
-        if wraps:
+        self._fit_text()
+        if may_change_height:
             self.refresh(layout=True)
 
     @on(Resize)
-    def _fit(self) -> None:
+    def _fit_text(self) -> None:
         text = self._full_text if self._is_error else shorten(self._full_text, self.size.width)
         self.update(text, layout=False)
         self.tooltip = self._full_text if text != self._full_text else None

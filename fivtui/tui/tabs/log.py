@@ -19,13 +19,13 @@ class LogPane(Pane):
 
     def on_mount(self) -> None:
         """Start without displayed reports."""
-        self._written = 0
+        self._displayed_count = 0
 
-    def reported(self) -> None:
+    def report_added(self) -> None:
         """Show all reports; new reports scroll to the end."""
         lines = self.session.reports
-        if len(lines) > self._written:
+        if len(lines) > self._displayed_count:
             view = self.query_one("#log-lines", VerticalScroll)
             view.query_one(Static).update("\n".join(lines))
             view.scroll_end(animate=False)
-        self._written = len(lines)
+        self._displayed_count = len(lines)

@@ -112,7 +112,7 @@ class Pane(Vertical):
         scene = self.session.scene() if run is None else run.scene
         return study_command("run", scene, self.session.origin)
 
-    def reported(self) -> None:
+    def report_added(self) -> None:
         """Called when `session.reports` has a new message."""
 
     def theme_changed(self) -> None:

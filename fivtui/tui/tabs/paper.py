@@ -60,7 +60,7 @@ class PaperPane(JobPane):
         super().__init__(session)
         self._computed: dict[str, FigureData] = {}
         self._listed_claims: DisplayedStudy[list[CheckedClaim]] | None = None
-        # The stored axis limits belong to the stored figure, which counts as drawn.
+        # The stored figure counts as drawn: it keeps the stored axis limits.
         self._figure_key = self._drawn_key = self.stored_setting(_FIGURE_SETTING, "")
 
     def compose_views(self) -> ComposeResult:
@@ -116,7 +116,7 @@ class PaperPane(JobPane):
         self.query_one("#figures", _PaperTable).fill(FIGURE_COLUMNS, rows)
 
     @property
-    def _checked(self) -> "dict[str, CheckedClaim]":
+    def _verdicts(self) -> "dict[str, CheckedClaim]":
         # The verdicts by claim, computed in this session or restored.
         displayed = self.session.studies.get(_CLAIMS_STUDY)
         return (
@@ -133,7 +133,7 @@ class PaperPane(JobPane):
                 self._list_claims()
 
     def _show_counts(self) -> None:
-        counts = Counter(str(entry.verdict) for entry in self._checked.values())
+        counts = Counter(str(entry.verdict) for entry in self._verdicts.values())
         text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
         self.show_status(f"{counts.total()} claims: {text}")
 
@@ -143,21 +143,21 @@ class PaperPane(JobPane):
         from .requests.paper import CLAIM_COLUMNS, claim_rows
 
         self._listed_claims = self.session.studies.get(_CLAIMS_STUDY)
-        rows = claim_rows(CLAIMS, self._checked)
+        rows = claim_rows(CLAIMS, self._verdicts)
         rows_by_id = {claim.id: row for claim, row in zip(CLAIMS, rows, strict=True)}
         self.query_one("#claims-table", _PaperTable).fill(CLAIM_COLUMNS, rows_by_id)
 
     @on(DataTable.RowHighlighted, "#claims-table")
-    def _claim_chosen(self, event: DataTable.RowHighlighted) -> None:
+    def _show_highlighted_claim(self, event: DataTable.RowHighlighted) -> None:
         from fivtui.paper import CLAIMS
 
         from .requests.paper import claim_text
 
         claim = CLAIMS[event.cursor_row]
-        self.query_one("#claim", Static).update(claim_text(claim, self._checked.get(claim.id)))
+        self.query_one("#claim", Static).update(claim_text(claim, self._verdicts.get(claim.id)))
 
     @on(DataTable.RowSelected, "#figures")
-    def _figure_chosen(self, event: DataTable.RowSelected) -> None:
+    def _choose_selected_figure(self, event: DataTable.RowSelected) -> None:
         event.stop()
         self._choose_figure(list(PANELS)[event.cursor_row])
 
@@ -238,9 +238,9 @@ class PaperPane(JobPane):
         if self.view == "claims":
             if kind == FIGURE:
                 raise InputError(f"claims have no figure: {KINDS[DATA]} exports them")
-            if not self._checked:
+            if not self._verdicts:
                 raise InputError("no claims to export yet: press F10")
-            return study_export(kind, "claims", list(self._checked.values()), "claims")
+            return study_export(kind, "claims", list(self._verdicts.values()), "claims")
         key = self._selected_key
         if key not in self._computed:
             problem = f"Fig. {key} is not computed yet" if key else "no figure is selected yet"
@@ -269,7 +269,7 @@ class PaperPane(JobPane):
             self.post_message(SceneLoaded(panel_scene(key), "", f"scene of figure {key}"))
 
     @on(ChartView.Opened)
-    def _point_opened(self, event: ChartView.Opened) -> None:
+    def _run_point(self, event: ChartView.Opened) -> None:
         from .requests.paper import point_scene
 
         panel = PANELS[self._figure_key]

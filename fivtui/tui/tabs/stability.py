@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 # Delay between the last key and the scan over μ, s.
 _SCAN_DELAY: Final = 0.05
-_DIGITS: Final = 6
+_MU_DIGITS: Final = 6
 
 
 class StabilityPane(ViewsPane):
@@ -108,23 +108,23 @@ class StabilityPane(ViewsPane):
         """Draw the current view."""
         if self.view == "facts":
             rows = [] if self._analysis is None else stability_rows(self._analysis[1])
-            beside = self.session.attractors
-            if rows and beside is not None:
-                rows[1:1] = attractor_rows(beside)
+            attractors = self.session.attractors
+            if rows and attractors is not None:
+                rows[1:1] = attractor_rows(attractors)
             self.query_one("#facts", RowsView).show(rows, self._error)
         elif self.view == "plane":
             chart = None if self._analysis is None else plane_chart(self._analysis[1], self._scan)
             self.query_one("#eigenvalues", ChartView).show(chart, empty_text=self._error)
         else:
-            for name, make in (("growth", growth_chart), ("frequency", frequency_chart)):
+            for name, make_chart in (("growth", growth_chart), ("frequency", frequency_chart)):
                 chart = None
                 if self._analysis is not None and self._scan is not None:
-                    chart = make(self._scan, *self._analysis)
+                    chart = make_chart(self._scan, *self._analysis)
                 self.query_one(f"#{name}", ChartView).show(chart, empty_text=self._error)
 
     @on(ChartView.Opened)
-    def _point_opened(self, event: ChartView.Opened) -> None:
-        text = number_text(float(f"{event.point.x:.{_DIGITS}g}"))
+    def _run_point(self, event: ChartView.Opened) -> None:
+        text = number_text(float(f"{event.point.x:.{_MU_DIGITS}g}"))
         self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
 
     def export(self, kind: str) -> "Export":

@@ -95,9 +95,9 @@ class TabBook(TabbedContent):
     def when_ready(self, function: Callable[[Pane], None]) -> None:
         """Call a function with the current pane as soon as it exists."""
         self._ready_callbacks.append(function)
-        self._call_when_ready()
+        self._call_ready_callbacks()
 
-    def _call_when_ready(self) -> None:
+    def _call_ready_callbacks(self) -> None:
         pane = self.pane
         if pane is not None and pane.is_mounted:
             callbacks, self._ready_callbacks = self._ready_callbacks, []
@@ -132,7 +132,7 @@ class TabBook(TabbedContent):
             await self.get_pane(name).mount(pane)
         self.query_one(ContentSwitcher).border_subtitle = "  ".join(self._created[name].key_hints())
         self.refresh_pane()
-        self._call_when_ready()
+        self._call_ready_callbacks()
         if self._moves_focus and name == self.active:
             self._moves_focus = False
             self._created[name].focus_content()
@@ -141,4 +141,4 @@ class TabBook(TabbedContent):
         """Update the current pane from the session."""
         self.update_pane(lambda pane: pane.scene_changed())
         self.update_pane(lambda pane: pane.run_changed(self._session.runs.displayed))
-        self.update_pane(lambda pane: pane.reported())
+        self.update_pane(lambda pane: pane.report_added())

@@ -62,7 +62,7 @@ _GHOST_STYLE: Final = ("·", "#808080")
 _NO_RUN: Final = "no run yet: press F5"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
-_NOT_KEPT: Final = "this view of the live curve has no export: press F5 to run the scene first"
+_NO_EXPORT: Final = "this view of the live curve has no export: press F5 to run the scene first"
 
 
 class TransientPane(ViewsPane):
@@ -134,7 +134,7 @@ class TransientPane(ViewsPane):
         if run is None or run.result is None:
             self._clear()
             return
-        self._summarise(_summary(run.result))
+        self._show_summary(_summary(run.result))
         plotted = _plotted_runs(reversed(self.session.runs.plotted))
         self._show([item for item in plotted if item is not None], run)
 
@@ -146,7 +146,7 @@ class TransientPane(ViewsPane):
         if live.curve is not None:
             result = live.curve.result
             summary_lines = _summary(result)
-            # The style of the next run.
+            # The live curve has the style of the next run.
             number = runs.count + 1
             style = default_style(number)
             plotted.append(
@@ -156,10 +156,10 @@ class TransientPane(ViewsPane):
         plotted += _plotted_runs(overlaid)
         if live.ghost is not None and all(run.result is not live.ghost for run in overlaid):
             plotted.append(plotted_run(live.ghost, "before", *_GHOST_STYLE))
-        self._summarise(summary_lines)
+        self._show_summary(summary_lines)
         self._show([item for item in plotted if item is not None], None)
 
-    def _summarise(self, lines: Sequence[str]) -> None:
+    def _show_summary(self, lines: Sequence[str]) -> None:
         view = self.query_one("#summary", Static)
         view.update(flow_facts(lines, self.size.width))
 
@@ -235,15 +235,15 @@ class TransientPane(ViewsPane):
         for quantity in ("y", "P"):
             chart = None
             if baseline is not None:
-                top = quantity == "y"
-                chart = difference_chart(quantity, shown, baseline, strip=top, x_axis=not top)
+                is_top = quantity == "y"
+                chart = difference_chart(quantity, shown, baseline, strip=is_top, x_axis=not is_top)
             self.query_one(f"#difference-{quantity}", ChartView).show(chart)
 
     def _draw_belt(self) -> None:
         # The time is that of the first cursor of the time histories, if it is on.
         result = self._result
         if result is not None:
-            self.query_one(BeltView).show_run(result, self._chosen_time())
+            self.query_one(BeltView).show_run(result, self._cursor_time())
 
     def _draw_measured(self) -> None:
         result = self._result
@@ -258,7 +258,7 @@ class TransientPane(ViewsPane):
             return live.curve.result
         return None if run is None else run.result
 
-    def _chosen_time(self) -> float | None:
+    def _cursor_time(self) -> float | None:
         cursors = self.shared_cursors.get(TIME_LABEL)
         return None if cursors is None or cursors.first is None else cursors.first[0]
 
@@ -266,8 +266,8 @@ class TransientPane(ViewsPane):
     def _window(self) -> tuple[float, float]:
         # The chosen time window; without chosen limits, the second half of the run.
         chosen = self.query_one("#plot-y", ChartView).view.x
-        reached = float(self._plotted[0].trajectory.t[-1])
-        return second_half(reached) if chosen is None else (chosen.low, chosen.high)
+        t_reached = float(self._plotted[0].trajectory.t[-1])
+        return second_half(t_reached) if chosen is None else (chosen.low, chosen.high)
 
     def export(self, kind: str) -> "Export":
         """The displayed charts as figure; as data the trajectory, or the points of the charts."""
@@ -296,7 +296,7 @@ class TransientPane(ViewsPane):
             return points_export(subject, stem, charts)
         ignored = not any(item.separation for item in drawn)
         return charts_export(
-            subject, stem, charts, Heading([e.parameters for e in drawn], (), ignored)
+            subject, stem, charts, Heading([item.parameters for item in drawn], (), ignored)
         )
 
     def _live_export(self, kind: str) -> "Export":
@@ -304,7 +304,7 @@ class TransientPane(ViewsPane):
 
         curve = self.session.live.curve
         if curve is None or self.view == "belt" or self.visible_charts() is None:
-            raise InputError(_NOT_KEPT)
+            raise InputError(_NO_EXPORT)
         return study_export(kind, "run", curve.result, f"{curve.scene.name}-live", "the live curve")
 
     def _view_export(self, kind: str, run: Run) -> "Export":
@@ -329,17 +329,17 @@ class TransientPane(ViewsPane):
         request = run.scene, self.query_one(MeasuredView).options
         return study_command("validation", request, self.session.origin)
 
-    # Room and views
+    # Layout
 
     @on(Resize)
     def _fit(self, _event: Resize) -> None:
-        self._fit_order()
+        self._fit_charts()
 
-    def _fit_order(self) -> None:
-        chart_count = max((self.views.size.height - _OTHER_ROWS) // _MIN_CHART_ROWS, 1)
+    def _fit_charts(self) -> None:
+        chart_count = max((self.view_switcher.size.height - _OTHER_ROWS) // _MIN_CHART_ROWS, 1)
         for name in _QUANTITIES:
             self.query_one(f"#plot-{name}").display = name in self._order[:chart_count]
-        self.query_one("#phase-path").display = self.views.size.width >= _WIDE_COLUMNS
+        self.query_one("#phase-path").display = self.view_switcher.size.width >= _WIDE_COLUMNS
         hidden_quantities = ", ".join(self._order[chart_count:])
         self.query_one("#unseen", Static).update(hidden_quantities and f"n: {hidden_quantities}")
         self.refresh_bindings()
@@ -359,7 +359,7 @@ class TransientPane(ViewsPane):
     def action_next_quantity(self) -> None:
         """Plot the next quantity over time that does not fit."""
         self._order = (*self._order[1:], self._order[0])
-        self._fit_order()
+        self._fit_charts()
 
     def action_show_end(self) -> None:
         """Zoom to the last tenth of the run."""

@@ -66,10 +66,10 @@ class ViewsPane(Pane):
 
     def on_resize(self, event: Resize) -> None:
         """Shorten titles that do not fit, and wrap the values that cursors read."""
-        narrow = sum(len(title) + _PADDING for title in self.VIEWS.values()) > event.size.width
+        is_narrow = sum(len(title) + _PADDING for title in self.VIEWS.values()) > event.size.width
         for button in self.query(".view-button").results(Button):
             title = self.VIEWS[str(button.id).removeprefix(_PREFIX)]
-            button.label = _SHORT_TITLES.get(title, title) if narrow else title
+            button.label = _SHORT_TITLES.get(title, title) if is_narrow else title
             # Without this call a displayed button would keep its width.
             button.refresh(layout=True)
         if self.has_class("-cursors"):
@@ -99,7 +99,7 @@ class ViewsPane(Pane):
                 chart.redraw()
 
     @on(ChartView.CursorMoved)
-    def _cursor_moved(self, event: ChartView.CursorMoved) -> None:
+    def _redraw_cursors(self, event: ChartView.CursorMoved) -> None:
         event.stop()
         cursors = event.chart_view.view.cursors
         for chart in self.query(ChartView):
@@ -110,7 +110,7 @@ class ViewsPane(Pane):
     def _show_cursors(self) -> None:
         # The positions of both cursors of the current view, wrapped; with one cursor, its keys.
         phrases: list[str] = []
-        for chart in self.shown_views():
+        for chart in self.shown_chart_views():
             label = "" if chart.chart is None else chart.chart.cursor_label
             cursors = chart.view.cursors
             if cursors.pinned:
@@ -151,7 +151,7 @@ class ViewsPane(Pane):
         raise NotImplementedError
 
     @property
-    def views(self) -> Widget:
+    def view_switcher(self) -> Widget:
         """The container of the views."""
         return self.query_one(ContentSwitcher)
 
@@ -165,7 +165,7 @@ class ViewsPane(Pane):
         names = list(self.VIEWS)
         self.show_view(names[(names.index(self.view) + 1) % len(names)])
 
-    def shown_views(self) -> list[ChartView]:
+    def shown_chart_views(self) -> list[ChartView]:
         """The widgets of the charts of the current view."""
         chart_views = self.query_one(f"#{self.view}").query(ChartView)
         return [chart for chart in chart_views if chart.chart is not None and chart.display]
@@ -175,13 +175,13 @@ class ViewsPane(Pane):
         box = self.query_one(f"#{self.view}")
         panels = [
             (chart.chart, _copy_view(chart.view))
-            for chart in self.shown_views()
+            for chart in self.shown_chart_views()
             if chart.chart is not None
         ]
         return VisibleCharts(panels, side_by_side=isinstance(box, Horizontal)) if panels else None
 
     @on(Button.Pressed, ".view-button")
-    def _view_pressed(self, event: Button.Pressed) -> None:
+    def _show_pressed_view(self, event: Button.Pressed) -> None:
         event.stop()
         self.show_view(str(event.button.id).removeprefix(_PREFIX))
 

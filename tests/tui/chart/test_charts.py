@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 
 from fivtui.charts.axis import Axis, axis_for, parse_limits
 from fivtui.charts.chart import Backdrop, Chart, Cursors, Guide, Trace, View
-from fivtui.charts.readout import cursor_texts, nearest_along, points_at
+from fivtui.charts.readout import cursor_texts, nearest_curve_value, points_at
 from fivtui.charts.shades import Shade
 from fivtui.model.errors import InputError
 from fivtui.signals.charts import spectrum_chart
@@ -243,7 +243,7 @@ def test_the_charts_of_the_base_scene() -> None:
     assert "y (m)" in shown
     phase = phase_chart("y", [motion], (50.0, 100.0))
     assert phase.traces[0].x.size == 5001
-    assert phase.plane
+    assert phase.is_plane
     peaks = spectrum_chart([motion], (50.0, 100.0))
     assert "f₁ 0.753" in peaks.note
     assert [guide.label for guide in peaks.guides] == ["f₁", "2f₁", "3f₁"]
@@ -329,7 +329,7 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
         pytest.approx((0.0, -1.0), abs=0.01),
     ]
     assert points_at(chart, view, (11.0, 0.0)) == []
-    assert nearest_along(chart, view, (0.0, 1.2)) == pytest.approx(np.pi / 2, abs=0.01)
+    assert nearest_curve_value(chart, view, (0.0, 1.2)) == pytest.approx(np.pi / 2, abs=0.01)
     text = draw(chart, view, 60, 20).text()
     assert text.count("◆") - text.splitlines()[0].count("◆") == 1
     assert "│ │" not in text
@@ -351,7 +351,7 @@ def test_limits_are_marked_and_a_new_run_outside_of_them_is_named() -> None:
         return draw(chart, view, 80, 20).text().splitlines()[0].strip()
 
     low = View()
-    low.choose(SINE, None, Axis(-2.5, 2.5))
+    low.set_limits(SINE, None, Axis(-2.5, 2.5))
     assert heading(low, 1, np.sin(T)) == "y (m) zoom y"
     assert heading(low, 1, 3.0 * np.sin(T)).endswith("new partly outside, r: fit zoom y")
     assert heading(low, 0, 3.0 * np.sin(T)) == "y (m) zoom y"

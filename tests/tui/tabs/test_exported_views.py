@@ -23,7 +23,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session.studies import DisplayedStudy
 from fivtui.tui.tabs.exports.export import FIGURE
-from fivtui.tui.tabs.requests.map import VALUES
+from fivtui.tui.tabs.requests.map import TITLES
 from fivtui.tui.tabs.studies.map import MapPane
 from fivtui.tui.tabs.studies.sweep import SweepPane
 from fivtui.tui.tabs.tabs import TABS
@@ -178,7 +178,7 @@ async def test_every_view_is_exported_as_displayed(
             await zoom(pilot, pane)
             await check(pilot, f"{tab.id}-{view}-zoomed")
         if isinstance(pane, MapPane):
-            for value in VALUES:
+            for value in TITLES:
                 pane.activate_choice(value)
                 await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
                 shown[value] = await check(pilot, value)

@@ -21,8 +21,8 @@ from fivtui.tui.tabs import TABS
 from fivtui.tui.tabs.requests.paper import claim_rows, claim_text
 from fivtui.tui.tabs.requests.tradeoff import (
     COLUMNS,
-    present_row,
-    present_text,
+    current_setting,
+    setting_text,
     table_rows,
 )
 from fivtui.tui.tabs.tab_book import TabBook
@@ -217,23 +217,23 @@ def test_the_modes_over_mu_agree_with_the_stability_of_each_point() -> None:
 
 
 def test_the_current_setting_and_the_best_ones_are_marked(measured: Tradeoff) -> None:
-    present = present_row(measured, BASE)
-    assert present is not None
-    assert present.setting.text == "tol=1e-12"
-    text = present_text(measured, BASE, "final", present)
+    current = current_setting(measured, BASE)
+    assert current is not None
+    assert current.setting.text == "tol=1e-12"
+    text = setting_text(measured, BASE, "final", current)
     assert text.startswith("now taylor (compiled) tol=1e-12, error ")
-    rows = table_rows(measured, "peak", present)
+    rows = table_rows(measured, "peak", current)
     assert len(rows) == len(measured.rows)
     remarks = [row[COLUMNS.index("remark")] for row in rows]
     assert sum("now" in remark for remark in remarks) == 1
     assert any("best" in remark for remark in remarks)
-    drawn = tradeoff_chart(measured, "final", present)
+    drawn = tradeoff_chart(measured, "final", current)
     assert drawn.traces[-1].name == "now"
     request = dataclasses.replace(BASE, accuracy=(("peak", 1e-3),))
-    assert present_row(measured, request) is None
-    assert present_text(measured, request, "final", None).startswith("peak to 0.001: ")
+    assert current_setting(measured, request) is None
+    assert setting_text(measured, request, "final", None).startswith("peak to 0.001: ")
     rk4 = dataclasses.replace(BASE, method="rk4")
-    assert "enter a step" in present_text(measured, rk4, "final", present_row(measured, rk4))
+    assert "enter a step" in setting_text(measured, rk4, "final", current_setting(measured, rk4))
 
 
 def test_claims_have_rows_and_words() -> None:

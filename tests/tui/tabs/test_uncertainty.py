@@ -69,8 +69,8 @@ def test_the_table_has_the_indices_as_numbers_and_bars(result: Uncertainty) -> N
     assert [row[0] for row in rows] == [quantity_name(name) for name in result.indices]
     assert rows[0][1] == "μ"
     assert rows[0][2].startswith("1.0")
-    assert charts.bar(0.5, 0.75) == "█" * 6 + "░" * 3
-    assert charts.bar(-0.1, 1.3) == "░" * 12
+    assert charts.index_bar(0.5, 0.75) == "█" * 6 + "░" * 3
+    assert charts.index_bar(-0.1, 1.3) == "░" * 12
 
 
 def pane_of(pilot: Pilot[None]) -> UncertaintyPane:

@@ -84,8 +84,8 @@ class ChartView(DrawnChart, can_focus=True):
     def __init__(self, id: str, *, empty_text: str = "", openable: bool = False) -> None:  # noqa: A002
         super().__init__(id, empty_text=empty_text)
         self._openable = openable
-        self._drag_from: tuple[int, int] | None = None
-        self._dragged = False
+        self._drag_start: tuple[int, int] | None = None
+        self._was_dragged = False
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Disable the action "open" in charts whose points cannot be opened."""
@@ -102,9 +102,9 @@ class ChartView(DrawnChart, can_focus=True):
         position = None if self._chart is None else cursor_position(self._chart, self.view)
         self._zoom(_ZOOM_STEP, direction, position or (0.5, 0.5))
 
-    def _zoom(self, step: float, direction: int, about: tuple[float, float]) -> None:
+    def _zoom(self, step: float, direction: int, centre: tuple[float, float]) -> None:
         if self._chart is not None:
-            self.view.zoom(self._chart, step**-direction, about)
+            self.view.zoom(self._chart, step**-direction, centre)
             self._notify_limits()
 
     def action_zoom_y(self, direction: int) -> None:
@@ -146,9 +146,9 @@ class ChartView(DrawnChart, can_focus=True):
         if self._chart is None:
             return
 
-        def apply(limits: "View | None") -> None:
-            if limits is not None and self._chart is not None:
-                self.view.choose(self._chart, limits.x, limits.y)
+        def apply(chosen_view: "View | None") -> None:
+            if chosen_view is not None and self._chart is not None:
+                self.view.set_limits(self._chart, chosen_view.x, chosen_view.y)
                 self._notify_limits()
 
         self.app.push_screen(LimitsDialog(self._chart, self.view), apply)
@@ -179,10 +179,10 @@ class ChartView(DrawnChart, can_focus=True):
         """Open the point nearest to the cursor; without a cursor, switch it on."""
         if self._chart is None:
             return
-        if self.view.cursors.moving is None:
+        if self.view.cursors.active_position is None:
             self.action_cursor(0)
             return
-        points = points_at(self._chart, self.view, self.view.cursors.moving)
+        points = points_at(self._chart, self.view, self.view.cursors.active_position)
         if points:
             self.post_message(self.Opened(self, points[0]))
 
@@ -194,37 +194,37 @@ class ChartView(DrawnChart, can_focus=True):
         if picture is None or self._chart is None:
             return
         _, _, columns, rows = picture.plot_area
-        if self._drag_from is not None:
-            right, down = event.x - self._drag_from[0], event.y - self._drag_from[1]
+        if self._drag_start is not None:
+            right, down = event.x - self._drag_start[0], event.y - self._drag_start[1]
             if right or down:
-                self._drag_from, self._dragged = (event.x, event.y), True
-                y_fits_data = not self._chart.plane and self.view.y is None
+                self._drag_start, self._was_dragged = (event.x, event.y), True
+                y_fits_data = not self._chart.is_plane and self.view.y is None
                 self.view.pan(self._chart, -right / columns, 0.0 if y_fits_data else down / rows)
                 self._notify_limits()
         elif not self.view.cursors.pinned:
             position = picture.axis_positions(event.x, event.y)
             if all(0.0 <= coordinate <= 1.0 for coordinate in position):
                 self._move_cursor(position)
-            elif self.view.cursors.moving is not None:
+            elif self.view.cursors.active_position is not None:
                 self.action_cursor_off()
 
     def on_leave(self, event: Leave) -> None:
         """Hide a cursor that follows the pointer."""
         cursors = self.view.cursors
-        if event.node is self and not cursors.pinned and cursors.moving is not None:
+        if event.node is self and not cursors.pinned and cursors.active_position is not None:
             self.action_cursor_off()
 
     def on_mouse_down(self, event: MouseDown) -> None:
         """Start dragging."""
-        self._dragged = False
+        self._was_dragged = False
         picture = self._current_picture()
         if picture is not None and event.y >= picture.plot_area[1]:
-            self._drag_from = (event.x, event.y)
+            self._drag_start = (event.x, event.y)
             self.capture_mouse()
 
     def on_mouse_up(self, _event: MouseUp) -> None:
         """End dragging."""
-        self._drag_from = None
+        self._drag_start = None
         self.release_mouse()
 
     def on_mouse_scroll_up(self, event: MouseScrollUp) -> None:
@@ -247,7 +247,7 @@ class ChartView(DrawnChart, can_focus=True):
         The right button places the second cursor.
         """
         picture = self._current_picture()
-        if picture is None or self._dragged:
+        if picture is None or self._was_dragged:
             return
         if event.y < picture.plot_area[1]:
             for first, stop, action in self._controls:
@@ -267,7 +267,7 @@ class ChartView(DrawnChart, can_focus=True):
             # Discard the position of the first cursor: it followed the pointer to the click.
             cursors.first = None
             self.action_cursor(0)
-        cursors.pinned, cursors.second_moves = True, second
+        cursors.pinned, cursors.second_is_active = True, second
         self._move_cursor(position)
         if event.chain == 2 and self._openable:
             self.action_open()

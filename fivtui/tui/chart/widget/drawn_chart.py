@@ -100,13 +100,13 @@ class DrawnChart(Widget):
 
     def render_line(self, y: int) -> Strip:
         """A line of the picture."""
-        lines = self._lines()
+        lines = self._drawn_lines()
         spans = lines[y] if y < len(lines) else []
         width = self.size.width
         segments = [Segment(text, self._style(name)) for text, name in spans]
         return Strip(segments).adjust_cell_length(width, self._style("plot"))
 
-    def _lines(self) -> list[list[Span]]:
+    def _drawn_lines(self) -> list[list[Span]]:
         width, height = self.size
         if self._chart is None or width < _MIN_SIZE[0] or height < _MIN_SIZE[1]:
             text_lines = wrap(self._empty_text, max(width - len(_INDENT) - 1, 1))
@@ -123,7 +123,7 @@ class DrawnChart(Widget):
 
     def _current_picture(self) -> Picture | None:
         # Draws the chart if a key is pressed before the next frame; None if it does not fit.
-        self._lines()
+        self._drawn_lines()
         return self._picture
 
     def _control_spans(self, width: int) -> list[Span]:

@@ -7,7 +7,7 @@ from textual.events import Paste
 from textual.widgets import Input
 
 
-def _unchanged(text: str) -> str:
+def _keep_text(text: str) -> str:
     return text
 
 
@@ -19,7 +19,7 @@ class TextInput(Input):
     """
 
     def __init__(
-        self, value: str, *, respell: Callable[[str], str] = _unchanged, **options: Any
+        self, value: str, *, respell: Callable[[str], str] = _keep_text, **options: Any
     ) -> None:
         super().__init__(value, **options)
         self._respell = respell
@@ -34,6 +34,6 @@ class TextInput(Input):
         # Join lines, and replace unprintable characters by blanks.
         lines = (line.strip() for line in event.text.splitlines())
         joined = " ".join(filter(None, lines))
-        self.replace("".join(s if s.isprintable() else " " for s in joined), *self.selection)
+        self.replace("".join(c if c.isprintable() else " " for c in joined), *self.selection)
         event.stop()
         event.prevent_default()

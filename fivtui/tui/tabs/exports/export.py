@@ -57,7 +57,7 @@ def figure_export(subject: str, stem: str, draw: "Callable[[], Figure]") -> Expo
 
         save_figure(draw(), path)
 
-    return Export(FIGURE, subject, f"{_safe(stem)}.svg", (".png", ".svg", ".pdf"), check, write)
+    return Export(FIGURE, subject, f"{_clean(stem)}.svg", (".png", ".svg", ".pdf"), check, write)
 
 
 def charts_export(
@@ -148,10 +148,10 @@ def data_export(subject: str, stem: str, kind: str, writers: Mapping[str, PathFu
         writers[check_suffix(path, kind, writers)](path)
 
     suffixes = tuple(writers)
-    return Export(DATA, subject, f"{_safe(stem)}{suffixes[0]}", suffixes, check, write)
+    return Export(DATA, subject, f"{_clean(stem)}{suffixes[0]}", suffixes, check, write)
 
 
-def _safe(stem: str) -> str:
+def _clean(stem: str) -> str:
     return "".join(c if c.isalnum() or c in "-_" else "-" for c in stem)
 
 
@@ -199,6 +199,6 @@ def check_scene_path(path: Path) -> None:
 
 def save_scene_as(scene: Scene, path: Path) -> Scene:
     """Save a scene under the name of its file. Returns the renamed scene."""
-    named = dataclasses.replace(scene, name=path.stem)
-    save_scene(named, path)
-    return named
+    renamed_scene = dataclasses.replace(scene, name=path.stem)
+    save_scene(renamed_scene, path)
+    return renamed_scene

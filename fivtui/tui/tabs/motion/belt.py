@@ -56,7 +56,7 @@ class BeltView(Vertical):
         return self._last_tick > 0.0
 
     def show_run(self, run: Transient, t: float | None = None) -> None:
-        """Show a run at time `t`, s, or at the present time."""
+        """Show a run at time `t`, s, or at the current time."""
         if run is not self._run and run.trajectory is not None:
             self._run, self._layout = run, layout_of(run.trajectory)
             self.speed = usual_speed(run)
@@ -66,7 +66,7 @@ class BeltView(Vertical):
         self.draw()
 
     def draw(self) -> None:
-        """Draw the slider at the present time."""
+        """Draw the slider at the current time."""
         view = self.query_one(ChartView)
         if self._run is None or self._layout is None:
             return

@@ -41,7 +41,7 @@ _INPUTS: Final[Mapping[str, tuple[str, str]]] = {
     "frequency": ("freq. –", "greatest deviation of the frequency, e.g. 2%"),
     "amplitude": ("ampl. –", "greatest deviation of half peak-to-peak, e.g. 5%"),
 }
-# By row from the top.
+# Names of the inputs by row from the top.
 _ROWS: Final = (
     ("file", "time", "time-scale", "signal"),
     ("quantity", "scale", "offset", "shift"),
@@ -100,7 +100,7 @@ class MeasuredView(Vertical):
 
     def draw(self) -> None:
         """Compare and draw; display the result or an error below."""
-        time, spectrum = self.query(ChartView)
+        time_view, spectrum_view = self.query(ChartView)
         self._result_text, self._validation = "", None
         if self._run is not None and self.texts["file"]:
             try:
@@ -108,8 +108,8 @@ class MeasuredView(Vertical):
             except InputError as error:
                 self._result_text = str(error)
         validation = self._validation
-        time.show(None if validation is None else overlay_chart(validation))
-        spectrum.show(None if validation is None else overlay_spectra(validation))
+        time_view.show(None if validation is None else overlay_chart(validation))
+        spectrum_view.show(None if validation is None else overlay_spectra(validation))
         if validation is not None:
             self._result_text = _comparison_text(validation)
         self.query_one("#overlay-text", Static).update(self._result_text)
@@ -140,9 +140,9 @@ class MeasuredView(Vertical):
         focused = self.screen.focused
         name = "" if focused is None else str(focused.id).removeprefix(_PREFIX)
         text = _INPUTS[name][1] if name in _INPUTS else self._result_text
-        self.query_one("#overlay-text", Static).update(self._error(name) or text)
+        self.query_one("#overlay-text", Static).update(self._input_error(name) or text)
 
-    def _error(self, name: str) -> str:
+    def _input_error(self, name: str) -> str:
         try:
             _check_input(name, self.texts.get(name, ""))
         except InputError as error:
@@ -154,15 +154,15 @@ class MeasuredView(Vertical):
         self.query_one("#overlay-spectrum").display = self.size.height >= _MIN_ROWS_FOR_BOTH
 
     @on(Input.Changed)
-    def _edited(self, event: Input.Changed) -> None:
+    def _store_input(self, event: Input.Changed) -> None:
         event.stop()
         name = str(event.input.id).removeprefix(_PREFIX)
         self._store_text(name, event.value)
-        event.input.set_class(bool(self._error(name)), "-invalid")
+        event.input.set_class(bool(self._input_error(name)), "-invalid")
         self._show_text()
 
     @on(Input.Submitted)
-    def _submitted(self, event: Input.Submitted) -> None:
+    def _compare_inputs(self, event: Input.Submitted) -> None:
         event.stop()
         for chart in self.query(ChartView):
             chart.view.reset()

@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 WITHOUT_MU: Final = ("critical-mu", "safe-mu")
 EXAMPLE_WITHOUT_MU: Final = "F=5:120:93 k_nl=20:500:61"
 EXAMPLE: Final = "μ=0:1.5:121 F=5:120:93"
-VALUES: Final = {
+TITLES: Final = {
     "growth-rate": "Growth",
     "critical-mu": "μ_c",
     "unstable-modes": "Modes",
@@ -47,7 +47,7 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
     names = (first.name, second.name)
     if value in WITHOUT_MU and "mu" in names:
         raise InputError(
-            f"{VALUES[value]} does not depend on μ: use other parameters, e.g. {EXAMPLE_WITHOUT_MU}"
+            f"{TITLES[value]} does not depend on μ: use other parameters, e.g. {EXAMPLE_WITHOUT_MU}"
         )
     check_map(value, names)
     if first.count * second.count > _MAX_POINTS:

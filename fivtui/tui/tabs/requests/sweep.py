@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
 
 EXAMPLE: Final = "F=10:120:56"
-# Larger sweeps need a confirmation; the largest still fit into memory.
-CONFIRMED_FROM: Final = 10_000
+# Most members of a sweep without confirmation, and of one that fits into memory.
+MAX_UNCONFIRMED: Final = 10_000
 _LIMIT: Final = 10_000_000
 # The chart displays a sweep in parts: minimum members of a part, maximum number of parts.
 _MIN_PART_SIZE: Final = 16
@@ -79,7 +79,7 @@ def point_case(study: "Study", point: NearestPoint, case: bool) -> bool:
 
 
 def point_scene(study: "Study", point: NearestPoint, case: bool) -> Scene:
-    """The scene of a member of a sweep."""
+    """The scene at a point of a sweep's chart."""
     values = dict(zip(study.design.axes, (point.x, point.y), strict=False))
     parameters = {name: value for name, value in values.items() if name in ALL_PARAMETERS}
     p, start = study.parameters.with_values(parameters), study.start

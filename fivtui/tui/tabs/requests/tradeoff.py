@@ -10,8 +10,8 @@ from fivtui.tradeoffs import MeasuredSetting, Setting, cheapest, pareto
 if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
 
-# Settings whose values differ by fewer decades count as equal.
-_NEAR: Final = 0.3
+# Settings whose values differ by fewer decades than this count as equal.
+_EQUAL_WITHIN: Final = 0.3
 
 TITLES: Final[Mapping[str, str]] = {
     "final": "State",
@@ -29,27 +29,27 @@ def table_columns(result: "Tradeoff") -> tuple[str, ...]:
 
 
 def table_rows(
-    result: "Tradeoff", quantity: str, present: MeasuredSetting | None
+    result: "Tradeoff", quantity: str, current: MeasuredSetting | None
 ) -> list[tuple[str, ...]]:
-    """All settings as rows with the columns `table_columns`; `present` is marked."""
-    best = pareto(result.rows, quantity, result.floor.of(quantity))
+    """All settings as rows with the columns `table_columns`; `current` is marked."""
+    pareto_rows = pareto(result.rows, quantity, result.floor.of(quantity))
     rows: list[tuple[str, ...]] = []
-    counts = 2 if result.scene.parameters.v_belt is not None else 1
+    columns = 2 if result.scene.parameters.v_belt is not None else 1
     for row in result.rows:
-        remarks = ["best"] if row in best else []
-        if row is present:
+        remarks = ["best"] if row in pareto_rows else []
+        if row is current:
             remarks.append("now")
         names, cpu_ms = (row.setting.label, row.setting.text), f"{1e3 * row.cpu_s:.3g}"
         if row.error is None:
-            rows.append((*names, "failed", cpu_ms, row.failure, *[""] * (1 + counts)))
+            rows.append((*names, "failed", cpu_ms, row.failure, *[""] * (1 + columns)))
             continue
         error = f"{row.error.of(quantity):.1e}"
         errors = [f"{n:+d}" if n else "0" for n in (row.error.separations, row.error.sticks)]
-        rows.append((*names, error, cpu_ms, " ".join(remarks), str(row.steps), *errors[:counts]))
+        rows.append((*names, error, cpu_ms, " ".join(remarks), str(row.steps), *errors[:columns]))
     return rows
 
 
-def present_row(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
+def current_setting(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
     """The measured setting nearest to that of a scene.
 
     None if its method was not measured, or if error targets choose the setting.
@@ -65,18 +65,18 @@ def present_row(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
     ]
     if not rows:
         return None
-    target = _set_value(rows[0].setting, scene)
+    target = _setting_value(rows[0].setting, scene)
     if target is None:
         return None
     return min(rows, key=lambda row: abs(math.log(row.setting.value / target)))
 
 
-def _set_value(setting: Setting, scene: Scene) -> float | None:
+def _setting_value(setting: Setting, scene: Scene) -> float | None:
     return scene.tol if setting.knob == "tol" else scene.step
 
 
-def present_text(
-    result: "Tradeoff", scene: Scene, quantity: str, present: MeasuredSetting | None
+def setting_text(
+    result: "Tradeoff", scene: Scene, quantity: str, current: MeasuredSetting | None
 ) -> str:
     """Error and time of a scene's setting, and the cheapest setting that is as accurate."""
     if scene.accuracy:
@@ -86,19 +86,19 @@ def present_text(
             for name, error in targets.items()
         ]
         return "; ".join(parts)
-    if present is None or present.error is None:
+    if current is None or current.error is None:
         if scene.step is None and scene.method in {row.setting.method for row in result.rows}:
             return f"{scene.method} with its default step: enter a step to see its error"
         return f"{scene.method} was not measured"
-    error = present.error.of(quantity)
-    target = _set_value(present.setting, scene)
-    is_same = target is not None and abs(math.log10(present.setting.value / target)) < _NEAR
-    text = f"{'now' if is_same else 'nearest measured:'} {_row_text(present, quantity)}"
+    error = current.error.of(quantity)
+    target = _setting_value(current.setting, scene)
+    is_same = target is not None and abs(math.log10(current.setting.value / target)) < _EQUAL_WITHIN
+    text = f"{'now' if is_same else 'nearest measured:'} {_row_text(current, quantity)}"
     # Errors below the reference's uncertainty count as equal.
     better = cheapest(result.rows, quantity, max(error, result.floor.of(quantity)))
-    if better is None or better.setting == present.setting or better.cpu_s >= present.cpu_s:
+    if better is None or better.setting == current.setting or better.cpu_s >= current.cpu_s:
         return f"{text}; no measured setting is as accurate in less time"
-    ratio = present.cpu_s / better.cpu_s
+    ratio = current.cpu_s / better.cpu_s
     return f"{text}; as accurate, {ratio:.2g} times faster: {_row_text(better, quantity)}"
 
 

@@ -68,12 +68,12 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
                 f"{index.first.value:z.2f} ± {index.first.error:.2f}",
                 f"{index.total.value:z.2f} ± {index.total.error:.2f}",
                 "" if key not in linear_indices else f"{linear_indices[key].share:.2f}",
-                bar(index.first.value, index.total.value),
+                index_bar(index.first.value, index.total.value),
             ))  # fmt: skip
     return rows
 
 
-def bar(first: float, total: float) -> str:
+def index_bar(first: float, total: float) -> str:
     """A bar from 0 to 1, dark up to the first-order index, light up to the total index."""
     full, light = (round(_BAR_LENGTH * min(max(share, 0.0), 1.0)) for share in (first, total))
     return "█" * full + "░" * max(light - full, 0)

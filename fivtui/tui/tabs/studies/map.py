@@ -17,7 +17,7 @@ from fivtui.tui.session import DisplayedStudy, Job, Session
 from fivtui.tui.tabs.requests.map import (
     EXAMPLE,
     EXAMPLE_WITHOUT_MU,
-    VALUES,
+    TITLES,
     WITHOUT_MU,
     FloatArray,
     map_request,
@@ -59,7 +59,7 @@ class MapPane(StudyPane):
     EXAMPLE: ClassVar[str] = EXAMPLE
     INPUT_FORMAT: ClassVar[str] = "two ranges NAME=START:STOP:COUNT"
     CHOICE_SETTING: ClassVar[str] = "value"
-    CHOICES: ClassVar[Mapping[str, str]] = VALUES
+    CHOICES: ClassVar[Mapping[str, str]] = TITLES
     VIEWS: ClassVar[Mapping[str, str]] = {"map-view": "Map"}
 
     def __init__(self, session: Session) -> None:
@@ -118,7 +118,7 @@ class MapPane(StudyPane):
             self.call_after_pause(_MAP_DELAY, self._recompute)
 
     @on(ChartView.LimitsChanged)
-    def _limits_changed(self, event: ChartView.LimitsChanged) -> None:
+    def _recompute_visible_part(self, event: ChartView.LimitsChanged) -> None:
         # Compute the visible part again, at full resolution.
         event.stop()
         self.scene_changed()
@@ -191,7 +191,7 @@ class MapPane(StudyPane):
 
     def action_next_view(self) -> None:
         """Map the next value."""
-        names = list(VALUES)
+        names = list(TITLES)
         self.activate_choice(names[(names.index(self.choice) + 1) % len(names)])
 
     def activate_choice(self, name: str) -> None:

@@ -32,9 +32,9 @@ class StudyPane(JobPane):
         Kind of study in the registry, also identifier of the tab.
     INPUT, EXAMPLE : str
         Identifier and initial text of the input; without `EXAMPLE` there is no input.
-    FORM : str
+    INPUT_FORMAT : str
         Format of the input, displayed while it has the focus.
-    CHOICE : str
+    CHOICE_SETTING : str
         Key of the setting that stores the active button.
     CHOICES : mapping of str to str
         Identifiers and titles of the buttons, of which one is active.
@@ -89,7 +89,7 @@ class StudyPane(JobPane):
         return self.parse(self.session.scene(), self.text)
 
     @on(Input.Changed, ".study-input")
-    def _edited(self, event: Input.Changed) -> None:
+    def _store_input(self, event: Input.Changed) -> None:
         event.stop()
         # Store the current value: the value of the event may belong to an earlier choice.
         self.store_setting(self.input_setting, event.input.value)
@@ -110,7 +110,7 @@ class StudyPane(JobPane):
         self.show_bar()
 
     @on(Input.Submitted, ".study-input")
-    def _submitted(self, event: Input.Submitted) -> None:
+    def _submit_entered(self, event: Input.Submitted) -> None:
         event.stop()
         self.submit_input()
 
@@ -157,7 +157,7 @@ class StudyPane(JobPane):
             button.set_class(button.id == f"{self.CHOICE_SETTING}-{name}", "-active")
 
     @on(Button.Pressed, ".choice")
-    def _choice_pressed(self, event: Button.Pressed) -> None:
+    def _activate_pressed_choice(self, event: Button.Pressed) -> None:
         event.stop()
         self.activate_choice(str(event.button.id).removeprefix(f"{self.CHOICE_SETTING}-"))
 
@@ -242,7 +242,7 @@ class StudyPane(JobPane):
     # Points, exports, command line
 
     @on(ChartView.Opened)
-    def _opened(self, event: ChartView.Opened) -> None:
+    def _run_point(self, event: ChartView.Opened) -> None:
         displayed = self.displayed
         if displayed is not None:
             texts, description = self.read_point(displayed.value, event.point)

@@ -15,8 +15,8 @@ from fivtui.tui.session import DisplayedStudy, Job, Session, symbol_of
 from fivtui.tui.tabs.exports.export import Export
 from fivtui.tui.tabs.messages import Reported
 from fivtui.tui.tabs.requests.sweep import (
-    CONFIRMED_FROM,
     EXAMPLE,
+    MAX_UNCONFIRMED,
     count_text,
     partial_sweep,
     point_case,
@@ -68,7 +68,7 @@ class SweepPane(StudyPane):
         """Sweep the edited scene; a large sweep starts if F10 is pressed again."""
         study: Study = self.request()
         unconfirmed, self._unconfirmed_study = self._unconfirmed_study, study
-        if study.members > CONFIRMED_FROM and study != unconfirmed:
+        if study.members > MAX_UNCONFIRMED and study != unconfirmed:
             text = f"{study.members} runs: press F10 again to compute them"
             self.show_status(text)
             self.post_message(Reported(text))

@@ -15,8 +15,8 @@ from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job
 from fivtui.tui.tabs.requests.tradeoff import (
     TITLES,
-    present_row,
-    present_text,
+    current_setting,
+    setting_text,
     table_columns,
     table_rows,
 )
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff
 
 
-class _Settings(ListTable[str]):
+class _SettingsTable(ListTable[str]):
     wrapped, optional = "method", ("sep.", "steps", "remark")
 
 
@@ -53,7 +53,7 @@ class TradeoffPane(StudyPane):
         with Vertical(id="errors"):
             yield ChartView("errors-chart", empty_text="not measured yet: press F10")
             yield Static("", id="present", markup=False)
-        yield _Settings(id="settings", cursor_type="row", zebra_stripes=True, fixed_columns=1)
+        yield _SettingsTable(id="settings", cursor_type="row", zebra_stripes=True, fixed_columns=1)
 
     def compute(self, request: Scene, job: Job) -> "Tradeoff":
         """Measure a scene."""
@@ -63,14 +63,14 @@ class TradeoffPane(StudyPane):
 
     def result_status(self, displayed: "DisplayedStudy[Tradeoff]") -> str:
         """Whether the edited scene was measured, and the number of rows."""
-        scene = self._scene()
-        changed = scene is None or _problem(scene) != _problem(displayed.value.scene)
+        scene = self._edited_scene()
+        changed = scene is None or _inputs(scene) != _inputs(displayed.value.scene)
         text = "measured for an earlier scene" if changed else "this scene, this machine"
         if displayed.source:
             text = f"{'another' if changed else 'this'} scene, read from {displayed.source}"
         return f"{text}, {len(displayed.value.rows)} rows"
 
-    def _scene(self) -> Scene | None:
+    def _edited_scene(self) -> Scene | None:
         try:
             return self.session.scene()
         except InputError:
@@ -78,15 +78,15 @@ class TradeoffPane(StudyPane):
 
     def draw_result(self, result: "Tradeoff") -> None:
         """Draw the current view, with error and time of the edited setting."""
-        scene, quantity = self._scene(), self.choice
-        present = None if scene is None else present_row(result, scene)
+        scene, quantity = self._edited_scene(), self.choice
+        current = None if scene is None else current_setting(result, scene)
         if self.view == "errors":
-            chart = tradeoff_chart(result, quantity, present)
+            chart = tradeoff_chart(result, quantity, current)
             self.query_one("#errors-chart", ChartView).show(chart)
-            text = "" if scene is None else present_text(result, scene, quantity, present)
+            text = "" if scene is None else setting_text(result, scene, quantity, current)
             self.query_one("#present", Static).update(text)
         else:
-            rows = table_rows(result, quantity, present)
+            rows = table_rows(result, quantity, current)
             table: ListTable[str] = self.query_one("#settings", ListTable)
             table.fill(table_columns(result), {str(index): row for index, row in enumerate(rows)})
 
@@ -99,6 +99,6 @@ class TradeoffPane(StudyPane):
         return result.scene
 
 
-def _problem(scene: Scene) -> tuple[object, ...]:
+def _inputs(scene: Scene) -> tuple[object, ...]:
     # The inputs of a measurement; method and accuracy of the scene do not count.
     return scene.parameters, scene.separation, scene.start, scene.t_end
