@@ -25,13 +25,13 @@ DAMPED = MASS.with_values({"c2": 0.1})
 FALLING = Parameters(v_belt=0.4, mu=0.3, mu_s=0.5, v_s=0.4, c1=10.0)
 
 
-def period(speed: float, drop: float) -> float:
+def cycle_period(speed: float, drop: float) -> float:
     """Period of a stick-slip cycle of a mass on a belt of this speed; friction drops by `drop`."""
     return 2.0 * drop / speed + 2.0 * (math.pi - math.atan(drop / speed))
 
 
 @pytest.mark.parametrize("name", ["v_belt", "mu", "mu_s"])
-def test_the_period_of_a_mass_on_a_belt_changes_as_the_closed_form_does(name: str) -> None:
+def test_the_period_of_a_mass_on_a_belt_has_the_derivatives_of_the_closed_form(name: str) -> None:
     # A state in the middle of the stick of the cycle.
     start = (0.0 + 0.75 - 0.25, 0.2, -1.0, 0.0)
     value = DAMPED.as_dict()[name]
@@ -57,7 +57,7 @@ def test_a_branch_of_stick_slip_cycles_has_the_period_in_closed_form_and_a_multi
     assert curve.ends == (End.BOUND, End.BOUND)
     assert not curve.events
     for point in curve.points:
-        assert point.period == pytest.approx(period(point.value, 0.5), rel=1e-10)
+        assert point.period == pytest.approx(cycle_period(point.value, 0.5), rel=1e-10)
         assert point.stable
         assert point.multipliers[2] == 0.0
         assert abs(point.multipliers[0]) == pytest.approx(math.exp(-0.05 * point.period), rel=1e-8)
@@ -65,15 +65,15 @@ def test_a_branch_of_stick_slip_cycles_has_the_period_in_closed_form_and_a_multi
     values = {name: value for name, value in DAMPED.as_dict().items() if name != "mu_s"}
     arguments = [f"--set={name}={value}" for name, value in values.items()]
     options = ["branch", *arguments, "--vary", "v_belt=0.19:0.21"]
-    static = ["--set", "mu_s=1"]
-    assert run([*options, *static, "--from", "cycle", "--out", str(path), "--json"]) == 0
+    static_friction = ["--set", "mu_s=1"]
+    assert run([*options, *static_friction, "--from", "cycle", "--out", str(path), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert (data["parameter"], data["unit"]) == ("v_belt", "m/s")
     assert data["points"][0]["multipliers"][2] == [0.0, 0.0]
-    assert run([*options, *static, "--from", str(path), "--json"]) == 0
-    again = json.loads(capsys.readouterr().out)["points"]
-    assert [round(other_point["period"], 9) for other_point in again] == pytest.approx(
-        [round(period(other_point["value"], 0.5), 9) for other_point in again], abs=1e-9
+    assert run([*options, *static_friction, "--from", str(path), "--json"]) == 0
+    points_from_file = json.loads(capsys.readouterr().out)["points"]
+    assert [round(point["period"], 9) for point in points_from_file] == pytest.approx(
+        [round(cycle_period(point["value"], 0.5), 9) for point in points_from_file], abs=1e-9
     )
     assert run([*options, "--set", "mu_s=0.9", "--from", str(path)]) == 2
     assert "mu_s = 0.9: must be 1, as in " in capsys.readouterr().err
@@ -83,9 +83,9 @@ def test_small_cycles_have_the_amplitude_of_the_normal_form() -> None:
     value, _ = hopf_values(System(FALLING), "v_belt", 0.05, 2.0)
     for hopf_value in hopf_values(System(FALLING), "c1", 5.0, 20.0):
         assert abs(growth_rate(System(FALLING.with_values({"c1": hopf_value})))) < 1e-9
-    at = FALLING.with_values({"v_belt": value})
-    assert abs(growth_rate(System(at))) < 1e-9
-    hopf = hopf_point(System(at), "v_belt")
+    hopf_set = FALLING.with_values({"v_belt": value})
+    assert abs(growth_rate(System(hopf_set))) < 1e-9
+    hopf = hopf_point(System(hopf_set), "v_belt")
     assert hopf.direction == "subcritical"
     curve = branch(FALLING, "v_belt", low=0.4428, high=0.4432)
     assert [event.direction for event in curve.events] == ["subcritical"]
@@ -98,16 +98,16 @@ def test_small_cycles_have_the_amplitude_of_the_normal_form() -> None:
 
 
 @pytest.mark.whole
-def test_a_cycle_that_is_no_longer_faster_than_the_belt_in_contact_is_that_of_the_paper() -> None:
+def test_a_cycle_slower_than_the_belt_in_contact_is_the_cycle_of_the_paper() -> None:
     curve = branch(Parameters(v_belt=5.4), "v_belt", low=5.3, high=5.7, origin="cycle")
     (event,) = curve.events
     assert event.kind is EventKind.REVERSE_SLIP
-    always = curve.points[-1]
-    assert always.value == 5.7
+    fastest = curve.points[-1]
+    assert fastest.value == 5.7
     # The slider exceeds the belt's speed only while separated.
-    assert always.period == pytest.approx(1.3264574885, rel=1e-10)
-    assert event.period == pytest.approx(always.period, rel=1e-8)
-    assert curve.points[0].period > always.period + 1e-6
+    assert fastest.period == pytest.approx(1.3264574885, rel=1e-10)
+    assert event.period == pytest.approx(fastest.period, rel=1e-8)
+    assert curve.points[0].period > fastest.period + 1e-6
 
 
 @pytest.mark.whole
@@ -119,20 +119,20 @@ def test_a_branch_turns_back_where_its_cycles_begin_to_stick() -> None:
     assert corner.value == pytest.approx(0.5215068632, rel=1e-8)
     assert corner.value == max(point.value for point in curve.points)
     corner_index = next(
-        n for n, curve_point in enumerate(curve.points) if curve_point.value == corner.value
+        index for index, point in enumerate(curve.points) if point.value == corner.value
     )
     before, after = curve.points[:corner_index], curve.points[corner_index + 1 :]
     assert all(point.multipliers[2] != 0.0 for point in before)
     assert all(point.multipliers[2] == 0.0 for point in after)
     # The branch contains the stable cycle that transients reach.
-    near = min(after, key=lambda point: abs(point.value - 0.4))
-    assert near.stable
-    assert near.half_range == pytest.approx(0.0387832, rel=0.03)
+    cycle = min(after, key=lambda point: abs(point.value - 0.4))
+    assert cycle.stable
+    assert cycle.half_range == pytest.approx(0.0387832, rel=0.03)
     assert len(kinds) == len(set(zip(kinds, (e.value for e in curve.events), strict=True)))
 
 
 @pytest.mark.whole
-def test_where_motion_jumps_a_branch_ends_and_says_why() -> None:
+def test_where_motion_jumps_a_branch_ends_with_that_reason() -> None:
     # Static friction above the kinetic one: a slider that just reaches the belt sticks at once.
     p = FALLING.with_values({"v_s": None, "mu": 0.44, "c1": 0.32, "v_belt": 1.0})
     curve = branch(p, "mu", low=0.42, high=0.45)
@@ -143,20 +143,22 @@ def test_where_motion_jumps_a_branch_ends_and_says_why() -> None:
 
 
 def test_the_order_of_modes_does_not_depend_on_where_a_period_begins() -> None:
-    modes = []
+    patterns = []
     for share in (0.0, 0.3, 0.6, 0.9):
         line = ParameterLine(System(DAMPED), "v_belt", (0.1, 0.4))
         curve, orbit = cycle_near(line, ((0.5, 0.2, -1.0, 0.0), MASS_PERIOD))
         assert orbit is not None
-        moved = curve.orbits.restart_later(orbit, share) if share else orbit
-        assert moved is not None
-        modes.append(curve.pattern(moved))
-        values = np.sort(np.abs(moved.multipliers))
+        restarted = curve.orbits.restart_later(orbit, share) if share else orbit
+        assert restarted is not None
+        patterns.append(curve.pattern(restarted))
+        values = np.sort(np.abs(restarted.multipliers))
         assert values == pytest.approx(np.sort(np.abs(orbit.multipliers)), abs=1e-9)
-    assert len(set(modes)) == 1
+    assert len(set(patterns)) == 1
 
 
-def test_what_is_not_followed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_doubled_branches_and_parameters_without_value_are_refused(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     with pytest.raises(
         InputError,
         match=r"attracting cycle of twice the period begin at it \(--from cycle\)",
@@ -166,7 +168,7 @@ def test_what_is_not_followed_is_refused(capsys: pytest.CaptureFixture[str]) -> 
     assert "v_s = none: must have a value to vary v_s" in capsys.readouterr().err
 
 
-def test_friction_is_followed_up_to_its_static_value_and_no_farther() -> None:
+def test_friction_is_followed_up_to_its_static_value() -> None:
     p = Parameters(v_belt=1.0, mu_s=0.8)
     assert parameter_range(p, "mu", None, None)[1] == 0.8
     assert parameter_range(p, "mu_s", None, 2.0) == (0.7, 2.0)

@@ -56,49 +56,51 @@ SCENES: Final[dict[str, tuple[Parameters, State, float, bool]]] = {
 }
 
 
-def set_names(p: Parameters) -> list[str]:
+def parameter_names(p: Parameters) -> list[str]:
     return list(p.as_dict())
 
 
-def derived(p: Parameters, start: State, t_end: float, *, separation: bool) -> Variation:
-    seeds = [*START_SEEDS, *(Seed((0.0,) * 4, {name: 1.0}) for name in set_names(p))]
+def compute_derivatives(
+    p: Parameters, start: State, t_end: float, *, separation: bool
+) -> Variation:
+    seeds = [*START_SEEDS, *(Seed((0.0,) * 4, {name: 1.0}) for name in parameter_names(p))]
     request = Request(System(p, separation), t_end=t_end, tol=1e-13, start=start)
     return vary(request, seeds)
 
 
-def moved(
-    p: Parameters, start: State, by: Sequence[float], size: float, **options: Any
+def run_changed(
+    p: Parameters, start: State, direction: Sequence[float], size: float, **options: Any
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Final state and extremes of a run with changed start and parameters, and its transitions."""
-    state = np.add(start, np.multiply(size, by[:4])).tolist()
-    changes = zip(set_names(p), by[4:], strict=True)
-    q = p.with_values({name: getattr(p, name) + size * change for name, change in changes})
-    run = simulate(q, start=state, tol=1e-13, **options)
+    state = np.add(start, np.multiply(size, direction[:4])).tolist()
+    changes = zip(parameter_names(p), direction[4:], strict=True)
+    changed = p.with_values({name: getattr(p, name) + size * change for name, change in changes})
+    run = simulate(changed, start=state, tol=1e-13, **options)
     peaks = (run.peak.y_max, run.peak.y_min, run.peak.vx_max)
     return np.array([*run.final[1:], *peaks]), dict(run.events.transitions)
 
 
-def difference(
-    p: Parameters, start: State, by: Sequence[float], size: float, **options: Any
+def difference_quotient(
+    p: Parameters, start: State, direction: Sequence[float], size: float, **options: Any
 ) -> tuple[np.ndarray, bool]:
     """The derivative along a direction by differences; whether all runs switch alike."""
-    moved_runs = [moved(p, start, by, part * size, **options) for part in (-2, -1, 1, 2)]
-    values = [state for state, _ in moved_runs]
+    runs = [run_changed(p, start, direction, part * size, **options) for part in (-2, -1, 1, 2)]
+    values = [state for state, _ in runs]
     slope = (8.0 * (values[2] - values[1]) - (values[3] - values[0])) / (12.0 * size)
-    return slope, all(kinds == moved_runs[0][1] for _, kinds in moved_runs)
+    return slope, all(kinds == runs[0][1] for _, kinds in runs)
 
 
-def along(variation: Variation, by: Sequence[float]) -> np.ndarray:
-    chosen = [EXTREMES.index(name) for name in ("y_max", "y_min", "vx_max")]
-    rows = np.concatenate([variation.derivatives, variation.extreme_derivatives[chosen]])
-    change: np.ndarray = rows @ np.array(by)
+def derivative_along(variation: Variation, direction: Sequence[float]) -> np.ndarray:
+    rows_of_extremes = [EXTREMES.index(name) for name in ("y_max", "y_min", "vx_max")]
+    rows = np.concatenate([variation.derivatives, variation.extreme_derivatives[rows_of_extremes]])
+    change: np.ndarray = rows @ np.array(direction)
     return change
 
 
-def directions(p: Parameters, count: int) -> list[list[float]]:
+def random_directions(p: Parameters, count: int) -> list[list[float]]:
     # Parameters that are zero (belt at rest, mass without coupling) are not varied.
     rng = np.random.default_rng(4)
-    free = [getattr(p, name) > 0.0 for name in set_names(p)]
+    free = [getattr(p, name) > 0.0 for name in parameter_names(p)]
     return [
         (rng.normal(size=4 + len(free)) * np.array([True] * 4 + free)).tolist()
         for _ in range(count)
@@ -108,14 +110,19 @@ def directions(p: Parameters, count: int) -> list[list[float]]:
 @pytest.mark.parametrize("name", SCENES)
 def test_derivatives_are_differences_of_runs(name: str) -> None:
     p, start, t_end, separation = SCENES[name]
-    variation = derived(p, start, t_end, separation=separation)
-    for by in directions(p, 1):
+    variation = compute_derivatives(p, start, t_end, separation=separation)
+    for direction in random_directions(p, 1):
         if name == "at rest":
             # A moving slider on a belt at rest would change the sequence of modes.
-            by[:2] = 0.0, 0.0
-        expected, alike = difference(p, start, by, 1e-6, t_end=t_end, separation=separation)
+            direction[:2] = 0.0, 0.0
+        expected, alike = difference_quotient(
+            p, start, direction, 1e-6, t_end=t_end, separation=separation
+        )
         assert alike
-        assert np.abs(along(variation, by) - expected).max() < 3e-8 * np.abs(expected).max()
+        assert (
+            np.abs(derivative_along(variation, direction) - expected).max()
+            < 3e-8 * np.abs(expected).max()
+        )
 
 
 def test_the_scenes_have_all_transitions_of_the_table() -> None:
@@ -155,40 +162,44 @@ def test_derivatives_of_random_scenes_are_differences_of_runs(
     # Central differences need values inside the ranges of the parameters.
     inside = {name: max(value, 0.01) for name, value in p.as_dict().items()}
     p = p.with_values({**inside, "mu_s": max(p.mu_static, inside["mu"] + 0.01)})
-    (by,) = directions(p, 1)
+    (direction,) = random_directions(p, 1)
     options: dict[str, Any] = {"t_end": duration, "separation": separation}
-    coarse, alike = difference(p, start, by, 2e-6, **options)
-    fine, still = difference(p, start, by, 1e-6, **options)
+    coarse, alike = difference_quotient(p, start, direction, 2e-6, **options)
+    fine, alike_fine = difference_quotient(p, start, direction, 1e-6, **options)
     scale = np.abs(fine).max()
-    assume(alike and still and np.abs(coarse - fine).max() < 1e-6 * scale)
-    derivative = along(derived(p, start, duration, separation=separation), by)
+    assume(alike and alike_fine and np.abs(coarse - fine).max() < 1e-6 * scale)
+    derivative = derivative_along(
+        compute_derivatives(p, start, duration, separation=separation), direction
+    )
     assert np.abs(derivative - fine).max() < 3e-6 * scale
 
 
 def test_the_law_has_a_derivative_where_friction_does_not_fall_yet() -> None:
     p = Parameters(v_belt=0.5, mu_s=0.7, v_s=0.4)
     ends = [
-        derived(p.with_values({"mu_s": mu}), (-2.0, -4.0, -1.0, 3.0), 1.5, separation=True)
+        compute_derivatives(
+            p.with_values({"mu_s": mu}), (-2.0, -4.0, -1.0, 3.0), 1.5, separation=True
+        )
         for mu in (0.7, 0.7 + 1e-6)
     ]
-    column = 4 + set_names(p).index("mu_s")
+    column = 4 + parameter_names(p).index("mu_s")
     below, above = (end.derivatives[:, column] for end in ends)
     assert np.abs(below - above).max() < 1e-4 * np.abs(below).max()
     assert np.abs(np.subtract(ends[1].final, ends[0].final) / 1e-6 - below).max() < 1e-4
 
 
-def test_stick_takes_the_rank_exactly() -> None:
+def test_a_stick_reduces_the_rank_of_the_derivatives_exactly() -> None:
     p, start = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4), (0.1, 0.2, -0.5, 0.1)
     run = simulate(p, start=start, t_end=8.0)
     begin, end = run.stick_intervals[1]
-    inside = derived(p, start, 0.5 * (begin + end), separation=True)
+    inside = compute_derivatives(p, start, 0.5 * (begin + end), separation=True)
     assert inside.derivatives[1, :4].tolist() == [0.0] * 4
-    names = set_names(p)
+    names = parameter_names(p)
     expected = [float(name == "v_belt") for name in names]
     assert inside.derivatives[1, 4:].tolist() == expected
     assert inside.final[1] == 1.0
     assert inside.final_rate[1] == 0.0
-    after = derived(p, start, 8.0, separation=True).derivatives[:, :4]
+    after = compute_derivatives(p, start, 8.0, separation=True).derivatives[:, :4]
     values = np.linalg.svd(after, compute_uv=False)
     assert values[3] < 1e-14 * values[0] < values[2]
 
@@ -202,17 +213,17 @@ def test_volume_jumps_by_the_ratio_of_the_accelerations_where_slip_turns_back() 
     assert run.solution is not None
     volume = np.exp(-(p.c1 + p.c2) / p.m * t_end)
     for change in run.mode_changes:
-        at = run.solution([change.t])
-        state = (float(at.x[0]), 0.5, float(at.y[0]), float(at.vy[0]))
+        motion = run.solution([change.t])
+        state = (float(motion.x[0]), 0.5, float(motion.y[0]), float(motion.vy[0]))
         volume *= accelerations(p, state, change.then)[0] / accelerations(p, state, change.first)[0]
-    flow = derived(p, start, t_end, separation=False).derivatives[:, :4]
+    flow = compute_derivatives(p, start, t_end, separation=False).derivatives[:, :4]
     assert np.linalg.det(flow) == pytest.approx(volume, rel=1e-10)
     assert sliding(p, -0.4, Mode.FORWARD) == (0.05, p.c1)
 
 
 def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:
     # The spring balances friction where the slider reaches the speed of the belt.
-    at: State = (0.5, 0.2, -1.0, 0.0)
+    state: State = (0.5, 0.2, -1.0, 0.0)
     segment = Segment(
         Mode.FORWARD,
         0.0,
@@ -221,7 +232,7 @@ def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:
         1e-9,
         (0.5, 2e-10, 0.0, 0.0),
         (-1.0, 0.0, 0.0, 0.0),
-        at,
+        state,
         next_mode=Mode.BACKWARD,
     )
     with pytest.raises(ComputationError, match="touches v_r = 0 without crossing it"):
@@ -237,8 +248,8 @@ def test_sensitivities_of_simulate_are_those_of_the_run() -> None:
         sensitivity = run.sensitivities[name]
         ends = []
         for size in (-1e-6, 1e-6):
-            q = p.with_values({name: getattr(p, name) + size})
-            ends.append(simulate(q, t_end=6.0, tol=1e-13))
+            changed = p.with_values({name: getattr(p, name) + size})
+            ends.append(simulate(changed, t_end=6.0, tol=1e-13))
         low, high = ends
         expected = [b - a for a, b in zip(low.final[1:], high.final[1:], strict=True)]
         assert np.array(sensitivity.final) == pytest.approx(
@@ -250,7 +261,7 @@ def test_sensitivities_of_simulate_are_those_of_the_run() -> None:
         )
 
 
-def test_derivatives_by_what_is_none_are_refused() -> None:
+def test_derivatives_by_parameters_without_value_are_refused() -> None:
     for values, name, missing in (
         ({"v_belt": 1.0}, "v_s", "v_s"),
         ({"v_belt": 1.0}, "mu_s", "mu_s"),
@@ -262,4 +273,4 @@ def test_derivatives_by_what_is_none_are_refused() -> None:
             InputError, match=f"^{missing} = none: must have a value for .* {name}$"
         ):
             simulate(p, t_end=1.0, sensitivities=[name])
-    assert set(ALL_PARAMETERS) > set(set_names(Parameters()))
+    assert set(ALL_PARAMETERS) > set(parameter_names(Parameters()))

@@ -20,15 +20,15 @@ from .test_motion import MASS
 
 kernels = pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
 # Factors just below and just above the value at which the slider touches.
-BESIDE = (1.0 - 1e-9, 1.0 + 1e-9)
+FACTORS = (1.0 - 1e-9, 1.0 + 1e-9)
 
 
 @kernels
-def test_a_slider_that_comes_just_short_of_the_belt_s_speed_slides_on_and_else_it_sticks(
+def test_a_slider_just_slower_than_the_belt_slides_on_and_one_just_as_fast_sticks(
     kernel: KernelChoice,
 ) -> None:
     # The slider oscillates about x = mu P/k1 with a peak speed of 0.3 m/s.
-    for v_belt, sticks in ((0.3 * BESIDE[1], 0), (0.3 * BESIDE[0], 1)):
+    for v_belt, sticks in ((0.3 * FACTORS[1], 0), (0.3 * FACTORS[0], 1)):
         p = MASS.with_values({"v_belt": v_belt})
         run = simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel)
         assert run.events.sticks == sticks
@@ -42,11 +42,11 @@ def test_a_slider_that_comes_just_short_of_the_belt_s_speed_slides_on_and_else_i
 
 
 @kernels
-def test_a_belt_of_the_very_speed_of_a_turning_point_gives_one_of_the_neighbours(
+def test_a_belt_exactly_as_fast_as_the_slider_gives_the_motion_of_a_slightly_slower_or_faster_one(
     kernel: KernelChoice,
 ) -> None:
     ends = []
-    for factor in (BESIDE[0], 1.0, BESIDE[1]):
+    for factor in (FACTORS[0], 1.0, FACTORS[1]):
         p = MASS.with_values({"v_belt": 0.3 * factor})
         ends.append(simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel).final[1:])
     slow, equal, fast = (np.array(end) for end in ends)
@@ -55,11 +55,11 @@ def test_a_belt_of_the_very_speed_of_a_turning_point_gives_one_of_the_neighbours
 
 
 @kernels
-def test_a_hold_that_is_just_enough_holds_and_one_that_is_just_too_weak_does_not(
+def test_friction_just_above_the_holding_force_holds_and_just_below_it_slips(
     kernel: KernelChoice,
 ) -> None:
     # P = 1 - 0.2 cos t is least after full cycles.
-    for factor, sticks in ((BESIDE[0], True), (BESIDE[1], False)):
+    for factor, sticks in ((FACTORS[0], True), (FACTORS[1], False)):
         p = MASS.with_values({"v_belt": 0.0})
         start = (0.8 * factor, 0.0, -1.2, 0.0)
         run = simulate(p, t_end=20.0, start=start, kernel=kernel)
@@ -81,7 +81,7 @@ def test_a_spring_force_equal_to_the_static_friction_is_held_for_ever(kernel: Ke
 
 
 @kernels
-def test_an_oscillation_on_a_belt_at_rest_comes_to_rest_where_friction_takes_it(
+def test_an_oscillation_on_a_belt_at_rest_is_damped_by_friction_as_in_closed_form(
     kernel: KernelChoice,
 ) -> None:
     # Coulomb damping: each half cycle reduces the amplitude by 2 mu P/k1, until the slider sticks.
@@ -99,32 +99,32 @@ def test_an_oscillation_on_a_belt_at_rest_comes_to_rest_where_friction_takes_it(
 
 
 @kernels
-def test_a_slider_that_leaves_the_belt_as_it_reaches_its_speed_leaves_it(
+def test_a_slider_that_lifts_off_as_it_reaches_the_speed_of_the_belt_separates(
     kernel: KernelChoice,
 ) -> None:
-    # The belt gets the slider's speed at its first lift-off, computed with an always faster belt.
+    # The belt has the slider's speed at its first lift-off, from a run on an always faster belt.
     p = Parameters(k1=20.0, k3=0.0, mu=0.4)
     start = (-5.0, 1.0, -1.5, 0.0)
-    free = simulate(p.with_values({"v_belt": 1e3}), t_end=1.5, start=start, samples="dense")
-    assert free.solution is not None
-    lifts = float(free.switch_times[0])
-    speed = float(free.solution(np.array([lifts])).vx[0])
-    before = free.solution(np.linspace(0.0, lifts, 2001)[:-1]).vx.max()
-    assert before < speed
+    fast_run = simulate(p.with_values({"v_belt": 1e3}), t_end=1.5, start=start, samples="dense")
+    assert fast_run.solution is not None
+    lift_off_time = float(fast_run.switch_times[0])
+    speed = float(fast_run.solution(np.array([lift_off_time])).vx[0])
+    vx_before = fast_run.solution(np.linspace(0.0, lift_off_time, 2001)[:-1]).vx.max()
+    assert vx_before < speed
     finals = []
     for value in (speed, math.nextafter(speed, 0.0), speed * (1.0 - 1e-13), speed * (1.0 + 1e-13)):
         run = simulate(
             p.with_values({"v_belt": value, "mu_s": 0.9}), t_end=1.5, start=start, kernel=kernel
         )
         assert Mode.SEPARATED in [change.then for change in run.mode_changes[:3]]
-        assert run.switch_times[0] == pytest.approx(lifts, abs=1e-9)
+        assert run.switch_times[0] == pytest.approx(lift_off_time, abs=1e-9)
         finals.append(run.final[1:])
     assert np.ptp(np.array(finals), axis=0).max() < 1e-8
 
 
 @kernels
 @pytest.mark.parametrize("start", [(0.4, -1.0), (-0.4, -1.0), (0.0, -1.0), (0.4, 1.0), (0.4, 0.0)])
-def test_landing_at_the_speed_of_the_belt_goes_on_by_the_force_that_it_has_to_hold(
+def test_landing_at_the_speed_of_the_belt_slips_in_the_direction_of_the_holding_force(
     kernel: KernelChoice, start: tuple[float, float]
 ) -> None:
     p = Parameters(v_belt=0.5, mu_s=0.9, k3=20.0)
@@ -137,13 +137,15 @@ def test_landing_at_the_speed_of_the_belt_goes_on_by_the_force_that_it_has_to_ho
     spring_force = p.c1 * 0.5 + (p.k1 + 0.5 * p.k3) * x
     assert run.first_mode is (Mode.FORWARD if spring_force > 0.0 else Mode.BACKWARD)
     state, modes = integrate(OwnBelt(p), np.array(after), 1.0)
-    followed = [run.first_mode, *(change.then for change in run.mode_changes)]
-    assert [mode.name.lower() for mode in followed] == modes
+    mode_sequence = [run.first_mode, *(change.then for change in run.mode_changes)]
+    assert [mode.name.lower() for mode in mode_sequence] == modes
     assert run.final[1:] == pytest.approx(state.tolist(), rel=1e-8, abs=1e-8)
 
 
 @kernels
-def test_in_tension_a_slider_of_the_belt_s_speed_slides_through_it(kernel: KernelChoice) -> None:
+def test_in_tension_the_slider_passes_the_speed_of_the_belt_without_a_stick(
+    kernel: KernelChoice,
+) -> None:
     p = Parameters(v_belt=0.5, k_nl=0.0, F=5.0, mu_s=5.0)
     run = simulate(
         p, t_end=6.0, start=(0.5, 0.0, 1.0, 2.0), separation=False, samples=6001, kernel=kernel
@@ -152,16 +154,16 @@ def test_in_tension_a_slider_of_the_belt_s_speed_slides_through_it(kernel: Kerne
     assert run.events.sticks > 0
     assert np.all(motion["P"][motion["mode"] == Mode.STICK] >= 0.0)
     assert np.any(motion["P"] < 0.0)
-    passed = [change for change in run.mode_changes if Mode.STICK not in change]
-    assert passed
+    reversals = [change for change in run.mode_changes if Mode.STICK not in change]
+    assert reversals
 
 
-# The least mass and sliding speed on the stiffest contact.
+# The least mass and velocity scale of friction in range, on the stiffest contact.
 UNRESOLVED_LAW = {"v_s": 1e-12, "m": 1e-12, "k2": 1e12}
 
 
 @kernels
-def test_a_friction_law_that_no_number_resolves_is_refused_with_what_to_do(
+def test_a_friction_law_too_sharp_for_double_precision_is_refused_with_advice(
     kernel: KernelChoice,
 ) -> None:
     p = Parameters(v_belt=1.0, mu_s=0.9)
@@ -169,50 +171,53 @@ def test_a_friction_law_that_no_number_resolves_is_refused_with_what_to_do(
         simulate(p.with_values(UNRESOLVED_LAW), t_end=20.0, kernel=kernel)
     assert "grows" not in caught.value.why
     # For small v_s the law converges to friction that drops at once.
-    sharp = simulate(p.with_values({"v_s": 1e-12}), t_end=20.0, kernel="compiled")
-    at_once = simulate(p, t_end=20.0, kernel="compiled")
-    assert sharp.final == pytest.approx(at_once.final, abs=1e-7)
-    assert sharp.events.transitions == at_once.events.transitions
+    sharp_law = simulate(p.with_values({"v_s": 1e-12}), t_end=20.0, kernel="compiled")
+    sudden_drop = simulate(p, t_end=20.0, kernel="compiled")
+    assert sharp_law.final == pytest.approx(sudden_drop.final, abs=1e-7)
+    assert sharp_law.events.transitions == sudden_drop.events.transitions
 
 
-def durations_of(p: Parameters, v_s: float) -> list[float]:
+def stalled_step_lengths(p: Parameters, v_s: float) -> list[float]:
     """Lengths of the steps of a run that ends because its steps do not advance it.
 
-    `v_s` is below its range: no parameters within theirs have so many such steps.
+    `v_s` is below its range: parameters in range never have so many stalled steps.
     """
     start, law = static_start(System(p)), (p.v_belt or 0.0, p.mu_static, v_s)
-    steps: list[float] = []
+    step_lengths: list[float] = []
     run = load_kernel().begin_run(
         p.values(), start, separation=True, t_end=1e3, tol=1e-9, order=12, belt=law
     )
     t, status = 0.0, Status.RUNNING
     while status is Status.RUNNING:
         status = run.advance(1)
-        steps.append(run.outcome.t - t)
+        step_lengths.append(run.outcome.t - t)
         t = run.outcome.t
     assert status is Status.STALLED
-    return steps
+    return step_lengths
 
 
-def test_a_run_ends_after_so_many_steps_in_a_row_that_do_not_advance_it() -> None:
-    steps = np.array(durations_of(Parameters(v_belt=1.0, mu_s=0.9, v_s=1.0), 1e-17))
-    tiny = steps < UNRESOLVED * np.cumsum(steps)
+def test_a_run_ends_after_the_greatest_number_of_stalled_steps() -> None:
+    step_lengths = np.array(stalled_step_lengths(Parameters(v_belt=1.0, mu_s=0.9, v_s=1.0), 1e-17))
+    tiny = step_lengths < UNRESOLVED * np.cumsum(step_lengths)
     assert np.all(tiny[-MAX_STALLED - 1 :])
     assert not tiny[-MAX_STALLED - 2]
 
 
 @pytest.mark.parametrize("separation", [True, False])
-def test_belts_of_any_greater_speed_give_the_bits_of_one_that_is_always_faster(
+def test_every_belt_faster_than_the_slider_gives_the_bits_of_a_belt_that_is_always_faster(
     separation: bool,
 ) -> None:
     for values in ({}, {"F": 30.0, "k3": 0.0}, {"F": 120.0, "k_nl": 500.0, "c1": 1.0}):
         p = Parameters().with_values(values)
-        free = simulate(p, t_end=20.0, separation=separation)
-        for speed in (free.peak.vx_max * (1.0 + 1e-15) + 1e-300, 100.0, 1e9):
+        fast_run = simulate(p, t_end=20.0, separation=separation)
+        for speed in (fast_run.peak.vx_max * (1.0 + 1e-15) + 1e-300, 100.0, 1e9):
             run = simulate(
                 p.with_values({"v_belt": speed, "mu_s": 2.0}), t_end=20.0, separation=separation
             )
             for name in ("final", "peak", "steady", "contact_force"):
-                assert getattr(run, name) == getattr(free, name)
-            assert run.switch_times.tolist() == free.switch_times.tolist()
-            assert dataclasses.replace(run.stats, kernel=free.stats.kernel).steps == run.stats.steps
+                assert getattr(run, name) == getattr(fast_run, name)
+            assert run.switch_times.tolist() == fast_run.switch_times.tolist()
+            assert (
+                dataclasses.replace(run.stats, kernel=fast_run.stats.kernel).steps
+                == run.stats.steps
+            )

@@ -16,19 +16,24 @@ from tests.support.strategies import moderate_parameters, states
 SLIDING = (Mode.FORWARD, Mode.BACKWARD)
 
 
-def on_belt(p: Parameters, speed: float, static: float, fall: float | None) -> Parameters:
-    return p.with_values({"v_belt": speed, "mu_s": p.mu + static, "v_s": fall})
+def set_on_belt(
+    p: Parameters, speed: float, static: float, speed_scale: float | None
+) -> Parameters:
+    return p.with_values({"v_belt": speed, "mu_s": p.mu + static, "v_s": speed_scale})
 
 
 @st.composite
 def belts(draw: st.DrawFn) -> Parameters:
-    fall = draw(st.one_of(st.none(), st.floats(0.05, 2.0)))
-    return on_belt(
-        draw(moderate_parameters()), draw(st.floats(0.0, 5.0)), draw(st.floats(0.0, 0.5)), fall
+    speed_scale = draw(st.one_of(st.none(), st.floats(0.05, 2.0)))
+    return set_on_belt(
+        draw(moderate_parameters()),
+        draw(st.floats(0.0, 5.0)),
+        draw(st.floats(0.0, 0.5)),
+        speed_scale,
     )
 
 
-def test_what_is_none_has_no_value_and_what_is_set_is_within_bounds() -> None:
+def test_belt_parameters_are_none_or_within_bounds() -> None:
     assert (Parameters().v_belt, Parameters().mu_static, Parameters().speed_law) == (
         None,
         0.7,
@@ -39,22 +44,22 @@ def test_what_is_none_has_no_value_and_what_is_set_is_within_bounds() -> None:
     assert Parameters(**p.as_dict()) == p
     assert p.with_values({"v_belt": "none", "mu_s": None, "v_s": "none"}) == Parameters()
     assert list(Parameters(v_belt=0.0).as_dict())[-1] == "v_belt"
-    for name, wrong in (("v_belt", "-1"), ("v_s", "0"), ("mu_s", "nan"), ("v_belt", "None")):
+    for name, text in (("v_belt", "-1"), ("v_s", "0"), ("mu_s", "nan"), ("v_belt", "None")):
         with pytest.raises(InputError, match=rf"^{name} = .*must be none, or "):
-            Parameters().with_values({name: wrong})
+            Parameters().with_values({name: text})
     with pytest.raises(InputError, match=r"^mu_s = 0\.5: must be none, or at least mu = 0\.7$"):
         Parameters(mu_s=0.5)
     with pytest.raises(InputError, match=r"^F = 'none'"):
         Parameters().with_values({"F": "none"})
 
 
-def test_every_mode_ends_in_others_and_the_belt_s_modes_stay_among_themselves() -> None:
+def test_modes_end_in_other_modes_of_the_same_kind_of_belt_or_in_separation() -> None:
     for mode, row in MODES.items():
         for transition in row.ends:
             assert mode not in transition.to
             for successor in transition.to:
-                of_belt = {row.finite_belt, MODES[successor].finite_belt}
-                assert of_belt != {True, False} or Mode.SEPARATED in (mode, successor)
+                finite_belts = {row.finite_belt, MODES[successor].finite_belt}
+                assert finite_belts != {True, False} or Mode.SEPARATED in (mode, successor)
 
 
 @given(belts(), states())
@@ -65,19 +70,19 @@ def test_a_mode_begins_where_its_guards_are_positive(p: Parameters, state: State
 
 
 @given(belts(), states())
-def test_at_the_speed_of_the_belt_the_slider_goes_where_its_acceleration_takes_it(
+def test_at_the_speed_of_the_belt_the_acceleration_determines_the_mode(
     p: Parameters, state: State
 ) -> None:
     x, _, y, vy = state
-    moving_state = (x, p.v_belt or 0.0, y, vy)
-    mode = mode_of(p, moving_state, separation=False)
+    state_at_belt_speed = (x, p.v_belt or 0.0, y, vy)
+    mode = mode_of(p, state_at_belt_speed, separation=False)
     if mode is Mode.STICK:
-        spring_force = abs(friction_force(p, moving_state, Mode.STICK))
+        spring_force = abs(friction_force(p, state_at_belt_speed, Mode.STICK))
         grip = p.mu_static * max(-p.k2 * y - p.k_nl * y**3, 0.0)
         assert spring_force <= grip + 1e-12 * (spring_force + grip + p.mu_static * p.F) + LEAST
-        assert accelerations(p, moving_state, mode)[0] == 0.0
+        assert accelerations(p, state_at_belt_speed, mode)[0] == 0.0
     else:
-        ax = accelerations(p, moving_state, mode)[0]
+        ax = accelerations(p, state_at_belt_speed, mode)[0]
         assert (-ax if mode is Mode.FORWARD else ax) >= -1e-6 * (abs(x) + abs(y) + 1.0)
 
 
@@ -100,12 +105,12 @@ def test_friction_opposes_sliding_and_falls_from_its_static_value(
 
 
 @given(st.floats(0.0, 800.0))
-def test_the_decay_by_arithmetic_alone_is_that_of_the_library(exponent: float) -> None:
+def test_the_exponential_by_arithmetic_alone_is_that_of_the_library(exponent: float) -> None:
     expected = math.exp(-exponent) if exponent < 700.0 else 0.0
     assert exponential(-exponent) == pytest.approx(expected, rel=4e-16 + 2e-16 * exponent)
 
 
-def test_in_tension_nothing_sticks() -> None:
+def test_in_tension_the_slider_does_not_stick() -> None:
     p = Parameters(v_belt=1.0, mu=5.0)
     assert mode_of(p, (0.0, 1.0, -0.5, 0.0), separation=False) is Mode.STICK
     assert mode_of(p, (0.0, 1.0, 0.5, 0.0), separation=False) in SLIDING
@@ -115,10 +120,11 @@ def test_in_tension_nothing_sticks() -> None:
 @pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("rises", [True, False])
-def test_where_the_margin_of_the_hold_and_its_rate_are_zero_its_second_derivative_decides(
+def test_where_the_margin_of_a_stick_and_its_rate_are_zero_the_second_derivative_decides(
     kernel: KernelChoice, side: float, rises: bool
 ) -> None:
-    # The margin of the stick is mu_s P - side f; side 1 is a push forward, -1 a push backward.
+    # The margin of the stick is mu_s P - side f, where the spring pushes forward (side 1) or
+    # backward (side -1).
     p = Parameters(m=2.0, k1=30.0, k2=20.0, k3=90.0, c1=0.5, c2=4.0, k_nl=0.0, v_belt=1.0, mu=0.5)
     h, y, speed = 0.5 * p.k3, -1.0, 1.0
     a = p.k1 + h
@@ -129,8 +135,8 @@ def test_where_the_margin_of_the_hold_and_its_rate_are_zero_its_second_derivativ
     ay = (0.5 if rises == (slope > 0.0) else -0.5) * p.c2 * vy / p.m
     p = p.with_values({"F": p.k2 + h * (x - y) - p.c2 * vy - p.m * ay})
     state = (x, speed, y, vy)
-    leaves = Mode.FORWARD if side > 0.0 else Mode.BACKWARD
-    expected = Mode.STICK if rises else leaves
+    slip_mode = Mode.FORWARD if side > 0.0 else Mode.BACKWARD
+    expected = Mode.STICK if rises else slip_mode
     assert mode_of(p, state, separation=True) is expected
     run = simulate(p, t_end=1e-3, start=state, samples=[0.0, 5e-4, 1e-3], kernel=kernel)
     assert run.to_columns()["mode"].tolist() == [expected] * 3

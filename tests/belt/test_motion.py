@@ -21,7 +21,7 @@ from tests.support.energy import mechanical_energy, power
 
 from .test_model import belts
 
-# Mass on a belt: half of its stick, then half of its slip, which is a harmonic oscillation.
+# A mass on a belt: it sticks, then slips in a harmonic oscillation; the period has a closed form.
 MASS = Parameters(
     m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0, v_belt=0.2
 )
@@ -35,20 +35,24 @@ def test_a_mass_on_a_belt_has_the_period_in_closed_form(kernel: KernelChoice) ->
     run = simulate(MASS, t_end=60.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
     assert 2.5 / 0.2 * 0.4 + 2.0 * (math.pi - math.atan(2.5)) == pytest.approx(PERIOD, rel=1e-15)
     for kind in (Mode.STICK, Mode.FORWARD):
-        begins = np.array([change.t for change in run.mode_changes if change.then is kind])
-        assert np.diff(begins) == pytest.approx(PERIOD, rel=1e-12)
+        begin_times = np.array([change.t for change in run.mode_changes if change.then is kind])
+        assert np.diff(begin_times) == pytest.approx(PERIOD, rel=1e-12)
     assert run.events.transitions == {"forward-stick": 6, "stick-forward": 7}
     assert (run.events.sticks, len(run.stick_intervals)) == (7, 7)
     assert run.events.stick_time == pytest.approx(5.0 + 6 * 5.0, rel=1e-12)
 
 
 @kernels
-def test_a_stick_that_lasts_ends_with_the_run(kernel: KernelChoice) -> None:
+def test_a_stick_in_progress_ends_with_the_run(kernel: KernelChoice) -> None:
     run = simulate(MASS, t_end=8.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
     assert np.array(run.stick_intervals) == pytest.approx(np.array([[0.0, 5.0]]), rel=1e-12)
-    held_run = simulate(MASS, t_end=2.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
-    assert held_run.stick_intervals == [(0.0, 2.0)]
-    assert (held_run.events.sticks, held_run.events.stick_time, held_run.final_stick) == (
+    run_in_stick = simulate(MASS, t_end=2.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
+    assert run_in_stick.stick_intervals == [(0.0, 2.0)]
+    assert (
+        run_in_stick.events.sticks,
+        run_in_stick.events.stick_time,
+        run_in_stick.final_stick,
+    ) == (
         1,
         2.0,
         0.0,
@@ -56,20 +60,22 @@ def test_a_stick_that_lasts_ends_with_the_run(kernel: KernelChoice) -> None:
 
 
 @pytest.mark.parametrize("v_belt", [0.0, 0.2, 1.0, 3.0])
-def test_the_kernel_counts_sticks_and_switches_as_they_are_in_its_changes(v_belt: float) -> None:
+def test_counts_of_sticks_and_switches_match_the_mode_changes(v_belt: float) -> None:
     p = Parameters(v_belt=v_belt, mu_s=0.9, v_s=0.4)
     for t_end in (0.5, 20.0, 60.0):
         run = simulate(p, t_end=t_end, kernel="compiled")
         events = all_events(run.events, p, run.first_mode, run.changes, t_end)
         assert run.events.stick_time == pytest.approx(events.stick_time, abs=1e-12)
         assert run.events == events._replace(stick_time=run.events.stick_time)
-        off = run.changes[:, 1:] == Mode.SEPARATED
-        assert run.switch_times.tolist() == run.changes[off[:, 0] != off[:, 1], 0].tolist()
+        separated = run.changes[:, 1:] == Mode.SEPARATED
+        assert (
+            run.switch_times.tolist() == run.changes[separated[:, 0] != separated[:, 1], 0].tolist()
+        )
 
 
 @kernels
 @pytest.mark.parametrize(("speed", "peak"), [(1.0, 3.3446), (0.2, -0.05346)])
-def test_a_slow_belt_takes_the_vibration_away(
+def test_on_a_slow_belt_the_peak_is_small_or_the_slider_stays_on_the_belt(
     speed: float, peak: float, kernel: KernelChoice
 ) -> None:
     run = simulate(Parameters(v_belt=speed), t_end=100.0, kernel=kernel)
@@ -77,7 +83,7 @@ def test_a_slow_belt_takes_the_vibration_away(
     assert (run.events.separations == 0) == (speed == 0.2)
 
 
-def transitions_of(run: Transient) -> Counter[str]:
+def count_transitions(run: Transient) -> Counter[str]:
     return Counter(run.events.transitions)
 
 
@@ -85,7 +91,7 @@ def transitions_of(run: Transient) -> Counter[str]:
 def test_every_transition_of_the_table_occurs(kernel: KernelChoice) -> None:
     # A slider that moves up and down on a belt at rest separates while it sticks.
     upright = MASS.with_values({"v_belt": 0.0, "k_nl": 5.0})
-    transitions = transitions_of(
+    transitions = count_transitions(
         simulate(upright, t_end=20.0, start=(0, 0, -0.5, 3.0), kernel=kernel)
     )
     assert set(transitions) == {"separated-stick", "stick-separated"}
@@ -96,7 +102,7 @@ def test_every_transition_of_the_table_occurs(kernel: KernelChoice) -> None:
         ({"v_belt": 0.0, "mu": 0.1, "F": 20.0}, (2.0, 5.0, -0.3, 4.0)),
     )
     for values, start in scenes:
-        transitions += transitions_of(
+        transitions += count_transitions(
             simulate(Parameters().with_values(values), t_end=30.0, start=start, kernel=kernel)
         )
     expected = {
@@ -109,7 +115,7 @@ def test_every_transition_of_the_table_occurs(kernel: KernelChoice) -> None:
     assert set(transitions) == expected
 
 
-def panels(run: Transient, first: float, end: float) -> Iterator[tuple[float, float]]:
+def smooth_intervals(run: Transient, first: float, end: float) -> Iterator[tuple[float, float]]:
     """Intervals of time in which friction changes little."""
     assert run.solution is not None
     parts = np.linspace(first, end, 2 + int((end - first) / 0.005))
@@ -138,14 +144,14 @@ def panels(run: Transient, first: float, end: float) -> Iterator[tuple[float, fl
     ),
     False,
 )
-def test_energy_is_that_of_friction_and_damping(
+def test_energy_changes_by_the_work_of_friction_and_damping(
     kernel: KernelChoice, p: Parameters, separation: bool
 ) -> None:
     check_energy(p if separation else p.with_values({"k_nl": 20.0}), kernel, separation=separation)
 
 
 @kernels
-def test_energy_is_that_of_friction_and_damping_where_the_slider_sticks_and_lifts_off(
+def test_energy_changes_by_that_work_too_where_the_slider_sticks_and_lifts_off(
     kernel: KernelChoice,
 ) -> None:
     separations = 0
@@ -175,28 +181,33 @@ def check_energy(
     assert run.solution is not None
     edges = sorted({0.0, *(change.t for change in run.mode_changes), t_end})
     nodes, weights = np.polynomial.legendre.leggauss(10)
-    gained = size = 0.0
+    work = size = 0.0
     for first, end in pairwise(edges):
-        for begin, stop in panels(run, first, end):
-            at = run.solution(begin + (stop - begin) * (0.5 + 0.5 * nodes))
+        for begin, stop in smooth_intervals(run, first, end):
+            states = run.solution(begin + (stop - begin) * (0.5 + 0.5 * nodes))
             for n, weight in enumerate(weights.tolist()):
-                state = (float(at.x[n]), float(at.vx[n]), float(at.y[n]), float(at.vy[n]))
-                given_by, lost = power(p, state, Mode(int(at.mode[n])))
-                gained += 0.5 * (stop - begin) * weight * (given_by - lost)
-                size += 0.5 * (stop - begin) * weight * (abs(given_by) + lost)
+                state = (
+                    float(states.x[n]),
+                    float(states.vx[n]),
+                    float(states.y[n]),
+                    float(states.vy[n]),
+                )
+                friction_power, damping_power = power(p, state, Mode(int(states.mode[n])))
+                work += 0.5 * (stop - begin) * weight * (friction_power - damping_power)
+                size += 0.5 * (stop - begin) * weight * (abs(friction_power) + damping_power)
     _, *last_state = run.final
     x, vx, y, vy = last_state
     last_mode = run.mode_changes[-1].then if run.mode_changes else run.first_mode
     before = mechanical_energy(p, start, run.first_mode)
     after = mechanical_energy(p, (x, vx, y, vy), last_mode)
-    assert after - before == pytest.approx(gained, abs=1e-7 * (size + abs(before) + 1.0))
+    assert after - before == pytest.approx(work, abs=1e-7 * (size + abs(before) + 1.0))
     return run
 
 
 @kernels
 @given(belts(), st.booleans(), st.floats(0.0, 2.0))
 @settings(max_examples=20)
-def test_modes_and_states_fit_each_other(
+def test_states_satisfy_the_conditions_of_their_mode(
     kernel: KernelChoice, p: Parameters, separation: bool, push: float
 ) -> None:
     p = p.with_values({"k_nl": max(p.k_nl, 20.0)})
@@ -209,14 +220,14 @@ def test_modes_and_states_fit_each_other(
         separation=separation,
     )
     motion = run.to_columns()
-    mode, ahead = motion["mode"], (p.v_belt or 0.0) - motion["vx"]
-    slack = 1e-9 * (1.0 + np.abs(motion["vx"]).max())
-    assert np.all(ahead[mode == Mode.FORWARD] >= -slack)
-    assert np.all(ahead[mode == Mode.BACKWARD] <= slack)
-    assert np.all(np.abs(ahead[mode == Mode.STICK]) <= slack)
-    assert np.all(motion["y"][mode == Mode.SEPARATED] >= -slack)
+    mode, sliding_speed = motion["mode"], (p.v_belt or 0.0) - motion["vx"]
+    tolerance = 1e-9 * (1.0 + np.abs(motion["vx"]).max())
+    assert np.all(sliding_speed[mode == Mode.FORWARD] >= -tolerance)
+    assert np.all(sliding_speed[mode == Mode.BACKWARD] <= tolerance)
+    assert np.all(np.abs(sliding_speed[mode == Mode.STICK]) <= tolerance)
+    assert np.all(motion["y"][mode == Mode.SEPARATED] >= -tolerance)
     if separation:
-        assert np.all(motion["y"][mode != Mode.SEPARATED] <= slack)
+        assert np.all(motion["y"][mode != Mode.SEPARATED] <= tolerance)
     spring_force = (
         p.c1 * (p.v_belt or 0.0) + (p.k1 + 0.5 * p.k3) * motion["x"] - 0.5 * p.k3 * motion["y"]
     )
@@ -232,7 +243,7 @@ def test_a_slider_at_rest_on_a_belt_at_rest_stays_where_it_is(kernel: KernelChoi
     assert run.peak.y_max - run.peak.y_min < 1e-12
 
 
-def test_a_sliding_speed_below_zero_by_rounding_ends_no_step_and_no_search() -> None:
+def test_a_sliding_speed_below_zero_by_rounding_gives_a_step_of_finite_length() -> None:
     p = Parameters(v_belt=1.0 - 1e-16, mu_s=0.9, v_s=1e-12)
     segment = BeltStepper(System(p), (0.0, 1.0, -1.0, 0.0)).advance()
     assert segment.duration > 0.0

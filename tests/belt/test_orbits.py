@@ -20,7 +20,7 @@ from fivtui.transient import Start
 from .test_motion import MASS, PERIOD
 
 
-def reached(p: Parameters, start: Start) -> PeriodicOrbit:
+def reach_orbit(p: Parameters, start: Start) -> PeriodicOrbit:
     orbit = Explorer(System(p)).reach(start).orbit
     assert orbit is not None
     return orbit
@@ -28,7 +28,7 @@ def reached(p: Parameters, start: Start) -> PeriodicOrbit:
 
 def test_a_mass_on_a_belt_settles_on_the_cycle_in_closed_form() -> None:
     p = MASS.with_values({"c2": 0.1})
-    orbit = reached(p, (0.0, 0.2, -1.0, 0.0))
+    orbit = reach_orbit(p, (0.0, 0.2, -1.0, 0.0))
     assert orbit.period == pytest.approx(PERIOD, rel=1e-12)
     assert (orbit.section, orbit.sticks, orbit.start[1]) == (Section.STICK, 1, 0.2)
     assert orbit.stick_time == pytest.approx(5.0, rel=1e-12)
@@ -37,9 +37,9 @@ def test_a_mass_on_a_belt_settles_on_the_cycle_in_closed_form() -> None:
     assert np.abs(orbit.multipliers[:2]) == pytest.approx(math.exp(-0.05 * PERIOD), rel=1e-9)
 
 
-def test_multipliers_are_those_of_differences_of_the_return_map() -> None:
+def test_multipliers_are_eigenvalues_of_differences_of_the_return_map() -> None:
     p = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
-    orbit = reached(p, "static")
+    orbit = reach_orbit(p, "static")
     assert orbit.stable
     assert (orbit.sticks, orbit.separations) == (1, 1)
     columns = []
@@ -62,21 +62,21 @@ def test_multipliers_are_those_of_differences_of_the_return_map() -> None:
 def test_two_stick_slip_cycles_coexist() -> None:
     p = Parameters(v_belt=0.4, mu=0.3, mu_s=0.5, v_s=0.4, c1=10.0)
     x, _, y, _ = Explorer(System(p)).rest
-    small, large = reached(p, (x, 0.0, y + 0.01, 0.0)), reached(p, (x, 0.0, y + 1.0, 0.0))
+    small, large = reach_orbit(p, (x, 0.0, y + 0.01, 0.0)), reach_orbit(p, (x, 0.0, y + 1.0, 0.0))
     assert (small.separations, large.separations) == (0, 1)
     assert small.multipliers[2] == large.multipliers[2] == 0.0
     assert small.half_range == pytest.approx(0.0387832, rel=1e-5)
     assert {_cycle_attractor(cycle).kind for cycle in (small, large)} == {Kind.STICK_SLIP_CYCLE}
 
 
-def test_on_a_belt_at_rest_the_slider_sticks_for_good() -> None:
+def test_on_a_belt_at_rest_the_slider_sticks_for_ever() -> None:
     p = Parameters(v_belt=0.0)
     result = attractors(p)
     assert [attractor.kind for attractor in result.attractors] == [Kind.STICK]
     assert (result.coexists, result.others, result.escape) == (False, (), None)
     assert "sticks to the belt at rest" in str(result)
     assert Attractor(Kind.STICK).half_range == 0.0
-    # The energy of the vertical motion decides which starts stick for good.
+    # The energy of the vertical motion decides which starts stick for ever.
     x, y = -0.1, -0.67
     fastest = next(
         v for v in np.arange(10.0, 0.0, -0.01) if sticks_forever(p, (x, 0.0, y, float(v)))
@@ -88,7 +88,7 @@ def test_on_a_belt_at_rest_the_slider_sticks_for_good() -> None:
 
 
 @pytest.mark.parametrize("v_s", [None, 0.5])
-def test_motion_decays_in_all_of_the_region_of_proof(v_s: float | None) -> None:
+def test_motion_decays_everywhere_in_the_region_of_proven_decay(v_s: float | None) -> None:
     p = Parameters(v_belt=2.0, mu=0.2, mu_s=0.4, v_s=v_s, c1=3.0, c2=3.0)
     point = equilibrium(System(p))
     region = DecayRegion(System(p), point)
@@ -108,15 +108,11 @@ def test_motion_decays_in_all_of_the_region_of_proof(v_s: float | None) -> None:
 
 
 @pytest.mark.whole
-def test_cycles_are_followed_over_the_speed_of_the_belt() -> None:
+def test_continuation_follows_cycles_along_the_speed_of_the_belt() -> None:
     result = continuation(MASS.with_values({"c2": 0.2}), "v_belt", [0.2, 0.4])
     # Without a damper a mass that slides to and fro does not settle.
-    cycles = [
-        curve_point
-        for curve_point in result.points
-        if curve_point.attractor.kind is Kind.STICK_SLIP_CYCLE
-    ]
-    assert [curve_point.value for curve_point in cycles] == [0.2, 0.4]
+    cycles = [point for point in result.points if point.attractor.kind is Kind.STICK_SLIP_CYCLE]
+    assert [point.value for point in cycles] == [0.2, 0.4]
     for point in cycles:
         slip = 2.0 * (math.pi - math.atan(0.5 / point.value))
         orbit = point.attractor.orbit
@@ -135,7 +131,7 @@ def test_the_command_prints_multipliers_and_sticks(capsys: pytest.CaptureFixture
     assert "v_belt = none: must have a value to vary v_s" in capsys.readouterr().err
 
 
-def test_sticks_of_a_cycle_are_printed_apart_from_their_time(
+def test_sticks_of_a_cycle_are_printed_in_a_column_beside_their_time(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     cycle = Explorer(System(Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4))).reach("static")

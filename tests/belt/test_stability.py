@@ -18,15 +18,15 @@ from fivtui.model.slider_belt import State, accelerations, equilibrium, jacobian
 
 from .test_model import belts
 
-# Without coupling the slider moves along the belt alone.
-ALONG = Parameters(
+# Without coupling only the motion along the belt can lose stability.
+UNCOUPLED = Parameters(
     k3=0.0, c1=10.0, c2=5.0, mu=0.3, mu_s=0.5, v_s=0.4, v_belt=0.4, F=80.0, k_nl=100.0
 )
 # Two critical friction coefficients, and three critical speeds in tension.
-TWICE = Parameters(
+TWO_CRITICAL_MUS = Parameters(
     k3=75.4, c1=8.025, c2=1.26, F=52.4, k_nl=187.0, mu=0.2, v_belt=0.868, mu_s=0.719, v_s=0.635
 )
-THRICE = Parameters(
+THREE_CRITICAL_SPEEDS = Parameters(
     m=4.911,
     k1=135.3,
     k2=66.63,
@@ -44,18 +44,18 @@ THRICE = Parameters(
 
 def test_without_coupling_the_critical_speed_is_that_in_closed_form() -> None:
     expected = 0.4 * math.log(80.0 * (0.5 - 0.3) / (10.0 * 0.4))
-    (critical,) = stability(ALONG).critical_speed
+    (critical,) = stability(UNCOUPLED).critical_speed
     assert critical.v_belt == pytest.approx(expected, rel=1e-14)
     assert critical.becomes == "stable"
     for factor in (0.999, 1.001):
-        beside = ALONG.with_values({"v_belt": expected * factor})
+        beside = UNCOUPLED.with_values({"v_belt": expected * factor})
         assert stability(beside).stable == (factor > 1.0)
-    assert stability(ALONG.with_values({"c1": 100.0})).critical_speed == ()
-    assert stability(ALONG.with_values({"v_s": None})).critical_speed == ()
+    assert stability(UNCOUPLED.with_values({"c1": 100.0})).critical_speed == ()
+    assert stability(UNCOUPLED.with_values({"v_s": None})).critical_speed == ()
 
 
 def test_with_coupling_critical_speeds_are_where_the_growth_rate_changes_sign() -> None:
-    coupled = ALONG.with_values({"k3": 60.0, "mu": 0.2, "mu_s": 0.4})
+    coupled = UNCOUPLED.with_values({"k3": 60.0, "mu": 0.2, "mu_s": 0.4})
     critical_speed = stability(coupled).critical_speed
     assert critical_speed
     for critical in critical_speed:
@@ -69,7 +69,7 @@ def test_with_coupling_critical_speeds_are_where_the_growth_rate_changes_sign() 
 
 def test_every_critical_mu_is_listed_where_friction_falls_with_the_speed() -> None:
     # Stability is lost by falling friction at small μ and by mode coupling at large μ.
-    p = TWICE
+    p = TWO_CRITICAL_MUS
     critical_values = stability(p).critical_mu
     mus = np.linspace(0.0, 0.719, 201)
     stable = [growth_and_stability(System(p.with_values({"mu": float(mu)})))[1] for mu in mus]
@@ -85,13 +85,14 @@ def test_every_critical_mu_is_listed_where_friction_falls_with_the_speed() -> No
 
 
 def test_critical_mus_that_nearly_merge_are_both_listed() -> None:
-    # Less damping, and there is none: the two come together by the root of what is left to there.
-    p = TWICE
-    merged = 7.677906964971566
-    assert critical_mu_on_belt(System(p.with_values({"c1": merged - 1e-9}))) == ()
+    # With less damping there is no critical μ; the gap between the two falls with the root of the
+    # excess of c1 over that limit.
+    p = TWO_CRITICAL_MUS
+    merging_c1 = 7.677906964971566
+    assert critical_mu_on_belt(System(p.with_values({"c1": merging_c1 - 1e-9}))) == ()
     gaps = []
     for excess in (1e-5, 1e-7, 1e-9):
-        beside = p.with_values({"c1": merged + excess})
+        beside = p.with_values({"c1": merging_c1 + excess})
         first, second = critical_mu_on_belt(System(beside))
         assert (first.becomes, second.becomes) == ("stable", "unstable")
         gaps.append(second.mu - first.mu)
@@ -106,29 +107,33 @@ def scenes_with_falling_friction(count: int, seed: int) -> list[tuple[Parameters
     rng = np.random.default_rng(seed)
     scenes = []
     for number in range(count):
-        low, mu = rng.uniform, float(rng.uniform(0.05, 1.0))
+        uniform, mu = rng.uniform, float(rng.uniform(0.05, 1.0))
         ignored = number % 5 == 0
         p = Parameters(
-            m=low(0.5, 6.0),
-            k1=low(30.0, 150.0),
-            k2=low(30.0, 100.0),
-            k3=10.0 ** low(-1.0, 2.2) if number % 7 else 0.0,
-            c1=low(0.0, 12.0),
-            c2=low(0.1, 5.0),
-            F=low(5.0, 120.0) * (-1.0 if ignored else 1.0),
-            k_nl=low(0.0, 300.0) * (number % 2),
+            m=uniform(0.5, 6.0),
+            k1=uniform(30.0, 150.0),
+            k2=uniform(30.0, 100.0),
+            k3=10.0 ** uniform(-1.0, 2.2) if number % 7 else 0.0,
+            c1=uniform(0.0, 12.0),
+            c2=uniform(0.1, 5.0),
+            F=uniform(5.0, 120.0) * (-1.0 if ignored else 1.0),
+            k_nl=uniform(0.0, 300.0) * (number % 2),
             mu=mu,
-            mu_s=mu * low(1.0, 3.0),
-            v_s=10.0 ** low(-1.0, 0.5),
-            v_belt=10.0 ** low(-1.5, 0.7),
+            mu_s=mu * uniform(1.0, 3.0),
+            v_s=10.0 ** uniform(-1.0, 0.5),
+            v_belt=10.0 ** uniform(-1.5, 0.7),
         )
         scenes.append((p, not ignored))
     return scenes
 
 
 def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed() -> None:
-    several = {"mu": 0, "v_belt": 0}
-    scenes = [*scenes_with_falling_friction(24, 7), (TWICE, True), (THRICE, False)]
+    greatest_counts = {"mu": 0, "v_belt": 0}
+    scenes = [
+        *scenes_with_falling_friction(24, 7),
+        (TWO_CRITICAL_MUS, True),
+        (THREE_CRITICAL_SPEEDS, False),
+    ]
     for p, separation in scenes:
         assert p.v_s is not None
         assert p.mu_s is not None
@@ -149,7 +154,7 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
                 for value, next_stability in listed
                 if value <= ends[name][1]
             ]
-            several[name] = max(several[name], len(listed_changes))
+            greatest_counts[name] = max(greatest_counts[name], len(listed_changes))
             assert len(listed_changes) == len(changes)
             for (value, next_stability), n in zip(listed_changes, changes, strict=True):
                 assert grid[n] <= value <= grid[n + 1]
@@ -160,22 +165,22 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
                 )
                 assert before * after < 0.0
                 assert (after < 0.0) == (next_stability == "stable")
-    assert several == {"mu": 2, "v_belt": 3}
+    assert greatest_counts == {"mu": 2, "v_belt": 3}
 
 
 def test_without_coupling_the_critical_mu_is_that_in_closed_form() -> None:
     expected = 0.5 - 10.0 * 0.4 / (80.0 * math.exp(-1.0))
-    (critical,) = critical_mu_on_belt(System(ALONG))
+    (critical,) = critical_mu_on_belt(System(UNCOUPLED))
     assert critical.mu == pytest.approx(expected, rel=1e-14)
     assert critical.becomes == "stable"
     # The relative effect of weak coupling is the ratio of its stiffness to the contact's.
-    (weak,) = critical_mu_on_belt(System(ALONG.with_values({"k3": 6e-11})))
+    (weak,) = critical_mu_on_belt(System(UNCOUPLED.with_values({"k3": 6e-11})))
     assert weak.mu == pytest.approx(expected, rel=1e-11)
     assert weak.becomes == "stable"
-    (speed,) = critical_speeds(System(ALONG.with_values({"k3": 6e-11})))
-    assert speed.v_belt == pytest.approx(critical_speeds(System(ALONG))[0].v_belt, rel=1e-11)
+    (speed,) = critical_speeds(System(UNCOUPLED.with_values({"k3": 6e-11})))
+    assert speed.v_belt == pytest.approx(critical_speeds(System(UNCOUPLED))[0].v_belt, rel=1e-11)
     # A vertical motion without damping is never asymptotically stable.
-    undamped = ALONG.with_values({"c2": 0.0})
+    undamped = UNCOUPLED.with_values({"c2": 0.0})
     assert (critical_mu_on_belt(System(undamped)), critical_speeds(System(undamped))) == ((), ())
     assert stability(undamped).stable is False
 
@@ -194,8 +199,10 @@ def test_without_coupling_the_critical_mu_is_that_in_closed_form() -> None:
         {"mu": 0.0, "mu_s": 100.0, "m": 1e9},
     ],
 )
-def test_extreme_parameters_have_an_answer(values: dict[str, float]) -> None:
-    p = ALONG.with_values({"k3": 60.0, "mu": 0.2, **values})
+def test_extreme_parameters_give_ascending_positive_critical_values(
+    values: dict[str, float],
+) -> None:
+    p = UNCOUPLED.with_values({"k3": 60.0, "mu": 0.2, **values})
     for result in (
         [c.mu for c in critical_mu_on_belt(System(p))],
         [c.v_belt for c in critical_speeds(System(p))],
@@ -217,16 +224,16 @@ def test_the_linearisation_is_the_derivative_of_the_accelerations(p: Parameters)
         for by in (-step, step):
             state = [x, 0.0, y, 0.0]
             state[column] += by
-            moved: State = (state[0], state[1], state[2], state[3])
-            ends.append(np.array(accelerations(p, moved, point.mode)))
+            moved_state: State = (state[0], state[1], state[2], state[3])
+            ends.append(np.array(accelerations(p, moved_state, point.mode)))
         slope = (ends[1] - ends[0]) / (2.0 * step)
         scale = 1.0 + np.abs(matrix).max()
         assert slope.tolist() == pytest.approx(matrix[[1, 3], column].tolist(), abs=1e-6 * scale)
 
 
 def test_narrow_ranges_of_stability_are_listed() -> None:
-    # Between too little damping of the horizontal motion and flutter, with little vertical damping.
-    p = ALONG.with_values({"k3": 60.0, "mu": 0.2, "mu_s": 1.5, "c1": 1.0})
+    # Little vertical damping leaves a narrow range between self-excitation by friction and flutter.
+    p = UNCOUPLED.with_values({"k3": 60.0, "mu": 0.2, "mu_s": 1.5, "c1": 1.0})
     widths = []
     for c2 in (1e-3, 1e-5, 1e-7):
         first, second = critical_speeds(System(p.with_values({"c2": c2})))[:2]
@@ -235,15 +242,21 @@ def test_narrow_ranges_of_stability_are_listed() -> None:
     assert np.diff(np.log10(widths)) == pytest.approx(-2.0, abs=0.05)
 
 
-def test_changes_are_those_of_another_friction_law(monkeypatch: pytest.MonkeyPatch) -> None:
-    shipped = friction_coefficient
+def test_another_friction_law_gives_its_own_critical_speeds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    original_law = friction_coefficient
 
-    def rising(p: Any, speed: Any) -> Any:
-        return shipped(p, speed) + 0.05 * speed
+    def rising_law(p: Any, speed: Any) -> Any:
+        return original_law(p, speed) + 0.05 * speed
 
     for module in (field, belt):
-        monkeypatch.setattr(module, "friction_coefficient", rising)
-    for p in (TWICE, TWICE.with_values({"mu_s": None}), TWICE.with_values({"mu_s": 0.3})):
+        monkeypatch.setattr(module, "friction_coefficient", rising_law)
+    for p in (
+        TWO_CRITICAL_MUS,
+        TWO_CRITICAL_MUS.with_values({"mu_s": None}),
+        TWO_CRITICAL_MUS.with_values({"mu_s": 0.3}),
+    ):
         assert depends_on_speed(p)
         listed = critical_speeds(System(p))
         assert listed

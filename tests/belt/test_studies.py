@@ -19,7 +19,7 @@ from fivtui.model import InputError, System
 FALLING = Parameters(v_belt=0.4, mu=0.3, mu_s=0.5, v_s=0.4, c1=10.0)
 
 
-def test_maps_are_those_of_each_point() -> None:
+def test_maps_have_the_values_of_each_point() -> None:
     over = {"v_belt": [0.3, 0.46, 0.6], "F": [40.0, 80.0]}
     growth = stability_map(FALLING, over)
     modes = stability_map(FALLING, over, "unstable-modes")
@@ -30,8 +30,14 @@ def test_maps_are_those_of_each_point() -> None:
             assert growth.values[i, j] == result.growth_rate
             assert (growth.excess[i, j] < 0.0) == result.stable
             assert modes.values[i, j] == (not result.stable)
-            least = [point.mu for point in result.critical_mu if point.becomes == "unstable"]
-            assert critical.values[i, j] == least[0] if least else np.isnan(critical.values[i, j])
+            unstable_above = [
+                point.mu for point in result.critical_mu if point.becomes == "unstable"
+            ]
+            assert (
+                critical.values[i, j] == unstable_above[0]
+                if unstable_above
+                else np.isnan(critical.values[i, j])
+            )
     assert np.isfinite(critical.values).any()
     assert (modes.values == 1.0).any()
 
@@ -51,7 +57,7 @@ def test_a_map_over_the_speed_of_the_belt_is_drawn(
     assert "v_belt = 0.4: must be none for maps of safe-mu; critical-mu and growth-rate" in message
 
 
-def test_safe_friction_is_refused_by_what_to_do_instead() -> None:
+def test_safe_friction_on_a_belt_of_finite_speed_is_refused_with_advice() -> None:
     with pytest.raises(InputError, match=r"^v_belt = 0\.4: .* down in mu instead$"):
         safe_friction(FALLING)
     with pytest.raises(InputError, match="must be none for maps of coexistence"):
@@ -75,9 +81,9 @@ def test_uncertainty_has_probabilities_and_shares_by_the_speed_of_the_belt() -> 
     ]
     assert local["v_belt"].derivative == pytest.approx((ends[1] - ends[0]) / 2e-6, rel=1e-5)
     # The default outputs are all that cost little on a belt of finite speed.
-    always = uncertainty(Parameters(v_belt=1.0), vary={"mu": "uniform:0:1"}, samples=8, t_end=1.0)
-    assert "critical_mu" in always.study.outputs
-    assert "safe_mu" not in always.study.outputs
+    constant = uncertainty(Parameters(v_belt=1.0), vary={"mu": "uniform:0:1"}, samples=8, t_end=1.0)
+    assert "critical_mu" in constant.study.outputs
+    assert "safe_mu" not in constant.study.outputs
     falling = uncertainty(FALLING, vary={"mu": "uniform:0.1:0.4"}, samples=8, t_end=1.0)
     assert {"critical_mu", "safe_mu"}.isdisjoint(falling.study.outputs)
 
@@ -111,7 +117,7 @@ def test_scattered_friction_is_truncated_at_the_friction_that_does_not_scatter(
     result = uncertainty(p, vary={scattered: "normal:0.72:0.05"}, samples=64, outputs=["y_max"])
     assert result.to_dict()["truncated"][0].startswith(f"{scattered}~normal:0.72:0.05: {message}")
     assert "failed" not in result.sweep.table.reasons
-    drawn = result.sweep.table.numbers[scattered]
-    assert (drawn.max() <= 0.75) if scattered == "mu" else (drawn.min() >= 0.7)
+    drawn_values = result.sweep.table.numbers[scattered]
+    assert (drawn_values.max() <= 0.75) if scattered == "mu" else (drawn_values.min() >= 0.7)
     with pytest.raises(InputError, match="must have values from"):
         uncertainty(p, vary={"mu": "uniform:0.8:0.9"}, samples=64)

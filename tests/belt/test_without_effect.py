@@ -8,8 +8,8 @@ from fivtui.model import InputError, without_effect
 from fivtui.scene import Scene
 from fivtui.tui.session import Session
 
-SLIDING = "mu_s has no effect without v_belt"
-CONSTANT = "v_s has no effect without mu_s greater than mu"
+NO_BELT_SPEED = "mu_s has no effect without v_belt"
+CONSTANT_FRICTION = "v_s has no effect without mu_s greater than mu"
 
 
 @pytest.mark.parametrize(
@@ -17,15 +17,15 @@ CONSTANT = "v_s has no effect without mu_s greater than mu"
     [
         ({}, (), ""),
         ({"v_belt": 1.0}, (), ""),
-        ({"mu_s": 0.9}, (), SLIDING),
+        ({"mu_s": 0.9}, (), NO_BELT_SPEED),
         ({"mu_s": 0.9, "v_s": 0.4}, (), "mu_s and v_s have no effect without v_belt"),
         ({"mu_s": 0.9, "v_s": 0.4}, ("v_belt",), ""),
-        ({"v_belt": 1.0, "v_s": 0.4}, (), CONSTANT),
-        ({"v_belt": 1.0, "mu_s": 0.7, "v_s": 0.4}, (), CONSTANT),
+        ({"v_belt": 1.0, "v_s": 0.4}, (), CONSTANT_FRICTION),
+        ({"v_belt": 1.0, "mu_s": 0.7, "v_s": 0.4}, (), CONSTANT_FRICTION),
         ({"v_belt": 1.0, "v_s": 0.4}, ("mu_s",), ""),
         ({"v_belt": 1.0, "mu_s": 0.7, "v_s": 0.4}, ("mu",), ""),
         ({"v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}, (), ""),
-        ({}, ("mu_s",), SLIDING),
+        ({}, ("mu_s",), NO_BELT_SPEED),
     ],
 )
 def test_a_parameter_that_needs_another_one_gives_a_warning(
@@ -37,14 +37,14 @@ def test_a_parameter_that_needs_another_one_gives_a_warning(
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("simulate --set mu_s=0.9 --t-end 1", SLIDING),
-        ("simulate --set v_belt=1 --set v_s=0.4 --t-end 1", CONSTANT),
-        ("stability --set mu_s=0.9 --no-search", SLIDING),
-        ("sweep --set mu_s=0.9 --vary F=20,30 --t-end 1", SLIDING),
-        ("map --set mu_s=0.9 --over F=20:30:2 --over c1=1:2:2", SLIDING),
+        ("simulate --set mu_s=0.9 --t-end 1", NO_BELT_SPEED),
+        ("simulate --set v_belt=1 --set v_s=0.4 --t-end 1", CONSTANT_FRICTION),
+        ("stability --set mu_s=0.9 --no-search", NO_BELT_SPEED),
+        ("sweep --set mu_s=0.9 --vary F=20,30 --t-end 1", NO_BELT_SPEED),
+        ("map --set mu_s=0.9 --over F=20:30:2 --over c1=1:2:2", NO_BELT_SPEED),
     ],
 )
-def test_commands_say_it_in_one_line(
+def test_commands_warn_of_parameters_without_effect_in_one_line(
     line: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(line.split()) == 0
@@ -82,7 +82,7 @@ def test_parameters_with_an_effect_give_no_warning(
         ("branch --curve hopf --over mu=0.3:0.5 --over F=70:90 --set mu=0.4", ""),
     ],
 )
-def test_a_value_of_what_varies_is_said_to_have_no_effect(
+def test_commands_warn_of_a_value_for_a_parameter_that_varies(
     line: str, names: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(line.split()) == 0
@@ -102,22 +102,22 @@ def test_varied_parameters_without_effect_are_refused(
     line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(line.split()) == 2
-    assert capsys.readouterr().err == f"fivtui: {SLIDING}, which must be given\n"
+    assert capsys.readouterr().err == f"fivtui: {NO_BELT_SPEED}, which must be given\n"
 
 
-def test_the_same_from_python() -> None:
+def test_functions_note_or_refuse_parameters_without_effect() -> None:
     over = {"F": [20.0, 80.0], "mu_s": [0.8, 0.9]}
-    with pytest.raises(InputError, match=SLIDING):
+    with pytest.raises(InputError, match=NO_BELT_SPEED):
         stability_map(None, over)
-    with pytest.raises(InputError, match=SLIDING):
+    with pytest.raises(InputError, match=NO_BELT_SPEED):
         sweep(vary=over, t_end=1.0)
     constant = Parameters(v_belt=1.0, v_s=0.4)
-    with pytest.raises(InputError, match=CONSTANT):
+    with pytest.raises(InputError, match=CONSTANT_FRICTION):
         continuation(constant, "v_s", [0.4, 0.5])
-    with pytest.raises(InputError, match=CONSTANT):
+    with pytest.raises(InputError, match=CONSTANT_FRICTION):
         branch(constant, "v_s", low=0.4, high=0.5, origin="cycle")
-    assert SLIDING in repr(simulate(Parameters(mu_s=0.9), t_end=1.0))
-    assert CONSTANT in repr(stability(constant))
+    assert NO_BELT_SPEED in repr(simulate(Parameters(mu_s=0.9), t_end=1.0))
+    assert CONSTANT_FRICTION in repr(stability(constant))
     assert "no effect" not in repr(simulate(Parameters(v_belt=1.0, mu_s=0.9), t_end=1.0))
 
 
@@ -127,7 +127,7 @@ def test_the_result_of_a_run_on_a_belt_says_how_often_it_sticks() -> None:
     assert "sticks" not in repr(simulate(t_end=1.0))
 
 
-def test_the_form_of_the_laboratory_notes_it_at_the_field() -> None:
+def test_the_form_notes_parameters_without_effect_at_their_fields() -> None:
     session = Session(Scene(name="mine", description="", parameters=Parameters(mu_s=0.9)))
     assert session.notes == {"mu_s": "no effect without v_belt"}
     session.set_text("v_belt", "1")

@@ -1,3 +1,5 @@
+"""Eigenvalues and critical friction coefficients, against known values and scans."""
+
 import math
 from itertools import pairwise
 
@@ -45,7 +47,7 @@ def test_known_linear_critical_friction_coefficients(
     assert stability(Parameters(**changes)).linear_critical_mu == pytest.approx(expected, abs=5e-5)
 
 
-def test_the_eigenvalue_verdict_of_the_coexistence_scene_is_stable() -> None:
+def test_the_equilibrium_of_the_coexistence_scene_is_stable() -> None:
     verdict = stability(Parameters(F=120.0))
     assert verdict.stable
     assert verdict.growth_rate == pytest.approx(-0.032, abs=5e-4)
@@ -68,7 +70,7 @@ def test_eigenvalues_are_those_of_the_jacobian_at_the_equilibrium(p: Parameters)
     )
 
 
-def crossings_by_scan(p: Parameters, highest: float) -> list[float]:
+def scan_crossings(p: Parameters, highest: float) -> list[float]:
     # Eigenvalues on a grid, each change of sign bisected.
     def rate(mu: float) -> float:
         return growth_rate(System(p.with_values({"mu": mu})))
@@ -76,9 +78,9 @@ def crossings_by_scan(p: Parameters, highest: float) -> list[float]:
     grid = np.linspace(0.0, highest, 301)
     rates = [rate(mu) for mu in grid]
     crossings = []
-    for start, right, low, high in zip(grid, grid[1:], rates, rates[1:], strict=False):
+    for start, stop, low, high in zip(grid, grid[1:], rates, rates[1:], strict=False):
         if (low > 0.0) != (high > 0.0):
-            a, b = float(start), float(right)
+            a, b = float(start), float(stop)
             for _ in range(50):
                 middle = 0.5 * (a + b)
                 a, b = (a, middle) if (rate(middle) > 0.0) == (high > 0.0) else (middle, b)
@@ -90,11 +92,11 @@ def crossings_by_scan(p: Parameters, highest: float) -> list[float]:
 def test_the_closed_form_finds_every_crossing_of_an_eigenvalue_scan(p: Parameters) -> None:
     assume(p.c1 + p.c2 > 0.05)
     closed = [critical.mu for critical in stability(p).critical_mu if critical.mu < 3.0]
-    scanned = crossings_by_scan(p, 3.0)
+    scanned = scan_crossings(p, 3.0)
     # The scan misses two crossings within one cell.
     for mu in scanned:
-        assert min(abs(mu - mu_high) for mu_high in closed) < 1e-6
-    if all(mu_high - mu_low > 0.02 for mu_low, mu_high in pairwise(closed)):
+        assert min(abs(mu - closed_mu) for closed_mu in closed) < 1e-6
+    if all(closed_mu - previous_mu > 0.02 for previous_mu, closed_mu in pairwise(closed)):
         assert len(closed) == len(scanned)
 
 
@@ -108,22 +110,22 @@ def test_the_growth_rate_vanishes_at_a_critical_friction_coefficient(p: Paramete
 
 
 @given(st.floats(1e-9, 99.0), st.sampled_from([0.5, 1.0, 3.0, 9.0]))
-def test_a_crossing_is_found_to_the_last_bit_whatever_the_function(
+def test_a_zero_of_an_increasing_function_is_found_to_the_last_bit(
     root: float, power: float
 ) -> None:
-    looks: list[float] = []
+    evaluations: list[float] = []
 
-    def growing(mu: float) -> float:
-        looks.append(mu)
+    def increasing(mu: float) -> float:
+        evaluations.append(mu)
         return math.pow(mu, power) - math.pow(root, power)
 
-    crossing = _least_nonnegative(growing, 0.0, 100.0)
+    crossing = _least_nonnegative(increasing, 0.0, 100.0)
     assert crossing is not None
-    assert growing(crossing) >= 0.0
-    assert growing(float(np.nextafter(crossing, 0.0))) < 0.0
-    assert power != 1.0 or len(looks) < 30
-    assert _least_nonnegative(growing, 100.0, 200.0) is None
-    assert _least_nonnegative(growing, 0.0, 0.5 * root) is None
+    assert increasing(crossing) >= 0.0
+    assert increasing(float(np.nextafter(crossing, 0.0))) < 0.0
+    assert power != 1.0 or len(evaluations) < 30
+    assert _least_nonnegative(increasing, 100.0, 200.0) is None
+    assert _least_nonnegative(increasing, 0.0, 0.5 * root) is None
 
 
 @given(wide_parameters(damped_and_coupled=True))
@@ -147,14 +149,14 @@ def test_without_coupling_friction_cannot_destabilise() -> None:
     assert verdict.stable
 
 
-def test_a_lifted_slider_is_judged_in_the_separated_field() -> None:
+def test_a_lifted_slider_has_the_stability_of_the_separated_mode() -> None:
     verdict = stability(Parameters(F=-10.0))
     assert verdict.equilibrium.P == 0.0
     assert verdict.critical_mu == ()
     assert verdict.stable
 
 
-def test_without_damping_the_boundary_is_coalescence_and_nothing_is_stable() -> None:
+def test_without_damping_critical_friction_is_at_coalescence_and_no_equilibrium_is_stable() -> None:
     p = Parameters(c1=0.0, c2=0.0)
     (critical,) = stability(p).critical_mu
     below = stability(p.with_values({"mu": 0.99 * critical.mu}))
@@ -166,6 +168,6 @@ def test_without_damping_the_boundary_is_coalescence_and_nothing_is_stable() -> 
 @given(moderate_parameters(), st.floats(-3.0, 3.0))
 def test_tangent_stiffness_is_the_slope_of_the_contact_law(p: Parameters, y: float) -> None:
     step = 1e-6
-    rise = [p.k2 * at + p.k_nl * at**3 for at in (y - step, y + step)]
-    expected = (rise[1] - rise[0]) / (2.0 * step)
+    forces = [p.k2 * height + p.k_nl * height**3 for height in (y - step, y + step)]
+    expected = (forces[1] - forces[0]) / (2.0 * step)
     assert tangent_stiffness(p, y) == pytest.approx(expected, rel=1e-6)

@@ -17,12 +17,12 @@ from fivtui.model.slider_belt import jacobian
 from tests.support.strategies import moderate_parameters, wide_parameters
 
 
-def residual(p: Parameters, mode: VibrationMode, y: float, where: Mode) -> float:
+def eigenvector_residual(p: Parameters, mode: VibrationMode, y: float, contact_mode: Mode) -> float:
     # Residual of (x, λx, y, λy) as an eigenvector of Eq. 8, relative to its terms.
     x, v = mode.shape
     s = mode.eigenvalue
     vector = np.array([x, s * x, v, s * v])
-    matrix = np.array(jacobian(p, y, where))
+    matrix = np.array(jacobian(p, y, contact_mode))
     difference = np.abs(matrix @ vector - s * vector)
     size = np.abs(matrix) @ np.abs(vector) + abs(s) * np.abs(vector)
     return float((difference[[1, 3]] / size[[1, 3]].max()).max())
@@ -34,7 +34,7 @@ def test_every_mode_is_an_eigenvector_of_the_jacobian(p: Parameters) -> None:
     point = verdict.equilibrium
     for mode in verdict.modes:
         # An eigenvalue near another is accurate only to the square root of the rounding error.
-        assert residual(p, mode, point.y, point.mode) < 1e-6
+        assert eigenvector_residual(p, mode, point.y, point.mode) < 1e-6
         assert max(map(abs, mode.shape)) == pytest.approx(1.0)
 
 
@@ -66,17 +66,17 @@ def test_without_coupling_and_friction_the_modes_are_two_oscillators() -> None:
 
 def test_an_overdamped_motion_is_a_mode_without_frequency() -> None:
     verdict = stability(Parameters(c1=500.0))
-    slow = [mode for mode in verdict.modes if mode.frequency == 0.0]
+    overdamped = [mode for mode in verdict.modes if mode.frequency == 0.0]
     assert len(verdict.modes) == 3
-    assert len(slow) == 2
-    assert all(mode.damping_ratio == 1.0 for mode in slow)
+    assert len(overdamped) == 2
+    assert all(mode.damping_ratio == 1.0 for mode in overdamped)
 
 
 def test_a_lifted_slider_has_the_modes_of_the_separated_field() -> None:
     p = Parameters(F=-10.0)
     verdict = stability(p)
     for mode in verdict.modes:
-        assert residual(p, mode, verdict.equilibrium.y, Mode.SEPARATED) < 1e-12
+        assert eigenvector_residual(p, mode, verdict.equilibrium.y, Mode.SEPARATED) < 1e-12
     assert verdict.margin.mu is None
     assert verdict.coalescence.mu is None
 
@@ -86,9 +86,9 @@ def test_the_margins_are_the_distances_to_the_boundary(p: Parameters) -> None:
     verdict = stability(p)
     assert verdict.margin.growth_rate == -verdict.growth_rate
     if verdict.margin.mu is not None:
-        at = stability(p.with_values({"mu": max(p.mu + verdict.margin.mu, 0.0)}))
-        size = float(np.abs(at.eigenvalues).max())
-        assert abs(at.growth_rate) < 1e-5 * size
+        critical = stability(p.with_values({"mu": max(p.mu + verdict.margin.mu, 0.0)}))
+        size = float(np.abs(critical.eigenvalues).max())
+        assert abs(critical.growth_rate) < 1e-5 * size
         # Without damping no equilibrium is stable; with tiny damping rounding decides.
         assume(abs(verdict.margin.mu) > 1e-6 and min(p.c1, p.c2) > 0.01)
         assert (verdict.margin.mu > 0.0) == verdict.stable
@@ -100,10 +100,10 @@ def test_at_coalescence_the_undamped_frequencies_meet(p: Parameters) -> None:
     assume(mu is not None)
     assert mu is not None
     undamped = p.with_values({"c1": 0.0, "c2": 0.0})
-    at, below = (stability(undamped.with_values({"mu": value})) for value in (mu, 0.9 * mu))
-    size = float(np.abs(at.eigenvalues).max())
+    coalesced, below = (stability(undamped.with_values({"mu": value})) for value in (mu, 0.9 * mu))
+    size = float(np.abs(coalesced.eigenvalues).max())
     # Roots that coalesce are accurate only to the square root of the rounding error.
-    assert at.coalescence.frequency_distance < 1e-5 * size
+    assert coalesced.coalescence.frequency_distance < 1e-5 * size
     assert below.coalescence.frequency_distance > 1e-5 * size
     assume(1.1 * mu <= PARAMETERS["mu"].upper)
     assert growth_rate(System(undamped.with_values({"mu": 1.1 * mu}))) > 1e-5 * size
@@ -119,7 +119,7 @@ def test_with_equal_damping_the_modes_coalesce_and_with_unequal_damping_they_do_
     assert equal.mu == unequal.mu
 
 
-def test_at_the_boundary_both_modes_of_the_coupled_pair_move_out_of_phase() -> None:
+def test_in_the_growing_mode_x_and_y_are_out_of_phase() -> None:
     (mode,) = [m for m in stability(Parameters()).modes if m.growth_rate > 0.0]
     # The work of friction over a cycle is positive only if x lags or leads y.
     x, y = mode.shape

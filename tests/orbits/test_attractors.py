@@ -52,16 +52,16 @@ def test_an_offset_of_a_tenth_dies_out_and_one_of_three_tenths_does_not(
     assert base_coexistence.escape.down > 0.1
     x, y = equilibrium(System(COEXISTENCE)).x, equilibrium(System(COEXISTENCE)).y
     for sign, edge in ((1.0, base_coexistence.escape.up), (-1.0, base_coexistence.escape.down)):
-        ranges = []
+        half_ranges = []
         for factor in (0.999, 1.001):
             start = (x, 0.0, y + sign * factor * edge, 0.0)
             run = simulate(COEXISTENCE, t_end=1500.0, tol=1e-9, start=start, kernel="compiled")
-            ranges.append(run.steady.y_half_range)
-        assert ranges[0] < 1e-6
-        assert ranges[1] == pytest.approx(7.44345, abs=1e-2)
+            half_ranges.append(run.steady.y_half_range)
+        assert half_ranges[0] < 1e-6
+        assert half_ranges[1] == pytest.approx(7.44345, abs=1e-2)
 
 
-def test_at_the_base_scene_the_cycle_is_alone() -> None:
+def test_the_limit_cycle_of_the_base_scene_is_its_only_attractor() -> None:
     result = coexistence(System(Parameters()))
     (cycle,) = result.attractors
     assert cycle.kind is Kind.SEPARATING_CYCLE
@@ -80,8 +80,8 @@ def test_with_separation_ignored_the_cycle_keeps_contact() -> None:
     assert cycle.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
 
 
-def test_both_kernels_find_the_same() -> None:
-    interpreted, compiled = (
+def test_both_kernels_find_the_same_attractor() -> None:
+    compiled, interpreted = (
         Explorer(System(COEXISTENCE), kernel=kernel).reach("static")
         for kernel in ("compiled", "interpreted")
     )
@@ -89,18 +89,18 @@ def test_both_kernels_find_the_same() -> None:
 
 
 def test_without_a_compiled_kernel_motions_are_followed_interpreted() -> None:
-    calm = Parameters(F=120.0, mu=0.2)
+    weak_friction = Parameters(F=120.0, mu=0.2)
     with INTERPRETED:
-        assert Explorer(System(calm)).reach("static") == Attractor(Kind.EQUILIBRIUM)
+        assert Explorer(System(weak_friction)).reach("static") == Attractor(Kind.EQUILIBRIUM)
 
 
-def test_a_linear_contact_that_never_breaks_grows_without_bounds_or_dies_out() -> None:
+def test_linear_motion_without_separation_grows_without_bounds_or_dies_out() -> None:
     linear = Parameters(k_nl=0.0)
     for mu, kind in ((1.2, Kind.UNBOUNDED), (0.9, Kind.EQUILIBRIUM)):
-        (end,) = find_attractors(
+        (attractor,) = find_attractors(
             System(linear.with_values({"mu": mu}), separation=False)
         ).attractors
-        assert end == Attractor(kind)
+        assert attractor == Attractor(kind)
 
 
 def test_a_slider_lifted_off_the_belt_can_be_knocked_into_a_cycle() -> None:
@@ -140,40 +140,45 @@ def test_a_slice_of_the_basins_agrees_with_transients() -> None:
     offsets = np.array([-0.3, -0.05, 0.05, 0.3])
     result = basin(COEXISTENCE, {"y0": point.y + offsets, "vy0": [0.0, 2.0]})
     kinds = np.array([attractor.kind for attractor in result.attractors])[result.reached]
-    rests = kinds == Kind.EQUILIBRIUM
-    assert rests.tolist() == [[False, False], [True, False], [True, False], [False, False]]
+    reaches_equilibrium = kinds == Kind.EQUILIBRIUM
+    assert reaches_equilibrium.tolist() == [
+        [False, False],
+        [True, False],
+        [True, False],
+        [False, False],
+    ]
     assert result.start == (point.x, 0.0, point.y, 0.0)
 
 
 def test_fixed_components_of_a_start_can_be_set() -> None:
     over = {"x0": [0.0, 5.0], "vx0": [0.0]}
     assert basin(Parameters(), over, start="static").start[0] != 0.0
-    given_start = basin(COEXISTENCE, over, start=(0.0, 0.0, 3.0, 0.0))
-    assert given_start.start == (0.0, 0.0, 3.0, 0.0)
-    assert given_start.reached.shape == (2, 1)
+    result = basin(COEXISTENCE, over, start=(0.0, 0.0, 3.0, 0.0))
+    assert result.start == (0.0, 0.0, 3.0, 0.0)
+    assert result.reached.shape == (2, 1)
 
 
 @pytest.fixture(scope="module")
-def branches() -> dict[float, dict[Kind, tuple[str, ...]]]:
+def found_directions() -> dict[float, dict[Kind, tuple[str, ...]]]:
     result = continuation(Parameters(), "mu", [0.2, 0.3, 0.4, 0.5])
     assert result.coexisting == [0.3, 0.4]
-    branches_by_value: dict[float, dict[Kind, tuple[str, ...]]] = {}
+    directions_by_value: dict[float, dict[Kind, tuple[str, ...]]] = {}
     for point in result.points:
-        branches_by_value.setdefault(point.value, {})[point.attractor.kind] = point.directions
-    return branches_by_value
+        directions_by_value.setdefault(point.value, {})[point.attractor.kind] = point.directions
+    return directions_by_value
 
 
 def test_up_and_down_a_parameter_coexistence_shows_as_hysteresis(
-    branches: dict[float, dict[Kind, tuple[str, ...]]],
+    found_directions: dict[float, dict[Kind, tuple[str, ...]]],
 ) -> None:
     both = ("up", "down")
-    assert branches[0.2] == {Kind.EQUILIBRIUM: both}
-    assert branches[0.3] == {Kind.EQUILIBRIUM: ("up",), Kind.SEPARATING_CYCLE: ("down",)}
-    assert branches[0.4] == {Kind.EQUILIBRIUM: ("up",), Kind.SEPARATING_CYCLE: ("down",)}
-    assert branches[0.5] == {Kind.SEPARATING_CYCLE: both}
+    assert found_directions[0.2] == {Kind.EQUILIBRIUM: both}
+    assert found_directions[0.3] == {Kind.EQUILIBRIUM: ("up",), Kind.SEPARATING_CYCLE: ("down",)}
+    assert found_directions[0.4] == {Kind.EQUILIBRIUM: ("up",), Kind.SEPARATING_CYCLE: ("down",)}
+    assert found_directions[0.5] == {Kind.SEPARATING_CYCLE: both}
 
 
-def test_a_start_on_the_cycle_or_at_rest_reaches_what_it_is_on(
+def test_a_start_on_an_attractor_reaches_that_attractor(
     base_coexistence: Coexistence,
 ) -> None:
     explorer = Explorer(System(COEXISTENCE))
@@ -208,15 +213,15 @@ def test_a_wrong_continuation_is_refused() -> None:
 
 
 def test_unsettled_motions_are_reported_and_are_no_coexistence() -> None:
-    rest, open_end = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
-    result = Coexistence(System(COEXISTENCE), (rest, open_end), (0, 1), True, None)
+    rest, unsettled = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
+    result = Coexistence(System(COEXISTENCE), (rest, unsettled), (0, 1), True, None)
     assert not result.coexists
     assert result.warning == "some motions did not settle in the time allowed"
-    points = tuple(BranchPoint(0.5, ("up",), attractor) for attractor in (rest, open_end))
+    points = tuple(BranchPoint(0.5, ("up",), attractor) for attractor in (rest, unsettled))
     assert Continuation(System(COEXISTENCE), "mu", np.array([0.5]), points).coexisting == []
 
 
-def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
+def test_growth_without_bounds_beside_the_equilibrium_gives_a_warning() -> None:
     pair = (Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNBOUNDED))
     offset = EscapeOffset(0.5, None)
     message = Coexistence(System(COEXISTENCE), pair, (1, 0), True, offset).warning
@@ -225,45 +230,45 @@ def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
 
 
 @pytest.mark.parametrize("fails", [True, False])
-def test_newton_runs_once_a_leg_if_it_fails_or_converges_to_another_orbit(
+def test_shooting_runs_once_in_every_leg_if_it_fails_or_finds_a_distant_orbit(
     fails: bool, base_coexistence: Coexistence, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cycle = base_coexistence.attractors[1].orbit
     assert cycle is not None
-    elsewhere = dataclasses.replace(cycle, start=(1e3, 0.0, 0.0, 0.0))
+    distant_orbit = dataclasses.replace(cycle, start=(1e3, 0.0, 0.0, 0.0))
     legs: list[object] = []
-    calls: list[int] = []
+    legs_at_calls: list[int] = []
 
     def shoot(*_: object, **__: object) -> PeriodicOrbit:
-        calls.append(len(legs))
+        legs_at_calls.append(len(legs))
         if fails:
             raise ComputationError("no orbit", "none")
-        return elsewhere
+        return distant_orbit
 
-    def leg(*args: Any, **options: Any) -> Transient:
+    def integrate_leg(*args: Any, **options: Any) -> Transient:
         legs.append(None)
         return integrate(*args, **options)
 
     monkeypatch.setattr(explorer, "shoot", shoot)
-    monkeypatch.setattr(explorer, "integrate", leg)
-    # On the cycle each of the final returns repeats.
+    monkeypatch.setattr(explorer, "integrate", integrate_leg)
+    # On the cycle every return repeats, so that each leg begins to shoot.
     assert Explorer(System(COEXISTENCE)).reach(cycle.start, max_legs=5) == Attractor(Kind.UNSETTLED)
-    assert calls == [1, 2, 3, 4, 5]
+    assert legs_at_calls == [1, 2, 3, 4, 5]
 
 
-def test_without_damping_nothing_settles() -> None:
+def test_without_damping_motion_does_not_settle() -> None:
     undamped = Parameters(c1=0.0, c2=0.0, mu=0.0)
     start = (0.0, 0.0, -0.5, 0.0)
     assert Explorer(System(undamped)).reach(start) == Attractor(Kind.UNSETTLED)
 
 
 def test_progress_rises_to_one() -> None:
-    shares: list[float] = []
+    fractions: list[float] = []
 
-    def keep(fraction: float) -> bool:
-        shares.append(fraction)
+    def record(fraction: float) -> bool:
+        fractions.append(fraction)
         return True
 
-    assert isinstance(coexistence(System(COEXISTENCE), progress=keep).escape, EscapeOffset)
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
+    assert isinstance(coexistence(System(COEXISTENCE), progress=record).escape, EscapeOffset)
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0

@@ -22,23 +22,23 @@ def folds() -> Boundary:
 
 def test_attractors_without_an_orbit_have_no_orbit_columns() -> None:
     rest = BranchPoint(0.3, ("up", "down"), Attractor(Kind.EQUILIBRIUM))
-    lost = BranchPoint(0.7, ("up",), Attractor(Kind.UNSETTLED))
+    unsettled = BranchPoint(0.7, ("up",), Attractor(Kind.UNSETTLED))
     values = np.array([0.3, 0.7])
-    columns = Continuation(System(Parameters()), "mu", values, (rest, lost)).to_columns()
+    columns = Continuation(System(Parameters()), "mu", values, (rest, unsettled)).to_columns()
     assert columns.pop("kind").tolist() == ["equilibrium", "not settled"]
     assert columns.pop("mu").tolist() == [0.3, 0.7]
     assert columns.pop("up").tolist() == [1, 1]
     assert columns.pop("down").tolist() == [1, 0]
     # An equilibrium has no orbit; its amplitude is known.
-    rest_size, lost_size = columns.pop("half_range").tolist()
+    rest_size, unsettled_size = columns.pop("half_range").tolist()
     assert rest_size == 0.0
-    assert math.isnan(lost_size)
+    assert math.isnan(unsettled_size)
     assert len(columns) == 9
     for name, numbers in columns.items():
         assert np.isnan(numbers).all(), name
 
 
-def test_kinds_have_the_names_that_files_keep() -> None:
+def test_kinds_of_attractors_have_the_names_used_in_files() -> None:
     assert [str(kind) for kind in KINDS] == [
         "equilibrium",
         "contact limit cycle",
@@ -80,8 +80,8 @@ def test_a_branch_has_its_events_at_their_cycles() -> None:
     assert kinds == ["touch", "fold"]
     assert header["events"] == ["hopf, subcritical", *kinds]
     assert header["event_periods"] == [event.period for event in result.events]
-    (fold,) = np.flatnonzero(columns["mu"] == header["event_values"][2])
-    assert result.points[fold].multipliers[-1].real == columns["multiplier_3_re"][fold]
+    (fold_index,) = np.flatnonzero(columns["mu"] == header["event_values"][2])
+    assert result.points[fold_index].multipliers[-1].real == columns["multiplier_3_re"][fold_index]
 
 
 def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() -> None:
@@ -90,7 +90,7 @@ def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() 
     lines = {str(line.get_label()): line for line in axes.lines if str(line.get_label())[0] != "_"}
     assert set(lines) == {"unstable", "stable", "hopf", "touch", "fold"}
     fold = result.events[-1].value
-    drawn = 0
+    drawn_count = 0
     for name, style in (("stable", "-"), ("unstable", "--")):
         line = lines[name]
         assert line.get_linestyle() == style
@@ -98,8 +98,8 @@ def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() 
         drawn_points = set(zip(*np.array(line.get_data()).tolist(), strict=True))
         assert {cycle_point for cycle_point in cycles if cycle_point[0] != fold} <= drawn_points
         assert fold in {value for value, _ in drawn_points}
-        drawn += len(drawn_points)
-    assert drawn == len(result.points) + 1
+        drawn_count += len(drawn_points)
+    assert drawn_count == len(result.points) + 1
     for event in result.events:
         x, y = np.array(lines[str(event.kind)].get_data())[:, 0].tolist()
         assert (x, y) == (event.value, 0.5 * (event.y_max - event.y_min))
@@ -107,16 +107,16 @@ def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() 
         (orbit,) = (
             line for line in orbits.lines if f"= {event.value:.4g}" in str(line.get_label())
         )
-        ys = np.array(orbit.get_xdata())
-        assert [ys.min(), ys.max()] == pytest.approx([event.y_min, event.y_max], abs=1e-3)
-        assert ys[0] == pytest.approx(ys[-1], abs=1e-5)
+        heights = np.array(orbit.get_xdata())
+        assert [heights.min(), heights.max()] == pytest.approx([event.y_min, event.y_max], abs=1e-3)
+        assert heights[0] == pytest.approx(heights[-1], abs=1e-5)
     all_multipliers = [value for point in result.points for value in point.multipliers]
     parts = [np.array(line.get_data()) for line in multipliers.lines[1:]]
-    shown = [complex(x, y) for part in parts for x, y in part.T.tolist()]
-    assert sorted(shown, key=abs) == sorted(all_multipliers, key=abs)
+    drawn_multipliers = [complex(x, y) for part in parts for x, y in part.T.tolist()]
+    assert sorted(drawn_multipliers, key=abs) == sorted(all_multipliers, key=abs)
 
 
-def test_a_branch_that_grows_without_bounds_leaves_the_figure_and_not_the_rest() -> None:
+def test_a_figure_is_twice_as_high_as_the_largest_stable_cycle() -> None:
     result = branch(None, "mu")
     assert max(point.half_range for point in result.points) > 1000.0
     stable = max(point.half_range for point in result.points if point.stable)
@@ -124,8 +124,8 @@ def test_a_branch_that_grows_without_bounds_leaves_the_figure_and_not_the_rest()
     assert axes.get_ylim() == pytest.approx((-0.1 * stable, 2.1 * stable))
 
 
-def test_a_branch_that_was_cut_short_warns_of_it() -> None:
+def test_a_branch_that_could_not_be_followed_has_a_warning() -> None:
     complete = branch(None, "mu", low=0.25, high=0.6)
     assert complete.warning is None
-    cut = dataclasses.replace(complete, ends=(complete.ends[0], End.LOST))
-    assert cut.warning == "the branch cannot be followed farther at mu = 0.6"
+    lost_branch = dataclasses.replace(complete, ends=(complete.ends[0], End.LOST))
+    assert lost_branch.warning == "the branch cannot be followed farther at mu = 0.6"

@@ -13,7 +13,7 @@ from tests.support.kernels import INTERPRETED
 COEXISTENCE = Parameters(F=120.0)
 
 
-def last_lift_off(p: Parameters, t_end: float) -> tuple[State, float]:
+def find_last_lift_off(p: Parameters, t_end: float) -> tuple[State, float]:
     # State at the second-last lift-off of a transient, and the time from there to the last.
     run = simulate(p, t_end=t_end, samples="dense", kernel="interpreted")
     assert run.solution is not None
@@ -24,7 +24,7 @@ def last_lift_off(p: Parameters, t_end: float) -> tuple[State, float]:
 
 @pytest.fixture(scope="module")
 def base_orbit() -> PeriodicOrbit:
-    return shoot(System(Parameters()), *last_lift_off(Parameters(), 100.0), Section.LIFT_OFF)
+    return shoot(System(Parameters()), *find_last_lift_off(Parameters(), 100.0), Section.LIFT_OFF)
 
 
 def test_the_base_scene_settles_on_the_known_cycle(base_orbit: PeriodicOrbit) -> None:
@@ -43,18 +43,18 @@ def test_without_a_compiled_kernel_the_orbit_is_the_same(base_orbit: PeriodicOrb
     assert orbit.multipliers == pytest.approx(base_orbit.multipliers, abs=1e-9)
 
 
-def test_the_orbit_is_what_a_long_transient_ends_in(base_orbit: PeriodicOrbit) -> None:
+def test_a_long_transient_ends_on_the_orbit(base_orbit: PeriodicOrbit) -> None:
     run = simulate(Parameters(), t_end=1200.0, kernel="interpreted")
     assert base_orbit.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
     share = base_orbit.separated_time / base_orbit.period
-    late = simulate(
+    later_run = simulate(
         Parameters(),
         t_end=100.0 * base_orbit.period,
         start=base_orbit.start,
         kernel="interpreted",
     )
-    assert late.events.separated_time / late.t_end == pytest.approx(share, rel=1e-9)
-    assert late.final.vy == pytest.approx(base_orbit.start[3], rel=1e-9)
+    assert later_run.events.separated_time / later_run.t_end == pytest.approx(share, rel=1e-9)
+    assert later_run.final.vy == pytest.approx(base_orbit.start[3], rel=1e-9)
 
 
 def test_the_decay_of_a_transient_is_that_of_the_largest_multiplier(
@@ -64,15 +64,15 @@ def test_the_decay_of_a_transient_is_that_of_the_largest_multiplier(
     run = simulate(Parameters(), t_end=300.0, samples="dense", kernel="interpreted")
     assert run.solution is not None
     states = run.solution(run.switch_times[::2][100:200])
-    away = np.stack([states.x, states.vx, states.vy], axis=1) - np.delete(base_orbit.start, 2)
-    # A complex pair turns: the greatest distance of a turn is compared with that of a later one.
-    early, late = np.abs(away[:20]).max(), np.abs(away[-20:]).max()
-    measured = (late / early) ** (1.0 / 80.0)
-    assert measured == pytest.approx(np.abs(base_orbit.multipliers[0]), abs=2e-3)
+    deviations = np.stack([states.x, states.vx, states.vy], axis=1) - np.delete(base_orbit.start, 2)
+    # A complex pair rotates: the greatest distances of an early and of a late turn are compared.
+    early, late = np.abs(deviations[:20]).max(), np.abs(deviations[-20:]).max()
+    measured_multiplier = (late / early) ** (1.0 / 80.0)
+    assert measured_multiplier == pytest.approx(np.abs(base_orbit.multipliers[0]), abs=2e-3)
 
 
 def test_the_coexisting_cycle_is_large_and_attracts() -> None:
-    orbit = shoot(System(COEXISTENCE), *last_lift_off(COEXISTENCE, 400.0), Section.LIFT_OFF)
+    orbit = shoot(System(COEXISTENCE), *find_last_lift_off(COEXISTENCE, 400.0), Section.LIFT_OFF)
     assert orbit.half_range == pytest.approx(7.44345, abs=1e-5)
     assert orbit.stable
 
@@ -91,17 +91,17 @@ def test_the_product_of_the_multipliers_is_the_contraction_of_volume(p: Paramete
     assert np.prod(orbit.multipliers) == pytest.approx(contraction, rel=1e-11)
 
 
-def test_an_orbit_run_through_twice_is_found_once(base_orbit: PeriodicOrbit) -> None:
-    twice = shoot(System(Parameters()), base_orbit.start, 2.0 * base_orbit.period, Section.LIFT_OFF)
-    assert twice.period == pytest.approx(base_orbit.period, rel=1e-10)
-    assert twice.multipliers == pytest.approx(base_orbit.multipliers, abs=1e-8)
+def test_a_guess_of_two_periods_finds_the_orbit_of_one_period(base_orbit: PeriodicOrbit) -> None:
+    orbit = shoot(System(Parameters()), base_orbit.start, 2.0 * base_orbit.period, Section.LIFT_OFF)
+    assert orbit.period == pytest.approx(base_orbit.period, rel=1e-10)
+    assert orbit.multipliers == pytest.approx(base_orbit.multipliers, abs=1e-8)
 
 
-def test_the_equilibrium_is_no_orbit() -> None:
+def test_shooting_that_converges_to_the_equilibrium_raises_an_error() -> None:
     with pytest.raises(ComputationError, match="converged to the equilibrium"):
         shoot(System(Parameters(mu=0.2)), (0.01, 0.0, -0.64, 0.0), 1.0, Section.LOWEST_POINT)
 
 
-def test_without_an_orbit_near_shooting_says_so() -> None:
+def test_shooting_without_an_orbit_nearby_raises_an_error() -> None:
     with pytest.raises(ComputationError, match="no periodic orbit"):
         shoot(System(Parameters(mu=0.0)), (3.0, 0.0, 0.0, 9.0), 1.3, Section.LIFT_OFF)

@@ -14,27 +14,27 @@ from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.result import CycleBranch, CyclePoint
 
-# Hopf point, first touch of y = 0, fold and its period, from an independent prototype.
-KNOWN = {
+# By F: Hopf point, first touch of y = 0, fold and its period, from an independent prototype.
+KNOWN_EVENTS = {
     80.0: (0.439387619, 0.370729887, 0.277876613, 1.1945636),
     120.0: (0.762298519, 0.598203381, 0.277935093, 1.1945678),
 }
-LOSES = (EventKind.PERIOD_DOUBLING, EventKind.TORUS)
+STABILITY_LOSSES = (EventKind.PERIOD_DOUBLING, EventKind.TORUS)
 
 
 def values_of(curve: CycleBranch, kind: EventKind) -> list[float]:
     return [event.value for event in curve.events if event.kind is kind]
 
 
-def point_at(curve: CycleBranch, value: float) -> CyclePoint:
+def find_point(curve: CycleBranch, value: float) -> CyclePoint:
     return next(point for point in curve.points if point.value == value)
 
 
-def at(curve: CycleBranch, value: float) -> Parameters:
+def parameters_at(curve: CycleBranch, value: float) -> Parameters:
     return curve.parameters.with_values({curve.name: value})
 
 
-def drawn(count: int, seed: int) -> Iterator[Parameters]:
+def random_sets(count: int, seed: int) -> Iterator[Parameters]:
     random = np.random.default_rng(seed)
     for _ in range(count):
         low = [1.0, 50.0, 20.0, 20.0, 0.05, 0.05, 5.0, 1.0]
@@ -43,7 +43,7 @@ def drawn(count: int, seed: int) -> Iterator[Parameters]:
         yield Parameters(**dict(zip(names, random.uniform(low, high).tolist(), strict=True)))
 
 
-@pytest.fixture(scope="module", params=KNOWN)
+@pytest.fixture(scope="module", params=KNOWN_EVENTS)
 def base_branch(request: pytest.FixtureRequest) -> CycleBranch:
     return branch(Parameters(F=request.param), "mu", low=0.0, high=1.2)
 
@@ -51,7 +51,7 @@ def base_branch(request: pytest.FixtureRequest) -> CycleBranch:
 def test_the_branch_passes_lift_off_and_turns_at_the_known_fold(base_branch: CycleBranch) -> None:
     kinds = [event.kind for event in base_branch.events]
     assert kinds == [EventKind.HOPF, EventKind.TOUCH, EventKind.FOLD]
-    *values, period = KNOWN[base_branch.parameters.F]
+    *values, period = KNOWN_EVENTS[base_branch.parameters.F]
     assert [event.value for event in base_branch.events] == pytest.approx(values, abs=1e-8)
     assert base_branch.events[-1].period == pytest.approx(period, abs=5e-8)
     assert base_branch.events[0].direction == "subcritical"
@@ -62,7 +62,7 @@ def test_the_branch_passes_lift_off_and_turns_at_the_known_fold(base_branch: Cyc
 
 def test_a_multiplier_is_one_at_the_fold_where_stability_changes(base_branch: CycleBranch) -> None:
     (fold,) = values_of(base_branch, EventKind.FOLD)
-    index = base_branch.points.index(point_at(base_branch, fold))
+    index = base_branch.points.index(find_point(base_branch, fold))
     assert min(abs(value - 1.0) for value in base_branch.points[index].multipliers) < 1e-6
     assert not any(point.stable for point in base_branch.points[:index])
     assert all(point.stable for point in base_branch.points[index + 1 :])
@@ -73,20 +73,22 @@ def test_the_fold_is_where_transients_stop_dying_out(
     base_branch: CycleBranch, change: float
 ) -> None:
     (fold,) = values_of(base_branch, EventKind.FOLD)
-    point = point_at(base_branch, fold)
-    sustained, lost = (
-        simulate(at(base_branch, fold + offset), t_end=20_000.0, start=point.start)
+    point = find_point(base_branch, fold)
+    sustained, dying = (
+        simulate(parameters_at(base_branch, fold + offset), t_end=20_000.0, start=point.start)
         for offset in (change, -change)
     )
     assert sustained.steady.y_half_range == pytest.approx(point.half_range, rel=0.2)
-    assert lost.steady.y_half_range < 1e-6
+    assert dying.steady.y_half_range < 1e-6
 
 
-def assert_closed(curve: CycleBranch, point: CyclePoint) -> None:
-    assert_closes(at(curve, point.value), point, separation=curve.separation)
+def assert_cycle_closes(curve: CycleBranch, point: CyclePoint) -> None:
+    assert_orbit_closes(parameters_at(curve, point.value), point, separation=curve.separation)
 
 
-def assert_closes(p: Parameters, point: CyclePoint | BoundaryPoint, *, separation: bool) -> None:
+def assert_orbit_closes(
+    p: Parameters, point: CyclePoint | BoundaryPoint, *, separation: bool
+) -> None:
     run = simulate(
         p,
         t_end=point.period,
@@ -103,16 +105,16 @@ def assert_closes(p: Parameters, point: CyclePoint | BoundaryPoint, *, separatio
 
 def test_cycles_close_under_another_integrator(base_branch: CycleBranch) -> None:
     for point in base_branch.points[5::20]:
-        assert_closed(base_branch, point)
+        assert_cycle_closes(base_branch, point)
 
 
 def independent_multipliers(curve: CycleBranch, point: CyclePoint) -> np.ndarray:
     """Multipliers across a cycle from differences of runs by SciPy."""
-    p = at(curve, point.value)
+    p = parameters_at(curve, point.value)
     speed = 2.0 * math.pi / point.period
     scales = np.array([1.0, speed, 1.0, speed]) * point.half_range
 
-    def after(start: np.ndarray) -> np.ndarray:
+    def state_after_period(start: np.ndarray) -> np.ndarray:
         run = simulate(
             p,
             start=start.tolist(),
@@ -125,7 +127,8 @@ def independent_multipliers(curve: CycleBranch, point: CyclePoint) -> np.ndarray
 
     start = np.array(point.start)
     columns = [
-        (after(start + step * scales) - after(start - step * scales)) / (2e-5 * scales)
+        (state_after_period(start + step * scales) - state_after_period(start - step * scales))
+        / (2e-5 * scales)
         for step in 1e-5 * np.eye(4)
     ]
     ax, ay = accelerations(p, point.start, mode_of(p, point.start, separation=curve.separation))
@@ -134,25 +137,25 @@ def independent_multipliers(curve: CycleBranch, point: CyclePoint) -> np.ndarray
     return np.linalg.eigvals(basis.T @ np.array(columns).T @ basis)
 
 
-def assert_folds_are_folds(p: Parameters) -> int:
+def count_confirmed_folds(p: Parameters) -> int:
     curve = branch(p, "mu", low=0.0, high=10.0)
     folds = values_of(curve, EventKind.FOLD)
     for fold in folds:
-        point = point_at(curve, fold)
-        assert_closed(curve, point)
+        point = find_point(curve, fold)
+        assert_cycle_closes(curve, point)
         if abs(point.y_max) > 1e-3 * abs(point.y_min):
             # Near a touch differences do not approximate derivatives.
             assert np.abs(independent_multipliers(curve, point) - 1.0).min() < 1e-5
     return len(folds)
 
 
-def test_folds_of_drawn_sets_are_folds_of_another_integrator() -> None:
-    assert sum(map(assert_folds_are_folds, drawn(2, 11))) > 0
+def test_folds_of_random_sets_are_folds_of_another_integrator() -> None:
+    assert sum(map(count_confirmed_folds, random_sets(2, 11))) > 0
 
 
 @pytest.mark.whole
-def test_folds_of_ten_drawn_sets_are_folds_of_another_integrator() -> None:
-    assert sum(assert_folds_are_folds(p) > 0 for p in drawn(25, 11)) >= 10
+def test_folds_of_ten_random_sets_are_folds_of_another_integrator() -> None:
+    assert sum(count_confirmed_folds(p) > 0 for p in random_sets(25, 11)) >= 10
 
 
 def test_the_product_of_the_multipliers_is_the_contraction_of_volume(
@@ -160,8 +163,8 @@ def test_the_product_of_the_multipliers_is_the_contraction_of_volume(
 ) -> None:
     p = base_branch.parameters
     for point in base_branch.points:
-        lost = math.exp(-(p.c1 + p.c2) / p.m * point.period)
-        assert np.prod(point.multipliers) == pytest.approx(lost, rel=1e-7)
+        contraction = math.exp(-(p.c1 + p.c2) / p.m * point.period)
+        assert np.prod(point.multipliers) == pytest.approx(contraction, rel=1e-7)
 
 
 def test_from_a_cycle_the_same_branch_is_found_both_ways(base_branch: CycleBranch) -> None:
@@ -171,7 +174,7 @@ def test_from_a_cycle_the_same_branch_is_found_both_ways(base_branch: CycleBranc
     assert [event.kind for event in curve.events] == [event.kind for event in base_branch.events]
     for curve_event, expected_event in zip(curve.events, base_branch.events, strict=True):
         assert curve_event.value == pytest.approx(expected_event.value, abs=1e-10)
-    assert point_at(curve, 0.8).stable
+    assert find_point(curve, 0.8).stable
 
 
 def test_at_40_newtons_the_hopf_point_is_supercritical_and_cycles_begin_above_it() -> None:
@@ -210,11 +213,11 @@ def test_with_little_cubic_stiffness_touch_and_fold_are_distinguished(k_nl: floa
         assert [event.kind.value for event in curve.events] == ["hopf", "touch", "fold"]
 
 
-def test_where_separation_is_ignored_nothing_touches() -> None:
+def test_where_separation_is_ignored_no_cycle_touches() -> None:
     curve = branch(None, "mu", high=2.0, separation=False)
     assert {event.kind for event in curve.events} == {EventKind.HOPF, EventKind.FOLD}
     (fold,) = values_of(curve, EventKind.FOLD)
-    assert_closed(curve, point_at(curve, fold))
+    assert_cycle_closes(curve, find_point(curve, fold))
 
 
 def test_a_branch_between_two_hopf_points_ends_at_both() -> None:
@@ -229,10 +232,10 @@ def test_a_branch_between_two_hopf_points_ends_at_both() -> None:
 
 @pytest.mark.parametrize("name", ["m", "k1", "k2", "k3", "c1", "c2", "F", "k_nl"])
 def test_hopf_points_along_any_parameter_are_those_of_the_closed_form(name: str) -> None:
-    for drawn_set in drawn(6, 7):
-        value = 1.3 * getattr(drawn_set, name)
-        (critical,) = critical_mu(System(drawn_set.with_values({name: value})))
-        p = drawn_set.with_values({"mu": critical.mu})
+    for random_set in random_sets(6, 7):
+        value = 1.3 * getattr(random_set, name)
+        (critical,) = critical_mu(System(random_set.with_values({name: value})))
+        p = random_set.with_values({"mu": critical.mu})
         hopf_points = hopf_values(System(p), name, value / 10.0, value * 10.0)
         assert min(abs(hopf_value - value) for hopf_value in hopf_points) < 1e-9 * value
         for hopf_value in hopf_points:
@@ -240,9 +243,9 @@ def test_hopf_points_along_any_parameter_are_those_of_the_closed_form(name: str)
             assert critical_points[0].mu == pytest.approx(critical.mu, rel=1e-12)
 
 
-def test_cycles_next_to_a_hopf_point_grow_as_the_lyapunov_coefficient_says() -> None:
-    # Of the normal form: 0 = σ' (μ − μ_c) + l a²/4, with the amplitude a of y.
-    for p in drawn(6, 3):
+def test_cycles_next_to_a_hopf_point_have_the_size_of_the_normal_form() -> None:
+    # The normal form: 0 = σ' (μ − μ_c) + l a²/4, with the amplitude a of y.
+    for p in random_sets(6, 3):
         (mu_c,) = hopf_values(System(p), "mu", 0.0, 100.0)
         hopf = hopf_point(System(p.with_values({"mu": mu_c})), "mu")
         rates = [stability(p.with_values({"mu": mu_c + d})).growth_rate for d in (1e-6, -1e-6)]
@@ -253,7 +256,7 @@ def test_cycles_next_to_a_hopf_point_grow_as_the_lyapunov_coefficient_says() -> 
         assert first.period == pytest.approx(2.0 * np.pi / hopf.omega, rel=1e-4)
 
 
-def assert_explained(p: Parameters) -> set[EventKind]:
+def assert_stability_changes_at_events(p: Parameters) -> set[EventKind]:
     # Each end has a reason, and stability changes only at events.
     curve = branch(p, "mu", low=0.0, high=10.0)
     assert not {End.LOST, End.LONG} & set(curve.ends)
@@ -267,7 +270,7 @@ def assert_explained(p: Parameters) -> set[EventKind]:
         if kind is None:
             assert point.stable in (before.stable, after.stable)
             continue
-        assert_closed(curve, point)
+        assert_cycle_closes(curve, point)
         sizes = np.abs(point.multipliers)
         if kind is EventKind.FOLD:
             assert (point.value - before.value) * (after.value - point.value) < 0.0
@@ -275,8 +278,8 @@ def assert_explained(p: Parameters) -> set[EventKind]:
         if kind is EventKind.PERIOD_DOUBLING:
             assert min(abs(value + 1.0) for value in point.multipliers) < 1e-6
         if kind is EventKind.TORUS:
-            turning = np.abs(np.imag(point.multipliers)) > 1e-6
-            assert np.abs(sizes[turning] - 1.0).max() < 1e-6
+            is_complex = np.abs(np.imag(point.multipliers)) > 1e-6
+            assert np.abs(sizes[is_complex] - 1.0).max() < 1e-6
     changes = sum(
         point_before.stable != point_after.stable
         for point_before, point_after in zip(curve.points, curve.points[1:], strict=False)
@@ -286,15 +289,19 @@ def assert_explained(p: Parameters) -> set[EventKind]:
     return set(events.values())
 
 
-def test_branches_of_drawn_sets_are_explained() -> None:
-    met = set[EventKind]().union(*map(assert_explained, drawn(8, 5)))
-    assert {EventKind.FOLD, EventKind.PERIOD_DOUBLING} <= met
+def test_stability_of_random_branches_changes_only_at_events() -> None:
+    event_kinds = set[EventKind]().union(
+        *map(assert_stability_changes_at_events, random_sets(8, 5))
+    )
+    assert {EventKind.FOLD, EventKind.PERIOD_DOUBLING} <= event_kinds
 
 
 @pytest.mark.whole
-def test_branches_of_many_drawn_sets_are_explained() -> None:
-    met = set[EventKind]().union(*map(assert_explained, drawn(60, 5)))
-    assert {EventKind.FOLD, *LOSES} <= met
+def test_stability_of_many_random_branches_changes_only_at_events() -> None:
+    event_kinds = set[EventKind]().union(
+        *map(assert_stability_changes_at_events, random_sets(60, 5))
+    )
+    assert {EventKind.FOLD, *STABILITY_LOSSES} <= event_kinds
 
 
 @pytest.mark.parametrize(

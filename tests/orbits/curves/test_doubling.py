@@ -10,25 +10,25 @@ from fivtui.orbits.curves.branch_curve import BranchCurve
 from fivtui.orbits.curves.doubling import doubled_cycle
 from fivtui.orbits.curves.events import End, EventKind
 
-from .test_cycle_branches import assert_closed, drawn
+from .test_cycle_branches import assert_cycle_closes, random_sets
 
-# The branch of `TWICE` has two period doublings, that of `ONCE` none.
-TWICE, ONCE = list(drawn(3, 5))[2], Parameters()
+# The first branch has two period doublings, the second has none.
+WITH_DOUBLINGS, WITHOUT_DOUBLINGS = list(random_sets(3, 5))[2], Parameters()
 
 
 def test_a_doubled_branch_joins_both_period_doublings(monkeypatch: pytest.MonkeyPatch) -> None:
-    pairs = []
+    cycle_pairs = []
 
-    def record(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | None:
+    def record_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | None:
         cycle = doubled_cycle(curve, orbit)
-        pairs.append((orbit, cycle))
+        cycle_pairs.append((orbit, cycle))
         return cycle
 
-    monkeypatch.setattr(cycle_branches, "doubled_cycle", record)
-    single = branch(TWICE, "mu", low=0.0, high=10.0)
+    monkeypatch.setattr(cycle_branches, "doubled_cycle", record_cycle)
+    single = branch(WITH_DOUBLINGS, "mu", low=0.0, high=10.0)
     doublings = [event for event in single.events if event.kind is EventKind.PERIOD_DOUBLING]
     assert len(doublings) == 2
-    doubled_branch = branch(TWICE, "mu", low=0.0, high=10.0, doubled=True)
+    doubled_branch = branch(WITH_DOUBLINGS, "mu", low=0.0, high=10.0, doubled=True)
     assert doubled_branch.doubled
     assert doubled_branch.ends == (End.DOUBLING, End.DOUBLING)
     assert doubled_branch.events[0] == doublings[0]
@@ -39,12 +39,12 @@ def test_a_doubled_branch_joins_both_period_doublings(monkeypatch: pytest.Monkey
     assert doubled_branch.points[0].period == pytest.approx(2.0 * doublings[0].period, rel=1e-2)
     assert {point.stable for point in doubled_branch.points} == {True, False}
     for point in doubled_branch.points[3::25]:
-        assert_closed(doubled_branch, point)
+        assert_cycle_closes(doubled_branch, point)
     # The eigenvector of the multiplier -1 points from a cycle to its period-doubled one.
-    ((orbit, cycle),) = pairs
+    ((orbit, cycle),) = cycle_pairs
     assert cycle is not None
-    change = np.linalg.norm((cycle.unknowns - orbit.unknowns)[:4])
-    assert change == pytest.approx(0.01 * np.abs(orbit.unknowns[:4]).max(), rel=1e-4)
+    distance = np.linalg.norm((cycle.unknowns - orbit.unknowns)[:4])
+    assert distance == pytest.approx(0.01 * np.abs(orbit.unknowns[:4]).max(), rel=1e-4)
 
 
 def test_a_doubled_branch_does_not_return_along_itself() -> None:
@@ -55,6 +55,6 @@ def test_a_doubled_branch_does_not_return_along_itself() -> None:
     assert kinds == [EventKind.PERIOD_DOUBLING, EventKind.FOLD, EventKind.PERIOD_DOUBLING]
 
 
-def test_without_a_period_doubling_one_line_says_so() -> None:
+def test_a_branch_without_a_period_doubling_raises_an_error() -> None:
     with pytest.raises(ComputationError, match="no period doubling was found along mu"):
-        branch(ONCE, "mu", low=0.2, high=1.0, doubled=True)
+        branch(WITHOUT_DOUBLINGS, "mu", low=0.2, high=1.0, doubled=True)

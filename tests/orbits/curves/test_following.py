@@ -29,10 +29,10 @@ class Circle(Curve[PointOnCurve]):
         unknowns = guess.copy()
         for _ in range(20):
             radius = unknowns - (3.0, 2.0)
-            missed = np.array([radius @ radius - 1.0, along @ (unknowns - guess)])
-            if np.abs(missed).max() < 1e-14:
+            residuals = np.array([radius @ radius - 1.0, along @ (unknowns - guess)])
+            if np.abs(residuals).max() < 1e-14:
                 break
-            unknowns -= np.linalg.solve(np.array([2.0 * radius, along]), missed)
+            unknowns -= np.linalg.solve(np.array([2.0 * radius, along]), residuals)
         else:
             return None
         direction = np.array([-radius[1], radius[0]])
@@ -65,5 +65,5 @@ def test_a_curve_ends_at_the_bound_of_the_parameter() -> None:
     assert list(curve.events.values()) == [EventKind.FOLD]
 
 
-def test_a_curve_that_begins_at_the_bound_and_leaves_has_no_more_points() -> None:
+def test_a_curve_that_leaves_the_range_at_its_start_has_no_more_points() -> None:
     assert follow(0.0, 0.0, 2.0) == CurvePart((), {}, End.BOUND)

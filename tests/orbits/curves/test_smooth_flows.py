@@ -26,14 +26,14 @@ class SmoothFlow:
     def follow(self, state: FloatArray, time: float, values: FloatArray) -> MotionEnd:
         n, value = self.state_count, float(values[0])
 
-        def change(_t: float, z: FloatArray) -> FloatArray:
+        def extended_rate(_t: float, z: FloatArray) -> FloatArray:
             slopes = self._slopes(z[:n], value)
-            carried = slopes[:, :n] @ z[n:].reshape(n, n + 1)
-            carried[:, n] += slopes[:, n]
-            return np.concatenate([self._rate(z[:n], value), carried.ravel()])
+            derivative_rates = slopes[:, :n] @ z[n:].reshape(n, n + 1)
+            derivative_rates[:, n] += slopes[:, n]
+            return np.concatenate([self._rate(z[:n], value), derivative_rates.ravel()])
 
         start = np.concatenate([state, np.eye(n, n + 1).ravel()])
-        run = solve_ivp(change, (0.0, time), start, method="DOP853", rtol=3e-12, atol=1e-12)
+        run = solve_ivp(extended_rate, (0.0, time), start, method="DOP853", rtol=3e-12, atol=1e-12)
         final = run.y[:, -1]
         low, high = run.y[:2].min(axis=1), run.y[:2].max(axis=1)
         extremes = np.array([low[0], high[0], low[1], high[1]])
@@ -42,12 +42,12 @@ class SmoothFlow:
         )
 
 
-def curve_of(flow: SmoothFlow, low: float, high: float) -> BranchCurve:
+def build_curve(flow: SmoothFlow, low: float, high: float) -> BranchCurve:
     return BranchCurve(flow, np.ones(flow.state_count + 2), (low, high), tests_touch=False)
 
 
-def cycle(curve: BranchCurve, guess: list[float], direction: list[float]) -> OrbitOnCurve:
-    """The cycle near a guess where the second variable's rate is greatest, on a plane."""
+def find_cycle(curve: BranchCurve, guess: list[float], direction: list[float]) -> OrbitOnCurve:
+    """The cycle near a guess, with the second variable of the start fixed, in a plane."""
     across = np.eye(len(guess))[1]
     orbit = curve.orbits.solve(np.array(guess), np.array([across, direction]))
     assert orbit is not None
@@ -76,21 +76,21 @@ def van_der_pol() -> SmoothFlow:
 def test_the_van_der_pol_cycle_has_its_known_period_and_amplitude() -> None:
     # At ε = 1: period 6.66328685932313, amplitude 2.00861986087484; series in ε of Andersen and
     # Geer (1982).
-    curve = curve_of(van_der_pol(), -9.0, 11.0)
-    start = cycle(curve, [2.0, 0.0, 2.0 * math.pi, 0.1], [0.0, 0.0, 0.0, 1.0])
+    curve = build_curve(van_der_pol(), -9.0, 11.0)
+    start = find_cycle(curve, [2.0, 0.0, 2.0 * math.pi, 0.1], [0.0, 0.0, 0.0, 1.0])
     assert start.unknowns[0] == pytest.approx(2.0 + 0.1**2 / 96.0, abs=3e-7)
     series = 2.0 * math.pi * (1.0 + 0.1**2 / 16.0 - 5.0 * 0.1**4 / 3072.0)
     assert start.unknowns[PERIOD] == pytest.approx(series, abs=1e-8)
-    curve_points = follow(curve, start, 5)
-    values = [float(point.unknowns[PARAMETER]) for point in curve_points.points]
+    part = follow(curve, start, 5)
+    values = [float(point.unknowns[PARAMETER]) for point in part.points]
     assert values == sorted(values)
     assert values[-1] > 1.0
-    near = next(point for point in curve_points.points if point.unknowns[PARAMETER] > 1.0)
-    period = float(near.unknowns[PERIOD])
-    upright = cycle(curve, [2.0, 0.0, period, 1.0], [0.0, 0.0, 0.0, 1.0])
-    assert upright.unknowns[PERIOD] == pytest.approx(6.66328685932313, abs=1e-10)
-    assert upright.unknowns[0] == pytest.approx(2.00861986087484, abs=1e-10)
-    assert 0.0 < upright.multipliers[0].real < 1.0
+    first_beyond_one = next(point for point in part.points if point.unknowns[PARAMETER] > 1.0)
+    period = float(first_beyond_one.unknowns[PERIOD])
+    cycle_at_one = find_cycle(curve, [2.0, 0.0, period, 1.0], [0.0, 0.0, 0.0, 1.0])
+    assert cycle_at_one.unknowns[PERIOD] == pytest.approx(6.66328685932313, abs=1e-10)
+    assert cycle_at_one.unknowns[0] == pytest.approx(2.00861986087484, abs=1e-10)
+    assert 0.0 < cycle_at_one.multipliers[0].real < 1.0
 
 
 def duffing() -> SmoothFlow:
@@ -107,13 +107,15 @@ def duffing() -> SmoothFlow:
 
 
 def test_cycles_of_the_duffing_oscillator_have_the_period_of_the_elliptic_integral() -> None:
-    curve = curve_of(duffing(), -1.0, 1.0)
-    start = cycle(curve, [0.2, 0.0, 2.0 * math.pi / math.sqrt(1.03), 0.0], [1.0, 0.0, 0.0, 0.0])
+    curve = build_curve(duffing(), -1.0, 1.0)
+    start = find_cycle(
+        curve, [0.2, 0.0, 2.0 * math.pi / math.sqrt(1.03), 0.0], [1.0, 0.0, 0.0, 0.0]
+    )
     start = start if start.tangent[0] > 0.0 else start.reversed()
-    curve_points = follow(curve, start, 6)
-    assert not curve_points.events
+    part = follow(curve, start, 6)
+    assert not part.events
     sizes = []
-    for point in (start, *curve_points.points):
+    for point in (start, *part.points):
         x, v, period, damping = point.unknowns.tolist()
         # Of the energy E = v²/2 + x²/2 + x⁴/4 the greatest x is the amplitude.
         energy = 0.5 * v * v + 0.5 * x * x + 0.25 * x**4
@@ -144,15 +146,17 @@ def bautin() -> SmoothFlow:
 
 
 def test_a_fold_known_in_closed_form_is_located() -> None:
-    curve = curve_of(bautin(), -10.0, 10.0)
-    first = 0.3
-    start = cycle(curve, [first, 0.0, 2.0 * math.pi, first**4 - first**2], [1.0, 0.0, 0.0, 0.0])
+    curve = build_curve(bautin(), -10.0, 10.0)
+    radius = 0.3
+    start = find_cycle(
+        curve, [radius, 0.0, 2.0 * math.pi, radius**4 - radius**2], [1.0, 0.0, 0.0, 0.0]
+    )
     start = start if start.tangent[0] > 0.0 else start.reversed()
-    curve_points = follow(curve, start, 20, EventKind.FOLD)
-    ((index, kind),) = curve_points.events.items()
+    part = follow(curve, start, 20, EventKind.FOLD)
+    ((index, kind),) = part.events.items()
     assert kind is EventKind.FOLD
-    assert curve_points.points[index].unknowns[PARAMETER] == pytest.approx(-0.25, abs=1e-12)
-    for point in curve_points.points:
+    assert part.points[index].unknowns[PARAMETER] == pytest.approx(-0.25, abs=1e-12)
+    for point in part.points:
         square = float(point.unknowns[:2] @ point.unknowns[:2])
         assert point.unknowns[PARAMETER] == pytest.approx(square**2 - square, abs=1e-10)
         exponent = 2.0 * math.pi * 2.0 * square * (1.0 - 2.0 * square)
@@ -192,29 +196,29 @@ def test_bifurcations_of_known_flows_are_located(frequency: float, kind: EventKi
             circle = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
             return np.block([[circle, np.zeros((2, 3))], [np.zeros((2, 2)), np.array(beside)]])
         steps = 1e-6 * np.eye(5)
-        at = np.append(z, growth)
+        arguments = np.append(z, growth)
         columns = [
             (
-                rate((at + event_kind)[:4], (at + event_kind)[4])
-                - rate((at - event_kind)[:4], (at - event_kind)[4])
+                rate((arguments + step)[:4], (arguments + step)[4])
+                - rate((arguments - step)[:4], (arguments - step)[4])
             )
             / 2e-6
-            for event_kind in steps
+            for step in steps
         ]
         return np.array(columns).T
 
-    curve = curve_of(SmoothFlow(4, rate, slopes), -5.0, 5.0)
+    curve = build_curve(SmoothFlow(4, rate, slopes), -5.0, 5.0)
     direction = [0.0] * 5 + [1.0]
-    start = cycle(curve, [1.0, 0.0, 0.0, 0.0, 2.0 * math.pi, -0.05], direction)
-    curve_points = follow(curve, start, 2, kind)
-    located = {
-        event_kind: curve_points.points[index].unknowns[PARAMETER]
-        for index, event_kind in curve_points.events.items()
+    start = find_cycle(curve, [1.0, 0.0, 0.0, 0.0, 2.0 * math.pi, -0.05], direction)
+    part = follow(curve, start, 2, kind)
+    event_values = {
+        event_kind: part.points[index].unknowns[PARAMETER]
+        for index, event_kind in part.events.items()
     }
-    assert located[kind] == pytest.approx(0.0, abs=1e-8)
+    assert event_values[kind] == pytest.approx(0.0, abs=1e-8)
 
 
-def test_a_point_where_another_branch_crosses_is_noted() -> None:
+def test_a_point_where_another_branch_crosses_is_located() -> None:
     # A circle, and beside it z' = λ z − z³: other circles begin at λ = 0.
     def rate(z: FloatArray, growth: float) -> FloatArray:
         x, y, beside = z
@@ -224,13 +228,13 @@ def test_a_point_where_another_branch_crosses_is_noted() -> None:
     def slopes(z: FloatArray, growth: float) -> FloatArray:
         x, y, beside = z
         radial = (1.0 - x * x - y * y) * np.eye(2) - 2.0 * np.outer(z[:2], z[:2])
-        curve_points = np.zeros((3, 4))
-        curve_points[:2, :2] = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
-        curve_points[2, 2:] = growth - 3.0 * beside * beside, beside
-        return curve_points
+        jacobian = np.zeros((3, 4))
+        jacobian[:2, :2] = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
+        jacobian[2, 2:] = growth - 3.0 * beside * beside, beside
+        return jacobian
 
-    curve = curve_of(SmoothFlow(3, rate, slopes), -5.0, 5.0)
-    start = cycle(curve, [1.0, 0.0, 0.0, 2.0 * math.pi, -0.05], [0.0] * 4 + [1.0])
-    curve_points = follow(curve, start, 2, EventKind.BRANCH)
-    assert list(curve_points.events.values()) == [EventKind.BRANCH]
-    assert curve_points.points[-1].unknowns[PARAMETER] == pytest.approx(0.0, abs=1e-8)
+    curve = build_curve(SmoothFlow(3, rate, slopes), -5.0, 5.0)
+    start = find_cycle(curve, [1.0, 0.0, 0.0, 2.0 * math.pi, -0.05], [0.0] * 4 + [1.0])
+    part = follow(curve, start, 2, EventKind.BRANCH)
+    assert list(part.events.values()) == [EventKind.BRANCH]
+    assert part.points[-1].unknowns[PARAMETER] == pytest.approx(0.0, abs=1e-8)

@@ -21,7 +21,7 @@ SPEEDS = [0.0, 0.2, 1.0, 30.0]
 FRICTION = {"mu_s": 0.9, "v_s": 0.4}
 
 
-def test_an_interpreted_batch_is_that_of_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interpreted_batch_equals_the_compiled_one(monkeypatch: pytest.MonkeyPatch) -> None:
     compiled = simulate_batch({"v_belt": SPEEDS}, t_end=3.0)
     monkeypatch.setattr(batch_run, "why_interpreted", lambda: "no compiler")
     interpreted = simulate_batch({"v_belt": SPEEDS}, t_end=3.0)
@@ -36,11 +36,11 @@ def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
     assert run(["sweep", "--preset", "peak-over-belt-speed", "--both", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert len(data["rows"]) == study.members == 36
-    paper = {case: simulate(separation=case) for case in (True, False)}
+    fast_runs = {case: simulate(separation=case) for case in (True, False)}
     # The peak of y falls from 10.5 m to a third at a belt of 1 m/s, and the slider stays on it.
     rows = [dict(zip(data["columns"], row, strict=True)) for row in data["rows"]]
     peaks = {row["v_belt"]: row["y_max"] for row in rows if row["separation"]}
-    assert peaks[30.0] == paper[True].peak.y_max == pytest.approx(10.503, abs=1e-3)
+    assert peaks[30.0] == fast_runs[True].peak.y_max == pytest.approx(10.503, abs=1e-3)
     assert peaks[1.0] == pytest.approx(3.3446, abs=1e-3)
     assert max(peaks[0.1], peaks[0.2]) < 0.0
     result = partial_sweep(study, list(sweep_parts(study, lambda _share: True)))
@@ -49,41 +49,41 @@ def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
         row = result.fast_belt(case)
         assert row is not None
         assert result.rows[row][0] == slowest
-        assert paper[case].peak.vx_max < slowest
-        assert result.rows[row][2] == paper[case].peak.y_abs
+        assert fast_runs[case].peak.vx_max < slowest
+        assert result.rows[row][2] == fast_runs[case].peak.y_abs
     chart = sweep_chart(result)
     assert {guide.value: guide.label for guide in chart.guides} == {
-        paper[True].peak.y_abs: "always faster, separation considered",
-        paper[False].peak.y_abs: "always faster, separation ignored",
+        fast_runs[True].peak.y_abs: "always faster, separation considered",
+        fast_runs[False].peak.y_abs: "always faster, separation ignored",
     }
     (axes,) = result.figure().axes
     assert axes.get_xlabel() == r"Speed of the belt $v_{\mathrm{belt}}$ (m/s)"
     lines = [line for line in axes.lines if line.get_linestyle() == ":"]
     levels = [np.unique(line.get_ydata()).tolist() for line in lines]
-    assert levels == [[paper[case].peak.y_abs] for case in (True, False)]
+    assert levels == [[fast_runs[case].peak.y_abs] for case in (True, False)]
 
 
-def test_only_belts_faster_than_all_of_a_run_are_always_faster(
+def test_only_belts_faster_than_the_slider_throughout_a_run_are_always_faster(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    slow = sweep(vary={"v_belt": [0.2, 1.0]}, t_end=10.0)
-    assert slow.fast_belt(True) is None
+    slow_belts = sweep(vary={"v_belt": [0.2, 1.0]}, t_end=10.0)
+    assert slow_belts.fast_belt(True) is None
     falling = Parameters(mu_s=0.9, v_s=0.4)
     assert sweep(falling, vary={"v_belt": [50.0]}, t_end=10.0).fast_belt(True) is None
     assert sweep(vary={"F": [20.0]}, t_end=1.0).fast_belt(True) is None
     assert sweep(vary={"v_belt": [50.0]}, outputs=["y_abs"], t_end=1.0).fast_belt(True) is None
     assert run(["sweep", "--vary", "v_belt=1,50", "--t-end", "10"]) == 0
     assert "from v_belt = 50 m/s on the slider is never as fast: y_abs" in capsys.readouterr().err
-    for arguments, why in (
+    for arguments, message in (
         ([], "--vary: must be given, or --preset"),
         (["--preset", "peak"], "unknown sweep 'peak' (known: peak-over-belt-speed)"),
         (["--preset", "peak-over-belt-speed", "--vary", "F=1,2"], "must be given without --vary"),
     ):
         assert run(["sweep", *arguments]) == 2
-        assert why in capsys.readouterr().err
+        assert message in capsys.readouterr().err
 
 
-def test_what_has_no_effect_or_is_out_of_range_is_refused() -> None:
+def test_parameters_without_effect_or_out_of_range_are_refused() -> None:
     with pytest.raises(InputError, match="mu_s has no effect without v_belt"):
         simulate_batch({"mu_s": [1.0]})
     with pytest.raises(InputError, match=r"member 1: mu_s = 0\.5: must be at least mu = 0\.7"):

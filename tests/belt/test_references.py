@@ -21,7 +21,7 @@ KERNELS: tuple[KernelChoice, ...] = ("interpreted", "compiled")
 
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("name", REFERENCES)
-def test_transients_are_the_references_of_25_digits(name: str, kernel: KernelChoice) -> None:
+def test_transients_are_references_of_25_digits(name: str, kernel: KernelChoice) -> None:
     reference = REFERENCES[name]
     run = simulate(
         Parameters().with_values(reference["parameters"]),
@@ -45,46 +45,46 @@ def test_the_references_have_all_modes() -> None:
     assert len(REFERENCES) >= 8
 
 
-def drawn(count: int, seed: int) -> list[tuple[Parameters, bool, np.ndarray]]:
+def random_scenes(count: int, seed: int) -> list[tuple[Parameters, bool, np.ndarray]]:
     rng = np.random.default_rng(seed)
     scenes = []
     for _ in range(count):
-        mu, low = rng.uniform(0.1, 1.0), rng.uniform
+        mu, uniform = rng.uniform(0.1, 1.0), rng.uniform
         p = Parameters(
-            m=low(1.0, 6.0),
-            k1=low(30.0, 150.0),
-            k2=low(30.0, 100.0),
-            k3=low(0.0, 100.0),
-            c1=low(0.0, 0.6),
-            c2=low(0.0, 0.6),
-            F=low(10.0, 100.0),
-            k_nl=low(0.0, 200.0),
+            m=uniform(1.0, 6.0),
+            k1=uniform(30.0, 150.0),
+            k2=uniform(30.0, 100.0),
+            k3=uniform(0.0, 100.0),
+            c1=uniform(0.0, 0.6),
+            c2=uniform(0.0, 0.6),
+            F=uniform(10.0, 100.0),
+            k_nl=uniform(0.0, 200.0),
             mu=mu,
-            mu_s=mu * low(1.0, 1.5),
-            v_s=low(0.1, 1.0) if rng.random() < 0.5 else None,
-            v_belt=low(0.0, 3.0),
+            mu_s=mu * uniform(1.0, 1.5),
+            v_s=uniform(0.1, 1.0) if rng.random() < 0.5 else None,
+            v_belt=uniform(0.0, 3.0),
         )
         scenes.append((p, bool(rng.random() < 0.8), rng.uniform(-1.5, 1.5, 4)))
     return scenes
 
 
 @pytest.mark.parametrize("scene", range(10))
-def test_a_drawn_scene_is_that_of_an_integration_written_anew(scene: int) -> None:
-    p, separation, start = drawn(10, 1976)[scene]
+def test_a_random_scene_has_the_motion_of_an_independent_integrator(scene: int) -> None:
+    p, separation, start = random_scenes(10, 1976)[scene]
     state, modes = integrate(OwnBelt(p, separation), start, 4.0)
     run = simulate(p, t_end=4.0, start=start.tolist(), separation=separation)
-    followed = [run.first_mode, *(change.then for change in run.mode_changes)]
-    assert [mode.name.lower() for mode in followed] == modes
+    mode_sequence = [run.first_mode, *(change.then for change in run.mode_changes)]
+    assert [mode.name.lower() for mode in mode_sequence] == modes
     assert run.final[1:] == pytest.approx(state.tolist(), rel=1e-8, abs=1e-8)
 
 
-def test_random_scenes_are_those_of_rk4_with_bisection() -> None:
+def test_random_scenes_have_the_motion_of_rk4_with_bisection() -> None:
     for separation in (True, False):
-        scenes = [(p, s) for p, _, s in drawn(12, 5)]
+        scenes = [(p, start_state) for p, _, start_state in random_scenes(12, 5)]
         step, t_end = 4e-3, 1.5
         rk4 = BeltRungeKutta4(
             [p for p, _ in scenes],
-            [tuple(s.tolist()) for _, s in scenes],
+            [tuple(start_state.tolist()) for _, start_state in scenes],
             step=step,
             separation=separation,
         )
@@ -98,8 +98,8 @@ def test_random_scenes_are_those_of_rk4_with_bisection() -> None:
 
 
 @pytest.mark.parametrize("method", ["scipy-dop853", "scipy-lsoda", "scipy-radau"])
-def test_random_scenes_are_those_of_scipy(method: str) -> None:
-    for p, separation, start in drawn(4, 11):
+def test_random_scenes_have_the_motion_of_scipy(method: str) -> None:
+    for p, separation, start in random_scenes(4, 11):
         settings = {"t_end": 1.0, "start": start.tolist(), "separation": separation}
         run, taylor = simulate(p, method=method, tol=1e-8, **settings), simulate(p, **settings)
         assert run.events.transitions == taylor.events.transitions

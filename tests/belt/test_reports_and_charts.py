@@ -29,31 +29,31 @@ START = (-2.0, -4.0, 0.3, 1.0)
 
 
 @pytest.fixture(scope="module")
-def belt() -> Transient:
+def belt_run() -> Transient:
     return simulate(Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4), t_end=5.0, start=START, samples=501)
 
 
-def test_the_report_has_sticks_and_transitions(belt: Transient) -> None:
-    rows = {row.label: row.value for row in transient_rows(belt)}
-    assert rows["sticks"] == str(belt.events.sticks)
-    assert f"{belt.events.transitions['forward-stick']} forward-stick" in rows["transitions"]
-    assert {row.note for row in transient_rows(belt)}.isdisjoint({"valid for faster belts"})
+def test_the_report_has_sticks_and_transitions(belt_run: Transient) -> None:
+    rows = {row.label: row.value for row in transient_rows(belt_run)}
+    assert rows["sticks"] == str(belt_run.events.sticks)
+    assert f"{belt_run.events.transitions['forward-stick']} forward-stick" in rows["transitions"]
+    assert {row.note for row in transient_rows(belt_run)}.isdisjoint({"valid for faster belts"})
 
 
-def test_figures_shade_the_times_of_stick(belt: Transient) -> None:
-    (off, sticking) = [
-        shade for shade in transient_figure([belt]).axes[0].collections if shade.get_label()
+def test_figures_shade_the_times_of_stick(belt_run: Transient) -> None:
+    (separated, sticking) = [
+        shade for shade in transient_figure([belt_run]).axes[0].collections if shade.get_label()
     ]
-    assert (off.get_label(), sticking.get_label()) == ("off the belt", "stuck to the belt")
+    assert (separated.get_label(), sticking.get_label()) == ("off the belt", "stuck to the belt")
     spans = [tuple(path.get_extents().intervalx) for path in sticking.get_paths()]
     assert [span for part in spans for span in part] == pytest.approx(
-        [edge for interval in belt.stick_intervals for edge in interval]
+        [edge for interval in belt_run.stick_intervals for edge in interval]
     )
     assert len(transient_figure([simulate(t_end=5.0, samples=51)]).axes[0].collections) == 1
 
 
-def test_charts_have_the_speed_of_the_belt_as_a_line(belt: Transient) -> None:
-    plotted = plotted_run(belt)
+def test_charts_have_the_speed_of_the_belt_as_a_line(belt_run: Transient) -> None:
+    plotted = plotted_run(belt_run)
     assert plotted is not None
     for chart in (
         phase_chart("x", [plotted], (0.0, 5.0)),
@@ -64,41 +64,42 @@ def test_charts_have_the_speed_of_the_belt_as_a_line(belt: Transient) -> None:
     assert all(g.label != "belt" for g in phase_chart("y", [plotted], (0.0, 5.0)).guides)
 
 
-def test_time_charts_mark_off_the_belt_and_stick_as_they_come_and_afterwards(
-    belt: Transient,
+def test_time_charts_mark_separation_and_stick_during_a_run_and_afterwards(
+    belt_run: Transient,
 ) -> None:
-    assert belt.trajectory is not None
-    plotted = plotted_run(belt, "run 1")
-    growing = partial_run(belt.trajectory, belt.system, belt.t_end, name="run 1")
+    assert belt_run.trajectory is not None
+    plotted = plotted_run(belt_run, "run 1")
+    growing = partial_run(belt_run.trajectory, belt_run.system, belt_run.t_end, name="run 1")
     assert plotted is not None
     for chart_plot in (plotted, growing):
         for chart in (
             time_chart("y", [chart_plot], strip=True, x_axis=True),
             difference_chart("y", chart_plot, plotted, strip=True, x_axis=True),
         ):
-            off, sticking = chart.strips
-            assert (off.label, sticking.label) == ("off belt", "stick")
+            separated, sticking = chart.strips
+            assert (separated.label, sticking.label) == ("off belt", "stick")
             for strip, intervals in (
-                (off, belt.separated_intervals),
-                (sticking, belt.stick_intervals),
+                (separated, belt_run.separated_intervals),
+                (sticking, belt_run.stick_intervals),
             ):
                 marked, sampled = np.array(strip.intervals), np.array(intervals)
-                separated = sampled[np.ptp(sampled, axis=1) > 0.02]
+                separated_edges = sampled[np.ptp(sampled, axis=1) > 0.02]
                 assert (
-                    np.abs(marked[:, None] - separated[None]).max(axis=2).min(axis=0).max() < 0.011
+                    np.abs(marked[:, None] - separated_edges[None]).max(axis=2).min(axis=0).max()
+                    < 0.011
                 )
             drawn = draw(chart, View(), 90, 12).text().splitlines()
             assert [line[:8].strip() for line in drawn[-3:-1]] == ["off belt", "stick"]
             assert "█" in drawn[-2]
-    always = plotted_run(simulate(t_end=5.0, samples=51))
-    assert always is not None
-    assert len(time_chart("y", [always], strip=True, x_axis=True).strips) == 1
+    fast_belt_run = plotted_run(simulate(t_end=5.0, samples=51))
+    assert fast_belt_run is not None
+    assert len(time_chart("y", [fast_belt_run], strip=True, x_axis=True).strips) == 1
 
 
-def test_portraits_mark_where_the_slider_sticks(belt: Transient) -> None:
-    plotted = plotted_run(belt, "run 1")
+def test_portraits_mark_where_the_slider_sticks(belt_run: Transient) -> None:
+    plotted = plotted_run(belt_run, "run 1")
     assert plotted is not None
-    motion = belt.to_columns()
+    motion = belt_run.to_columns()
     sticking = motion["mode"] == Mode.STICK
     assert 5 < sticking.sum() < sticking.size
     for chart, names in (
@@ -108,18 +109,22 @@ def test_portraits_mark_where_the_slider_sticks(belt: Transient) -> None:
     ):
         path, stick = chart.traces
         assert (stick.name, stick.look) == ("stick", "points")
-        for trace, inside in ((path, slice(None)), (stick, sticking)):
-            assert trace.x.tolist() == motion[names[0]][inside].tolist()
-            assert trace.y.tolist() == motion[names[1]][inside].tolist()
-    two = phase_chart("x", [plotted, plotted], (0.0, 5.0))
-    assert [trace.name for trace in two.traces] == ["run 1", "run 1", *["run 1 stick"] * 2]
-    sliding = phase_chart("x", [plotted], (0.0, float(belt.changes[0, 0])))
-    assert (belt.first_mode is Mode.STICK) == (len(sliding.traces) > 1)
+        for trace, selection in ((path, slice(None)), (stick, sticking)):
+            assert trace.x.tolist() == motion[names[0]][selection].tolist()
+            assert trace.y.tolist() == motion[names[1]][selection].tolist()
+    chart_of_two_runs = phase_chart("x", [plotted, plotted], (0.0, 5.0))
+    assert [trace.name for trace in chart_of_two_runs.traces] == [
+        "run 1",
+        "run 1",
+        *["run 1 stick"] * 2,
+    ]
+    sliding = phase_chart("x", [plotted], (0.0, float(belt_run.changes[0, 0])))
+    assert (belt_run.first_mode is Mode.STICK) == (len(sliding.traces) > 1)
 
 
-def test_the_velocity_has_the_speed_of_the_belt_as_a_line_in_figures(belt: Transient) -> None:
-    panels = transient_figure([belt], quantities=["vx", "y"]).axes
-    flat = [
+def test_the_velocity_has_the_speed_of_the_belt_as_a_line_in_figures(belt_run: Transient) -> None:
+    panels = transient_figure([belt_run], quantities=["vx", "y"]).axes
+    horizontal_lines = [
         [
             ends[0]
             for ends in map(np.unique, (line.get_ydata() for line in panel.lines))
@@ -127,10 +132,12 @@ def test_the_velocity_has_the_speed_of_the_belt_as_a_line_in_figures(belt: Trans
         ]
         for panel in panels
     ]
-    assert flat == [[0.0, 0.5], [0.0]]
+    assert horizontal_lines == [[0.0, 0.5], [0.0]]
 
 
-def test_the_command_line_sets_and_unsets_it(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_line_sets_and_unsets_belt_parameters(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     settings = ["--set", "v_belt=1", "--set", "mu_s=0.9", "--set", "v_s=0.4"]
     assert run(["simulate", *settings, "--t-end", "5", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
@@ -151,14 +158,14 @@ def test_the_command_line_sets_and_unsets_it(capsys: pytest.CaptureFixture[str])
         ["branch", "--curve", "fold", "--over", "mu=0.1:1", "--over", "F=20:80"],
     ],
 )
-def test_commands_without_support_of_it_are_refused(
+def test_commands_without_support_refuse_a_belt_of_finite_speed(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run([*arguments, "--set", "v_belt=1"]) == 2
     assert "v_belt = 1: must be none for " in capsys.readouterr().err
 
 
-def test_scenes_and_the_form_keep_it(tmp_path: pytest.TempPathFactory) -> None:
+def test_scenes_and_the_form_keep_belt_parameters(tmp_path: pytest.TempPathFactory) -> None:
     p = Parameters(v_belt=0.5, mu_s=0.9)
     scene = Scene(name="belt", description="", parameters=p)
     path = f"{tmp_path}/belt.toml"
@@ -177,7 +184,7 @@ def test_scenes_and_the_form_keep_it(tmp_path: pytest.TempPathFactory) -> None:
     assert "--set v_belt=none" in session.command_line()
 
 
-def test_axes_of_the_belt_s_speed_say_what_it_is_alone() -> None:
+def test_the_axis_of_the_belt_speed_has_its_name_symbol_and_unit() -> None:
     label = quantity_label(ALL_PARAMETERS["v_belt"])
     assert label.startswith("Speed of the belt $v")
     assert label.endswith("(m/s)")

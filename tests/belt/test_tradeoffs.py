@@ -17,19 +17,19 @@ from fivtui.transient import Start, Transient
 from fivtui.tui.tabs.requests.tradeoff import table_columns, table_rows
 
 BELT = Parameters(v_belt=1.0)
-HOLDING = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4)
-HELD: State = (0.0, 0.5, -1.0, 0.0)
+WITH_STICKS = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4)
+START_AT_BELT_SPEED: State = (0.0, 0.5, -1.0, 0.0)
 
 
-def across(p: Parameters, step: float, *, start: Start = "static") -> Transient:
+def run_rk4_across(p: Parameters, step: float, *, start: Start = "static") -> Transient:
     return simulate(p, t_end=1.5, method="rk4-across", step=step, start=start)
 
 
-def test_rk4_across_knows_no_stick_and_converges_by_its_first_order_at_most() -> None:
-    exact = simulate(HOLDING, t_end=1.5, start=HELD)
+def test_rk4_across_has_no_sticks_and_converges_at_first_order_at_most() -> None:
+    exact = simulate(WITH_STICKS, t_end=1.5, start=START_AT_BELT_SPEED)
     assert exact.events.sticks > 0
     steps = [8e-3, 4e-3, 2e-3, 1e-3]
-    runs = [across(HOLDING, step, start=HELD) for step in steps]
+    runs = [run_rk4_across(WITH_STICKS, step, start=START_AT_BELT_SPEED) for step in steps]
     errors = [np.abs(np.subtract(run.final, exact.final)).max() for run in runs]
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert 0.5 < order < 1.6
@@ -41,8 +41,11 @@ def test_rk4_across_has_no_friction_at_the_speed_of_the_belt() -> None:
     # Slider and belt are at rest; friction of either sign would move the slider.
     rest = Parameters(v_belt=0.0)
     exact = simulate(rest, t_end=1.5)
-    assert across(rest, 2e-3).final == pytest.approx(exact.final, abs=1e-6)
-    assert across(Parameters(v_belt=40.0), 2e-3).final == across(Parameters(), 2e-3).final
+    assert run_rk4_across(rest, 2e-3).final == pytest.approx(exact.final, abs=1e-6)
+    assert (
+        run_rk4_across(Parameters(v_belt=40.0), 2e-3).final
+        == run_rk4_across(Parameters(), 2e-3).final
+    )
 
 
 @pytest.mark.parametrize(
@@ -53,7 +56,7 @@ def test_rk4_across_has_no_friction_at_the_speed_of_the_belt() -> None:
         ({"v_belt": 0.3, "mu": 0.2, "k3": 0.0}, (1.5, 5.0, -1.0, 4.0), 8.0),
     ],
 )
-def test_a_small_error_grows_as_two_neighbours_part(
+def test_a_small_error_grows_like_the_distance_of_neighbouring_motions(
     values: dict[str, float], start: Start, t_end: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
     p = Parameters().with_values(values)
@@ -64,8 +67,8 @@ def test_a_small_error_grows_as_two_neighbours_part(
     for side in (-1e-6, 1e-6):
         beside = (middle + side * 0.5 / weights).tolist()
         ends.append(np.array(simulate(p, t_end=t_end, start=beside, tol=1e-13).final[1:]))
-    grown = np.linalg.norm((ends[1] - ends[0]) / 2e-6 * weights)
-    assert result.growth.final == pytest.approx(grown, rel=1e-5)
+    growth = np.linalg.norm((ends[1] - ends[0]) / 2e-6 * weights)
+    assert result.growth.final == pytest.approx(growth, rel=1e-5)
     assert result.run.events.sticks > 1
     assert result.parted is None
     assert result.estimates["sticks"].difference == 0.0
@@ -75,36 +78,39 @@ def test_a_small_error_grows_as_two_neighbours_part(
     assert "stick_time" in capsys.readouterr().out
 
 
-def test_the_trade_shows_what_every_method_loses_on_a_belt_of_finite_speed(
+def test_a_tradeoff_on_a_belt_of_finite_speed_has_the_errors_of_every_method(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(measure, "QUICK_S", 1.0)
     result = measure_tradeoff(Scene("belt", "", BELT, t_end=4.0))
     assert result.floor.of("final") < 1e-10
-    least: dict[str, float] = {}
+    least_errors: dict[str, float] = {}
     for row in result.rows:
         if row.error is not None:
             method, error = row.setting.method, row.error.of("final")
-            least[method] = min(error, least.get(method, np.inf))
-    assert least["taylor"] < 1e-10
-    assert least["fmu"] < 1e-10
-    assert least["rk4"] < 0.1
-    assert 1e-4 < least["rk4-across"] < 10.0
+            least_errors[method] = min(error, least_errors.get(method, np.inf))
+    assert least_errors["taylor"] < 1e-10
+    assert least_errors["fmu"] < 1e-10
+    assert least_errors["rk4"] < 0.1
+    assert 1e-4 < least_errors["rk4-across"] < 10.0
     fmu = [row for row in result.rows if row.setting.method == "fmu" and row.error is not None]
     assert fmu[-1].error is not None
     assert fmu[-1].error.of("events") < 1e-10
     assert fmu[-1].error.sticks == 0
-    lost = {
+    missing_sticks = {
         row.error.sticks for row in result.rows if row.setting.method == "rk4-across" and row.error
     }
-    assert lost == {-simulate(BELT, t_end=4.0).events.sticks}
+    assert missing_sticks == {-simulate(BELT, t_end=4.0).events.sticks}
     print_tradeoff(result)
     assert "sticks" in capsys.readouterr().out
     assert table_columns(result)[-1] == "sticks"
-    assert {row[-1] for row in table_rows(result, "final", None)} >= {"0", f"{max(lost):+d}"}
+    assert {row[-1] for row in table_rows(result, "final", None)} >= {
+        "0",
+        f"{max(missing_sticks):+d}",
+    }
     save_tradeoff(result, tmp_path / "trade.csv")
-    read = load_tradeoff(tmp_path / "trade.csv").rows
-    assert [row.error and row.error.sticks for row in read] == [
+    loaded_rows = load_tradeoff(tmp_path / "trade.csv").rows
+    assert [row.error and row.error.sticks for row in loaded_rows] == [
         row.error and row.error.sticks for row in result.rows
     ]
     assert "belt of finite speed" in [feature.name for feature in result.features]
