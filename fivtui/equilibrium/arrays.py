@@ -136,10 +136,10 @@ class StabilityPoints:
             outside = ~((next_mu > low) & (next_mu < high))
             middle = np.where(low > 0.0, np.sqrt(low * high), 0.5 * (low + high))
             next_mu = np.where(outside, middle, next_mu)
-            moved = np.abs(next_mu - mu) > _CONVERGED * mu
+            has_moved = np.abs(next_mu - mu) > _CONVERGED * mu
             # Converged sets stay unchanged, so that no result depends on other sets of the batch.
             mu = np.where(active, next_mu, mu)
-            active &= moved & (high - low > _CONVERGED * high)
+            active &= has_moved & (high - low > _CONVERGED * high)
             if not active.any():
                 break
         return np.where(is_missing, np.nan, mu)
@@ -152,9 +152,9 @@ class StabilityPoints:
         force_slope = self.h / self.a * spring_force(self, y)
         kt_slope = tangent_slope(self, y) * force_slope / (3.0 * alpha * y * y + beta)
         boundary = flutter_boundary(self, kt)
-        by_kt = flutter_boundary_slope(self, kt)
+        slope = flutter_boundary_slope(self, kt)
         coupling = self.h * kt
-        return mu - boundary / coupling, 1.0 - (by_kt - boundary / kt) / coupling * kt_slope
+        return mu - boundary / coupling, 1.0 - (slope - boundary / kt) / coupling * kt_slope
 
 
 def critical_mus(

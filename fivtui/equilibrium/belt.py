@@ -106,7 +106,7 @@ def _relative_speeds() -> FloatArray:
 
 def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple[float, Becomes]]:
     # Values of a parameter at which stability changes, ascending, and the stability above each.
-    def margins(values: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def margins_at(values: FloatArray) -> tuple[FloatArray, BoolArray]:
         varied = p.replaced(**{name: values.view(_ArrayWithExp)})
         with np.errstate(all="ignore"):
             mu = np.asarray(friction_coefficient(varied, varied.v_belt))
@@ -114,7 +114,7 @@ def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple
         margin = np.where(conditions_hold, determinant, -np.abs(determinant))
         return np.where(np.abs(determinant) > _ROUNDING * size, margin, np.nan), conditions_hold
 
-    def margin(value: float) -> float:
+    def margin_at(value: float) -> float:
         varied = p.replaced(**{name: value})
         mu = friction_coefficient(varied, varied.v_belt)
         determinant, _, conditions_hold = _hurwitz(
@@ -123,8 +123,8 @@ def _stability_changes(p: Parameters, name: str, grid: FloatArray) -> list[tuple
         return float(determinant if conditions_hold else -abs(determinant))
 
     return [
-        (_locate_zero(margin, low, high), "stable" if stable else "unstable")
-        for low, high, stable in _sign_changes(margins, grid)
+        (_locate_zero(margin_at, low, high), "stable" if stable else "unstable")
+        for low, high, stable in _find_brackets(margins_at, grid)
     ]
 
 
@@ -142,7 +142,7 @@ def _hurwitz(p: Parameters, y: Any) -> tuple[Any, Any, Any]:
     return sum(terms) / scale, sum(map(abs, terms)) / scale, conditions_hold
 
 
-def _sign_changes(
+def _find_brackets(
     margins_at: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
     grid: FloatArray,
     level: int = 0,
@@ -174,7 +174,7 @@ def _sign_changes(
     for low, high in ranges:
         indices = np.linspace(low, high, _REFINEMENT * (high - low) + 1)
         finer = np.interp(indices, np.arange(grid.size), grid)
-        brackets += _sign_changes(margins_at, finer, level + 1)
+        brackets += _find_brackets(margins_at, finer, level + 1)
     return sorted(brackets)
 
 

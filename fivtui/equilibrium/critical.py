@@ -12,10 +12,9 @@ closed form.
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import Final, Literal, TypeVar
+from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fivtui.model import (
     DERIVATIVE_STEP,
@@ -34,7 +33,6 @@ from fivtui.model import (
 )
 
 Becomes = Literal["stable", "unstable"]
-Real = TypeVar("Real", float, NDArray[np.float64])
 _MAX_SECANTS: Final = 30
 _SECANT_TOLERANCE: Final = 1e-15
 

@@ -84,9 +84,9 @@ def cube_root_bound(value: FloatArray) -> FloatArray:
     return _CUBE_ROOT_MARGIN * bits.view(np.float64)
 
 
-def _factor_root(middle: FloatArray, inner: FloatArray) -> Complex:
-    # middle + √inner
-    return middle + np.sqrt(np.maximum(inner, 0.0)), np.sqrt(np.maximum(-inner, 0.0))
+def _factor_root(mean: FloatArray, radicand: FloatArray) -> Complex:
+    # mean + √radicand
+    return mean + np.sqrt(np.maximum(radicand, 0.0)), np.sqrt(np.maximum(-radicand, 0.0))
 
 
 def _is_coalescing(root: Complex, quartic: Quartic) -> NDArray[np.bool_]:
@@ -167,9 +167,9 @@ def _factors(s: Complex, quartic: Quartic) -> tuple[Complex, Complex, Complex, C
 def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
     # Greatest root U ≥ 0 of U³ + 2 p U² + gap U − q², by Newton's method from a closed form. With
     # U = t − 2 p/3 the cubic is t³ − 3 slope t − 2 value.
-    third = -2.0 * p / 3.0
-    slope = third * third - gap / 3.0
-    value = third * third * third - 0.5 * third * gap + 0.5 * q * q
+    shift = -2.0 * p / 3.0
+    slope = shift * shift - gap / 3.0
+    value = shift * shift * shift - 0.5 * shift * gap + 0.5 * q * q
     outer = _outer_root(slope, np.abs(value))
     single = value * value > slope * slope * slope
     # Where value < 0 and there are three roots, two solve t² − outer t + outer² − 3 slope = 0.
@@ -177,7 +177,7 @@ def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
     greatest = np.where(value >= 0.0, outer, np.where(single, -outer, inner))
     # Where roots meet, the closed form is wrong by the square root of rounding. From a start above
     # the greatest root Newton's method converges to it from above.
-    root = np.maximum(third + greatest, 0.0) + _START_MARGIN * (np.abs(third) + outer)
+    root = np.maximum(shift + greatest, 0.0) + _START_MARGIN * (np.abs(shift) + outer)
     for _ in range(_RESOLVENT_ITERATIONS):
         residual = ((root + 2.0 * p) * root + gap) * root - q * q
         steepness = (3.0 * root + 4.0 * p) * root + gap

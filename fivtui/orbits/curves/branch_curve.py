@@ -19,8 +19,8 @@ from .following import Bound
 # Derivatives of the parameter along the curve that are zero to rounding.
 _SLOPE_ROUNDING: Final = 1e-9
 _CIRCLE_TOL: Final = 1e-6
-# Range within a stick in which a period may begin, relative to the length of the stick.
-_STARTS: Final = (0.25, 0.75)
+# Part of a stick in which a period may begin, relative to the length of the stick.
+_INNER_PART: Final = (0.25, 0.75)
 # A stick vanishes below this part of the period, a speed gap below this part of the belt speed.
 _VANISHING: Final = 1e-3
 # Lower bound of the parameter's unit: its range divided by this. Units are powers of two.
@@ -161,15 +161,15 @@ class FiniteSpeedBranchCurve(BranchCurve):
     def recentre(self, point: OrbitOnCurve) -> OrbitOnCurve:
         """The cycle, with a period that begins well inside the longest stick if it sticks."""
         pattern = mode_pattern(point)
-        if pattern.sticks == 0.0 or _STARTS[0] < pattern.start_in_stick < _STARTS[1]:
+        if pattern.sticks == 0.0 or _INNER_PART[0] < pattern.start_in_stick < _INNER_PART[1]:
             return point
         moved = self.orbits.restart_later(point, pattern.longest_stick_middle)
         if moved is None:
             return point
-        fits = mode_pattern(moved).start_in_stick > 0.0 and self.pattern(moved) == self.pattern(
+        is_same = mode_pattern(moved).start_in_stick > 0.0 and self.pattern(moved) == self.pattern(
             point
         )
-        return moved if fits else point
+        return moved if is_same else point
 
 
 @dataclass(frozen=True, slots=True)

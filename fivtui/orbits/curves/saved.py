@@ -93,12 +93,12 @@ def _read_table(path: Path) -> _SavedCycles:
 def _read_json(path: Path) -> _SavedCycles:
     try:
         data = json.loads(read_bytes(path))
-        return _contents_from_json(data)
+        return _cycles_from_json(data)
     except (ValueError, RecursionError, TypeError, KeyError, IndexError, AttributeError):
         raise InputError(f"{path}: must have limit cycles, as branch or attractor") from None
 
 
-def _contents_from_json(data: Any) -> _SavedCycles:
+def _cycles_from_json(data: Any) -> _SavedCycles:
     if "parameter" in data:
         cycles = [(float(cycle["value"]), *_cycle_from_json(cycle)) for cycle in data["points"]]
         return _SavedCycles(data["parameters"], data["parameter"], data["separation"], cycles)
