@@ -131,7 +131,7 @@ def _check_plane(
     if kind == "touch" and not separation:
         raise InputError("touch: separation must be considered")
     if not separation and p.k_nl == 0.0 and "k_nl" not in over and kind != "hopf":
-        raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
+        raise InputError("k_nl = 0: must be above 0 if separation is ignored: motion is linear")
     ranges = []
     for name, ends in over.items():
         number_spec(name)

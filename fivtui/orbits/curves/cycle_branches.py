@@ -107,7 +107,7 @@ def branch(
         )
     lower, upper = parameter_range(p, name, low, high)
     if not separation and p.k_nl == 0.0 and name != "k_nl":
-        raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
+        raise InputError("k_nl = 0: must be above 0 if separation is ignored: motion is linear")
     line = ParameterLine(system, name, (lower, upper), Progress(progress))
     if isinstance(origin, Path):
         start = cycle_start(line, read_cycle(origin, system))
@@ -287,7 +287,7 @@ def parameter_range(
         raise InputError(f"{missing} = none: must have a value to vary {name}")
     check_effect(p, (name,))
     if (low is None or high is None) and not value > 0.0:
-        raise InputError(f"{name} = {value:g}: must be above 0, or the range be given")
+        raise InputError(f"{name} = {value:g}: must be above 0 unless the range is given")
     lower = max(value / _RANGE_FACTOR, spec.lower) if low is None else spec.check(low)
     upper = min(value * _RANGE_FACTOR, spec.upper) if high is None else spec.check(high)
     # Friction falls from μ_s to μ.

@@ -325,7 +325,7 @@ def test_without_a_start_of_a_branch_the_error_gives_the_reason(
     ("p", "options", "message"),
     [
         (Parameters(), {"low": 2.0, "high": 1.0}, "must be a range of ascending values"),
-        (Parameters(mu=0.0), {}, "must be above 0, or the range be given"),
+        (Parameters(mu=0.0), {}, "must be above 0 unless the range is given"),
         (Parameters(), {"low": -1.0}, "must be from 0 to 100"),
         (Parameters(), {"origin": "file"}, "must be one of hopf, cycle, or a path"),
         (Parameters(), {"origin": "cycle", "low": 1.0}, "mu = 0.7: must be in the range 1 to 7"),
