@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from .tradeoffs import tradeoff
     from .version import __version__
 else:
-    from .lazy import lazily
+    from .lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)
 
 __all__ = [
     "PRESETS",

@@ -8,52 +8,52 @@ from pathlib import Path
 from typing import Any
 
 
-def lazily(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """Functions `__getattr__` and `__dir__` for a package."""
+def lazy_exports(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """Functions `__getattr__` and `__dir__` of a package that import its exports on first use."""
     module_names: dict[str, str] = {}
 
-    def exported() -> dict[str, str]:
+    def load_module_names() -> dict[str, str]:
         if not module_names:
             module_names.update(_read_modules(Path(str(sys.modules[package].__file__))))
         return module_names
 
-    def get(name: str) -> object:
-        if name not in exported():
+    def import_export(name: str) -> object:
+        if name not in load_module_names():
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         value = getattr(import_module(module_names[name], package), name)
         setattr(sys.modules[package], name, value)
         return value
 
-    return get, lambda: sorted(exported())
+    return import_export, lambda: sorted(load_module_names())
 
 
-class Later:
-    """The functions of a module, which is imported when one of them is called."""
+class LazyModule:
+    """A module that is imported when one of its functions is called."""
 
     def __init__(self, module: str) -> None:
         self._module = module
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
-        def call(*positional: Any, **named: Any) -> Any:
-            return getattr(import_module(self._module), name)(*positional, **named)
+        def call(*args: Any, **kwargs: Any) -> Any:
+            return getattr(import_module(self._module), name)(*args, **kwargs)
 
         return call
 
 
-def later(user: str, *names: str) -> tuple[Later, ...]:
-    """Siblings of the module `user`, by name, imported when one of their functions is called."""
-    package = user.rpartition(".")[0]
-    return tuple(Later(f"{package}.{name}") for name in names)
+def lazy_modules(importer: str, *names: str) -> tuple[LazyModule, ...]:
+    """Modules beside `importer`, by name; each is imported when one of its functions is called."""
+    package = importer.rpartition(".")[0]
+    return tuple(LazyModule(f"{package}.{name}") for name in names)
 
 
 def _read_modules(path: Path) -> dict[str, str]:
     # The module of each name that a file imports for type checkers.
-    for statement in ast.parse(path.read_text(encoding="utf-8")).body:
-        if isinstance(statement, ast.If) and ast.unparse(statement.test) == "TYPE_CHECKING":
+    for block in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(block, ast.If) and ast.unparse(block.test) == "TYPE_CHECKING":
             return {
-                alias.name: "." * line.level + (line.module or "")
-                for line in statement.body
-                if isinstance(line, ast.ImportFrom)
-                for alias in line.names
+                alias.name: "." * statement.level + (statement.module or "")
+                for statement in block.body
+                if isinstance(statement, ast.ImportFrom)
+                for alias in statement.names
             }
     return {}

@@ -2,10 +2,10 @@
 
 from typing import Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.results import StudyKind
 
-report, stress_tests = later(__name__, "report", "stress_tests")
+report, stress_tests = lazy_modules(__name__, "report", "stress_tests")
 
 ACCURACY: Final = StudyKind(data="accuracy", show=report.print_accuracy)
 

@@ -13,6 +13,6 @@ if TYPE_CHECKING:
         terminal_width,
     )
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

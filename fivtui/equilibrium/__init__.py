@@ -17,6 +17,6 @@ if TYPE_CHECKING:
     from .report import critical_mu_text, margin_text, stability_rows, verdict
     from .scan import ModeScan, mode_scan, scan_top
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

@@ -3,13 +3,13 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.results import TABLE_SUFFIXES, StudyKind, command_for, save_table
 
 if TYPE_CHECKING:
     from .eigenvalues import Stability
 
-(report,) = later(__name__, "report")
+(report,) = lazy_modules(__name__, "report")
 _DATA: Final = "table of modes"
 
 

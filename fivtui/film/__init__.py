@@ -8,6 +8,6 @@ if TYPE_CHECKING:
     from .shapes import Layout, layout_of
     from .timing import Timing, usual_speed
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

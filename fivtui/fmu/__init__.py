@@ -7,6 +7,6 @@ if TYPE_CHECKING:
     from .run import run_fmu, save_fmu_events, save_fmu_run
     from .transient import integrate_fmu
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

@@ -50,6 +50,6 @@ if TYPE_CHECKING:
     )
     from .writing import TEMPORARY_GLOB, publish_together, save_bytes, save_json, write_atomically
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

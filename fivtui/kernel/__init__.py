@@ -21,6 +21,6 @@ if TYPE_CHECKING:
     from .runs import SEGMENT_HEAD, BeltRun, KernelRun, RunColumns, VariedRun
     from .status import Status
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

@@ -9,6 +9,6 @@ if TYPE_CHECKING:
     from .safety import compute_map, safety_map
     from .stability import check_map, parse_map_value, stability_map
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

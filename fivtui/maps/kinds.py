@@ -3,7 +3,7 @@
 from operator import attrgetter, methodcaller
 from typing import TYPE_CHECKING, Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.ranges import range_text
 from fivtui.results import TABLE_SUFFIXES, Command, Storage, StudyKind, command_for, list_printer
 
@@ -12,7 +12,7 @@ from .options import MapOptions
 if TYPE_CHECKING:
     from .result import StabilityMap
 
-(files,) = later(__name__, "files")
+(files,) = lazy_modules(__name__, "files")
 _BYTES: Final = 8
 
 

@@ -9,6 +9,6 @@ if TYPE_CHECKING:
     from .reading import read_measurement
     from .tolerances import Tolerances, read_tolerances
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

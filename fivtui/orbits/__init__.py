@@ -19,6 +19,6 @@ if TYPE_CHECKING:
     from .phrases import SEARCHING_TEXT, coexistence_phrase, transients_phrase
     from .rest import length_scale, slowest_period
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

@@ -5,14 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fivtui.io import save_bytes, save_json
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.results import TABLE_SUFFIXES, Command, Storage, StudyKind
 
 if TYPE_CHECKING:
     from .claims.claim import CheckedClaim
     from .results import PaperResults
 
-charts, data, check, report = later(__name__, "charts", "data", "claims.check", "claims.report")
+charts, data, check, report = lazy_modules(
+    __name__, "charts", "data", "claims.check", "claims.report"
+)
 
 
 class PanelOf(NamedTuple):

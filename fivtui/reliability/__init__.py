@@ -19,6 +19,6 @@ if TYPE_CHECKING:
     from .run import MembersFile, compute_uncertainty, uncertainty
     from .statistics import excess_remark
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

@@ -2,12 +2,12 @@
 
 from typing import Any, Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.results import Command, Storage, StudyKind, command_for
 
 from .options import UncertaintyOptions
 
-report, result = later(__name__, "report", "result")
+report, result = lazy_modules(__name__, "report", "result")
 _SUFFIXES: Final = (".csv", ".parquet")
 _BYTES_PER_NUMBER: Final = 20
 

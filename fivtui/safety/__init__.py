@@ -9,6 +9,6 @@ if TYPE_CHECKING:
     from .verdict import SafeFriction, safe_friction
     from .zones import Zone, Zones, linear_zones, safety_zones, zones_of_verdict
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

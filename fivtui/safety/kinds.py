@@ -2,10 +2,10 @@
 
 from typing import Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.results import StudyKind, list_printer
 
-(phrases,) = later(__name__, "phrases")
+(phrases,) = lazy_modules(__name__, "phrases")
 
 SAFE_FRICTION: Final = StudyKind(
     data="verdict", show=list_printer("Disturbances of any size", phrases.verdict_rows)

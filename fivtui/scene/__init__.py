@@ -19,6 +19,6 @@ if TYPE_CHECKING:
     from .scene import Scene, as_scene
     from .verified import PartedError, runs_part
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

@@ -2,9 +2,9 @@
 
 from typing import Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.results import StudyKind
 
-(report,) = later(__name__, "report")
+(report,) = lazy_modules(__name__, "report")
 
 SIMULATION: Final = StudyKind(data="transient", show=report.print_run)

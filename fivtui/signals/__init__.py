@@ -8,6 +8,6 @@ if TYPE_CHECKING:
     from .motion import check_window, last_cycles, motion_at, period_of
     from .spectra import Spectrum, spectrum
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

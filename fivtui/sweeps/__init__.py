@@ -24,6 +24,6 @@ if TYPE_CHECKING:
     from .scatter import Correlations, Scatter, ScatterKind
     from .study import OUTPUTS, Study, scene_study
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

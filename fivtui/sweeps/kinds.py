@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.model import InputError
 from fivtui.ranges import number_text
 from fivtui.results import Command, Storage, StudyKind, command_for
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .run import Sweep
     from .study import Study
 
-files, report = later(__name__, "files", "report")
+files, report = lazy_modules(__name__, "files", "report")
 _CELL_BYTES: Final = 20
 
 

@@ -18,6 +18,6 @@ if TYPE_CHECKING:
     )
     from .variation import Deviations, Seed, unbounded_error
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

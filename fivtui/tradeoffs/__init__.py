@@ -8,6 +8,6 @@ if TYPE_CHECKING:
     from .options import TradeoffOptions
     from .settings import MeasuredSetting, Setting, cheapest, pareto
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

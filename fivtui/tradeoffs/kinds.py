@@ -2,12 +2,12 @@
 
 from typing import Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.results import Storage, StudyKind, command_for
 
 from .options import TradeoffOptions
 
-files, report = later(__name__, "files", "report")
+files, report = lazy_modules(__name__, "files", "report")
 
 TRADEOFF: Final = StudyKind(
     data="trade-off",

@@ -84,6 +84,6 @@ if TYPE_CHECKING:
     from .stiffness import find_stiffness, max_steps_error
     from .trajectory import Trajectory, segment_between
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

@@ -2,12 +2,12 @@
 
 from typing import Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.results import TABLE_SUFFIXES, Storage, StudyKind, command_for
 
 from .settings.options import SimulateOptions
 
-files, report = later(__name__, "files", "report")
+files, report = lazy_modules(__name__, "files", "report")
 # Bytes per sample: seven columns of eight bytes.
 _BYTES: Final = 56
 

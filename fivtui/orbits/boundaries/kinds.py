@@ -2,10 +2,10 @@
 
 from typing import Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.results import TABLE_SUFFIXES, StudyKind
 
-(report,) = later(__name__, "report")
+(report,) = lazy_modules(__name__, "report")
 
 BOUNDARY: Final = StudyKind(
     data="boundary",

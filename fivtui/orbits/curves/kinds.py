@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
-from fivtui.lazy import later
+from fivtui.lazy import lazy_modules
 from fivtui.model import InputError
 from fivtui.orbits.options import BranchOptions
 from fivtui.results import TABLE_SUFFIXES, Command, Storage, StudyKind, command_for
@@ -10,7 +10,7 @@ from fivtui.results import TABLE_SUFFIXES, Command, Storage, StudyKind, command_
 if TYPE_CHECKING:
     from .result import CycleBranch
 
-files, report = later(__name__, "files", "report")
+files, report = lazy_modules(__name__, "files", "report")
 
 
 def _command(result: "CycleBranch") -> Command:

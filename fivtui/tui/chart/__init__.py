@@ -6,6 +6,6 @@ if TYPE_CHECKING:
     from .widget.chart_view import ChartView
     from .widget.text_input import TextInput
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

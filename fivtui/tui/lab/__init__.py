@@ -8,6 +8,6 @@ if TYPE_CHECKING:
     from .keys import KEY_IDS
     from .screen import LabScreen
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

@@ -9,6 +9,6 @@ if TYPE_CHECKING:
     from .snapshot import restore_results, restore_session, session_state
     from .state_file import State, load_state, state_path
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

@@ -35,6 +35,6 @@ if TYPE_CHECKING:
     from .session import Session
     from .studies import DisplayedStudy, StoredResult, check_drawable
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)

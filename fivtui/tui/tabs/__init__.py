@@ -27,6 +27,6 @@ if TYPE_CHECKING:
     from .threads import compute_in_thread
     from .views_pane import ViewsPane
 else:
-    from fivtui.lazy import lazily
+    from fivtui.lazy import lazy_exports
 
-    __getattr__, __dir__ = lazily(__name__)
+    __getattr__, __dir__ = lazy_exports(__name__)
