@@ -7,7 +7,7 @@ from typing import Any, Final, TypeVar, dataclass_transform
 
 from .model import Interval
 
-ANY_WHOLE: Final = Interval(-math.inf)
+ANY_INTEGER: Final = Interval(-math.inf)
 _OPTION: Final = "option"
 
 Options = TypeVar("Options")
@@ -20,7 +20,7 @@ class Option:
     # E.g. --value, or --indices/--no-indices for a bool.
     flag: str
     help: str
-    # The form of its value; None for a flag without one.
+    # The form of the value in the help; None for an option without a value.
     metavar: str | None = None
     multiple: bool = False
     required: bool = False
@@ -28,14 +28,14 @@ class Option:
     choices: tuple[str, ...] = ()
     # The allowed integers, for an option that takes an integer.
     integers: Interval | None = None
-    # Whether the value is the name of a file to be read.
+    # Whether the value is the name of an input file.
     file: bool = False
     # Values that a shell proposes.
     completions: Callable[[], Iterable[str]] | None = None
-    # The field of a scene that it sets.
+    # The field of a scene that the option sets.
     setting: str = ""
 
-    def words(self, value: Any) -> list[str]:
+    def arguments(self, value: Any) -> list[str]:
         """The arguments that set the option to a value, or to several values."""
         if isinstance(value, bool):
             return [self.flag.split("/")[0 if value else 1]]
@@ -44,43 +44,43 @@ class Option:
 
 
 def option_field(declared: Option, default: Any = None) -> Any:
-    """A field that is an option; its default is empty if it may be repeated."""
+    """A dataclass field for an option; an option that may be repeated has an empty default."""
     return field(default=() if declared.multiple else default, metadata={_OPTION: declared})
 
 
 def option(flag: str, help: str, default: Any = None, **details: Any) -> Any:  # noqa: A002
-    """A field that is an option, see `Option`."""
+    """A dataclass field for an option; `details` are fields of `Option`."""
     return option_field(Option(flag=flag, help=help, **details), default)
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
-def declaration(of: type[Options]) -> type[Options]:
-    """A dataclass whose fields are options; cheaper to define than a frozen dataclass."""
-    return dataclass(kw_only=True, eq=False, repr=False)(of)
+def options_class(cls: type[Options]) -> type[Options]:
+    """Make a class a dataclass of options; this is faster than defining a frozen dataclass."""
+    return dataclass(kw_only=True, eq=False, repr=False)(cls)
 
 
 def flag(name: str, help: str) -> Any:  # noqa: A002
-    """A field that is true if its flag is given."""
+    """A dataclass field for a flag, false by default."""
     return option(name, help, default=False)
 
 
-def options_of(declaration: Any) -> dict[str, tuple[Option, Any]]:
-    """The options, with their defaults, that the fields of a dataclass declare."""
-    return {entry.name: (entry.metadata[_OPTION], entry.default) for entry in fields(declaration)}
+def declared_options(options: Any) -> dict[str, tuple[Option, Any]]:
+    """The options and defaults that the fields of an options class declare, by name."""
+    return {entry.name: (entry.metadata[_OPTION], entry.default) for entry in fields(options)}
 
 
-def words_of(values: Any) -> list[str]:
+def option_arguments(options: Any) -> list[str]:
     """The arguments of a command line for the options that differ from their defaults."""
     return [
         argument
-        for name, (declared, default) in options_of(values).items()
-        if getattr(values, name) != default
-        for argument in declared.words(getattr(values, name))
+        for name, (declared, default) in declared_options(options).items()
+        if getattr(options, name) != default
+        for argument in declared.arguments(getattr(options, name))
     ]
 
 
-def settings_of(declaration: Any) -> list[str]:
+def declared_settings(options: Any) -> list[str]:
     """The fields of a scene that the options of a command set."""
     return [
-        declared.setting for declared, _ in options_of(declaration).values() if declared.setting
+        declared.setting for declared, _ in declared_options(options).values() if declared.setting
     ]

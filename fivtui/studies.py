@@ -146,9 +146,9 @@ def restore_study(name: str, path: Path) -> Any:
     return load_study(name, path) if stored.load is None else stored.load(path)
 
 
-def command_of(name: str, of: Any) -> Command:
-    """The command that computes a study; `of` is its result or its request."""
+def build_command(name: str, subject: Any) -> Command:
+    """The command that computes a study; `subject` is its result or its request."""
     command = study(name).command
     if command is None:
         raise InputError(f"{name}: no command says it")
-    return command(of)
+    return command(subject)

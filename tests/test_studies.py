@@ -29,8 +29,8 @@ from fivtui.results import (
 from fivtui.scene.presets import PRESETS
 from fivtui.studies import (
     STUDIES,
+    build_command,
     check_study_path,
-    command_of,
     kind_of,
     load_study,
     restore_study,
@@ -173,7 +173,7 @@ def test_studies_without_reader_or_command_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="stress tests cannot be read"):
         load_study("extremes", tmp_path / "a.csv")
     with pytest.raises(InputError, match="no command"):
-        command_of("attractor", None)
+        build_command("attractor", None)
 
 
 # Files of every study

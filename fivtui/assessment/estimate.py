@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import OnProgress, Parameters, Progress
 from fivtui.results import Result, scene_text, to_data
-from fivtui.scene import Scene, as_scene, runs_part
+from fivtui.scene import Scene, find_divergence, make_scene
 from fivtui.simulation import compute
 from fivtui.transient import (
     METHODS,
@@ -153,7 +153,7 @@ def accuracy(
     >>> peak.difference < 1e-8 * peak.value
     True
     """
-    scene = as_scene(
+    scene = make_scene(
         scene, t_end=t_end, tol=tol, separation=separation, start=start, method=method, step=step
     )
     work = Progress(progress)
@@ -182,7 +182,7 @@ def accuracy(
             for name, value in values.items()
         },
         growth=growth,
-        parted=runs_part(coarse, fine),
+        parted=find_divergence(coarse, fine),
     )
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from fivtui.maps import MapOptions
 from fivtui.model import ALL_PARAMETERS, PARAMETERS, InputError
-from fivtui.options import declaration, flag, option
+from fivtui.options import flag, option, options_class
 from fivtui.transient import SETTINGS, START_SPECS, setting
 
 from .arguments import times_text
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fivtui.scene import Scene
 
 
-@declaration
+@options_class
 class StabilityOptions:
     """Options of ``fivtui stability``."""
 
@@ -92,7 +92,7 @@ def _find_attractors(scene: "Scene") -> Any:
         return coexistence(scene.system, progress=progress)
 
 
-@declaration
+@options_class
 class AttractorsOptions:
     """Options of ``fivtui attractors``."""
 

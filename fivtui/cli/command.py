@@ -1,4 +1,4 @@
-"""Commands made from the options that a dataclass declares."""
+"""Commands made from the options that an options class declares."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 import click
 
 from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
-from fivtui.options import Option, options_of, settings_of
+from fivtui.options import Option, declared_options, declared_settings
 from fivtui.transient import SETTINGS
 
 from .arguments import WholeNumber, name_completer, option
@@ -87,7 +87,7 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
     """The scene with the settings that options give."""
     values = {
         declared.setting: getattr(options, name)
-        for name, (declared, default) in options_of(options).items()
+        for name, (declared, default) in declared_options(options).items()
         if declared.setting and getattr(options, name) != default
     }
     targets = parse_error_targets(values.pop("accuracy", ()))
@@ -100,7 +100,7 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
         changes["accuracy"] = tuple(targets.items())
     if ignores_separation:
         changes["separation"] = False
-    if "method" in changes and "step" not in settings_of(options):
+    if "method" in changes and "step" not in declared_settings(options):
         changes["step"] = None
     if (path := getattr(options, "over_time", None)) is not None:
         from fivtui.scene import read_over_time
@@ -110,7 +110,9 @@ def scene_with_settings(scene: "Scene", options: Any) -> "Scene":
 
 
 def _raise_targets_conflict(options: Any) -> None:
-    exact = [entry for entry, _ in options_of(options).values() if entry.setting in _TOL_OR_STEP]
+    exact = [
+        entry for entry, _ in declared_options(options).values() if entry.setting in _TOL_OR_STEP
+    ]
     flags, verb = [entry.flag for entry in exact], "follow" if len(exact) > 1 else "follows"
     raise InputError(f"--error: must be given without {' and '.join(flags)}, which {verb} from it")
 
@@ -140,7 +142,7 @@ def _click_option(name: str, declared: Option, default: Any) -> Decorator:
 
 
 def command(
-    declaration: type[Options],
+    options_class: type[Options],
     *,
     name: str | None = None,
     out: str = "",
@@ -151,13 +153,15 @@ def command(
     folder: bool = False,
     json: bool = True,
 ) -> Callable[[Callable[[Call[Options]], None]], click.Command]:
-    """A command for a scene, with the options that a dataclass declares.
+    """A decorator that makes a function a command for a scene, with the options of a class.
 
     `out` and `plot` are the help texts of --out, a file or a `folder`, and of --plot. A command
     with an empty text lacks that option.
     """
     adders: list[Decorator] = [scene_argument, set_option]
-    adders += [_click_option(key, *declared) for key, declared in options_of(declaration).items()]
+    adders += [
+        _click_option(key, *declared) for key, declared in declared_options(options_class).items()
+    ]
     if folder:
         adders.append(folder_option(out))
     elif out:
@@ -171,7 +175,7 @@ def command(
         @wraps(function)
         def call(scene: str, assignments: tuple[str, ...], **values: Any) -> None:
             outputs = {key: values.pop(key) for key in _OUTPUT_FIELDS if key in values}
-            function(Call(declaration(**values), Outputs(**outputs), scene, assignments))
+            function(Call(options_class(**values), Outputs(**outputs), scene, assignments))
 
         decorated: click.Command = commands.command(name)(
             reduce(lambda inner, add: add(inner), reversed(adders), call)

@@ -6,7 +6,7 @@ import click
 
 from fivtui.measured import ValidateOptions
 from fivtui.model import InputError, parse_number, read_number
-from fivtui.options import declaration, option
+from fivtui.options import option, options_class
 from fivtui.transient import RunOptions
 
 from .command import Call, command
@@ -49,7 +49,7 @@ def parse_positive(flag: str, text: str | None) -> float | None:
     return None if text is None else parse_number(flag, text, "a number above 0")
 
 
-@declaration
+@options_class
 class AnimateOptions(RunOptions):
     """Options of ``fivtui animate``."""
 
@@ -83,7 +83,7 @@ def animate(call: Call[AnimateOptions]) -> None:
     call.outputs.show("film", result)
 
 
-@declaration
+@options_class
 class SoundOptions(RunOptions):
     """Options of ``fivtui sound``."""
 

@@ -4,7 +4,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from fivtui.model import InputError
-from fivtui.options import declaration
+from fivtui.options import options_class
 from fivtui.transient import SimulateOptions, setting
 
 from .command import Call, NoOptions, command
@@ -51,11 +51,11 @@ def simulate(call: Call[SimulateOptions]) -> None:
 @contextmanager
 def _print_verified_on_divergence(outputs: Outputs) -> "Iterator[None]":
     # If two runs diverge, print the transient verified up to that time.
-    from fivtui.scene import PartedError
+    from fivtui.scene import DivergenceError
 
     try:
         yield
-    except PartedError as error:
+    except DivergenceError as error:
         if error.before is not None:
             outputs.show("simulation", error.before)
         raise
@@ -127,7 +127,7 @@ def compare(call: Call[NoOptions]) -> None:
     print_written_files(result.fmu, result.figure)
 
 
-@declaration
+@options_class
 class AccuracyOptions:
     """Options of ``fivtui accuracy``."""
 

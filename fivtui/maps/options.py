@@ -1,11 +1,11 @@
 """Options of ``fivtui map``."""
 
 from fivtui.model import PARAMETERS
-from fivtui.options import declaration, option
+from fivtui.options import option, options_class
 from fivtui.transient import setting
 
 
-@declaration
+@options_class
 class MapOptions:
     """Options of ``fivtui map``."""
 

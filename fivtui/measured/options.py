@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from fivtui.options import declaration, option
+from fivtui.options import option, options_class
 from fivtui.transient import RunOptions
 
 
-@declaration
+@options_class
 class ValidateOptions(RunOptions):
     """Options of ``fivtui validate``."""
 

@@ -1,11 +1,11 @@
 """Options of ``fivtui branch``."""
 
 from fivtui.model import PARAMETERS
-from fivtui.options import declaration, flag, option
+from fivtui.options import flag, option, options_class
 from fivtui.transient import setting
 
 
-@declaration
+@options_class
 class BranchOptions:
     """Options of ``fivtui branch``."""
 

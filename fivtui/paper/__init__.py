@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .data import FigureData, FloatArray
     from .export import DEFAULT_FORMATS, figure_numbers, figures, save_figures
     from .families import PANELS, SEPARATION, Panel
-    from .kinds import PanelOf
+    from .kinds import ComputedPanel
     from .results import PaperResults
     from .tables import critical_mu, modes
 else:

@@ -25,7 +25,7 @@ class Amplitude:
     separated_time: float
 
 
-def measure_all(
+def compute_amplitudes(
     scenes: Sequence[Scene], *, workers: int | None = None, progress: OnProgress | None = None
 ) -> list[Amplitude]:
     """Amplitudes of many scenes, in their order, by the Taylor method.

@@ -23,7 +23,7 @@ from fivtui.model import PARAMETERS
 from fivtui.transient import TIME_LABEL, column_label, transient_sheet
 
 from .data import FigureData, FloatArray
-from .families import SEPARATION, Kind, Panel, panels_of
+from .families import SEPARATION, Kind, Panel, figure_panels
 from .results import PaperResults
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def draw(number: int, results: PaperResults) -> "Figure":
 
 def figure_sheet(number: int, results: PaperResults) -> Sheet:
     """A figure of the paper, 2 to 16, under its fixed parameters."""
-    panels = panels_of(number)
+    panels = figure_panels(number)
     first = panels[0]
     varied = [name for name in PARAMETERS if name not in first.fixed]
     title = parameter_text(first.lines[0].scene.parameters, varied)

@@ -12,7 +12,7 @@ from fivtui.model import InputError, OnProgress, Progress, check_known, check_na
 
 from .charts import draw
 from .data import save_data
-from .families import FIRST_FIGURE, LAST_FIGURE, panels_of
+from .families import FIRST_FIGURE, LAST_FIGURE, figure_panels
 from .results import PaperResults
 
 NUMBERS: Final = tuple(range(FIRST_FIGURE, LAST_FIGURE + 1))
@@ -57,7 +57,7 @@ def figure_files(number: int, folder: Path, formats: Sequence[str]) -> FigureFil
     for name in formats:
         check_known("format", name, FORMATS)
     stem = f"fig-{number:02d}"
-    panels = panels_of(number)
+    panels = figure_panels(number)
     letters = [panel.key.removeprefix(str(number)) for panel in panels]
     return FigureFiles(
         number,
@@ -141,7 +141,7 @@ def save_figures(
         check_output(path)
     work = Progress(progress)
     source = PaperResults() if results is None else results
-    panels = [panel for number in chosen for panel in panels_of(number)]
+    panels = [panel for number in chosen for panel in figure_panels(number)]
     amplitudes = [panel for panel in panels if panel.kind == "amplitude"]
     share = _AMPLITUDES_SHARE if amplitudes else 0.0
     source.prepare(
@@ -156,7 +156,7 @@ def save_figures(
         with publish_together():
             for path in files.pictures:
                 save_figure(figure, path)
-            for panel, path in zip(panels_of(files.number), files.data, strict=True):
+            for panel, path in zip(figure_panels(files.number), files.data, strict=True):
                 save_data(source.table(panel.key), path)
         work.report(share + (1.0 - share) * count / len(plan))
     return [figure_files(number, Path(folder), formats) for number in chosen]

@@ -189,6 +189,6 @@ PANELS: Final[Mapping[str, Panel]] = {
 }
 
 
-def panels_of(number: int) -> tuple[Panel, ...]:
+def figure_panels(number: int) -> tuple[Panel, ...]:
     """The panels of a figure, 2 to 16, in order."""
     return tuple(panel for key, panel in PANELS.items() if key.rstrip("ab") == str(number))

@@ -17,7 +17,7 @@ charts, data, check, report = lazy_modules(
 )
 
 
-class PanelOf(NamedTuple):
+class ComputedPanel(NamedTuple):
     """A panel of a figure, and the results that it shows."""
 
     key: str
@@ -34,7 +34,7 @@ class PanelOf(NamedTuple):
         return self.key.lstrip("0123456789")
 
 
-def _show_panel(panel: PanelOf) -> None:
+def _show_panel(panel: ComputedPanel) -> None:
     from fivtui.console import print_rows
 
     columns = panel.results.table(panel.key).columns

@@ -10,7 +10,7 @@ from fivtui.scene import Scene
 from fivtui.simulation import compute
 from fivtui.transient import Transient
 
-from .amplitudes import Amplitude, measure_all
+from .amplitudes import Amplitude, compute_amplitudes
 from .data import FigureData
 from .families import PANELS, Panel
 from .tables import COLUMNS, amplitude_columns, motion_columns, panel_data
@@ -36,7 +36,7 @@ class PaperResults:
         """
         missing = [scene for scene in dict.fromkeys(scenes) if scene not in self._amplitudes]
         if missing:
-            results = measure_all(missing, workers=self._workers, progress=progress)
+            results = compute_amplitudes(missing, workers=self._workers, progress=progress)
             self._amplitudes.update(zip(missing, results, strict=True))
 
     def amplitudes(self, scenes: Iterable[Scene]) -> list[Amplitude]:

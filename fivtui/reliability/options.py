@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from fivtui.model import ALL_PARAMETERS, Interval
-from fivtui.options import ANY_WHOLE, declaration, option, option_field
+from fivtui.options import ANY_INTEGER, option, option_field, options_class
 from fivtui.sweeps import PIECE, SCHEDULER, WORKERS
 from fivtui.transient import START_SPECS, setting
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from fivtui.sweeps import ScatterKind
 
 
-@declaration
+@options_class
 class UncertaintyOptions:
     """Options of ``fivtui uncertainty``."""
 
@@ -54,7 +54,12 @@ class UncertaintyOptions:
         show_default=True,
     )
     seed: int = option(
-        "--seed", "First scrambling's seed.", 0, metavar="S", integers=ANY_WHOLE, show_default=True
+        "--seed",
+        "First scrambling's seed.",
+        0,
+        metavar="S",
+        integers=ANY_INTEGER,
+        show_default=True,
     )
     indices: bool | None = option(
         "--indices/--no-indices",

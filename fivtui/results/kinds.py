@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from fivtui.io import FORMATS
 from fivtui.model import ALL_PARAMETERS
-from fivtui.options import settings_of, words_of
+from fivtui.options import declared_settings, option_arguments
 
 from .base import Row
 from .tables import save_result
@@ -45,10 +45,10 @@ def command_for(
     Parameters and settings in `varied` are already in `options`. `fields` replace attributes of
     `source`; `needed` is as in `Command`.
     """
-    settings = ["separation"] if options is None else settings_of(options)
+    settings = ["separation"] if options is None else declared_settings(options)
     scene = {key: getattr(source, key) for key in ("parameters", *settings) if key not in fields}
     settable = [key for key in (*ALL_PARAMETERS, *settings) if key not in varied]
-    arguments = [] if options is None else words_of(options)
+    arguments = [] if options is None else option_arguments(options)
     return Command(name, scene | fields, settable, arguments, needed or {})
 
 

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
         scene_from_dict,
         scene_to_dict,
     )
-    from .over_time import OverTime, over_time_from, over_time_to_dict, read_over_time
+    from .over_time import OverTime, over_time_to_dict, parse_over_time, read_over_time
     from .presets import DEFAULT_PRESET, PRESETS
     from .report import print_comparison
     from .run import run_scene, scene_transient
-    from .scene import Scene, as_scene
-    from .verified import PartedError, runs_part
+    from .scene import Scene, make_scene
+    from .verified import DivergenceError, find_divergence
 else:
     from fivtui.lazy import lazy_exports
 

@@ -17,7 +17,7 @@ from fivtui.io import MAX_TEXT, output_path, path_exists, read_bytes, write_atom
 from fivtui.model import InputError, Parameters, check_known, parameter_spec, unknown_name
 from fivtui.transient import SETTINGS, check_file_number, check_file_text
 
-from .over_time import over_time_from, over_time_to_dict
+from .over_time import over_time_to_dict, parse_over_time
 from .presets import PRESETS
 from .scene import OUTPUTS, Correlation, Scene
 
@@ -58,7 +58,7 @@ _READERS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "description": check_file_text,
     **{name: setting.check_file_value for name, setting in SETTINGS.items()},
     "outputs": _read_outputs,
-    "over_time": over_time_from,
+    "over_time": parse_over_time,
     "correlation": _read_correlation,
 }
 # Functions that write a field as a plain value; optional fields are written only if they are set.
@@ -184,7 +184,7 @@ def load_scene(path: str | Path) -> Scene:
         _check_lines(text)
         data = _parse_toml(text)
         if "over_time" in data:
-            tables = over_time_from("over_time", data["over_time"], path.parent)
+            tables = parse_over_time("over_time", data["over_time"], path.parent)
             data["over_time"] = over_time_to_dict(tables)
         return scene_from_dict(data, name=path.stem)
     except UnicodeDecodeError:

@@ -20,7 +20,7 @@ _COLUMN_KEYS: Final = ("column", "scale", "offset")
 _ALLOWED_FORM: Final = "a table such as {F = [[0, 10], [4, 60]]}, or with file = a CSV file"
 
 
-def over_time_from(key: str, value: object, folder: Path | None = None) -> OverTime:
+def parse_over_time(key: str, value: object, folder: Path | None = None) -> OverTime:
     """The tables in a scene file: rows of time, s, and value, or columns of a CSV file.
 
     The path of the CSV file is relative to `folder`. Raises `InputError` if the value is neither.

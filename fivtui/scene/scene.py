@@ -181,7 +181,7 @@ def _check_line(key: str, text: str, max_length: int) -> None:
         raise InputError(f"{key}: must be of at most {max_length} characters, not {len(text)}")
 
 
-def as_scene(source: Scene | Parameters | None, **changes: object) -> Scene:
+def make_scene(source: Scene | Parameters | None, **changes: object) -> Scene:
     """A scene, or parameters as a scene, with those changes that are not None."""
     if not isinstance(source, Scene):
         p = Parameters() if source is None else check_parameters(source)

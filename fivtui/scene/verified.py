@@ -74,7 +74,7 @@ class SceneTransient:
         return data if self.parted is None else {"parted": asdict(self.parted), "before": data}
 
 
-class PartedError(ComputationError):
+class DivergenceError(ComputationError):
     """Two runs diverge; `before` is the transient verified up to an earlier time, or None."""
 
     def __init__(self, parted: Divergence, before: SceneTransient | None) -> None:
@@ -108,7 +108,7 @@ def simulate_to(
         # The last two settings, up to a time before the runs diverge.
         shorter = replace(request, t_end=until, samples="none")
         coarser, finer = (run(value, shorter) for value in settings)
-        if runs_part(coarser, finer) is not None:
+        if find_divergence(coarser, finer) is not None:
             return None
         estimate = deviation(observation(coarser), observation(finer)).at_least(
             rounding_error(finer)
@@ -124,13 +124,13 @@ def simulate_to(
         fine, runs = run(setting), runs + 1
         estimate = deviation(observation(coarse), observation(fine)).at_least(rounding_error(fine))
         missed = [name for name, error in targets.items() if estimate.of(name) > error]
-        parted = runs_part(coarse, fine)
+        parted = find_divergence(coarse, fine)
         if not missed and parted is None:
             return Verified(fine, targets, estimate, runs)
         if setting <= least:
             if parted is not None:
                 until = _time_before_divergence(parted, fine.switch_times)
-                raise PartedError(parted, run_until(parted, until, previous, setting))
+                raise DivergenceError(parted, run_until(parted, until, previous, setting))
             name = missed[0]
             alternative = "" if request.method == "taylor" else " or the method taylor"
             raise ComputationError(
@@ -147,7 +147,7 @@ def _time_before_divergence(parted: Divergence, switch_times: NDArray[np.float64
     return 0.5 * sum(shared[-2:]) if len(shared) > 2 else 0.5 * parted.t
 
 
-def runs_part(coarse: Transient, fine: Transient) -> Divergence | None:
+def find_divergence(coarse: Transient, fine: Transient) -> Divergence | None:
     """The point at which two runs of one request diverge, see `divergence`; None if they agree."""
     return divergence(
         observation(coarse),

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from fivtui.model import ALL_PARAMETERS, InputError, Interval, check_known
-from fivtui.options import ANY_WHOLE, Option, declaration, flag, option, option_field
+from fivtui.options import ANY_INTEGER, Option, flag, option, option_field, options_class
 from fivtui.transient import OVER_TIME, START_SPECS, setting
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ WORKERS: Final = Option(
     flag="--workers",
     metavar="N",
     help="Number of threads.  [default: all processors]",
-    integers=ANY_WHOLE,
+    integers=ANY_INTEGER,
 )
 SCHEDULER: Final = Option(
     flag="--scheduler", metavar="ADDRESS", help="Address of a Dask cluster to compute on."
@@ -50,7 +50,7 @@ PIECE: Final = Option(
 )
 
 
-@declaration
+@options_class
 class SweepOptions:
     """Options of ``fivtui sweep``."""
 
@@ -77,10 +77,10 @@ class SweepOptions:
         show_default=True,
     )
     count: int | None = option(
-        "--count", "Number of points of random and sobol.", metavar="N", integers=ANY_WHOLE
+        "--count", "Number of points of random and sobol.", metavar="N", integers=ANY_INTEGER
     )
     seed: int | None = option(
-        "--seed", "Seed of random and sobol.  [default: 0]", metavar="S", integers=ANY_WHOLE
+        "--seed", "Seed of random and sobol.  [default: 0]", metavar="S", integers=ANY_INTEGER
     )
     ignore_separation: bool = setting("separation")
     both: bool = flag("--both", "Compute each member with separation considered and ignored.")

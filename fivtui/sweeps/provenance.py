@@ -8,7 +8,7 @@ from fivtui.distributions import Distribution
 from fivtui.model import InputError, Parameters
 from fivtui.results import from_data, to_data
 from fivtui.safety import SafeTable
-from fivtui.scene import over_time_from, over_time_to_dict
+from fivtui.scene import over_time_to_dict, parse_over_time
 from fivtui.version import __version__
 
 from .arithmetic import arithmetic_digests
@@ -104,7 +104,7 @@ def study_from_dict(data: Any) -> Study:
             outputs=tuple(map(str, data["outputs"])),
             safe=from_data(data["safe_mu"], SafeTable) if "safe_mu" in data else None,
             method=str(data.get("method", BATCH_METHOD)),
-            over_time=over_time_from("over_time", data.get("over_time", {})),
+            over_time=parse_over_time("over_time", data.get("over_time", {})),
         )
     except (KeyError, TypeError, ValueError, AttributeError):
         raise InputError("does not say which sweep it is of") from None

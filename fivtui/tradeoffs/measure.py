@@ -25,7 +25,7 @@ from fivtui.model import (
     time_scale,
 )
 from fivtui.results import Plottable, Result, scene_text
-from fivtui.scene import Scene, as_scene, runs_part
+from fivtui.scene import Scene, find_divergence, make_scene
 from fivtui.simulation import compute
 from fivtui.transient import (
     DEFAULT_TOL,
@@ -201,7 +201,7 @@ def tradeoff(
     >>> "rk4" in {row.setting.method for row in result.rows}
     True
     """
-    measured_scene = as_scene(scene, t_end=t_end, separation=separation, start=start)
+    measured_scene = make_scene(scene, t_end=t_end, separation=separation, start=start)
     return measure_tradeoff(measured_scene, thorough=thorough, progress=progress)
 
 
@@ -224,7 +224,7 @@ def measure_tradeoff(
         for setting in ((kernel, "tol", _CHECK_TOL), ("interpreted", "tol", _REFERENCE_TOL))
     ]
     for check in checks:
-        divergence = runs_part(check, reference)
+        divergence = find_divergence(check, reference)
         if divergence is not None:
             raise divergence.error()
     floor = _worst_deviation(deviation(observation(check), expected) for check in checks)

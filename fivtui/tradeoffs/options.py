@@ -1,10 +1,10 @@
 """Options of ``fivtui tradeoff``."""
 
-from fivtui.options import declaration, flag
+from fivtui.options import flag, options_class
 from fivtui.transient import setting
 
 
-@declaration
+@options_class
 class TradeoffOptions:
     """Options of ``fivtui tradeoff``."""
 

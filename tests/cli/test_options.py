@@ -8,7 +8,7 @@ import pytest
 from fivtui.cli import commands
 from fivtui.maps import MapOptions
 from fivtui.measured import ValidateOptions
-from fivtui.options import Option, options_of, settings_of, words_of
+from fivtui.options import Option, declared_options, declared_settings, option_arguments
 from fivtui.orbits import BranchOptions
 from fivtui.reliability import UncertaintyOptions
 from fivtui.sweeps import SweepOptions
@@ -43,23 +43,23 @@ def another_value(declared: Option, default: Any) -> Any:
 def test_options_survive_a_round_trip_through_the_command_line(name: str) -> None:
     values = {
         key: another_value(declared, default)
-        for key, (declared, default) in options_of(DECLARED[name]).items()
+        for key, (declared, default) in declared_options(DECLARED[name]).items()
     }
     required = {
         key: values[key]
-        for key, (declared, _) in options_of(DECLARED[name]).items()
+        for key, (declared, _) in declared_options(DECLARED[name]).items()
         if declared.required
     }
     for settings in (values, required):
         options = DECLARED[name](**settings)
-        read = commands.commands[name].make_context(name, words_of(options)).params
+        read = commands.commands[name].make_context(name, option_arguments(options)).params
         assert {key: read[key] for key in values} == vars(options)
 
 
 def test_an_option_of_a_setting_is_that_of_the_table() -> None:
-    for declaration in DECLARED.values():
-        assert set(settings_of(declaration)) <= set(SETTINGS)
-        for declared, _ in options_of(declaration).values():
+    for options_class in DECLARED.values():
+        assert set(declared_settings(options_class)) <= set(SETTINGS)
+        for declared, _ in declared_options(options_class).values():
             if declared.setting:
                 of_table = SETTINGS[declared.setting].option
                 assert (declared.flag, declared.metavar) == (of_table.flag, of_table.metavar)

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.paper.amplitudes import Amplitude, measure_all
+from fivtui.paper.amplitudes import Amplitude, compute_amplitudes
 from fivtui.paper.results import PaperResults
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene
@@ -19,7 +19,7 @@ def scenes(count: int) -> list[Scene]:
 
 
 def measure(scene: Scene) -> Amplitude:
-    return measure_all([scene], workers=1)[0]
+    return compute_amplitudes([scene], workers=1)[0]
 
 
 def unbounded() -> Scene:
@@ -44,7 +44,7 @@ def test_several_threads_give_the_same_in_the_same_order() -> None:
         fractions.append(fraction)
         return True
 
-    several = measure_all(requested, workers=2, progress=progress)
+    several = compute_amplitudes(requested, workers=2, progress=progress)
     assert several == [measure(scene) for scene in requested]
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
@@ -54,28 +54,28 @@ def test_scenes_of_different_lengths_and_tolerances_are_measured_in_their_order(
     requested = scenes(4)
     requested[1] = dataclasses.replace(requested[1], tol=1e-10)
     requested[2] = dataclasses.replace(requested[2], t_end=3.0)
-    assert measure_all(requested, workers=2) == [measure(scene) for scene in requested]
+    assert compute_amplitudes(requested, workers=2) == [measure(scene) for scene in requested]
 
 
 @pytest.mark.parametrize("count", [8, 40])
 def test_work_can_be_cancelled(count: int) -> None:
     with pytest.raises(Cancelled):
-        measure_all(scenes(count), workers=2, progress=lambda fraction: fraction < 0.2)
+        compute_amplitudes(scenes(count), workers=2, progress=lambda fraction: fraction < 0.2)
 
 
 @pytest.mark.parametrize("count", [1, 40])
 def test_a_run_that_cannot_be_finished_is_named(count: int) -> None:
     with pytest.raises(ComputationError, match=r"soars \(m = 5, .*mu = 2\): .* at t = "):
-        measure_all([unbounded(), *scenes(count)], workers=2)
+        compute_amplitudes([unbounded(), *scenes(count)], workers=2)
 
 
 def test_no_workers_are_refused() -> None:
     with pytest.raises(InputError, match="workers = 0"):
-        measure_all(scenes(1), workers=0)
+        compute_amplitudes(scenes(1), workers=0)
 
 
 def test_no_scenes_give_no_amplitudes() -> None:
-    assert measure_all([]) == []
+    assert compute_amplitudes([]) == []
 
 
 def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,9 +83,9 @@ def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def counting(members: list[Scene], **options: object) -> object:
         counts.append(len(members))
-        return measure_all(members, workers=1)
+        return compute_amplitudes(members, workers=1)
 
-    monkeypatch.setattr("fivtui.paper.results.measure_all", counting)
+    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", counting)
     results = PaperResults()
     three = scenes(3)
     results.prepare(three[:2])

@@ -191,7 +191,7 @@ def test_computed_values_are_the_known_ones(early: list[CheckedClaim]) -> None:
 def test_claims_about_amplitudes_fail_where_nothing_depends_on_anything(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("fivtui.paper.results.measure_all", alike)
+    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", alike)
     results = PaperResults()
     # Whether an equilibrium in the figures is unstable does not depend on amplitudes.
     spared = {"figures-show-unstable-motion"}
@@ -240,7 +240,7 @@ def test_a_row_without_reason_has_no_such_key() -> None:
 
 
 def test_checking_can_be_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fivtui.paper.results.measure_all", alike)
+    monkeypatch.setattr("fivtui.paper.results.compute_amplitudes", alike)
     with pytest.raises(Cancelled):
         check_claims(progress=lambda _: False)
 

@@ -9,9 +9,9 @@ import pytest
 
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters
-from fivtui.paper.amplitudes import measure_all
+from fivtui.paper.amplitudes import compute_amplitudes
 from fivtui.paper.data import DATA_COLUMNS, FigureData, save_data
-from fivtui.paper.families import PANELS, panels_of
+from fivtui.paper.families import PANELS, figure_panels
 from fivtui.paper.results import PaperResults
 from fivtui.paper.tables import critical_mu
 from fivtui.scene.scene import Scene
@@ -82,7 +82,7 @@ def test_runs_are_those_of_the_papers_method(results: PaperResults) -> None:
 def test_amplitudes_are_those_of_the_papers_method() -> None:
     stored_points = points("13", "14", "15", "16")
     scenes = [scene_at(point) for point in stored_points]
-    for point, amplitude in zip(stored_points, measure_all(scenes, workers=1), strict=True):
+    for point, amplitude in zip(stored_points, compute_amplitudes(scenes, workers=1), strict=True):
         assert amplitude.y_peak == pytest.approx(point["y_peak"], rel=2e-5)
         assert amplitude.y_half_range == pytest.approx(point["y_half_range"], rel=2e-5)
 
@@ -102,7 +102,7 @@ def scene_at(point: dict[str, Any]) -> Scene:
 def test_every_figure_from_2_to_16_has_panels_of_one_kind() -> None:
     assert len(PANELS) == 16
     for number in range(2, 17):
-        assert len({panel.kind for panel in panels_of(number)}) == 1
+        assert len({panel.kind for panel in figure_panels(number)}) == 1
 
 
 @pytest.mark.parametrize(

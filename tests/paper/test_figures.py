@@ -45,7 +45,7 @@ def draw(number: int, results: PaperResults) -> Figure:
 @pytest.fixture(scope="module")
 def results() -> PaperResults:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fivtui.paper.results.measure_all", invented)
+        patch.setattr("fivtui.paper.results.compute_amplitudes", invented)
         paper = PaperResults()
         for key in ("13", "14", "15", "16"):
             paper.table(key)

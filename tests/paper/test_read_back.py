@@ -18,7 +18,7 @@ from fivtui.paper import results as paper_results
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.charts import draw, figure_charts
 from fivtui.paper.data import DATA_COLUMNS, save_data
-from fivtui.paper.families import PANELS, panels_of
+from fivtui.paper.families import PANELS, figure_panels
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from fivtui.tui.tabs.requests.paper import figure_rows, point_scene
@@ -94,7 +94,7 @@ def results() -> PaperResults:
         for key, panel in PANELS.items()
     }
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(paper_results, "measure_all", invented)
+        patch.setattr(paper_results, "compute_amplitudes", invented)
         patch.setattr(paper_results, "PANELS", thin)
         patch.setattr(paper_results, "_POINTS", 2001)
         paper = PaperResults()
@@ -399,7 +399,7 @@ def test_the_list_of_figures_names_the_parameters_of_their_lines() -> None:
 def test_data_beside_a_figure_have_its_parameters_and_units(
     number: int, results: PaperResults, tmp_path: Path
 ) -> None:
-    for panel in panels_of(number):
+    for panel in figure_panels(number):
         path = tmp_path / f"{panel.key}.csv"
         save_data(results.table(panel.key), path)
         lines = path.read_text(encoding="utf-8").splitlines()

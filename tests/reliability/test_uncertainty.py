@@ -34,7 +34,7 @@ from fivtui.reliability.run import MembersFile, compute_uncertainty
 from fivtui.reliability.statistics import add_remark
 from fivtui.safety.table import safe_mus
 from fivtui.scene.files import scene_from_dict
-from fivtui.studies import command_of, kind_of, load_study
+from fivtui.studies import build_command, kind_of, load_study
 from fivtui.sweeps import run as run_of_sweeps
 from fivtui.sweeps.pieces import SweepPiece
 from fivtui.sweeps.rows import Rows
@@ -245,7 +245,7 @@ def test_a_table_of_a_scene_correlates(tmp_path: Path) -> None:
     assert scene.correlation == (("mu", "F", -0.4),)
     study = scattered_study(scene, parse_inputs(VARY), samples=64)
     assert study.design.size == 64
-    command = command_of("uncertainty", study)
+    command = build_command("uncertainty", study)
     assert command.arguments[:4] == ["--vary", VARY[0], "--vary", VARY[1]]
     for wrong in ({"mu": 1.0}, {"mu": {"G": 0.1}}, {"mu": {"mu": 0.1}}, {"mu": {"F": 2.0}}):
         with pytest.raises(InputError, match="correlat"):

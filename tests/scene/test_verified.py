@@ -16,7 +16,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.scene.files import load_scene, save_scene
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.run import run_scene, scene_transient
-from fivtui.scene.verified import PartedError, simulate_to
+from fivtui.scene.verified import DivergenceError, simulate_to
 from fivtui.simulation import simulate
 from fivtui.transient.errors import Observation, divergence, finer_tol, first_tol
 from fivtui.transient.request import TOL_RANGE, Request
@@ -113,7 +113,7 @@ def test_accidental_agreement_is_not_accepted(monkeypatch: pytest.MonkeyPatch) -
         return dataclasses.replace(true, final=final)
 
     monkeypatch.setattr("fivtui.scene.verified.compute", by_chance)
-    with pytest.raises(PartedError, match=r"part at t = 10 s: .*% of the amplitude") as caught:
+    with pytest.raises(DivergenceError, match=r"part at t = 10 s: .*% of the amplitude") as caught:
         simulate_to({"peak": 1.0}, Request(System(Parameters()), t_end=10.0))
     assert caught.value.before is None
 

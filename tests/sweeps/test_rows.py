@@ -19,7 +19,7 @@ from fivtui.cli import run
 from fivtui.model import System
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.scene.verified import simulate_to
-from fivtui.studies import command_of, load_study
+from fivtui.studies import build_command, load_study
 from fivtui.sweeps.design import Design, Kind, Range
 from fivtui.sweeps.rows import Rows, compute_rows, concatenate
 from fivtui.sweeps.run import check_memory_limit, local_engine, sweep_in_memory
@@ -463,7 +463,7 @@ def test_a_sweep_through_the_fmu_is_kept_with_its_method(tmp_path: Path) -> None
     assert run([*arguments, "--out", str(out)]) == 0
     study_read = load_study("sweep", out)
     assert study_read.study.method == "fmu-native"
-    assert command_of("sweep", study_read.study).scene["method"] == "fmu-native"
+    assert build_command("sweep", study_read.study).scene["method"] == "fmu-native"
     assert run([*arguments[:-1], "taylor", "--out", str(out)]) == 2
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, Interval
-from fivtui.options import Option, declaration, option, option_field
+from fivtui.options import Option, option, option_field, options_class
 
 from .table import setting
 
@@ -18,7 +18,7 @@ OVER_TIME: Final = Option(
 )
 
 
-@declaration
+@options_class
 class RunOptions:
     """Options of commands that analyse one run."""
 
@@ -31,7 +31,7 @@ class RunOptions:
     over_time: Path | None = option_field(OVER_TIME)
 
 
-@declaration
+@options_class
 class SimulateOptions:
     """Options of ``fivtui simulate``."""
 

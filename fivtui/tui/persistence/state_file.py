@@ -13,7 +13,7 @@ from fivtui.charts import Axis, View
 from fivtui.io import output_path, save_json
 from fivtui.model import InputError
 from fivtui.results import from_data, to_data
-from fivtui.scene import over_time_from, over_time_to_dict, scene_from_dict, scene_to_dict
+from fivtui.scene import over_time_to_dict, parse_over_time, scene_from_dict, scene_to_dict
 from fivtui.studies import STUDIES
 from fivtui.tui.session import FIELDS, EditState, RunState, StoredResult
 
@@ -194,7 +194,7 @@ def _state_from_dict(data: Any) -> State:
     texts |= {name: str(text) for name, text in data["texts"].items() if name in FIELDS}
     over_time = loaded.over_time
     if "over_time" in data:
-        over_time = over_time_from("over_time", data["over_time"])
+        over_time = parse_over_time("over_time", data["over_time"])
     runs = from_data(data["runs"], SavedRuns)
     for run in runs.runs:
         # Raise an error for a damaged scene here.

@@ -7,7 +7,7 @@ from typing import Any, Final
 from fivtui.model import InputError
 from fivtui.results import Command
 from fivtui.scene import Scene
-from fivtui.studies import command_of
+from fivtui.studies import build_command
 
 from .scene_differences import base_scene, differences
 
@@ -51,7 +51,7 @@ def study_command(kind: str, study: Any, origin: Origin) -> str:
     `study` is a result or a request, see `StudyKind.command`. Raises `InputError` if no command
     computes it.
     """
-    command = command_of(kind, study)
+    command = build_command(kind, study)
     scene = dataclasses.replace(base_scene(), **command.scene)
     base = origin
     if not origin.source or _fields_without_option(scene, origin.scene, command):

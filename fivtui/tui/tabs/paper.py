@@ -23,7 +23,7 @@ from .messages import RunRequested, SceneLoaded
 from .tables import ListTable
 
 if TYPE_CHECKING:
-    from fivtui.paper import CheckedClaim, FigureData, PanelOf, PaperResults
+    from fivtui.paper import CheckedClaim, ComputedPanel, FigureData, PaperResults
 
 
 _FIGURE_SETTING: Final = "figure"
@@ -93,10 +93,10 @@ class PaperPane(JobPane):
 
         return PaperResults()
 
-    def _panel(self, key: str) -> "PanelOf":
-        from fivtui.paper import PanelOf
+    def _panel(self, key: str) -> "ComputedPanel":
+        from fivtui.paper import ComputedPanel
 
-        return PanelOf(key, self._results)
+        return ComputedPanel(key, self._results)
 
     # The lists
 
