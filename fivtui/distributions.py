@@ -1,4 +1,4 @@
-"""Distributions of a named quantity as text, ``NAME~normal:80:8``, and their quantiles."""
+"""Distributions of a named quantity, read from texts such as ``F~normal:80:8``."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -14,19 +14,19 @@ from .ranges import number_text
 
 Floats = NDArray[np.float64]
 
-_FORM: Final = "NAME~DISTRIBUTION:NUMBER:…"
+_INPUT_FORM: Final = "NAME~DISTRIBUTION:NUMBER:…"
 _EXAMPLE: Final = "F~normal:80:8"
-# Number of quantiles from which the moments of a truncated distribution are computed.
-_QUANTILES: Final = 1 << 14
+# Number of quantiles from which moments are computed.
+_MOMENT_QUANTILES: Final = 1 << 14
 
 
 @dataclass(frozen=True, slots=True)
 class _Family:
-    # A distribution in engineers' terms: names of its numbers, the condition they fulfil, and the
+    # Names of the numbers, the condition that they must meet, as text and as a function, and the
     # function that makes the frozen distribution of `scipy.stats`.
     number_names: tuple[str, ...]
-    rule: str
-    allows: Callable[..., bool]
+    condition: str
+    meets_condition: Callable[..., bool]
     make_frozen: Callable[..., Any]
 
 
@@ -45,8 +45,8 @@ def _normal(mean: float, sd: float) -> Any:
 def _lognormal(mean: float, sd: float) -> Any:
     from scipy import stats
 
-    spread = math.log1p((sd / mean) ** 2)
-    return stats.lognorm(math.sqrt(spread), scale=mean * math.exp(-0.5 * spread))
+    log_variance = math.log1p((sd / mean) ** 2)
+    return stats.lognorm(math.sqrt(log_variance), scale=mean * math.exp(-0.5 * log_variance))
 
 
 def _triangular(low: float, mode: float, high: float) -> Any:
@@ -61,7 +61,7 @@ def _beta(low: float, high: float, a: float, b: float) -> Any:
     return stats.beta(a, b, low, high - low)
 
 
-FORMS: Final[Mapping[str, _Family]] = {
+FAMILIES: Final[Mapping[str, _Family]] = {
     "uniform": _Family(
         ("LOW", "HIGH"), "LOW must be below HIGH", lambda low, high: low < high, _uniform
     ),
@@ -98,7 +98,7 @@ class Distribution:
         itself), ``triangular`` (low, mode, high) or ``beta`` (low, high, a, b); or the name of
         another continuous distribution in `scipy.stats`.
     numbers : tuple of float
-        Its numbers in that order; for `scipy.stats` the shapes, then loc and scale.
+        The numbers in the order above; for `scipy.stats` the shapes, then loc and scale.
     low, high : float
         Bounds of truncation: the density between them is scaled to an area of 1.
 
@@ -123,52 +123,52 @@ class Distribution:
         object.__setattr__(self, "numbers", tuple(float(number) for number in self.numbers))
         if not all(math.isfinite(number) for number in self.numbers):
             raise InputError(f"{self}: its numbers must be finite")
-        if self.name in FORMS:
-            form = FORMS[self.name]
-            if len(self.numbers) != len(form.number_names):
-                raise InputError(f"{self}: must be {self.name}:{':'.join(form.number_names)}")
-            if not form.allows(*self.numbers):
-                raise InputError(f"{self}: {form.rule}")
+        if self.name in FAMILIES:
+            family = FAMILIES[self.name]
+            if len(self.numbers) != len(family.number_names):
+                raise InputError(f"{self}: must be {self.name}:{':'.join(family.number_names)}")
+            if not family.meets_condition(*self.numbers):
+                raise InputError(f"{self}: {family.condition}")
         else:
             _check_scipy_family(self)
-        begin, end = self._ends()
-        if not end > begin:
+        cdf_low, cdf_high = self._cdf_bounds()
+        if not cdf_high > cdf_low:
             raise InputError(f"{self}: must have values from {self.low:g} to {self.high:g}")
 
     def __str__(self) -> str:
         return ":".join([self.name, *map(number_text, self.numbers)])
 
-    def within(self, low: float, high: float) -> Self:
-        """The distribution truncated also at these bounds."""
+    def truncate(self, low: float, high: float) -> Self:
+        """A copy that is also truncated at these bounds."""
         return replace(self, low=max(low, self.low), high=min(high, self.high))
 
     @property
-    def cut(self) -> float:
-        """The share of its values beyond the bounds of truncation, 0 to 1."""
+    def truncated_share(self) -> float:
+        """The share of values beyond the bounds of truncation, 0 to 1."""
         frozen = _frozen(self.name, self.numbers)
         return float(frozen.cdf(self.low) + frozen.sf(self.high))
 
     def at(self, shares: Floats | Sequence[float]) -> Floats:
-        """Quantiles at shares between 0 and 1, of the same shape."""
-        begin, end = self._ends()
-        inside = begin + (end - begin) * np.asarray(shares, dtype=float)
-        values: Floats = np.asarray(_frozen(self.name, self.numbers).ppf(inside))
+        """Quantiles at `shares`, numbers between 0 and 1; the result has the same shape."""
+        cdf_low, cdf_high = self._cdf_bounds()
+        probabilities = cdf_low + (cdf_high - cdf_low) * np.asarray(shares, dtype=float)
+        values: Floats = np.asarray(_frozen(self.name, self.numbers).ppf(probabilities))
         return np.clip(values, self.low, self.high)
 
     def moments(self) -> tuple[float, float]:
         """Mean and standard deviation, from 16,384 quantiles."""
-        values = self.at((np.arange(_QUANTILES) + 0.5) / _QUANTILES)
+        values = self.at((np.arange(_MOMENT_QUANTILES) + 0.5) / _MOMENT_QUANTILES)
         return float(values.mean()), float(values.std())
 
-    def _ends(self) -> tuple[float, float]:
+    def _cdf_bounds(self) -> tuple[float, float]:
         frozen = _frozen(self.name, self.numbers)
         return float(frozen.cdf(self.low)), float(frozen.cdf(self.high))
 
 
 @lru_cache(maxsize=64)
 def _frozen(name: str, numbers: tuple[float, ...]) -> Any:
-    if name in FORMS:
-        return FORMS[name].make_frozen(*numbers)
+    if name in FAMILIES:
+        return FAMILIES[name].make_frozen(*numbers)
     from scipy import stats
 
     return getattr(stats, name)(*numbers)
@@ -180,7 +180,7 @@ def _check_scipy_family(distribution: Distribution) -> None:
     family = getattr(stats, distribution.name, None)
     if not isinstance(family, stats.rv_continuous):
         raise InputError(
-            f"unknown distribution {distribution.name!r}: must be {', '.join(FORMS)}, or a "
+            f"unknown distribution {distribution.name!r}: must be {', '.join(FAMILIES)}, or a "
             "continuous one of scipy.stats"
         )
     shapes = [name.strip() for name in (family.shapes or "").split(",") if name.strip()]
@@ -207,9 +207,9 @@ def parse_distribution(text: str) -> Distribution:
 def parse_scattered(
     flag: str, text: str, specs: Mapping[str, ParameterSpec] = PARAMETERS
 ) -> tuple[str, Distribution]:
-    """Parse a quantity and its distribution."""
-    name, tilde, rest = (part.strip() for part in text.partition("~"))
-    if not tilde or not name or not rest:
-        raise InputError(f"{flag} {text}: must be {_FORM}, e.g. {flag} {_EXAMPLE}")
+    """The name and the distribution in a text such as ``F~normal:80:8``; messages name `flag`."""
+    name, tilde, distribution = (part.strip() for part in text.partition("~"))
+    if not tilde or not name or not distribution:
+        raise InputError(f"{flag} {text}: must be {_INPUT_FORM}, e.g. {flag} {_EXAMPLE}")
     check_known("parameter", name, specs)
-    return name, parse_distribution(rest)
+    return name, parse_distribution(distribution)

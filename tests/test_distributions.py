@@ -29,7 +29,7 @@ def test_a_distribution_agrees_with_its_text(text: str) -> None:
     distribution = parse_distribution(text)
     assert str(distribution) == text
     np.testing.assert_allclose(distribution.at(SHARES), SAME[text].ppf(SHARES), rtol=1e-13)
-    assert distribution.cut == 0.0
+    assert distribution.truncated_share == 0.0
     assert pickle.loads(pickle.dumps(distribution)) == distribution
 
 
@@ -42,11 +42,11 @@ def test_mean_and_sd_of_a_lognormal_are_those_of_the_quantity() -> None:
 
 def test_truncation_rescales_the_distribution() -> None:
     normal = Distribution("normal", (1.0, 2.0))
-    truncated = normal.within(0.0, 100.0)
-    assert truncated.cut == pytest.approx(stats.norm.cdf(-0.5))
+    truncated = normal.truncate(0.0, 100.0)
+    assert truncated.truncated_share == pytest.approx(stats.norm.cdf(-0.5))
     expected = stats.truncnorm((0.0 - 1.0) / 2.0, (100.0 - 1.0) / 2.0, 1.0, 2.0)
     np.testing.assert_allclose(truncated.at(SHARES), expected.ppf(SHARES), rtol=1e-9)
-    assert truncated.within(-5.0, 3.0) == normal.within(0.0, 3.0)
+    assert truncated.truncate(-5.0, 3.0) == normal.truncate(0.0, 3.0)
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_invalid_distributions_are_refused(text: str, message: str) -> None:
 
 def test_an_empty_truncation_is_refused() -> None:
     with pytest.raises(InputError, match="must have values from 0 to 100"):
-        Distribution("uniform", (-2.0, -1.0)).within(0.0, 100.0)
+        Distribution("uniform", (-2.0, -1.0)).truncate(0.0, 100.0)
 
 
 @pytest.mark.parametrize("text", ["mu", "mu~", "~normal:1:2", "mu=normal:1:2"])

@@ -122,9 +122,9 @@ def _truncate_friction(
 ) -> Mapping[str, Distribution]:
     # If only one of μ and μ_s scatters, truncate its distribution at the value of the other.
     if "mu" in inputs and "mu_s" not in inputs and p.mu_s is not None:
-        return {**inputs, "mu": inputs["mu"].within(-math.inf, p.mu_s)}
+        return {**inputs, "mu": inputs["mu"].truncate(-math.inf, p.mu_s)}
     if "mu_s" in inputs and "mu" not in inputs:
-        return {**inputs, "mu_s": inputs["mu_s"].within(p.mu, math.inf)}
+        return {**inputs, "mu_s": inputs["mu_s"].truncate(p.mu, math.inf)}
     return inputs
 
 
@@ -173,9 +173,9 @@ def truncation_warnings(study: Study) -> list[str]:
     """Warnings about distributions that are truncated at bounds of parameters."""
     warnings = []
     for name, axis in study.design.axes.items():
-        if isinstance(axis, Distribution) and axis.cut > _NEGLIGIBLE_SHARE:
+        if isinstance(axis, Distribution) and axis.truncated_share > _NEGLIGIBLE_SHARE:
             warnings.append(
                 f"{name}~{axis}: truncated to {axis.low:g} to {axis.high:g}, which leaves out "
-                f"{axis.cut:.2g} of its values"
+                f"{axis.truncated_share:.2g} of its values"
             )
     return warnings

@@ -180,7 +180,7 @@ def _truncate(name: str, axis: object) -> Distribution:
         raise InputError(f"{name} = {axis!r}: must be a distribution, such as normal:80:8")
     spec = VARIABLES[name]
     try:
-        return axis.within(spec.lower, spec.upper)
+        return axis.truncate(spec.lower, spec.upper)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 

@@ -79,7 +79,7 @@ def test_correlations_are_those_of_the_normal_scores_and_keep_the_distributions(
 def test_values_are_within_the_bounds_of_the_parameter() -> None:
     axes = {"m": parse_distribution("normal:0:1"), "mu": parse_distribution("normal:0:1")}
     scatter = Scatter(axes, count=256)
-    assert scatter.axes["mu"].cut == pytest.approx(0.5)
+    assert scatter.axes["mu"].truncated_share == pytest.approx(0.5)
     values = all_of(scatter)
     assert values["m"].min() > 0.0
     assert values["mu"].min() >= 0.0
