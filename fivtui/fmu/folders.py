@@ -70,7 +70,7 @@ def _create_folder(path: str | None, parent: str) -> str:
 def _parent_folder() -> str:
     system_parent = str(Path(tempfile.gettempdir()).absolute())
     for parent in (system_parent, *_FALLBACKS):
-        if is_plain(parent) and os.access(parent, os.W_OK | os.X_OK):
+        if is_plain_path(parent) and os.access(parent, os.W_OK | os.X_OK):
             return parent
     raise ComputationError(
         f"the folder for temporary files, {system_parent}, has characters that FMUs cannot handle",
@@ -78,7 +78,7 @@ def _parent_folder() -> str:
     )
 
 
-def is_plain(folder: str) -> bool:
+def is_plain_path(folder: str) -> bool:
     """Whether the wrapper of Python FMUs can handle an absolute path.
 
     In the URI of the path the wrapper decodes only ``%20``; it crashes on other escapes.

@@ -60,20 +60,20 @@ def _check_start_value(variable: Any, value: object) -> Any:
 
 
 def enable_belt_speed(
-    fmu: FmuFile, start: Mapping[str, Any], columns: Collection[str]
+    fmu: FmuFile, start_values: Mapping[str, Any], columns: Collection[str]
 ) -> dict[str, Any]:
     """Add the flag of a finite belt speed to the start values if a belt speed is set.
 
-    `columns` are the inputs given over time. If the FMU has no such flag, nothing is added.
+    `columns` are the inputs that follow a table. If the FMU has no such flag, nothing is added.
     """
     names = {v.name for v in fmu.description.modelVariables}
-    sets_speed = _BELT_SPEED in start or _BELT_SPEED in columns
+    sets_speed = _BELT_SPEED in start_values or _BELT_SPEED in columns
     flag = {_FINITE_BELT: True} if sets_speed and _FINITE_BELT in names else {}
-    return {**flag, **start}
+    return {**flag, **start_values}
 
 
 def read_signals(
-    fmu: FmuFile, path: Path, start: Mapping[str, Any]
+    fmu: FmuFile, path: Path, start_values: Mapping[str, Any]
 ) -> tuple[NDArray[Any], set[str]]:
     """Read values of inputs over time from a CSV file with a column ``time``, s.
 
@@ -94,11 +94,11 @@ def read_signals(
         raise InputError(f"{path}: there is no column {TIME}")
     if np.any(np.diff(table[TIME]) < 0.0):
         raise InputError(f"{path}: the times must ascend")
-    given_columns = set(table)
+    csv_columns = set(table)
     column_types: list[tuple[str, type]] = [(TIME, float)]
     for name, variable in inputs.items():
         if name not in table:
-            value = start.get(name, variable.start)
+            value = start_values.get(name, variable.start)
             table[name] = np.full(table[TIME].size, float(_check_start_value(variable, value or 0)))
         elif variable.type != "Boolean":
             for extreme in (table[name].min(), table[name].max()):
@@ -107,7 +107,7 @@ def read_signals(
     signals = np.empty(table[TIME].size, dtype=column_types)
     for name, _ in column_types:
         signals[name] = table[name]
-    return signals, given_columns
+    return signals, csv_columns
 
 
 def _read_table(path: Path) -> dict[str, NDArray[Any]]:

@@ -117,12 +117,12 @@ def create_instance(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
 
     The host's working directory and module path are restored.
     """
-    instantiate = _choose_interface(fmu)
+    instantiate = _choose_instantiation(fmu)
     number, messages = next(_instance_numbers), Messages()
     _messages_by_instance[number] = messages
     instance, fatal = None, False
-    host_filter = _filter_without(number)
-    _LOGGER.addFilter(host_filter)
+    exclusion_filter = _exclusion_filter(number)
+    _LOGGER.addFilter(exclusion_filter)
     try:
         with IMPORT_LOCK, _restore_process():
             instance = _instantiate(fmu, lambda: instantiate(number, messages), messages)
@@ -137,7 +137,7 @@ def create_instance(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
         elif instance is not None:
             with suppress(Exception):
                 instance.freeInstance()
-        _LOGGER.removeFilter(host_filter)
+        _LOGGER.removeFilter(exclusion_filter)
         del _messages_by_instance[number]
 
 
@@ -145,7 +145,7 @@ def _instance_name(number: int) -> str:
     return f"fivtui-{number}"
 
 
-def _filter_without(number: int) -> Callable[[logging.LogRecord], bool]:
+def _exclusion_filter(number: int) -> Callable[[logging.LogRecord], bool]:
     name = _instance_name(number)
     return lambda record: getattr(record, "fmu_instance", None) != name
 
@@ -165,9 +165,9 @@ def _instantiate(fmu: FmuFile, instantiate: Callable[[], Any], messages: Message
     try:
         return instantiate()
     except Exception as error:  # noqa: BLE001
-        why = messages.last or " ".join(str(error).split())
+        reason = messages.last or " ".join(str(error).split())
         raise ComputationError(
-            f"{fmu.path}: the FMU cannot be instantiated: {why}", "check it: fivtui fmu check"
+            f"{fmu.path}: the FMU cannot be instantiated: {reason}", "check it: fivtui fmu check"
         ) from None
 
 
@@ -190,7 +190,7 @@ def has_binary(fmu: FmuFile) -> bool:
     return any(not (is_not_arm and is_for_arm(file)) for file in files)
 
 
-def _choose_interface(fmu: FmuFile) -> Callable[[int, Messages], Any]:
+def _choose_instantiation(fmu: FmuFile) -> Callable[[int, Messages], Any]:
     import fmpy
 
     version = fmu.description.fmiVersion

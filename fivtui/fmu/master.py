@@ -127,10 +127,10 @@ class Slave:
 
     def _failure_error(self, t: float) -> ComputationError:
         # The last message of a failed computation is its cause, "; " and advice.
-        why, _, advice = (self._messages.last or "it logged no reason").rpartition("; ")
+        reason, _, advice = (self._messages.last or "it logged no reason").rpartition("; ")
         return ComputationError(
-            f"the FMU stops at t = {t:.6g} s: {why or advice}",
-            advice if why else "check the FMU: fivtui fmu check",
+            f"the FMU stops at t = {t:.6g} s: {reason or advice}",
+            advice if reason else "check the FMU: fivtui fmu check",
         )
 
     def save_state(self) -> "SavedState":

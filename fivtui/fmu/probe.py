@@ -57,16 +57,16 @@ def _find_state_problems(fmu: FmuFile, start: float, step: float) -> list[str]:
     with create_instance(fmu) as (instance, _):
         _initialize(fmu, instance, start)
         _take_steps(instance, start, step)
-        saved = instance.getFMUState()
+        saved_state = instance.getFMUState()
         end = start + _STEPS * step
         _take_steps(instance, end, step)
-        before = _read_outputs(fmu, instance)
-        instance.setFMUState(saved)
+        outputs = _read_outputs(fmu, instance)
+        instance.setFMUState(saved_state)
         _take_steps(instance, end, step)
-        after = _read_outputs(fmu, instance)
-        instance.freeFMUState(saved)
+        restored = _read_outputs(fmu, instance)
+        instance.freeFMUState(saved_state)
         instance.terminate()
-    return [] if before == after else ["continuing from a saved state gives other outputs"]
+    return [] if outputs == restored else ["continuing from a saved state gives other outputs"]
 
 
 def _initialize(fmu: FmuFile, instance: Any, start: float) -> None:

@@ -27,7 +27,7 @@ from .instance import FmuFile, create_instance, defer_interrupts, extract_fmu
 
 _MAX_STEPS: Final = 20_000_000
 _DEFAULT_STEPS: Final = 1000
-_PROGRESS_EVERY: Final = 128
+_STEPS_PER_REPORT: Final = 128
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -226,7 +226,7 @@ def _simulate(
             nonlocal steps, cancelled
             check_interrupt()
             steps += 1
-            if progress and steps % _PROGRESS_EVERY == 0:
+            if progress and steps % _STEPS_PER_REPORT == 0:
                 cancelled = not progress(min((t - start) / (stop - start), 1.0))
             return not cancelled
 
@@ -240,17 +240,17 @@ def _simulate(
                 **options,
             )
         except Exception as error:  # noqa: BLE001
-            why = messages.last or " ".join(str(error).split())
+            reason = messages.last or " ".join(str(error).split())
             raise ComputationError(
-                f"the FMU fails: {why}", "check its start values and inputs"
+                f"the FMU fails: {reason}", "check its start values and inputs"
             ) from None
         if cancelled:
             raise Cancelled
         final_time = float(table[TIME][-1])
         if final_time < stop and not math.isclose(final_time, stop):
-            why = messages.last or "it logged no reason"
+            reason = messages.last or "it logged no reason"
             raise ComputationError(
-                f"the FMU stops at t = {final_time:.6g} s: {why}",
+                f"the FMU stops at t = {final_time:.6g} s: {reason}",
                 "check its start values and inputs",
             )
     if progress:

@@ -34,7 +34,7 @@ from .master import MAX_STEPS, Master, Point, Slave
 
 # Default communication step in √(m/stiffness).
 _STEP: Final = 0.05
-_PROGRESS_EVERY: Final = 128
+_STEPS_PER_REPORT: Final = 128
 _SAMPLES_PER_CALL: Final = 256
 _FMU_NAME: Final = "slider_belt.fmu"
 
@@ -86,7 +86,7 @@ def integrate_fmu(
 
         def before_step() -> None:
             check_interrupt()
-            if slave.steps % _PROGRESS_EVERY == 1:
+            if slave.steps % _STEPS_PER_REPORT == 1:
                 reporter.report(recorder.t / request.t_end)
 
         slave = Slave(instance, messages, file.description, before_step, course)

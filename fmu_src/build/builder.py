@@ -28,7 +28,7 @@ _UNIX_SYSTEM: Final = 3
 _WRAPPER_FOLDER: Final = "resources/pythonfmu/"
 _BUILDER_MODULES: Final = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
 _BUILDER_IMPORT: Final = re.compile(rb"^from \.builder import .*\n", re.MULTILINE)
-_OPTIONS: Final = {
+_CAPABILITIES: Final = {
     "needsExecutionTool": False,
     "canGetAndSetFMUstate": True,
     "canSerializeFMUstate": True,
@@ -132,7 +132,7 @@ def _export_with_pythonfmu(folder: Path, component: Component) -> dict[str, byte
             sources / f"{bundle.entry}.py",
             dest=folder / f"exported{SUFFIX}",
             project_files=[sources / bundle.package],
-            **_OPTIONS,
+            **_CAPABILITIES,
         )
     with zipfile.ZipFile(exported) as archive:
         return _remove_builder({name: archive.read(name) for name in archive.namelist()})
@@ -149,7 +149,7 @@ def _remove_builder(content: dict[str, bytes]) -> dict[str, bytes]:
 
 @contextmanager
 def _restore_imports(bundle: Bundle) -> Iterator[None]:
-    path, cached, before = sys.path[:], set(sys.path_importer_cache), set(sys.modules)
+    path, cached, imported = sys.path[:], set(sys.path_importer_cache), set(sys.modules)
     dont_write_bytecode = sys.dont_write_bytecode
     sys.dont_write_bytecode = True
     try:
@@ -157,7 +157,7 @@ def _restore_imports(bundle: Bundle) -> Iterator[None]:
     finally:
         sys.dont_write_bytecode = dont_write_bytecode
         sys.path[:] = path
-        for name in set(sys.modules) - before:
+        for name in set(sys.modules) - imported:
             if name.partition(".")[0] in (bundle.package, bundle.entry):
                 del sys.modules[name]
         for name in set(sys.path_importer_cache) - cached:

@@ -32,11 +32,11 @@ class Bundle:
     def from_component(cls, component: Component) -> Self:
         """Collect the bundle of a component from the installed sources; equal for equal sources."""
         texts = {
-            f"{package.replace('.', '/')}/{name}.py": _text(package, name)
+            f"{package.replace('.', '/')}/{name}.py": _read_source(package, name)
             for package, names in component.modules.items()
             for name in names
         }
-        entry_text = _text("fmu_src.slave", component.entry)
+        entry_text = _read_source("fmu_src.slave", component.entry)
         content = "\0".join(f"{path}\0{text}" for path, text in texts.items()) + entry_text
         digest = hashlib.sha256(content.encode()).hexdigest()[:_HASH_DIGITS]
         package, entry = f"fivtui_{digest}", f"fivtui_entry_{digest}"
@@ -49,7 +49,7 @@ class Bundle:
         return cls(package, entry, sources)
 
 
-def _text(package: str, name: str) -> str:
+def _read_source(package: str, name: str) -> str:
     return files(package).joinpath(f"{name}.py").read_text(encoding="utf-8")
 
 

@@ -62,13 +62,13 @@ def generated_files() -> dict[str, str]:
     names = {"BUILD_NAME": build_name()}
     names |= {f"{units[0].upper()}_GUID": model_guid(model) for model, units in UNITS.items()}
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
-    head = "/* Identifiers of the sources that the binaries are compiled from. */\n\n"
+    comment = "/* Identifiers of the sources that the binaries are compiled from. */\n\n"
     texts = {name: text for name, text in _all_sources().items() if name.endswith("_table.h")}
     texts |= headers()
-    return {**texts, "build.h": head + "".join(lines)}
+    return {**texts, "build.h": comment + "".join(lines)}
 
 
-def name_options(library: str) -> list[str]:
+def install_name_options(library: str) -> list[str]:
     """Linker options by which the name of a macOS library does not contain its build folder."""
     return [f"-Wl,-install_name,@rpath/{library}"] if library.endswith(".dylib") else []
 
@@ -117,13 +117,13 @@ def _parameter_references(table: VariableTable) -> list[str]:
 
 
 def _table_row(v: Variable) -> str:
-    numbers = [_number(value) for value in (v.start, v.lower, v.upper)]
-    parts = (f'"{v.name}"', _C_KINDS[v.type], v.role.name, *numbers)
-    rest = (f'"{v.range_text}"', _number(v.nominal or 1.0), str(int(v.variability == "continuous")))
-    return f"    {{{', '.join((*parts, *rest))}}},"
+    numbers = [_c_number(value) for value in (v.start, v.lower, v.upper)]
+    is_continuous = str(int(v.variability == "continuous"))
+    columns = (f'"{v.name}"', _C_KINDS[v.type], v.role.name, *numbers, f'"{v.range_text}"')
+    return f"    {{{', '.join((*columns, _c_number(v.nominal or 1.0), is_continuous))}}},"
 
 
-def _number(value: float) -> str:
+def _c_number(value: float) -> str:
     number = float(value)
     if number in (float("inf"), float("-inf")):
         return "__builtin_inf()" if number > 0.0 else "-__builtin_inf()"

@@ -55,9 +55,9 @@ def complete_xml(xml: bytes, content: Mapping[str, bytes], table: VariableTable)
     root.insert(1, unit_definitions(table))
     for types in type_definitions(table, add_type):
         root.insert(2, types)
-    for element, variable in zip(_child(root, "ModelVariables"), table.variables, strict=True):
+    for element, variable in zip(_find_child(root, "ModelVariables"), table.variables, strict=True):
         complete_variable(element, variable, table)
-    root.remove(_child(root, "ModelStructure"))
+    root.remove(_find_child(root, "ModelStructure"))
     root.append(model_structure(table, lambda v: v.depends_on))
     root.set("guid", "")
     digest = hashlib.sha256(ET.tostring(root))
@@ -76,7 +76,7 @@ def xml_bytes(root: ET.Element) -> bytes:
     return text + b"\n"
 
 
-def _child(element: ET.Element, name: str) -> ET.Element:
+def _find_child(element: ET.Element, name: str) -> ET.Element:
     child = element.find(name)
     if child is None:
         raise LookupError(f"pythonfmu wrote no {name} element")
@@ -156,7 +156,9 @@ def new_description(
 
 def complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:
     """Add type, unit, bounds, derivative and start to a ``ScalarVariable``; FMI 2.0."""
-    type_element = _child(element, (Type.INTEGER if variable.value_names else variable.type).value)
+    type_element = _find_child(
+        element, (Type.INTEGER if variable.value_names else variable.type).value
+    )
     type_element.tag = variable.type.value
     if variable.value_names:
         type_element.set("declaredType", type_name(variable))
@@ -191,14 +193,14 @@ def _index_text(table: VariableTable, name: str) -> str:
 
 
 def model_structure(
-    table: VariableTable, dependencies_of: Callable[[Variable], Sequence[str]]
+    table: VariableTable, get_dependencies: Callable[[Variable], Sequence[str]]
 ) -> ET.Element:
-    """``ModelStructure`` of FMI 2.0; `dependencies_of` returns the dependencies of an output."""
+    """``ModelStructure`` of FMI 2.0; `get_dependencies` returns the dependencies of an output."""
     structure = ET.Element("ModelStructure")
     outputs = [v for v in table.variables if v.role is Role.OUTPUT]
     derivatives = [v for v in table.variables if v.derivative_of]
     unknowns = [v for v in table.variables if v.role is Role.OUTPUT or v.derivative_of]
-    _add_unknowns(structure, "Outputs", [(v, dependencies_of(v)) for v in outputs], table)
+    _add_unknowns(structure, "Outputs", [(v, get_dependencies(v)) for v in outputs], table)
     _add_unknowns(structure, "Derivatives", [(v, v.rate_depends_on) for v in derivatives], table)
     _add_unknowns(structure, "InitialUnknowns", [(v, v.start_depends_on) for v in unknowns], table)
     return structure

@@ -36,7 +36,7 @@ class Indicator(NamedTuple):
     depends_on: tuple[str, ...]
 
 
-_STICK_NAMES: Final = ("x", "y", "mu", "v_belt", "k1", "k2", "k3", "c1", "k_nl", "mu_s")
+_MARGIN_DEPENDENCIES: Final = ("x", "y", "mu", "v_belt", "k1", "k2", "k3", "c1", "k_nl", "mu_s")
 # Event indicators by model: their zeros are its switches.
 INDICATORS: Final[Mapping[str, Sequence[Indicator]]] = {
     "SliderBelt": (
@@ -49,9 +49,14 @@ INDICATORS: Final[Mapping[str, Sequence[Indicator]]] = {
         Indicator(
             "event_indicator_slip", "m/s", "v_belt - vx in slip, otherwise 1", ("vx", "v_belt")
         ),
-        Indicator("event_indicator_forward", "N", "mu_s P - f in stick, otherwise 1", _STICK_NAMES),
         Indicator(
-            "event_indicator_backward", "N", "mu_s P + f in stick, otherwise 1", _STICK_NAMES
+            "event_indicator_forward", "N", "mu_s P - f in stick, otherwise 1", _MARGIN_DEPENDENCIES
+        ),
+        Indicator(
+            "event_indicator_backward",
+            "N",
+            "mu_s P + f in stick, otherwise 1",
+            _MARGIN_DEPENDENCIES,
         ),
     ),
     "BrakeActuator": (),

@@ -31,8 +31,8 @@ from .description_3 import (
 )
 
 _DESCRIPTION: Final = "modelDescription.xml"
-# Why the compilation at installation failed, if it did.
-_FAILURE: Final = NATIVE / "native.txt"
+# Contains the reason if the compilation at installation failed.
+_FAILURE_FILE: Final = NATIVE / "native.txt"
 # Name in `TARGETS` of the host, by `sys.platform` and processor.
 _HOSTS: Final[Mapping[tuple[str, str], str]] = {
     ("linux", "x86_64"): "linux64",
@@ -67,7 +67,7 @@ _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
 
 
 def native_failure() -> str | None:
-    """Message why native FMUs cannot be built here; None if they can."""
+    """The reason why native FMUs cannot be built here; None if they can be built."""
     try:
         for model in MODELS:
             _read_binary(model)
@@ -86,11 +86,11 @@ def native_files(
     from other sources, and `ComputationError` if a compilation fails.
     """
     content: dict[str, bytes] = {}
-    model, names = component.model, platforms or [_host_platform()]
-    for name in names:
+    model, platform_names = component.model, platforms or [_host_platform()]
+    for name in platform_names:
         check_known("platform", name, TARGETS)
-    # x86 first: its binary takes precedence in its folder, where importers on ARM look, too.
-    for name in sorted(names, key=lambda name: bool(TARGETS[name].x86_folder)):
+    # x86 first: importers on ARM also look in its folder, where its own binary takes precedence.
+    for name in sorted(platform_names, key=lambda name: bool(TARGETS[name].x86_folder)):
         target = TARGETS[name]
         is_host = name == _HOSTS.get(_machine())
         binary = _read_binary(model) if is_host else compile_binary(model, name)
@@ -126,10 +126,9 @@ def _read_binary(model: str) -> bytes:
     advice = "install fivtui anew, or build the Python flavour"
     file = NATIVE / f"{model}{TARGETS[_host_platform()].suffix}"
     if not file.is_file():
-        why = (
-            _FAILURE.read_text(encoding="utf-8").strip() if _FAILURE.is_file() else "not installed"
-        )
-        raise InputError(f"the native FMU is not compiled: {why}; {advice}")
+        is_known = _FAILURE_FILE.is_file()
+        reason = _FAILURE_FILE.read_text(encoding="utf-8").strip() if is_known else "not installed"
+        raise InputError(f"the native FMU is not compiled: {reason}; {advice}")
     binary = file.read_bytes()
     if build_name().encode() not in binary:
         raise InputError(f"the native FMU is compiled from other sources; {advice}")

@@ -89,8 +89,8 @@ def _fmu_path(component: str) -> str:
 
 
 def _system_structure() -> bytes:
-    for prefix, space in (("ssd", "Description"), ("ssc", "Common")):
-        ET.register_namespace(prefix, f"{_NAMESPACE}{space}")
+    for prefix, suffix in (("ssd", "Description"), ("ssc", "Common")):
+        ET.register_namespace(prefix, f"{_NAMESPACE}{suffix}")
     root = ET.Element(
         f"{_SSD}SystemStructureDescription", name="brake", version="1.0", generationTool="fivtui"
     )
@@ -113,14 +113,14 @@ def _system_structure() -> bytes:
             )
             ET.SubElement(connector, f"{_SSC}{variable.type.value}")
     connections = ET.SubElement(system, f"{_SSD}Connections")
-    for start, output, end, port in _CONNECTIONS:
+    for source, output, target, input_port in _CONNECTIONS:
         ET.SubElement(
             connections,
             f"{_SSD}Connection",
-            startElement=_element_name(start),
+            startElement=_element_name(source),
             startConnector=output,
-            endElement=_element_name(end),
-            endConnector=port,
+            endElement=_element_name(target),
+            endConnector=input_port,
         )
     ET.SubElement(root, f"{_SSD}DefaultExperiment", startTime="0.0", stopTime="100.0")
     ET.indent(root)

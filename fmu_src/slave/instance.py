@@ -59,9 +59,9 @@ _REPORTED_ONCE: Final = {
 
 
 def refuse_on_error(fallback: Callable[..., object]) -> Callable[[_Method], _Method]:
-    """Make an entry point call ``self.refuse(call, why)`` instead of raising an exception.
+    """Make an entry point call ``self.refuse(call, reason)`` instead of raising an exception.
 
-    It then returns `fallback(*args)`. `why` is the message of an `InputError` or
+    It then returns `fallback(*args)`. `reason` is the message of an `InputError` or
     `ComputationError`, else a traceback.
     """
 
@@ -71,10 +71,10 @@ def refuse_on_error(fallback: Callable[..., object]) -> Callable[[_Method], _Met
             try:
                 return method(self, *args)
             except (InputError, ComputationError) as error:
-                why = str(error)
+                reason = str(error)
             except BaseException:  # noqa: BLE001
-                why = traceback.format_exc()
-            self.refuse(method.__name__, why)
+                reason = traceback.format_exc()
+            self.refuse(method.__name__, reason)
             return fallback(*args)
 
         return cast("_Method", call)
@@ -137,11 +137,11 @@ def release_at_exit(resources: str | None) -> None:
     _libraries.update(map(str, Path(resources).parent.glob("binaries/linux64/*.so")))
 
 
-def _release(load: Any) -> None:
+def _release(load_library: Any) -> None:
     for path in _libraries:
         # A library that is not loaded, or does not export the function, is ignored.
         with suppress(OSError, AttributeError):
-            load(path, mode=os.RTLD_NOLOAD | os.RTLD_LAZY).finalizePythonInterpreter()
+            load_library(path, mode=os.RTLD_NOLOAD | os.RTLD_LAZY).finalizePythonInterpreter()
 
 
 class Instance(Fmi2Slave):  # type: ignore[misc]
@@ -167,7 +167,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         self._phase = Phase.INSTANTIATED
         self._experiment: Experiment | None = None
         self._values: dict[int, float | bool] = {}
-        self._must_begin = True
+        self._needs_motion = True
         # Times, s: current, of the outputs, and up to which steps take the fast path.
         self._t, self._output_time, self._fast_until = 0.0, 0.0, -math.inf
         self._refused: dict[int | str, str] = {}
@@ -221,16 +221,16 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     def _from_json(content: Any) -> Any:
         """A state of the motion from JSON data."""
 
-    def refuse(self, call: int | str, why: str) -> None:
+    def refuse(self, call: int | str, reason: str) -> None:
         """Log why a call is refused; unless it reads or steps, the next step reports it again.
 
-        `call` is the value reference of a refused value or the name of a call, `why` a line or a
+        `call` is the value reference of a refused value or the name of a call, `reason` a line or a
         traceback.
         """
         if call not in _REPORTED_ONCE:
-            self._refused[call] = why
+            self._refused[call] = reason
             self._fast_until = -math.inf
-        self._log_text(Fmi2Status.error, logging.ERROR, why)
+        self._log_text(Fmi2Status.error, logging.ERROR, reason)
 
     def _log_text(self, status: Fmi2Status, level: int, text: str) -> None:
         # The category is a constant, because the wrapper may keep a reference to it.
@@ -249,7 +249,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             tolerance,
             lambda text: self._log_text(Fmi2Status.warning, logging.WARNING, text),
         )
-        self._must_begin = True
+        self._needs_motion = True
         self._refused.pop("setup_experiment", None)
 
     @refuse_on_error(return_none)
@@ -291,10 +291,10 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     def _compute_step(self, current_time: float, step_size: float) -> bool:
         if self._refused:
             # The first refusal is the cause of the later ones.
-            why = next(iter(self._refused.values()))
+            reason = next(iter(self._refused.values()))
             if self._phase is Phase.STEPPING:
                 self._refused.clear()
-            raise InputError(f"the step is refused: {why}")
+            raise InputError(f"the step is refused: {reason}")
         self._require_phase("do_step", Phase.STEPPING)
         experiment = self._experiment or Experiment()
         end = experiment.end_of_step(self._t, current_time, step_size)
@@ -355,7 +355,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
 
     @refuse_on_error(return_none)
     def _get_fmu_state(self) -> InstanceState | None:
-        motion_state = None if self._must_begin else self._motion_state()
+        motion_state = None if self._needs_motion else self._motion_state()
         if motion_state is not None:
             self._update_outputs()
         return InstanceState(
@@ -371,7 +371,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             self._restore_motion(values, state.experiment or Experiment(), state.motion_state)
             self._t = state.motion_state.t
         self._phase, self._experiment = state.phase, state.experiment
-        self._values, self._must_begin = values, state.motion_state is None
+        self._values, self._needs_motion = values, state.motion_state is None
         self._output_time, self._fast_until = self._t, -math.inf
         self._refused.clear()
 
@@ -397,7 +397,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         if self._refused and self._phase in (Phase.INSTANTIATED, Phase.INITIALIZATION):
             # Outputs are NaN, because no motion exists for refused values.
             values = values | self._nan_outputs
-        elif self._must_begin:
+        elif self._needs_motion:
             self._begin()
         elif self._t != self._output_time:
             self._update_outputs()
@@ -415,15 +415,15 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
                 accepted[reference] = self._check_value(reference, kind, value)
             except InputError as error:
                 refused[reference] = str(error)
-        for reference, why in refused.items():
-            self.refuse(reference, why)
+        for reference, reason in refused.items():
+            self.refuse(reference, reason)
         if refused:
             return
         for reference in accepted:
             self._refused.pop(reference, None)
         if self._phase is not Phase.STEPPING:
             self._values.update(accepted)
-            self._must_begin = True
+            self._needs_motion = True
         elif any(self._values[reference] != value for reference, value in accepted.items()):
             # Compute the steps so far with the old inputs.
             self._fast_until = -math.inf
@@ -442,7 +442,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     def _begin(self) -> None:
         experiment = self._experiment or Experiment()
         self._create_motion(experiment)
-        self._t, self._must_begin = experiment.start_time, False
+        self._t, self._needs_motion = experiment.start_time, False
         self._update_outputs()
 
     def _update_outputs(self) -> None:

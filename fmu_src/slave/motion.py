@@ -28,7 +28,7 @@ from .variables import REFERENCES, STATES, VARIABLES
 
 Values = Mapping[int, float | bool]
 # Limit of Taylor steps per communication step: about 15 s of CPU time.
-_MOST_STEPS: Final = 500_000
+_MAX_STEPS: Final = 500_000
 _BELT_NAMES: Final = ("v_belt", "mu_s", "v_s")
 _FIXED_REFERENCES: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
 
@@ -84,7 +84,7 @@ class SliderBeltMotion:
             return current.state
         return self._with_belt_speed(current.segment.state(t), current.mode)
 
-    def forces(
+    def friction_and_accelerations(
         self, state: State, force: float, *, F: float, mu: float, v_belt: float
     ) -> tuple[Mode, float, tuple[float, float]]:
         """Mode, friction force on the slider, N, and accelerations, m/s², under given inputs.
@@ -181,9 +181,9 @@ class SliderBeltMotion:
         current, segment = self.current, self.current.segment
         state, steps = None, 0
         while segment is None or segment.end <= t:
-            if steps == _MOST_STEPS:
+            if steps == _MAX_STEPS:
                 raise ComputationError(
-                    f"the step is stopped after {_MOST_STEPS} Taylor steps at "
+                    f"the step is stopped after {_MAX_STEPS} Taylor steps at "
                     f"t = {current.segment.end if current.segment else current.t:g} s",
                     "use shorter communication steps, or the native FMU",
                 )

@@ -69,7 +69,7 @@ class SliderBeltInstance(Instance):
         motion, values = self._motion, self._values
         current, state = motion.current, motion.state_at(self._t)
         force = motion.contact_force(state[2])
-        mode, friction, accelerations = motion.forces(
+        mode, friction, accelerations = motion.friction_and_accelerations(
             state, force, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT]
         )
         # Assigned one by one for speed: reading outputs spends most time here.

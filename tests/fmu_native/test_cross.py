@@ -23,7 +23,7 @@ from fivtui.kernel.field_text import FLAGS
 from fivtui.model.errors import InputError
 from fmu_src.build import cross_compilation, native
 from fmu_src.build.builder import build_fmu
-from fmu_src.build.c_sources import name_options, sources
+from fmu_src.build.c_sources import install_name_options, sources
 
 needs_zig = pytest.mark.skipif(
     find_spec("ziglang") is None, reason="ziglang is not installed (extra cross)"
@@ -74,7 +74,7 @@ def test_the_build_hook_compiles_for_the_same_macos(
     compiler, library = Commands(monkeypatch), tmp_path / "SliderBelt.dylib"
     plan = hatch_build._Plan({"unit": []}, {library: ["unit"]})
     hatch_build._compile([lambda *_: plan], "cc", ["cc"])
-    assert set(name_options(library.name)) <= set(compiler.calls[-1][2])
+    assert set(install_name_options(library.name)) <= set(compiler.calls[-1][2])
     monkeypatch.setattr(sys, "platform", system)
     monkeypatch.setattr(platform, "machine", lambda: processor)
     monkeypatch.setattr(hatch_build, "find_spec", lambda _: True)

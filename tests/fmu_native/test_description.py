@@ -97,7 +97,7 @@ def test_without_a_binary_the_reason_is_reported(
 ) -> None:
     assert native_failure() is None
     monkeypatch.setattr(native, "NATIVE", tmp_path)
-    monkeypatch.setattr(native, "_FAILURE", tmp_path / "native.txt")
+    monkeypatch.setattr(native, "_FAILURE_FILE", tmp_path / "native.txt")
     assert "not compiled: not installed; install fivtui anew" in str(native_failure())
     (tmp_path / "native.txt").write_text("there is no compiler\n", encoding="utf-8")
     assert run(["fmu", "build", "--flavour", "native", "--out", str(tmp_path / "m.fmu")]) == 2

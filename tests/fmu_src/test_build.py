@@ -174,12 +174,12 @@ def test_building_leaves_no_trace_in_the_process(tmp_path: Path) -> None:
 def test_two_builds_live_side_by_side(
     fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    original = bundle._text
+    original = bundle._read_source
 
     def altered(package: str, name: str) -> str:
         return original(package, name).replace('"mass of the slider"', '"another meaning"')
 
-    monkeypatch.setattr(bundle, "_text", altered)
+    monkeypatch.setattr(bundle, "_read_source", altered)
     copy = build_fmu(tmp_path / "other.fmu")
     monkeypatch.undo()
     first, second = read_model_description(fmu), read_model_description(copy)
@@ -258,7 +258,9 @@ def test_a_build_that_fails_leaves_the_old_file_and_no_trace(
 ) -> None:
     target = tmp_path / "taken.fmu"
     target.write_text("old")
-    monkeypatch.setattr("fmu_src.build.bundle._text", lambda *_: "raise RuntimeError('broken')\n")
+    monkeypatch.setattr(
+        "fmu_src.build.bundle._read_source", lambda *_: "raise RuntimeError('broken')\n"
+    )
     path, modules = sys.path[:], set(sys.modules)
     with pytest.raises(RuntimeError, match="broken"):
         build_fmu(target, force=True)

@@ -113,7 +113,7 @@ def test_a_state_of_another_build_is_refused(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_step_of_too_many_taylor_steps_is_refused_with_the_reason(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fmu_src.slave.motion._MOST_STEPS", 100)
+    monkeypatch.setattr("fmu_src.slave.motion._MAX_STEPS", 100)
     instance = slave()
     assert not instance.slave.do_step(0.0, 1e6)
     (message,) = caplog.messages
