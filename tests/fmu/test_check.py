@@ -17,7 +17,7 @@ from tests.support.fmu_tools import altered, other_fmu
 LIBRARIES = ("binaries/linux64/SliderBelt.so", "binaries/win64/SliderBelt.dll")
 
 
-def member(fmu: Path, pattern: str) -> tuple[str, bytes]:
+def read_member(fmu: Path, pattern: str) -> tuple[str, bytes]:
     with zipfile.ZipFile(fmu) as archive:
         (name,) = (name for name in archive.namelist() if re.fullmatch(pattern, name))
         return name, archive.read(name)
@@ -63,7 +63,7 @@ def test_a_folder_and_an_archive_without_description_are_wrong_input(
 
 
 def test_an_invalid_description_is_reported(fmu: Path, tmp_path: Path) -> None:
-    name, xml = member(fmu, r"modelDescription\.xml")
+    name, xml = read_member(fmu, r"modelDescription\.xml")
     broken = xml.replace(b'unit="N"', b'unit="furlong"')
     problems = check_fmu(altered(fmu, tmp_path / "m.fmu", {name: broken}))
     assert any("furlong" in problem for problem in problems)
@@ -111,7 +111,7 @@ def test_files_outside_of_the_fmu_are_reported(fmu: Path, tmp_path: Path) -> Non
 
 
 def test_a_slave_that_cannot_be_instantiated_is_reported(fmu: Path, tmp_path: Path) -> None:
-    name, _ = member(fmu, r"resources/fivtui_entry_.*\.py")
+    name, _ = read_member(fmu, r"resources/fivtui_entry_.*\.py")
     path = altered(fmu, tmp_path / "m.fmu", {name: b"raise RuntimeError('no slave')\n"})
     (problem,) = check_fmu(path)
     assert "crashes" in problem or "fails" in problem
@@ -143,7 +143,7 @@ def test_the_behaviour_of_any_fmu_is_tried(
 def test_an_fmu_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _path: [])
     monkeypatch.setattr("fivtui.fmu.check._TIMEOUT_S", 3.0)
-    folder = tmp_path / "place"
+    folder = tmp_path / "temporary"
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     monkeypatch.setenv("TMPDIR", str(folder))

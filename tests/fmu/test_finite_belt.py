@@ -17,28 +17,28 @@ from fivtui.transient import Request, Transient
 METHODS = ["fmu", "fmu-native"]
 P = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
 START = (2.0, 8.0, 1.0, 0.0)
-GIVEN = ["--set", "v_belt=2", "--set", "mu_s=0.8", "--set", "v_s=0.4"]
+SETTINGS = ["--set", "v_belt=2", "--set", "mu_s=0.8", "--set", "v_s=0.4"]
 
 
-def assert_same(through: Transient, native: Transient) -> None:
-    assert through.final == pytest.approx(native.final, rel=1e-12, abs=1e-12)
-    assert through.peak == pytest.approx(native.peak, rel=1e-8, abs=1e-8)
-    assert through.changes == pytest.approx(native.changes, abs=1e-12)
+def assert_same(fmu_run: Transient, native: Transient) -> None:
+    assert fmu_run.final == pytest.approx(native.final, rel=1e-12, abs=1e-12)
+    assert fmu_run.peak == pytest.approx(native.peak, rel=1e-8, abs=1e-8)
+    assert fmu_run.changes == pytest.approx(native.changes, abs=1e-12)
     for actual, expected in zip(
-        through.separated_intervals, native.separated_intervals, strict=True
+        fmu_run.separated_intervals, native.separated_intervals, strict=True
     ):
         assert actual == pytest.approx(expected, abs=1e-12)
-    assert through.events.transitions == native.events.transitions
-    assert through.events.sticks == native.events.sticks
-    assert through.events.stick_time == pytest.approx(native.events.stick_time, abs=1e-12)
+    assert fmu_run.events.transitions == native.events.transitions
+    assert fmu_run.events.sticks == native.events.sticks
+    assert fmu_run.events.stick_time == pytest.approx(native.events.stick_time, abs=1e-12)
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("step", [None, 0.01, 5.0])
 def test_the_result_is_native_at_every_communication_step(method: str, step: float | None) -> None:
-    through = simulate(P, t_end=5.0, start=START, method=method, step=step)
+    fmu_run = simulate(P, t_end=5.0, start=START, method=method, step=step)
     native = simulate(P, t_end=5.0, start=START)
-    assert_same(through, native)
+    assert_same(fmu_run, native)
     assert native.events.sticks > 2
     assert native.events.separations > 0
 
@@ -48,12 +48,12 @@ def test_commands_run_the_fmu(
     method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     native = simulate(P, t_end=3.0)
-    assert run(["simulate", *GIVEN, "--t-end", "3", "--method", method, "--json"]) == 0
+    assert run(["simulate", *SETTINGS, "--t-end", "3", "--method", method, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["events"]["sticks"] == native.events.sticks > 0
     assert data["events"]["transitions"] == dict(native.events.transitions)
     out = f"{tmp_path}/rows.csv"
-    arguments = ["sweep", "--vary", "v_belt=1:2:2", *GIVEN[2:], "--t-end", "3"]
+    arguments = ["sweep", "--vary", "v_belt=1:2:2", *SETTINGS[2:], "--t-end", "3"]
     assert run([*arguments, "--method", method, "--json", "--out", out]) == 0
     table = json.loads(capsys.readouterr().out)
     column = table["columns"].index("y_abs")
@@ -74,11 +74,11 @@ def test_tables_over_time_give_the_native_motion(
     step: float | None, belt: dict[str, float]
 ) -> None:
     options: dict[str, Any] = {"t_end": 10.0, "over_time": TABLES, "samples": 101}
-    through = simulate(Parameters(**belt), method="fmu-native", step=step, **options)
+    fmu_run = simulate(Parameters(**belt), method="fmu-native", step=step, **options)
     native = simulate(Parameters(**belt), **options)
-    assert_same(through, native)
-    assert through.stop == pytest.approx(native.stop, abs=1e-12)
-    actual, expected = through.trajectory, native.trajectory
+    assert_same(fmu_run, native)
+    assert fmu_run.stop == pytest.approx(native.stop, abs=1e-12)
+    actual, expected = fmu_run.trajectory, native.trajectory
     assert actual is not None
     assert expected is not None
     assert actual.x == pytest.approx(expected.x, abs=1e-12)
@@ -90,10 +90,10 @@ def test_a_sticking_slider_starts_to_slide_when_the_belt_speed_jumps() -> None:
     begin, end = simulate(p, t_end=4.0).stick_intervals[1]
     jump = 0.5 * (begin + end)
     tables = {"v_belt": [(0.0, 1.0), (jump, 1.0), (jump, 2.0)], "F": [(jump, 80.0), (4.0, 60.0)]}
-    through = simulate(p, t_end=4.0, over_time=tables, method="fmu-native")
+    fmu_run = simulate(p, t_end=4.0, over_time=tables, method="fmu-native")
     native = simulate(p, t_end=4.0, over_time=tables)
-    assert_same(through, native)
-    assert (jump, Mode.STICK, Mode.FORWARD) in through.mode_changes
+    assert_same(fmu_run, native)
+    assert (jump, Mode.STICK, Mode.FORWARD) in fmu_run.mode_changes
 
 
 def test_tables_over_time_need_derivatives_of_inputs(fmu: Path) -> None:
@@ -109,7 +109,7 @@ def test_a_start_value_of_v_belt_selects_a_finite_belt(
     fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     native = simulate(P, t_end=3.0)
-    assert run(["fmu", "run", str(fmu), *GIVEN, "--t-end", "3", "--json"]) == 0
+    assert run(["fmu", "run", str(fmu), *SETTINGS, "--t-end", "3", "--json"]) == 0
     final = json.loads(capsys.readouterr().out)["final"]
     assert final["y"] == pytest.approx(native.final.y, rel=1e-12)
     assert final["sticks"] == native.events.sticks

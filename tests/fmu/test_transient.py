@@ -25,18 +25,18 @@ from tests.support.fmu_tools import altered, interpreted, other_fmu
 from tests.support.strategies import moderate_parameters
 
 
-def assert_same(through: Transient, native: Transient, rel: float = 1e-9) -> None:
-    assert through.final == native.final
-    assert np.array_equal(through.switch_times, native.switch_times)
-    assert through.first_mode is native.first_mode
-    assert through.events.separations == native.events.separations
-    assert through.events.separated_time == pytest.approx(native.events.separated_time)
+def assert_same(fmu_run: Transient, native: Transient, rel: float = 1e-9) -> None:
+    assert fmu_run.final == native.final
+    assert np.array_equal(fmu_run.switch_times, native.switch_times)
+    assert fmu_run.first_mode is native.first_mode
+    assert fmu_run.events.separations == native.events.separations
+    assert fmu_run.events.separated_time == pytest.approx(native.events.separated_time)
     for name in ("y_abs", "y_max", "y_min", "x_abs", "vx_max"):
         peak = getattr(native.peak, name)
-        assert getattr(through.peak, name) == pytest.approx(peak, rel=rel, abs=rel)
+        assert getattr(fmu_run.peak, name) == pytest.approx(peak, rel=rel, abs=rel)
     half_range = native.steady.y_half_range
-    assert through.steady.y_half_range == pytest.approx(half_range, rel=rel, abs=rel)
-    assert through.contact_force.max == pytest.approx(native.contact_force.max, rel=rel, abs=rel)
+    assert fmu_run.steady.y_half_range == pytest.approx(half_range, rel=rel, abs=rel)
+    assert fmu_run.contact_force.max == pytest.approx(native.contact_force.max, rel=rel, abs=rel)
 
 
 @pytest.mark.parametrize("separation", [True, False])
@@ -52,10 +52,10 @@ def assert_same(through: Transient, native: Transient, rel: float = 1e-9) -> Non
 def test_the_result_is_native_at_every_communication_step(
     method: str, kernel: KernelChoice, step: float | None, t_end: float, separation: bool
 ) -> None:
-    through = simulate(separation=separation, t_end=t_end, method=method, step=step)
-    assert_same(through, simulate(separation=separation, t_end=t_end, kernel=kernel))
-    assert through.method == method
-    assert through.stats.steps > 0
+    fmu_run = simulate(separation=separation, t_end=t_end, method=method, step=step)
+    assert_same(fmu_run, simulate(separation=separation, t_end=t_end, kernel=kernel))
+    assert fmu_run.method == method
+    assert fmu_run.stats.steps > 0
 
 
 @settings(max_examples=6, deadline=None)
@@ -71,35 +71,35 @@ def test_several_switches_within_a_communication_step_are_counted() -> None:
     assert native.events.separations == 8
     assert np.diff(native.switch_times).min() < 0.007
     for step in (0.008, 0.01, 5.0):
-        through = simulate(p, method="fmu", step=step, **options)
-        assert_same(through, native, rel=1e-8)
+        fmu_run = simulate(p, method="fmu", step=step, **options)
+        assert_same(fmu_run, native, rel=1e-8)
 
 
 def test_samples_are_the_outputs_at_their_times(fmu: Path) -> None:
     times = [0.0, 0.1, 0.1, 1.0 / 3.0, 2.860607592369662, 4.0, 10.0]
-    through = integrate_fmu(
+    fmu_run = integrate_fmu(
         Request(System(Parameters()), t_end=10.0, method="fmu", samples=times), fmu=fmu
     )
     native = interpreted(t_end=10.0, samples=times)
-    assert through.trajectory is not None
+    assert fmu_run.trajectory is not None
     assert native.trajectory is not None
-    assert through.trajectory.t.tolist() == times
+    assert fmu_run.trajectory.t.tolist() == times
     for name in ("x", "vx", "y", "vy", "P", "mode"):
-        actual, expected = getattr(through.trajectory, name), getattr(native.trajectory, name)
+        actual, expected = getattr(fmu_run.trajectory, name), getattr(native.trajectory, name)
         assert actual.dtype == expected.dtype
         assert actual == pytest.approx(expected, rel=1e-12, abs=1e-12)
-    for t, y in zip(times[1:], through.trajectory.y[1:], strict=True):
+    for t, y in zip(times[1:], fmu_run.trajectory.y[1:], strict=True):
         assert interpreted(t_end=t).final.y == y
-    assert_same(through, native)
+    assert_same(fmu_run, native)
 
 
 def test_a_dense_solution_can_be_had() -> None:
-    through = simulate(t_end=10.0, method="fmu", samples="dense")
+    fmu_run = simulate(t_end=10.0, method="fmu", samples="dense")
     native = interpreted(t_end=10.0, samples="dense")
-    assert through.solution is not None
+    assert fmu_run.solution is not None
     assert native.solution is not None
     times = np.linspace(0.0, 10.0, 997)
-    assert through.solution(times).y == pytest.approx(native.solution(times).y, abs=1e-8)
+    assert fmu_run.solution(times).y == pytest.approx(native.solution(times).y, abs=1e-8)
 
 
 @pytest.mark.parametrize("samples", [[1.0, 0.5], [-1.0], [11.0], []])
@@ -150,10 +150,10 @@ def test_unbounded_growth_ends_with_the_native_diagnosis() -> None:
     options: dict[str, Any] = {"separation": False, "t_end": 1e4}
     with pytest.raises(ComputationError) as native:
         interpreted(p, **options)
-    with pytest.raises(ComputationError) as through:
+    with pytest.raises(ComputationError) as fmu_run:
         simulate(p, method="fmu", step=100.0, **options)
-    assert native.value.why in through.value.why
-    assert through.value.advice == native.value.advice
+    assert native.value.why in fmu_run.value.why
+    assert fmu_run.value.advice == native.value.advice
 
 
 def test_too_many_communication_steps_are_refused_at_once() -> None:

@@ -18,16 +18,16 @@ from tests.support.fmu_instance import FmuInstance
 ORDER: Final = ("x", "y", "vx", "vy")
 STATES: Final = ("x", "vx", "y", "vy")
 COUNTS: Final = ("separations", "reattachments", "switches", "sticks", "mode")
-ALL: Final = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
+ALL_MODES: Final = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
 START: Final[State] = (2.0, 8.0, 1.0, 0.0)
 SCENES: Final = {
     "follows": (Parameters(v_belt=1.0), None),
-    "all": (ALL, START),
+    "all": (ALL_MODES, START),
     "at once": (Parameters(v_belt=0.0, mu_s=0.8), (0.5, 0.0, -0.4, 4.0)),
 }
 
 
-def values_of(p: Parameters, start: State | None) -> dict[str, float | bool]:
+def start_values(p: Parameters, start: State | None) -> dict[str, float | bool]:
     values: dict[str, float | bool] = {**p.as_dict(), "finite_belt": True}
     if start is not None:
         values["start_static"] = False
@@ -42,7 +42,7 @@ def test_an_importer_finds_the_native_switches(
 ) -> None:
     p, start = SCENES[scene]
     native = simulate(p, t_end=4.0, start=start or "static")
-    with exchanged(folder, **values_of(p, start)) as instance:
+    with exchanged(folder, **start_values(p, start)) as instance:
         state = integrated(instance, 4.0, late=late)
         *counts, mode = instance.get(*COUNTS)
         event_time = instance.get("last_event")
@@ -54,15 +54,15 @@ def test_an_importer_finds_the_native_switches(
     assert event_time == pytest.approx([native.changes[-1, 0]], abs=1e-8)
 
 
-def test_cvode_finds_them_too(fmu: Path) -> None:
-    native = simulate(ALL, t_end=5.0, start=START)
+def test_cvode_finds_the_native_switches_on_a_finite_belt(fmu: Path) -> None:
+    native = simulate(ALL_MODES, t_end=5.0, start=START)
     run = fmpy.simulate_fmu(
         str(fmu),
         stop_time=5.0,
         output_interval=0.05,
         relative_tolerance=1e-9,
         fmi_type="ModelExchange",
-        start_values=values_of(ALL, START),
+        start_values=start_values(ALL_MODES, START),
     )
     assert run["switches"][-1] == sum(native.events.transitions.values())
     assert run["sticks"][-1] == native.events.sticks
@@ -82,7 +82,7 @@ def set_states(instance: FmuInstance, x: float, vx: float, y: float, vy: float) 
 def test_every_guard_has_an_event_indicator_with_the_sign_of_the_mode(
     folder: Path,
 ) -> None:
-    with exchanged(folder, **values_of(ALL, START)) as instance:
+    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states(instance, 0.0, 1.5, -0.5, 0.1) == [Mode.FORWARD, -0.5, 0.5, 1.0, 1.0]
         assert set_states(instance, 0.0, 2.5, -0.5, 0.1) == [Mode.BACKWARD, -0.5, -0.5, 1.0, 1.0]
         assert set_states(instance, 0.0, 2.5, 0.5, 0.1) == [Mode.SEPARATED, 0.5, 1.0, 1.0, 1.0]
@@ -103,7 +103,7 @@ def test_every_guard_has_an_event_indicator_with_the_sign_of_the_mode(
         # Past v_r = 0 within the error of a low tolerance: v is set to the belt's speed.
         (Mode.FORWARD, 1.5, 2.01, (Mode.STICK, 2.0)),
         (Mode.BACKWARD, 2.5, 1.99, (Mode.STICK, 2.0)),
-        # As near, but on the side of the mode: the slider keeps sliding.
+        # As near, but v_r has the sign of the mode: the slider keeps sliding.
         (Mode.FORWARD, 1.5, 1.99, (Mode.FORWARD, 1.99)),
         (Mode.BACKWARD, 2.5, 2.01, (Mode.BACKWARD, 2.01)),
         # Far past v_r = 0: the importer set the state, so it is kept.
@@ -118,7 +118,7 @@ def test_a_slider_slightly_past_the_belt_speed_is_set_to_it_by_its_mode(
     folder: Path, mode: Mode, first_vx: float, vx: float, expected: tuple[Mode, float]
 ) -> None:
     # Static friction would hold the slider in this state.
-    with exchanged(folder, **values_of(ALL, START)) as instance:
+    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states(instance, 0.0, first_vx, -0.5, 0.1)[0] == mode
         assert set_states(instance, 0.0, vx, -0.5, 0.1)[0] == expected[0]
         assert instance.get("vx") == [expected[1]]
@@ -127,11 +127,11 @@ def test_a_slider_slightly_past_the_belt_speed_is_set_to_it_by_its_mode(
 @pytest.mark.parametrize(
     ("mode", "vx", "speed"), [("FORWARD", 1.99, 1.98), ("BACKWARD", 2.01, 2.02)]
 )
-def test_a_belt_speed_that_passes_the_slider_s_does_not_change_the_slider_s(
+def test_a_belt_speed_that_passes_the_slider_leaves_the_velocity_unchanged(
     folder: Path, mode: str, vx: float, speed: float
 ) -> None:
     opposite = Mode.BACKWARD if mode == "FORWARD" else Mode.FORWARD
-    with exchanged(folder, **values_of(ALL, START)) as instance:
+    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states(instance, 0.0, vx, -0.5, 0.1)[0] == Mode[mode]
         instance.fmi.enterEventMode()
         instance.set(v_belt=speed)
@@ -139,13 +139,13 @@ def test_a_belt_speed_that_passes_the_slider_s_does_not_change_the_slider_s(
         assert instance.get("mode", "vx") == [opposite, vx]
 
 
-def test_without_a_finite_belt_the_further_indicators_stay(folder: Path) -> None:
+def test_without_a_finite_belt_its_indicators_stay_one(folder: Path) -> None:
     with exchanged(folder) as instance:
         assert read(instance.fmi.getEventIndicators, INDICATORS)[1:] == [1.0, 1.0, 1.0]
 
 
 def test_the_belt_speed_may_change_during_stick_only_in_event_mode(folder: Path) -> None:
-    with exchanged(folder, **values_of(ALL, START)) as instance:
+    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
         fmi = instance.fmi
         assert set_states(instance, 0.0, 2.0, -0.5, 0.1)[0] == Mode.STICK
         instance.set(v_belt=2.0)
@@ -164,7 +164,7 @@ def test_the_belt_speed_may_change_during_stick_only_in_event_mode(folder: Path)
 
 UNKNOWNS: Final = ("vx", "vy", "ax", "ay", "P", "friction_slider", "friction_belt", "switching")
 KNOWNS: Final = (*ORDER, "F", "mu", "v_belt")
-PLACES: Final[dict[Mode, State]] = {
+STATES_BY_MODE: Final[dict[Mode, State]] = {
     Mode.SEPARATED: (0.1, 1.5, 0.5, 0.1),
     Mode.FORWARD: (0.1, 1.5, -0.5, 0.1),
     Mode.BACKWARD: (0.1, 2.3, -0.5, 0.1),
@@ -172,24 +172,24 @@ PLACES: Final[dict[Mode, State]] = {
 }
 
 
-@pytest.mark.parametrize("mode", PLACES)
+@pytest.mark.parametrize("mode", STATES_BY_MODE)
 def test_directional_derivatives_agree_with_differences_in_every_mode(
     folder: Path, mode: Mode
 ) -> None:
-    x, vx, y, vy = PLACES[mode]
-    at = np.array([x, y, vx, vy, 80.0, 0.7, 2.0])
+    x, vx, y, vy = STATES_BY_MODE[mode]
+    base_values = np.array([x, y, vx, vy, 80.0, 0.7, 2.0])
 
     def values(change: Any) -> Any:
-        states = at[:4] + change[:4]
+        states = base_values[:4] + change[:4]
         instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
-        F, mu, speed = at[4:] + change[4:]
+        F, mu, speed = base_values[4:] + change[4:]
         instance.fmi.enterEventMode()
         instance.set(F=F, mu=mu, v_belt=speed)
         outputs = np.array(instance.get(*UNKNOWNS))
         instance.fmi.enterContinuousTimeMode()
         return outputs
 
-    with exchanged(folder, **values_of(ALL, START)) as instance:
+    with exchanged(folder, **start_values(ALL_MODES, START)) as instance:
         assert set_states(instance, x, vx, y, vy)[0] == mode
         references = [[instance.references[n] for n in names] for names in (UNKNOWNS, KNOWNS)]
         rng = np.random.default_rng(1)
@@ -200,24 +200,26 @@ def test_directional_derivatives_agree_with_differences_in_every_mode(
             assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6)
 
 
-def forces(p: Parameters, state: State, mode: Mode) -> list[float]:
-    """Friction on the slider and horizontal acceleration, by the equations of motion."""
+def friction_and_acceleration(p: Parameters, state: State, mode: Mode) -> list[float]:
+    """Friction on the slider and horizontal acceleration from the equations of motion."""
     x, vx, y, _ = state
     friction = friction_force(p, state, mode)
     pull = p.c1 * vx + p.k1 * x + 0.5 * p.k3 * (x - y)
     return [friction, 0.0 if mode is Mode.STICK else (friction - pull) / p.m]
 
 
-@pytest.mark.parametrize("mode", PLACES)
-def test_derivatives_by_parameters_are_those_of_the_equations(folder: Path, mode: Mode) -> None:
-    state = PLACES[mode]
-    starts = values_of(ALL, state)
+@pytest.mark.parametrize("mode", STATES_BY_MODE)
+def test_derivatives_by_parameters_agree_with_the_equations(folder: Path, mode: Mode) -> None:
+    state = STATES_BY_MODE[mode]
+    starts = start_values(ALL_MODES, state)
     with FmuInstance(folder).begin(**starts) as instance:
         unknowns = [instance.references[name] for name in ("friction_slider", "ax")]
         for name in ("m", "k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"):
-            h = 1e-5 * getattr(ALL, name)
+            h = 1e-5 * getattr(ALL_MODES, name)
             ends = [
-                forces(ALL.with_values({name: getattr(ALL, name) + sign * h}), state, mode)
+                friction_and_acceleration(
+                    ALL_MODES.with_values({name: getattr(ALL_MODES, name) + sign * h}), state, mode
+                )
                 for sign in (1.0, -1.0)
             ]
             difference = [(high - low) / (2.0 * h) for high, low in zip(*ends, strict=True)]
@@ -228,7 +230,7 @@ def test_derivatives_by_parameters_are_those_of_the_equations(folder: Path, mode
 
 
 def test_derived_static_friction_has_no_derivative(folder: Path) -> None:
-    values = values_of(ALL.with_values({"mu_s": None}), PLACES[Mode.FORWARD])
+    values = start_values(ALL_MODES.with_values({"mu_s": None}), STATES_BY_MODE[Mode.FORWARD])
     with FmuInstance(folder).begin(**values) as instance:
         references = [[instance.references[n]] for n in ("friction_slider", "mu_s")]
         with pytest.raises(FMICallException, match="discard"):
@@ -245,13 +247,13 @@ TABLES: Final[dict[str, list[tuple[float, float]]]] = {
 
 @pytest.mark.parametrize("step", [1.0, 0.25])
 @pytest.mark.parametrize("settings", [{}, {"mu_s": 0.9, "v_s": 0.4}])
-def test_ramps_of_all_inputs_are_tables_of_the_native_solver(
+def test_input_ramps_give_the_motion_of_native_tables(
     folder: Path, step: float, settings: dict[str, float]
 ) -> None:
     course = course_of(Parameters(v_belt=1.0, **settings), TABLES)
     p, _ = course.after(0.0)
     records = []
-    with FmuInstance(folder).begin(**values_of(p, None)) as instance:
+    with FmuInstance(folder).begin(**start_values(p, None)) as instance:
         while instance.t < 10.0:
             p, rates = course.after(instance.t)
             instance.set(F=p.F, mu=p.mu, v_belt=p.v_belt or 0.0)
@@ -276,10 +278,10 @@ def test_ramps_of_all_inputs_are_tables_of_the_native_solver(
     assert Mode.STICK in modes
 
 
-def test_at_the_end_of_a_ramp_the_hold_is_that_of_the_ramp(folder: Path) -> None:
+def test_at_the_end_of_a_ramp_the_holding_force_includes_its_slope(folder: Path) -> None:
     p = Parameters(v_belt=0.5, mu_s=0.9)
     start: State = (0.0, 0.5, -1.0, 0.0)
-    with FmuInstance(folder).begin(**values_of(p, start)) as instance:
+    with FmuInstance(folder).begin(**start_values(p, start)) as instance:
         assert instance.get("mode", "sticks", "switches") == [Mode.STICK, 1.0, 0.0]
         instance.slope(v_belt=-0.5)
         instance.step(0.125)
@@ -298,7 +300,7 @@ def test_at_the_end_of_a_ramp_the_hold_is_that_of_the_ramp(folder: Path) -> None
 
 
 def test_a_ramp_of_friction_above_static_friction_is_refused(folder: Path) -> None:
-    with FmuInstance(folder).begin(**values_of(ALL, START)) as instance:
+    with FmuInstance(folder).begin(**start_values(ALL_MODES, START)) as instance:
         instance.slope(mu=0.2)
         with pytest.raises(FMICallException, match="discard"):
             instance.step(1.0)
@@ -315,7 +317,7 @@ def test_a_state_saved_on_a_ramp_in_stick_continues_with_the_same_bits(folder: P
     p = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
     names = [*STATES, "mode", "switches", "sticks", "last_event", "friction_slider"]
     with (
-        FmuInstance(folder).begin(**values_of(p, None)) as source,
+        FmuInstance(folder).begin(**start_values(p, None)) as source,
         FmuInstance(folder).begin() as restored,
     ):
         for number in range(40):
@@ -332,10 +334,10 @@ def test_a_state_saved_on_a_ramp_in_stick_continues_with_the_same_bits(folder: P
         assert source.get("sticks")[0] > 1.0
 
 
-def test_steps_in_parts_have_the_same_bits(folder: Path) -> None:
+def test_the_step_size_does_not_change_the_bits(folder: Path) -> None:
     runs = []
     for h in (2.0**-10, 2.0**-5, 1.0):
-        with FmuInstance(folder).begin(**values_of(ALL, START)) as instance:
+        with FmuInstance(folder).begin(**start_values(ALL_MODES, START)) as instance:
             for _ in range(round(4.0 / h)):
                 instance.step(h)
             runs.append(instance.get(*STATES, *COUNTS, "last_event", "friction_slider"))

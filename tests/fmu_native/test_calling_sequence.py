@@ -127,13 +127,13 @@ _UPDATE: Final = ctypes.CFUNCTYPE(
 
 
 @cache
-def token_of(model: str) -> bytes:
+def model_token(model: str) -> bytes:
     """GUID or instantiation token of a model; cached, as it depends on all sources."""
     return model_guid(model).encode()
 
 
 class _Callbacks(ctypes.Structure):
-    _fields_ = (("logger", _LOG_2), ("others", ctypes.c_void_p * 4))
+    _fields_ = (("logger", _LOG_2), ("further_callbacks", ctypes.c_void_p * 4))
 
 
 class Instance:
@@ -142,20 +142,20 @@ class Instance:
     def __init__(self, model: str, version: str, kind: str) -> None:
         self.library = ctypes.CDLL(str(next(NATIVE.glob(f"{model}.[sd]*"))))
         self.version, self.kind, self.log = version, kind, list[str]()
-        self.in_update: Callable[[bool], None] = lambda _: None
+        self.on_update: Callable[[bool], None] = lambda _: None
         table = MODELS[model]
-        of_role = {
+        references = {
             role: next(r for r, v in enumerate(table.variables) if v.role is role and is_real(v))
             for role in (Role.INPUT, Role.PARAMETER)
         }
-        self.input = ctypes.c_uint(of_role[Role.INPUT])
-        self.parameter = ctypes.c_uint(of_role[Role.PARAMETER])
+        self.input = ctypes.c_uint(references[Role.INPUT])
+        self.parameter = ctypes.c_uint(references[Role.PARAMETER])
         rate = next(r for r, v in enumerate(table.variables) if v.name in ("ax", "F_rate"))
         self.rate, self.time = ctypes.c_uint(rate), ctypes.c_uint(len(table.variables))
         self.states, self.indicators = STATES[model], INDICATORS[model]
-        self.room, self.saved_state = (ctypes.c_double * 8)(), ctypes.c_void_p()
+        self.buffer, self.saved_state = (ctypes.c_double * 8)(), ctypes.c_void_p()
         self.flags, self.size = (ctypes.c_bool * 32)(), ctypes.c_size_t()
-        token = token_of(model)
+        token = model_token(model)
         self.component = ctypes.c_void_p(
             self._instantiate_2(token) if version == "2" else self._instantiate_3(token)
         )
@@ -173,42 +173,50 @@ class Instance:
 
     def _instantiate_3(self, token: bytes) -> int | None:
         logger = _LOG_3(lambda *call: self.log.append(call[-1].decode()))
-        update = _UPDATE(lambda _, __, asks, *___: self.in_update(asks))
+        update = _UPDATE(lambda _, __, wants_inputs, *___: self.on_update(wants_inputs))
         self.callbacks = logger, update
-        head = (b"i", token, None, False, False)
+        common_arguments = (b"i", token, None, False, False)
         if self.kind == MODEL_EXCHANGE:
             make = self.library.fmi3InstantiateModelExchange
             make.restype = ctypes.c_void_p
-            return make(*head, None, logger)  # type: ignore[no-any-return]
+            return make(*common_arguments, None, logger)  # type: ignore[no-any-return]
         make = self.library.fmi3InstantiateCoSimulation
         make.restype = ctypes.c_void_p
         required = ctypes.byref(self.input), ctypes.c_size_t(1)
-        return make(*head, True, True, *required, None, logger, update)  # type: ignore[no-any-return]
+        return make(*common_arguments, True, True, *required, None, logger, update)  # type: ignore[no-any-return]
 
     def arguments(self, name: str) -> tuple[Any, ...]:
         """Valid arguments of a function in the states in which it is allowed."""
-        zero, step, unit, none = map(ctypes.c_double, (0.0, 0.01, 1.0, 0.0))
+        zero, step, unit, unused = map(ctypes.c_double, (0.0, 0.01, 1.0, 0.0))
         count = ctypes.c_size_t(1)
-        room, flags = self.room, self.flags
+        buffer, flags = self.buffer, self.flags
         start = (
-            (0, none, zero, 0, none) if self.version == "2" else (False, none, zero, False, none)
+            (0, unused, zero, 0, unused)
+            if self.version == "2"
+            else (False, unused, zero, False, unused)
         )
         counted = (count,) if self.version == "3" else ()
-        of_input = ctypes.byref(self.input), count
-        derivative = ctypes.byref(self.rate), count, *of_input, ctypes.byref(unit), *counted
+        input_arguments = ctypes.byref(self.input), count
+        derivative_arguments = (
+            ctypes.byref(self.rate),
+            count,
+            *input_arguments,
+            ctypes.byref(unit),
+            *counted,
+        )
         states, indicators = ctypes.c_size_t(self.states), ctypes.c_size_t(self.indicators)
         calls: dict[str, tuple[Any, ...]] = {
             "SetDebugLogging": (0, ctypes.c_size_t(0), None),
             "SetupExperiment": start,
             "EnterInitializationMode": start if self.version == "3" else (),
-            "GetReal": (*of_input, room),
-            "GetInteger": (*of_input, room),
-            "GetBoolean": (*of_input, room),
-            "SetReal": (*of_input, ctypes.byref(unit)),
+            "GetReal": (*input_arguments, buffer),
+            "GetInteger": (*input_arguments, buffer),
+            "GetBoolean": (*input_arguments, buffer),
+            "SetReal": (*input_arguments, ctypes.byref(unit)),
             "SetReal of a parameter": (ctypes.byref(self.parameter), count, ctypes.byref(unit)),
-            "GetFloat64": (*of_input, room, count),
-            "GetFloat64 of the time": (ctypes.byref(self.time), count, room, count),
-            "SetFloat64": (*of_input, ctypes.byref(unit), count),
+            "GetFloat64": (*input_arguments, buffer, count),
+            "GetFloat64 of the time": (ctypes.byref(self.time), count, buffer, count),
+            "SetFloat64": (*input_arguments, ctypes.byref(unit), count),
             "SetFloat64 of a parameter": (
                 *(ctypes.byref(self.parameter), count, ctypes.byref(unit), count),
             ),
@@ -218,33 +226,33 @@ class Instance:
             "SerializedFMUstateSize": (self.saved_state, ctypes.byref(self.size)),
             "GetFMUState": (ctypes.byref(self.saved_state),),
             "SetFMUState": (self.saved_state,),
-            "GetDirectionalDerivative": (*derivative, room, *counted),
-            "GetAdjointDerivative": (*derivative, room, *counted),
+            "GetDirectionalDerivative": (*derivative_arguments, buffer, *counted),
+            "GetAdjointDerivative": (*derivative_arguments, buffer, *counted),
             "GetAdjointDerivative of nothing": (None, ctypes.c_size_t(0)) * 4,
-            "NewDiscreteStates": (room,),
-            "UpdateDiscreteStates": (*(ctypes.byref(flags, n) for n in range(5)), room),
+            "NewDiscreteStates": (buffer,),
+            "UpdateDiscreteStates": (*(ctypes.byref(flags, n) for n in range(5)), buffer),
             "CompletedIntegratorStep": (1, flags, ctypes.byref(flags, 8)),
             "SetTime": (zero,),
             "SetContinuousStates": ((ctypes.c_double * 4)(), states),
-            "GetContinuousStates": (room, states),
-            "GetDerivatives": (room, states),
-            "GetContinuousStateDerivatives": (room, states),
-            "GetNominalsOfContinuousStates": (room, states),
-            "GetEventIndicators": (room, indicators),
+            "GetContinuousStates": (buffer, states),
+            "GetDerivatives": (buffer, states),
+            "GetContinuousStateDerivatives": (buffer, states),
+            "GetNominalsOfContinuousStates": (buffer, states),
+            "GetEventIndicators": (buffer, indicators),
             "GetNumberOfContinuousStates": (ctypes.byref(self.size),),
             "GetNumberOfEventIndicators": (ctypes.byref(self.size),),
             "SetRealInputDerivatives": (
-                *(*of_input, ctypes.byref(ctypes.c_int(1)), ctypes.byref(none)),
+                *(*input_arguments, ctypes.byref(ctypes.c_int(1)), ctypes.byref(unused)),
             ),
             "DoStep": (zero, step, True),
-            "GetStatus": (0, room),
-            "GetRealStatus": (2, room),
-            "GetIntegerStatus": (1, room),
-            "GetBooleanStatus": (3, room),
-            "GetStringStatus": (1, room),
+            "GetStatus": (0, buffer),
+            "GetRealStatus": (2, buffer),
+            "GetIntegerStatus": (1, buffer),
+            "GetBooleanStatus": (3, buffer),
+            "GetStringStatus": (1, buffer),
         }
         if name == "DoStep" and self.version == "3":
-            return (*calls[name], *(ctypes.byref(flags, n) for n in range(3)), room)
+            return (*calls[name], *(ctypes.byref(flags, n) for n in range(3)), buffer)
         return calls.get(name, ())
 
     def call(self, name: str) -> int:
@@ -262,11 +270,11 @@ class Instance:
             return self.call(name)
         statuses: list[int] = []
 
-        def answer(asks: bool) -> None:
-            if asks == (phase == "U") and not statuses:
+        def answer(wants_inputs: bool) -> None:
+            if wants_inputs == (phase == "U") and not statuses:
                 statuses.append(self.call(name))
 
-        self.in_update = answer
+        self.on_update = answer
         assert self.call("DoStep") == 0
         return statuses[0]
 

@@ -28,11 +28,11 @@ from fmu_src.build.c_sources import install_name_options, sources
 needs_zig = pytest.mark.skipif(
     find_spec("ziglang") is None, reason="ziglang is not installed (extra cross)"
 )
-# First bytes of a binary: ELF and its processor, DOS, Mach-O of 64 bits and its processor.
+# Processors in the header of 64-bit Mach-O binaries.
 _X86, _ARM = 0x01000007, 0x0100000C
 # Load commands of Mach-O: the library's install name, and the minimum version of the system.
 _ID_DYLIB, _BUILD_VERSION = 0x0D, 0x32
-BEGIN = {
+FIRST_BYTES = {
     "linux64/SliderBelt.so": b"\x7fELF",
     "win64/SliderBelt.dll": b"MZ",
     "darwin64/SliderBelt.dylib": struct.pack("<II", 0xFEEDFACF, _X86),
@@ -44,14 +44,14 @@ PLATFORMS = ("linux64", "win64", "darwin64", "aarch64-linux", "aarch64-windows",
 _ELF_ARM = 183
 
 
-def processor_of(library: bytes) -> int:
+def elf_processor(library: bytes) -> int:
     """The processor of an ELF library."""
     (machine,) = struct.unpack_from("<H", library, 18)
     return int(machine)
 
 
-class Commands:
-    """Stands in for a compiler: records its calls and writes an empty output file."""
+class RecordingCompiler:
+    """Replaces the compiler: records its calls and writes an empty output file."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.calls: list[tuple[Path | None, Mapping[str, str], list[str]]] = []
@@ -71,7 +71,7 @@ class Commands:
 def test_the_build_hook_compiles_for_the_same_macos(
     system: str, processor: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compiler, library = Commands(monkeypatch), tmp_path / "SliderBelt.dylib"
+    compiler, library = RecordingCompiler(monkeypatch), tmp_path / "SliderBelt.dylib"
     plan = hatch_build._Plan({"unit": []}, {library: ["unit"]})
     hatch_build._compile([lambda *_: plan], "cc", ["cc"])
     assert set(install_name_options(library.name)) <= set(compiler.calls[-1][2])
@@ -91,7 +91,7 @@ def test_the_build_hook_compiles_for_the_same_macos(
         ({"XDG_CACHE_HOME": "file"}, None),
     ],
 )
-def test_a_second_build_finds_the_text_and_the_cache_of_the_first(
+def test_a_second_build_reuses_the_sources_and_the_cache_of_the_first(
     variables: dict[str, str],
     folder: str | None,
     tmp_path: Path,
@@ -104,7 +104,7 @@ def test_a_second_build_finds_the_text_and_the_cache_of_the_first(
         monkeypatch.setenv(name, str(tmp_path / value))
     monkeypatch.setattr(os, "name", "posix")
     monkeypatch.setattr(cross_compilation, "find_spec", lambda _: True)
-    compiler = Commands(monkeypatch)
+    compiler = RecordingCompiler(monkeypatch)
     for _ in range(2):
         cross_compilation.compile_binary("SliderBelt", "win64")
     folders = {(cwd, env["ZIG_GLOBAL_CACHE_DIR"]) for cwd, env, _ in compiler.calls}
@@ -113,13 +113,13 @@ def test_a_second_build_finds_the_text_and_the_cache_of_the_first(
         assert len(folders) == 2
         assert not any(Path(cache).exists() for _, cache in folders)
         return
-    ((text, cache),) = folders
+    ((source_folder, cache),) = folders
     assert cache == str(tmp_path / folder)
-    assert text is not None
-    assert text.is_relative_to(cache)
-    assert {file.name: file.read_text(encoding="utf-8") for file in text.iterdir()} == sources(
-        "SliderBelt"
-    )
+    assert source_folder is not None
+    assert source_folder.is_relative_to(cache)
+    assert {
+        file.name: file.read_text(encoding="utf-8") for file in source_folder.iterdir()
+    } == sources("SliderBelt")
     half = len(compiler.calls) // 2
     first, second = (
         [[Path(argument).name for argument in command] for _, _, command in calls]
@@ -131,11 +131,11 @@ def test_a_second_build_finds_the_text_and_the_cache_of_the_first(
 def load_commands(library: bytes) -> dict[int, bytes]:
     """The load commands of a Mach-O library of 64 bits, by their numbers."""
     (count,) = struct.unpack_from("<16xI", library)
-    commands, at = {}, 32
+    commands, offset = {}, 32
     for _ in range(count):
-        number, size = struct.unpack_from("<II", library, at)
-        commands[number] = library[at : at + size]
-        at += size
+        number, size = struct.unpack_from("<II", library, offset)
+        commands[number] = library[offset : offset + size]
+        offset += size
     return commands
 
 
@@ -157,14 +157,14 @@ def test_libraries_for_macos_are_for_version_11_and_the_same_from_any_folder(
     # The second build compiles nothing.
     assert files[2] == files[1] != {}
     commands = load_commands(libraries[0])
-    (least,) = struct.unpack_from("<12xI", commands[_BUILD_VERSION])
-    assert least == 11 << 16
+    (minimum_version,) = struct.unpack_from("<12xI", commands[_BUILD_VERSION])
+    assert minimum_version == 11 << 16
     (start,) = struct.unpack_from("<8xI", commands[_ID_DYLIB])
     assert commands[_ID_DYLIB][start:].rstrip(b"\0") == b"@rpath/BrakeActuator.dylib"
     assert str(tmp_path).encode() not in libraries[0]
 
 
-def test_without_ziglang_its_extra_is_named(
+def test_without_ziglang_the_message_names_its_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cross_compilation, "find_spec", lambda _name: None)
@@ -182,20 +182,20 @@ def test_one_fmu_holds_binaries_of_several_platforms(tmp_path: Path) -> None:
     assert check_fmu(fmu) == []
     with zipfile.ZipFile(fmu) as archive:
         binaries = {name for name in archive.namelist() if name.startswith("binaries/")}
-        assert binaries == {f"binaries/{name}" for name in BEGIN}
-        for name, begin in BEGIN.items():
+        assert binaries == {f"binaries/{name}" for name in FIRST_BYTES}
+        for name, first_bytes in FIRST_BYTES.items():
             binary = archive.read(f"binaries/{name}")
-            assert binary.startswith(begin), name
+            assert binary.startswith(first_bytes), name
             for function in (b"fmi2DoStep", b"fmi2SerializeFMUstate", b"fmi3DoStep"):
                 assert function in binary, name
-        assert processor_of(archive.read("binaries/aarch64-linux/SliderBelt.so")) == _ELF_ARM
-        assert processor_of(archive.read("binaries/linux64/SliderBelt.so")) != _ELF_ARM
+        assert elf_processor(archive.read("binaries/aarch64-linux/SliderBelt.so")) == _ELF_ARM
+        assert elf_processor(archive.read("binaries/linux64/SliderBelt.so")) != _ELF_ARM
 
 
 @pytest.mark.parametrize(
     ("fmi", "folders"), [("2", {"aarch64-linux", "linux64"}), ("3", {"aarch64-linux"})]
 )
-def test_on_arm_binaries_stand_where_importers_look_for_them(
+def test_arm_binaries_are_in_the_folders_that_importers_search(
     fmi: str, folders: set[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(native, "_machine", lambda: ("linux", "aarch64"))
@@ -229,8 +229,8 @@ def assert_native_bits(program: str, host: Path) -> None:
 
 
 @pytest.fixture
-def sources_of_host(tmp_path: Path) -> list[str]:
-    """C sources of a program that runs the FMU."""
+def host_arguments(tmp_path: Path) -> list[str]:
+    """Compiler arguments for a program that runs the FMU."""
     for name, text in sources("SliderBelt").items():
         tmp_path.joinpath(name).write_text(text, encoding="utf-8")
     headers = Path(fmpy.__file__).parent / "c-code"
@@ -243,14 +243,14 @@ def sources_of_host(tmp_path: Path) -> list[str]:
 @pytest.mark.whole
 @pytest.mark.host
 def test_the_binary_for_windows_has_the_native_bits(
-    tmp_path: Path, sources_of_host: list[str]
+    tmp_path: Path, host_arguments: list[str]
 ) -> None:
     wine = shutil.which("wine")
     if wine is None:
         pytest.skip("there is no wine")
     host, library = tmp_path / "host.exe", tmp_path / "SliderBelt.dll"
     library.write_bytes(cross_compilation.compile_binary("SliderBelt", "win64"))
-    flags = ["-target", "x86_64-windows-gnu", *sources_of_host, str(library)]
+    flags = ["-target", "x86_64-windows-gnu", *host_arguments, str(library)]
     cross_compilation._run_compiler(tmp_path, *flags, "-o", str(host))
     assert_native_bits(wine, host)
 
@@ -258,12 +258,12 @@ def test_the_binary_for_windows_has_the_native_bits(
 @needs_zig
 @pytest.mark.whole
 @pytest.mark.host
-def test_on_arm_it_has_the_native_bits(tmp_path: Path, sources_of_host: list[str]) -> None:
+def test_the_binary_for_arm_has_the_native_bits(tmp_path: Path, host_arguments: list[str]) -> None:
     qemu = shutil.which("qemu-aarch64") or shutil.which("qemu-aarch64-static")
     if qemu is None:
         pytest.skip("there is no qemu-aarch64")
     host = tmp_path / "host"
     units = [str(path) for path in tmp_path.glob("*.c")]
-    flags = ["-target", "aarch64-linux-musl", "-static", *sources_of_host, *units, "-lm"]
+    flags = ["-target", "aarch64-linux-musl", "-static", *host_arguments, *units, "-lm"]
     cross_compilation._run_compiler(tmp_path, *flags, "-o", str(host))
     assert_native_bits(qemu, host)

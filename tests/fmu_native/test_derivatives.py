@@ -102,7 +102,7 @@ def slave(folder: Path, **values: float | bool) -> Iterator[Slave]:
     instance.fmi.freeInstance()
 
 
-def interpreted(values: Mapping[str, float | bool]) -> Any:
+def interpreted_unknowns(values: Mapping[str, float | bool]) -> Any:
     """The unknowns at the start, by the model of the Python FMU."""
     instance = SliderBeltInstance(instance_name="twin")
     for name, value in values.items():
@@ -117,15 +117,18 @@ def interpreted(values: Mapping[str, float | bool]) -> Any:
     return np.array(instance.get_real([REFERENCES[name] for name in UNKNOWNS]))
 
 
-def difference(at: Mapping[str, float | bool], name: str) -> Any:
+def central_difference(base_values: Mapping[str, float | bool], name: str) -> Any:
     """Derivative of the unknowns by a start value or parameter, from central differences."""
-    h = 1e-5 * max(abs(at[name]), 1.0)
-    ends = [interpreted({**at, name: at[name] + sign * h}) for sign in (1.0, -1.0)]
+    h = 1e-5 * max(abs(base_values[name]), 1.0)
+    ends = [
+        interpreted_unknowns({**base_values, name: base_values[name] + sign * h})
+        for sign in (1.0, -1.0)
+    ]
     return (ends[0] - ends[1]) / (2.0 * h)
 
 
 @pytest.mark.parametrize("t", [0.4, 2.5])
-def test_at_a_communication_point_they_are_those_of_the_interpreted_model(
+def test_derivatives_at_a_communication_point_agree_with_the_interpreted_model(
     extracted: Path, t: float
 ) -> None:
     with slave(extracted, **VALUES) as instance:
@@ -144,9 +147,9 @@ def test_at_a_communication_point_they_are_those_of_the_interpreted_model(
             instance.set({name: VALUES[name]})
             assert partials[:, column] == pytest.approx((ends[0] - ends[1]) / 2e-3, abs=1e-9), name
     starts = {f"{name}_start": value for name, value in states.items()}
-    at = {**VALUES, **starts, "start_static": False}
+    base_values = {**VALUES, **starts, "start_static": False}
     for column, name in enumerate(KNOWNS):
-        exact = difference(at, f"{name}_start" if name in STATES else name)
+        exact = central_difference(base_values, f"{name}_start" if name in STATES else name)
         assert partials[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
     mode = Mode.CONTACT if states["y"] < 0.0 else Mode.SEPARATED
     assert (mode is Mode.CONTACT) == (t == 0.4)
@@ -156,7 +159,7 @@ def test_at_a_communication_point_they_are_those_of_the_interpreted_model(
 
 
 @pytest.mark.parametrize("force", [60.0, -20.0])
-def test_in_initialization_mode_they_are_those_of_the_initial_values(
+def test_derivatives_in_initialization_mode_are_those_of_the_initial_values(
     extracted: Path, force: float
 ) -> None:
     knowns = (*INPUTS, *PARAMETERS)
@@ -164,14 +167,14 @@ def test_in_initialization_mode_they_are_those_of_the_initial_values(
     with slave(extracted, **values) as instance:
         jacobian = instance.matrix(knowns)
     for column, name in enumerate(knowns):
-        exact = difference(values, name)
+        exact = central_difference(values, name)
         assert jacobian[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
         change = static_start_change(System(Parameters(**values)), name)
-        at = [UNKNOWNS.index(state) for state in STATES]
-        assert jacobian[at, column] == pytest.approx(change, rel=1e-12), name
+        base_values = [UNKNOWNS.index(state) for state in STATES]
+        assert jacobian[base_values, column] == pytest.approx(change, rel=1e-12), name
 
 
-def test_given_start_values_are_knowns_of_the_initial_values(extracted: Path) -> None:
+def test_start_values_are_knowns_in_initialization_mode(extracted: Path) -> None:
     starts = {"x_start": 0.2, "vx_start": -1.0, "y_start": -0.7, "vy_start": 0.3}
     values = {**VALUES, **starts, "start_static": False}
     knowns = (*starts, *INPUTS, *PARAMETERS)
@@ -181,7 +184,7 @@ def test_given_start_values_are_knowns_of_the_initial_values(extracted: Path) ->
             instance.derivatives(("x",), [1.0])
         assert "must be that of an input or Real parameter" in instance.log[-1]
     for column, name in enumerate(knowns):
-        exact = difference(values, name)
+        exact = central_difference(values, name)
         assert jacobian[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
 
 
@@ -203,7 +206,7 @@ def dependencies(folder: Path, tag: str) -> dict[str, set[str]]:
 
 
 def test_the_description_lists_the_available_derivatives(extracted: Path) -> None:
-    claimed = {**dependencies(extracted, "Output"), **dependencies(extracted, "Derivative")}
+    declared = {**dependencies(extracted, "Output"), **dependencies(extracted, "Derivative")}
     is_3 = 'fmiVersion="3.0"' in (extracted / "modelDescription.xml").read_text()
     parameters = (*PARAMETERS, "mu_s", "v_s") if is_3 else ()
     knowns = (*STATES, *INPUTS, "v_belt", *parameters)
@@ -219,7 +222,7 @@ def test_the_description_lists_the_available_derivatives(extracted: Path) -> Non
                 nonzero[unknown] |= {name for name, value in pairs if value}
     for unknown in UNKNOWNS:
         # vx is both a derivative and a state that is an output.
-        assert nonzero[unknown] == claimed[unknown], unknown
+        assert nonzero[unknown] == declared[unknown], unknown
 
 
 def test_unavailable_derivatives_are_refused(extracted: Path) -> None:
@@ -237,14 +240,14 @@ def test_unavailable_derivatives_are_refused(extracted: Path) -> None:
             assert message in instance.log[-1]
 
 
-def test_those_of_the_brake_actuator_are_of_its_equation(tmp_path: Path) -> None:
+def test_derivatives_of_the_brake_actuator_follow_from_its_equation(tmp_path: Path) -> None:
     fmu = build_fmu(tmp_path / "a.fmu", component="brake-actuator", flavour="native")
     fmpy.extract(str(fmu), str(tmp_path / "a"))
     values = {"command": 100.0, "P": 30.0, "tau": 0.2, "gain": 0.5, "F_start": 10.0}
     with FmuInstance(tmp_path / "a") as actuator:
         rate = [actuator.references["F_rate"]]
 
-        def by(name: str) -> float:
+        def derivative_by(name: str) -> float:
             derivative: list[float] = actuator.fmi.getDirectionalDerivative(
                 rate, [actuator.references[name]], [1.0]
             )
@@ -253,11 +256,13 @@ def test_those_of_the_brake_actuator_are_of_its_equation(tmp_path: Path) -> None
         actuator.set(**values)
         actuator.fmi.setupExperiment()
         actuator.fmi.enterInitializationMode()
-        assert by("F_start") == pytest.approx(-5.0)
+        assert derivative_by("F_start") == pytest.approx(-5.0)
         actuator.fmi.exitInitializationMode()
         actuator.step(0.1)
         force, slope = actuator.get("F", "F_rate")
-        goal = 100.0 + 0.5 * (100.0 - 30.0)
-        assert slope == pytest.approx((goal - force) / 0.2)
-        assert [by("command"), by("P"), by("F")] == pytest.approx([7.5, -2.5, -5.0])
-        assert [by("gain"), by("tau")] == pytest.approx([350.0, -slope / 0.2])
+        target_force = 100.0 + 0.5 * (100.0 - 30.0)
+        assert slope == pytest.approx((target_force - force) / 0.2)
+        assert [derivative_by("command"), derivative_by("P"), derivative_by("F")] == pytest.approx(
+            [7.5, -2.5, -5.0]
+        )
+        assert [derivative_by("gain"), derivative_by("tau")] == pytest.approx([350.0, -slope / 0.2])

@@ -40,7 +40,7 @@ def test_the_same_project_builds_the_same_bytes(fmu: Path, tmp_path: Path) -> No
     assert again.read_bytes() == fmu.read_bytes()
 
 
-def test_its_reference_run_is_reproduced(fmu: Path, folder: Path) -> None:
+def test_the_fmu_reproduces_its_reference_run(fmu: Path, folder: Path) -> None:
     table = np.genfromtxt(folder / "extra" / "SliderBelt_ref.csv", delimiter=",", names=True)
     rows = np.genfromtxt(folder / "extra" / "SliderBelt_in.csv", delimiter=",", names=True)
     result = fmpy.simulate_fmu(
@@ -85,7 +85,7 @@ def test_only_functions_of_fmi_are_exported(folder: Path) -> None:
         ({"flavour": "native", "component": "wheel"}, "unknown component 'wheel'"),
     ],
 )
-def test_what_there_is_not_is_refused(
+def test_unsupported_options_are_refused(
     options: dict[str, Any], message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=re.escape(message)):
@@ -104,7 +104,7 @@ def test_without_a_binary_the_reason_is_reported(
     assert "there is no compiler" in str(native_failure())
 
 
-def test_a_binary_of_another_text_is_refused(
+def test_a_binary_of_other_sources_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(native, "build_name", lambda: "0" * 32)

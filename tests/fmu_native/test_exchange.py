@@ -42,7 +42,7 @@ def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) ->
     assert np.all(run["P"] >= -1e-6)
 
 
-def test_an_importer_that_restarts_only_on_request_is_right(folder: Path) -> None:
+def test_an_importer_that_restarts_only_on_request_finds_the_native_switches(folder: Path) -> None:
     native = simulate(t_end=20.0)
     with exchanged(folder) as instance:
         state = integrated(instance, 20.0)
@@ -54,7 +54,7 @@ def test_an_importer_that_restarts_only_on_request_is_right(folder: Path) -> Non
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e7])
-def test_the_nearness_of_a_switch_scales_with_the_motion(folder: Path, scale: float) -> None:
+def test_the_tolerance_of_a_switch_scales_with_the_motion(folder: Path, scale: float) -> None:
     # y, ẏ and the mode after the event: within rounding of y = 0 the sign of ẏ decides.
     cases = [(1e-12, -1.0, 1.0), (-1e-12, 1.0, 0.0), (1e-4, -1.0, 0.0), (-1e-4, 1.0, 1.0)]
     for y, vy, mode in cases:
@@ -81,19 +81,19 @@ def test_at_a_switch_y_is_zero_and_the_indicator_is_on_the_side_of_the_mode(fold
 
 
 @pytest.mark.parametrize("y", [-0.9, 0.4])
-def test_directional_derivatives_are_those_of_differences(folder: Path, y: float) -> None:
+def test_directional_derivatives_agree_with_differences(folder: Path, y: float) -> None:
     knowns = [*STATES, "F", "mu"]
     unknowns = [*DERIVATIVES, "P", "friction_slider", "friction_belt", "switching", "mode"]
-    at = np.array([0.5, y, -1.0, 0.3])
+    base_states = np.array([0.5, y, -1.0, 0.3])
 
     def values(change: np.ndarray) -> np.ndarray:
-        states = at + change[:4]
+        states = base_states + change[:4]
         instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
         instance.set(F=60.0 + change[4], mu=0.9 + change[5])
         return np.array(instance.get(*unknowns))
 
     with exchanged(folder, **VALUES) as instance:
-        instance.fmi.setContinuousStates(at.ctypes.data_as(FLOATS), 4)
+        instance.fmi.setContinuousStates(base_states.ctypes.data_as(FLOATS), 4)
         instance.fmi.enterEventMode()
         instance.fmi.newDiscreteStates()
         instance.fmi.enterContinuousTimeMode()
@@ -110,10 +110,10 @@ def test_forbidden_calls_are_refused_and_change_nothing(folder: Path) -> None:
     with exchanged(folder) as instance:
         fmi, references = instance.fmi, instance.references
         before = read(fmi.getContinuousStates, 4)
-        bad = np.array([0.0, np.nan, 0.0, 0.0])
+        states_with_nan = np.array([0.0, np.nan, 0.0, 0.0])
         wrong = {
             "y = nan: must be a finite number": lambda: fmi.setContinuousStates(
-                bad.ctypes.data_as(FLOATS), 4
+                states_with_nan.ctypes.data_as(FLOATS), 4
             ),
             "3 numbers: must be 4": lambda: read(fmi.getContinuousStates, 3),
             "time = inf: must be a finite number": lambda: fmi.setTime(np.inf),
@@ -141,10 +141,10 @@ def test_values_beyond_the_floating_point_range_are_discarded(folder: Path) -> N
     with exchanged(folder, **parameters) as instance:
         fmi = instance.fmi
         assert instance.get("mode") == [Mode.STICK]
-        near = read(fmi.getContinuousStates, 4)
+        initial_states = read(fmi.getContinuousStates, 4)
         values = instance.get(*STATES, "P"), read(fmi.getEventIndicators, INDICATORS)
-        far = np.array([0.0, -1e200, 0.0, 0.0])
-        fmi.setContinuousStates(far.ctypes.data_as(FLOATS), 4)
+        large_states = np.array([0.0, -1e200, 0.0, 0.0])
+        fmi.setContinuousStates(large_states.ctypes.data_as(FLOATS), 4)
         calls: dict[str, Callable[[], object]] = {
             "P": lambda: instance.get("y", "P"),
             "ay": lambda: read(fmi.getDerivatives, 4),
@@ -156,11 +156,11 @@ def test_values_beyond_the_floating_point_range_are_discarded(folder: Path) -> N
             assert refused.value.status == DISCARD
             assert instance.log[-1] == f"{name} grows beyond the floating-point range"
         assert instance.get("y") == [-1e200]
-        fmi.setContinuousStates(np.array(near).ctypes.data_as(FLOATS), 4)
+        fmi.setContinuousStates(np.array(initial_states).ctypes.data_as(FLOATS), 4)
         assert values == (instance.get(*STATES, "P"), read(fmi.getEventIndicators, INDICATORS))
 
 
-def test_a_saved_state_brings_back_mode_and_counts(folder: Path) -> None:
+def test_a_saved_state_restores_mode_and_counts(folder: Path) -> None:
     with exchanged(folder) as instance, exchanged(folder) as restored:
         integrated(instance, 5.0)
         saved = instance.fmi.getFMUstate()
@@ -176,42 +176,49 @@ def test_a_saved_state_brings_back_mode_and_counts(folder: Path) -> None:
         restored.fmi.freeFMUstate(copy)
 
 
-def forged(state: bytes, index: int, value: float) -> bytes:
+def replace_number(state: bytes, index: int, value: float) -> bytes:
     """A serialised state with one number replaced and the checksum updated."""
     head = 48 + 8 * index
     changed = state[:head] + struct.pack("<d", value) + state[head + 8 : -4]
     return changed + struct.pack("<I", zlib.crc32(changed))
 
 
-def test_bytes_with_a_number_that_no_state_has_are_refused(folder: Path) -> None:
-    flags = {"set up": 2, "begun": 3, "sloped": 4, "left": 5, "pending": 6}
-    beyond: dict[str, tuple[int, tuple[float, ...]]] = {
+def test_serialised_states_with_invalid_numbers_are_refused(folder: Path) -> None:
+    # Indices of the flags in the serialised numbers.
+    flags = {"set up": 2, "motion": 3, "slopes": 4, "inputs unchanged": 5, "switch pending": 6}
+    invalid_numbers: dict[str, tuple[int, tuple[float, ...]]] = {
         name: (index, (-1.0, 0.5, 2.0, math.nan)) for name, index in flags.items()
     }
-    beyond |= {"type": (0, (2.0, 0.5)), "phase": (1, (-1.0, 0.5, 100.0)), "stop": (8, (-1.0,))}
-    beyond |= {"tolerance": (9, (0.9e-13, 1.1e-2, 0.0)), "time": (10, (math.inf,))}
+    invalid_numbers |= {
+        "type": (0, (2.0, 0.5)),
+        "phase": (1, (-1.0, 0.5, 100.0)),
+        "stop": (8, (-1.0,)),
+    }
+    invalid_numbers |= {"tolerance": (9, (0.9e-13, 1.1e-2, 0.0)), "time": (10, (math.inf,))}
     with exchanged(folder) as instance:
-        of_variables = {
+        invalid_parameters = {
             "m": (0.0, -1.0, 1.1e9),
             "k3": (-1e-9, 1.1e12),
             "F": (-1.1e9, 1.1e9, math.nan),
             "mu": (-1e-9, 101.0),
             "separation": (0.5, 2.0),
         }
-        beyond |= {n: (11 + instance.references[n], v) for n, v in of_variables.items()}
+        invalid_numbers |= {
+            n: (11 + instance.references[n], v) for n, v in invalid_parameters.items()
+        }
         saved = instance.fmi.getFMUstate()
         state = bytes(instance.fmi.serializeFMUstate(saved))
-        for name, (index, values) in beyond.items():
+        for name, (index, values) in invalid_numbers.items():
             (value,) = struct.unpack_from("<d", state, 48 + 8 * index)
-            assert forged(state, index, value) == state, name
+            assert replace_number(state, index, value) == state, name
             for wrong in values:
                 with pytest.raises(FMICallException):
-                    instance.fmi.deSerializeFMUstate(forged(state, index, wrong))
+                    instance.fmi.deSerializeFMUstate(replace_number(state, index, wrong))
                 assert "the serialised FMU state is damaged" in instance.log[-1], (name, wrong)
         instance.fmi.freeFMUstate(saved)
 
 
-def test_the_brake_actuator_exchanges_its_model_too(tmp_path: Path) -> None:
+def test_both_interfaces_of_the_brake_actuator_give_the_exact_solution(tmp_path: Path) -> None:
     fmu = build_fmu(tmp_path / "a.fmu", component="brake-actuator", flavour="native")
     runs = [
         fmpy.simulate_fmu(
@@ -229,7 +236,7 @@ def test_the_brake_actuator_exchanges_its_model_too(tmp_path: Path) -> None:
     assert ends == pytest.approx([exact] * 2, rel=1e-6)
 
 
-def test_the_brake_actuator_gives_finite_values_or_none(tmp_path: Path) -> None:
+def test_the_brake_actuator_gives_only_finite_values(tmp_path: Path) -> None:
     fmu = build_fmu(tmp_path / "a.fmu", component="brake-actuator", flavour="native")
     fmpy.extract(str(fmu), str(tmp_path / "a"))
     with FmuInstance(tmp_path / "a").begin(tau=1e-12, gain=0.0, P=30.0) as actuator:

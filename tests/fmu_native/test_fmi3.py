@@ -112,7 +112,7 @@ def test_event_indicators_are_separate_local_variables(folder: Path) -> None:
             assert read_values == pytest.approx(guards, rel=1e-14)
 
 
-def run_to_events(folder: Path, t_end: float, **values: Any) -> list[tuple[float, ...]]:
+def record_events(folder: Path, t_end: float, **values: Any) -> list[tuple[float, ...]]:
     """Time, mode before and after, and number of sticks, at every event of a run."""
     events = []
     with instance(folder, events=True, **values) as model:
@@ -135,7 +135,7 @@ def test_stick_and_slip_are_announced_as_events(folder: Path) -> None:
     flags = {"finite_belt": True, "start_static": False}
     values: dict[str, Any] = {**p.as_dict(), **starts, **flags}
     native = simulate(p, t_end=6.0, start=start)
-    events = run_to_events(folder, 6.0, **values)
+    events = record_events(folder, 6.0, **values)
     assert [event[:3] for event in events] == [tuple(change) for change in native.mode_changes]
     assert events[-1][3] == native.events.sticks
     assert {event[2] for event in events} == {Mode.SEPARATED, *list(Mode)[2:]}
@@ -222,7 +222,7 @@ def test_mode_and_counts_change_in_the_event_mode(folder: Path) -> None:
         assert read(model, *COUNTS) == [0.0, 1.0, 0.0, first]
 
 
-def test_a_step_that_ends_at_a_switch_is_no_early_return(folder: Path) -> None:
+def test_a_step_that_ends_at_a_switch_does_not_return_early(folder: Path) -> None:
     first = float(simulate(t_end=5.0, kernel="compiled").switch_times[0])
     with instance(folder, events=True) as model:
         model.enterStepMode()
@@ -256,7 +256,7 @@ def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) ->
     assert run["y"][-1] == pytest.approx(native.final.y, abs=error)
 
 
-def test_adjoint_and_directional_derivatives_are_of_one_jacobian(folder: Path) -> None:
+def test_adjoint_and_directional_derivatives_share_one_jacobian(folder: Path) -> None:
     unknowns = [REFERENCES[name] for name in ("vx", "vy", "ax", "ay", "P", "friction_slider")]
     knowns = [REFERENCES[name] for name in (*STATES, "F", "mu")]
     with instance(folder, events=False, kind="ModelExchange") as model:
@@ -297,7 +297,7 @@ def test_variables_are_read_by_their_types(folder: Path) -> None:
         assert model.getBoolean([REFERENCES["separation"]]) == [True]
 
 
-def test_what_there_is_not_is_refused(folder: Path) -> None:
+def test_unsupported_calls_are_refused(folder: Path) -> None:
     with instance(folder, events=False) as model:
         wrong = {
             "no variable is of type Float32": lambda: model.getFloat32([0]),

@@ -25,13 +25,13 @@ pytestmark = [
 ]
 ROOT = Path(__file__).parents[2]
 HEADERS = Path(fmpy.__file__).parent / "c-code"
-# Without fused multiply-add the bits of a run are those of the source.
+# Fused multiply-add would change the bits of a run.
 OPTIONS = ("-std=c11", "-Wall", "-Wno-psabi", "-ffp-contract=off", f"-I{HEADERS}")
 
 
 @pytest.fixture(scope="module")
 def compiler() -> list[str]:
-    """A compiler of C."""
+    """The command of a C compiler."""
     if shutil.which("cc") is not None:
         return ["cc"]
     if find_spec("ziglang") is not None:
@@ -39,7 +39,7 @@ def compiler() -> list[str]:
     pytest.skip("there is no compiler")
 
 
-def built(program: Path, compiler: list[str], *arguments: str) -> Path:
+def compile_program(program: Path, compiler: list[str], *arguments: str) -> Path:
     process = subprocess.run(
         [*compiler, *OPTIONS, *arguments, "-o", str(program)],
         capture_output=True,
@@ -52,7 +52,7 @@ def built(program: Path, compiler: list[str], *arguments: str) -> Path:
     return program
 
 
-def attacked(folder: Path, compiler: list[str], *arguments: str) -> Path:
+def compile_attack(folder: Path, compiler: list[str], *arguments: str) -> Path:
     """Compile the FMU's sources together with the attack on them."""
     for name, text in sources("SliderBelt").items():
         folder.joinpath(name).write_text(text, encoding="utf-8")
@@ -67,10 +67,10 @@ def attacked(folder: Path, compiler: list[str], *arguments: str) -> Path:
         attack,
         "-lm",
     ]
-    return built(folder / "attack", compiler, *flags)
+    return compile_program(folder / "attack", compiler, *flags)
 
 
-def run(program: Path, *arguments: object) -> str:
+def run_without_python(program: Path, *arguments: object) -> str:
     environment = {name: value for name, value in os.environ.items() if "PYTHON" not in name}
     process = subprocess.run(
         [str(program), *map(str, arguments)],
@@ -90,29 +90,29 @@ def test_a_host_in_c_gets_the_native_bits_without_python(
 ) -> None:
     source = ROOT / "examples" / "host.c"
     assert len(source.read_text(encoding="utf-8").splitlines()) <= 75
-    program = built(tmp_path / "host", compiler, str(source), "-ldl")
+    program = compile_program(tmp_path / "host", compiler, str(source), "-ldl")
     libraries = subprocess.run(["ldd", str(program)], capture_output=True, text=True, check=False)
     assert "python" not in libraries.stdout
-    printed = re.match(r"y = (\S+) m, separations: (\d+)", run(program, folder))
-    assert printed is not None
-    # End of the last step.
+    output = re.match(r"y = (\S+) m, separations: (\d+)", run_without_python(program, folder))
+    assert output is not None
+    # The end of the last step, with the rounding of the host.
     native = simulate(t_end=9999 * 0.01 + 0.01, kernel="compiled")
-    assert float.fromhex(printed[1]) == native.final.y
-    assert int(printed[2]) == native.events.separations
+    assert float.fromhex(output[1]) == native.final.y
+    assert int(output[2]) == native.events.separations
 
 
 def test_the_library_calls_no_function_of_its_host(
     folder: Path, compiler: list[str], tmp_path: Path
 ) -> None:
     source = Path(__file__).with_name("namesake.c")
-    host = built(tmp_path / "host", compiler, "-rdynamic", str(source), "-ldl")
+    host = compile_program(tmp_path / "host", compiler, "-rdynamic", str(source), "-ldl")
     library = folder / "binaries" / "linux64" / "SliderBelt.so"
     token = fmpy.read_model_description(str(folder)).guid
     y = simulate(t_end=1.0, kernel="compiled").final.y
-    assert float.fromhex(run(host, library, token)) == y
+    assert float.fromhex(run_without_python(host, library, token)) == y
 
 
-def exported(library: Path) -> set[str]:
+def exported_names(library: Path) -> set[str]:
     """Names that a library exports."""
     command = ["nm", "-D", "--defined-only", str(library)]
     process = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -143,7 +143,7 @@ def test_the_sources_compile_to_the_same_bits(component: str, fmi: str, tmp_path
     # Other exported names could clash with functions of the host or its libraries.
     fmpy.extract(str(fmu), str(tmp_path / "compiled"))
     (library,) = (tmp_path / "compiled" / "binaries").rglob("*.so")
-    assert {name[:4] for name in exported(library)} == {"fmi2", "fmi3"}
+    assert {name[:4] for name in exported_names(library)} == {"fmi2", "fmi3"}
 
 
 @pytest.mark.parametrize("name", ["wärme", "a#b", "50%", "with a space", "%20"])
@@ -154,7 +154,7 @@ def test_the_library_runs_from_any_folder(fmu: Path, tmp_path: Path, name: str) 
         assert instance.get("y") == [simulate(t_end=1.0, kernel="compiled").final.y]
 
 
-def test_its_library_is_unloaded(fmu: Path, tmp_path: Path) -> None:
+def test_the_library_is_unloaded_with_its_instance(fmu: Path, tmp_path: Path) -> None:
     maps = Path("/proc/self/maps")
     for number in range(20):
         folder = tmp_path / f"copy{number}"
@@ -172,8 +172,10 @@ def test_its_library_is_unloaded(fmu: Path, tmp_path: Path) -> None:
 def test_attacks_cause_no_fault_and_no_memory_growth(
     compiler: list[str], tmp_path: Path, steps: int, instances: int, rounds: int
 ) -> None:
-    program = attacked(tmp_path, compiler, "-Og")
-    pages = [int(line) for line in run(program, steps, instances, rounds).splitlines()]
+    program = compile_attack(tmp_path, compiler, "-Og")
+    pages = [
+        int(line) for line in run_without_python(program, steps, instances, rounds).splitlines()
+    ]
     assert len(pages) == 2
     assert max(pages) < 25
 
@@ -181,5 +183,5 @@ def test_attacks_cause_no_fault_and_no_memory_growth(
 @pytest.mark.whole
 def test_the_sanitizers_find_nothing(compiler: list[str], tmp_path: Path) -> None:
     checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O1", "-g"]
-    program = attacked(tmp_path, compiler, *checks, "-fno-strict-aliasing")
-    run(program, 1000, 100, 300)
+    program = compile_attack(tmp_path, compiler, *checks, "-fno-strict-aliasing")
+    run_without_python(program, 1000, 100, 300)

@@ -32,7 +32,7 @@ class Update(NamedTuple):
 
 
 # Returns the time of an early return, or None.
-Answer = Callable[[Any, Update], float | None]
+OnUpdate = Callable[[Any, Update], float | None]
 
 
 @pytest.fixture(scope="module")
@@ -43,16 +43,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def updated(
+def instance_with_updates(
     folder: Path,
-    answer: Answer,
+    on_update: OnUpdate,
     *,
     needs: tuple[str | int, ...] = STATES,
     events: bool = False,
     early: bool = False,
     values: Mapping[str, float | bool] | None = None,
 ) -> Iterator[Any]:
-    """An instance in step mode whose importer answers updates; `log` has messages.
+    """An instance in step mode that calls `on_update` in its steps; `log` has messages.
 
     `needs` are the variables that the importer requires, by name or value reference.
     """
@@ -64,17 +64,17 @@ def updated(
         modelIdentifier=description.coSimulation.modelIdentifier,
         instanceName="updated",
     )
-    slave.log, slave.updates, slave.answered = [], [], 0
+    slave.log, slave.updates, slave.handled = [], [], 0
 
     def update(_: Any, *arguments: Any) -> None:
-        *flags, requested, at = arguments
+        *flags, requested, return_times = arguments
         received = Update(*flags)
         slave.updates.append(received)
-        # ctypes prints exceptions of callbacks instead of raising them; then an answer is missing.
-        when = answer(slave, received)
-        slave.answered += 1
-        if when is not None:
-            requested[0], at[0] = True, when
+        # ctypes prints exceptions of callbacks instead of raising them: count the handled updates.
+        return_time = on_update(slave, received)
+        slave.handled += 1
+        if return_time is not None:
+            requested[0], return_times[0] = True, return_time
 
     slave.instantiate(
         eventModeUsed=events,
@@ -94,7 +94,7 @@ def updated(
         slave.enterStepMode()
     yield slave
     slave.freeInstance()
-    assert slave.answered == len(slave.updates)
+    assert slave.handled == len(slave.updates)
 
 
 def read(slave: Any, *names: str) -> list[float]:
@@ -110,7 +110,7 @@ def test_outputs_are_read_where_steps_of_the_motion_end(folder: Path) -> None:
         recorded.append((update.time, read(slave, *STATES)))
 
     points = [0.5, 1.75, 6.0]
-    with updated(folder, record) as slave:
+    with instance_with_updates(folder, record) as slave:
         t = 0.0
         for end in points:
             assert slave.doStep(t, end - t) == (False, False, False, end)
@@ -125,39 +125,43 @@ def test_outputs_are_read_where_steps_of_the_motion_end(folder: Path) -> None:
     assert [tuple(row) for _, row in recorded] == exact
 
 
-def force(t: float) -> float:
+def preload_at(t: float) -> float:
     return 80.0 + 10.0 * math.sin(3.0 * t)
 
 
-def follow(slave: Any, update: Update) -> None:
+def set_preload(slave: Any, update: Update) -> None:
     """Set the inputs at the end of a part of the step."""
     if update.set_requested:
         assert (update.get_allowed, update.finished) == (False, False)
-        slave.setFloat64([REFERENCES["F"]], [force(update.time)])
+        slave.setFloat64([REFERENCES["F"]], [preload_at(update.time)])
 
 
-def test_inputs_are_interpolated_as_by_input_derivatives(folder: Path, tmp_path: Path) -> None:
+def test_inputs_are_interpolated_like_input_derivatives(folder: Path, tmp_path: Path) -> None:
     fmpy.extract(str(build_fmu(tmp_path / "2.fmu", flavour="native")), str(tmp_path / "2"))
     h, count = 0.01, 300
     with (
-        updated(folder, follow, needs=("F",), values={"F": force(0.0)}) as slave,
-        FmuInstance(tmp_path / "2").begin(F=force(0.0)) as ramped,
+        instance_with_updates(
+            folder, set_preload, needs=("F",), values={"F": preload_at(0.0)}
+        ) as slave,
+        FmuInstance(tmp_path / "2").begin(F=preload_at(0.0)) as ramped,
     ):
         for n in range(count):
             t = n * h
             slave.doStep(t, h)
-            ramped.set(F=force(t))
-            ramped.slope(F=(force(t + h) - force(t)) / h)
+            ramped.set(F=preload_at(t))
+            ramped.slope(F=(preload_at(t + h) - preload_at(t)) / h)
             ramped.fmi.doStep(t, h)
-        assert read(slave, "F")[0] == pytest.approx(force(count * h), rel=1e-14)
+        assert read(slave, "F")[0] == pytest.approx(preload_at(count * h), rel=1e-14)
         # A communication step that contains the end of an integrator step has two parts.
         assert read(slave, *STATES) == pytest.approx(ramped.get(*STATES), rel=1e-5)
 
 
-def test_long_steps_follow_inputs_that_change_in_them(folder: Path) -> None:
+def test_inputs_may_change_within_long_steps(folder: Path) -> None:
     ends = []
     for h, needs in ((0.002, ("F",)), (2.0, ("F",)), (2.0, STATES)):
-        with updated(folder, follow, needs=needs, values={"F": force(0.0)}) as slave:
+        with instance_with_updates(
+            folder, set_preload, needs=needs, values={"F": preload_at(0.0)}
+        ) as slave:
             for n in range(round(4.0 / h)):
                 slave.doStep(n * h, h)
             ends.append(read(slave, "y")[0])
@@ -166,7 +170,7 @@ def test_long_steps_follow_inputs_that_change_in_them(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("h", [0.5, 3.0])
-def test_a_belt_that_slows_down_within_a_step_is_a_table_of_the_native_solver(
+def test_a_belt_that_slows_down_within_a_step_gives_the_motion_of_a_native_table(
     folder: Path, h: float
 ) -> None:
     def slow_down(slave: Any, update: Update) -> None:
@@ -175,7 +179,7 @@ def test_a_belt_that_slows_down_within_a_step_is_a_table_of_the_native_solver(
 
     friction = {"mu_s": 0.8, "v_s": 0.4}
     values = {**friction, "v_belt": 2.0, "finite_belt": True}
-    with updated(folder, slow_down, needs=("v_belt",), values=values) as slave:
+    with instance_with_updates(folder, slow_down, needs=("v_belt",), values=values) as slave:
         for n in range(round(6.0 / h)):
             slave.doStep(n * h, h)
         end_values = read(slave, *STATES, "sticks", "switches")
@@ -186,11 +190,11 @@ def test_a_belt_that_slows_down_within_a_step_is_a_table_of_the_native_solver(
 
 
 def test_constant_inputs_do_not_change_the_bits(folder: Path) -> None:
-    def stay(slave: Any, update: Update) -> None:
+    def hold_inputs(slave: Any, update: Update) -> None:
         if update.set_requested:
             slave.setFloat64([REFERENCES[name] for name in INPUTS], [80.0, 0.7])
 
-    with updated(folder, stay, needs=INPUTS) as slave:
+    with instance_with_updates(folder, hold_inputs, needs=INPUTS) as slave:
         slave.doStep(0.0, 7.0)
         requests = [update.time for update in slave.updates if update.set_requested]
         reached = [update.time for update in slave.updates if update.finished]
@@ -206,10 +210,10 @@ def test_constant_inputs_do_not_change_the_bits(folder: Path) -> None:
 def test_an_early_return_ends_at_the_requested_time(
     folder: Path, needs: tuple[str, ...], requested: float, reached: float | None
 ) -> None:
-    def leave(slave: Any, _: Update) -> float | None:
+    def return_early(slave: Any, _: Update) -> float | None:
         return requested if len(slave.updates) == 3 else None
 
-    with updated(folder, leave, needs=needs, early=True) as slave:
+    with instance_with_updates(folder, return_early, needs=needs, early=True) as slave:
         event, stops, early, t = slave.doStep(0.0, 2.0)
         assert slave.updates[0].can_return
         assert (event, stops, early) == (False, False, True)
@@ -221,14 +225,14 @@ def test_an_early_return_ends_at_the_requested_time(
 
 
 def test_early_returns_are_ignored_unless_allowed(folder: Path) -> None:
-    with updated(folder, lambda _, update: update.time) as slave:
+    with instance_with_updates(folder, lambda _, update: update.time) as slave:
         assert slave.doStep(0.0, 2.0) == (False, False, False, 2.0)
         assert not any(update.can_return for update in slave.updates)
 
 
-def test_switches_are_announced_beside_updates(folder: Path) -> None:
+def test_switches_are_announced_in_steps_with_updates(folder: Path) -> None:
     native = simulate(t_end=20.0, kernel="compiled").switch_times.tolist()
-    with updated(folder, follow, needs=(), events=True, early=True) as slave:
+    with instance_with_updates(folder, set_preload, needs=(), events=True, early=True) as slave:
         for switch in native:
             t = slave.updates[-1].time if slave.updates else 0.0
             while True:
@@ -268,7 +272,7 @@ def test_calls_that_an_intermediate_update_does_not_allow_are_refused(folder: Pa
         slave.fmi3FreeInstance(slave.component)
         messages.append(slave.log[-1])
 
-    with updated(folder, misuse, needs=("F",)) as slave:
+    with instance_with_updates(folder, misuse, needs=("F",)) as slave:
         assert slave.doStep(0.0, 1.0) == (False, False, False, 1.0)
         assert read(slave, "y") == [simulate(t_end=1.0, kernel="compiled").final.y]
         assert slave.doStep(1.0, 1e-3)[3] == 1.001
@@ -293,7 +297,7 @@ def test_a_step_that_fails_in_a_later_part_leaves_the_instance_unchanged(folder:
         if update.set_requested:
             slave.setFloat64([REFERENCES["F"]], [80.0 + update.time])
 
-    with updated(folder, raise_force, needs=("F",), values=rising) as slave:
+    with instance_with_updates(folder, raise_force, needs=("F",), values=rising) as slave:
         slave.doStep(0.0, 0.5)
         before = read(slave, *STATES, "F")
         with pytest.raises(FMICallException):
@@ -301,22 +305,22 @@ def test_a_step_that_fails_in_a_later_part_leaves_the_instance_unchanged(folder:
         assert "grows beyond the floating-point range" in slave.log[-1]
         assert read(slave, *STATES, "F") == before
         assert slave.doStep(0.5, 0.5)[3] == 1.0
-        once = read(slave, *STATES, "F")
-    with updated(folder, raise_force, needs=("F",), values=rising) as slave:
+        final_values = read(slave, *STATES, "F")
+    with instance_with_updates(folder, raise_force, needs=("F",), values=rising) as slave:
         slave.doStep(0.0, 0.5)
         slave.doStep(0.5, 0.5)
-        assert read(slave, *STATES, "F") == once
+        assert read(slave, *STATES, "F") == final_values
 
 
 def test_an_importer_that_requires_all_variables_gets_the_continuous_ones(folder: Path) -> None:
-    every = fmpy.read_model_description(str(folder)).modelVariables
+    variables = fmpy.read_model_description(str(folder)).modelVariables
     states: list[list[float]] = []
 
     def record(slave: Any, update: Update) -> None:
         if update.get_allowed:
             states.append(read(slave, *STATES, "mode"))
 
-    with updated(folder, record, needs=tuple(v.name for v in every)) as slave:
+    with instance_with_updates(folder, record, needs=tuple(v.name for v in variables)) as slave:
         ignored = [v.name for v in VARIABLES if v.variability != "continuous"]
         assert {"mode", "m", "separations", "separation"} <= set(ignored)
         assert slave.log == [
@@ -331,7 +335,7 @@ def test_unknown_variables_cannot_be_required(folder: Path) -> None:
     beyond = len(fmpy.read_model_description(str(folder)).modelVariables)
     with (
         pytest.raises(Exception, match="Failed to instantiate"),
-        updated(folder, follow, needs=("F", beyond)),
+        instance_with_updates(folder, set_preload, needs=("F", beyond)),
     ):
         pass
 
@@ -339,10 +343,10 @@ def test_unknown_variables_cannot_be_required(folder: Path) -> None:
 def test_continuous_variables_are_available_in_updates(folder: Path) -> None:
     description = ET.parse(folder / "modelDescription.xml")
     variables = description.findall("ModelVariables/*[@intermediateUpdate='true']")
-    offered = {str(v.get("name")) for v in variables}
-    assert {"F", "mu", "x", "ay"} <= offered
-    assert not {"mode", "m", "separations"} & offered
-    assert len(offered) == sum(v.variability == "continuous" for v in VARIABLES)
+    available = {str(v.get("name")) for v in variables}
+    assert {"F", "mu", "x", "ay"} <= available
+    assert not {"mode", "m", "separations"} & available
+    assert len(available) == sum(v.variability == "continuous" for v in VARIABLES)
 
 
 def test_the_brake_actuator_follows_a_command_that_ramps(tmp_path: Path) -> None:
@@ -356,7 +360,9 @@ def test_the_brake_actuator_follows_a_command_that_ramps(tmp_path: Path) -> None
             slave.setFloat64([references["command"]], [80.0 + 100.0 * update.time])
 
     start_values = {"F_start": 80.0, "gain": 0.0, "tau": tau}
-    with updated(tmp_path / "a", ramp, needs=("command", "F"), values=start_values) as slave:
+    with instance_with_updates(
+        tmp_path / "a", ramp, needs=("command", "F"), values=start_values
+    ) as slave:
         slave.doStep(0.0, 0.25)
         assert [update.time for update in slave.updates] == [0.25, 0.25]
         exact = 80.0 + 100.0 * (0.25 - tau * (1.0 - math.exp(-0.25 / tau)))

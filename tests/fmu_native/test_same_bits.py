@@ -38,20 +38,20 @@ def assert_same_bits(folder: Path, steps: list[float], tol: float, p: Parameters
 
 
 @pytest.mark.parametrize("tol", [1e-13, 1e-12, 1e-9, 1e-8, 1e-6, 5e-6, 1e-3, 3e-3, 1e-2])
-def test_at_random_communication_points_of_a_run(folder: Path, tol: float) -> None:
+def test_bits_are_native_at_random_communication_points(folder: Path, tol: float) -> None:
     rng = np.random.default_rng(round(-np.log10(tol)))
-    kinds = [1e-3, 1e-2, 0.1, 1.0, 10.0]
-    steps = [float(rng.choice([*kinds, rng.uniform(0.0, 1.0)])) for _ in range(80)]
+    step_sizes = [1e-3, 1e-2, 0.1, 1.0, 10.0]
+    steps = [float(rng.choice([*step_sizes, rng.uniform(0.0, 1.0)])) for _ in range(80)]
     assert_same_bits(folder, steps, tol, Parameters())
 
 
 @pytest.mark.parametrize("h", [1e-3, 1e-2, 10.0])
-def test_at_equal_steps(folder: Path, h: float) -> None:
+def test_bits_are_native_at_equal_steps(folder: Path, h: float) -> None:
     assert_same_bits(folder, [h] * min(round(100.0 / h), 2000), 1e-12, Parameters())
 
 
 @pytest.mark.parametrize("tol", [1e-12, 1e-9, 1e-5])
-def test_on_belts_of_finite_speed(folder: Path, tol: float) -> None:
+def test_bits_are_native_on_belts_of_finite_speed(folder: Path, tol: float) -> None:
     for values in ({"v_belt": 0.2, "v_s": 0.1}, {"v_belt": 3.0, "v_s": 0.4}, {"v_belt": 1.0}):
         assert_same_bits(folder, [0.7] * 60, tol, Parameters(mu_s=0.9).with_values(values))
 
@@ -110,7 +110,7 @@ def test_instances_in_threads_are_independent(folder: Path) -> None:
         instance.fmi.freeInstance()
 
 
-def ramped(folder: Path, count: int, slopes: bool) -> list[float]:
+def state_after_ramps(folder: Path, count: int, slopes: bool) -> list[float]:
     """The state after 5 s with F = 80 + 8 t and μ = 0.7 − 0.05 t, in `count` steps."""
     h = 5.0 / count
     with FmuInstance(folder).begin() as instance:
@@ -125,11 +125,11 @@ def ramped(folder: Path, count: int, slopes: bool) -> list[float]:
 
 
 def test_input_derivatives_follow_a_ramp_at_any_step_size(folder: Path) -> None:
-    runs = [ramped(folder, count, True) for count in (1, 7, 100, 1000)]
+    runs = [state_after_ramps(folder, count, True) for count in (1, 7, 100, 1000)]
     for first, second in itertools.pairwise(runs):
         assert first == pytest.approx(second, rel=1e-10, abs=1e-10)
     # An input held at its mean causes an error of second order in the step.
-    coarse, fine = (ramped(folder, count, False) for count in (1000, 2000))
+    coarse, fine = (state_after_ramps(folder, count, False) for count in (1000, 2000))
     limit = [f + (f - c) / 3.0 for c, f in zip(coarse, fine, strict=True)]
     assert runs[0] == pytest.approx(limit, abs=1e-7)
 
@@ -144,7 +144,7 @@ def test_after_a_ramp_the_input_keeps_its_final_value(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 50])
-def test_after_a_ramp_the_motion_is_that_under_held_inputs(folder: Path, count: int) -> None:
+def test_after_a_ramp_the_inputs_are_held(folder: Path, count: int) -> None:
     with FmuInstance(folder).begin() as instance:
         instance.slope(F=-500.0, mu=2.0)
         instance.step(1.0 / 1024.0)

@@ -26,7 +26,7 @@ def assert_same(run: Transient, expected: Transient) -> None:
     assert run.peak == pytest.approx(expected.peak, abs=1e-6)
 
 
-def both(p: Parameters, tables: Tables, t_end: float) -> tuple[Transient, Transient]:
+def run_both_methods(p: Parameters, tables: Tables, t_end: float) -> tuple[Transient, Transient]:
     actual, expected = (
         simulate(p, t_end=t_end, over_time=tables, method=method, samples=9)
         for method in ("fmu-native", "taylor")
@@ -38,15 +38,15 @@ def both(p: Parameters, tables: Tables, t_end: float) -> tuple[Transient, Transi
 
 
 def test_preload_and_friction_follow_tables() -> None:
-    run, expected = both(Parameters(), RAMPS, 6.0)
+    run, expected = run_both_methods(Parameters(), RAMPS, 6.0)
     assert expected.events.separations > 0
     assert_same(run, expected)
 
 
-def test_the_speed_of_the_belt_follows_its_table_to_rest() -> None:
+def test_the_belt_follows_its_table_to_rest() -> None:
     tables = {"F": RAMPS["F"], "v_belt": [(0.0, 2.0), (5.0, 0.0)]}
     for belt in ({"mu_s": 0.9, "v_s": 0.4}, {"mu_s": 0.8}):
-        run, expected = both(Parameters(v_belt=1.0, **belt), tables, 8.0)
+        run, expected = run_both_methods(Parameters(v_belt=1.0, **belt), tables, 8.0)
         assert expected.events.sticks > 1
         assert_same(run, expected)
 
@@ -67,8 +67,8 @@ def test_a_belt_comes_to_rest_by_ramps_that_miss_zero_by_rounding(folder: Path) 
 
 def test_inputs_that_jump_change_the_mode_at_once() -> None:
     p = Parameters(m=1.0, k1=0.1, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0)
-    for later in (0.2, 3.0):
-        rows = [(0.0, 1.0), (1.0, 1.0), (1.0, later)]
+    for second_speed in (0.2, 3.0):
+        rows = [(0.0, 1.0), (1.0, 1.0), (1.0, second_speed)]
         tables: Tables = {"v_belt": rows}
         actual, expected = (
             simulate(p, t_end=1.5, start=(0.0, 1.0, -1.0, 0.0), over_time=tables, method=method)

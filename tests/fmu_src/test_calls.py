@@ -134,21 +134,21 @@ class Calls(RuleBasedStateMachine):
         self.expected = Expected()
 
     @rule(
-        which=st.sampled_from(["enter", "exit", "begin", "setup", "terminate", "reset"]),
+        call_name=st.sampled_from(["enter", "exit", "begin", "setup", "terminate", "reset"]),
         data=st.data(),
     )
-    def change_the_phase(self, which: str, data: st.DataObject) -> None:
-        if which == "setup":
+    def change_the_phase(self, call_name: str, data: st.DataObject) -> None:
+        if call_name == "setup":
             self.setup(
                 data.draw(st.sampled_from([0.0, -2.0, 3.5, math.nan])),
                 data.draw(st.sampled_from([None, 5.0, 100.0, -10.0])),
                 data.draw(st.sampled_from([None, 1e-8, 0.0, 1.0, math.nan])),
             )
-        elif which == "begin":
+        elif call_name == "begin":
             self.reset()
             self.begin(None)
         else:
-            getattr(self, which)()
+            getattr(self, call_name)()
 
     def set(self, name: str, value: float) -> None:
         answer = self.call("set", {name: value})
@@ -227,14 +227,14 @@ class Calls(RuleBasedStateMachine):
         self.expected = self.saved[number]
 
     @rule()
-    def look(self) -> None:
+    def check_values(self) -> None:
         # Not after every rule: outputs that nobody reads take another path in the code.
         answer = self.call("get", [*STARTS, *OUTPUTS])
         assert answer.value[: len(STARTS)] == list(self.expected.values.values())
 
     def teardown(self) -> None:
         """Refused calls have no effect: the accepted calls alone give the same outputs."""
-        self.look()
+        self.check_values()
         e = self.expected
         if e.initial_values is None:
             return
@@ -243,13 +243,13 @@ class Calls(RuleBasedStateMachine):
         calls += [("b", "set", e.initial_values), ("b", "enter"), ("b", "exit")]
         for inputs, points in itertools.groupby(e.history, lambda step: step[0]):
             calls.append(("b", "set", {n: inputs[n] for n in ("F", "mu")}))
-            calls += [("b", "step", t, h) for t, h in _fewest_steps([p[1:] for p in points])]
+            calls += [("b", "step", t, h) for t, h in _merge_steps([p[1:] for p in points])]
         calls += [("b", "set", {n: e.values[n] for n in ("F", "mu")}), ("b", "get", OUTPUTS)]
         assert self.driver.go_on(*calls)[-1].value == expected
 
 
-def _fewest_steps(steps: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """One step in place of several if its end is the same float: outputs must be the same."""
+def _merge_steps(steps: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Merge steps into one if its end is the same float: the outputs must then be the same."""
     (begin, _), (final_start, h) = steps[0], steps[-1]
     length = (final_start + h) - begin
     return [(begin, length)] if begin + length == final_start + h > begin else steps

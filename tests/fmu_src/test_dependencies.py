@@ -12,15 +12,15 @@ from fmu_src.slave.slider_belt import SliderBeltInstance
 
 from .test_description import DERIVATIVE_OF, FLAGS, STATES, rows_of, variables_of
 
-PUSHED: Final = {
+INCREMENTS: Final = {
     "m": 1.0, "k1": 7.0, "k2": 7.0, "k3": 7.0, "c1": 0.1, "c2": 0.1, "F": 9.0, "k_nl": 9.0,
     "mu": 0.1, "v_belt": 0.1, "mu_s": 0.1, "v_s": 0.1, "x_start": 0.1,
     "vx_start": 0.1, "y_start": 0.01, "vy_start": 0.1,
     "command": 5.0, "P": 5.0, "tau": 0.01, "gain": 0.1, "F_start": 5.0,
 }  # fmt: skip
 MOVING: Final = {"start_static": False, "x_start": 0.2, "vx_start": -0.3, "vy_start": 0.4}
-SLOW: Final = {**MOVING, "finite_belt": True, "mu_s": 0.9, "v_s": 0.4}
-HELD: Final = {**SLOW, "vx_start": 1.0, "vy_start": 0.0, "y_start": -0.5, "x_start": 0.1}
+FINITE_BELT: Final = {**MOVING, "finite_belt": True, "mu_s": 0.9, "v_s": 0.4}
+STICKING: Final = {**FINITE_BELT, "vx_start": 1.0, "vy_start": 0.0, "y_start": -0.5, "x_start": 0.1}
 # In contact and separated, at rest and moving, with and without separation; on a belt of finite
 # speed, slower and faster than the slider, sticking, and about to stick.
 POINTS: Final[Mapping[str, list[dict[str, Any]]]] = {
@@ -32,10 +32,10 @@ POINTS: Final[Mapping[str, list[dict[str, Any]]]] = {
             {"F": -80.0},
             {**MOVING, "y_start": -0.5},
             {**MOVING, "y_start": 0.5},
-            {**SLOW, "y_start": -0.5},
-            {**SLOW, "y_start": -0.5, "vx_start": 3.0},
-            HELD,
-            {**HELD, "x_start": 0.17},
+            {**FINITE_BELT, "y_start": -0.5},
+            {**FINITE_BELT, "y_start": -0.5, "vx_start": 3.0},
+            STICKING,
+            {**STICKING, "x_start": 0.17},
         )
     ],
     "brake-actuator": [{"command": 60.0, "P": 40.0}],
@@ -45,13 +45,17 @@ AT_SWITCH_ONLY: Final = {"P", "friction_slider", "friction_belt", "mode", "stick
 AT_GRIP_ONLY: Final = {"mode", "sticks"}
 
 
-def new_instance(which: str) -> Instance:
-    return (SliderBeltInstance if which == "slider-belt" else BrakeActuator)(instance_name="test")
+def new_instance(component: str) -> Instance:
+    return (SliderBeltInstance if component == "slider-belt" else BrakeActuator)(
+        instance_name="test"
+    )
 
 
-def values_after(which: str, values: Mapping[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:
+def values_after(
+    component: str, values: Mapping[str, Any], later: Mapping[str, Any]
+) -> dict[str, Any]:
     """All values of an instance initialized with `values` and then changed by `later`."""
-    instance = new_instance(which)
+    instance = new_instance(component)
     references = instance.TABLE.references
 
     def set_values(changes: Mapping[str, Any]) -> None:
@@ -83,77 +87,77 @@ def dependencies(root: ET.Element, tag: str) -> dict[str, set[str]]:
     return result
 
 
-@pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
+@pytest.mark.parametrize("component", ["slider-belt", "brake-actuator"])
 def test_initial_values_depend_on_the_variables_that_change_them(
-    which: str, descriptions: dict[str, ET.Element]
+    component: str, descriptions: dict[str, ET.Element]
 ) -> None:
-    claimed = dependencies(descriptions[which], "InitialUnknowns")
+    declared = dependencies(descriptions[component], "InitialUnknowns")
     unknowns = {
-        r.name for r in rows_of(which) if r.causality == "output" or r.name in DERIVATIVE_OF
+        r.name for r in rows_of(component) if r.causality == "output" or r.name in DERIVATIVE_OF
     }
-    assert claimed.keys() == unknowns
-    influences: dict[str, set[str]] = {name: set() for name in claimed}
-    for point in POINTS[which]:
-        start = values_after(which, point, {})
-        settable = [r.name for r in rows_of(which) if r.causality in ("parameter", "input")]
-        changes: dict[str, Any] = {name: start[name] + PUSHED[name] for name in settable}
-        if which == "slider-belt":
+    assert declared.keys() == unknowns
+    influences: dict[str, set[str]] = {name: set() for name in declared}
+    for point in POINTS[component]:
+        start = values_after(component, point, {})
+        settable = [r.name for r in rows_of(component) if r.causality in ("parameter", "input")]
+        changes: dict[str, Any] = {name: start[name] + INCREMENTS[name] for name in settable}
+        if component == "slider-belt":
             changes |= {name: not start[name] for name in FLAGS}
         for name, value in changes.items():
-            for output in changed_names(start, values_after(which, {**point, name: value}, {})):
+            for output in changed_names(start, values_after(component, {**point, name: value}, {})):
                 if output in influences:
                     influences[output].add(name)
-    for output, knowns in claimed.items():
+    for output, knowns in declared.items():
         if output in AT_SWITCH_ONLY:
             assert influences[output] <= knowns, output
             damped = set() if output in AT_GRIP_ONLY else {"m", "c1", "c2"}
-            assert knowns - influences[output] <= {*PUSHED, *FLAGS} - damped, output
+            assert knowns - influences[output] <= {*INCREMENTS, *FLAGS} - damped, output
             assert {"finite_belt", "v_belt", "mu_s"} & knowns <= influences[output], output
         else:
             assert influences[output] == knowns, output
-    if which == "slider-belt":
+    if component == "slider-belt":
         grip = {"finite_belt", "v_belt", "mu", "mu_s", "c1"}
-        assert claimed["friction_belt"] - claimed["P"] == {*grip, "v_s"}
-        assert claimed["friction_belt"] == claimed["friction_slider"]
-        assert claimed["mode"] - claimed["P"] == {*grip, "m", "c2"}
-        assert claimed["mode"] == claimed["sticks"]
+        assert declared["friction_belt"] - declared["P"] == {*grip, "v_s"}
+        assert declared["friction_belt"] == declared["friction_slider"]
+        assert declared["mode"] - declared["P"] == {*grip, "m", "c2"}
+        assert declared["mode"] == declared["sticks"]
 
 
-@pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
+@pytest.mark.parametrize("component", ["slider-belt", "brake-actuator"])
 def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
-    which: str, descriptions: dict[str, ET.Element]
+    component: str, descriptions: dict[str, ET.Element]
 ) -> None:
-    claimed = dependencies(descriptions[which], "Outputs")
-    assert list(claimed) == [row.name for row in rows_of(which) if row.causality == "output"]
-    inputs = [row.name for row in rows_of(which) if row.causality == "input"]
-    influences: dict[str, set[str]] = {name: set() for name in claimed}
+    declared = dependencies(descriptions[component], "Outputs")
+    assert list(declared) == [row.name for row in rows_of(component) if row.causality == "output"]
+    inputs = [row.name for row in rows_of(component) if row.causality == "input"]
+    influences: dict[str, set[str]] = {name: set() for name in declared}
     # Where static friction follows mu, the limit of sticking does too.
-    following = [{**HELD, "mu_s": 0.0}] if which == "slider-belt" else []
-    for point in (*POINTS[which], *following):
-        start = values_after(which, point, {})
+    following = [{**STICKING, "mu_s": 0.0}] if component == "slider-belt" else []
+    for point in (*POINTS[component], *following):
+        start = values_after(component, point, {})
         for name in inputs:
-            after = values_after(which, point, {name: start[name] + PUSHED[name]})
+            after = values_after(component, point, {name: start[name] + INCREMENTS[name]})
             for output in changed_names(start, after):
                 if output in influences:
                     influences[output].add(name)
-    assert influences == claimed
+    assert influences == declared
 
 
 def test_derivatives_depend_on_the_states_and_inputs_that_change_them(
     descriptions: dict[str, ET.Element],
 ) -> None:
-    claimed = dependencies(descriptions["slider-belt"], "Derivatives")
-    assert claimed.keys() == {"vx", "vy", "ax", "ay"}
-    influences: dict[str, set[str]] = {name: set() for name in claimed}
+    declared = dependencies(descriptions["slider-belt"], "Derivatives")
+    assert declared.keys() == {"vx", "vy", "ax", "ay"}
+    influences: dict[str, set[str]] = {name: set() for name in declared}
     for point in (*POINTS["slider-belt"][2:4], POINTS["slider-belt"][4]):
         start = values_after("slider-belt", point, {})
         for quantity in (*STATES, "F", "mu", "v_belt"):
             name = f"{quantity}_start" if quantity in STATES else quantity
-            after = values_after("slider-belt", {**point, name: start[name] + PUSHED[name]}, {})
+            after = values_after("slider-belt", {**point, name: start[name] + INCREMENTS[name]}, {})
             for derivative in changed_names(start, after):
                 if derivative in influences:
                     influences[derivative].add(quantity)
-    assert influences == claimed
+    assert influences == declared
     assert dependencies(descriptions["brake-actuator"], "Derivatives") == {
         "F_rate": {"F", "command", "P"}
     }

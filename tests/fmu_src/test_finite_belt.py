@@ -15,9 +15,9 @@ from fmu_src.build.builder import NATIVE, PYTHON
 from fmu_src.slave.variables import VARIABLES
 from tests.support.fmu_driver import Call, Driver
 
-EVERYTHING: Final = [v.name for v in VARIABLES if v.type == "Real"]
+REAL_NAMES: Final = [v.name for v in VARIABLES if v.type == "Real"]
 STATES: Final = ["x", "vx", "y", "vy"]
-READ: Final = [*STATES, "P", "mode", "friction_slider", "friction_belt"]
+OUTPUTS: Final = [*STATES, "P", "mode", "friction_slider", "friction_belt"]
 COUNTS: Final = ["separations", "reattachments", "switches", "sticks", "last_event"]
 KERNELS: Final[Mapping[str, KernelChoice]] = {PYTHON: "interpreted", NATIVE: "compiled"}
 # Stick and slip; friction that falls with speed; a start through all modes; a belt at rest.
@@ -36,7 +36,7 @@ def scene(request: pytest.FixtureRequest) -> str:
     return name
 
 
-def values_of(name: str) -> dict[str, float | bool]:
+def start_values(name: str) -> dict[str, float | bool]:
     p, start = SCENES[name]
     values: dict[str, float | bool] = {**p.as_dict(), "finite_belt": True}
     if start is not None:
@@ -54,24 +54,24 @@ def switches_until(run: Transient, t: float) -> tuple[list[float], float]:
     """Separations, reattachments, mode changes and sticks up to `t`; time of the last change."""
     modes = [run.first_mode]
     switch_time = 0.0
-    lifts = lands = 0
+    separations = reattachments = 0
     for change in run.mode_changes:
         if change.t <= t:
             modes.append(change.then)
             switch_time = change.t
-            lifts += change.then is Mode.SEPARATED
-            lands += change.first is Mode.SEPARATED
-    return [lifts, lands, len(modes) - 1, modes.count(Mode.STICK)], switch_time
+            separations += change.then is Mode.SEPARATED
+            reattachments += change.first is Mode.SEPARATED
+    return [separations, reattachments, len(modes) - 1, modes.count(Mode.STICK)], switch_time
 
 
 @pytest.mark.parametrize("h", [1e-3, 1e-2, 0.1])
-def test_it_has_the_native_motion_at_every_communication_step(
+def test_the_fmu_has_the_native_motion_at_every_communication_step(
     driver: Driver, flavour: str, scene: str, h: float
 ) -> None:
-    calls: list[Call] = [("a", "begin", values_of(scene)), ("a", "get", READ + COUNTS)]
+    calls: list[Call] = [("a", "begin", start_values(scene)), ("a", "get", OUTPUTS + COUNTS)]
     times = [0.0]
     for _ in range(round((0.4 if h < 5e-3 else 4.0) / h)):
-        calls += [("a", "step", times[-1], h), ("a", "get", READ + COUNTS)]
+        calls += [("a", "step", times[-1], h), ("a", "get", OUTPUTS + COUNTS)]
         times.append(times[-1] + h)
     rows = [answer.value for answer in driver.drive(*calls)[1::2]]
     native = native_run(scene, t_end=times[-1], samples=times, kernel=KERNELS[flavour])
@@ -99,18 +99,18 @@ def test_the_scenes_have_all_modes() -> None:
 
 
 @lru_cache
-def by_rk4(name: str) -> Transient:
+def rk4_run(name: str) -> Transient:
     return native_run(name, t_end=1.0, method="rk4", step=4e-3)
 
 
-def test_it_agrees_with_the_independent_rk4(driver: Driver, scene: str) -> None:
+def test_the_fmu_agrees_with_the_independent_rk4(driver: Driver, scene: str) -> None:
     calls: list[Call] = [
-        ("a", "begin", values_of(scene)),
+        ("a", "begin", start_values(scene)),
         ("a", "steps", 0.0, 0.125, 8),
         ("a", "get", [*STATES, "switches"]),
     ]
     *state, switches = driver.drive(*calls)[-1].value
-    rk4 = by_rk4(scene)
+    rk4 = rk4_run(scene)
     assert state == pytest.approx(rk4.final[1:], abs=1e-6)
     assert switches == sum(rk4.events.transitions.values())
 
@@ -123,7 +123,7 @@ JUMPS: Final[dict[str, list[tuple[float, float]]]] = {
 
 
 @pytest.mark.parametrize("follows", [True, False])
-def test_inputs_that_jump_are_tables_with_jumps_of_the_native_solver(
+def test_inputs_that_jump_give_the_motion_of_native_tables_with_jumps(
     driver: Driver, follows: bool
 ) -> None:
     p = Parameters() if follows else Parameters(mu_s=0.9, v_s=0.4)
@@ -149,7 +149,7 @@ def test_inputs_that_jump_are_tables_with_jumps_of_the_native_solver(
 
 
 def test_outputs_follow_a_jump_of_the_belt_at_once(driver: Driver) -> None:
-    read = [*READ, "v_belt", "ax"]
+    read = [*OUTPUTS, "v_belt", "ax"]
     begin, end = simulate(Parameters(v_belt=1.0, mu_s=0.9), t_end=4.0).stick_intervals[1]
     calls: list[Call] = [
         ("a", "begin", {"finite_belt": True, "v_belt": 1.0, "mu_s": 0.9}),
@@ -167,7 +167,7 @@ def test_outputs_follow_a_jump_of_the_belt_at_once(driver: Driver) -> None:
 
 def test_without_a_finite_belt_its_parameters_have_no_effect(driver: Driver) -> None:
     belt = {"v_belt": 0.3, "mu_s": 0.1, "v_s": 0.2}
-    left_out = [EVERYTHING.index(name) for name in belt]
+    excluded_indices = [REAL_NAMES.index(name) for name in belt]
     answers = []
     for values in ({}, belt):
         calls: list[Call] = [
@@ -175,25 +175,25 @@ def test_without_a_finite_belt_its_parameters_have_no_effect(driver: Driver) -> 
             ("a", "steps", 0.0, 0.3, 10),
             ("a", "set", {"v_belt": 3.0}),
             ("a", "steps", 3.0, 0.3, 10),
-            ("a", "get", EVERYTHING),
+            ("a", "get", REAL_NAMES),
         ]
         *earlier, read = driver.drive(*calls)
         assert {answer.status for answer in earlier} == {"ok"}
-        answers.append([v for n, v in enumerate(read.value) if n not in left_out])
+        answers.append([v for n, v in enumerate(read.value) if n not in excluded_indices])
     assert answers[0] == answers[1]
     native = simulate(t_end=6.0, kernel="interpreted").final
-    assert answers[0][EVERYTHING.index("y")] == pytest.approx(native.y, rel=1e-9)
+    assert answers[0][REAL_NAMES.index("y")] == pytest.approx(native.y, rel=1e-9)
 
 
 def test_an_input_set_and_set_back_changes_no_bit(driver: Driver) -> None:
     ends = []
     for disturbed in (False, True):
-        calls: list[Call] = [("a", "begin", values_of("falling"))]
+        calls: list[Call] = [("a", "begin", start_values("falling"))]
         for number in range(40):
             if disturbed:
                 calls += [("a", "set", {"v_belt": 3.0}), ("a", "set", {"v_belt": 0.5})]
             calls.append(("a", "step", 0.05 * number, 0.05))
-        ends.append(driver.drive(*calls, ("a", "get", EVERYTHING))[-1].value)
+        ends.append(driver.drive(*calls, ("a", "get", REAL_NAMES))[-1].value)
     assert ends[0] == ends[1]
 
 
@@ -204,33 +204,33 @@ def test_states_are_restored_bit_by_bit_in_every_mode(driver: Driver, mode: Mode
     changes = run.mode_changes
     index = next(n for n, change in enumerate(changes[:-1]) if change.then is mode)
     t = 0.6 * changes[index].t + 0.4 * changes[index + 1].t
-    goes_on: list[Call] = [
+    continuation: list[Call] = [
         ("a", "steps", t, 0.01, 30),
         ("a", "set", {"v_belt": 0.5, "F": 60.0}),
         ("a", "steps", t + 0.3, 0.07, 30),
-        ("a", "get", EVERYTHING),
+        ("a", "get", REAL_NAMES),
     ]
-    restored_calls: list[Call] = [("b", *call[1:]) for call in goes_on]
+    restored_calls: list[Call] = [("b", *call[1:]) for call in continuation]
     calls: list[Call] = [
-        *(("a", "begin", values_of("all")), ("a", "step", 0.0, t), ("a", "get", EVERYTHING)),
-        ("a", "save", "there"),
-        *goes_on,
-        *(("a", "restore", "there"), ("a", "get", EVERYTHING)),
-        *goes_on,
-        ("a", "serialize", "there", "copy"),
+        *(("a", "begin", start_values("all")), ("a", "step", 0.0, t), ("a", "get", REAL_NAMES)),
+        ("a", "save", "saved"),
+        *continuation,
+        *(("a", "restore", "saved"), ("a", "get", REAL_NAMES)),
+        *continuation,
+        ("a", "serialize", "saved", "copy"),
         *(("b", "begin"), ("b", "step", 0.0, 1.0), ("b", "restore", "copy")),
-        ("b", "get", EVERYTHING),
+        ("b", "get", REAL_NAMES),
         *restored_calls,
-        *(("a", "reset"), ("a", "init", values_of("all")), ("a", "step", 0.0, t)),
-        ("a", "get", EVERYTHING),
-        *goes_on,
-        *(("a", "forget", "there"), ("b", "forget", "copy")),
+        *(("a", "reset"), ("a", "init", start_values("all")), ("a", "step", 0.0, t)),
+        ("a", "get", REAL_NAMES),
+        *continuation,
+        *(("a", "forget", "saved"), ("b", "forget", "copy")),
     ]
     answers = driver.drive(*calls)
     assert {answer.status for answer in answers} == {"ok"}
     reads = [answer.value for answer in answers if isinstance(answer.value, list)]
     assert reads[0] == reads[2] == reads[4] == reads[6]
-    assert reads[0][EVERYTHING.index("mode")] == mode
+    assert reads[0][REAL_NAMES.index("mode")] == mode
     assert reads[1] == reads[3] == reads[5] == reads[7] != reads[0]
 
 
@@ -250,14 +250,14 @@ def test_wrong_values_during_a_run_are_refused_and_change_nothing(
     driver: Driver, flavour: str, values: dict[str, Any], message: str
 ) -> None:
     calls: list[Call] = [
-        ("a", "begin", values_of("falling")),
+        ("a", "begin", start_values("falling")),
         ("a", "step", 0.0, 1.0),
-        ("a", "get", EVERYTHING),
+        ("a", "get", REAL_NAMES),
         ("a", "set", values),
-        ("a", "get", EVERYTHING),
+        ("a", "get", REAL_NAMES),
         ("a", "step", 1.0, 0.5),
         ("a", "step", 1.0, 0.5),
-        ("a", "get", EVERYTHING),
+        ("a", "get", REAL_NAMES),
     ]
     *_, before, refused, after, first, second, end = driver.drive(*calls)
     assert message in refused.log[0]
@@ -265,7 +265,7 @@ def test_wrong_values_during_a_run_are_refused_and_change_nothing(
     if flavour == PYTHON:
         assert (refused.status, first.status, second.status) == ("ok", "discard", "ok")
         native = native_run("falling", t_end=1.5, kernel="interpreted").final
-        assert end.value[EVERYTHING.index("y")] == native.y
+        assert end.value[REAL_NAMES.index("y")] == native.y
     else:
         assert refused.status in ("discard", "error")
         assert (first.status, second.status) == ("ok", "discard")

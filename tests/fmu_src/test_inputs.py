@@ -10,10 +10,10 @@ from fmu_src.slave.motion import SliderBeltMotion
 from tests.support.fmu_driver import Driver
 
 STATES = ["x", "vx", "y", "vy"]
-OTHERS = ["P", "friction_slider", "friction_belt", "mode", "switching", "ax", "ay", "F", "mu"]
+OUTPUTS = ["P", "friction_slider", "friction_belt", "mode", "switching", "ax", "ay", "F", "mu"]
 # Not the base set: all values differ, so that swapped parameters are noticed.
 VALUES = {"m": 3.0, "k1": 90.0, "k2": 40.0, "k3": 50.0, "c1": 0.7, "c2": 0.4, "k_nl": 120.0}
-PUSHES = [(100.0, 0.9), (30.0, 0.2), (-40.0, 1.5), (150.0, 0.0)]
+INPUT_PAIRS = [(100.0, 0.9), (30.0, 0.2), (-40.0, 1.5), (150.0, 0.0)]
 H = 2e-4
 
 
@@ -34,10 +34,10 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
     calls: list[Any] = [("a", "begin", {**VALUES, **start, "y_start": -0.9, "vy_start": 0.3})]
     t, at, reads = 0.0, [0.0, 0.31, 0.87, 1.62, 2.2, 2.9, 3.7, 4.4], []
     for number, (begin, later) in enumerate(pairwise([*at, 5.0])):
-        F, mu = PUSHES[number % len(PUSHES)]
+        F, mu = INPUT_PAIRS[number % len(INPUT_PAIRS)]
         calls += [("a", "get", STATES), ("a", "set", {"F": F, "mu": mu})]
         reads.append(len(calls) - 1)
-        calls += [("a", "get", [*STATES, *OTHERS])]
+        calls += [("a", "get", [*STATES, *OUTPUTS])]
         calls += [("a", "step", begin, H), ("a", "get", STATES)]
         calls += [("a", "step", begin + H, H), ("a", "get", STATES)]
         calls += [("a", "step", begin + 2 * H, later - (begin + 2 * H))]
@@ -46,9 +46,9 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
     assert {answer.status for answer in answers} == {"ok"}
     modes = set()
     for number, index in enumerate(reads):
-        F, mu = PUSHES[number % len(PUSHES)]
+        F, mu = INPUT_PAIRS[number % len(INPUT_PAIRS)]
         before = answers[index - 1].value
-        read = dict(zip([*STATES, *OTHERS], answers[index + 1].value, strict=True))
+        read = dict(zip([*STATES, *OUTPUTS], answers[index + 1].value, strict=True))
         first, middle, final = before, answers[index + 3].value, answers[index + 5].value
         contact = read["y"] < 0.0 or not separation
         modes.add(read["mode"])

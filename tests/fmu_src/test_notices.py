@@ -103,9 +103,9 @@ def test_a_tolerance_out_of_range_is_the_nearest_possible_and_printed(
 def test_thousands_of_refused_steps_take_no_memory_and_log_few_lines(
     printed: tuple[Any, list[list[str]]],
 ) -> None:
-    (_, grown), errors = printed
+    (_, memory_growth), errors = printed
     # A leak of 100 bytes for each step would be 300 kB.
-    assert max(grown) < 200
+    assert max(memory_growth) < 200
     assert len(errors[4]) == 21
     assert "step size = -1.0" in errors[4][0]
     assert "enable the FMU's debug logging" in errors[4][-1]

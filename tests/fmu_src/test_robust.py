@@ -57,19 +57,19 @@ def test_the_fmu_needs_no_package_and_its_memory_does_not_grow(extracted: Path) 
 
 @linux
 @pytest.mark.whole
-def test_its_memory_does_not_grow_over_a_million_steps(extracted: Path) -> None:
+def test_the_memory_does_not_grow_over_a_million_steps(extracted: Path) -> None:
     _, memory = bare_run(extracted, 1_000_000)
     assert memory[-1] - memory[1] < 300
 
 
-ENDING = """
+EXIT_SCRIPT = """
 import atexit, ctypes, json, sys
 import fmpy
 
 released = []
 look_up = ctypes.CDLL.__getattr__
 
-def note(library, name):
+def record_release(library, name):
     function = look_up(library, name)
     if name == "finalizePythonInterpreter":
         released.append(library._name)
@@ -80,15 +80,15 @@ def loaded():
         paths = {line.split()[5] for line in maps if "/" in line}
     return sorted(path for path in paths if path.endswith("/SliderBelt.so"))
 
-# Called after the functions that are registered later.
+# Functions registered later are called earlier.
 atexit.register(lambda: print(json.dumps([counts, loaded(), sorted(released)])))
-ctypes.CDLL.__getattr__ = note
+ctypes.CDLL.__getattr__ = record_release
 counts = []
 for _ in range(12):
     fmpy.simulate_fmu(sys.argv[1], stop_time=0.1)
     counts.append(len(loaded()))
 folder = fmpy.extract(sys.argv[1], sys.argv[2])
-left = fmpy.instantiate_fmu(folder, fmpy.read_model_description(folder))
+unreleased = fmpy.instantiate_fmu(folder, fmpy.read_model_description(folder))
 """
 
 
@@ -100,7 +100,7 @@ def test_the_wrapper_is_unloaded_by_its_host_or_released_before_the_process_ends
     tmp_path.joinpath("real").mkdir()
     tmp_path.joinpath("link").symlink_to(tmp_path / "real")
     process = subprocess.run(
-        [sys.executable, "-c", ENDING, str(fmu), str(tmp_path / "instance")],
+        [sys.executable, "-c", EXIT_SCRIPT, str(fmu), str(tmp_path / "instance")],
         env={**os.environ, "TMPDIR": str(tmp_path / "link")},
         capture_output=True,
         text=True,

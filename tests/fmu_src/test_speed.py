@@ -13,18 +13,18 @@ from fmu_src.slave.variables import REFERENCES
 def test_steps_without_outputs_only_advance_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
     counts = {"advance": 0, "state_at": 0, "move_to": 0}
 
-    def counted(kind: type, name: str) -> None:
-        original = getattr(kind, name)
+    def count_calls(owner: type, name: str) -> None:
+        original = getattr(owner, name)
 
         def wrapper(self: object, *args: object, **options: object) -> object:
             counts[name] += 1
             return original(self, *args, **options)
 
-        monkeypatch.setattr(kind, name, wrapper)
+        monkeypatch.setattr(owner, name, wrapper)
 
-    counted(TaylorStepper, "advance")
-    counted(SliderBeltMotion, "state_at")
-    counted(SliderBeltMotion, "move_to")
+    count_calls(TaylorStepper, "advance")
+    count_calls(SliderBeltMotion, "state_at")
+    count_calls(SliderBeltMotion, "move_to")
     slave = SliderBeltInstance(instance_name="one", resources=str(Path.cwd()), visible=False)
     slave.setup_experiment(0.0, 10.0, 1e-9)
     slave.enter_initialization_mode()

@@ -11,7 +11,7 @@ from fmu_src.slave.variables import REFERENCES, VARIABLES
 from tests.support.fmu_driver import Call, Driver
 from tests.support.strategies import moderate_parameters
 
-EVERYTHING = [v.name for v in VARIABLES if v.type == "Real"]
+REAL_NAMES = [v.name for v in VARIABLES if v.type == "Real"]
 
 
 # At 3.9 s the slider is separated, at 2.5 s in contact; 1/7 s lies within a Taylor step.
@@ -20,21 +20,21 @@ def test_rollback_in_any_phase_is_exact(driver: Driver, t: float) -> None:
     calls: list[Call] = [
         ("a", "begin"),
         ("a", "step", 0.0, t),
-        ("a", "save", "there"),
+        ("a", "save", "saved"),
         ("a", "set", {"F": 20.0}),
         ("a", "steps", t, 0.3, 20),
-        ("a", "get", EVERYTHING),
-        ("a", "restore", "there"),
-        ("a", "get", EVERYTHING),
+        ("a", "get", REAL_NAMES),
+        ("a", "restore", "saved"),
+        ("a", "get", REAL_NAMES),
         ("a", "set", {"F": 20.0}),
         ("a", "steps", t, 0.3, 20),
-        ("a", "get", EVERYTHING),
-        ("a", "forget", "there"),
+        ("a", "get", REAL_NAMES),
+        ("a", "forget", "saved"),
     ]
     answers = driver.drive(*calls)
     first, changed, second = answers[5].value, answers[7].value, answers[10].value
     assert first == second != changed
-    assert changed[EVERYTHING.index("F")] == 80.0
+    assert changed[REAL_NAMES.index("F")] == 80.0
 
 
 def test_a_serialised_state_continues_in_another_instance(driver: Driver) -> None:
@@ -48,8 +48,8 @@ def test_a_serialised_state_continues_in_another_instance(driver: Driver) -> Non
         ("b", "restore", "copy"),
         ("a", "steps", 3.85, 0.1, 50),
         ("b", "steps", 3.85, 0.1, 50),
-        ("a", "get", EVERYTHING),
-        ("b", "get", EVERYTHING),
+        ("a", "get", REAL_NAMES),
+        ("b", "get", REAL_NAMES),
         ("a", "forget", "original"),
         ("a", "free"),
         ("b", "forget", "copy"),
@@ -69,10 +69,10 @@ def test_a_state_saved_before_the_initialization_can_be_used(driver: Driver) -> 
         ("a", "restore", "fresh"),
         ("a", "init"),
         ("a", "step", 0.0, 5.0),
-        ("a", "get", EVERYTHING),
+        ("a", "get", REAL_NAMES),
         ("b", "begin"),
         ("b", "step", 0.0, 5.0),
-        ("b", "get", EVERYTHING),
+        ("b", "get", REAL_NAMES),
     ]
     answers = driver.drive(*calls)
     assert answers[7].value == answers[10].value
@@ -87,9 +87,9 @@ def test_a_damaged_state_is_refused_and_nothing_changes(driver: Driver, flip: in
         ("a", "save", "good"),
         ("a", "serialize", "good", "bad", flip),
         ("a", "step", 4.0, 1.0),
-        ("a", "get", EVERYTHING),
+        ("a", "get", REAL_NAMES),
         ("a", "restore", "bad"),
-        ("a", "get", EVERYTHING),
+        ("a", "get", REAL_NAMES),
         ("a", "step", 5.0, 1.0),
         ("a", "step", 5.0, 1.0),
     ]
@@ -153,12 +153,12 @@ class Instance:
         assert isinstance(saved_state, InstanceState)
         return saved_state
 
-    def recall(self, saved_state: InstanceState, t: float) -> None:
+    def restore(self, saved_state: InstanceState, t: float) -> None:
         self.slave._set_fmu_state(saved_state)
         self.t = t
 
 
-def copied(saved_state: InstanceState) -> InstanceState:
+def copy_through_bytes(saved_state: InstanceState) -> InstanceState:
     copy = SliderBeltInstance._fmu_state_from_bytes(
         SliderBeltInstance._fmu_state_to_bytes(saved_state)
     )
@@ -193,7 +193,7 @@ def test_repeating_steps_from_a_saved_state_gives_the_same_bits(
         for h in after:
             instance.step(h)
         ends.append(instance.read())
-        instance.recall(copied(saved_state) if through_bytes else saved_state, t)
+        instance.restore(copy_through_bytes(saved_state) if through_bytes else saved_state, t)
     assert ends[0] == ends[1]
     assert instance.read() == saved
     assert instance.saved_state() == saved_state
@@ -202,14 +202,14 @@ def test_repeating_steps_from_a_saved_state_gives_the_same_bits(
 @settings(max_examples=40, deadline=None)
 @given(moderate_parameters(), st.lists(st.floats(1e-4, 3.0), min_size=1, max_size=30))
 def test_the_communication_points_do_not_matter(p: Parameters, points: list[float]) -> None:
-    once, often = Instance(), Instance()
-    for instance in (once, often):
+    one_step, many_steps = Instance(), Instance()
+    for instance in (one_step, many_steps):
         instance.set(**p.as_dict())
         instance.begin()
     for h in points:
-        often.step(h)
-    once.step(often.t)
-    assert often.read() == once.read()
+        many_steps.step(h)
+    one_step.step(many_steps.t)
+    assert many_steps.read() == one_step.read()
 
 
 @settings(max_examples=60, deadline=None)
