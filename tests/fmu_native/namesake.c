@@ -1,4 +1,4 @@
-/* A host with functions of the names that the FMU has, which the FMU is not to call.
+/* A host whose functions have the same names as those of the FMU; the FMU must not call them.
 
    Arguments: the library, and the instantiation token. Prints y after 1 s. */
 
