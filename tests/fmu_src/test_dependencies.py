@@ -10,7 +10,7 @@ from fmu_src.slave.actuator import BrakeActuator
 from fmu_src.slave.instance import Instance
 from fmu_src.slave.slider_belt import SliderBeltInstance
 
-from .test_description import DERIVATIVE_OF, FLAGS, STATES, rows_of, variables_of
+from .test_description import DERIVATIVE_OF, FLAGS, STATES, table_rows, variable_attributes
 
 INCREMENTS: Final = {
     "m": 1.0, "k1": 7.0, "k2": 7.0, "k3": 7.0, "c1": 0.1, "c2": 0.1, "F": 9.0, "k_nl": 9.0,
@@ -78,7 +78,7 @@ def changed_names(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterat
 
 
 def dependencies(root: ET.Element, tag: str) -> dict[str, set[str]]:
-    names = [v["name"] for v in variables_of(root)]
+    names = [v["name"] for v in variable_attributes(root)]
     result, key, first = {}, "index", 1
     for unknown in root.iterfind(f"ModelStructure/{tag}/Unknown"):
         knowns = str(unknown.get("dependencies")).split()
@@ -93,13 +93,13 @@ def test_initial_values_depend_on_the_variables_that_change_them(
 ) -> None:
     declared = dependencies(descriptions[component], "InitialUnknowns")
     unknowns = {
-        r.name for r in rows_of(component) if r.causality == "output" or r.name in DERIVATIVE_OF
+        r.name for r in table_rows(component) if r.causality == "output" or r.name in DERIVATIVE_OF
     }
     assert declared.keys() == unknowns
     influences: dict[str, set[str]] = {name: set() for name in declared}
     for point in POINTS[component]:
         start = values_after(component, point, {})
-        settable = [r.name for r in rows_of(component) if r.causality in ("parameter", "input")]
+        settable = [r.name for r in table_rows(component) if r.causality in ("parameter", "input")]
         changes: dict[str, Any] = {name: start[name] + INCREMENTS[name] for name in settable}
         if component == "slider-belt":
             changes |= {name: not start[name] for name in FLAGS}
@@ -128,8 +128,10 @@ def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
     component: str, descriptions: dict[str, ET.Element]
 ) -> None:
     declared = dependencies(descriptions[component], "Outputs")
-    assert list(declared) == [row.name for row in rows_of(component) if row.causality == "output"]
-    inputs = [row.name for row in rows_of(component) if row.causality == "input"]
+    assert list(declared) == [
+        row.name for row in table_rows(component) if row.causality == "output"
+    ]
+    inputs = [row.name for row in table_rows(component) if row.causality == "input"]
     influences: dict[str, set[str]] = {name: set() for name in declared}
     # Where static friction follows mu, the limit of sticking does too.
     following = [{**STICKING, "mu_s": 0.0}] if component == "slider-belt" else []

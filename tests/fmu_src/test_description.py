@@ -86,19 +86,19 @@ class Row(NamedTuple):
     description: str
 
 
-def rows_of(which: str) -> list[Row]:
-    lines = [line for line in REALS[which].splitlines() if line]
+def table_rows(component: str) -> list[Row]:
+    lines = [line for line in REALS[component].splitlines() if line]
     rows = [Row(*re.split(r"\s+", line, maxsplit=8)) for line in lines]
     return [row._replace(unit=row.unit.replace("·", " ")) for row in rows]
 
 
 @pytest.fixture(params=FMUS)
-def described(request: pytest.FixtureRequest, descriptions: Any) -> tuple[str, ET.Element]:
+def fmu_description(request: pytest.FixtureRequest, descriptions: Any) -> tuple[str, ET.Element]:
     """Each FMU with its model description."""
     return request.param, descriptions[request.param]
 
 
-def variables_of(root: ET.Element) -> list[dict[str, str]]:
+def variable_attributes(root: ET.Element) -> list[dict[str, str]]:
     """Attributes of the variables, including those of FMI 2.0's inner element, and the type."""
     variables = []
     for element in root.iterfind("ModelVariables/*"):
@@ -108,14 +108,14 @@ def variables_of(root: ET.Element) -> list[dict[str, str]]:
     return variables
 
 
-def number(text: str | None) -> float | None:
+def parse_number(text: str | None) -> float | None:
     return None if text in (None, "-") else float(str(text))
 
 
-def test_every_real_variable_agrees_with_the_table(described: tuple[str, ET.Element]) -> None:
-    which, root = described
-    table = {row.name: row for row in rows_of(which)}
-    reals = {v["name"]: v for v in variables_of(root) if v["type"] == "Real"}
+def test_every_real_variable_agrees_with_the_table(fmu_description: tuple[str, ET.Element]) -> None:
+    component, root = fmu_description
+    table = {row.name: row for row in table_rows(component)}
+    reals = {v["name"]: v for v in variable_attributes(root) if v["type"] == "Real"}
     assert reals.keys() - {"time"} == table.keys()
     for name, row in table.items():
         v = reals[name]
@@ -124,8 +124,8 @@ def test_every_real_variable_agrees_with_the_table(described: tuple[str, ET.Elem
         assert v.get("initial") == initial, name
         assert v["unit"] == v["displayUnit"] == row.unit, name
         for attribute in ("min", "max", "nominal", "start"):
-            actual, right = number(v.get(attribute)), number(getattr(row, attribute))
-            assert actual == right, (name, attribute)
+            actual, expected = parse_number(v.get(attribute)), parse_number(getattr(row, attribute))
+            assert actual == expected, (name, attribute)
         assert row.description in v["description"], name
         assert "quantity" not in v, name
         assert "declaredType" not in v, name
@@ -139,7 +139,7 @@ DIMENSIONS: Final = {
     "N": (1, 1, -2),
     "1": (0,) * 3,
 }
-SIZES: Final = {
+PREFIX_FACTORS: Final = {
     "g": Fraction(1, 1000),
     "mm": Fraction(1, 1000),
     "ms": Fraction(1, 1000),
@@ -147,52 +147,56 @@ SIZES: Final = {
 }
 
 
-def parsed(unit: str, of: Callable[[str], Any], power: Callable[[Any, int], Any]) -> Any:
+def evaluate_factors(
+    unit: str, value_of: Callable[[str], Any], power: Callable[[Any, int], Any]
+) -> Any:
     numerator, *divisors = unit.split("/")
     factors = [(f, 1) for f in numerator.split()] + [(f, -1) for f in divisors]
     values = []
     for factor, sign in factors:
         name, _, exponent = factor.partition("^")
-        values.append(power(of(name), sign * int(exponent or 1)))
+        values.append(power(value_of(name), sign * int(exponent or 1)))
     return values
 
 
 def dimension(unit: str) -> tuple[int, ...]:
-    parts = parsed(unit, DIMENSIONS.__getitem__, lambda d, n: tuple(n * e for e in d))
+    parts = evaluate_factors(unit, DIMENSIONS.__getitem__, lambda d, n: tuple(n * e for e in d))
     return tuple(sum(exponents) for exponents in zip(*parts, strict=True))
 
 
-def size(unit: str) -> Fraction:
+def si_factor(unit: str) -> Fraction:
     product = Fraction(1)
-    for part in parsed(unit, lambda name: SIZES.get(name, Fraction(1)), lambda v, n: v**n):
+    for part in evaluate_factors(
+        unit, lambda name: PREFIX_FACTORS.get(name, Fraction(1)), lambda v, n: v**n
+    ):
         product *= part
     return product
 
 
 def test_units_and_display_units_have_the_dimensions_of_their_names(
-    described: tuple[str, ET.Element],
+    fmu_description: tuple[str, ET.Element],
 ) -> None:
-    _, root = described
+    _, root = fmu_description
     units = {str(unit.get("name")): unit for unit in root.iterfind("UnitDefinitions/Unit")}
-    assert {v["unit"] for v in variables_of(root) if "unit" in v} == units.keys()
+    assert {v["unit"] for v in variable_attributes(root) if "unit" in v} == units.keys()
     for name, unit in units.items():
         base = unit.find("BaseUnit")
         assert base is not None
         exponents = {k: int(v) for k, v in base.attrib.items()}
-        right = dict(zip(("kg", "m", "s"), dimension(name), strict=True))
-        assert exponents == {k: e for k, e in right.items() if e}, name
-        shown = {str(d.get("name")): str(d.get("factor")) for d in unit.iter("DisplayUnit")}
+        expected = dict(zip(("kg", "m", "s"), dimension(name), strict=True))
+        assert exponents == {k: e for k, e in expected.items() if e}, name
+        factors = {str(d.get("name")): str(d.get("factor")) for d in unit.iter("DisplayUnit")}
         assert all("offset" not in d.attrib for d in unit.iter("DisplayUnit"))
-        assert len(shown) == (1 if name == "1" else 2)
-        for display, factor in shown.items():
+        assert len(factors) == (1 if name == "1" else 2)
+        for display, factor in factors.items():
             # A value in the display unit is the factor times the value in the unit.
-            assert Fraction(factor) == size(name) / size(display), (name, display)
+            assert Fraction(factor) == si_factor(name) / si_factor(display), (name, display)
 
 
 def test_the_terms_of_the_equations_have_one_dimension_each(
     descriptions: dict[str, ET.Element],
 ) -> None:
-    units = {row.name: row.unit for row in rows_of("slider-belt")}
+    units = {row.name: row.unit for row in table_rows("slider-belt")}
 
     def product(*names: str) -> tuple[int, ...]:
         return tuple(np.sum([dimension(units[name]) for name in names], axis=0).tolist())
@@ -209,7 +213,7 @@ def test_the_terms_of_the_equations_have_one_dimension_each(
     for derivative, state in (("vx", "x"), ("vy", "y"), ("ax", "vx"), ("ay", "vy")):
         assert dimension(f"s {units[derivative]}") == product(state)
     # tau dF/dt = command + gain (command - P) - F
-    units = {row.name: row.unit for row in rows_of("brake-actuator")}
+    units = {row.name: row.unit for row in table_rows("brake-actuator")}
     for term in (("tau", "F_rate"), ("command",), ("gain", "P"), ("F",), ("F_start",)):
         assert product(*term) == force, term
 
@@ -225,7 +229,7 @@ def test_nominals_are_the_sizes_that_the_base_scene_reaches() -> None:
         "ax": (0.7 * P - 0.32 * vx - 130.0 * x + 30.0 * y) / 5.0,
         "ay": (P - 80.0 - 0.32 * vy - 30.0 * y + 30.0 * x) / 5.0,
     }
-    for row in rows_of("slider-belt"):
+    for row in table_rows("slider-belt"):
         if row.name in reached:
-            size = float(np.sqrt(np.mean(reached[row.name] ** 2)))
-            assert 1 / 4 < size / float(row.nominal) < 4, (row.name, size)
+            rms = float(np.sqrt(np.mean(reached[row.name] ** 2)))
+            assert 1 / 4 < rms / float(row.nominal) < 4, (row.name, rms)

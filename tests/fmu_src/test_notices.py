@@ -60,7 +60,9 @@ print(json.dumps([runs, grown]))
 
 
 @pytest.fixture(scope="module")
-def printed(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, list[list[str]]]:
+def script_output(
+    fmu: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Any, list[list[str]]]:
     """Results of the script, and its standard error for each run."""
     process = subprocess.run(
         [sys.executable, "-I", "-c", SCRIPT, str(fmu)],
@@ -75,35 +77,35 @@ def printed(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, l
 
 
 @pytest.mark.parametrize(
-    ("which", "why"),
+    ("run_index", "reason"),
     [(0, "k_nl = -1: must be from 0"), (1, "no equilibrium: F = -1 N")],
 )
-def test_a_refused_start_is_printed_and_gives_no_number_that_looks_like_a_result(
-    printed: tuple[Any, list[list[str]]], which: int, why: str
+def test_a_refused_start_is_printed_and_its_outputs_are_nan(
+    script_output: tuple[Any, list[list[str]]], run_index: int, reason: str
 ) -> None:
-    (runs, _), errors = printed
-    assert runs[which].pop("time") == [0.0, 0.0]
-    assert all(math.isnan(value) for column in runs[which].values() for value in column)
-    assert all(line.startswith("SliderBelt: ") and why in line for line in errors[which])
-    assert any("not initialized" in line or "no equilibrium" in line for line in errors[which])
+    (runs, _), errors = script_output
+    assert runs[run_index].pop("time") == [0.0, 0.0]
+    assert all(math.isnan(value) for column in runs[run_index].values() for value in column)
+    assert all(line.startswith("SliderBelt: ") and reason in line for line in errors[run_index])
+    assert any("not initialized" in line or "no equilibrium" in line for line in errors[run_index])
 
 
-@pytest.mark.parametrize(("which", "requested", "used"), [(2, "0", 1e-13), (3, "1", 1e-2)])
+@pytest.mark.parametrize(("run_index", "requested", "used"), [(2, "0", 1e-13), (3, "1", 1e-2)])
 def test_a_tolerance_out_of_range_is_the_nearest_possible_and_printed(
-    printed: tuple[Any, list[list[str]]], which: int, requested: str, used: float
+    script_output: tuple[Any, list[list[str]]], run_index: int, requested: str, used: float
 ) -> None:
-    (runs, _), errors = printed
-    assert errors[which] == [
+    (runs, _), errors = script_output
+    assert errors[run_index] == [
         f"SliderBelt: tolerance = {requested}: must be from 1e-13 to 0.01, {used:g} is used"
     ]
-    assert runs[which]["y"][-1] == interpreted(t_end=20.0, tol=used).final.y
-    assert runs[which]["y"][-1] != interpreted(t_end=20.0).final.y
+    assert runs[run_index]["y"][-1] == interpreted(t_end=20.0, tol=used).final.y
+    assert runs[run_index]["y"][-1] != interpreted(t_end=20.0).final.y
 
 
 def test_thousands_of_refused_steps_take_no_memory_and_log_few_lines(
-    printed: tuple[Any, list[list[str]]],
+    script_output: tuple[Any, list[list[str]]],
 ) -> None:
-    (_, memory_growth), errors = printed
+    (_, memory_growth), errors = script_output
     # A leak of 100 bytes for each step would be 300 kB.
     assert max(memory_growth) < 200
     assert len(errors[4]) == 21
