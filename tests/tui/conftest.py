@@ -10,24 +10,24 @@ from fivtui.model import Cancelled
 from fivtui.tui.app import FivtuiApp
 
 
-def _not_searched(*_: object, **__: object) -> None:
+def _cancel_search(*_: object, **__: object) -> None:
     raise Cancelled
 
 
 @pytest.fixture(autouse=True)
-def safe_friction_is_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+def disable_safe_friction_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """Disable the search for safe friction, except in tests about it."""
-    monkeypatch.setattr("fivtui.safety.safe_friction", _not_searched)
-    monkeypatch.setattr("fivtui.safety.safety_zones", _not_searched)
+    monkeypatch.setattr("fivtui.safety.safe_friction", _cancel_search)
+    monkeypatch.setattr("fivtui.safety.safety_zones", _cancel_search)
 
 
 @pytest.fixture
 async def pilot(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> AsyncIterator[Pilot[None]]:
-    """A started laboratory, in a terminal of the module's SIZE."""
+    """A pilot_of_app laboratory, in a terminal of the module's SIZE."""
     monkeypatch.chdir(tmp_path)
     size = getattr(request.module, "SIZE", (100, 30))
-    async with FivtuiApp().run_test(size=size) as started:
-        await started.pause()
-        yield started
+    async with FivtuiApp().run_test(size=size) as pilot_of_app:
+        await pilot_of_app.pause()
+        yield pilot_of_app

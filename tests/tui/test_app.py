@@ -28,19 +28,19 @@ SIZE = (80, 24)
 
 
 @pytest.fixture
-def interpreted() -> Iterator[None]:
-    """Use the interpreted kernel, so that long runs stay long."""
+def interpreted_kernel() -> Iterator[None]:
+    """Use the interpreted_kernel kernel, so that long runs stay long."""
     with INTERPRETED:
         yield
 
 
-async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
+async def test_a_finished_run_fills_plots_summary_and_tabs(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tests.support.laboratory.every_frame", True)
     await until_shown(pilot, "0.439 0.7")
     await run_to_end(pilot)
-    shown = text_of(pilot)
+    screen_text = text_of(pilot)
     for phrase in (
         "peak |y| 10.50 m · 2nd half ±4.401 m",
         "74 separations · off belt 71.01 s (71 %)",
@@ -50,11 +50,11 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
         "P (N)",
         "⣿",
     ):
-        assert phrase in shown, phrase
-    assert any(line.endswith("100│") for line in shown.splitlines())
-    strip = next(line for line in shown.splitlines() if "off belt" in line)
-    assert "▓▓▓" in strip
-    assert "inputs changed" not in shown
+        assert phrase in screen_text, phrase
+    assert any(line.endswith("100│") for line in screen_text.splitlines())
+    contact_strip = next(line for line in screen_text.splitlines() if "off belt" in line)
+    assert "▓▓▓" in contact_strip
+    assert "inputs changed" not in screen_text
 
     plot = chart_of(pilot, "plot-y")
     pilot.app.screen.query_one("#plot-P").focus()
@@ -62,9 +62,9 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
     assert text_of(pilot).splitlines()[-1].startswith("F5 Run F1 Help")
     await pilot.press("e")
     await until_shown(pilot, "90 95 100")
-    strip = next(line for line in text_of(pilot).splitlines() if "off belt" in line)
-    assert "███" in strip
-    assert "░" in strip
+    contact_strip = next(line for line in text_of(pilot).splitlines() if "off belt" in line)
+    assert "███" in contact_strip
+    assert "░" in contact_strip
     await pilot.press("r")
     await until_shown(pilot, "0 50 100")
     await pilot.press("plus", "plus", "h")
@@ -82,16 +82,16 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
     def background() -> object:
         return next(iter(plot.render_line(2))).style
 
-    before = background()
+    colour_before = background()
     pilot.app.theme = "gruvbox"
-    await until(pilot, lambda: background() != before)
+    await until(pilot, lambda: background() != colour_before)
 
     plot.focus()
-    passed = []
+    visited_tabs = []
     for _ in range(len(TABS)):
         await pilot.press("f2")
-        passed.append(pilot.app.screen.query_one(TabBook).active)
-    assert sorted(passed) == sorted(tab.id for tab in TABS)
+        visited_tabs.append(pilot.app.screen.query_one(TabBook).active)
+    assert sorted(visited_tabs) == sorted(tab.id for tab in TABS)
     assert pilot.app.screen.query_one(TabBook).active == "transient"
     await pilot.press("alt+8")
     await until_shown(pilot, "range of y -2.68537 to")
@@ -105,43 +105,43 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
     await until_shown(pilot, "run 1 done, inputs changed since")
 
 
-@pytest.mark.usefixtures("interpreted")
-async def test_a_long_run_is_stopped_and_the_next_one_works(pilot: Pilot[None]) -> None:
+@pytest.mark.usefixtures("interpreted_kernel")
+async def test_a_run_starts_after_a_long_run_was_stopped(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     await type_into(pilot, "t_end", ENDLESS)
     await pilot.press("f5")
     await until_shown(pilot, "Stop")
-    long = session.runs.active
-    assert long is not None
-    await until(pilot, lambda: long.fraction > 0.0)
+    long_run = session.runs.active
+    assert long_run is not None
+    await until(pilot, lambda: long_run.fraction > 0.0)
     await until_shown(pilot, "left")
     assert "F5 Stop" in text_of(pilot)
     editor = await focus(pilot, "F")
     await pilot.press("up")
     assert editor.value == "81"
     await pilot.press("f5")
-    assert long.state is RunState.STOPPED
+    assert long_run.state is RunState.STOPPED
     await until_notice(pilot, "run 1 stopped at")
     assert "F5 Run" in text_of(pilot)
     await type_into(pilot, "t_end", "100")
     await run_to_end(pilot)
     assert "run 2 done" in text_of(pilot)
-    assert long.result is None
+    assert long_run.result is None
     assert [run.state for run in session.runs] == [RunState.STOPPED, RunState.DONE]
 
 
-@pytest.mark.usefixtures("interpreted")
+@pytest.mark.usefixtures("interpreted_kernel")
 async def test_quitting_does_not_wait_for_a_long_run() -> None:
     app = FivtuiApp()
     async with app.run_test(size=SIZE) as pilot:
         await type_into(pilot, "t_end", ENDLESS)
         await pilot.press("f5")
         await until(pilot, lambda: app.session.runs.active is not None)
-    # The test would hang here if the end did not stop the thread.
+    # This line is reached only if quitting has stopped the thread.
     assert app.session.runs.active is None
 
 
-async def test_the_button_works_and_failures_are_shown_and_logged(
+async def test_the_button_starts_and_stops_a_run_and_failures_are_shown_and_logged(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     runs = app_of(pilot).session.runs
@@ -170,10 +170,10 @@ async def test_the_button_works_and_failures_are_shown_and_logged(
     await pilot.press("alt+9")
     await until_shown(pilot, "ERROR: run 2: no equilibrium")
 
-    def broken(_run: object) -> None:
+    def raise_zero_division(_run: object) -> None:
         raise ZeroDivisionError("by zero")
 
-    monkeypatch.setattr("fivtui.tui.lab.run_actions.execute", broken)
+    monkeypatch.setattr("fivtui.tui.lab.run_actions.execute", raise_zero_division)
     await pilot.press("f5")
     await until_notice(pilot, "unexpected ZeroDivisionError: by zero")
     assert "run 3 failed" in text_of(pilot)
@@ -196,16 +196,16 @@ async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> N
         for phrase in phrases:
             await until_shown(pilot, phrase)
         if "too small" not in phrases[0] and size[1] > 12:
-            await until(pilot, lambda: frame_reaches_the_edge(text_of(pilot)))
+            await until(pilot, lambda: time_axes_reach_the_right_edge(text_of(pilot)))
 
 
-def frame_reaches_the_edge(shown: str) -> bool:
-    lines = shown.splitlines()
-    axes = [line.rstrip("│ ") + "│" for line in lines if "t (s) " in line]
-    return bool(axes) and all(len(line) == len(lines[0]) for line in axes)
+def time_axes_reach_the_right_edge(screen_text: str) -> bool:
+    lines = screen_text.splitlines()
+    axis_lines = [line.rstrip("│ ") + "│" for line in lines if "t (s) " in line]
+    return bool(axis_lines) and all(len(line) == len(lines[0]) for line in axis_lines)
 
 
-async def test_without_colour_everything_is_shown_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_without_colour_verdicts_are_shown_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_COLOR", "1")
     app = FivtuiApp()
     assert app.no_color

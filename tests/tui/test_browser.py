@@ -23,10 +23,10 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")
 
 
-def until(holds: Callable[[], bool], description: str) -> None:
+def wait_until(condition: Callable[[], bool], description: str) -> None:
     deadline = time.monotonic() + HANG_S
-    while not holds():
-        assert time.monotonic() < deadline, f"waited in vain for {description}"
+    while not condition():
+        assert time.monotonic() < deadline, f"timeout: {description}"
         time.sleep(0.1)
 
 
@@ -37,19 +37,19 @@ def free_port() -> int:
         return port
 
 
-def reachable(port: int) -> bool:
+def is_reachable(port: int) -> bool:
     with socket.socket() as probe:
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-def test_without_the_extra_its_name_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fivtui.tui.browser.find_spec", lambda _name: None)
     with pytest.raises(InputError, match=r"install fivtui\[serve\]"):
         serve(report=print)
 
 
 @pytest.fixture
-def served(tmp_path: Path) -> Iterator[tuple[int, str]]:
+def server(tmp_path: Path) -> Iterator[tuple[int, str]]:
     pytest.importorskip("textual_serve", reason="the extra serve is not installed")
     port = free_port()
     command = [sys.executable, "-m", "fivtui", "serve", "--port", str(port)]
@@ -63,7 +63,7 @@ def served(tmp_path: Path) -> Iterator[tuple[int, str]]:
             address = rf"http://127\.0\.0\.1:{port}/\?token=([\w-]{{43}})"
             match = re.fullmatch(rf"fivtui is at {address}; Ctrl\+C stops it\n", line)
             assert match is not None, line
-            until(lambda: reachable(port), "the server")
+            wait_until(lambda: is_reachable(port), "the server")
             yield port, match[1]
         finally:
             process.terminate()
@@ -71,7 +71,7 @@ def served(tmp_path: Path) -> Iterator[tuple[int, str]]:
 
 
 @dataclass
-class Answer:
+class Response:
     status: int
     headers: http.client.HTTPMessage
     body: str
@@ -80,13 +80,13 @@ class Answer:
         return self.headers.get(name)
 
 
-def answer(port: int, path: str, **headers: str) -> Answer:
+def request_page(port: int, path: str, **headers: str) -> Response:
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=HANG_S)
     connection.request("GET", path, headers=headers)
     response = connection.getresponse()
     body = response.read().decode()
     connection.close()
-    return Answer(response.status, response.headers, body)
+    return Response(response.status, response.headers, body)
 
 
 WEBSOCKET = {
@@ -98,37 +98,39 @@ WEBSOCKET = {
 
 
 @pytest.mark.host
-def test_only_requests_with_the_token_from_its_own_pages_are_answered(
-    served: tuple[int, str],
+def test_only_requests_from_its_own_page_with_the_token_are_accepted(
+    server: tuple[int, str],
 ) -> None:
-    port, token = served
-    assert answer(port, "/").status == 403
-    assert answer(port, "/ws", **WEBSOCKET).status == 403
-    assert answer(port, "/?token=wrong").status == 403
-    assert answer(port, "/", Cookie=f"fivtui-{port}=wrong").status == 403
-    opened = answer(port, f"/?token={token}")
-    assert (opened.status, opened.getheader("Location")) == (302, "/")
-    cookie = (opened.getheader("Set-Cookie") or "").partition(";")
+    port, token = server
+    assert request_page(port, "/").status == 403
+    assert request_page(port, "/ws", **WEBSOCKET).status == 403
+    assert request_page(port, "/?token=wrong").status == 403
+    assert request_page(port, "/", Cookie=f"fivtui-{port}=wrong").status == 403
+    redirection = request_page(port, f"/?token={token}")
+    assert (redirection.status, redirection.getheader("Location")) == (302, "/")
+    cookie = (redirection.getheader("Set-Cookie") or "").partition(";")
     assert "HttpOnly" in cookie[2]
     assert "SameSite=Strict" in cookie[2]
     for host in (f"127.0.0.1:{port}", f"localhost:{port}"):
-        page = answer(port, "/", Cookie=cookie[0], Host=host)
+        page = request_page(port, "/", Cookie=cookie[0], Host=host)
         assert page.status == 200
         policy = page.getheader("Content-Security-Policy") or ""
         assert f"ws://{host};" in policy
         assert f'data-session-websocket-url="ws://{host}/ws"' in page.body
     cookies = {"Cookie": cookie[0]}
-    assert answer(port, "/", Host="elsewhere.example", **cookies).status == 403
-    elsewhere = {"Origin": "http://elsewhere.example"}
-    assert answer(port, "/ws", **WEBSOCKET, **elsewhere, **cookies).status == 403
+    assert request_page(port, "/", Host="elsewhere.example", **cookies).status == 403
+    foreign_origin = {"Origin": "http://elsewhere.example"}
+    assert request_page(port, "/ws", **WEBSOCKET, **foreign_origin, **cookies).status == 403
     with pytest.raises(InputError, match=f"--port {port}: cannot be used"):
         serve(port, report=print)
 
 
 @pytest.mark.host
-async def test_a_page_of_localhost_reads_and_types(served: tuple[int, str], tmp_path: Path) -> None:
+async def test_a_page_at_localhost_shows_the_screen_and_passes_keys_on(
+    server: tuple[int, str], tmp_path: Path
+) -> None:
     aiohttp = pytest.importorskip("aiohttp")
-    port, token = served
+    port, token = server
     origin, session_path = f"http://localhost:{port}", tmp_path / "fivtui" / "session.json"
     async with (
         aiohttp.ClientSession() as client,
@@ -136,18 +138,18 @@ async def test_a_page_of_localhost_reads_and_types(served: tuple[int, str], tmp_
         client.get(f"{origin}/?token={token}") as page,
     ):
         assert page.status == 200
-        address = re.search(r'data-session-websocket-url="ws(.*)"', await page.text())
-        assert address is not None
+        socket_address = re.search(r'data-session-websocket-url="ws(.*)"', await page.text())
+        assert socket_address is not None
         async with client.ws_connect(
-            f"http{address[1]}?width=80&height=24", headers={"Origin": origin}
+            f"http{socket_address[1]}?width=80&height=24", headers={"Origin": origin}
         ) as stream:
-            received = bytearray()
+            screen_bytes = bytearray()
 
             async def read() -> None:
                 async for message in stream:
-                    received.extend(message.data if isinstance(message.data, bytes) else b"")
+                    screen_bytes.extend(message.data if isinstance(message.data, bytes) else b"")
 
-            reading = asyncio.create_task(read())
+            reading_task = asyncio.create_task(read())
             for key, mu in (("", "0.7"), ("\x1b[A", "0.71")):
                 if key:
                     await stream.send_json(["stdin", key])
@@ -156,16 +158,16 @@ async def test_a_page_of_localhost_reads_and_types(served: tuple[int, str], tmp_
                     or json.loads(session_path.read_bytes())["texts"]["mu"] != mu
                 ):
                     await asyncio.sleep(0.1)
-            assert b"UNSTABLE" in received
-            reading.cancel()
+            assert b"UNSTABLE" in screen_bytes
+            reading_task.cancel()
 
 
 @pytest.mark.host
 async def test_an_export_is_downloaded_by_the_browser_and_not_stored_on_the_server(
-    served: tuple[int, str], tmp_path: Path
+    server: tuple[int, str], tmp_path: Path
 ) -> None:
     aiohttp = pytest.importorskip("aiohttp")
-    port, token = served
+    port, token = server
     origin = f"http://localhost:{port}"
     async with (
         aiohttp.ClientSession() as client,
@@ -173,15 +175,15 @@ async def test_an_export_is_downloaded_by_the_browser_and_not_stored_on_the_serv
         client.get(f"{origin}/?token={token}"),
         client.ws_connect(f"{origin}/ws?width=100&height=30", headers={"Origin": origin}) as stream,
     ):
-        received = bytearray()
+        screen_bytes = bytearray()
         # Screen texts with the key that follows each: the tab, F7, and Enter.
         keys = [("UNSTABLE", "\x1b1"), ("Re λ", "\x1b[18~"), ("Download", "\r")]
         async for message in stream:
             if isinstance(message.data, bytes):
-                received.extend(message.data)
-                if keys and keys[0][0].encode() in received:
+                screen_bytes.extend(message.data)
+                if keys and keys[0][0].encode() in screen_bytes:
                     await stream.send_json(["stdin", keys.pop(0)[1]])
-                    received.clear()
+                    screen_bytes.clear()
                 continue
             kind, key = json.loads(message.data)
             if kind == "deliver_file_start":
@@ -189,9 +191,9 @@ async def test_an_export_is_downloaded_by_the_browser_and_not_stored_on_the_serv
         async with client.get(f"{origin}/download/{key}") as download:
             assert download.status == 200
             disposition = download.headers["Content-Disposition"]
-            text = await download.text()
+            downloaded_text = await download.text()
     assert disposition == "attachment; filename=base-stability.csv"
-    assert text.startswith("# fivtui: ")
+    assert downloaded_text.startswith("# fivtui: ")
     assert not list(tmp_path.glob("base*"))
 
 
@@ -230,31 +232,33 @@ def browser(tmp_path: Path) -> Iterator[Any]:
 @pytest.mark.host
 @pytest.mark.slow
 def test_a_browser_shows_the_laboratory_and_passes_keys_on(
-    served: tuple[int, str], browser: Any, tmp_path: Path
+    server: tuple[int, str], browser: Any, tmp_path: Path
 ) -> None:
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
 
     session_path = tmp_path / "fivtui" / "session.json"
 
-    def texts() -> dict[str, str]:
+    def saved_texts() -> dict[str, str]:
         session_texts: dict[str, str] = (
             json.loads(session_path.read_bytes())["texts"] if session_path.is_file() else {}
         )
         return session_texts
 
-    port, token = served
+    port, token = server
     browser.get(f"http://localhost:{port}/?token={token}")
-    until(lambda: texts().get("mu") == "0.7", "the session of an app in the browser")
+    wait_until(lambda: saved_texts().get("mu") == "0.7", "the session of an app in the browser")
     browser.find_element(By.CSS_SELECTOR, ".xterm-helper-textarea").send_keys(Keys.ARROW_UP)
-    until(lambda: texts().get("mu") == "0.71", "a key to reach the app")
+    wait_until(lambda: saved_texts().get("mu") == "0.71", "a key to reach the app")
     # Text on a background has more than a few colours.
     from matplotlib.image import imread
 
-    picture = tmp_path / "page.png"
-    browser.save_screenshot(str(picture))
-    pixels = imread(picture).reshape(-1, 4)
+    screenshot = tmp_path / "page.png"
+    browser.save_screenshot(str(screenshot))
+    pixels = imread(screenshot).reshape(-1, 4)
     assert len({tuple(pixel) for pixel in pixels[::7].tolist()}) > 20
-    severe = [e["message"] for e in browser.get_log("browser") if e["level"] == "SEVERE"]
+    severe_messages = [
+        entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"
+    ]
     # The page requests an external font, which is blocked, and an icon.
-    assert all("fonts.googleapis" in message or "favicon" in message for message in severe)
+    assert all("fonts.googleapis" in message or "favicon" in message for message in severe_messages)

@@ -20,7 +20,7 @@ PICTURE = Path(__file__).parents[2] / "examples" / "laboratory.svg"
 SIZES = [(80, 24), (100, 30), (120, 35), (140, 40), (200, 60)]
 
 
-async def test_panes_are_complete_and_no_title_is_cut_at_any_size() -> None:
+async def test_panes_are_complete_and_titles_uncut_at_any_size() -> None:
     async with FivtuiApp().run_test(size=SIZES[0]) as pilot:
         for size in SIZES:
             await pilot.resize_terminal(*size)
@@ -49,27 +49,29 @@ def check_panes(pilot: Pilot[None], size: tuple[int, int]) -> None:
     """Check edges, gauge, units and titles of the tabs."""
     lines = text_of(pilot).splitlines()
     # Every line ends in an edge, except the line of keys and that of the last run.
-    ends = {line.rstrip()[-1] for line in lines[:-1] if len(line.rstrip()) == size[0]}
-    assert ends <= set("╮│╯")
-    short = [line for line in lines[:-1] if len(line.rstrip()) < size[0]]
-    assert len(short) == 1
-    assert "no run yet: press F5" in short[0]
+    last_characters = {line.rstrip()[-1] for line in lines[:-1] if len(line.rstrip()) == size[0]}
+    assert last_characters <= set("╮│╯")
+    short_lines = [line for line in lines[:-1] if len(line.rstrip()) < size[0]]
+    assert len(short_lines) == 1
+    assert "no run yet: press F5" in short_lines[0]
     # An edge separates the units of the form from the tab.
-    form = pilot.app.screen.query_one("Form").region
-    assert {line[form.right - 1] for line in lines[form.y : form.bottom]} <= set("╮│╯")
-    (gauge,) = (line for line in lines if line.startswith("│ μ ") and "●" in line)
-    assert "squeals by itself" in gauge
+    form_region = pilot.app.screen.query_one("Form").region
+    assert {
+        line[form_region.right - 1] for line in lines[form_region.y : form_region.bottom]
+    } <= set("╮│╯")
+    (gauge_line,) = (line for line in lines if line.startswith("│ μ ") and "●" in line)
+    assert "squeals by itself" in gauge_line
     assert any(line.split() == ["│", "0", "0.439", "0.7", "1.5", "│"] for line in lines)
     for name, spec in PARAMETERS.items():
         symbol = FIELDS[name].symbol
-        (row,) = (
+        (field_line,) = (
             line[: line.index("│", 1)] for line in lines if re.match(rf"│ {symbol} .*−  \+", line)
         )
-        assert row.rstrip().endswith(spec.unit or "+"), row
-    (tabs,) = (line for line in lines if "Stability" in line)
-    shown = tabs[tabs.index("Stability") :].rstrip("─╮").removesuffix("› ").split()
-    assert shown == [tab.title for tab in TABS][: len(shown)]
-    assert size[0] < 120 or len(shown) == len(TABS)
+        assert field_line.rstrip().endswith(spec.unit or "+"), field_line
+    (title_line,) = (line for line in lines if "Stability" in line)
+    tab_titles = title_line[title_line.index("Stability") :].rstrip("─╮").removesuffix("› ").split()
+    assert tab_titles == [tab.title for tab in TABS][: len(tab_titles)]
+    assert size[0] < 120 or len(tab_titles) == len(TABS)
     if size[1] >= 30:
         assert any("↑↓ step  F8 reset ─╯" in line for line in lines)
         assert "μ_c 0.4394" in text_of(pilot)
@@ -81,33 +83,33 @@ def check_panes(pilot: Pilot[None], size: tuple[int, int]) -> None:
     "size",
     [(80, 24), *(pytest.param(size, marks=pytest.mark.whole) for size in SIZES[1:])],
 )
-async def test_notifications_lie_over_nothing_that_is_clicked(size: tuple[int, int]) -> None:
+async def test_notices_cover_no_control_that_is_clicked(size: tuple[int, int]) -> None:
     async with FivtuiApp().run_test(size=size) as pilot:
         screen = pilot.app.screen
-        long = "as long as the words of some errors are " * 20
+        long_text = "as long as the words of some errors are " * 20
         for number in range(5):
             screen.post_message(Reported(f"number {number}", error=bool(number % 2)))
         await until_notice(pilot, "number 4")
         await until_shown(pilot, "▌ number 2 ")
-        shown = text_of(pilot)
-        assert "▌ number 4 " in shown
-        assert "number 1" not in shown
-        screen.post_message(Reported(long, error=True))
+        screen_text = text_of(pilot)
+        assert "▌ number 4 " in screen_text
+        assert "number 1" not in screen_text
+        screen.post_message(Reported(long_text, error=True))
         await until_shown(pilot, "… (tab Log)")
         notices = notices_of(pilot)
         assert notices.region.height == 3
         assert notices.region.bottom == size[1] - 1
         for tab in TABS:
             await show_tab(pilot, tab.key)
-            clicked = [
+            control_regions = [
                 screen.find_widget(control).visible_region
-                for kind in (Button, Input, Checkbox, Select, ContentTabs)
-                for control in screen.query(kind)
+                for control_class in (Button, Input, Checkbox, Select, ContentTabs)
+                for control in screen.query(control_class)
                 if control.is_on_screen
             ]
-            assert clicked
+            assert control_regions
             assert not [
-                region for region in clicked if region and region.overlaps(notices.region)
+                region for region in control_regions if region and region.overlaps(notices.region)
             ], tab.id
         # A click removes a notice, and notices expire.
         notices.clear()
@@ -124,7 +126,7 @@ async def test_notifications_lie_over_nothing_that_is_clicked(size: tuple[int, i
 
 def test_the_picture_of_the_readme_is_current() -> None:
     texts = re.findall(r"<text[^>]*>(.*?)</text>", PICTURE.read_text(encoding="utf-8"))
-    shown = " ".join(html.unescape(" ".join(texts)).split())
+    picture_text = " ".join(html.unescape(" ".join(texts)).split())
     for phrase in (
         *(tab.title for tab in TABS),
         *(FIELDS[name].symbol for name in PARAMETERS),
@@ -136,4 +138,4 @@ def test_the_picture_of_the_readme_is_current() -> None:
         "separation considered",
         "F5 Run F1 Help",
     ):
-        assert phrase in shown, phrase
+        assert phrase in picture_text, phrase

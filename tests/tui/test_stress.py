@@ -17,30 +17,30 @@ KEYS = (
     *("f1", "f2", "shift+f2", "f3", "f4", "f5", "f5", "f6", "f7", "f8", "shift+f8", "f9"),
     *(tab.key for tab in TABS),
 )
-PRESSES = 100
+PRESSED_KEY_COUNT = 100
 
 
 @pytest.mark.slow
-async def test_typing_at_random_neither_crashes_nor_blocks(
+async def test_random_keys_neither_crash_nor_block(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("tests.support.laboratory.every_frame", True)
     # Building and loading an FMU would be slow.
-    monkeypatch.setattr("fivtui.fmu.integrate_fmu", _no_fmu)
-    chosen = random.Random(7)
-    pressed: list[str] = []
+    monkeypatch.setattr("fivtui.fmu.integrate_fmu", _refuse_fmu)
+    generator = random.Random(7)
+    pressed_keys: list[str] = []
     app = FivtuiApp(state=tmp_path / "session.json")
     async with app.run_test(size=(100, 30)) as pilot:
         await pilot.pause()
-        for _ in range(PRESSES):
-            pressed.append(chosen.choice(KEYS))
-            if pressed[-1] == "enter" and app.screen.query("#path"):
+        for _ in range(PRESSED_KEY_COUNT):
+            pressed_keys.append(generator.choice(KEYS))
+            if pressed_keys[-1] == "enter" and app.screen.query("#path"):
                 # Random keys must not open or write files.
-                pressed[-1] = "escape"
-            await pilot.press(pressed[-1])
-            assert app._exception is None, pressed
-        # After all keys the program still works.
+                pressed_keys[-1] = "escape"
+            await pilot.press(pressed_keys[-1])
+            assert app._exception is None, pressed_keys
+        # The program still responds after all keys.
         while len(app.screen_stack) > 1:
             app.pop_screen()
         await pilot.press("shift+f8")
@@ -49,7 +49,7 @@ async def test_typing_at_random_neither_crashes_nor_blocks(
         assert "F1 Help" in text_of(pilot)
 
 
-def _no_fmu(*_: object, **__: object) -> None:
+def _refuse_fmu(*_: object, **__: object) -> None:
     from fivtui.model.errors import ComputationError
 
     raise ComputationError("there is no FMU in this test", "another method")

@@ -14,14 +14,14 @@ import pytest
 import fivtui
 from tests.support.laboratory import HANG_S
 
-# The wait fails after this many polls. Polls that come late because the machine is busy are not
-# counted. HANG_S ends a hang.
-LOOKS = 2000
-LOOK_S = 0.05
-LATE_S = 0.2
-ENDED = "ended with"
-# Alternate screen, mouse tracking, visible cursor.
-MODES = "#{alternate_on} #{mouse_any_flag} #{cursor_flag}"
+# The wait fails after this number of polls, or after HANG_S. Late polls are not counted, because
+# the machine was busy.
+MAX_POLLS = 2000
+POLL_INTERVAL_S = 0.05
+LATE_POLL_S = 0.2
+EXIT_TEXT = "ended with"
+# Flags of tmux: alternate screen, mouse tracking, visible cursor.
+TERMINAL_MODES = "#{alternate_on} #{mouse_any_flag} #{cursor_flag}"
 TMUX = shutil.which("tmux")
 
 
@@ -35,8 +35,8 @@ class Terminal:
             "LC_ALL": "C.UTF-8",
             "PYTHONPATH": str(Path(fivtui.__file__).parents[1]),
         }
-        begin = f"cd {folder} && {sys.executable} -m fivtui; echo {ENDED} $?; cat"
-        self._tmux("new-session", "-d", "-x", "80", "-y", "24", begin, env=environment)
+        shell_command = f"cd {folder} && {sys.executable} -m fivtui; echo {EXIT_TEXT} $?; cat"
+        self._tmux("new-session", "-d", "-x", "80", "-y", "24", shell_command, env=environment)
 
     def _tmux(self, *arguments: str, env: dict[str, str] | None = None) -> str:
         command = [*self._base, *arguments]
@@ -50,24 +50,24 @@ class Terminal:
         return self._tmux("capture-pane", "-p")
 
     def until_shown(self, phrase: str) -> str:
-        begin = previous = time.monotonic()
-        looks = 0
-        while phrase not in " ".join((shown := self.screen()).split()):
-            current = time.monotonic()
-            looks += current - previous < LATE_S
-            previous = current
-            ended = ENDED in shown and ENDED not in phrase
-            in_vain = ended or looks > LOOKS or current - begin > HANG_S
-            assert not in_vain, f"{phrase!r} did not come; the screen:\n{shown}"
-            time.sleep(LOOK_S)
-        return shown
+        start_time = previous_time = time.monotonic()
+        poll_count = 0
+        while phrase not in " ".join((screen_text := self.screen()).split()):
+            current_time = time.monotonic()
+            poll_count += current_time - previous_time < LATE_POLL_S
+            previous_time = current_time
+            has_exited = EXIT_TEXT in screen_text and EXIT_TEXT not in phrase
+            is_hopeless = has_exited or poll_count > MAX_POLLS or current_time - start_time > HANG_S
+            assert not is_hopeless, f"{phrase!r} is not on the screen:\n{screen_text}"
+            time.sleep(POLL_INTERVAL_S)
+        return screen_text
 
     def format(self, template: str) -> str:
         return self._tmux("display-message", "-p", template).strip()
 
-    def program(self) -> int:
-        children = ["pgrep", "-P", self.format("#{pane_pid}")]
-        return int(subprocess.run(children, check=True, capture_output=True, text=True).stdout)
+    def program_id(self) -> int:
+        command = ["pgrep", "-P", self.format("#{pane_pid}")]
+        return int(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
     def close_terminal(self) -> None:
         self._tmux("kill-pane")
@@ -80,13 +80,13 @@ class Terminal:
 def terminal(tmp_path: Path) -> Iterator[Terminal]:
     if TMUX is None:
         pytest.skip("no tmux")
-    started = Terminal(tmp_path)
-    yield started
-    started.close()
+    started_terminal = Terminal(tmp_path)
+    yield started_terminal
+    started_terminal.close()
 
 
 @pytest.mark.host
-def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> None:
+def test_a_real_terminal_shows_edits_runs_and_exports(terminal: Terminal, tmp_path: Path) -> None:
     terminal.until_shown("UNSTABLE: growth rate +0.6304 1/s")
     terminal.press("Up")
     terminal.until_shown("base (changed)")
@@ -99,8 +99,8 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.press("Escape")
     terminal.until_shown("μ 0.7 − +")
     terminal.press("F5")
-    shown = terminal.until_shown("peak |y| 10.50 m · 2nd half ±4.401 m")
-    assert "⣿" in shown
+    screen_text = terminal.until_shown("peak |y| 10.50 m · 2nd half ±4.401 m")
+    assert "⣿" in screen_text
     # Move from the plot to the fields: each step updates the curve. Two cursors show values.
     terminal.press("M-p", "M-f", "Up")
     terminal.until_shown("F5 keeps a run")
@@ -127,17 +127,17 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
 
 
 @pytest.mark.host
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("signal_number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_saves_the_session_and_restores_the_terminal(
-    number: signal.Signals, terminal: Terminal, tmp_path: Path
+    signal_number: signal.Signals, terminal: Terminal, tmp_path: Path
 ) -> None:
     terminal.until_shown("UNSTABLE: growth rate +0.6304 1/s")
-    assert terminal.format(MODES) == "1 1 0"
+    assert terminal.format(TERMINAL_MODES) == "1 1 0"
     terminal.press("Up", "Up")
     terminal.until_shown("μ 0.72")
-    os.kill(terminal.program(), number)
-    terminal.until_shown(f"ended with {128 + number}")
-    assert terminal.format(MODES) == "0 0 1"
+    os.kill(terminal.program_id(), signal_number)
+    terminal.until_shown(f"ended with {128 + signal_number}")
+    assert terminal.format(TERMINAL_MODES) == "0 0 1"
     assert '"mu": "0.72"' in (tmp_path / "fivtui" / "session.json").read_text()
 
 
@@ -146,8 +146,8 @@ def test_a_closed_terminal_saves_the_session(terminal: Terminal, tmp_path: Path)
     terminal.until_shown("UNSTABLE: growth rate +0.6304 1/s")
     terminal.press("Up", "Up")
     terminal.until_shown("μ 0.72")
-    program = terminal.program()
+    program_id = terminal.program_id()
     terminal.close_terminal()
-    while Path(f"/proc/{program}").exists():
-        time.sleep(LOOK_S)
+    while Path(f"/proc/{program_id}").exists():
+        time.sleep(POLL_INTERVAL_S)
     assert '"mu": "0.72"' in (tmp_path / "fivtui" / "session.json").read_text()

@@ -1,4 +1,4 @@
-"""Keys are handled during computations, and computations show what they wait for."""
+"""Keys are handled at once during computations, in order, and computations show progress."""
 
 import asyncio
 import gc
@@ -19,60 +19,60 @@ from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
 SIZE = (80, 24)
 
 
-def test_computations_pause_until_the_screen_has_answered(
+def test_computations_pause_until_the_screen_has_responded(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    # The screen keeps its turn until it is released, even on a slow machine.
+    # The priority lasts until it is released, even on a slow machine.
     monkeypatch.setattr(jobs, "_RESPONSE_TIME_S", HANG_S)
-    turn = ScreenPriority()
-    turn.yield_to_screen()
-    assert not turn.claimed
-    turn.claim()
-    assert turn.claimed
-    passed = threading.Event()
+    priority = ScreenPriority()
+    priority.yield_to_screen()
+    assert not priority.claimed
+    priority.claim()
+    assert priority.claimed
+    has_resumed = threading.Event()
 
     def compute() -> None:
-        turn.yield_to_screen()
-        passed.set()
+        priority.yield_to_screen()
+        has_resumed.set()
 
-    computing = threading.Thread(target=compute)
-    computing.start()
-    assert not passed.is_set()
-    turn.release()
-    assert passed.wait(HANG_S)
+    computing_thread = threading.Thread(target=compute)
+    computing_thread.start()
+    assert not has_resumed.is_set()
+    priority.release()
+    assert has_resumed.wait(HANG_S)
 
 
 def test_continuous_key_presses_do_not_stop_computations() -> None:
-    turn, ended = ScreenPriority(), threading.Event()
-    turn.claim()
+    priority, stop_pressing = ScreenPriority(), threading.Event()
+    priority.claim()
 
-    def press() -> None:
-        while not ended.is_set():
-            turn.claim()
+    def press_continuously() -> None:
+        while not stop_pressing.is_set():
+            priority.claim()
             time.sleep(1e-3)
 
-    pressing = threading.Thread(target=press)
-    computing = threading.Thread(target=turn.yield_to_screen, daemon=True)
-    pressing.start()
-    computing.start()
-    computing.join(HANG_S)
-    ended.set()
-    pressing.join()
-    assert not computing.is_alive()
+    pressing_thread = threading.Thread(target=press_continuously)
+    computing_thread = threading.Thread(target=priority.yield_to_screen, daemon=True)
+    pressing_thread.start()
+    computing_thread.start()
+    computing_thread.join(HANG_S)
+    stop_pressing.set()
+    pressing_thread.join()
+    assert not computing_thread.is_alive()
 
 
-async def test_a_key_has_precedence_until_its_frame(
+async def test_computations_pause_from_a_key_until_its_frame(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(jobs, "_RESPONSE_TIME_S", HANG_S)
     claims: list[bool] = []
-    original = app_of(pilot).session.step_field
+    original_step_field = app_of(pilot).session.step_field
 
-    def step(name: str, direction: int, *, fine: bool = False) -> bool:
+    def record_and_step_field(name: str, direction: int, *, fine: bool = False) -> bool:
         claims.append(SCREEN_PRIORITY.claimed)
-        return original(name, direction, fine=fine)
+        return original_step_field(name, direction, fine=fine)
 
-    app_of(pilot).session.step_field = step  # type: ignore[method-assign]
+    app_of(pilot).session.step_field = record_and_step_field  # type: ignore[method-assign]
     await pilot.press("up")
     await until(pilot, lambda: bool(claims) and not SCREEN_PRIORITY.claimed)
     assert claims == [True]
@@ -144,7 +144,7 @@ async def test_keys_after_quitting_are_ignored() -> None:
         app.post_message(Key("up", None))
 
 
-async def test_a_dialog_closed_while_it_opens_harms_nothing(pilot: Pilot[None]) -> None:
+async def test_a_dialog_can_be_closed_while_it_opens(pilot: Pilot[None]) -> None:
     for pause in (0.0, 0.0, 0.002, 0.005, 0.01, 0.02):
         pilot.app.simulate_key("alt+s")
         await asyncio.sleep(pause)

@@ -56,7 +56,7 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     await pilot.press("f7")
     await answer(pilot, "a.csv")
     await until_shown(pilot, "a.csv exists. Overwrite it?")
-    # Another name withdraws the question.
+    # Another path resets the confirmation.
     await answer(pilot, "b.csv")
     await until_shown(pilot, "b.csv exists. Overwrite it?")
     for path, message in (
@@ -74,10 +74,10 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     await until_notice(pilot, "data written to a.csv")
     assert load_trajectory(tmp_path / "a.csv").t.size == 10_001
 
-    def broken(*_: object, **__: object) -> str:
+    def raise_memory_error(*_: object, **__: object) -> str:
         raise MemoryError("too large")
 
-    monkeypatch.setattr("fivtui.tui.lab.file_control.write_export", broken)
+    monkeypatch.setattr("fivtui.tui.lab.file_control.write_export", raise_memory_error)
     await pilot.press("f7")
     await answer(pilot, "c.csv")
     await until_notice(pilot, "data: unexpected MemoryError: too large")
@@ -88,16 +88,16 @@ async def test_help_describes_the_focused_field_and_the_keys(pilot: Pilot[None])
     await focus(pilot, "k_nl")
     await pilot.press("question_mark")
     await until_shown(pilot, "Keys that work now")
-    shown = flat_text_of(pilot)
+    page = flat_text_of(pilot)
     for phrase in ("F5 Ctrl+R Run the scene", "F1 ? All keys", "↑ Increase", "Shift+F2"):
-        assert phrase in shown, phrase
+        assert phrase in page, phrase
     pages = []
-    while "Eq. 4" not in shown:
-        pages.append(shown)
+    while "Eq. 4" not in page:
+        pages.append(page)
         await pilot.press("pagedown")
-        shown = flat_text_of(pilot)
-        assert shown not in pages
-    help_text = " ".join([*pages, shown])
+        page = flat_text_of(pilot)
+        assert page not in pages
+    help_text = " ".join([*pages, page])
     assert help_text.index("Go to the plot") < help_text.index("k_nl: cubic contact stiffness")
     for phrase in ("symbol k_nl", "unit N/m^3", "from 0 to 1e+24 N/m^3", "default 100"):
         assert phrase in help_text, phrase
@@ -141,7 +141,7 @@ async def test_keys_focus_every_part_and_fit_into_the_key_bar(
         assert text_of(pilot).splitlines()[-1].startswith("F5 Run F1 Help F2 Tab ")
 
 
-MEANT = {
+TITLE_BY_QUERY = {
     "csv": "Export the data", "phase": "Transient: Phase", "plot": "Export the figure",
     "help": "Help: keys", "save": "Save the scene", "load": "Load the scene", "import": "Read a",
     "picture": "Copy the picture", "pdf": "Export the figure", "exit": "Quit", "dark": "Theme",
@@ -155,7 +155,7 @@ MEANT = {
 }  # fmt: skip
 
 
-async def test_the_palette_searches_by_meaning_and_edits_and_works_in_the_plot(
+async def test_the_palette_finds_by_meaning_focuses_fields_and_acts_on_plots(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
@@ -176,7 +176,7 @@ async def test_the_palette_searches_by_meaning_and_edits_and_works_in_the_plot(
             await until_shown(pilot, "ẏ")
     provider = LabCommands(pilot.app.screen)
     await provider.startup()
-    for query, title in MEANT.items():
+    for query, title in TITLE_BY_QUERY.items():
         hits = sorted([hit async for hit in provider.search(query)], key=lambda hit: -hit.score)
         titles = [str(getattr(hit, "match_display", "")) for hit in hits[:3]]
         assert any(candidate.startswith(title) for candidate in titles) if title else not titles, (
@@ -205,17 +205,17 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     assert "t (s)" in pilot.app.clipboard
     lab.tab_book.when_ready(lab.files.copy_picture)
     await until_notice(pilot, "a picture cannot be copied: needs wl-copy")
-    programs = tmp_path / "bin"
-    programs.mkdir()
-    (programs / "xclip").write_text('#!/bin/sh\ncp "$6" "$COPIED"\n')
-    (programs / "xclip").chmod(0o755)
-    monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
+    program_folder = tmp_path / "bin"
+    program_folder.mkdir()
+    (program_folder / "xclip").write_text('#!/bin/sh\ncp "$6" "$COPIED"\n')
+    (program_folder / "xclip").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{program_folder}:{os.environ['PATH']}")
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setenv("COPIED", str(tmp_path / "copied.png"))
     lab.tab_book.when_ready(lab.files.copy_picture)
     await until_notice(pilot, "the figure of run 1 is copied")
     assert (tmp_path / "copied.png").read_bytes().startswith(b"\x89PNG")
-    (programs / "xclip").write_text("#!/bin/sh\nexit 1\n")
+    (program_folder / "xclip").write_text("#!/bin/sh\nexit 1\n")
     lab.tab_book.when_ready(lab.files.copy_picture)
     await until_notice(pilot, "the picture is not copied: xclip failed")
 

@@ -26,12 +26,12 @@ SIZE = (80, 24)
 
 async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[None]) -> None:
     await until_shown(pilot, "F5 Run F1 Help")
-    shown = text_of(pilot)
-    assert "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz" in shown
+    screen_text = text_of(pilot)
+    assert "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz" in screen_text
     assert "0 0.439 0.7 1.5" in flat_text_of(pilot)
-    assert "no run yet" in shown
-    assert shown.splitlines()[-1].startswith("F5 Run F1 Help")
-    lines = [" ".join(line.strip("│").split()) for line in shown.splitlines()]
+    assert "no run yet" in screen_text
+    assert screen_text.splitlines()[-1].startswith("F5 Run F1 Help")
+    lines = [" ".join(line.strip("│").split()) for line in screen_text.splitlines()]
     for label in ("k_nl 100 − + N/m^3", "μ 0.7 − +", "c1 0.32 − + N s/m", "tol 1e-12 − +"):
         assert any(line.startswith(label) for line in lines), label
     await focus(pilot, "c2")
@@ -41,7 +41,7 @@ async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[N
     assert pilot.app.focused is pilot.app.screen.query_one("#row-F").query_one(Input)
 
 
-async def test_a_form_with_a_scene_shows_that_scene() -> None:
+async def test_the_form_shows_the_scene_of_the_start() -> None:
     app = FivtuiApp(PRESETS["stiff-contact"], "stiff-contact")
     async with app.run_test(size=SIZE) as pilot:
         await pilot.pause()
@@ -86,8 +86,10 @@ async def test_values_change_by_keys_mouse_and_lists(pilot: Pilot[None]) -> None
     await pilot.press(*["up"] * 10)
     await until(pilot, lambda: editor.value == "90")
     assert session.texts["F"] == "90"
-    line = next(line for line in text_of(pilot).splitlines() if line.startswith("│•F "))
-    await pilot.click("#row-F", offset=(line.index("+") - 1, 0))
+    force_line = next(
+        force_line for force_line in text_of(pilot).splitlines() if force_line.startswith("│•F ")
+    )
+    await pilot.click("#row-F", offset=(force_line.index("+") - 1, 0))
     await until(pilot, lambda: session.texts["F"] == "91")
     assert editor.value == "91"
     pilot.app.screen.query_one(Checkbox).focus()
@@ -138,16 +140,16 @@ async def test_letters_move_and_change_fields_outside_of_an_editor(pilot: Pilot[
     await pilot.press("f1")
     await until_shown(pilot, "Keys that work now")
     while "k2: linear contact stiffness" not in text_of(pilot):
-        before = text_of(pilot)
+        previous_page = text_of(pilot)
         await pilot.press("pagedown")
-        assert text_of(pilot) != before
+        assert text_of(pilot) != previous_page
     await pilot.press("escape", "f8")
     await until(pilot, lambda: not session.changed_fields)
     await pilot.press("G", "g", "k", "i")
     assert pilot.app.focused is pilot.app.screen.query_one("#row-m").query_one(Input)
 
 
-async def send(pilot: Pilot[None], *sequences: str) -> None:
+async def send_sequences(pilot: Pilot[None], *sequences: str) -> None:
     """Send key sequences as a terminal does."""
     for sequence in sequences:
         for event in XTermParser().feed(sequence):
@@ -155,34 +157,34 @@ async def send(pilot: Pilot[None], *sequences: str) -> None:
     await pilot.pause()
 
 
-async def test_alt_and_a_key_is_never_text(pilot: Pilot[None]) -> None:
+async def test_keys_with_alt_insert_no_text(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     for editor in ("#row-m Input", "#row-start Input"):
         pilot.app.screen.query_one(editor).focus()
         # The last characters are those that Option types on a Mac.
-        await send(pilot, *(f"\x1b{sign}" for sign in "1234567890-=x"), *"¡™£¢∞§¶•ªº")
+        await send_sequences(pilot, *(f"\x1b{sign}" for sign in "1234567890-=x"), *"¡™£¢∞§¶•ªº")
         assert not session.changed_fields
     # Also without a pause between two keys.
-    await send(pilot, "\x1b2\x1b3")
+    await send_sequences(pilot, "\x1b2\x1b3")
     await until(pilot, lambda: session.tab == "sweep")
     await until_shown(pilot, "no sweep yet: press F10")
     vary = pilot.app.screen.query_one("#vary", Input)
     vary.focus()
-    before = vary.value
-    await send(pilot, "\x1b7", "\x1b-", "£")
+    initial_range = vary.value
+    await send_sequences(pilot, "\x1b7", "\x1b-", "£")
     await until(pilot, lambda: session.tab == "sweep")
-    assert vary.value == before
-    await send(pilot, "\x1b1")
+    assert vary.value == initial_range
+    await send_sequences(pilot, "\x1b1")
     await until(pilot, lambda: session.tab == "stability")
-    await send(pilot, "\x1bs")
+    await send_sequences(pilot, "\x1bs")
     await until_shown(pilot, "Save the scene as")
     path = pilot.app.screen.query_one("#path", Input)
-    await send(pilot, "\x1b2", "\x1bq", "£")
+    await send_sequences(pilot, "\x1b2", "\x1bq", "£")
     assert path.value == "base.toml£"
     assert session.tab == "stability"
 
 
-WITH_COMMAS = (
+DECIMAL_COMMAS = (
     ("mu", "0,7", "0.7"),
     ("mu", ",45", ".45"),
     ("F", "-0,5e-1", "-0.5e-1"),
@@ -193,7 +195,7 @@ WITH_COMMAS = (
     ("accuracy", "peak=0,1, half_range=1e-3", "peak=0.1, half_range=1e-3"),
     ("accuracy", "peak=1,half_range=1e-3", "peak=1,half_range=1e-3"),
 )
-INVALID = (
+INVALID_TEXTS = (
     ("mu", "1.2.3"),
     ("mu", "1.2,3"),
     ("mu", "0.7kg m_ µ٣;:=é"),
@@ -205,12 +207,14 @@ INVALID = (
 )
 
 
-async def replace(pilot: Pilot[None], name: str, typed: str, text: str, *, paste: bool) -> Input:
+async def replace_text(
+    pilot: Pilot[None], name: str, typed: str, text: str, *, paste: bool
+) -> Input:
     """Type or paste over the text of a field, and wait until it is `text`."""
     editor = await focus(pilot, name)
     await pilot.press("end", "ctrl+u")
     pasted = f"\x1b[200~{typed.replace(' ', chr(10), 1) if typed == text else typed}\n\x1b[201~"
-    await send(pilot, *([pasted] if paste else typed))
+    await send_sequences(pilot, *([pasted] if paste else typed))
     await until(pilot, lambda: app_of(pilot).session.texts[name] == text)
     assert editor.value == text
     return editor
@@ -219,16 +223,16 @@ async def replace(pilot: Pilot[None], name: str, typed: str, text: str, *, paste
 async def test_a_decimal_comma_is_a_point_and_invalid_text_stays_and_is_marked(
     pilot: Pilot[None],
 ) -> None:
-    for name, typed, text in WITH_COMMAS:
+    for name, typed, text in DECIMAL_COMMAS:
         FIELDS[name].check(text)
         for paste in (False, True):
-            editor = await replace(pilot, name, typed, text, paste=paste)
+            editor = await replace_text(pilot, name, typed, text, paste=paste)
             assert editor.cursor_position == len(text)
     fields = pilot.app.screen.query_one(FieldList)
-    for name, text in INVALID:
+    for name, text in INVALID_TEXTS:
         row = fields.query_one(f"#row-{name}", FieldRow)
         for paste in (False, True):
-            editor = await replace(pilot, name, text, text, paste=paste)
+            editor = await replace_text(pilot, name, text, text, paste=paste)
             await until(pilot, lambda: row.region.height > 1)  # noqa: B023
             # The reason, including the allowed range, is visible.
             assert "must be" in " ".join(row.render().plain.split())
@@ -257,26 +261,26 @@ async def test_a_row_accepts_clicks_anywhere_and_a_long_paste(
 
 
 async def test_keys_in_one_burst_are_handled_in_order(pilot: Pilot[None]) -> None:
-    def press(*keys: tuple[str, str | None]) -> None:
+    def post_keys(*keys: tuple[str, str | None]) -> None:
         for key, character in keys:
             pilot.app.post_message(Key(key, character))
 
     await focus(pilot, "mu")
     texts = app_of(pilot).session.texts
-    press(("ctrl+u", None), ("0", "0"), ("full_stop", "."), ("8", "8"), ("9", "9"))
+    post_keys(("ctrl+u", None), ("0", "0"), ("full_stop", "."), ("8", "8"), ("9", "9"))
     await until(pilot, lambda: texts["mu"] == "0.89")
     # The run uses text typed before F5; later keys go to the newly focused field.
-    press(("end", None), ("backspace", None), ("f5", None), ("shift+tab", None))
-    press(("ctrl+u", None), ("0", "0"), ("backspace", None))
+    post_keys(("end", None), ("backspace", None), ("f5", None), ("shift+tab", None))
+    post_keys(("ctrl+u", None), ("0", "0"), ("backspace", None))
     pilot.app.post_message(Paste("12"))
-    press(("5", "5"))
+    post_keys(("5", "5"))
     runs = app_of(pilot).session.runs
     await until(pilot, lambda: runs.newest is not None and runs.active is None)
     assert runs.newest is not None
     assert runs.newest.scene.parameters.mu == 0.8
     await until(pilot, lambda: texts["k_nl"] == "125")
     # A dialog receives keys that are typed while it opens.
-    press(("ctrl+o", None), *((letter, letter) for letter in "abc"))
+    post_keys(("ctrl+o", None), *((letter, letter) for letter in "abc"))
     await until(
         pilot,
         lambda: [view.value for view in pilot.app.screen.query("#path").results(Input)] == ["abc"],

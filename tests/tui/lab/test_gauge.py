@@ -18,25 +18,25 @@ SIZE = (80, 24)
 OVER_MU = Zones("mu", (0.0, 0.278, 0.439, 1.5), (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS))
 
 
-def line_of(parts: StyledTexts) -> str:
+def join_texts(parts: StyledTexts) -> str:
     return "".join(text for text, _ in parts)
 
 
-def drawn(gauge: Gauge, width: int) -> tuple[str, str]:
+def draw_gauge(gauge: Gauge, width: int) -> tuple[str, str]:
     zones, numbers = gauge.lines(width)
-    return line_of(zones), line_of(numbers)
+    return join_texts(zones), join_texts(numbers)
 
 
 @pytest.mark.parametrize("width", [30, 76, 196])
 @pytest.mark.parametrize("value", [0.0, 0.28, 0.7, 1.5])
-def test_zones_stand_at_their_values_in_words_and_glyphs(width: int, value: float) -> None:
+def test_zones_are_drawn_at_their_values_with_labels_and_glyphs(width: int, value: float) -> None:
     gauge = Gauge("μ", OVER_MU, value, f"{value:g}", searching=False, basis="")
-    zones, numbers = drawn(gauge, width)
+    zones, numbers = draw_gauge(gauge, width)
     assert len(zones) == width
     assert len(numbers) == width
-    room = width - 2
-    marker = zones.index("●") - 2
-    assert abs(marker / (room - 1) - value / 1.5) <= 1.0 / room
+    bar_width = width - 2
+    marker_column = zones.index("●") - 2
+    assert abs(marker_column / (bar_width - 1) - value / 1.5) <= 1.0 / bar_width
     # Each zone has a glyph of its own, so colour adds no information.
     assert zones.index("─") < zones.index("━")
     assert "╍" in zones or width == 30
@@ -51,29 +51,29 @@ def test_zones_stand_at_their_values_in_words_and_glyphs(width: int, value: floa
 def test_bounds_are_drawn_at_their_values_at_every_width(value: float) -> None:
     gauge = Gauge("μ", OVER_MU, value, f"{value:g}", searching=False, basis="")
     for width in range(20, 140):
-        zones, _ = drawn(gauge, width)
+        zones, _ = draw_gauge(gauge, width)
         assert len(zones) == width
         for bound in (0.278, 0.439):
             assert zones[2 + round(bound / 1.5 * (width - 3))] in "┼●", (width, zones)
 
 
 def test_each_number_stands_below_its_bound() -> None:
-    zones, numbers = drawn(Gauge("μ", OVER_MU, 0.7, "0.70", searching=False, basis=""), 100)
+    zones, numbers = draw_gauge(Gauge("μ", OVER_MU, 0.7, "0.70", searching=False, basis=""), 100)
     for number, mark in (("0.278", "┼"), ("0.439", "┼"), ("0.70", "●")):
-        at = numbers.index(number)
-        assert mark in zones[at : at + len(number)]
+        column = numbers.index(number)
+        assert mark in zones[column : column + len(number)]
 
 
 def test_numbers_are_centred_below_their_columns_where_there_is_room() -> None:
-    _, numbers = drawn(Gauge("μ", OVER_MU, 0.9, "0.9000", searching=False, basis=""), 196)
+    _, numbers = draw_gauge(Gauge("μ", OVER_MU, 0.9, "0.9000", searching=False, basis=""), 196)
     for text in ("0.278", "0.439", "0.9000"):
-        middle = numbers.index(text) - 2 + 0.5 * (len(text) - 1)
-        assert abs(middle - float(text) / 1.5 * 193) <= 1.0
+        centre = numbers.index(text) - 2 + 0.5 * (len(text) - 1)
+        assert abs(centre - float(text) / 1.5 * 193) <= 1.0
 
 
 def test_a_value_from_a_computation_is_rounded() -> None:
     text = "0.615668539036192"
-    _, numbers = drawn(Gauge("μ", OVER_MU, float(text), text, searching=False, basis=""), 100)
+    _, numbers = draw_gauge(Gauge("μ", OVER_MU, float(text), text, searching=False, basis=""), 100)
     assert "0.61567" in numbers.split()
 
 
@@ -83,19 +83,23 @@ def test_numbers_ascend_where_bounds_crowd(width: int) -> None:
     for value in (0.5, 15.0, 16.001, 17.04, 17.12, 30.0):
         for bounds in ((16.0, 17.1, 17.149), (15.3, 16.0, 16.4), (1.0, 29.0, 29.5)):
             over_mu = Zones("mu", (0.0, *bounds, 30.0), zones)
-            _, numbers = drawn(Gauge("μ", over_mu, value, f"{value:g}", False, ""), width)
+            _, numbers = draw_gauge(Gauge("μ", over_mu, value, f"{value:g}", False, ""), width)
             ascending = [float(number) for number in numbers.split()]
             assert ascending == sorted(ascending)
             assert value in ascending
 
 
 def test_unknown_and_impossible_values_are_labelled() -> None:
-    unknown = Zones("F", (0.0, 10.0, 20.0), (Zone.SMALL, Zone.NONE))
-    searching, _ = drawn(Gauge("F (N)", unknown, 5.0, "5", searching=True, basis=""), 150)
-    assert "large disturbances: searching…" in searching
-    ended, _ = drawn(Gauge("F (N)", unknown, 5.0, "5", searching=False, basis=""), 150)
-    assert "large disturbances: not known" in ended
-    assert "not possible" in ended
+    zones = Zones("F", (0.0, 10.0, 20.0), (Zone.SMALL, Zone.NONE))
+    line_during_search, _ = draw_gauge(
+        Gauge("F (N)", zones, 5.0, "5", searching=True, basis=""), 150
+    )
+    assert "large disturbances: searching…" in line_during_search
+    line_after_search, _ = draw_gauge(
+        Gauge("F (N)", zones, 5.0, "5", searching=False, basis=""), 150
+    )
+    assert "large disturbances: not known" in line_after_search
+    assert "not possible" in line_after_search
 
 
 def test_ranges_are_round_and_stay_while_a_value_is_stepped() -> None:
@@ -106,71 +110,73 @@ def test_ranges_are_round_and_stay_while_a_value_is_stepped() -> None:
     assert round_range(1e9, 0.0, 1e9) == (0.0, 1e9)
 
 
-async def test_the_gauge_follows_what_is_edited(
+async def test_the_gauge_follows_the_edited_field(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    entered, released = threading.Event(), threading.Event()
+    search_started, search_may_end = threading.Event(), threading.Event()
 
-    def slow(*args: Any, progress: Any = None, **named: Any) -> Zones:
-        entered.set()
-        released.wait()
+    def search_when_released(*args: Any, progress: Any = None, **named: Any) -> Zones:
+        search_started.set()
+        search_may_end.wait()
         return safety_zones(*args, **named)
 
-    monkeypatch.setattr("fivtui.safety.safety_zones", slow)
+    monkeypatch.setattr("fivtui.safety.safety_zones", search_when_released)
     await type_into(pilot, "k_nl", "99")
     await focus(pilot, "mu")
     # Eigenvalues are shown at once; values not yet searched are not called safe.
-    await until_screen(pilot, lambda text: "searching…" in gauge_of(text))
+    await until_screen(pilot, lambda text: "searching…" in gauge_line(text))
     await pilot.press("up")
     await until_screen(pilot, lambda text: " 0.71 " in text)
-    await until(pilot, entered.is_set)
-    assert "safe" not in gauge_of(text_of(pilot))
-    released.set()
-    await until_screen(pilot, lambda text: " safe " in gauge_of(text))
-    before = gauge_of(text_of(pilot)).index("●")
+    await until(pilot, search_started.is_set)
+    assert "safe" not in gauge_line(text_of(pilot))
+    search_may_end.set()
+    await until_screen(pilot, lambda text: " safe " in gauge_line(text))
+    initial_column = gauge_line(text_of(pilot)).index("●")
     await pilot.press(*["down"] * 5)
-    await until_screen(pilot, lambda text: gauge_of(text).index("●") < before)
+    await until_screen(pilot, lambda text: gauge_line(text).index("●") < initial_column)
     monkeypatch.setattr("fivtui.safety.safety_zones", linear_zones)
     await focus(pilot, "F")
-    await until_screen(pilot, lambda text: "F (N) " in gauge_of(text))
+    await until_screen(pilot, lambda text: "F (N) " in gauge_line(text))
     await focus(pilot, "t_end")
-    await until_screen(pilot, lambda text: gauge_of(text).startswith("│ μ "))
+    await until_screen(pilot, lambda text: gauge_line(text).startswith("│ μ "))
 
 
-def gauge_of(text: str) -> str:
+def gauge_line(text: str) -> str:
     return next(line for line in text.splitlines() if "●" in line)
 
 
 @pytest.mark.parametrize(
-    ("confirmed_to", "zone"),
+    ("safe_to", "zone"),
     [(0.05, Zone.SMALL), (0.3, Zone.SAFE), (None, Zone.SAFE)],
     ids=["contradicted", "confirmed", "not searched yet"],
 )
 def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
-    confirmed_to: float | None, zone: Zone
+    safe_to: float | None, zone: Zone
 ) -> None:
     session = Session()
     session.set_text("mu", "0.2")
     controller = GaugeController(Mock(spec=LabScreen, session=session))
     controller.focus("F")
-    safe = None if confirmed_to is None else Mock(spec=SafeFriction, safe_to=confirmed_to)
-    coexisting = Attractors(safe=safe, complete=safe is not None)
-    (first,) = controller.gauges(session.stability(), coexisting, both=False)
-    assert isinstance(first, Gauge)
+    safe = None if safe_to is None else Mock(spec=SafeFriction, safe_to=safe_to)
+    attractors = Attractors(safe=safe, complete=safe is not None)
+    (eigenvalue_gauge,) = controller.gauges(session.stability(), attractors, both=False)
+    assert isinstance(eigenvalue_gauge, Gauge)
     # Eigenvalues alone do not show that a value is safe.
-    assert first.searching
-    assert first.zones.at(80.0) is Zone.SMALL
+    assert eigenvalue_gauge.searching
+    assert eigenvalue_gauge.zones.at(80.0) is Zone.SMALL
     (key,) = controller._queue
-    continued = Zones("F", (key.low, 60.0, 100.0, key.high), (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS))
-    controller.store(key, continued)
-    (gauge,) = controller.gauges(session.stability(), coexisting, both=False)
+    continuation_zones = Zones(
+        "F", (key.low, 60.0, 100.0, key.high), (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS)
+    )
+    controller.store(key, continuation_zones)
+    (gauge,) = controller.gauges(session.stability(), attractors, both=False)
     assert isinstance(gauge, Gauge)
     assert [gauge.zones.at(F) for F in (50.0, 80.0, 120.0)] == [Zone.KNOCK, zone, Zone.SQUEALS]
     # Continuation finds F = 50 unsafe, so the search does not contradict it.
     session.set_text("F", "50")
-    (elsewhere,) = controller.gauges(session.stability(), coexisting, both=False)
-    assert isinstance(elsewhere, Gauge)
-    assert elsewhere.zones.at(80.0) is Zone.SAFE
+    (gauge_at_50,) = controller.gauges(session.stability(), attractors, both=False)
+    assert isinstance(gauge_at_50, Gauge)
+    assert gauge_at_50.zones.at(80.0) is Zone.SAFE
 
 
 async def test_a_scene_with_tables_over_time_has_no_zones(pilot: Pilot[None]) -> None:
@@ -182,16 +188,16 @@ async def test_a_scene_with_tables_over_time_has_no_zones(pilot: Pilot[None]) ->
 
 
 async def test_static_friction_bounds_the_gauge(pilot: Pilot[None]) -> None:
-    def ends(text: str) -> list[str]:
+    def end_numbers(text: str) -> list[str]:
         lines = text.splitlines()
-        numbers = lines[lines.index(gauge_of(text)) + 1].strip("│ ").split()
+        numbers = lines[lines.index(gauge_line(text)) + 1].strip("│ ").split()
         return [numbers[0], numbers[-1]]
 
     for name, text in (("v_belt", "1"), ("mu_s", "0.9")):
         await type_into(pilot, name, text)
     # Static friction is at least the sliding friction.
-    await until_screen(pilot, lambda text: "μ_s " in gauge_of(text))
-    assert ends(text_of(pilot))[0] == "0.7"
+    await until_screen(pilot, lambda text: "μ_s " in gauge_line(text))
+    assert end_numbers(text_of(pilot))[0] == "0.7"
     await focus(pilot, "mu")
-    await until_screen(pilot, lambda text: "μ " in gauge_of(text))
-    assert ends(text_of(pilot)) == ["0", "0.9"]
+    await until_screen(pilot, lambda text: "μ " in gauge_line(text))
+    assert end_numbers(text_of(pilot)) == ["0", "0.9"]

@@ -86,8 +86,8 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await pilot.press("f3")
     assert pilot.app.focused is pilot.app.screen.query_one("#row-mu").query_one(Input)
 
-    result = simulate(t_end=20.0, samples=[0.01 * n for n in range(2001)])
-    save_trajectory(result, tmp_path / "cli.npz")
+    file_result = simulate(t_end=20.0, samples=[0.01 * n for n in range(2001)])
+    save_trajectory(file_result, tmp_path / "cli.npz")
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")
     await answer(pilot, "cli.npz")
@@ -101,15 +101,15 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await until_notice(pilot, "bad.csv: not a trajectory: no column x")
 
 
-async def test_the_engine_is_switched_and_both_are_compared(
+async def test_the_engine_is_switched_and_two_engines_are_compared(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Stands in for the FMU: a run with a visible error. Other tests check the FMU's agreement.
-    def through(request: Request, **_options: object) -> Transient:
-        coarse = integrate(dataclasses.replace(request, method="taylor", tol=1e-6))
-        return dataclasses.replace(coarse, method="fmu")
+    # Replaces the FMU by a run with a visible error; other tests compare the FMU itself.
+    def integrate_coarsely(request: Request, **_options: object) -> Transient:
+        coarse_run = integrate(dataclasses.replace(request, method="taylor", tol=1e-6))
+        return dataclasses.replace(coarse_run, method="fmu")
 
-    monkeypatch.setattr("fivtui.fmu.integrate_fmu", through)
+    monkeypatch.setattr("fivtui.fmu.integrate_fmu", integrate_coarsely)
     app = app_of(pilot)
     runs = app.session.runs
     await pilot.press("f4")
@@ -132,15 +132,15 @@ async def test_the_engine_is_switched_and_both_are_compared(
 async def test_keys_are_handled_during_a_run_and_stop_it(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ended = []
+    last_answers = []
 
-    def busy(*_: object, progress: object, **__: object) -> None:
-        while goes_on := progress(0.5):  # type: ignore[operator]
+    def compute_until_stopped(*_: object, progress: object, **__: object) -> None:
+        while may_continue := progress(0.5):  # type: ignore[operator]
             sum(range(1000))
-        ended.append(goes_on)
+        last_answers.append(may_continue)
         raise Cancelled
 
-    monkeypatch.setattr("fivtui.scene.run.compute", busy)
+    monkeypatch.setattr("fivtui.scene.run.compute", compute_until_stopped)
     runs = app_of(pilot).session.runs
     editor = await focus(pilot, "F")
     await pilot.press("f5")
@@ -150,7 +150,7 @@ async def test_keys_are_handled_during_a_run_and_stop_it(
     await pilot.press("f5")
     # The run shows as stopped at once; its thread ends at its next progress callback.
     assert runs.active is None
-    await until(pilot, lambda: ended == [False])
+    await until(pilot, lambda: last_answers == [False])
 
 
 async def test_the_session_is_restored_at_the_next_start(
@@ -175,19 +175,19 @@ async def test_the_session_is_restored_at_the_next_start(
         await until_notice(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         await focus(pilot, "k1")
         await pilot.press("up")
-    again = FivtuiApp(state=session_path)
-    assert again.theme == "gruvbox"
-    async with again.run_test(size=SIZE) as pilot:
+    second_app = FivtuiApp(state=session_path)
+    assert second_app.theme == "gruvbox"
+    async with second_app.run_test(size=SIZE) as pilot:
         await until_shown(pilot, "mine (changed)")
-        texts = again.session.texts
+        texts = second_app.session.texts
         assert (texts["F"], texts["mu"], texts["k1"]) == ("91", "0.3", "110")
         await until_shown(pilot, "no result yet")
         # Saving to the scene's own file asks no question unless another program changed it.
         await pilot.press("ctrl+s")
         await until_notice(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         assert "(changed)" not in text_of(pilot)
-        text = (tmp_path / "mine.toml").read_text()
-        (tmp_path / "mine.toml").write_text(text.replace("F = 91.0", "F = 92.0"))
+        scene_text = (tmp_path / "mine.toml").read_text()
+        (tmp_path / "mine.toml").write_text(scene_text.replace("F = 91.0", "F = 92.0"))
         await pilot.press("ctrl+s")
         await until_shown(pilot, "Save the scene as")
         await pilot.press("enter")
@@ -199,10 +199,10 @@ async def test_the_session_is_restored_at_the_next_start(
         await pilot.press(*"recent")
         await until_shown(pilot, "Recent: ")
         await pilot.press("enter")
-        await until(pilot, lambda: again.session.texts["F"] == "92")
+        await until(pilot, lambda: second_app.session.texts["F"] == "92")
 
 
-async def test_a_damaged_session_is_set_aside_and_a_scene_argument_keeps_the_stored_one(
+async def test_a_damaged_session_is_renamed_and_a_scene_argument_keeps_the_stored_one(
     tmp_path: Path,
 ) -> None:
     session_path = tmp_path / "session.json"
@@ -211,9 +211,11 @@ async def test_a_damaged_session_is_set_aside_and_a_scene_argument_keeps_the_sto
         await until_notice(pilot, "the last session could not be restored (damaged)")
         assert (tmp_path / "session.damaged-1.json").read_text() == "{"
         assert "UNSTABLE" in flat_text_of(pilot)
-    before = load_state(session_path)
-    assert before is not None
-    save_state(State(before.edit_state, (str(tmp_path / "old.toml"),), "log", "nord"), session_path)
+    stored_state = load_state(session_path)
+    assert stored_state is not None
+    save_state(
+        State(stored_state.edit_state, (str(tmp_path / "old.toml"),), "log", "nord"), session_path
+    )
     second_app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
     assert second_app.session.name == "linear"
     assert second_app.session.recent == (str(tmp_path / "old.toml"),)

@@ -49,7 +49,7 @@ def live_of(pilot: Pilot[None]) -> LiveCurve:
     return app_of(pilot).session.live
 
 
-def traces(pilot: Pilot[None], name: str = "plot-y") -> list[str]:
+def trace_names(pilot: Pilot[None], name: str = "plot-y") -> list[str]:
     chart = chart_of(pilot, f"{name}").chart
     return [] if chart is None else [trace.name for trace in chart.traces]
 
@@ -68,16 +68,16 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
 ) -> None:
     await run_to_end(pilot)
     session, live = app_of(pilot).session, live_of(pilot)
-    before = session_state(session, "").runs
+    saved_runs = session_state(session, "").runs
     await focus(pilot, "m")
     await pilot.press("up")
     await until_live(pilot)
-    displayed, first = session.runs.displayed, live.curve
-    assert displayed is not None
-    assert first is not None
-    assert first.scene.parameters.m == 5.1
-    assert live.ghost is displayed.result
-    await until(pilot, lambda: traces(pilot) == ["before", "live"])
+    displayed_run, first_curve = session.runs.displayed, live.curve
+    assert displayed_run is not None
+    assert first_curve is not None
+    assert first_curve.scene.parameters.m == 5.1
+    assert live.ghost is displayed_run.result
+    await until(pilot, lambda: trace_names(pilot) == ["before", "live"])
     await until_shown(pilot, "ms; F5 keeps a run")
     # The list does not mark a run as shown if it is the previous curve or not plotted.
     pilot.app.screen.add_class("-runs")
@@ -85,14 +85,14 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     assert flat_text_of(pilot).count("live in ") == 1
     await pilot.press("up")
     await until_live(pilot)
-    assert live.ghost is first.result
+    assert live.ghost is first_curve.result
     await until_shown(pilot, "● 1 off")
-    assert session_state(session, "").runs == before
+    assert session_state(session, "").runs == saved_runs
     # In every view; without a baseline the difference is taken from the previous curve.
     await pilot.click("#view-phase")
-    await until(pilot, lambda: traces(pilot, "phase-x") == ["before", "live"])
+    await until(pilot, lambda: trace_names(pilot, "phase-x") == ["before", "live"])
     await pilot.click("#view-spectrum")
-    await until(pilot, lambda: traces(pilot, "plot-spectrum") == ["before", "live"])
+    await until(pilot, lambda: trace_names(pilot, "plot-spectrum") == ["before", "live"])
     await pilot.click("#view-difference")
     await until_shown(pilot, "live − before")
     await pilot.click("#view-belt")
@@ -102,7 +102,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
     await pilot.press("ctrl+z", "ctrl+z")
     await until(pilot, lambda: not session.changed_fields and not live.visible)
     await until_shown(pilot, "run 1 done")
-    assert traces(pilot) == ["run 1"]
+    assert trace_names(pilot) == ["run 1"]
     await until_shown(pilot, "● 1 shown")
     # A run by F5 replaces the live curve.
     await focus(pilot, "m")
@@ -115,7 +115,7 @@ async def test_every_step_is_drawn_over_the_previous_curve_and_no_run_is_stored(
 
 
 class PausableRuns:
-    """Stands in for runs: each ends once `may_end` is set or it is stopped."""
+    """Replaces `execute_live`: a run ends once `may_end` is set or it is stopped."""
 
     def __init__(self) -> None:
         self.jobs: list[LiveJob] = []
@@ -130,7 +130,7 @@ class PausableRuns:
 
 
 @pytest.fixture
-def pausable(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
+def pausable_runs(monkeypatch: pytest.MonkeyPatch) -> PausableRuns:
     runs = PausableRuns()
     monkeypatch.setattr(live_control, "execute_live", runs)
     # Edits start runs at once, even on a slow machine.
@@ -149,10 +149,10 @@ async def end_pause(pilot: Pilot[None]) -> None:
 
 
 async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
-    pausable: PausableRuns,
+    pausable_runs: PausableRuns,
 ) -> None:
     async with FivtuiApp().run_test(size=SIZE) as pilot:
-        session, live, jobs = app_of(pilot).session, live_of(pilot), pausable.jobs
+        session, live, jobs = app_of(pilot).session, live_of(pilot), pausable_runs.jobs
         await show_tab(pilot, "alt+2")
         await focus(pilot, "m")
         # Of several edits during a short run, only the newest is computed.
@@ -160,12 +160,12 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         await until(pilot, lambda: len(jobs) == 1)
         await pilot.press("up", "up", "up")
         assert session.texts["m"] == "5.4"
-        pausable.may_end.set()
+        pausable_runs.may_end.set()
         await until_live(pilot)
         assert [job.scene.parameters.m for job in jobs] == [5.1, 5.4]
         assert not any(job.stopped for job in jobs)
         # A longer run waits for a pause, and an edit stops it.
-        pausable.may_end.clear()
+        pausable_runs.may_end.clear()
         live.record_duration(BASE, 2.0)
         await pilot.press("up", "up")
         await until_shown(pilot, "live: new curve in about 2 s")
@@ -173,7 +173,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         await until(pilot, lambda: len(jobs) == 3)
         await pilot.press("up")
         await until(pilot, lambda: jobs[2].stopped)
-        pausable.may_end.set()
+        pausable_runs.may_end.set()
         await end_pause(pilot)
         await until_live(pilot)
         assert [job.scene.parameters.m for job in jobs[2:]] == [5.6, 5.7]
@@ -199,16 +199,16 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
         with pytest.raises(InputError, match="press F5"):
             pane.export(FIGURE)
         # Switch live curves off and on again.
-        count = len(jobs)
+        job_count = len(jobs)
         await pilot.press("alt+l")
         await until_notice(pilot, "live curve off")
         assert not session.live_enabled
         await type_into(pilot, "t_end", "4")
         assert not live.visible
-        assert len(jobs) == count
-        pausable.may_end.clear()
+        assert len(jobs) == job_count
+        pausable_runs.may_end.clear()
         await pilot.press("alt+l")
-        await until(pilot, lambda: len(jobs) > count)
+        await until(pilot, lambda: len(jobs) > job_count)
         assert session.live_enabled
     # The end of the laboratory stops running computations.
     assert jobs[-1].stopped
@@ -219,31 +219,31 @@ async def test_an_error_is_one_line_above_the_previous_curve(
 ) -> None:
     await run_to_end(pilot)
     live = live_of(pilot)
-    notes: list[str] = []
-    monkeypatch.setattr(NoticeView, "add", lambda _, text, error: notes.append(text))
+    notices: list[str] = []
+    monkeypatch.setattr(NoticeView, "add", lambda _, text, error: notices.append(text))
     # A linear unstable scene, which grows without bound.
-    fields = {"k_nl": 0.0, "mu": 1.5}
+    unstable_values = {"k_nl": 0.0, "mu": 1.5}
     scene = dataclasses.replace(
-        BASE, parameters=BASE.parameters.with_values(fields), separation=False, t_end=9e3
+        BASE, parameters=BASE.parameters.with_values(unstable_values), separation=False, t_end=9e3
     )
     pilot.app.screen.post_message(SceneLoaded(scene, "", "grows"))
     await until(pilot, lambda: bool(live.error))
     await until_shown(pilot, "live: no result")
     assert live.error.split()[0] in flat_text_of(pilot)
-    assert traces(pilot) == ["before"]
-    assert notes == ["grows"]
+    assert trace_names(pilot) == ["before"]
+    assert notices == ["grows"]
     # Unexpected exceptions are shown in the same way.
     monkeypatch.setattr(live_control, "execute_live", lambda _: 1 / 0)
     await type_into(pilot, "t_end", "10")
     await until(pilot, lambda: "unexpected ZeroDivisionError" in live.error)
-    assert notes == ["grows"]
+    assert notices == ["grows"]
     monkeypatch.undo()
     # Invalid inputs are reported only in the form.
     await type_into(pilot, "t_end", "-")
     await until_shown(pilot, "live: waits for valid inputs")
 
 
-async def test_a_scene_of_the_fmu_lives_too(pilot: Pilot[None]) -> None:
+async def test_a_scene_of_the_fmu_has_a_live_curve(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+2")
     await type_into(pilot, "t_end", "2")
     await pilot.press("f4")
@@ -251,11 +251,11 @@ async def test_a_scene_of_the_fmu_lives_too(pilot: Pilot[None]) -> None:
     curve = live_of(pilot).curve
     assert curve is not None
     assert curve.result.method == "fmu"
-    await until(pilot, lambda: traces(pilot)[-1:] == ["live"])
+    await until(pilot, lambda: trace_names(pilot)[-1:] == ["live"])
 
 
 @pytest.mark.whole
-async def test_belts_of_finite_speed_and_parameters_over_time_live_too(
+async def test_belts_of_finite_speed_and_tables_over_time_have_live_curves(
     pilot: Pilot[None],
 ) -> None:
     await show_tab(pilot, "alt+2")
@@ -265,12 +265,12 @@ async def test_belts_of_finite_speed_and_parameters_over_time_live_too(
     curve = live_of(pilot).curve
     assert curve is not None
     assert curve.result.parameters.v_belt == 1.0
-    stop = dataclasses.replace(PRESETS["brake-stop"], t_end=2.0)
-    pilot.app.screen.post_message(SceneLoaded(stop, "", "stop"))
+    brake_stop = dataclasses.replace(PRESETS["brake-stop"], t_end=2.0)
+    pilot.app.screen.post_message(SceneLoaded(brake_stop, "", "stop"))
     await until(pilot, lambda: live_of(pilot).curve is not curve)
-    newer = live_of(pilot).curve
-    assert newer is not None
-    assert newer.scene == stop
+    new_curve = live_of(pilot).curve
+    assert new_curve is not None
+    assert new_curve.scene == brake_stop
 
 
 def test_the_expected_duration_decides_when_a_run_starts() -> None:

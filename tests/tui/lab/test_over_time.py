@@ -60,10 +60,10 @@ async def test_tables_are_read_shown_in_the_form_and_dropped(
     await answer(pilot, "ramp.csv")
     await until_notice(pilot, "tables over time from ramp.csv")
     await until_shown(pilot, "no zones: F changes over time")
-    shown = flat_text_of(pilot)
-    assert "at t = 0: STABLE" in shown or "at t = 0: UNSTABLE" in shown
-    form = " ".join(line[:31].strip("│ ") for line in text_of(pilot).splitlines())
-    assert "at t = 0; 20 to 90 N, table 0 to 4 s" in " ".join(form.split())
+    screen_text = flat_text_of(pilot)
+    assert "at t = 0: STABLE" in screen_text or "at t = 0: UNSTABLE" in screen_text
+    form_text = " ".join(line[:31].strip("│ ") for line in text_of(pilot).splitlines())
+    assert "at t = 0; 20 to 90 N, table 0 to 4 s" in " ".join(form_text.split())
     assert dict(session.scene().over_time)["F"].values == (20.0, 90.0)
     assert session.scene().parameters.F == 20.0
     # It is an ordinary edit: marked as a change of the loaded scene.
@@ -99,16 +99,16 @@ async def test_tables_are_restored_and_distinguish_runs(tmp_path: Path) -> None:
     state = load_state(session_path)
     assert state is not None
     assert state.edit_state == session.edit_state
-    again = Session(state.edit_state.loaded, state.edit_state.source)
-    again.restore(state.edit_state)
-    assert again.changed_fields == ["F", "mu"]
-    add_safe_table = again.scene()
-    again.set_tables(())
-    dropped = again.scene()
-    assert [str(difference) for difference in differences(add_safe_table, dropped)] == [
-        "F over time"
-    ]
-    assert [str(difference) for difference in differences(dropped, add_safe_table)] == [
-        "nothing over time"
-    ]
-    assert legend_names({1: add_safe_table, 2: dropped}) == ["F over time", "F 20 N"]
+    restored_session = Session(state.edit_state.loaded, state.edit_state.source)
+    restored_session.restore(state.edit_state)
+    assert restored_session.changed_fields == ["F", "mu"]
+    scene_with_table = restored_session.scene()
+    restored_session.set_tables(())
+    scene_without_table = restored_session.scene()
+    assert [
+        str(difference) for difference in differences(scene_with_table, scene_without_table)
+    ] == ["F over time"]
+    assert [
+        str(difference) for difference in differences(scene_without_table, scene_with_table)
+    ] == ["nothing over time"]
+    assert legend_names({1: scene_with_table, 2: scene_without_table}) == ["F over time", "F 20 N"]

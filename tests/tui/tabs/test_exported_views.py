@@ -58,7 +58,7 @@ def shown_words(chart: Chart, view: View) -> set[str]:
 
 
 @pytest.fixture
-def safe_friction_is_not_searched() -> None:
+def disable_safe_friction_search() -> None:
     """Enable maps of safe friction."""
 
 
