@@ -25,7 +25,7 @@ def disable_safe_friction_search(monkeypatch: pytest.MonkeyPatch) -> None:
 async def pilot(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> AsyncIterator[Pilot[None]]:
-    """A pilot_of_app laboratory, in a terminal of the module's SIZE."""
+    """A started laboratory, in a terminal of the module's SIZE."""
     monkeypatch.chdir(tmp_path)
     size = getattr(request.module, "SIZE", (100, 30))
     async with FivtuiApp().run_test(size=size) as pilot_of_app:

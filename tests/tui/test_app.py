@@ -29,7 +29,7 @@ SIZE = (80, 24)
 
 @pytest.fixture
 def interpreted_kernel() -> Iterator[None]:
-    """Use the interpreted_kernel kernel, so that long runs stay long."""
+    """Use the interpreted kernel, so that long runs stay long."""
     with INTERPRETED:
         yield
 

@@ -86,9 +86,7 @@ async def test_values_change_by_keys_mouse_and_lists(pilot: Pilot[None]) -> None
     await pilot.press(*["up"] * 10)
     await until(pilot, lambda: editor.value == "90")
     assert session.texts["F"] == "90"
-    force_line = next(
-        force_line for force_line in text_of(pilot).splitlines() if force_line.startswith("│•F ")
-    )
+    force_line = next(line for line in text_of(pilot).splitlines() if line.startswith("│•F "))
     await pilot.click("#row-F", offset=(force_line.index("+") - 1, 0))
     await until(pilot, lambda: session.texts["F"] == "91")
     assert editor.value == "91"

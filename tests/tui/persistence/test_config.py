@@ -11,7 +11,7 @@ from fivtui.tui.persistence.config import config_path, load_config
 from fivtui.tui.session.help import WELCOME
 from tests.support.laboratory import text_of, until, until_shown
 
-OWN = """
+USER_CONFIG = """
 theme = "mine"
 live = false
 [keys]
@@ -54,7 +54,7 @@ def test_invalid_entries_of_the_file_are_named(tmp_path: Path, text: str, messag
 
 async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) -> None:
     path = tmp_path / "config.toml"
-    path.write_text(OWN)
+    path.write_text(USER_CONFIG)
     app = FivtuiApp(state=tmp_path / "session.json", config=path)
     async with app.run_test(size=(80, 24)) as pilot:
         await until_shown(pilot, "F1 or ? all keys that work now")
@@ -67,14 +67,14 @@ async def test_user_keys_and_theme_apply_from_the_first_start(tmp_path: Path) ->
         await until(pilot, lambda: app.session.runs.displayed is not None)
         await until(pilot, lambda: not app.screen.query("#welcome"))
         assert [run.number for run in app.session.runs] == [1]
-    again = FivtuiApp(state=tmp_path / "session.json", config=path)
-    async with again.run_test(size=(80, 24)):
-        assert again.theme == "mine"
-        assert not again.session.live_enabled
-        assert not again.screen.query("#welcome")
+    second_app = FivtuiApp(state=tmp_path / "session.json", config=path)
+    async with second_app.run_test(size=(80, 24)):
+        assert second_app.theme == "mine"
+        assert not second_app.session.live_enabled
+        assert not second_app.screen.query("#welcome")
 
 
-async def test_a_wrong_file_is_reported_and_the_usual_keys_stay(tmp_path: Path) -> None:
+async def test_an_invalid_file_is_reported_and_the_default_keys_stay(tmp_path: Path) -> None:
     path = tmp_path / "config.toml"
     path.write_text("theme = 'nowhere'")
     app = FivtuiApp(config=path)

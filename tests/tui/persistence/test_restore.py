@@ -1,4 +1,4 @@
-"""Restart: runs, studies, settings and limits are restored; damaged files are set aside."""
+"""A restart restores runs, studies, settings and limits, and renames damaged files."""
 
 import dataclasses
 import json
@@ -45,26 +45,26 @@ BASE = PRESETS["base"]
 
 
 # Ends of scroll bars depend on whether Textual lays them out before a neighbour is hidden.
-ENDS = dict.fromkeys(map(ord, "▏▎▍▌▋▊▉"), " ")
+SCROLL_BAR_ENDS = dict.fromkeys(map(ord, "▏▎▍▌▋▊▉"), " ")
 
 
-async def until_same(pilot: Pilot[None], screen: str) -> None:
-    expected = screen.translate(ENDS)
-    await until(pilot, lambda: text_of(pilot).translate(ENDS) == expected)
+async def until_screen_equals(pilot: Pilot[None], screen: str) -> None:
+    expected = screen.translate(SCROLL_BAR_ENDS)
+    await until(pilot, lambda: text_of(pilot).translate(SCROLL_BAR_ENDS) == expected)
 
 
-async def settled(pilot: Pilot[None], name: str, phrase: str) -> str:
-    """The screen of a tab without transient texts."""
+async def show_settled_tab(pilot: Pilot[None], tab: str, phrase: str) -> str:
+    """Show a tab without notices and return the text of the screen."""
     await clear_notices(pilot)
-    await show_tab(pilot, KEYS[name])
+    await show_tab(pilot, TAB_KEYS[tab])
     await until_shown(pilot, phrase)
     pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
     await pilot.pause()
     return text_of(pilot)
 
 
-KEYS = {"transient": "alt+2", "sweep": "alt+3", "map": "alt+4", "trade-off": "alt+5"}
-SHOWN = {
+TAB_KEYS = {"transient": "alt+2", "sweep": "alt+3", "map": "alt+4", "trade-off": "alt+5"}
+TAB_PHRASES = {
     "transient": "2nd half",
     "sweep": "8 transients",
     "map": "35 points",
@@ -94,7 +94,7 @@ async def test_the_previous_screen_is_restored(
         await show_tab(pilot, "alt+3")
         pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
         await pilot.press("f10")
-        await until_shown(pilot, SHOWN["sweep"])
+        await until_shown(pilot, TAB_PHRASES["sweep"])
         chart_of(pilot, "sweep-chart").focus()
         await pilot.press("3", "plus")
         await show_tab(pilot, "alt+4")
@@ -104,17 +104,20 @@ async def test_the_previous_screen_is_restored(
         editor.focus()
         await pilot.press("enter")
         await pilot.click("#value-critical-mu")
-        await until_shown(pilot, SHOWN["map"])
+        await until_shown(pilot, TAB_PHRASES["map"])
         await show_tab(pilot, "alt+5")
         await pilot.press("f10")
-        await until_shown(pilot, SHOWN["trade-off"])
+        await until_shown(pilot, TAB_PHRASES["trade-off"])
         await pilot.click("#quantity-peak")
         chart_of(pilot, "errors-chart").focus()
         await pilot.press("x")
         await show_tab(pilot, "alt+2")
         await pilot.pause()
-        before = {name: await settled(pilot, name, phrase) for name, phrase in SHOWN.items()}
-        await settled(pilot, "map", SHOWN["map"])
+        texts_before = {
+            name: await show_settled_tab(pilot, name, phrase)
+            for name, phrase in TAB_PHRASES.items()
+        }
+        await show_settled_tab(pilot, "map", TAB_PHRASES["map"])
         result = second.result
     folder = tmp_path / "results"
     assert len(list(folder.iterdir())) == 4
@@ -126,9 +129,9 @@ async def test_the_previous_screen_is_restored(
         session = app_of(pilot).session
         await until(pilot, lambda: not session.unread_results)
         assert session.tab == "map"
-        for name, phrase in SHOWN.items():
-            await settled(pilot, name, phrase)
-            await until_same(pilot, before[name])
+        for name, phrase in TAB_PHRASES.items():
+            await show_settled_tab(pilot, name, phrase)
+            await until_screen_equals(pilot, texts_before[name])
         (first, second) = session.runs
         assert session.runs.baseline is first
         assert first.overlaid
@@ -136,11 +139,11 @@ async def test_the_previous_screen_is_restored(
         assert result is not None
         assert second.result.stats == result.stats
         # New runs continue the numbering, and the stored files stay unchanged.
-        files = {path.name for path in folder.iterdir()}
+        file_names = {path.name for path in folder.iterdir()}
         await run_to_end(pilot)
         assert [run.number for run in session.runs] == [1, 2, 3]
         await show_tab(pilot, "alt+3")
-    assert files <= {path.name for path in folder.iterdir()}
+    assert file_names <= {path.name for path in folder.iterdir()}
     assert len(list(folder.iterdir())) == 5
 
 
@@ -152,10 +155,10 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
         await pilot.pause()
         session = app_of(pilot).session
         study = sweep_request(BASE, "F=10:20:30")
-        part = partial_sweep(study, [compute_rows(study, 0, 4)])
-        session.studies["sweep"] = DisplayedStudy(part, "base")
+        incomplete_sweep = partial_sweep(study, [compute_rows(study, 0, 4)])
+        session.studies["sweep"] = DisplayedStudy(incomplete_sweep, "base")
         lab = lab_of(pilot)
-        lab.show_study("map", a_map())
+        lab.show_study("map", displayed_map())
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
         await show_tab(pilot, "alt+6")
         await until_shown(pilot, "what it shows")
@@ -166,20 +169,20 @@ async def test_read_results_and_paper_figures_are_restored_and_incomplete_studie
         await pilot.press("plus", "1")
         pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
         await clear_notices(pilot)
-        before = text_of(pilot)
+        text_before = text_of(pilot)
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await until_notice(pilot, "sweep was not saved: it is incomplete")
         await until_shown(pilot, "figure 2a computed")
         await clear_notices(pilot)
-        await until_same(pilot, before)
+        await until_screen_equals(pilot, text_before)
         await show_tab(pilot, "alt+4")
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
-        read, written = app_of(pilot).session.studies.get("map"), a_map()
-        assert read is not None
-        np.testing.assert_array_equal(read.value.values, written.value.values)
+        restored_map, original_map = app_of(pilot).session.studies.get("map"), displayed_map()
+        assert restored_map is not None
+        np.testing.assert_array_equal(restored_map.value.values, original_map.value.values)
 
 
-async def test_a_damaged_result_is_set_aside_and_the_others_are_restored(
+async def test_a_damaged_result_is_renamed_and_all_others_are_restored(
     tmp_path: Path,
 ) -> None:
     session_path = tmp_path / "session.json"
@@ -188,11 +191,11 @@ async def test_a_damaged_result_is_set_aside_and_the_others_are_restored(
         await type_into(pilot, "t_end", "5")
         await run_to_end(pilot)
         await run_to_end(pilot)
-    first, second = (
+    first_file, second_file = (
         tmp_path / "results" / entry["file"]
         for entry in json.loads(session_path.read_text())["results"].values()
     )
-    first.write_bytes(first.read_bytes()[:100])
+    first_file.write_bytes(first_file.read_bytes()[:100])
     app = FivtuiApp(PRESETS["linear"], "linear", state=session_path)
     async with app.run_test(size=SIZE) as pilot:
         await until_notice(pilot, "the run 1 of the last session could not be restored (damaged)")
@@ -201,8 +204,8 @@ async def test_a_damaged_result_is_set_aside_and_the_others_are_restored(
         await until_shown(pilot, "not kept")
         # A scene on the command line replaces the edited scene only.
         assert app_of(pilot).session.name == "linear"
-    assert first.with_name(f"{first.stem}.damaged-1.npz").is_file()
-    assert second.is_file()
+    assert first_file.with_name(f"{first_file.stem}.damaged-1.npz").is_file()
+    assert second_file.is_file()
 
 
 def test_a_stored_run_is_restored_to_the_last_bit(tmp_path: Path) -> None:
@@ -210,75 +213,82 @@ def test_a_stored_run_is_restored_to_the_last_bit(tmp_path: Path) -> None:
     for method, step in (("taylor", None), ("rk4", 0.01)):
         run = simulate(t_end=5.0, method=method, step=step, samples=np.linspace(0.0, 5.0, 501))
         store_transient(run, path)
-        read = restore_transient(path)
+        restored_run = restore_transient(path)
         for field in dataclasses.fields(run):
-            ours, theirs = getattr(read, field.name), getattr(run, field.name)
+            restored_value, original_value = (
+                getattr(restored_run, field.name),
+                getattr(run, field.name),
+            )
             if field.name in ("switch_times", "changes"):
-                np.testing.assert_array_equal(ours, theirs)
+                np.testing.assert_array_equal(restored_value, original_value)
             elif field.name == "trajectory":
                 for name in ("t", "x", "vx", "y", "vy", "P", "mode"):
-                    np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+                    np.testing.assert_array_equal(
+                        getattr(restored_value, name), getattr(original_value, name)
+                    )
             else:
-                assert ours == theirs
+                assert restored_value == original_value
     path.write_bytes(b"PK")
     with pytest.raises(InputError, match=r"a\.npz: damaged"):
         restore_transient(path)
 
 
-def a_map() -> DisplayedStudy[Any]:
+def displayed_map() -> DisplayedStudy[Any]:
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 4)}
     return DisplayedStudy(stability_map(BASE.parameters, over), "mine", "mine.csv")
 
 
-def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: Path) -> None:
-    store, shown = ResultStore(tmp_path), a_map()
-    files, notes = store.save({"map": shown})
+def test_results_are_written_once_and_removed_when_unused(tmp_path: Path) -> None:
+    store, study = ResultStore(tmp_path), displayed_map()
+    files, notes = store.save({"map": study})
     assert not notes
     path = tmp_path / files["map"].file
-    before = path.stat().st_mtime_ns
-    assert store.save({"map": shown}) == (files, {})
-    assert path.stat().st_mtime_ns == before
+    write_time = path.stat().st_mtime_ns
+    assert store.save({"map": study}) == (files, {})
+    assert path.stat().st_mtime_ns == write_time
     # Another program may have deleted the file as unused.
     path.unlink()
-    again, _ = store.save({"map": shown})
+    new_files, _ = store.save({"map": study})
     second_store = ResultStore(tmp_path)
-    read = second_store.read("map", again["map"])
-    assert (read.name, read.source) == ("mine", "mine.csv")
-    np.testing.assert_array_equal(read.value.values, shown.value.values)
+    restored_study = second_store.read("map", new_files["map"])
+    assert (restored_study.name, restored_study.source) == ("mine", "mine.csv")
+    np.testing.assert_array_equal(restored_study.value.values, study.value.values)
     # Results that were not read yet keep their files.
-    assert second_store.save({"map": again["map"]}) == (again, {})
+    assert second_store.save({"map": new_files["map"]}) == (new_files, {})
     # Files of other sessions and unknown files stay.
-    theirs, _ = ResultStore(tmp_path).save({"map": a_map()})
+    other_files, _ = ResultStore(tmp_path).save({"map": displayed_map()})
     (tmp_path / "mine.txt").write_text("mine")
-    newer, _ = second_store.save({"map": a_map()})
-    second_store.remove_unused(newer)
-    remaining = {"mine.txt", theirs["map"].file, newer["map"].file}
-    assert {file.name for file in tmp_path.iterdir()} == remaining
+    newest_files, _ = second_store.save({"map": displayed_map()})
+    second_store.remove_unused(newest_files)
+    expected_names = {"mine.txt", other_files["map"].file, newest_files["map"].file}
+    assert {file.name for file in tmp_path.iterdir()} == expected_names
 
 
-def test_a_study_that_is_not_stored_keeps_the_previous_one(tmp_path: Path) -> None:
+def test_a_study_that_cannot_be_stored_keeps_the_previous_one(tmp_path: Path) -> None:
     store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
-    complete = DisplayedStudy(partial_sweep(study, [compute_rows(study, 0, study.members)]), "base")
-    partial = DisplayedStudy(partial_sweep(study, [compute_rows(study, 0, 4)]), "base")
-    files, _ = store.save({"sweep": complete})
+    complete_study = DisplayedStudy(
+        partial_sweep(study, [compute_rows(study, 0, study.members)]), "base"
+    )
+    partial_study = DisplayedStudy(partial_sweep(study, [compute_rows(study, 0, 4)]), "base")
+    files, _ = store.save({"sweep": complete_study})
     store.remove_unused(files)
-    again, notes = store.save({"sweep": partial})
-    store.remove_unused(again)
-    assert again == files
+    new_files, notes = store.save({"sweep": partial_study})
+    store.remove_unused(new_files)
+    assert new_files == files
     assert notes == {"sweep": "it is incomplete; the previous result is kept"}
-    read = ResultStore(tmp_path).read("sweep", again["sweep"])
-    assert len(read.value.table.reasons) == study.members
+    restored_study = ResultStore(tmp_path).read("sweep", new_files["sweep"])
+    assert len(restored_study.value.table.reasons) == study.members
 
 
-def test_too_large_results_give_a_note_and_foreign_names_are_refused(
+def test_too_large_results_give_a_note_and_files_outside_the_folder_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(result_store, "_MAX_SIZE", 100)
     store = ResultStore(tmp_path / "results")
-    files, notes = store.save({"map": a_map()})
+    files, notes = store.save({"map": displayed_map()})
     assert not files
     assert "it takes" in notes["map"]
-    save_result(a_map().value, tmp_path / "mine.npz")
+    save_result(displayed_map().value, tmp_path / "mine.npz")
     with pytest.raises(InputError, match="not the name of a file of this session"):
         store.read("map", StoredResult("../mine.npz"))
     assert (tmp_path / "mine.npz").is_file()
@@ -289,11 +299,11 @@ def test_too_large_results_give_a_note_and_foreign_names_are_refused(
         store.read("map", StoredResult("map-0123456789abcdef.npz"))
 
 
-async def test_verdicts_on_the_papers_claims_outlast_a_restart(tmp_path: Path) -> None:
+async def test_verdicts_on_claims_of_the_paper_are_restored(tmp_path: Path) -> None:
     session_path = tmp_path / "session.json"
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
-        checked = claims(["critical-friction-of-the-example"])
-        app_of(pilot).session.studies["claims"] = DisplayedStudy(checked, "claims")
+        verdicts = claims(["critical-friction-of-the-example"])
+        app_of(pilot).session.studies["claims"] = DisplayedStudy(verdicts, "claims")
     async with FivtuiApp(state=session_path).run_test(size=SIZE) as pilot:
         await show_tab(pilot, "alt+6")
         await until_shown(pilot, "1 claims: does not hold 1")
@@ -301,4 +311,4 @@ async def test_verdicts_on_the_papers_claims_outlast_a_restart(tmp_path: Path) -
         await pilot.press("v")
         await until_shown(pilot, "verdict section statement")
         table = pilot.app.screen.query_one("#claims-table", DataTable)
-        assert table.get_row(checked[0].claim.id)[0] == "does not hold"
+        assert table.get_row(verdicts[0].claim.id)[0] == "does not hold"

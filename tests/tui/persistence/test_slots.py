@@ -32,20 +32,20 @@ from tests.support.laboratory import app_of, text_of, until, until_notice, until
 
 BASE = PRESETS["base"]
 # A process that opens a session, prints its number, stores a map in it, and waits to be killed.
-OTHER = """
+INSTANCE_CODE = """
 import sys
 from pathlib import Path
-from tests.tui.persistence.test_slots import a_state
+from tests.tui.persistence.test_slots import state_with_preload
 from fivtui.tui.persistence.autosave import Autosave
 autosave = Autosave(Path(sys.argv[1]))
 autosave.load()
-autosave.save(a_state(sys.argv[2]))
+autosave.save(state_with_preload(sys.argv[2]))
 print(autosave.number, flush=True)
 sys.stdin.read()
 """
 
 
-def a_state(F: str) -> State:
+def state_with_preload(F: str) -> State:
     """A session with preload `F` and a map."""
     session = Session()
     session.set_text("F", F)
@@ -54,7 +54,7 @@ def a_state(F: str) -> State:
     return session_state(session, "")
 
 
-def load(path: Path) -> tuple[Autosave, State]:
+def load_session(path: Path) -> tuple[Autosave, State]:
     autosave = Autosave(path)
     state = autosave.load()
     assert state is not None
@@ -62,7 +62,7 @@ def load(path: Path) -> tuple[Autosave, State]:
     return autosave, state
 
 
-def preload_of(autosave: Autosave, state: State) -> str:
+def check_map_and_read_preload(autosave: Autosave, state: State) -> str:
     """The preload F of a session whose map agrees with it and is complete."""
     stored = state.results["map"]
     assert isinstance(stored, StoredResult)
@@ -73,72 +73,72 @@ def preload_of(autosave: Autosave, state: State) -> str:
 
 
 @contextmanager
-def another(path: Path, F: str) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-c", OTHER, str(path), F]
+def start_instance(path: Path, F: str) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-c", INSTANCE_CODE, str(path), F]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:
         yield process
         process.kill()
 
 
-def number_of(process: subprocess.Popen[str]) -> str:
+def read_session_number(process: subprocess.Popen[str]) -> str:
     assert process.stdout is not None
     return process.stdout.readline().strip()
 
 
-def use(path: Path, F: str, at: float) -> None:
+def store_session(path: Path, F: str, time: float) -> None:
     """Start, store a session, and close it with modification time `at`."""
     autosave = Autosave(path)
     autosave.load()
-    autosave.save(a_state(F))
+    autosave.save(state_with_preload(F))
     slot = slot_of(path, autosave.number)
-    autosave.close(a_state(F))
+    autosave.close(state_with_preload(F))
     for file in (slot.path, slot.lock_path):
-        os.utime(file, (at, at))
+        os.utime(file, (time, time))
 
 
 def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
-    with another(path, "11") as first:
-        assert number_of(first) == "1"
-        mine = Autosave(path)
-        assert mine.load() is None
-        assert (mine.number, [slot.number for slot in mine.other_slots]) == (2, [1])
-        mine.save(a_state("22"))
-        mine.close(a_state("23"))
+    with start_instance(path, "11") as process:
+        assert read_session_number(process) == "1"
+        own_session = Autosave(path)
+        assert own_session.load() is None
+        assert (own_session.number, [slot.number for slot in own_session.other_slots]) == (2, [1])
+        own_session.save(state_with_preload("22"))
+        own_session.close(state_with_preload("23"))
         with pytest.raises(InputError, match="another fivtui is at work here"):
             Autosave(path).open(1)
-        first.send_signal(signal.SIGKILL)
-        first.wait()
+        process.send_signal(signal.SIGKILL)
+        process.wait()
     os.utime(path, (1.0, 1.0))
     os.utime(path.with_name("session.lock"), (1.0, 1.0))
     # The system has released the lock; the session used last comes first.
-    latest, state = load(path)
-    assert preload_of(latest, state) == "23"
-    earlier, state = load(path)
-    assert preload_of(earlier, state) == "11"
-    new = Autosave(path)
-    assert new.load() is None
-    assert new.number == 3
+    latest_session, state = load_session(path)
+    assert check_map_and_read_preload(latest_session, state) == "23"
+    earlier_session, state = load_session(path)
+    assert check_map_and_read_preload(earlier_session, state) == "11"
+    new_session = Autosave(path)
+    assert new_session.load() is None
+    assert new_session.number == 3
     assert len(list(tmp_path.rglob("map-*.npz"))) == 2
 
 
-def test_the_session_used_last_is_restored_and_the_others_can_be_opened(tmp_path: Path) -> None:
+def test_the_last_used_session_is_restored_and_all_others_can_be_opened(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     first, second = Autosave(path), Autosave(path)
     for autosave, F in ((first, "11"), (second, "22")):
         autosave.load()
-        autosave.save(a_state(F))
-    for autosave, F, at in ((first, "11", 100.0), (second, "22", 300.0)):
+        autosave.save(state_with_preload(F))
+    for autosave, F, time in ((first, "11", 100.0), (second, "22", 300.0)):
         slot = slot_of(path, autosave.number)
-        autosave.close(a_state(F))
+        autosave.close(state_with_preload(F))
         for file in (slot.path, slot.lock_path):
-            os.utime(file, (at, at))
-    autosave, state = load(path)
-    assert preload_of(autosave, state) == "22"
+            os.utime(file, (time, time))
+    autosave, state = load_session(path)
+    assert check_map_and_read_preload(autosave, state) == "22"
     assert (autosave.number, [slot.number for slot in autosave.other_slots]) == (2, [1])
     opened = Autosave(path)
-    assert preload_of(opened, opened.open(autosave.other_slots[0].number)) == "11"
+    assert check_map_and_read_preload(opened, opened.open(autosave.other_slots[0].number)) == "11"
     with pytest.raises(InputError, match="session 7 no longer exists"):
         Autosave(path).open(7)
 
@@ -147,87 +147,87 @@ def stored_preload(path: Path) -> str:
     return str(json.loads(path.read_text())["texts"]["F"])
 
 
-def test_a_session_of_the_previous_layout_is_restored_with_its_results(tmp_path: Path) -> None:
+def test_a_session_without_a_lock_file_is_restored_with_its_results(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
-    use(path, "11", 100.0)
+    store_session(path, "11", 100.0)
     path.with_name("session.lock").unlink()
     assert sorted(file.name for file in tmp_path.iterdir()) == ["results", "session.json"]
-    autosave, state = load(path)
-    assert (autosave.number, preload_of(autosave, state)) == (1, "11")
+    autosave, state = load_session(path)
+    assert (autosave.number, check_map_and_read_preload(autosave, state)) == (1, "11")
 
 
 @pytest.mark.parametrize("content", ["{", '{"fivtui_session": 1}'])
-def test_the_results_of_a_session_set_aside_stay(content: str, tmp_path: Path) -> None:
+def test_the_results_of_a_renamed_session_stay(content: str, tmp_path: Path) -> None:
     path = tmp_path / "session.json"
-    use(path, "11", 100.0)
+    store_session(path, "11", 100.0)
     original = path.read_text()
     path.write_text(content)
     autosave = Autosave(path)
     assert autosave.load() is None
-    autosave.save(a_state("22"))
-    autosave.save(a_state("33"))
-    autosave.close(a_state("44"))
+    autosave.save(state_with_preload("22"))
+    autosave.save(state_with_preload("33"))
+    autosave.close(state_with_preload("44"))
     # After repair by hand everything is restored.
     (tmp_path / "session.damaged-1.json").write_text(original)
     (tmp_path / "session.damaged-1.json").replace(path)
-    again, state = load(path)
-    assert preload_of(again, state) == "11"
+    repaired_session, state = load_session(path)
+    assert check_map_and_read_preload(repaired_session, state) == "11"
 
 
 def test_a_session_of_a_newer_version_stays_unchanged(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
-    use(path, "11", 100.0)
-    mark = f'"fivtui_session": {STATE_VERSION}'
+    store_session(path, "11", 100.0)
+    version_entry = f'"fivtui_session": {STATE_VERSION}'
     content = path.read_text()
-    newer = content.replace(mark, f'"fivtui_session": {STATE_VERSION + 1}')
-    path.write_text(newer)
+    newer_content = content.replace(version_entry, f'"fivtui_session": {STATE_VERSION + 1}')
+    path.write_text(newer_content)
     autosave = Autosave(path)
     assert autosave.load() is None
     assert autosave.number == 2
     (notice,) = autosave.notices
     assert "written by a newer fivtui" in notice
     assert f"it stays in {path}, its results in {tmp_path / 'results'}" in notice
-    autosave.save(a_state("22"))
-    autosave.close(a_state("23"))
-    assert path.read_text() == newer
+    autosave.save(state_with_preload("22"))
+    autosave.close(state_with_preload("23"))
+    assert path.read_text() == newer_content
     # Later starts of this program use its own session.
-    again, state = load(path)
-    assert preload_of(again, state) == "23"
+    second_session, state = load_session(path)
+    assert check_map_and_read_preload(second_session, state) == "23"
     path.write_text(content)
-    theirs = Autosave(path)
-    assert preload_of(theirs, theirs.open(1)) == "11"
+    newer_session = Autosave(path)
+    assert check_map_and_read_preload(newer_session, newer_session.open(1)) == "11"
 
 
-@pytest.mark.parametrize("number", [errno.EROFS, errno.ENOLCK])
+@pytest.mark.parametrize("error_number", [errno.EROFS, errno.ENOLCK])
 def test_without_a_lock_a_session_is_read_and_not_changed(
-    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    error_number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "session.json"
-    use(path, "11", 100.0)
+    store_session(path, "11", 100.0)
     (result,) = (tmp_path / "results").iterdir()
-    before = {file: file.read_bytes() for file in (path, result)}
+    contents = {file: file.read_bytes() for file in (path, result)}
 
-    def refuse(*_: Any) -> int:
-        raise OSError(number, os.strerror(number))
+    def raise_os_error(*_: Any) -> int:
+        raise OSError(error_number, os.strerror(error_number))
 
     with monkeypatch.context() as patched:
-        patched.setattr(locks, "lock_file", refuse)
-        autosave, state = load(path)
-        assert os.strerror(number) in autosave.save_error
-        assert preload_of(autosave, state) == "11"
+        patched.setattr(locks, "lock_file", raise_os_error)
+        autosave, state = load_session(path)
+        assert os.strerror(error_number) in autosave.save_error
+        assert check_map_and_read_preload(autosave, state) == "11"
         result.write_bytes(b"PK")
         with pytest.raises(
             InputError, match=r"could not be restored \(not a map: not an NPZ file, or damaged\)$"
         ):
-            preload_of(autosave, state)
-        result.write_bytes(before[result])
-        autosave.save(a_state("22"))
-        assert os.strerror(number) in autosave.save_error
-        assert {file: file.read_bytes() for file in before} == before
+            check_map_and_read_preload(autosave, state)
+        result.write_bytes(contents[result])
+        autosave.save(state_with_preload("22"))
+        assert os.strerror(error_number) in autosave.save_error
+        assert {file: file.read_bytes() for file in contents} == contents
     # The session is written once the lock is available, unless another process used it meanwhile.
-    second, _ = load(path)
-    second.close(a_state("33"))
-    autosave.save(a_state("44"))
+    second, _ = load_session(path)
+    second.close(state_with_preload("33"))
+    autosave.save(state_with_preload("44"))
     assert "another fivtui has written it since" in autosave.save_error
     assert stored_preload(path) == "33"
 
@@ -236,23 +236,23 @@ def test_a_full_disk_is_reported_and_loses_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "session.json"
-    use(path, "11", 100.0)
-    autosave, _ = load(path)
+    store_session(path, "11", 100.0)
+    autosave, _ = load_session(path)
 
-    def full(_: int) -> None:
+    def raise_no_space(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    state = a_state("22")
+    state = state_with_preload("22")
     with monkeypatch.context() as patched:
-        patched.setattr("fivtui.io.writing.os.fsync", full)
+        patched.setattr("fivtui.io.writing.os.fsync", raise_no_space)
         autosave.save(state)
         assert "No space left" in autosave.save_error
         assert stored_preload(path) == "11"
         assert not list(tmp_path.rglob("*.tmp"))
     autosave.close(state)
     assert not autosave.save_error
-    again, reloaded = load(path)
-    assert preload_of(again, reloaded) == "22"
+    second_session, reloaded = load_session(path)
+    assert check_map_and_read_preload(second_session, reloaded) == "22"
     assert len(list((tmp_path / "results").iterdir())) == 1
 
 
@@ -260,9 +260,9 @@ def test_a_result_that_cannot_be_written_is_reported_and_written_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "session.json"
-    use(path, "11", 100.0)
-    autosave, _ = load(path)
-    state = a_state("22")
+    store_session(path, "11", 100.0)
+    autosave, _ = load_session(path)
+    state = state_with_preload("22")
     (tmp_path / "results").rename(tmp_path / "gone")
     (tmp_path / "results").write_text("in the way")
     autosave.save(state)
@@ -270,8 +270,8 @@ def test_a_result_that_cannot_be_written_is_reported_and_written_later(
     (tmp_path / "results").unlink()
     autosave.close(state)
     assert not autosave.save_error
-    again, reloaded = load(path)
-    assert preload_of(again, reloaded) == "22"
+    second_session, reloaded = load_session(path)
+    assert check_map_and_read_preload(second_session, reloaded) == "22"
 
 
 def test_a_state_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> None:
@@ -279,9 +279,9 @@ def test_a_state_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> No
     autosave = Autosave(tmp_path / "file" / "fivtui" / "session.json")
     assert autosave.load() is None
     assert "cannot be made a folder" in autosave.save_error
-    autosave.save(a_state("1"))
+    autosave.save(state_with_preload("1"))
     assert "cannot be made a folder" in autosave.save_error
-    autosave.close(a_state("2"))
+    autosave.close(state_with_preload("2"))
 
 
 def test_a_session_that_was_not_saved_is_reported_at_the_end(
@@ -294,8 +294,8 @@ def test_a_session_that_was_not_saved_is_reported_at_the_end(
     monkeypatch.setattr("gc.disable", lambda: None)
     monkeypatch.setattr(start, "shorten_switch_interval", lambda: None)
     start.run()
-    said_last = capsys.readouterr().err
-    assert said_last.startswith(f"the session is not saved: {tmp_path / 'fivtui'}: cannot be made")
+    error_text = capsys.readouterr().err
+    assert error_text.startswith(f"the session is not saved: {tmp_path / 'fivtui'}: cannot be made")
 
 
 def test_a_run_that_leaves_the_list_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -312,8 +312,8 @@ def test_a_run_that_leaves_the_list_is_reported(monkeypatch: pytest.MonkeyPatch)
 
 async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
-    with another(path, "11") as first:
-        assert number_of(first) == "1"
+    with start_instance(path, "11") as process:
+        assert read_session_number(process) == "1"
         app = FivtuiApp(state=path)
         async with app.run_test(size=(100, 30)) as pilot:
             await until_notice(pilot, "session 2; other saved sessions: 1 (Ctrl+P, Open)")
@@ -321,8 +321,8 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await open_from_palette(pilot, "Open session 1: scene base, map")
             await until_notice(pilot, "another fivtui is at work here")
             assert app.session.texts["F"] == "22"
-            first.kill()
-            first.wait()
+            process.kill()
+            process.wait()
             await open_from_palette(pilot, "Open session 1: scene base, map")
             await until_notice(pilot, "session 1 opened")
             assert app_of(pilot).session.texts["F"] == "11"
@@ -331,8 +331,8 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await pilot.press("alt+2")
             await until_shown(pilot, "no run yet: press F5")
             assert len(app.screen_stack) == 1
-    autosave, state = load(path)
-    assert (autosave.number, preload_of(autosave, state)) == (1, "11")
+    autosave, state = load_session(path)
+    assert (autosave.number, check_map_and_read_preload(autosave, state)) == (1, "11")
     assert stored_preload(tmp_path / "session-2" / "session.json") == "22"
 
 
@@ -344,34 +344,34 @@ async def open_from_palette(pilot: Any, title: str) -> None:
     await pilot.press("enter")
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs os.fork")
 def test_a_session_is_complete_after_a_kill_at_any_operation(tmp_path: Path) -> None:
-    assert int(killed("autosave", str(tmp_path))) > 20
+    assert int(run_kill_test("autosave", str(tmp_path))) > 20
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs os.fork")
 def test_no_kill_of_the_laboratory_loses_a_run(tmp_path: Path) -> None:
-    assert killed("lab", str(tmp_path), "3") == "3"
+    assert run_kill_test("lab", str(tmp_path), "3") == "3"
 
 
 @pytest.mark.host
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are found by /proc")
-def test_kills_beside_others_and_a_browser_lose_no_run(tmp_path: Path) -> None:
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are listed by /proc")
+def test_kills_beside_other_instances_and_a_browser_lose_no_run(tmp_path: Path) -> None:
     pytest.importorskip("textual_serve", reason="the extra serve is not installed")
-    assert int(killed("1", folder=tmp_path, module="session_crowd")) > 0
+    assert int(run_kill_test("1", folder=tmp_path, module="session_crowd")) > 0
 
 
 @pytest.mark.host
 @pytest.mark.whole
-@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are found by /proc")
-def test_a_hundred_kills_beside_others_and_a_browser_lose_no_run(tmp_path: Path) -> None:
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are listed by /proc")
+def test_a_hundred_kills_beside_other_instances_and_a_browser_lose_no_run(tmp_path: Path) -> None:
     pytest.importorskip("textual_serve", reason="the extra serve is not installed")
-    assert int(killed("100", folder=tmp_path, module="session_crowd")) > 0
+    assert int(run_kill_test("100", folder=tmp_path, module="session_crowd")) > 0
 
 
-def killed(*arguments: str, folder: Path | None = None, module: str = "session_kill") -> str:
+def run_kill_test(*arguments: str, folder: Path | None = None, module: str = "session_kill") -> str:
     all_arguments = arguments if folder is None else (str(folder), *arguments)
     command = [sys.executable, "-m", f"tests.support.{module}", *all_arguments]
     process = subprocess.run(command, capture_output=True, text=True, check=False)

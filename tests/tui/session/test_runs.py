@@ -38,15 +38,15 @@ from fivtui.tui.tabs.exports.export import (
 SHORT = dataclasses.replace(base_scene(), t_end=10.0)
 
 
-def finished(scene: Scene = SHORT) -> Run:
+def finish_run(scene: Scene = SHORT) -> Run:
     runs = Runs()
     run = runs.start(scene)
     assert runs.finish(run, execute(run))
     return run
 
 
-def test_a_run_gives_what_simulate_gives() -> None:
-    run = finished()
+def test_a_run_has_the_result_of_simulate() -> None:
+    run = finish_run()
     assert run.state is RunState.DONE
     assert run.result is not None
     assert run.result.final == simulate(t_end=10.0).final
@@ -56,21 +56,21 @@ def test_a_run_gives_what_simulate_gives() -> None:
 
 def test_a_run_that_cannot_finish_fails_with_reason_and_advice() -> None:
     parameters = Parameters(k3=0.0, F=-1.0)
-    run = finished(Scene(name="off", description="", parameters=parameters))
+    run = finish_run(Scene(name="off", description="", parameters=parameters))
     assert run.state is RunState.FAILED
     assert run.result is None
     assert "no equilibrium" in run.message
     assert "use F >= 0" in run.message
 
 
-def test_a_stopped_run_is_stopped_at_once_and_its_outcome_is_stale() -> None:
+def test_a_run_is_stopped_at_once_and_its_outcome_is_ignored() -> None:
     runs = Runs()
     run = runs.start(SHORT)
-    late = execute(run)
+    outcome = execute(run)
     assert runs.stop() is run
     assert run.state is RunState.STOPPED
     assert runs.active is None
-    assert not runs.finish(run, late)
+    assert not runs.finish(run, outcome)
     assert run.result is None
     assert runs.stop() is None
 
@@ -93,7 +93,7 @@ def test_a_new_run_replaces_the_active_one() -> None:
     assert (second.state, second.message) == (RunState.FAILED, "why")
 
 
-def test_old_runs_are_dropped_but_numbers_are_never_reused() -> None:
+def test_old_runs_are_deleted_but_numbers_are_never_reused() -> None:
     runs = Runs()
     for _ in range(MAX_RUNS + 3):
         runs.start(SHORT)
@@ -102,7 +102,7 @@ def test_old_runs_are_dropped_but_numbers_are_never_reused() -> None:
     assert runs.find(4) is not None
 
 
-def test_the_time_left_follows_from_the_progress() -> None:
+def test_the_remaining_time_follows_from_the_progress() -> None:
     run = Run(1, SHORT)
     assert run.progress_text == "0 %"
     run._start_time -= 10.0
@@ -129,7 +129,7 @@ def test_a_run_is_outdated_once_a_field_differs() -> None:
 
 @pytest.mark.parametrize("t_end", [0.05, 7.3, 100.0, 5000.0, 1e7])
 @pytest.mark.parametrize("m", [1e-6, 5.0, 1e9])
-def test_sample_times_cover_the_horizon_in_bounded_number(t_end: float, m: float) -> None:
+def test_sample_times_cover_the_run_and_are_limited_in_number(t_end: float, m: float) -> None:
     times = sample_times(Scene(name="s", description="", parameters=Parameters(m=m), t_end=t_end))
     assert times[0] == 0.0
     assert times[-1] == t_end
@@ -137,7 +137,7 @@ def test_sample_times_cover_the_horizon_in_bounded_number(t_end: float, m: float
     assert 1000 <= times.size <= 250_002
 
 
-def test_the_base_scene_is_sampled_at_plain_hundredths() -> None:
+def test_the_base_scene_is_sampled_at_hundredths_of_a_second() -> None:
     assert float(sample_interval(base_scene())) == 0.01
     assert sample_times(base_scene())[:4].tolist() == [0.0, 0.01, 0.02, 0.03]
 
@@ -150,7 +150,7 @@ def test_verdicts_are_stable_unstable_or_neutral() -> None:
     assert verdict(stability(undamped)) == "NEUTRAL"
 
 
-def test_the_brief_verdict_has_growth_rate_frequency_critical_mu_and_equilibrium() -> None:
+def test_the_summary_has_growth_rate_frequency_critical_mu_and_equilibrium() -> None:
     lines = stability_summary(stability(Parameters()))
     assert lines[0] == "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz"
     assert lines[1] == "μ_c 0.4394 (unstable above), μ 59.3 % above"
@@ -158,16 +158,16 @@ def test_the_brief_verdict_has_growth_rate_frequency_critical_mu_and_equilibrium
     assert all(len(line) < 50 for line in lines)
 
 
-def test_a_set_without_coupling_has_no_critical_mu() -> None:
-    p = Parameters(k3=0.0)
-    rows = {row.label: row.value for row in stability_rows(stability(p))}
+def test_parameters_without_coupling_have_no_critical_mu() -> None:
+    parameters = Parameters(k3=0.0)
+    rows = {row.label: row.value for row in stability_rows(stability(parameters))}
     assert rows["critical μ"] == "none for μ > 0"
     assert rows["critical μ, linear"] == "none"
 
 
 def test_a_separated_equilibrium_is_labelled() -> None:
-    p = Parameters(F=-5.0)
-    notes = {row.label: row.note for row in stability_rows(stability(p))}
+    parameters = Parameters(F=-5.0)
+    notes = {row.label: row.note for row in stability_rows(stability(parameters))}
     assert "separated" in notes["contact force"]
 
 
@@ -184,34 +184,34 @@ def test_the_summary_has_the_figures_of_the_base_scene() -> None:
 
 
 def test_a_run_without_separation_is_labelled() -> None:
-    quiet = simulate(Parameters(mu=0.0), t_end=5.0)
-    assert "no separation: contact is never lost" in result_summary(quiet)
-    ignored = simulate(t_end=5.0, separation=False)
-    assert "separation ignored (Case 2)" in result_summary(ignored)
+    frictionless_run = simulate(Parameters(mu=0.0), t_end=5.0)
+    assert "no separation: contact is never lost" in result_summary(frictionless_run)
+    run_ignoring_separation = simulate(t_end=5.0, separation=False)
+    assert "separation ignored (Case 2)" in result_summary(run_ignoring_separation)
 
 
-def test_a_stable_equilibrium_with_lasting_separation_gets_a_remark() -> None:
+def test_a_stable_equilibrium_with_lasting_separation_gets_a_warning() -> None:
     scene = PRESETS["coexistence"]
     result = stability(scene.parameters)
-    lasting = simulate(scene.parameters, t_end=scene.t_end)
-    assert late_separation_warning(lasting, result).startswith(
+    separating_run = simulate(scene.parameters, t_end=scene.t_end)
+    assert late_separation_warning(separating_run, result).startswith(
         "stable equilibrium, but still separating at t = 79"
     )
-    decaying = simulate(
+    decaying_run = simulate(
         scene.parameters, t_end=scene.t_end, start=PRESETS["coexistence-decay"].start
     )
-    assert late_separation_warning(decaying, result) == ""
+    assert late_separation_warning(decaying_run, result) == ""
     assert late_separation_warning(simulate(t_end=100.0), stability(Parameters())) == ""
 
 
 def test_the_accuracy_of_a_fixed_step_is_not_claimed() -> None:
     assert Run(1, SHORT).accuracy_text == "tol 1e-12"
-    fixed = dataclasses.replace(SHORT, method="rk4", step=0.002)
-    assert Run(1, fixed).accuracy_text == "step 0.002 s, error not controlled"
+    fixed_step_scene = dataclasses.replace(SHORT, method="rk4", step=0.002)
+    assert Run(1, fixed_step_scene).accuracy_text == "step 0.002 s, error not controlled"
 
 
 def test_a_refused_export_gives_the_reason_and_keeps_the_file(tmp_path: Path) -> None:
-    run, path = finished(), tmp_path / "a.csv"
+    run, path = finish_run(), tmp_path / "a.csv"
     path.write_text("mine")
     assert "exists already" in write_export(run_export(DATA, run), path)
     assert path.read_text() == "mine"
@@ -220,8 +220,8 @@ def test_a_refused_export_gives_the_reason_and_keeps_the_file(tmp_path: Path) ->
     assert "suffix" in write_export(run_export(FIGURE, run), tmp_path / "a.doc")
 
 
-def test_proposed_names_are_names_of_files() -> None:
-    run = finished(dataclasses.replace(SHORT, name="a/b: c"))
+def test_proposed_names_are_valid_file_names() -> None:
+    run = finish_run(dataclasses.replace(SHORT, name="a/b: c"))
     assert run_export(FIGURE, run).file_name == "a-b--c-1.svg"
 
 

@@ -16,7 +16,7 @@ from fivtui.tui.session.scene_differences import legend_names
 from fivtui.tui.session.session import Session
 
 
-def test_headless_modules_import_no_textual_and_nothing_slow() -> None:
+def test_headless_modules_import_neither_textual_nor_slow_libraries() -> None:
     code = (
         "import importlib, pkgutil, sys\n"
         "from fivtui.tui import chart, persistence, session\n"
@@ -29,33 +29,37 @@ def test_headless_modules_import_no_textual_and_nothing_slow() -> None:
         "modules = sum(name.startswith('fivtui.tui.') for name in sys.modules)\n"
         "print(modules > 25, [name for name in heavy if name in sys.modules])\n"
     )
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert shown.stdout.strip() == "True []"
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert process.stdout.strip() == "True []"
 
 
 def test_the_app_itself_starts_without_the_slow_libraries() -> None:
-    heavy = ("matplotlib", "scipy", "fmpy")
-    code = f"import sys, fivtui.tui.app; print([n for n in {heavy} if n in sys.modules])"
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert shown.stdout.strip() == "[]"
+    slow_libraries = ("matplotlib", "scipy", "fmpy")
+    code = f"import sys, fivtui.tui.app; print([n for n in {slow_libraries} if n in sys.modules])"
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert process.stdout.strip() == "[]"
 
 
 def test_fields_repeat_the_parameter_table() -> None:
     for name, spec in PARAMETERS.items():
         field = FIELDS[name]
-        shown = (field.symbol, field.unit, field.meaning, field.allowed)
-        assert shown == (symbol_of(name), spec.unit, spec.meaning, spec.allowed)
+        texts = (field.symbol, field.unit, field.meaning, field.allowed)
+        assert texts == (symbol_of(name), spec.unit, spec.meaning, spec.allowed)
         assert field.check(field.default) == spec.default
 
 
-def test_every_parameter_stands_in_an_equation() -> None:
+def test_every_parameter_occurs_in_an_equation() -> None:
     assert all(FIELDS[name].details for name in PARAMETERS)
     assert [label for label, _ in FIELDS["k_nl"].details] == ["Eq. 1"]
     assert [label for label, _ in FIELDS["m"].details] == ["Eq. 2", "Eq. 2"]
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_a_scene_loaded_is_the_scene_edited(name: str) -> None:
+def test_a_loaded_scene_is_edited_unchanged(name: str) -> None:
     session = Session(PRESETS[name], name)
     assert session.scene() == PRESETS[name]
     assert not session.changed_fields
@@ -97,7 +101,7 @@ def test_an_invalid_text_gives_a_message_and_no_scene(name: str, text: str, mess
         session.scene()
 
 
-def test_a_step_is_checked_against_method_and_horizon() -> None:
+def test_a_step_is_checked_against_method_and_end_time() -> None:
     session = Session()
     session.set_text("method", "rk4")
     session.set_text("step", "0.01")
@@ -112,7 +116,7 @@ def test_invalid_run_settings_do_not_change_the_verdict() -> None:
     assert session.stability().critical_mu[0].mu == pytest.approx(0.4394, abs=5e-5)
 
 
-def test_the_verdict_fails_as_its_input_fails() -> None:
+def test_the_verdict_raises_the_error_of_its_input() -> None:
     session = Session()
     session.set_text("F", "x")
     with pytest.raises(InputError, match="F = 'x'"):
@@ -123,7 +127,7 @@ def test_the_verdict_fails_as_its_input_fails() -> None:
         session.stability()
 
 
-def test_reset_brings_back_the_scene_loaded_not_the_base_set() -> None:
+def test_reset_restores_the_loaded_scene_not_the_base_scene() -> None:
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("F", "1")
     session.set_text("mu", "2")
@@ -155,7 +159,7 @@ def test_a_step_is_one_unit_of_the_second_digit(
 
 
 @given(st.integers(10, 99), st.integers(-9, 9), st.sampled_from([1, -1]), st.booleans())
-def test_a_step_and_the_step_back_change_nothing(
+def test_a_step_and_the_reverse_step_restore_the_value(
     digits: int, exponent: int, sign: int, fine: bool
 ) -> None:
     value = sign * float(f"{digits}e{exponent}")
@@ -165,7 +169,7 @@ def test_a_step_and_the_step_back_change_nothing(
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
-def test_the_text_of_a_number_reads_as_that_number(value: float) -> None:
+def test_the_text_of_a_number_is_read_as_that_number(value: float) -> None:
     assert float(number_text(value)) == value
 
 
@@ -178,7 +182,7 @@ def test_tolerances_are_stepped_by_decades() -> None:
     assert session.texts["tol"] == "1e-13"
 
 
-def test_a_step_that_would_leave_the_range_or_has_no_number_does_nothing() -> None:
+def test_a_step_out_of_range_or_from_no_number_does_nothing() -> None:
     session = Session()
     session.set_text("mu", "100")
     assert not session.step_field("mu", 1)
@@ -214,7 +218,7 @@ def test_the_command_line_has_only_the_differences() -> None:
     ]
 
 
-def test_the_command_line_starts_from_the_scene_that_it_can_name() -> None:
+def test_the_command_line_names_the_preset_or_file_of_the_scene() -> None:
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("mu", "1.1")
     assert session.command_line() == "fivtui simulate stiff-contact --set mu=1.1"
@@ -229,7 +233,7 @@ def test_separation_enabled_again_starts_from_the_base_scene() -> None:
     assert session.command_line() == "fivtui simulate --set k_nl=0"
 
 
-def test_the_command_line_of_a_wrong_input_is_an_error() -> None:
+def test_an_invalid_field_has_no_command_line() -> None:
     session = Session()
     session.set_text("F", "x")
     with pytest.raises(InputError, match="F = 'x'"):
@@ -237,16 +241,16 @@ def test_the_command_line_of_a_wrong_input_is_an_error() -> None:
 
 
 def test_the_fields_beside_the_parameters_have_descriptions_and_units() -> None:
-    shown = {
+    field_texts = {
         name: (field.symbol, field.unit, field.meaning, field.when_empty)
         for name, field in FIELDS.items()
         if name not in PARAMETERS
     }
-    belt = {
+    belt_texts = {
         name: (symbol_of(name), spec.unit, spec.meaning, "none")
         for name, spec in BELT_PARAMETERS.items()
     }
-    assert shown == belt | {
+    assert field_texts == belt_texts | {
         "separation": ("", "", "whether contact can be lost", ""),
         "start": ("", "m, m/s", "state at t = 0", ""),
         "t_end": ("t_end", "s", "end time", ""),
@@ -269,7 +273,7 @@ def test_the_fields_beside_the_parameters_have_descriptions_and_units() -> None:
         FIELDS["t_end"].check("0")
 
 
-def test_symbols_are_names_except_greek_and_may_be_typed_as_in_the_paper() -> None:
+def test_symbols_are_names_except_greek_and_symbols_of_the_paper_are_read() -> None:
     assert [symbol_of(name) for name in ("mu", "mu_s", "k1", "k_nl", "x0")] == [
         "μ",
         "μ_s",
@@ -281,7 +285,7 @@ def test_symbols_are_names_except_greek_and_may_be_typed_as_in_the_paper() -> No
     assert replace_symbols(typed) == "mu=0:1:3 k1=1:2:3 c2~uniform:1:2 mu=0:1:2 k_nl=1,2 mu_s=1"
 
 
-def test_legends_name_differences_and_run_numbers_only_for_equal_scenes() -> None:
+def test_legends_list_differences_and_run_numbers_only_for_equal_scenes() -> None:
     base, ignored = PRESETS["base"], PRESETS["separation-ignored"]
     assert legend_names({4: base}) == ["run 4"]
     assert legend_names({1: base, 2: ignored}) == ["separation considered", "separation ignored"]

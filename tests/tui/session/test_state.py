@@ -31,8 +31,8 @@ from fivtui.tui.session.session import MAX_RECENT, Session
 SHORT = dataclasses.replace(base_scene(), t_end=10.0)
 
 
-def finished(runs: Runs, **changed: object) -> Run:
-    run = runs.start(SHORT.with_values(changed))
+def finish_run(runs: Runs, **values: object) -> Run:
+    run = runs.start(SHORT.with_values(values))
     assert runs.finish(run, execute(run))
     return run
 
@@ -62,7 +62,7 @@ def test_typing_and_steps_in_one_direction_are_one_undo_step() -> None:
     assert not session.redo()
 
 
-def test_a_step_closed_is_undone_by_itself() -> None:
+def test_a_closed_step_is_undone_alone() -> None:
     session = Session()
     session.set_text("F", "90")
     session.close_step()
@@ -81,7 +81,7 @@ def test_an_edit_after_undo_clears_redo() -> None:
     assert not session.changed_fields
 
 
-def test_loading_and_resetting_are_undone_with_all_that_was_edited() -> None:
+def test_loading_and_resetting_are_undone_with_all_edits() -> None:
     session = Session()
     session.set_text("F", "x")
     session.load(PRESETS["stiff-contact"], "stiff-contact")
@@ -110,7 +110,7 @@ def test_undo_continues_beyond_a_save_and_keeps_the_file() -> None:
 # Engines
 
 
-def test_the_engine_is_switched_to_either_fmu_and_back_to_the_method_before() -> None:
+def test_the_engine_is_switched_to_either_fmu_and_back_to_the_previous_method() -> None:
     session = Session()
     session.set_text("method", "scipy-dop853")
     for engine, method in (("Python FMU", "fmu"), ("native FMU", "fmu-native")):
@@ -121,11 +121,11 @@ def test_the_engine_is_switched_to_either_fmu_and_back_to_the_method_before() ->
         assert (solver.method, fmu.method) == ("scipy-dop853", method)
     session.switch_engine()
     assert (session.engine, session.texts["method"]) == ("native", "scipy-dop853")
-    # The engine pair contains the FMU that was selected last.
+    # The engine pair contains the last selected FMU.
     assert session.engine_pair()[1].method == "fmu-native"
 
 
-def test_a_pair_of_engines_keeps_a_step_only_where_the_method_takes_one() -> None:
+def test_a_pair_of_engines_keeps_the_step_only_for_methods_that_use_one() -> None:
     session = Session()
     session.set_text("method", "rk4")
     session.set_text("step", "0.01")
@@ -135,15 +135,15 @@ def test_a_pair_of_engines_keeps_a_step_only_where_the_method_takes_one() -> Non
 
 
 def test_the_difference_of_engines_is_reported_with_its_size() -> None:
-    exact = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0])
-    coarse = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0], method="rk4", step=0.01)
-    assert "final state 0 (m, m/s), peak |y| 0 m" in engine_difference_text(exact, exact)
-    text = engine_difference_text(exact, coarse)
-    state = max(
-        abs(getattr(exact.final, name) - getattr(coarse.final, name))
+    exact_run = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0])
+    coarse_run = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0], method="rk4", step=0.01)
+    assert "final state 0 (m, m/s), peak |y| 0 m" in engine_difference_text(exact_run, exact_run)
+    text = engine_difference_text(exact_run, coarse_run)
+    state_difference = max(
+        abs(getattr(exact_run.final, name) - getattr(coarse_run.final, name))
         for name in ("x", "vx", "y", "vy")
     )
-    assert f"final state {state:.2g}" in text
+    assert f"final state {state_difference:.2g}" in text
     assert text.endswith("separations equal")
 
 
@@ -152,7 +152,7 @@ def test_the_difference_of_engines_is_reported_with_its_size() -> None:
 
 def test_the_baseline_is_compared_by_difference_and_percent() -> None:
     runs = Runs()
-    base, second = finished(runs), finished(runs, F=100.0)
+    base, second = finish_run(runs), finish_run(runs, F=100.0)
     assert base.result is not None
     assert second.result is not None
     peak = changes(second.result, base.result)[0]
@@ -167,7 +167,7 @@ def test_the_baseline_is_compared_by_difference_and_percent() -> None:
 
 def test_the_displayed_run_is_drawn_last() -> None:
     runs = Runs()
-    first, second, third = (finished(runs) for _ in range(3))
+    first, second, third = (finish_run(runs) for _ in range(3))
     runs.displayed = second
     assert runs.plotted == [second]
     first.overlaid = third.overlaid = True
@@ -180,37 +180,39 @@ def test_the_displayed_run_is_drawn_last() -> None:
     assert runs.baseline is None
 
 
-def test_old_runs_are_dropped_except_the_displayed_one_and_the_baseline() -> None:
+def test_old_runs_are_deleted_except_the_displayed_one_and_the_baseline() -> None:
     runs = Runs()
-    base, shown = finished(runs), finished(runs)
-    runs.baseline, runs.displayed = base, shown
+    base, displayed = finish_run(runs), finish_run(runs)
+    runs.baseline, runs.displayed = base, displayed
     for _ in range(MAX_RUNS):
         runs.finish(runs.start(SHORT), Outcome(error="not computed"))
     assert len(list(runs)) == MAX_RUNS
-    assert list(runs)[:2] == [base, shown]
+    assert list(runs)[:2] == [base, displayed]
 
 
-def test_runs_without_results_are_dropped_first() -> None:
+def test_runs_without_results_are_deleted_first() -> None:
     runs = Runs()
-    first, second, shown = (finished(runs) for _ in range(3))
-    runs.displayed = shown
-    failed = [runs.start(SHORT) for _ in range(MAX_RUNS - 3)]
+    first, second, displayed = (finish_run(runs) for _ in range(3))
+    runs.displayed = displayed
+    stopped_runs = [runs.start(SHORT) for _ in range(MAX_RUNS - 3)]
     running = runs.start(SHORT)
-    assert list(runs) == [first, second, shown, *failed[1:], running]
-    read = [
-        runs.add_loaded(SHORT, shown.result, "a.csv") for _ in failed if shown.result is not None
+    assert list(runs) == [first, second, displayed, *stopped_runs[1:], running]
+    loaded_runs = [
+        runs.add_loaded(SHORT, displayed.result, "a.csv")
+        for _ in stopped_runs
+        if displayed.result is not None
     ]
-    assert list(runs) == [second, shown, running, *read]
+    assert list(runs) == [second, displayed, running, *loaded_runs]
 
 
 def test_a_run_from_a_file_does_not_stop_the_active_run() -> None:
     runs = Runs()
     running = runs.start(SHORT)
     result = simulate(t_end=1.0, samples=[0.0, 1.0])
-    read = runs.add_loaded(SHORT, result, "a.csv")
+    loaded_run = runs.add_loaded(SHORT, result, "a.csv")
     assert runs.active is running
-    assert runs.displayed is read
-    assert (read.engine, read.number) == ("file", 2)
+    assert runs.displayed is loaded_run
+    assert (loaded_run.engine, loaded_run.number) == ("file", 2)
     runs.remove(running)
     assert runs.active is None
     assert not running.report(0.5)
@@ -226,28 +228,32 @@ def test_styles_differ_in_colour_or_marker() -> None:
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
 @pytest.mark.parametrize("separation", [True, False])
-def test_a_run_read_is_the_run_written(suffix: str, separation: bool, tmp_path: Path) -> None:
+def test_a_run_is_read_from_its_file_as_it_was_written(
+    suffix: str, separation: bool, tmp_path: Path
+) -> None:
     scene = SHORT.with_values({"F": 90.0})
-    written = simulate(
+    written_run = simulate(
         scene.parameters, t_end=10.0, separation=separation, samples=np.linspace(0.0, 10.0, 5001)
     )
     path = tmp_path / f"mine{suffix}"
-    save_trajectory(written, path)
-    read_scene, read = load_run(path)
+    save_trajectory(written_run, path)
+    read_scene, read_run = load_run(path)
     assert read_scene.name == "mine"
-    assert read_scene.parameters == scene.parameters == read.parameters
+    assert read_scene.parameters == scene.parameters == read_run.parameters
     assert (read_scene.separation, read_scene.t_end) == (separation, 10.0)
-    assert read_scene.start == written.start
-    assert read.peak.y_abs == pytest.approx(written.peak.y_abs, rel=1e-3)
-    assert read.steady.y_half_range == pytest.approx(written.steady.y_half_range, rel=1e-3)
-    assert read.final == written.final
-    assert read.events.separations == written.events.separations
-    assert read.events.reattachments == written.events.reattachments
-    np.testing.assert_allclose(read.switch_times, written.switch_times, atol=1e-4)
-    assert read.events.separated_time == pytest.approx(written.events.separated_time, abs=1e-3)
-    assert read.trajectory is not None
-    assert written.trajectory is not None
-    np.testing.assert_array_equal(read.trajectory.y, written.trajectory.y)
+    assert read_scene.start == written_run.start
+    assert read_run.peak.y_abs == pytest.approx(written_run.peak.y_abs, rel=1e-3)
+    assert read_run.steady.y_half_range == pytest.approx(written_run.steady.y_half_range, rel=1e-3)
+    assert read_run.final == written_run.final
+    assert read_run.events.separations == written_run.events.separations
+    assert read_run.events.reattachments == written_run.events.reattachments
+    np.testing.assert_allclose(read_run.switch_times, written_run.switch_times, atol=1e-4)
+    assert read_run.events.separated_time == pytest.approx(
+        written_run.events.separated_time, abs=1e-3
+    )
+    assert read_run.trajectory is not None
+    assert written_run.trajectory is not None
+    np.testing.assert_array_equal(read_run.trajectory.y, written_run.trajectory.y)
 
 
 def test_a_file_without_its_scene_is_refused(tmp_path: Path) -> None:
@@ -277,7 +283,7 @@ def test_every_figure_has_an_initial_scene() -> None:
 # Sessions between two starts
 
 
-def state(session: Session) -> State:
+def state_of(session: Session) -> State:
     return State(session.edit_state, session.recent, "transient", "nord")
 
 
@@ -286,21 +292,21 @@ def test_a_stored_session_is_restored_unchanged(tmp_path: Path) -> None:
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("F", "not yet a number")
     session.add_recent(str(tmp_path / "a.toml"))
-    save_state(state(session), path)
-    assert load_state(path) == state(session)
+    save_state(state_of(session), path)
+    assert load_state(path) == state_of(session)
     assert load_state(tmp_path / "none.json") is None
     save_state(State(Session().edit_state), path)
     assert load_state(path) == State(Session().edit_state)
     assert [file.name for file in path.parent.iterdir()] == ["session.json"]
 
 
-def test_files_are_found_again_from_another_folder(
+def test_stored_paths_are_valid_in_another_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     session = Session(base_scene(), "mine.toml")
     session.add_recent("mine.toml")
-    save_state(state(session), tmp_path / "session.json")
+    save_state(state_of(session), tmp_path / "session.json")
     loaded = load_state(tmp_path / "session.json")
     assert loaded is not None
     assert loaded.edit_state.source == loaded.recent[0] == str(tmp_path / "mine.toml")
@@ -318,25 +324,25 @@ def test_files_are_found_again_from_another_folder(
         (b'{"fivtui_session": 1}', "version 1, not 2"),
     ],
 )
-def test_an_unreadable_session_is_set_aside(content: bytes, reason: str, tmp_path: Path) -> None:
+def test_an_unreadable_session_file_is_renamed(content: bytes, reason: str, tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     for number in (1, 2):
         path.write_bytes(content)
         autosave = Autosave(path)
         assert autosave.load() is None
         (notice,) = autosave.notices
-        aside = tmp_path / f"session.damaged-{number}.json"
-        assert f"could not be restored ({reason}); it is kept as {aside}" in notice
+        damaged_path = tmp_path / f"session.damaged-{number}.json"
+        assert f"could not be restored ({reason}); it is kept as {damaged_path}" in notice
         assert f"its results stay in {tmp_path / 'results'}" in notice
-        assert aside.read_bytes() == content
+        assert damaged_path.read_bytes() == content
         assert not path.exists()
-        autosave.close(state(Session()))
-        assert load_state(path) == state(Session())
+        autosave.close(state_of(Session()))
+        assert load_state(path) == state_of(Session())
 
 
-def test_an_infinite_number_of_runs_is_damage(tmp_path: Path) -> None:
+def test_a_session_with_an_infinite_number_of_runs_is_damaged(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
-    save_state(state(Session()), path)
+    save_state(state_of(Session()), path)
     path.write_text(path.read_text().replace('"count": 0', '"count": 1e999'))
     with pytest.raises(DamagedSession, match="damaged"):
         load_state(path)
@@ -347,31 +353,31 @@ def test_an_autosave_writes_only_changes_and_reports_errors(tmp_path: Path) -> N
     autosave = Autosave(path)
     session = Session()
     assert autosave.load() is None
-    autosave.save(state(session))
+    autosave.save(state_of(session))
     path.unlink()
-    autosave.save(state(session))
+    autosave.save(state_of(session))
     assert not path.exists()
     session.set_text("F", "1")
     path.mkdir()
-    autosave.save(state(session))
+    autosave.save(state_of(session))
     assert "is a folder" in autosave.save_error
     path.rmdir()
     session.set_text("F", "2")
-    autosave.save(state(session))
+    autosave.save(state_of(session))
     assert not autosave.save_error
     # Closing tries to write again.
     path.unlink()
     path.mkdir()
     session.set_text("F", "3")
-    autosave.save(state(session))
+    autosave.save(state_of(session))
     assert autosave.save_error
     path.rmdir()
-    autosave.close(state(session))
+    autosave.close(state_of(session))
     assert not autosave.save_error
     assert stat.S_ISREG(path.stat().st_mode)
-    nowhere = Autosave(None)
-    nowhere.save(state(session))
-    assert nowhere.load() is None
+    disabled_autosave = Autosave(None)
+    disabled_autosave.save(state_of(session))
+    assert disabled_autosave.load() is None
 
 
 def test_recent_scenes_are_unique_and_limited() -> None:

@@ -11,65 +11,65 @@ from fivtui.tui.session.jobs import ComputingThreads, FileWrites
 from tests.support.laboratory import until
 
 
-def test_the_end_does_not_wait_for_a_thread() -> None:
-    released, threads = threading.Event(), ComputingThreads()
+def test_the_program_ends_without_waiting_for_a_thread() -> None:
+    thread_may_end, threads = threading.Event(), ComputingThreads()
 
     def fail() -> None:
         raise ZeroDivisionError("by zero")
 
-    async def main() -> int:
+    async def compute_in_threads() -> int:
         loop = asyncio.get_running_loop()
         loop.set_default_executor(threads)
-        loop.run_in_executor(None, released.wait)
+        loop.run_in_executor(None, thread_may_end.wait)
         with pytest.raises(ZeroDivisionError):
             await loop.run_in_executor(None, fail)
         return await loop.run_in_executor(None, int, "3")
 
     # The threads of asyncio's own executor would block here.
-    assert asyncio.run(main()) == 3
+    assert asyncio.run(compute_in_threads()) == 3
     assert threads.busy
-    released.set()
+    thread_may_end.set()
 
 
-def test_the_end_waits_for_files_being_written() -> None:
-    writing, inside, go_on = FileWrites(), threading.Event(), threading.Event()
-    written: list[str] = []
+def test_the_program_ends_after_files_are_written() -> None:
+    file_writes, write_started, write_may_end = FileWrites(), threading.Event(), threading.Event()
+    events: list[str] = []
 
     def write() -> None:
-        with writing.track("slider.gif"):
-            inside.set()
-            go_on.wait()
-            written.append("whole")
+        with file_writes.track("slider.gif"):
+            write_started.set()
+            write_may_end.wait()
+            events.append("whole")
 
-    writing.wait(written.append)
-    thread = threading.Thread(target=write)
-    thread.start()
-    inside.wait()
+    file_writes.wait(events.append)
+    writing_thread = threading.Thread(target=write)
+    writing_thread.start()
+    write_started.wait()
 
-    def end() -> None:
-        writing.wait(record)
-        written.append("end")
+    def wait_for_files() -> None:
+        file_writes.wait(record_names)
+        events.append("end")
 
-    def record(names: str) -> None:
+    def record_names(names: str) -> None:
         # The writer continues only after this message.
-        written.append(names)
-        go_on.set()
+        events.append(names)
+        write_may_end.set()
 
-    waiting = threading.Thread(target=end)
-    waiting.start()
-    waiting.join()
-    thread.join()
-    assert written == ["slider.gif", "whole", "end"]
+    waiting_thread = threading.Thread(target=wait_for_files)
+    waiting_thread.start()
+    waiting_thread.join()
+    writing_thread.join()
+    assert events == ["slider.gif", "whole", "end"]
 
 
-async def test_the_laboratory_computes_in_threads_that_do_not_hold_its_end() -> None:
-    released, threads = threading.Event(), ComputingThreads()
+async def test_the_laboratory_ends_without_waiting_for_computing_threads() -> None:
+    thread_may_end, threads = threading.Event(), ComputingThreads()
     app = FivtuiApp(threads=threads)
     async with app.run_test(size=(80, 24)) as pilot:
-        worker: Worker[bool] = app.run_worker(released.wait, thread=True)
+        worker: Worker[bool] = app.run_worker(thread_may_end.wait, thread=True)
         await until(pilot, lambda: threads.busy)
         assert worker.is_running
         await pilot.press("ctrl+q")
     assert app._exit
     assert threads.busy
-    released.set()
+    thread_may_end.set()

@@ -33,60 +33,60 @@ from tests.support.laboratory import (
 MU = "mu=0.2:0.8:4"
 
 
-def command(*arguments: str) -> None:
+def run_command(*arguments: str) -> None:
     cli.commands.main([*arguments], standalone_mode=False)
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def written_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("written")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr(tradeoff, "QUICK_S", 0.2)
-        command("simulate", "--t-end", "5", "--out", "run.csv")
+        run_command("simulate", "--t-end", "5", "--out", "run.csv")
         for name in ("sweep.csv", "sweep.parquet"):
-            command("sweep", "--set=F=60", "--t-end=20", "--vary", MU, "--both", "--out", name)
-        over = ("--over", "mu=0:1.5:7", "--over", "F=5:100:5")
+            run_command("sweep", "--set=F=60", "--t-end=20", "--vary", MU, "--both", "--out", name)
+        axes = ("--over", "mu=0:1.5:7", "--over", "F=5:100:5")
         for name in ("map.csv", "map.npz", "map.parquet"):
-            command("map", "--set", "k_nl=50", *over, "--out", name)
-        command("tradeoff", "--set", "F=60", "--t-end", "5", "--out", "trade.csv")
-        command("stability", "--out", "modes.csv")
-        command("figures", "2", "--format", "svg", "--out", ".")
+            run_command("map", "--set", "k_nl=50", *axes, "--out", name)
+        run_command("tradeoff", "--set", "F=60", "--t-end", "5", "--out", "trade.csv")
+        run_command("stability", "--out", "modes.csv")
+        run_command("figures", "2", "--format", "svg", "--out", ".")
     return folder
 
 
 @pytest.fixture
-async def pilot(written: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
-    monkeypatch.chdir(written)
-    async with FivtuiApp().run_test(size=(100, 30)) as started:
-        await started.pause()
-        yield started
+async def pilot(written_files: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
+    monkeypatch.chdir(written_files)
+    async with FivtuiApp().run_test(size=(100, 30)) as pilot_of_app:
+        await pilot_of_app.pause()
+        yield pilot_of_app
 
 
-async def read(pilot: Pilot[None], name: str, message: str) -> None:
+async def read_result(pilot: Pilot[None], name: str, message: str) -> None:
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")
     await answer(pilot, name)
     await until_notice(pilot, message)
 
 
-def test_unreadable_and_unsuitable_files_are_refused(written: Path) -> None:
-    (written / "bad.json").write_text("{")
+def test_unreadable_and_unsuitable_files_are_refused(written_files: Path) -> None:
+    (written_files / "bad.json").write_text("{")
     with pytest.raises(InputError, match="not JSON"):
-        kind_of(written / "bad.json")
+        kind_of(written_files / "bad.json")
     with pytest.raises(InputError, match="suffixes"):
-        check_readable(written / "a.doc")
+        check_readable(written_files / "a.doc")
     with pytest.raises(InputError, match="no such file"):
-        check_readable(written / "a.csv")
+        check_readable(written_files / "a.csv")
     ranges = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
-    command("sweep", *ranges, "--output=stable", "--out", str(written / "many.csv"))
+    run_command("sweep", *ranges, "--output=stable", "--out", str(written_files / "many.csv"))
     with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1: shown are"):
-        load_displayable("sweep", written / "many.csv")
+        load_displayable("sweep", written_files / "many.csv")
 
 
-async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Path) -> None:
+async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written_files: Path) -> None:
     for name in ("sweep.csv", "sweep.parquet"):
-        await read(pilot, name, f"sweep read from {name}")
+        await read_result(pilot, name, f"sweep read from {name}")
         await until_shown(pilot, f"8 transients, read from {name}")
     assert "peak, separation considered" in text_of(pilot)
     view = chart_of(pilot, "sweep-chart")
@@ -113,18 +113,23 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
 
 
 async def test_sweeps_over_two_names_and_incomplete_ones_are_shown(
-    pilot: Pilot[None], written: Path
+    pilot: Pilot[None], written_files: Path
 ) -> None:
-    two = ("--vary=y0=-1:0:3", "--vary=F=20:80:4", "--output=separations", "--ignore-separation")
-    command("sweep", *two, "--t-end=10", "--out", "two.csv")
-    await read(pilot, "two.csv", "sweep read from two.csv")
+    two_axes = (
+        "--vary=y0=-1:0:3",
+        "--vary=F=20:80:4",
+        "--output=separations",
+        "--ignore-separation",
+    )
+    run_command("sweep", *two_axes, "--t-end=10", "--out", "two.csv")
+    await read_result(pilot, "two.csv", "sweep read from two.csv")
     await until_shown(pilot, "number of separations, separation ignored")
     view = chart_of(pilot, "sweep-chart")
     view.focus()
     await pilot.press("plus", "left")
-    await read(pilot, "sweep.csv", "sweep read from sweep.csv")
+    await read_result(pilot, "sweep.csv", "sweep read from sweep.csv")
     assert (view.view.x, view.view.y) == (None, None)
-    await read(pilot, "two.csv", "sweep read from two.csv")
+    await read_result(pilot, "two.csv", "sweep read from two.csv")
     view.focus()
     await pilot.press("c", "enter")
     runs = app_of(pilot).session.runs
@@ -136,27 +141,31 @@ async def test_sweeps_over_two_names_and_incomplete_ones_are_shown(
     )
     with pytest.raises(Cancelled):
         sweep_to_file(
-            study, written / "part.csv", local_engine(1), size=2, progress=lambda part: part < 0.5
+            study,
+            written_files / "part.csv",
+            local_engine(1),
+            size=2,
+            progress=lambda part: part < 0.5,
         )
-    await read(pilot, "part.csv.parts", "sweep read from part.csv.parts")
+    await read_result(pilot, "part.csv.parts", "sweep read from part.csv.parts")
     await until_shown(pilot, "of 6 transients, read from part.csv.parts")
     await pilot.press("f7")
     await until_notice(pilot, "the sweep is incomplete")
 
 
 async def test_a_map_is_read_and_stays_until_another_is_requested(
-    pilot: Pilot[None], written: Path
+    pilot: Pilot[None], written_files: Path
 ) -> None:
     for name in ("map.npz", "map.csv"):
-        await read(pilot, name, f"map read from {name}")
+        await read_result(pilot, name, f"map read from {name}")
         await until_shown(pilot, f"read from {name}; F10 maps the edited scene")
     session = app_of(pilot).session
     session.set_text("c1", "0.8")
-    view = chart_of(pilot, "map-chart")
-    assert view.chart is not None
-    assert view.chart.backdrop is not None
-    assert view.chart.backdrop.values.shape == (7, 5)
-    view.focus()
+    map_chart = chart_of(pilot, "map-chart")
+    assert map_chart.chart is not None
+    assert map_chart.chart.backdrop is not None
+    assert map_chart.chart.backdrop.values.shape == (7, 5)
+    map_chart.focus()
     await pilot.press("c", "left", "enter")
     await until(pilot, lambda: session.runs.displayed is not None)
     # Values from the file replace edited ones.
@@ -168,9 +177,9 @@ async def test_a_map_is_read_and_stays_until_another_is_requested(
 
 
 async def test_a_trade_off_is_read_and_shown(
-    pilot: Pilot[None], written: Path, monkeypatch: pytest.MonkeyPatch
+    pilot: Pilot[None], written_files: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    await read(pilot, "trade.csv", "trade-off read from trade.csv")
+    await read_result(pilot, "trade.csv", "trade-off read from trade.csv")
     await until_shown(pilot, "another scene, read from trade.csv")
     assert "error of final state" in text_of(pilot)
     await pilot.press("f7")
@@ -182,10 +191,10 @@ async def test_a_trade_off_is_read_and_shown(
     await answer(pilot, "map.csv")
     await until_notice(pilot, "map read from map.csv")
     await show_tab(pilot, "alt+5")
-    await read(
+    await read_result(
         pilot, "modes.csv", "modes.csv: not a run, uncertainty, sweep, trade-off, branch or map"
     )
-    data = json.dumps({"floor": {}, "rows": []})
-    (written / "empty.json").write_text(data)
-    await read(pilot, "empty.json", "empty.json: not a trade-off, or damaged")
+    empty_tradeoff = json.dumps({"floor": {}, "rows": []})
+    (written_files / "empty.json").write_text(empty_tradeoff)
+    await read_result(pilot, "empty.json", "empty.json: not a trade-off, or damaged")
     assert "error of final" in flat_text_of(pilot)
