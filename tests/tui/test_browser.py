@@ -145,11 +145,11 @@ async def test_a_page_at_localhost_shows_the_screen_and_passes_keys_on(
         ) as stream:
             screen_bytes = bytearray()
 
-            async def read() -> None:
+            async def collect_screen_bytes() -> None:
                 async for message in stream:
                     screen_bytes.extend(message.data if isinstance(message.data, bytes) else b"")
 
-            reading_task = asyncio.create_task(read())
+            reading_task = asyncio.create_task(collect_screen_bytes())
             for key, mu in (("", "0.7"), ("\x1b[A", "0.71")):
                 if key:
                     await stream.send_json(["stdin", key])

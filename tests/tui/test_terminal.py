@@ -57,8 +57,8 @@ class Terminal:
             poll_count += current_time - previous_time < LATE_POLL_S
             previous_time = current_time
             has_exited = EXIT_TEXT in screen_text and EXIT_TEXT not in phrase
-            is_hopeless = has_exited or poll_count > MAX_POLLS or current_time - start_time > HANG_S
-            assert not is_hopeless, f"{phrase!r} is not on the screen:\n{screen_text}"
+            has_failed = has_exited or poll_count > MAX_POLLS or current_time - start_time > HANG_S
+            assert not has_failed, f"{phrase!r} is not on the screen:\n{screen_text}"
             time.sleep(POLL_INTERVAL_S)
         return screen_text
 

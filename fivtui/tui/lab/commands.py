@@ -95,7 +95,7 @@ class PaletteEntry:
         if all(term in title for term in terms):
             return _TITLE_SCORE + letter_score
         vocabulary = re.split(r"[^\w+-]+", f"{title} {self.search_terms} {self.help}".lower())
-        if all(any(word.startswith(term) for word in vocabulary) for term in terms):
+        if all(any(candidate.startswith(term) for candidate in vocabulary) for term in terms):
             return _TERMS_SCORE + letter_score
         return letter_score
 

@@ -61,15 +61,15 @@ class ResultStore:
             previous, stored = self._written.get(key, (None, None))
             if previous is not value or stored is None or not (self.folder / stored.file).exists():
                 try:
-                    written = self._write(key, result)
+                    new_result = self._write(key, result)
                 except (_NotStored, ComputationError) as error:
                     notes[key] = str(error)
                 except InputError as error:
                     notes[key] = self.write_error = str(error)
                 else:
-                    self._written[key] = (value, written)
-                    self._own_files.add(written.file)
-                    stored = written
+                    self._written[key] = (value, new_result)
+                    self._own_files.add(new_result.file)
+                    stored = new_result
                 if key in notes and stored is not None:
                     notes[key] += "; the previous result is kept"
             if stored is not None:

@@ -32,7 +32,7 @@ from tests.support.laboratory import (
 SIZE = (100, 30)
 
 
-async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
+async def test_exports_overwrite_files_only_after_a_confirmation(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await pilot.press("alt+2", "f6")

@@ -41,7 +41,7 @@ async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[N
     assert pilot.app.focused is pilot.app.screen.query_one("#row-F").query_one(Input)
 
 
-async def test_the_form_shows_the_scene_of_the_start() -> None:
+async def test_the_form_shows_the_scene_passed_to_the_app() -> None:
     app = FivtuiApp(PRESETS["stiff-contact"], "stiff-contact")
     async with app.run_test(size=SIZE) as pilot:
         await pilot.pause()
@@ -58,13 +58,13 @@ async def test_the_verdict_follows_valid_and_invalid_text(pilot: Pilot[None]) ->
     await type_into(pilot, "mu", "0.7")
     await type_into(pilot, "m", "0")
     lines = text_of(pilot).splitlines()
-    row = next(index for index, line in enumerate(lines) if line.startswith("│•m  "))
-    assert "m = 0: must be from 1e-12" in lines[row + 1]
+    row_index = next(index for index, line in enumerate(lines) if line.startswith("│•m  "))
+    assert "m = 0: must be from 1e-12" in lines[row_index + 1]
     assert "NO VERDICT: invalid input" in text_of(pilot)
     (await focus(pilot, "m")).value = "[bold]5[/bold"
     await until_shown(pilot, "m = '[bold]5[/bold'")
     await type_into(pilot, "m", "5")
-    assert "must be from 1e-12" not in text_of(pilot).splitlines()[row + 1]
+    assert "must be from 1e-12" not in text_of(pilot).splitlines()[row_index + 1]
     assert "UNSTABLE" in text_of(pilot)
     assert "(changed)" not in text_of(pilot)
     await type_into(pilot, "k3", "0")
@@ -127,7 +127,7 @@ async def test_edits_are_reset_undone_and_redone(pilot: Pilot[None]) -> None:
     assert editor.value == session.texts["F"] == "90"
 
 
-async def test_letters_move_and_change_fields_outside_of_an_editor(pilot: Pilot[None]) -> None:
+async def test_letters_select_and_change_fields_outside_an_editor(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     await focus(pilot, "k1")
     await pilot.press("escape")
@@ -157,8 +157,8 @@ async def send_sequences(pilot: Pilot[None], *sequences: str) -> None:
 
 async def test_keys_with_alt_insert_no_text(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
-    for editor in ("#row-m Input", "#row-start Input"):
-        pilot.app.screen.query_one(editor).focus()
+    for selector in ("#row-m Input", "#row-start Input"):
+        pilot.app.screen.query_one(selector).focus()
         # The last characters are those that Option types on a Mac.
         await send_sequences(pilot, *(f"\x1b{sign}" for sign in "1234567890-=x"), *"¡™£¢∞§¶•ªº")
         assert not session.changed_fields
@@ -166,19 +166,19 @@ async def test_keys_with_alt_insert_no_text(pilot: Pilot[None]) -> None:
     await send_sequences(pilot, "\x1b2\x1b3")
     await until(pilot, lambda: session.tab == "sweep")
     await until_shown(pilot, "no sweep yet: press F10")
-    vary = pilot.app.screen.query_one("#vary", Input)
-    vary.focus()
-    initial_range = vary.value
+    range_input = pilot.app.screen.query_one("#vary", Input)
+    range_input.focus()
+    initial_range = range_input.value
     await send_sequences(pilot, "\x1b7", "\x1b-", "£")
     await until(pilot, lambda: session.tab == "sweep")
-    assert vary.value == initial_range
+    assert range_input.value == initial_range
     await send_sequences(pilot, "\x1b1")
     await until(pilot, lambda: session.tab == "stability")
     await send_sequences(pilot, "\x1bs")
     await until_shown(pilot, "Save the scene as")
-    path = pilot.app.screen.query_one("#path", Input)
+    path_input = pilot.app.screen.query_one("#path", Input)
     await send_sequences(pilot, "\x1b2", "\x1bq", "£")
-    assert path.value == "base.toml£"
+    assert path_input.value == "base.toml£"
     assert session.tab == "stability"
 
 

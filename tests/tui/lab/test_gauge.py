@@ -54,6 +54,7 @@ def test_bounds_are_drawn_at_their_values_at_every_width(value: float) -> None:
         zones, _ = draw_gauge(gauge, width)
         assert len(zones) == width
         for bound in (0.278, 0.439):
+            # Columns 2 to width - 1 show values from 0 to 1.5.
             assert zones[2 + round(bound / 1.5 * (width - 3))] in "┼●", (width, zones)
 
 
@@ -67,6 +68,7 @@ def test_each_number_stands_below_its_bound() -> None:
 def test_numbers_are_centred_below_their_columns_where_there_is_room() -> None:
     _, numbers = draw_gauge(Gauge("μ", OVER_MU, 0.9, "0.9000", searching=False, basis=""), 196)
     for text in ("0.278", "0.439", "0.9000"):
+        # Columns 2 to 195 show values from 0 to 1.5.
         centre = numbers.index(text) - 2 + 0.5 * (len(text) - 1)
         assert abs(centre - float(text) / 1.5 * 193) <= 1.0
 
@@ -78,15 +80,15 @@ def test_a_value_from_a_computation_is_rounded() -> None:
 
 
 @pytest.mark.parametrize("width", [30, 40, 76])
-def test_numbers_ascend_where_bounds_crowd(width: int) -> None:
+def test_numbers_ascend_where_bounds_are_close(width: int) -> None:
     zones = (Zone.SAFE, Zone.KNOCK, Zone.SMALL, Zone.SQUEALS)
     for value in (0.5, 15.0, 16.001, 17.04, 17.12, 30.0):
         for bounds in ((16.0, 17.1, 17.149), (15.3, 16.0, 16.4), (1.0, 29.0, 29.5)):
             over_mu = Zones("mu", (0.0, *bounds, 30.0), zones)
             _, numbers = draw_gauge(Gauge("μ", over_mu, value, f"{value:g}", False, ""), width)
-            ascending = [float(number) for number in numbers.split()]
-            assert ascending == sorted(ascending)
-            assert value in ascending
+            values = [float(number) for number in numbers.split()]
+            assert values == sorted(values)
+            assert value in values
 
 
 def test_unknown_and_impossible_values_are_labelled() -> None:

@@ -148,7 +148,7 @@ async def end_pause(pilot: Pilot[None]) -> None:
     lab._live._start_after_pause()
 
 
-async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(
+async def test_runs_follow_edits_at_once_or_after_a_pause_or_not_at_all(
     pausable_runs: PausableRuns,
 ) -> None:
     async with FivtuiApp().run_test(size=SIZE) as pilot:

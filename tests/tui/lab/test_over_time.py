@@ -27,7 +27,7 @@ SIZE = (100, 36)
 BASE = PRESETS["base"]
 
 
-async def test_fields_of_the_belt_come_and_go(pilot: Pilot[None]) -> None:
+async def test_fields_of_the_belt_appear_and_disappear(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     assert "v_belt" not in text_of(pilot)
     await choose(pilot, "finite speed", "Belt of finite speed")
@@ -50,7 +50,7 @@ async def test_fields_of_the_belt_come_and_go(pilot: Pilot[None]) -> None:
     await until(pilot, lambda: "no effect" not in flat_text_of(pilot))
 
 
-async def test_tables_are_read_shown_in_the_form_and_dropped(
+async def test_tables_are_read_shown_in_the_form_and_removed(
     pilot: Pilot[None], tmp_path: Path
 ) -> None:
     session = app_of(pilot).session

@@ -264,7 +264,7 @@ def test_results_are_written_once_and_removed_when_unused(tmp_path: Path) -> Non
     assert {file.name for file in tmp_path.iterdir()} == expected_names
 
 
-def test_a_study_that_cannot_be_stored_keeps_the_previous_one(tmp_path: Path) -> None:
+def test_a_study_that_cannot_be_stored_keeps_the_previous_result(tmp_path: Path) -> None:
     store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
     complete_study = DisplayedStudy(
         partial_sweep(study, [compute_rows(study, 0, study.members)]), "base"

@@ -66,10 +66,10 @@ def check_map_and_read_preload(autosave: Autosave, state: State) -> str:
     """The preload F of a session whose map agrees with it and is complete."""
     stored = state.results["map"]
     assert isinstance(stored, StoredResult)
-    shown = autosave.read_result("map", stored)
-    assert shown.value.values.shape == (3, 2)
-    assert shown.name == state.edit_state.texts["F"]
-    return str(shown.name)
+    study = autosave.read_result("map", stored)
+    assert study.value.values.shape == (3, 2)
+    assert study.name == state.edit_state.texts["F"]
+    return str(study.name)
 
 
 @contextmanager

@@ -125,7 +125,7 @@ def test_the_engine_is_switched_to_either_fmu_and_back_to_the_previous_method() 
     assert session.engine_pair()[1].method == "fmu-native"
 
 
-def test_a_pair_of_engines_keeps_the_step_only_for_methods_that_use_one() -> None:
+def test_a_pair_of_engines_keeps_the_step_only_for_methods_with_a_step() -> None:
     session = Session()
     session.set_text("method", "rk4")
     session.set_text("step", "0.01")
