@@ -28,7 +28,7 @@ SIZE = (80, 24)
 
 
 @pytest.fixture
-def interpreted_kernel() -> Iterator[None]:
+def interpreted() -> Iterator[None]:
     """Use the interpreted kernel, so that long runs stay long."""
     with INTERPRETED:
         yield
@@ -105,7 +105,7 @@ async def test_a_finished_run_fills_plots_summary_and_tabs(
     await until_shown(pilot, "run 1 done, inputs changed since")
 
 
-@pytest.mark.usefixtures("interpreted_kernel")
+@pytest.mark.usefixtures("interpreted")
 async def test_a_run_starts_after_a_long_run_was_stopped(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     await type_into(pilot, "t_end", ENDLESS)
@@ -130,7 +130,7 @@ async def test_a_run_starts_after_a_long_run_was_stopped(pilot: Pilot[None]) -> 
     assert [run.state for run in session.runs] == [RunState.STOPPED, RunState.DONE]
 
 
-@pytest.mark.usefixtures("interpreted_kernel")
+@pytest.mark.usefixtures("interpreted")
 async def test_quitting_does_not_wait_for_a_long_run() -> None:
     app = FivtuiApp()
     async with app.run_test(size=SIZE) as pilot:

@@ -26,7 +26,7 @@ DRIVER = shutil.which("chromedriver")
 def wait_until(condition: Callable[[], bool], description: str) -> None:
     deadline = time.monotonic() + HANG_S
     while not condition():
-        assert time.monotonic() < deadline, f"timeout: {description}"
+        assert time.monotonic() < deadline, f"waited in vain for {description}"
         time.sleep(0.1)
 
 

@@ -58,7 +58,7 @@ class Terminal:
             previous_time = current_time
             has_exited = EXIT_TEXT in screen_text and EXIT_TEXT not in phrase
             has_failed = has_exited or poll_count > MAX_POLLS or current_time - start_time > HANG_S
-            assert not has_failed, f"{phrase!r} is not on the screen:\n{screen_text}"
+            assert not has_failed, f"{phrase!r} did not come; the screen:\n{screen_text}"
             time.sleep(POLL_INTERVAL_S)
         return screen_text
 
@@ -127,16 +127,16 @@ def test_a_real_terminal_shows_edits_runs_and_exports(terminal: Terminal, tmp_pa
 
 
 @pytest.mark.host
-@pytest.mark.parametrize("signal_number", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_saves_the_session_and_restores_the_terminal(
-    signal_number: signal.Signals, terminal: Terminal, tmp_path: Path
+    number: signal.Signals, terminal: Terminal, tmp_path: Path
 ) -> None:
     terminal.until_shown("UNSTABLE: growth rate +0.6304 1/s")
     assert terminal.format(TERMINAL_MODES) == "1 1 0"
     terminal.press("Up", "Up")
     terminal.until_shown("μ 0.72")
-    os.kill(terminal.program_id(), signal_number)
-    terminal.until_shown(f"ended with {128 + signal_number}")
+    os.kill(terminal.program_id(), number)
+    terminal.until_shown(f"ended with {128 + number}")
     assert terminal.format(TERMINAL_MODES) == "0 0 1"
     assert '"mu": "0.72"' in (tmp_path / "fivtui" / "session.json").read_text()
 

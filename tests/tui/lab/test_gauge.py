@@ -148,18 +148,18 @@ def gauge_line(text: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("safe_to", "zone"),
+    ("confirmed_to", "zone"),
     [(0.05, Zone.SMALL), (0.3, Zone.SAFE), (None, Zone.SAFE)],
     ids=["contradicted", "confirmed", "not searched yet"],
 )
 def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
-    safe_to: float | None, zone: Zone
+    confirmed_to: float | None, zone: Zone
 ) -> None:
     session = Session()
     session.set_text("mu", "0.2")
     controller = GaugeController(Mock(spec=LabScreen, session=session))
     controller.focus("F")
-    safe = None if safe_to is None else Mock(spec=SafeFriction, safe_to=safe_to)
+    safe = None if confirmed_to is None else Mock(spec=SafeFriction, safe_to=confirmed_to)
     attractors = Attractors(safe=safe, complete=safe is not None)
     (eigenvalue_gauge,) = controller.gauges(session.stability(), attractors, both=False)
     assert isinstance(eigenvalue_gauge, Gauge)

@@ -35,17 +35,17 @@ BASE = PRESETS["base"]
 INSTANCE_CODE = """
 import sys
 from pathlib import Path
-from tests.tui.persistence.test_slots import state_with_preload
+from tests.tui.persistence.test_slots import a_state
 from fivtui.tui.persistence.autosave import Autosave
 autosave = Autosave(Path(sys.argv[1]))
 autosave.load()
-autosave.save(state_with_preload(sys.argv[2]))
+autosave.save(a_state(sys.argv[2]))
 print(autosave.number, flush=True)
 sys.stdin.read()
 """
 
 
-def state_with_preload(F: str) -> State:
+def a_state(F: str) -> State:
     """A session with preload `F` and a map."""
     session = Session()
     session.set_text("F", F)
@@ -90,9 +90,9 @@ def store_session(path: Path, F: str, time: float) -> None:
     """Start, store a session, and close it with modification time `at`."""
     autosave = Autosave(path)
     autosave.load()
-    autosave.save(state_with_preload(F))
+    autosave.save(a_state(F))
     slot = slot_of(path, autosave.number)
-    autosave.close(state_with_preload(F))
+    autosave.close(a_state(F))
     for file in (slot.path, slot.lock_path):
         os.utime(file, (time, time))
 
@@ -104,8 +104,8 @@ def test_two_simultaneous_instances_have_separate_sessions(tmp_path: Path) -> No
         own_session = Autosave(path)
         assert own_session.load() is None
         assert (own_session.number, [slot.number for slot in own_session.other_slots]) == (2, [1])
-        own_session.save(state_with_preload("22"))
-        own_session.close(state_with_preload("23"))
+        own_session.save(a_state("22"))
+        own_session.close(a_state("23"))
         with pytest.raises(InputError, match="another fivtui is at work here"):
             Autosave(path).open(1)
         process.send_signal(signal.SIGKILL)
@@ -128,10 +128,10 @@ def test_the_last_used_session_is_restored_and_all_others_can_be_opened(tmp_path
     first, second = Autosave(path), Autosave(path)
     for autosave, F in ((first, "11"), (second, "22")):
         autosave.load()
-        autosave.save(state_with_preload(F))
+        autosave.save(a_state(F))
     for autosave, F, time in ((first, "11", 100.0), (second, "22", 300.0)):
         slot = slot_of(path, autosave.number)
-        autosave.close(state_with_preload(F))
+        autosave.close(a_state(F))
         for file in (slot.path, slot.lock_path):
             os.utime(file, (time, time))
     autosave, state = load_session(path)
@@ -164,9 +164,9 @@ def test_the_results_of_a_renamed_session_stay(content: str, tmp_path: Path) -> 
     path.write_text(content)
     autosave = Autosave(path)
     assert autosave.load() is None
-    autosave.save(state_with_preload("22"))
-    autosave.save(state_with_preload("33"))
-    autosave.close(state_with_preload("44"))
+    autosave.save(a_state("22"))
+    autosave.save(a_state("33"))
+    autosave.close(a_state("44"))
     # After repair by hand everything is restored.
     (tmp_path / "session.damaged-1.json").write_text(original)
     (tmp_path / "session.damaged-1.json").replace(path)
@@ -187,8 +187,8 @@ def test_a_session_of_a_newer_version_stays_unchanged(tmp_path: Path) -> None:
     (notice,) = autosave.notices
     assert "written by a newer fivtui" in notice
     assert f"it stays in {path}, its results in {tmp_path / 'results'}" in notice
-    autosave.save(state_with_preload("22"))
-    autosave.close(state_with_preload("23"))
+    autosave.save(a_state("22"))
+    autosave.close(a_state("23"))
     assert path.read_text() == newer_content
     # Later starts of this program use its own session.
     second_session, state = load_session(path)
@@ -198,9 +198,9 @@ def test_a_session_of_a_newer_version_stays_unchanged(tmp_path: Path) -> None:
     assert check_map_and_read_preload(newer_session, newer_session.open(1)) == "11"
 
 
-@pytest.mark.parametrize("error_number", [errno.EROFS, errno.ENOLCK])
+@pytest.mark.parametrize("number", [errno.EROFS, errno.ENOLCK])
 def test_without_a_lock_a_session_is_read_and_not_changed(
-    error_number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "session.json"
     store_session(path, "11", 100.0)
@@ -208,12 +208,12 @@ def test_without_a_lock_a_session_is_read_and_not_changed(
     contents = {file: file.read_bytes() for file in (path, result)}
 
     def raise_os_error(*_: Any) -> int:
-        raise OSError(error_number, os.strerror(error_number))
+        raise OSError(number, os.strerror(number))
 
     with monkeypatch.context() as patched:
         patched.setattr(locks, "lock_file", raise_os_error)
         autosave, state = load_session(path)
-        assert os.strerror(error_number) in autosave.save_error
+        assert os.strerror(number) in autosave.save_error
         assert check_map_and_read_preload(autosave, state) == "11"
         result.write_bytes(b"PK")
         with pytest.raises(
@@ -221,13 +221,13 @@ def test_without_a_lock_a_session_is_read_and_not_changed(
         ):
             check_map_and_read_preload(autosave, state)
         result.write_bytes(contents[result])
-        autosave.save(state_with_preload("22"))
-        assert os.strerror(error_number) in autosave.save_error
+        autosave.save(a_state("22"))
+        assert os.strerror(number) in autosave.save_error
         assert {file: file.read_bytes() for file in contents} == contents
     # The session is written once the lock is available, unless another process used it meanwhile.
     second, _ = load_session(path)
-    second.close(state_with_preload("33"))
-    autosave.save(state_with_preload("44"))
+    second.close(a_state("33"))
+    autosave.save(a_state("44"))
     assert "another fivtui has written it since" in autosave.save_error
     assert stored_preload(path) == "33"
 
@@ -242,7 +242,7 @@ def test_a_full_disk_is_reported_and_loses_nothing(
     def raise_no_space(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    state = state_with_preload("22")
+    state = a_state("22")
     with monkeypatch.context() as patched:
         patched.setattr("fivtui.io.writing.os.fsync", raise_no_space)
         autosave.save(state)
@@ -262,7 +262,7 @@ def test_a_result_that_cannot_be_written_is_reported_and_written_later(
     path = tmp_path / "session.json"
     store_session(path, "11", 100.0)
     autosave, _ = load_session(path)
-    state = state_with_preload("22")
+    state = a_state("22")
     (tmp_path / "results").rename(tmp_path / "gone")
     (tmp_path / "results").write_text("in the way")
     autosave.save(state)
@@ -279,9 +279,9 @@ def test_a_state_folder_that_cannot_be_created_is_reported(tmp_path: Path) -> No
     autosave = Autosave(tmp_path / "file" / "fivtui" / "session.json")
     assert autosave.load() is None
     assert "cannot be made a folder" in autosave.save_error
-    autosave.save(state_with_preload("1"))
+    autosave.save(a_state("1"))
     assert "cannot be made a folder" in autosave.save_error
-    autosave.close(state_with_preload("2"))
+    autosave.close(a_state("2"))
 
 
 def test_a_session_that_was_not_saved_is_reported_at_the_end(
@@ -344,20 +344,20 @@ async def open_from_palette(pilot: Any, title: str) -> None:
     await pilot.press("enter")
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs os.fork")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
 def test_a_session_is_complete_after_a_kill_at_any_operation(tmp_path: Path) -> None:
     assert int(run_kill_test("autosave", str(tmp_path))) > 20
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs os.fork")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
 def test_no_kill_of_the_laboratory_loses_a_run(tmp_path: Path) -> None:
     assert run_kill_test("lab", str(tmp_path), "3") == "3"
 
 
 @pytest.mark.host
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are listed by /proc")
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are found by /proc")
 def test_kills_beside_other_instances_and_a_browser_lose_no_run(tmp_path: Path) -> None:
     pytest.importorskip("textual_serve", reason="the extra serve is not installed")
     assert int(run_kill_test("1", folder=tmp_path, module="session_crowd")) > 0
@@ -365,7 +365,7 @@ def test_kills_beside_other_instances_and_a_browser_lose_no_run(tmp_path: Path) 
 
 @pytest.mark.host
 @pytest.mark.whole
-@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are listed by /proc")
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are found by /proc")
 def test_a_hundred_kills_beside_other_instances_and_a_browser_lose_no_run(tmp_path: Path) -> None:
     pytest.importorskip("textual_serve", reason="the extra serve is not installed")
     assert int(run_kill_test("100", folder=tmp_path, module="session_crowd")) > 0
