@@ -63,11 +63,11 @@ def rightmost_real_part(
     cancelled = total < 0.25 * (np.abs(terms[0]) + np.abs(terms[1]))
     half_difference = np.copysign(np.sqrt(np.maximum(total, 0.0)), q)
     half_difference = np.divide(0.5 * q, u, out=half_difference, where=cancelled & (u > 0.0))
-    right, left = (
+    first_root, second_root = (
         _factor_root(-0.5 * sign * u, 0.25 * u_squared - (mean - sign * half_difference))
         for sign in (1.0, -1.0)
     )
-    root = _select(right[0] >= left[0], right, left)
+    root = _select(first_root[0] >= second_root[0], first_root, second_root)
     quartic = (c1, a), (c2, b), d
     root = _polish_root((root[0] - g, root[1]), quartic)
     real_part = root[0]

@@ -28,7 +28,7 @@ def test_an_interpreted_batch_equals_the_compiled_one(monkeypatch: pytest.Monkey
     assert interpreted.final == pytest.approx(compiled.final, abs=1e-11)
 
 
-def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
+def test_the_peak_over_belt_speed_ends_at_the_peak_of_a_belt_that_is_always_faster(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     study = sweep_request(PRESETS["base"], "peak-over-belt-speed")
@@ -37,7 +37,7 @@ def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
     data = json.loads(capsys.readouterr().out)
     assert len(data["rows"]) == study.members == 36
     fast_runs = {case: simulate(separation=case) for case in (True, False)}
-    # The peak of y falls from 10.5 m to a third at a belt of 1 m/s, and the slider stays on it.
+    # The peak of y falls from 10.5 m to a third at 1 m/s; on slower belts nothing separates.
     rows = [dict(zip(data["columns"], row, strict=True)) for row in data["rows"]]
     peaks = {row["v_belt"]: row["y_max"] for row in rows if row["separation"]}
     assert peaks[30.0] == fast_runs[True].peak.y_max == pytest.approx(10.503, abs=1e-3)

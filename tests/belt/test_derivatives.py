@@ -176,16 +176,16 @@ def test_derivatives_of_random_scenes_are_differences_of_runs(
 
 def test_the_law_has_a_derivative_where_friction_does_not_fall_yet() -> None:
     p = Parameters(v_belt=0.5, mu_s=0.7, v_s=0.4)
-    ends = [
+    runs = [
         compute_derivatives(
             p.with_values({"mu_s": mu}), (-2.0, -4.0, -1.0, 3.0), 1.5, separation=True
         )
         for mu in (0.7, 0.7 + 1e-6)
     ]
     column = 4 + parameter_names(p).index("mu_s")
-    below, above = (end.derivatives[:, column] for end in ends)
+    below, above = (end.derivatives[:, column] for end in runs)
     assert np.abs(below - above).max() < 1e-4 * np.abs(below).max()
-    assert np.abs(np.subtract(ends[1].final, ends[0].final) / 1e-6 - below).max() < 1e-4
+    assert np.abs(np.subtract(runs[1].final, runs[0].final) / 1e-6 - below).max() < 1e-4
 
 
 def test_a_stick_reduces_the_rank_of_the_derivatives_exactly() -> None:
@@ -246,11 +246,11 @@ def test_sensitivities_of_simulate_are_those_of_the_run() -> None:
     assert run.sensitivities is not None
     for name in names:
         sensitivity = run.sensitivities[name]
-        ends = []
+        runs = []
         for size in (-1e-6, 1e-6):
             changed = p.with_values({name: getattr(p, name) + size})
-            ends.append(simulate(changed, t_end=6.0, tol=1e-13))
-        low, high = ends
+            runs.append(simulate(changed, t_end=6.0, tol=1e-13))
+        low, high = runs
         expected = [b - a for a, b in zip(low.final[1:], high.final[1:], strict=True)]
         assert np.array(sensitivity.final) == pytest.approx(
             np.array(expected) / 2e-6, rel=1e-5, abs=1e-6

@@ -24,7 +24,7 @@ FACTORS = (1.0 - 1e-9, 1.0 + 1e-9)
 
 
 @kernels
-def test_a_slider_just_slower_than_the_belt_slides_on_and_one_just_as_fast_sticks(
+def test_a_slider_just_slower_than_the_belt_slides_on_and_one_just_faster_sticks(
     kernel: KernelChoice,
 ) -> None:
     # The slider oscillates about x = mu P/k1 with a peak speed of 0.3 m/s.
@@ -45,11 +45,13 @@ def test_a_slider_just_slower_than_the_belt_slides_on_and_one_just_as_fast_stick
 def test_a_belt_exactly_as_fast_as_the_slider_gives_the_motion_of_a_slightly_slower_or_faster_one(
     kernel: KernelChoice,
 ) -> None:
-    ends = []
+    final_states = []
     for factor in (FACTORS[0], 1.0, FACTORS[1]):
         p = MASS.with_values({"v_belt": 0.3 * factor})
-        ends.append(simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel).final[1:])
-    slow, equal, fast = (np.array(end) for end in ends)
+        final_states.append(
+            simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel).final[1:]
+        )
+    slow, equal, fast = (np.array(end) for end in final_states)
     assert min(np.abs(equal - slow).max(), np.abs(equal - fast).max()) < 1e-3
     assert np.abs(slow - fast).max() > 0.01
 
@@ -124,19 +126,19 @@ def test_a_slider_that_lifts_off_as_it_reaches_the_speed_of_the_belt_separates(
 
 @kernels
 @pytest.mark.parametrize("start", [(0.4, -1.0), (-0.4, -1.0), (0.0, -1.0), (0.4, 1.0), (0.4, 0.0)])
-def test_landing_at_the_speed_of_the_belt_slips_in_the_direction_of_the_holding_force(
+def test_after_landing_at_the_speed_of_the_belt_the_holding_force_determines_the_slip(
     kernel: KernelChoice, start: tuple[float, float]
 ) -> None:
     p = Parameters(v_belt=0.5, mu_s=0.9, k3=20.0)
     x, vy = start
     run = simulate(p, t_end=1.0, start=(x, 0.5, 0.0, vy), kernel=kernel)
-    after = (x, 0.5, 0.0, vy)
+    start_state = (x, 0.5, 0.0, vy)
     if vy > 0.0:
         assert run.first_mode is Mode.SEPARATED
         return
     spring_force = p.c1 * 0.5 + (p.k1 + 0.5 * p.k3) * x
     assert run.first_mode is (Mode.FORWARD if spring_force > 0.0 else Mode.BACKWARD)
-    state, modes = integrate(OwnBelt(p), np.array(after), 1.0)
+    state, modes = integrate(OwnBelt(p), np.array(start_state), 1.0)
     mode_sequence = [run.first_mode, *(change.then for change in run.mode_changes)]
     assert [mode.name.lower() for mode in mode_sequence] == modes
     assert run.final[1:] == pytest.approx(state.tolist(), rel=1e-8, abs=1e-8)

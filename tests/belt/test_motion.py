@@ -151,7 +151,7 @@ def test_energy_changes_by_the_work_of_friction_and_damping(
 
 
 @kernels
-def test_energy_changes_by_that_work_too_where_the_slider_sticks_and_lifts_off(
+def test_energy_changes_by_friction_and_damping_also_in_runs_with_sticks_and_separations(
     kernel: KernelChoice,
 ) -> None:
     separations = 0

@@ -44,12 +44,12 @@ def test_multipliers_are_eigenvalues_of_differences_of_the_return_map() -> None:
     assert (orbit.sticks, orbit.separations) == (1, 1)
     columns = []
     for column in (0, 2, 3):
-        ends = []
+        final_states = []
         for size in (-1e-6, 1e-6):
             start = list(orbit.start)
             start[column] += size
-            ends.append(simulate(p, t_end=orbit.period, tol=1e-13, start=start).final)
-        low, high = (np.array([end.x, end.y, end.vy]) for end in ends)
+            final_states.append(simulate(p, t_end=orbit.period, tol=1e-13, start=start).final)
+        low, high = (np.array([end.x, end.y, end.vy]) for end in final_states)
         columns.append((high - low) / 2e-6)
     values = np.linalg.eigvals(np.array(columns).T)
     values = values[np.argsort(np.abs(values - 1.0))]

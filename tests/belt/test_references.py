@@ -21,7 +21,7 @@ KERNELS: tuple[KernelChoice, ...] = ("interpreted", "compiled")
 
 @pytest.mark.parametrize("kernel", KERNELS)
 @pytest.mark.parametrize("name", REFERENCES)
-def test_transients_are_references_of_25_digits(name: str, kernel: KernelChoice) -> None:
+def test_transients_equal_references_of_25_digits(name: str, kernel: KernelChoice) -> None:
     reference = REFERENCES[name]
     run = simulate(
         Parameters().with_values(reference["parameters"]),

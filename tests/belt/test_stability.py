@@ -48,8 +48,8 @@ def test_without_coupling_the_critical_speed_is_that_in_closed_form() -> None:
     assert critical.v_belt == pytest.approx(expected, rel=1e-14)
     assert critical.becomes == "stable"
     for factor in (0.999, 1.001):
-        beside = UNCOUPLED.with_values({"v_belt": expected * factor})
-        assert stability(beside).stable == (factor > 1.0)
+        neighbour = UNCOUPLED.with_values({"v_belt": expected * factor})
+        assert stability(neighbour).stable == (factor > 1.0)
     assert stability(UNCOUPLED.with_values({"c1": 100.0})).critical_speed == ()
     assert stability(UNCOUPLED.with_values({"v_s": None})).critical_speed == ()
 
@@ -92,13 +92,15 @@ def test_critical_mus_that_nearly_merge_are_both_listed() -> None:
     assert critical_mu_on_belt(System(p.with_values({"c1": merging_c1 - 1e-9}))) == ()
     gaps = []
     for excess in (1e-5, 1e-7, 1e-9):
-        beside = p.with_values({"c1": merging_c1 + excess})
-        first, second = critical_mu_on_belt(System(beside))
+        neighbour = p.with_values({"c1": merging_c1 + excess})
+        first, second = critical_mu_on_belt(System(neighbour))
         assert (first.becomes, second.becomes) == ("stable", "unstable")
         gaps.append(second.mu - first.mu)
-        between = beside.with_values({"mu": 0.5 * (first.mu + second.mu)})
+        between = neighbour.with_values({"mu": 0.5 * (first.mu + second.mu)})
         assert (
-            growth_and_stability(System(between))[0] < 0.0 < growth_and_stability(System(beside))[0]
+            growth_and_stability(System(between))[0]
+            < 0.0
+            < growth_and_stability(System(neighbour))[0]
         )
     assert np.diff(np.log10(gaps)) == pytest.approx(-1.0, abs=0.05)
 
@@ -141,9 +143,9 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
             "mu": [(c.mu, c.becomes) for c in critical_mu_on_belt(System(p, separation))],
             "v_belt": [(c.v_belt, c.becomes) for c in critical_speeds(System(p, separation))],
         }
-        ends = {"mu": (0.0, p.mu_s), "v_belt": (1e-6, 12.0 * p.v_s)}
+        ranges = {"mu": (0.0, p.mu_s), "v_belt": (1e-6, 12.0 * p.v_s)}
         for name, listed in critical_values.items():
-            grid = np.linspace(*ends[name], 120).tolist()
+            grid = np.linspace(*ranges[name], 120).tolist()
             stable = [
                 growth_and_stability(System(p.with_values({name: grid_value}), separation))[1]
                 for grid_value in grid
@@ -152,7 +154,7 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
             listed_changes = [
                 (value, next_stability)
                 for value, next_stability in listed
-                if value <= ends[name][1]
+                if value <= ranges[name][1]
             ]
             greatest_counts[name] = max(greatest_counts[name], len(listed_changes))
             assert len(listed_changes) == len(changes)
@@ -160,8 +162,10 @@ def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed(
                 assert grid[n] <= value <= grid[n + 1]
                 assert (next_stability == "stable") == stable[n + 1]
                 before, after = (
-                    growth_and_stability(System(p.with_values({name: value * by}), separation))[0]
-                    for by in (1.0 - 1e-9, min(1.0 + 1e-9, ends[name][1] / value))
+                    growth_and_stability(System(p.with_values({name: value * factor}), separation))[
+                        0
+                    ]
+                    for factor in (1.0 - 1e-9, min(1.0 + 1e-9, ranges[name][1] / value))
                 )
                 assert before * after < 0.0
                 assert (after < 0.0) == (next_stability == "stable")
@@ -220,13 +224,13 @@ def test_the_linearisation_is_the_derivative_of_the_accelerations(p: Parameters)
     matrix, step = np.array(jacobian(p, y, point.mode)), 1e-6
     assert accelerations(p, (x, 0.0, y, 0.0), point.mode) == pytest.approx((0.0, 0.0), abs=1e-9)
     for column in range(4):
-        ends = []
-        for by in (-step, step):
+        side_accelerations = []
+        for offset in (-step, step):
             state = [x, 0.0, y, 0.0]
-            state[column] += by
+            state[column] += offset
             moved_state: State = (state[0], state[1], state[2], state[3])
-            ends.append(np.array(accelerations(p, moved_state, point.mode)))
-        slope = (ends[1] - ends[0]) / (2.0 * step)
+            side_accelerations.append(np.array(accelerations(p, moved_state, point.mode)))
+        slope = (side_accelerations[1] - side_accelerations[0]) / (2.0 * step)
         scale = 1.0 + np.abs(matrix).max()
         assert slope.tolist() == pytest.approx(matrix[[1, 3], column].tolist(), abs=1e-6 * scale)
 

@@ -63,11 +63,13 @@ def test_a_small_error_grows_like_the_distance_of_neighbouring_motions(
     result = accuracy(p, t_end=t_end, start=start)
     rate = 1.0 / time_scale(p)
     weights = np.array([1.0, 1.0 / rate, 1.0, 1.0 / rate])
-    middle, ends = np.array(result.run.start), []
+    middle, final_states = np.array(result.run.start), []
     for side in (-1e-6, 1e-6):
-        beside = (middle + side * 0.5 / weights).tolist()
-        ends.append(np.array(simulate(p, t_end=t_end, start=beside, tol=1e-13).final[1:]))
-    growth = np.linalg.norm((ends[1] - ends[0]) / 2e-6 * weights)
+        neighbour = (middle + side * 0.5 / weights).tolist()
+        final_states.append(
+            np.array(simulate(p, t_end=t_end, start=neighbour, tol=1e-13).final[1:])
+        )
+    growth = np.linalg.norm((final_states[1] - final_states[0]) / 2e-6 * weights)
     assert result.growth.final == pytest.approx(growth, rel=1e-5)
     assert result.run.events.sticks > 1
     assert result.parted is None

@@ -17,7 +17,7 @@ PARAMETER_SETS = [
 
 
 @pytest.mark.parametrize("p", PARAMETER_SETS, ids=str)
-def test_derivatives_are_those_of_differences(p: Parameters) -> None:
+def test_derivatives_of_critical_friction_are_differences(p: Parameters) -> None:
     derivatives = critical_mu_derivatives(System(p))
     assert derivatives is not None
     for name, derivative in derivatives.items():

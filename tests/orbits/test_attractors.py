@@ -130,9 +130,9 @@ def test_in_the_region_of_proven_decay_motion_dies_out(
     decay = -stability(p).growth_rate
     assume(0.01 < decay < 100.0)
     run = simulate(p, t_end=12.0 / decay, tol=1e-9, start=start.tolist(), kernel="compiled")
-    end = np.array([run.final.x, run.final.vx, run.final.y, run.final.vy])
+    final_state = np.array([run.final.x, run.final.vx, run.final.y, run.final.vy])
     assert run.events.separations == 0
-    assert np.linalg.norm(end - rest) < 0.1 * np.linalg.norm(start - rest)
+    assert np.linalg.norm(final_state - rest) < 0.1 * np.linalg.norm(start - rest)
 
 
 def test_a_slice_of_the_basins_agrees_with_transients() -> None:
@@ -168,14 +168,14 @@ def found_directions() -> dict[float, dict[Kind, tuple[str, ...]]]:
     return directions_by_value
 
 
-def test_up_and_down_a_parameter_coexistence_shows_as_hysteresis(
+def test_coexistence_shows_as_hysteresis_up_and_down_a_parameter(
     found_directions: dict[float, dict[Kind, tuple[str, ...]]],
 ) -> None:
-    both = ("up", "down")
-    assert found_directions[0.2] == {Kind.EQUILIBRIUM: both}
+    both_ways = ("up", "down")
+    assert found_directions[0.2] == {Kind.EQUILIBRIUM: both_ways}
     assert found_directions[0.3] == {Kind.EQUILIBRIUM: ("up",), Kind.SEPARATING_CYCLE: ("down",)}
     assert found_directions[0.4] == {Kind.EQUILIBRIUM: ("up",), Kind.SEPARATING_CYCLE: ("down",)}
-    assert found_directions[0.5] == {Kind.SEPARATING_CYCLE: both}
+    assert found_directions[0.5] == {Kind.SEPARATING_CYCLE: both_ways}
 
 
 def test_a_start_on_an_attractor_reaches_that_attractor(

@@ -29,7 +29,7 @@ def test_attractors_without_an_orbit_have_no_orbit_columns() -> None:
     assert columns.pop("mu").tolist() == [0.3, 0.7]
     assert columns.pop("up").tolist() == [1, 1]
     assert columns.pop("down").tolist() == [1, 0]
-    # An equilibrium has no orbit; its amplitude is known.
+    # An equilibrium has no orbit; its amplitude is zero.
     rest_size, unsettled_size = columns.pop("half_range").tolist()
     assert rest_size == 0.0
     assert math.isnan(unsettled_size)

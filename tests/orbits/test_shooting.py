@@ -14,7 +14,7 @@ COEXISTENCE = Parameters(F=120.0)
 
 
 def find_last_lift_off(p: Parameters, t_end: float) -> tuple[State, float]:
-    # State at the second-last lift-off of a transient, and the time from there to the last.
+    # The state at the second-last lift-off of a transient, and the time from there to the last one.
     run = simulate(p, t_end=t_end, samples="dense", kernel="interpreted")
     assert run.solution is not None
     before, after = run.switch_times[::2][-2:]

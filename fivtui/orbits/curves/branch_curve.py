@@ -166,10 +166,10 @@ class FiniteSpeedBranchCurve(BranchCurve):
         moved = self.orbits.restart_later(point, pattern.longest_stick_middle)
         if moved is None:
             return point
-        is_same = mode_pattern(moved).start_in_stick > 0.0 and self.pattern(moved) == self.pattern(
-            point
-        )
-        return moved if is_same else point
+        keeps_pattern = mode_pattern(moved).start_in_stick > 0.0 and self.pattern(
+            moved
+        ) == self.pattern(point)
+        return moved if keeps_pattern else point
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,7 +40,7 @@ def test_a_doubled_branch_joins_both_period_doublings(monkeypatch: pytest.Monkey
     assert {point.stable for point in doubled_branch.points} == {True, False}
     for point in doubled_branch.points[3::25]:
         assert_cycle_closes(doubled_branch, point)
-    # The eigenvector of the multiplier -1 points from a cycle to its period-doubled one.
+    # The first distance along the eigenvector of the multiplier -1 leads to the doubled cycle.
     ((orbit, cycle),) = cycle_pairs
     assert cycle is not None
     distance = np.linalg.norm((cycle.unknowns - orbit.unknowns)[:4])

@@ -117,7 +117,7 @@ def test_cycles_of_the_duffing_oscillator_have_the_period_of_the_elliptic_integr
     sizes = []
     for point in (start, *part.points):
         x, v, period, damping = point.unknowns.tolist()
-        # Of the energy E = v²/2 + x²/2 + x⁴/4 the greatest x is the amplitude.
+        # The amplitude is the greatest x at the energy E = v²/2 + x²/2 + x⁴/4.
         energy = 0.5 * v * v + 0.5 * x * x + 0.25 * x**4
         square = -1.0 + math.sqrt(1.0 + 4.0 * energy)
         sizes.append(math.sqrt(square))
@@ -171,30 +171,30 @@ def test_a_fold_known_in_closed_form_is_located() -> None:
     ],
 )
 def test_bifurcations_of_known_flows_are_located(frequency: float, kind: EventKind) -> None:
-    # A circle, and beside it an oscillation that grows from λ = 0 on: its multipliers are
-    # exp(2π (λ ± iω)); at ω = 1/2 one of both, which would be −1, is damped.
+    # A circular cycle and a separate oscillation that grows above λ = 0, with the multipliers
+    # exp(2π (λ ± iω)). At ω = 1/2 both would be −1; one of them is damped.
     def rate(z: FloatArray, growth: float) -> FloatArray:
         x, y, a, b = z
         square = x * x + y * y
         if kind is EventKind.TORUS:
-            beside = [growth * a - frequency * b, frequency * a + growth * b]
+            oscillation = [growth * a - frequency * b, frequency * a + growth * b]
         else:
             # The frame makes half a turn per turn of the circle.
             cos, sin = x / math.sqrt(square), y / math.sqrt(square)
             mean, half = growth - 0.5, 0.5
-            beside = [
+            oscillation = [
                 (mean + half * cos) * a + (half * sin - 0.5) * b,
                 (half * sin + 0.5) * a + (mean - half * cos) * b,
             ]
-        return np.array([x * (1.0 - square) - y, y * (1.0 - square) + x, *beside])
+        return np.array([x * (1.0 - square) - y, y * (1.0 - square) + x, *oscillation])
 
     def slopes(z: FloatArray, growth: float) -> FloatArray:
         if kind is EventKind.TORUS:
             x, y, a, b = z
-            beside = [[growth, -frequency, a], [frequency, growth, b]]
+            oscillation = [[growth, -frequency, a], [frequency, growth, b]]
             radial = (1.0 - x * x - y * y) * np.eye(2) - 2.0 * np.outer(z[:2], z[:2])
             circle = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
-            return np.block([[circle, np.zeros((2, 3))], [np.zeros((2, 2)), np.array(beside)]])
+            return np.block([[circle, np.zeros((2, 3))], [np.zeros((2, 2)), np.array(oscillation)]])
         steps = 1e-6 * np.eye(5)
         arguments = np.append(z, growth)
         columns = [
@@ -219,18 +219,18 @@ def test_bifurcations_of_known_flows_are_located(frequency: float, kind: EventKi
 
 
 def test_a_point_where_another_branch_crosses_is_located() -> None:
-    # A circle, and beside it z' = λ z − z³: other circles begin at λ = 0.
+    # A circular cycle and a separate variable with z' = λ z − z³: other circles begin at λ = 0.
     def rate(z: FloatArray, growth: float) -> FloatArray:
-        x, y, beside = z
+        x, y, offset = z
         radial = 1.0 - x * x - y * y
-        return np.array([x * radial - y, y * radial + x, growth * beside - beside**3])
+        return np.array([x * radial - y, y * radial + x, growth * offset - offset**3])
 
     def slopes(z: FloatArray, growth: float) -> FloatArray:
-        x, y, beside = z
+        x, y, offset = z
         radial = (1.0 - x * x - y * y) * np.eye(2) - 2.0 * np.outer(z[:2], z[:2])
         jacobian = np.zeros((3, 4))
         jacobian[:2, :2] = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
-        jacobian[2, 2:] = growth - 3.0 * beside * beside, beside
+        jacobian[2, 2:] = growth - 3.0 * offset * offset, offset
         return jacobian
 
     curve = build_curve(SmoothFlow(3, rate, slopes), -5.0, 5.0)
