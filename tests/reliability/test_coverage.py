@@ -1,4 +1,4 @@
-"""Intervals of uncertainty studies contain exact values as often as they promise."""
+"""Intervals of uncertainty studies contain exact values as often as their level states."""
 
 import math
 from collections import Counter
@@ -26,8 +26,9 @@ from fivtui.sweeps.scatter import Scatter
 
 Floats = NDArray[np.float64]
 
-# Of 200 intervals of 95 %, fewer than 180 contain the exact value in 1 of 500 tests, if they are
-# independent; of 20, fewer than 16 in 1 of 380.
+# Number of seeds, and least number of intervals that must contain the exact value. If intervals
+# are independent, fewer than 180 of 200 contain it in 1 of 500 tests, and fewer than 16 of 20 in 1
+# of 380.
 SEEDS: Final = {"reduced": (20, 16), "all": (200, 180)}
 
 
@@ -43,40 +44,43 @@ class Case:
     indices: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-def critical(values: Mapping[str, Floats]) -> Floats:
-    """The critical μ where other parameters scatter."""
+def critical_mu_values(values: Mapping[str, Floats]) -> Floats:
+    """The critical μ of members, from the values of their scattered parameters."""
     size = len(next(iter(values.values())))
     return critical_mus(Parameters(), values, np.ones(size, dtype=bool))
 
 
-def _of_preload() -> Case:
+def _critical_mu_case() -> Case:
     # The critical μ rises with F.
     force = parse_distribution("uniform:70:120")
     nodes, weights = np.polynomial.legendre.leggauss(40)
-    mean = 0.5 * float(weights @ critical({"F": force.at(0.5 + 0.5 * nodes)}))
-    quantiles = tuple(critical({"F": force.at(QUANTILES)}).tolist())
-    return Case({"F": "uniform:70:120"}, critical, mean, quantiles, {"F": (1.0, 1.0)})
+    mean = 0.5 * float(weights @ critical_mu_values({"F": force.at(0.5 + 0.5 * nodes)}))
+    quantiles = tuple(critical_mu_values({"F": force.at(QUANTILES)}).tolist())
+    return Case({"F": "uniform:70:120"}, critical_mu_values, mean, quantiles, {"F": (1.0, 1.0)})
 
 
-def _of_both() -> Case:
-    # By midpoints in both directions; the critical μ is that of F, and uniform μ.
+def _instability_case() -> Case:
+    # Integrals by the midpoint rule over the levels of F and of μ, which is uniform.
     cells = (np.arange(2**12) + 0.5) / 2**12
-    thresholds = critical({"F": parse_distribution("normal:80:8").at(cells)})
-    by_force = np.clip((0.8 - thresholds) / 0.6, 0.0, 1.0)
-    by_friction = np.searchsorted(np.sort(thresholds), 0.2 + 0.6 * cells) / cells.size
-    mean = float(by_force.mean())
+    critical_mus_of_force = critical_mu_values({"F": parse_distribution("normal:80:8").at(cells)})
+    probability_by_force = np.clip((0.8 - critical_mus_of_force) / 0.6, 0.0, 1.0)
+    probability_by_friction = (
+        np.searchsorted(np.sort(critical_mus_of_force), 0.2 + 0.6 * cells) / cells.size
+    )
+    mean = float(probability_by_force.mean())
     force, friction = (
-        float(shares.var()) / (mean * (1.0 - mean)) for shares in (by_force, by_friction)
+        float(shares.var()) / (mean * (1.0 - mean))
+        for shares in (probability_by_force, probability_by_friction)
     )
     return Case(
         {"mu": "uniform:0.2:0.8", "F": "normal:80:8"},
-        lambda values: (values["mu"] > critical({"F": values["F"]})).astype(float),
+        lambda values: (values["mu"] > critical_mu_values({"F": values["F"]})).astype(float),
         mean,
         indices={"mu": (friction, 1.0 - force), "F": (force, 1.0 - friction)},
     )
 
 
-def _of_sum() -> Case:
+def _sum_case() -> Case:
     variance = 1.0 + 0.03**2
     share = 1.0 / variance
     return Case(
@@ -88,21 +92,21 @@ def _of_sum() -> Case:
     )
 
 
-def _of_excess() -> Case:
+def _excess_case() -> Case:
     # Values that are 0 for five of six samples.
-    level = 1.0
-    mean = float(stats.norm.pdf(level) - level * stats.norm.sf(level))
-    quantiles = np.maximum(stats.norm.ppf(QUANTILES) - level, 0.0)
+    threshold = 1.0
+    mean = float(stats.norm.pdf(threshold) - threshold * stats.norm.sf(threshold))
+    quantiles = np.maximum(stats.norm.ppf(QUANTILES) - threshold, 0.0)
     return Case(
         {"x0": "normal:0:1", "y0": "normal:0:1"},
-        lambda values: np.maximum(values["x0"] - level, 0.0),
+        lambda values: np.maximum(values["x0"] - threshold, 0.0),
         mean,
         tuple(quantiles.tolist()),
         {"x0": (1.0, 1.0), "y0": (0.0, 0.0)},
     )
 
 
-def _of_skewed() -> Case:
+def _skewed_case() -> Case:
     # Most values are small compared with their range.
     quantiles = parse_distribution("lognormal:1:1").at(QUANTILES)
     return Case(
@@ -114,7 +118,7 @@ def _of_skewed() -> Case:
     )
 
 
-def _of_rare(probability: float) -> Case:
+def _rare_event_case(probability: float) -> Case:
     threshold = math.sqrt(2.0) * float(stats.norm.isf(probability))
     return Case(
         {"x0": "normal:0:1", "y0": "normal:0:1"},
@@ -124,18 +128,18 @@ def _of_rare(probability: float) -> Case:
 
 
 CASES: Final[Mapping[str, Callable[[], Case]]] = {
-    "critical μ of F": _of_preload,
-    "unstable of μ and F": _of_both,
-    "sum": _of_sum,
-    "excess": _of_excess,
-    "skewed": _of_skewed,
-    "1 of 10": lambda: _of_rare(0.1),
-    "1 of 1000": lambda: _of_rare(1e-3),
-    "1 of 100000": lambda: _of_rare(1e-5),
+    "critical μ of F": _critical_mu_case,
+    "unstable of μ and F": _instability_case,
+    "sum": _sum_case,
+    "excess": _excess_case,
+    "skewed": _skewed_case,
+    "1 of 10": lambda: _rare_event_case(0.1),
+    "1 of 1000": lambda: _rare_event_case(1e-3),
+    "1 of 100000": lambda: _rare_event_case(1e-5),
 }
 
 
-def coverage(
+def count_contained(
     case: Case, kind: Literal["sobol", "lhs"], *, samples: int, repeats: int, seeds: int
 ) -> tuple[Counter[str], Counter[str]]:
     """Count how often intervals contain the exact value, and how often there is an interval."""
@@ -143,33 +147,33 @@ def coverage(
     counted: Counter[str] = Counter()
     axes = {name: parse_distribution(text) for name, text in case.vary.items()}
 
-    def compare(name: str, interval: SampleEstimate | None, exact: float) -> None:
+    def count_interval(name: str, interval: SampleEstimate | None, exact: float) -> None:
         if interval is not None:
             counted[name] += 1
             # The tolerance includes rounding of the exact values.
             contained[name] += interval.low - 1e-12 <= exact <= interval.high + 1e-12
 
     for seed in range(seeds):
-        # Scramblings of different seeds are different ones.
+        # No two seeds share a scrambling.
         scatter = Scatter(axes, kind, samples // (2 * repeats), seed * repeats, repeats)
         values = case.function(scatter.columns(np.arange(scatter.size)))
         rows = np.asarray(scatter.sample_values(values), dtype=float)
         if case.quantiles:
-            compare("mean", mean_of(rows), case.mean)
+            count_interval("mean", mean_of(rows), case.mean)
             quantiles = quantiles_of(rows)
             for level, exact in zip(QUANTILES, case.quantiles, strict=True):
-                compare(f"quantile {level:g}", quantiles[f"{level:g}"], exact)
+                count_interval(f"quantile {level:g}", quantiles[f"{level:g}"], exact)
         else:
-            compare("probability", probability_of(rows), case.mean)
+            count_interval("probability", probability_of(rows), case.mean)
         indices = sobol_of(scatter, values)
         for name, (first, total) in case.indices.items():
             if name in indices:
-                compare(f"first {name}", indices[name].first, first)
-                compare(f"total {name}", indices[name].total, total)
+                count_interval(f"first {name}", indices[name].first, first)
+                count_interval(f"total {name}", indices[name].total, total)
     return contained, counted
 
 
-def check(
+def check_coverage(
     case: Case,
     kind: Literal["sobol", "lhs"],
     extent: str,
@@ -177,22 +181,22 @@ def check(
     samples: int,
     repeats: int = 16,
 ) -> None:
-    """Hold every interval of a case to the promised coverage."""
-    seeds, least = SEEDS[extent]
-    contained, counted = coverage(case, kind, samples=samples, repeats=repeats, seeds=seeds)
-    refused = {
+    """Assert that every interval of a case contains the exact value often enough."""
+    seeds, least_contained = SEEDS[extent]
+    contained, counted = count_contained(case, kind, samples=samples, repeats=repeats, seeds=seeds)
+    too_rarely_contained = {
         name: (contained[name], count)
         for name, count in counted.items()
-        if contained[name] < count - (seeds - least)
+        if contained[name] < count - (seeds - least_contained)
     }
-    assert not refused
+    assert not too_rarely_contained
 
 
 @pytest.mark.parametrize(
     ("name", "kind"), [*((name, "sobol") for name in CASES), ("critical μ of F", "lhs")]
 )
 def test_intervals_contain_the_exact_values(name: str, kind: Literal["sobol", "lhs"]) -> None:
-    check(CASES[name](), kind, "reduced", samples=512)
+    check_coverage(CASES[name](), kind, "reduced", samples=512)
 
 
 @pytest.mark.whole
@@ -202,11 +206,13 @@ def test_intervals_contain_the_exact_values(name: str, kind: Literal["sobol", "l
 def test_intervals_contain_the_exact_values_of_200_seeds(
     kind: Literal["sobol", "lhs"], name: str, samples: int
 ) -> None:
-    check(CASES[name](), kind, "all", samples=samples)
+    check_coverage(CASES[name](), kind, "all", samples=samples)
 
 
 @pytest.mark.whole
 @pytest.mark.parametrize("repeats", [2, 4, 64])
 @pytest.mark.parametrize("name", CASES)
-def test_intervals_of_other_numbers_of_scramblings(name: str, repeats: int) -> None:
-    check(CASES[name](), "sobol", "all", samples=4096, repeats=repeats)
+def test_intervals_from_other_numbers_of_scramblings_contain_the_exact_values(
+    name: str, repeats: int
+) -> None:
+    check_coverage(CASES[name](), "sobol", "all", samples=4096, repeats=repeats)

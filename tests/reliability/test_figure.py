@@ -19,11 +19,11 @@ def result() -> Uncertainty:
     return uncertainty(vary=vary, samples=256, repeats=4, outputs=("critical_mu", "safe_mu"))
 
 
-def bars(axes: Axes) -> list[Rectangle]:
+def bar_patches(axes: Axes) -> list[Rectangle]:
     return [patch for patch in axes.patches if isinstance(patch, Rectangle)]
 
 
-def stacked(axes: Axes) -> float:
+def sum_of_bin_heights(axes: Axes) -> float:
     """Sum of the heights of all 40 bins."""
     low, high = axes.dataLim.intervalx
     area = sum(
@@ -34,7 +34,7 @@ def stacked(axes: Axes) -> float:
     return float(area * 40.0 / (high - low))
 
 
-def row_by_row(axes: Axes) -> int:
+def panel_position(axes: Axes) -> int:
     cell = axes.get_subplotspec()
     assert cell is not None
     return cell.num1
@@ -42,24 +42,24 @@ def row_by_row(axes: Axes) -> int:
 
 def panels(figure: Figure) -> list[list[Axes]]:
     """The panels of every part, row by row."""
-    return [sorted(part.axes, key=row_by_row) for part in figure.subfigs]
+    return [sorted(part.axes, key=panel_position) for part in figure.subfigs]
 
 
-def test_histograms_indices_and_samples_are_those_of_the_study(result: Uncertainty) -> None:
-    histograms, drivers, matrix = panels(result.figure())
+def test_histograms_indices_and_samples_agree_with_the_study(result: Uncertainty) -> None:
+    histograms, index_panels, matrix = panels(result.figure())
     assert [axes.get_xlabel() for axes in histograms] == [
         "Greatest real part of the eigenvalues (1/s)",
         "Critical friction coefficient",
         "Safe friction coefficient",
     ]
     for axes in histograms:
-        assert stacked(axes) == pytest.approx(1.0)
-    by_title = {axes.get_title().replace("\n", " "): axes for axes in drivers}
-    assert next(iter(by_title)).startswith("Sobol indices of: unstable")
-    assert len(by_title) == len(result.indices)
-    for axes, (output, indices) in zip(drivers, result.indices.items(), strict=True):
+        assert sum_of_bin_heights(axes) == pytest.approx(1.0)
+    panels_by_title = {axes.get_title().replace("\n", " "): axes for axes in index_panels}
+    assert next(iter(panels_by_title)).startswith("Sobol indices of: unstable")
+    assert len(panels_by_title) == len(result.indices)
+    for axes, (output, indices) in zip(index_panels, result.indices.items(), strict=True):
         rows = [index for _, index in reversed(rank_inputs(indices))]
-        drawn = [bar.get_width() for bar in bars(axes)]
+        drawn = [bar.get_width() for bar in bar_patches(axes)]
         expected = chain(
             (index_pair.first.value for index_pair in rows),
             (index_pair.total.value for index_pair in rows),

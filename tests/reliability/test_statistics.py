@@ -17,12 +17,12 @@ from fivtui.reliability.statistics import (
 from fivtui.sweeps.scatter import Scatter
 
 ANGLE = Distribution("uniform", (-np.pi, np.pi))
-# Ishigami's function with a = 7, b = 0.1: variance, and the parts of it.
+# First and total Sobol index of each input of Ishigami's function with a = 7, b = 0.1.
 ISHIGAMI = {"x0": (0.3139, 0.5576), "vx0": (0.4424, 0.4424), "y0": (0.0, 0.2437)}
 
 
 @pytest.mark.parametrize("kind", ["sobol", "lhs"])
-def test_the_indices_of_ishigami(kind: str) -> None:
+def test_indices_of_the_ishigami_function_are_exact_to_one_percent(kind: str) -> None:
     count = 1024 if kind == "sobol" else 8192
     scatter = Scatter(dict.fromkeys(ISHIGAMI, ANGLE), kind, count=count)  # type: ignore[arg-type]
     x, y, z = scatter.columns(np.arange(scatter.size)).values()
@@ -36,7 +36,7 @@ def test_the_indices_of_ishigami(kind: str) -> None:
     assert data["low"] < data["first"] < data["high"]
 
 
-def test_one_input_explains_all_and_a_constant_has_no_variance() -> None:
+def test_a_single_input_explains_all_variance_and_a_constant_has_no_indices() -> None:
     scatter = Scatter({"mu": Distribution("uniform", (0.0, 1.0))}, count=256, repeats=2)
     (values,) = scatter.columns(np.arange(scatter.size)).values()
     indices = sobol_of(scatter, values)["mu"]
@@ -47,35 +47,35 @@ def test_one_input_explains_all_and_a_constant_has_no_variance() -> None:
     assert sobol_of(scatter, values) == {}
 
 
-def test_intervals_cover_as_often_as_they_say() -> None:
+def test_95_percent_intervals_contain_the_mean_of_95_percent_of_draws() -> None:
     draws = np.random.default_rng(5).normal(2.0, 1.0, (4000, 8))
     intervals = [mean_estimate(row) for row in draws]
-    covered = np.mean([interval.low <= 2.0 <= interval.high for interval in intervals])
-    assert covered == pytest.approx(0.95, abs=0.012)
+    contained = np.mean([interval.low <= 2.0 <= interval.high for interval in intervals])
+    assert contained == pytest.approx(0.95, abs=0.012)
 
 
 def test_zero_hits_do_not_give_a_probability_of_zero() -> None:
-    none = probability_from_counts(np.zeros(4), np.full(4, 250.0))
-    assert (none.value, none.low) == (0.0, 0.0)
-    assert none.high == pytest.approx(1.0 - 0.05 ** (1.0 / 1000.0))
+    no_hits = probability_from_counts(np.zeros(4), np.full(4, 250.0))
+    assert (no_hits.value, no_hits.low) == (0.0, 0.0)
+    assert no_hits.high == pytest.approx(1.0 - 0.05 ** (1.0 / 1000.0))
     # All scramblings have 100 of 250 hits: one of them could have 101.
-    equal_bounds = probability_from_counts(np.full(4, 100.0), np.full(4, 250.0))
-    assert equal_bounds.value == 0.4
-    assert equal_bounds.error == pytest.approx(max(none.high, (1.0 - 0.05**0.25) / 250.0))
-    every = probability_from_counts(np.full(4, 250.0), np.full(4, 250.0))
-    assert (every.value, every.high) == (1.0, 1.0)
-    assert every.low == pytest.approx(1.0 - none.high)
+    equal_shares = probability_from_counts(np.full(4, 100.0), np.full(4, 250.0))
+    assert equal_shares.value == 0.4
+    assert equal_shares.error == pytest.approx(max(no_hits.high, (1.0 - 0.05**0.25) / 250.0))
+    all_hits = probability_from_counts(np.full(4, 250.0), np.full(4, 250.0))
+    assert (all_hits.value, all_hits.high) == (1.0, 1.0)
+    assert all_hits.low == pytest.approx(1.0 - no_hits.high)
 
 
 def test_unknown_members_do_not_count() -> None:
     nan = np.nan
-    estimated = probability_of(np.array([[1.0, 0.0, nan, nan], [1.0, 1.0, 0.0, 0.0]]))
-    assert estimated is not None
-    assert estimated.value == 0.5
+    probability = probability_of(np.array([[1.0, 0.0, nan, nan], [1.0, 1.0, 0.0, 0.0]]))
+    assert probability is not None
+    assert probability.value == 0.5
     assert probability_of(np.array([[nan, nan], [1.0, 0.0]])) is None
 
 
-def test_a_tail_that_the_samples_do_not_reach_has_no_end() -> None:
+def test_the_interval_of_a_quantile_beyond_all_samples_is_unbounded() -> None:
     values = np.linspace(0.0, 1.0, 64).reshape(4, 16)
     quantiles = quantiles_of(values)
     assert (quantiles["0.01"].low, quantiles["0.99"].high) == (-np.inf, np.inf)
@@ -87,14 +87,14 @@ def test_a_tail_that_the_samples_do_not_reach_has_no_end() -> None:
     assert quantiles_of(np.array([[np.nan, np.nan], [0.0, 1.0]])) == {}
 
 
-def test_rounding_of_a_mean_is_in_its_interval() -> None:
+def test_the_interval_of_a_mean_includes_its_rounding_error() -> None:
     mean = mean_of(np.full((16, 1000), 0.1))
     assert mean is not None
     assert mean.low < 0.1 < mean.high
     assert mean.error < 1e-15
 
 
-def test_effective_samples_are_those_that_make_up_the_variance() -> None:
+def test_effective_samples_are_the_number_that_determine_the_variance() -> None:
     assert effective_samples(np.ones(100)) == 0.0
     assert effective_samples(np.full(3, np.nan)) == 0.0
     assert effective_samples(np.tile([0.0, 1e-200, np.nan], 50)) == pytest.approx(100.0)

@@ -43,8 +43,9 @@ from fivtui.sweeps.scatter import Scatter
 from fivtui.sweeps.study import Study
 from fivtui.tui.tabs.requests.uncertainty import index_remark
 
-MU_C = 0.439387619
-FOLD = 0.277876613
+# Critical and safe friction coefficient of the base set.
+CRITICAL_MU = 0.439387619
+SAFE_MU = 0.277876613
 BASE = find_scene("base")
 VARY = ["mu~uniform:0.2:0.8", "F~normal:80:8"]
 
@@ -53,18 +54,18 @@ def scene_study(samples: int = 512, *, outputs: tuple[str, ...] = ("critical_mu"
     return scattered_study(BASE, parse_inputs(VARY), samples=samples, outputs=outputs)
 
 
-def check(result: Uncertainty, error: float) -> None:
-    for name, least in (("unstable", MU_C), ("squeal_possible", FOLD)):
+def check_probabilities(result: Uncertainty, error: float) -> None:
+    for name, threshold in (("unstable", CRITICAL_MU), ("squeal_possible", SAFE_MU)):
         probability = result.probabilities[name]
-        assert probability.low <= 1.0 - least <= probability.high
+        assert probability.low <= 1.0 - threshold <= probability.high
         assert probability.error < error
 
 
-def test_the_probabilities_where_friction_is_uniform() -> None:
+def test_probabilities_for_uniform_friction_agree_with_critical_and_safe_mu() -> None:
     result = uncertainty(
         vary={"mu": "uniform:0:1"}, samples=2**17, indices=False, outputs=("safe_mu",)
     )
-    check(result, 4e-5)
+    check_probabilities(result, 4e-5)
     assert result.scatter.samples == 2**17
 
 
@@ -81,14 +82,14 @@ def test_samples_are_one_to_sixteen_million() -> None:
 
 
 @pytest.mark.parametrize("until", [0.0, -0.1, 1.1, math.nan])
-def test_a_wanted_error_is_above_0_and_at_most_1(until: float) -> None:
+def test_a_required_error_is_above_0_and_at_most_1(until: float) -> None:
     with pytest.raises(InputError, match="until"):
         check_until(until)
     assert check_until(1.0) == 1.0
     assert check_until(1e-9) == 1e-9
 
 
-def drawn(scene: Scene, *inputs: str) -> dict[str, np.ndarray]:
+def draw_values(scene: Scene, *inputs: str) -> dict[str, np.ndarray]:
     """Values of the members of a scattered study, by name."""
     study = scattered_study(
         scene, parse_inputs(inputs), samples=256, indices=False, outputs=("critical_mu",)
@@ -100,16 +101,16 @@ def test_scattered_friction_never_exceeds_a_static_friction_that_does_not_scatte
     def scene(**values: float) -> Scene:
         return BASE.with_values({"v_belt": 1.0, **values})
 
-    mu = drawn(scene(mu_s=0.75), "mu~normal:0.7:0.1")["mu"]
+    mu = draw_values(scene(mu_s=0.75), "mu~normal:0.7:0.1")["mu"]
     assert 0.74 < mu.max() <= 0.75
     assert mu.min() < 0.6
-    static = drawn(scene(mu=0.7), "mu_s~normal:0.75:0.1")["mu_s"]
-    assert 0.7 <= static.min() < 0.71
-    assert static.max() > 0.9
+    static_friction = draw_values(scene(mu=0.7), "mu_s~normal:0.75:0.1")["mu_s"]
+    assert 0.7 <= static_friction.min() < 0.71
+    assert static_friction.max() > 0.9
     # Without a separate static friction there is no upper bound of mu.
-    assert drawn(scene(), "mu~normal:0.7:0.1")["mu"].max() > 0.9
+    assert draw_values(scene(), "mu~normal:0.7:0.1")["mu"].max() > 0.9
     # There is no bound either where both scatter.
-    both = drawn(scene(), "mu~uniform:0.5:0.65", "mu_s~uniform:0.65:0.9")
+    both = draw_values(scene(), "mu~uniform:0.5:0.65", "mu_s~uniform:0.65:0.9")
     assert both["mu_s"].min() < 0.66
     assert both["mu_s"].max() > 0.89
 
@@ -119,32 +120,32 @@ def test_the_probabilities_of_a_million_samples() -> None:
     result = uncertainty(
         vary={"mu": "uniform:0:1"}, samples=10**6, indices=False, outputs=("safe_mu",)
     )
-    check(result, 5e-6)
+    check_probabilities(result, 5e-6)
 
 
-def test_squeal_is_possible_above_the_fold_of_each_sample() -> None:
-    # At these preloads folds hardly differ, critical μ do.
+def test_squeal_is_possible_above_the_safe_mu_of_each_sample() -> None:
+    # At these preloads safe μ hardly varies, while critical μ does.
     vary = {"mu": "uniform:0.2:0.4", "F": "uniform:78:84", "k_nl": "uniform:95:105"}
     result = uncertainty(vary=vary, samples=2048, outputs=("critical_mu", "safe_mu"))
     table = result.study.safe
     assert table is not None
     assert table.groups == ("k_nl",)
     possible = result.probabilities["squeal_possible"]
-    assert possible.value == pytest.approx((0.4 - FOLD) / 0.2, abs=2e-3)
+    assert possible.value == pytest.approx((0.4 - SAFE_MU) / 0.2, abs=2e-3)
     assert set(result.to_dict()["safe_mu"]) == {"folds", "error", "usual_error"}
     assert result.to_dict()["safe_mu_not_known_above"] is None
     # For few samples safe μ comes from a continuation per sample and must agree.
-    few = uncertainty(vary=vary, samples=8, repeats=2, indices=False, outputs=("safe_mu",))
-    assert few.study.safe is None
-    members = {name: few.sweep.table.numbers[name] for name in vary}
-    again = safe_mus(Parameters(), members, np.ones(8, dtype=bool), table)
-    np.testing.assert_allclose(few.sweep.table.numbers["safe_mu"], again, atol=1e-9)
+    small_study = uncertainty(vary=vary, samples=8, repeats=2, indices=False, outputs=("safe_mu",))
+    assert small_study.study.safe is None
+    members = {name: small_study.sweep.table.numbers[name] for name in vary}
+    interpolated = safe_mus(Parameters(), members, np.ones(8, dtype=bool), table)
+    np.testing.assert_allclose(small_study.sweep.table.numbers["safe_mu"], interpolated, atol=1e-9)
     regions = result.regions()
     assert list(regions) == ["no squeal known", "squeals after a knock", "squeals by itself"]
     np.testing.assert_array_equal(sum(region.astype(int) for region in regions.values()), 1)
 
 
-def test_where_the_search_finds_less_than_continuation_nothing_rests_on_safe_mu(
+def test_results_of_safe_mu_are_left_out_if_the_search_finds_less_than_continuation(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     p = Parameters(m=3.17, k1=255.6, k2=22.84, k3=23.81, c1=0.1849, c2=0.1664, F=49.0, k_nl=19.3)
@@ -157,8 +158,8 @@ def test_where_the_search_finds_less_than_continuation_nothing_rests_on_safe_mu(
     assert result.to_dict()["safe_mu_not_known_above"] == result.safe_mu_unknown_above
     assert set(result.probabilities) == {"unstable"}
     assert "squeal_possible" not in result.indices
-    stated = (result.means, result.quantiles, result.indices, result.local)
-    assert not any("safe_mu" in numbers for numbers in stated)
+    reported = (result.means, result.quantiles, result.indices, result.local)
+    assert not any("safe_mu" in numbers for numbers in reported)
     assert list(result.regions()) == ["stable", "squeals by itself"]
     print_uncertainty(result)
     assert "not known above μ = 0.060" in capsys.readouterr().out
@@ -171,14 +172,16 @@ def test_the_error_of_the_table_widens_the_interval() -> None:
     assert study.safe is not None
     estimated = compute_uncertainty(study, local_engine(1)).probabilities["squeal_possible"]
     # With an error of 0.01 at every fold, a tenth of the samples lies within the error.
-    wide = replace(study, safe=structs.replace(study.safe, errors=(0.01,)))
-    wider = compute_uncertainty(wide, local_engine(1)).probabilities["squeal_possible"]
-    assert wider.value == estimated.value
-    assert estimated.low - wider.low == pytest.approx(0.05, abs=8e-3)
-    assert wider.high - estimated.high == pytest.approx(0.05, abs=8e-3)
+    study_with_errors = replace(study, safe=structs.replace(study.safe, errors=(0.01,)))
+    widened = compute_uncertainty(study_with_errors, local_engine(1)).probabilities[
+        "squeal_possible"
+    ]
+    assert widened.value == estimated.value
+    assert estimated.low - widened.low == pytest.approx(0.05, abs=8e-3)
+    assert widened.high - estimated.high == pytest.approx(0.05, abs=8e-3)
 
 
-def test_what_drives_the_critical_friction_coefficient() -> None:
+def test_four_inputs_explain_the_critical_friction_coefficient() -> None:
     base = Parameters().as_dict()
     names = ("k1", "k2", "k3", "c1", "c2", "F", "k_nl")
     result = uncertainty(
@@ -192,7 +195,7 @@ def test_what_drives_the_critical_friction_coefficient() -> None:
     assert sum(index.first.value for index in indices.values()) == pytest.approx(1.0, abs=0.03)
 
 
-def test_local_sensitivities_stand_beside_the_global_ones() -> None:
+def test_local_sensitivities_agree_with_sobol_indices_and_differences() -> None:
     vary = {"mu": "uniform:0.65:0.75", "F": "uniform:79:81", "k_nl": "uniform:99:101"}
     outputs = ("critical_mu", "safe_mu", "y_half_range", "P_max")
     result = uncertainty(vary=vary, samples=512, outputs=outputs, t_end=20.0)
@@ -203,25 +206,27 @@ def test_local_sensitivities_stand_beside_the_global_ones() -> None:
             assert local.share == pytest.approx(index.value, abs=0.03 + index.error)
     force = result.local["P_max"]["F"]
     assert force.per_sd == pytest.approx(force.derivative / np.sqrt(3.0), rel=1e-3)
-    ends = [
+    forces = [
         simulate(Parameters(F=preload), t_end=20.0).contact_force.max for preload in (79.99, 80.01)
     ]
-    assert force.derivative == pytest.approx((ends[1] - ends[0]) / 0.02, rel=1e-3)
+    assert force.derivative == pytest.approx((forces[1] - forces[0]) / 0.02, rel=1e-3)
     data = result.to_dict()["local"]["y_half_range"]["mu"]
     assert set(data) == {"derivative", "per_sd", "share"}
-    started = uncertainty(vary={"y0": "uniform:-1:0"}, samples=64, outputs=("P_max",), t_end=1.0)
-    assert started.local == {}
+    start_study = uncertainty(
+        vary={"y0": "uniform:-1:0"}, samples=64, outputs=("P_max",), t_end=1.0
+    )
+    assert start_study.local == {}
 
 
-def test_samples_are_members_that_follow_the_distributions() -> None:
+def test_samples_follow_the_distributions() -> None:
     result = uncertainty(vary={"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, samples=1024,
                         outputs=("critical_mu", "P_max"), t_end=1.0)  # fmt: skip
     assert result.samples("F").std() == pytest.approx(8.0, rel=0.02)
     critical, mu, force = (result.samples(name) for name in ("critical_mu", "mu", "F"))
     share = result.probabilities["unstable"].value
     assert share == pytest.approx(np.mean(mu > critical))
-    at = stability(Parameters(F=float(force[5]))).critical_mu[0].mu
-    assert critical[5] == pytest.approx(at, rel=1e-12)
+    expected = stability(Parameters(F=float(force[5]))).critical_mu[0].mu
+    assert critical[5] == pytest.approx(expected, rel=1e-12)
     assert result.quantiles["P_max"]["0.5"].value == pytest.approx(
         np.median(result.samples("P_max")), rel=0.02
     )
@@ -238,7 +243,7 @@ def test_correlated_inputs_have_no_sobol_indices() -> None:
         uncertainty(**settings, correlations=pair, indices=True)  # type: ignore[arg-type]
 
 
-def test_a_table_of_a_scene_correlates(tmp_path: Path) -> None:
+def test_a_scene_file_can_correlate_inputs(tmp_path: Path) -> None:
     text = Path("examples/uncertainty.md").read_text(encoding="utf-8")
     (block,) = (part.split("```")[0] for part in text.split("```toml\n")[1:])
     scene = scene_from_dict(tomllib.loads(block), name="scene")
@@ -258,15 +263,17 @@ def test_truncation_is_reported() -> None:
     assert message.startswith("mu~normal:0.1:0.1: truncated to 0 to 100, which leaves out 0.16")
 
 
-def counting(engine: Engine, sizes: list[int], stop_after: int = 10**9) -> Engine:
-    def counted(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
+def counting_engine(engine: Engine, sizes: list[int], stop_after: int = 10**9) -> Engine:
+    def count_pieces(
+        study: Study, pieces: Iterable[SweepPiece]
+    ) -> Generator[tuple[SweepPiece, Rows]]:
         for piece, rows in engine(study, pieces):
             if len(sizes) == stop_after:
                 raise Cancelled
             sizes.append(piece.stop - piece.first)
             yield piece, rows
 
-    return counted
+    return count_pieces
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
@@ -275,9 +282,11 @@ def test_a_stopped_study_continues_to_the_same_bytes(suffix: str, tmp_path: Path
     study, engine = scene_study(), local_engine(1)
     expected = compute_uncertainty(study, engine, file=MembersFile(complete, 100))
     with pytest.raises(Cancelled):
-        compute_uncertainty(study, counting(engine, [], 4), file=MembersFile(stopped, 100))
+        compute_uncertainty(study, counting_engine(engine, [], 4), file=MembersFile(stopped, 100))
     sizes: list[int] = []
-    result = compute_uncertainty(study, counting(engine, sizes), file=MembersFile(stopped, 100))
+    result = compute_uncertainty(
+        study, counting_engine(engine, sizes), file=MembersFile(stopped, 100)
+    )
     assert sum(sizes) == study.members - 400
     assert stopped.read_bytes() == complete.read_bytes()
     assert result.to_dict() == expected.to_dict() == compute_uncertainty(study, engine).to_dict()
@@ -291,7 +300,7 @@ def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
     messages: list[str] = []
     study = scene_study(64)
     result = compute_uncertainty(
-        study, counting(engine, sizes), until=0.012, file=file,
+        study, counting_engine(engine, sizes), until=0.012, file=file,
         on_estimates=lambda _members, message: messages.append(message),
     )  # fmt: skip
     assert (
@@ -304,20 +313,20 @@ def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
     assert sum(sizes) <= result.study.members + 1000 * 8
     assert result.to_dict() == compute_uncertainty(result.study, engine).to_dict()
     # Existing members are not computed again; a smaller target error continues from them.
-    again: list[int] = []
+    new_sizes: list[int] = []
     assert (
-        compute_uncertainty(study, counting(engine, again), until=0.012, file=file).error
+        compute_uncertainty(study, counting_engine(engine, new_sizes), until=0.012, file=file).error
         == result.error
     )
-    assert again == []
-    better = compute_uncertainty(study, counting(engine, again), until=0.006, file=file)
+    assert new_sizes == []
+    better = compute_uncertainty(study, counting_engine(engine, new_sizes), until=0.006, file=file)
     assert better.error <= 0.006
-    assert 0 < sum(again) < better.study.members
+    assert 0 < sum(new_sizes) < better.study.members
     with pytest.raises(InputError, match="exists already"):
         compute_uncertainty(replace(study, t_end=7.0), engine, until=0.012, file=file)
 
 
-def test_an_error_that_takes_too_many_samples_is_not_met_silently(
+def test_an_error_that_needs_too_many_samples_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(run_of_sweeps, "_MAX_SCATTERED", 3000)
@@ -325,7 +334,7 @@ def test_an_error_that_takes_too_many_samples_is_not_met_silently(
         compute_uncertainty(scene_study(256), local_engine(1), until=1e-6)
 
 
-def test_progress_says_the_present_estimate(capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_shows_the_present_estimate(capsys: pytest.CaptureFixture[str]) -> None:
     with UncertaintyProgress(1000) as progress:
         progress._printed_s = -1e9
         progress.show_estimates(2000, "P(unstable) = 0.5 ± 0.01")
@@ -334,12 +343,12 @@ def test_progress_says_the_present_estimate(capsys: pytest.CaptureFixture[str]) 
     assert messages == "fivtui: P(unstable) = 0.5 ± 0.01; 500 of 2000 members (25.0%)\n"
 
 
-def test_hypercubes_are_not_added_to() -> None:
+def test_latin_hypercubes_cannot_be_extended() -> None:
     with pytest.raises(InputError, match="must be given with the design sobol"):
         uncertainty(vary={"mu": "uniform:0:1"}, design="lhs", until=0.1)
 
 
-def test_a_sweep_that_is_not_scattered_is_no_study() -> None:
+def test_a_sweep_that_is_not_scattered_is_refused() -> None:
     with pytest.raises(InputError, match="not scattered"):
         evaluate(sweep(vary={"F": [20.0]}, outputs=["stable"]))
 
