@@ -23,26 +23,26 @@ from fivtui.studies import load_study, save_study
 
 
 @pytest.fixture(scope="module")
-def over_load() -> StabilityMap:
+def preload_map() -> StabilityMap:
     return safety_map(None, {"F": np.linspace(20.0, 140.0, 5), "k_nl": [80.0, 100.0]})
 
 
 @pytest.fixture(scope="module")
-def regions() -> StabilityMap:
+def coexistence_map() -> StabilityMap:
     over = {"mu": [0.2, 0.5, 0.7, 0.9], "F": [100.0, 120.0]}
     return safety_map(None, over, "coexistence")
 
 
 def test_the_safe_friction_of_each_point_is_the_least_fold_of_its_branch(
-    over_load: StabilityMap,
+    preload_map: StabilityMap,
 ) -> None:
-    for row, F in enumerate(over_load.axes[0].tolist()):
+    for row, F in enumerate(preload_map.axes[0].tolist()):
         p = Parameters(F=F)
         critical = stability(p).critical_mu[0].mu
         curve = branch(p, "mu", low=0.0, high=1.5 * critical)
         least = min([critical, *(fold.mu for fold in stabilising_folds(curve))])
-        assert over_load.safe_mu[row, 1] == pytest.approx(least, rel=1e-8)
-        assert over_load.critical_mu[row, 1] == pytest.approx(critical, rel=1e-12)
+        assert preload_map.safe_mu[row, 1] == pytest.approx(least, rel=1e-8)
+        assert preload_map.critical_mu[row, 1] == pytest.approx(critical, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_the_safe_friction_of_each_point_is_the_least_fold_of_its_branch(
         ({}, {}, False, True),
     ],
 )
-def test_cycles_are_searched_where_motions_are_damped_and_not_linear(
+def test_cycles_are_searched_if_motions_are_damped_and_not_linear(
     values: dict[str, float],
     over: dict[str, list[float]],
     separation: bool,
@@ -71,11 +71,11 @@ def test_cycles_are_searched_where_motions_are_damped_and_not_linear(
 ) -> None:
     searches = []
 
-    def search(p: Parameters, **_: object) -> None:
+    def refuse_search(p: Parameters, **_: object) -> None:
         searches.append(p)
         raise ComputationError("not searched", "this is a test")
 
-    monkeypatch.setattr("fivtui.maps.safety.safe_friction", search)
+    monkeypatch.setattr("fivtui.maps.safety.safe_friction", refuse_search)
     axes = {"F": [60.0, 80.0], **(over or {"k1": [90.0, 100.0]})}
     safety_map(Parameters(**values), axes, separation=separation)
     assert bool(searches) is searched
@@ -99,25 +99,27 @@ def test_folds_with_the_opposite_direction_do_not_bound_safe_friction() -> None:
 
 
 def test_regions_follow_from_the_friction_and_offsets_from_transients(
-    regions: StabilityMap,
+    coexistence_map: StabilityMap,
 ) -> None:
-    assert regions.regions.tolist() == [[0.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]
-    assert regions.escape is not None
-    inside = regions.regions == 1.0
-    assert np.array_equal(np.isnan(regions.escape), ~inside)
+    assert coexistence_map.regions.tolist() == [[0.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]
+    assert coexistence_map.escape is not None
+    inside = coexistence_map.regions == 1.0
+    assert np.array_equal(np.isnan(coexistence_map.escape), ~inside)
     for row, column in np.argwhere(inside).tolist():
-        p = Parameters(mu=regions.axes[0][row], F=regions.axes[1][column])
+        p = Parameters(mu=coexistence_map.axes[0][row], F=coexistence_map.axes[1][column])
         exact = escape_offset(System(p))
         assert exact is not None
         expected = [fold for fold in (exact.up, exact.down) if fold is not None]
-        assert regions.escape[row, column] == pytest.approx(min(expected), rel=0.04)
+        assert coexistence_map.escape[row, column] == pytest.approx(min(expected), rel=0.04)
 
 
-def test_figures_say_what_they_rest_on(over_load: StabilityMap, regions: StabilityMap) -> None:
-    for result in (over_load, regions):
+def test_figures_and_text_state_the_basis_of_safe_mu(
+    preload_map: StabilityMap, coexistence_map: StabilityMap
+) -> None:
+    for result in (preload_map, coexistence_map):
         (axes, *_) = result.figure().axes
         assert "by continuation, and a global search at" in axes.get_title()
-    assert "continuation, and a global search at 5 points" in repr(over_load)
+    assert "continuation, and a global search at 5 points" in repr(preload_map)
 
 
 @pytest.mark.parametrize(
@@ -136,7 +138,7 @@ def test_maps_that_cannot_be_computed_are_refused(
         safety_map(None, over, value)
 
 
-def test_edges_of_the_model_have_the_critical_friction_or_none() -> None:
+def test_safe_friction_without_damping_is_the_critical_friction() -> None:
     undamped = safety_map(Parameters(c1=0.0, c2=0.0), {"F": [80.0, 90.0], "k1": [90.0, 100.0]})
     assert np.array_equal(undamped.safe_mu, undamped.critical_mu)
 
@@ -146,12 +148,12 @@ def test_cycles_that_only_a_global_search_finds_are_in_the_map() -> None:
     lifted = safety_map(None, {"F": [-20.0, -10.0], "k3": [0.0, 60.0]}, "coexistence")
     assert np.isnan(lifted.safe_mu).tolist() == [[True, False], [True, False]]
     for row, F in enumerate((-20.0, -10.0)):
-        alone = safe_friction(Parameters(F=F)).safe_mu
-        assert lifted.safe_mu[row, 1] == pytest.approx(alone, rel=1e-8)
+        searched_mu = safe_friction(Parameters(F=F)).safe_mu
+        assert lifted.safe_mu[row, 1] == pytest.approx(searched_mu, rel=1e-8)
     assert lifted.regions[:, 1].tolist() == [1.0, 1.0]
 
 
-def test_where_the_search_contradicts_continuation_safe_friction_is_not_known(
+def test_safe_friction_is_not_known_where_the_search_contradicts_continuation(
     tmp_path: Path,
 ) -> None:
     # With a linear contact spring large motions grow without bounds from μ = 0.61 on.
@@ -165,14 +167,14 @@ def test_where_the_search_contradicts_continuation_safe_friction_is_not_known(
     assert "not known at 6 points" in repr(result)
     path = tmp_path / "map.csv"
     save_study("map", result, path)
-    back = load_study("map", path)
-    assert isinstance(back, StabilityMap)
-    assert back.searched == result.searched
-    assert np.array_equal(back.regions, result.regions, equal_nan=True)
+    loaded = load_study("map", path)
+    assert isinstance(loaded, StabilityMap)
+    assert loaded.searched == result.searched
+    assert np.array_equal(loaded.regions, result.regions, equal_nan=True)
 
 
 @pytest.mark.parametrize("stop", [0.0, 0.05, 0.5])
 def test_a_map_is_cancelled(stop: float) -> None:
     over = {"F": [100.0, 120.0], "mu": [0.4, 0.5]}
     with pytest.raises(Cancelled):
-        safety_map(None, over, "coexistence", progress=lambda share: share < stop)
+        safety_map(None, over, "coexistence", progress=lambda fraction: fraction < stop)

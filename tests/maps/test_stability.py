@@ -28,14 +28,14 @@ def value_at(p: Parameters, value: str, over: tuple[str, str] = ("F", "mu")) -> 
 @given(wide_parameters())
 @example(Parameters(m=1e3, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.01, F=0.0, k_nl=0.0, mu=0.0))
 @example(Parameters(m=1.0, k1=1.0, k2=1.0, k3=1.0, c1=0.0, c2=0.0, F=0.0, k_nl=0.0, mu=0.5))
-def test_the_map_agrees_with_the_eigenvalues(p: Parameters) -> None:
+def test_a_map_agrees_with_the_eigenvalues_of_single_points(p: Parameters) -> None:
     verdict = stability(p)
     size = float(np.abs(verdict.eigenvalues).max())
     gaps = np.abs(np.subtract.outer(verdict.eigenvalues, verdict.eigenvalues))
     nearest = gaps[~np.eye(4, dtype=bool)].min()
     # Neighbouring roots move by the square root of the rounding error.
-    allowed = 1e-9 if nearest > 1e-3 * size else 1e-5
-    assert value_at(p, "growth-rate") == pytest.approx(verdict.growth_rate, abs=allowed * size)
+    tolerance = 1e-9 if nearest > 1e-3 * size else 1e-5
+    assert value_at(p, "growth-rate") == pytest.approx(verdict.growth_rate, abs=tolerance * size)
     critical = value_at(p, "critical-mu")
     if verdict.critical_mu:
         mu_c = verdict.critical_mu[0].mu
@@ -54,17 +54,17 @@ def test_the_map_agrees_with_the_eigenvalues(p: Parameters) -> None:
 )
 @example([Parameters(F=1.0, k3=0.0), Parameters(k3=0.0)], [(True, True)] * 8)
 @example([Parameters(m=1e-6, k1=1e9, k3=1e9, k2=1e9, k_nl=1e9, F=1e6)], [(False, False)] * 8)
-def test_growth_rates_of_many_sets_are_those_of_each(
-    sets: list[Parameters], turns: list[tuple[bool, bool]]
+def test_growth_rates_of_many_sets_agree_with_those_of_single_sets(
+    sets: list[Parameters], flags: list[tuple[bool, bool]]
 ) -> None:
-    turned = [
+    changed = [
         p.with_values({"F": -p.F if lifted else p.F})
-        for p, (lifted, _) in zip(sets, turns, strict=False)
+        for p, (lifted, _) in zip(sets, flags, strict=False)
     ]
-    separation = np.array([considered for _, considered in turns[: len(sets)]])
-    varied = {name: np.array([getattr(p, name) for p in turned]) for name in PARAMETERS}
+    separation = np.array([considered for _, considered in flags[: len(sets)]])
+    varied = {name: np.array([getattr(p, name) for p in changed]) for name in PARAMETERS}
     growth, stable, reasons = judge_stability(Parameters(), varied, separation)
-    for row, (p, considered) in enumerate(zip(turned, separation.tolist(), strict=True)):
+    for row, (p, considered) in enumerate(zip(changed, separation.tolist(), strict=True)):
         if row in reasons:
             assert math.isnan(growth[row])
             with pytest.raises(ComputationError, match=re.escape(reasons[row])):
@@ -74,9 +74,9 @@ def test_growth_rates_of_many_sets_are_those_of_each(
         values = verdict.eigenvalues
         size = float(np.abs(values).max())
         gaps = np.abs(np.subtract.outer(values, values))[~np.eye(4, dtype=bool)]
-        allowed = (1e-9 if gaps.min() > 1e-3 * size else 1e-5) * size
-        assert growth[row] == pytest.approx(verdict.growth_rate, abs=allowed)
-        if abs(verdict.growth_rate) > allowed:
+        tolerance = (1e-9 if gaps.min() > 1e-3 * size else 1e-5) * size
+        assert growth[row] == pytest.approx(verdict.growth_rate, abs=tolerance)
+        if abs(verdict.growth_rate) > tolerance:
             assert stable[row] == verdict.stable
 
 
@@ -116,8 +116,8 @@ def test_growth_rates_at_the_ends_of_the_ranges_need_no_eigenvalue_solver(
     assert not set(reasons) & set(expected)
     for row, values in expected.items():
         # A fourfold root moves by the fourth root of the rounding error.
-        allowed = 1e-3 * float(np.abs(values).max())
-        assert growth[row] == pytest.approx(float(values.real.max()), abs=allowed)
+        tolerance = 1e-3 * float(np.abs(values).max())
+        assert growth[row] == pytest.approx(float(values.real.max()), abs=tolerance)
 
 
 @given(wide_parameters(), st.permutations(list(PARAMETERS)))
@@ -130,7 +130,10 @@ def test_any_two_parameters_span_a_map(p: Parameters, names: list[str]) -> None:
         assert np.array_equal(values, np.full((2, 3), value_at(p, value)), equal_nan=True)
 
 
-def test_the_rightmost_root_is_right_to_rounding_however_unlike_the_dampings_are() -> None:
+# `rightmost_real_part` is that of the roots of (s² + c1 s + a)(s² + c2 s + b) − d.
+
+
+def test_the_rightmost_root_is_accurate_to_rounding_for_very_different_dampings() -> None:
     rng = np.random.default_rng(1)
     c1, c2 = 10.0 ** rng.uniform(-4.0, 3.0, (2, 60))
     a, d = rng.uniform(0.05, 0.95, 60), rng.uniform(-3.0, 0.5, 60)
@@ -194,7 +197,7 @@ def rightmost_in_many_digits(c: float, a: float, b: float, d: float) -> float:
 
 
 @pytest.mark.parametrize("difference", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2])
-def test_modes_that_coalesce_have_the_growth_rate_of_many_digits(difference: float) -> None:
+def test_growth_rates_of_coalescing_modes_agree_with_sixty_digits(difference: float) -> None:
     # Equal dampings: the undamped frequencies meet where d = -(a - b)²/4.
     rng = np.random.default_rng(5)
     count = 12
@@ -202,10 +205,10 @@ def test_modes_that_coalesce_have_the_growth_rate_of_many_digits(difference: flo
     b, c = 1.0 - a, 10.0 ** rng.uniform(-4.0, 0.3, count)
     d = -0.25 * (a - b) ** 2 * (1.0 + difference * rng.choice([-1.0, 1.0], count))
     real_part = rightmost_real_part(c, a, c, b, d)
-    true = [rightmost_in_many_digits(*case) for case in np.stack([c, a, b, d], 1).tolist()]
+    expected = [rightmost_in_many_digits(*case) for case in np.stack([c, a, b, d], 1).tolist()]
     # The error is the square root of rounding for a double root, else rounding over the distance.
-    allowed = 6e-8 if difference < 1e-14 else 3e-15 / math.sqrt(difference) + 1e-14
-    assert np.abs(real_part - true).max() <= allowed
+    tolerance = 6e-8 if difference < 1e-14 else 3e-15 / math.sqrt(difference) + 1e-14
+    assert np.abs(real_part - expected).max() <= tolerance
 
 
 def test_nearly_coalescing_modes_agree_with_the_eigenvalues() -> None:
@@ -214,11 +217,11 @@ def test_nearly_coalescing_modes_agree_with_the_eigenvalues() -> None:
     count = 4000
     a = rng.uniform(0.05, 0.95, count)
     b, c1 = 1.0 - a, 10.0 ** rng.uniform(-5.0, 1.0, count)
-    near = 1.0 + 10.0 ** rng.uniform(-14.0, -1.0, count)
+    factor = 1.0 + 10.0 ** rng.uniform(-14.0, -1.0, count)
     kind = rng.integers(0, 4, count)
-    c2 = np.select([kind < 2, kind == 2], [c1, c1 * near], 10.0 ** rng.uniform(-5.0, 1.0, count))
-    c1 = np.where(kind == 1, 2.0 * np.sqrt(a) * near, c1)
-    d = -0.25 * (a - b) ** 2 * (2.0 - near)
+    c2 = np.select([kind < 2, kind == 2], [c1, c1 * factor], 10.0 ** rng.uniform(-5.0, 1.0, count))
+    c1 = np.where(kind == 1, 2.0 * np.sqrt(a) * factor, c1)
+    d = -0.25 * (a - b) ** 2 * (2.0 - factor)
     real_part = rightmost_real_part(c1, a, c2, b, d)
     matrices = np.zeros((count, 4, 4))
     matrices[:, [0, 2], [1, 3]] = 1.0
@@ -238,12 +241,12 @@ def test_known_critical_friction_coefficients(F: float, k_nl: float, expected: f
     assert value_at(Parameters(F=F, k_nl=k_nl), "critical-mu") == pytest.approx(expected, abs=5e-5)
 
 
-def test_rows_follow_the_first_parameter_and_chunks_leave_no_seam() -> None:
+def test_rows_follow_the_first_parameter_and_values_do_not_depend_on_chunks() -> None:
     forces, frictions = np.linspace(0.0, 150.0, 123), np.linspace(0.0, 1.0, 97)
     result = stability_map(Parameters(), {"F": forces, "mu": frictions})
-    turned = stability_map(Parameters(), {"mu": frictions, "F": forces})
+    swapped = stability_map(Parameters(), {"mu": frictions, "F": forces})
     assert result.values.shape == (123, 97)
-    assert np.array_equal(result.values, turned.values.T)
+    assert np.array_equal(result.values, swapped.values.T)
     for row, column in ((0, 0), (61, 50), (84, 33), (122, 96)):
         p = Parameters(F=float(forces[row]), mu=float(frictions[column]))
         assert result.values[row, column] == pytest.approx(stability(p).growth_rate, abs=1e-7)
@@ -264,17 +267,17 @@ def test_points_without_a_value_are_nan() -> None:
 
 def test_progress_is_reported_and_can_cancel() -> None:
     over = {"F": np.linspace(0.0, 1.0, 300), "mu": np.linspace(0.0, 1.0, 300)}
-    shares: list[float] = []
+    fractions: list[float] = []
 
-    def keep(fraction: float) -> bool:
-        shares.append(fraction)
+    def record(fraction: float) -> bool:
+        fractions.append(fraction)
         return True
 
-    stability_map(Parameters(), over, progress=keep)
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
+    stability_map(Parameters(), over, progress=record)
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
     with pytest.raises(Cancelled):
-        stability_map(Parameters(), over, progress=lambda share: share < 0.5)
+        stability_map(Parameters(), over, progress=lambda fraction: fraction < 0.5)
 
 
 @pytest.mark.parametrize(
@@ -295,7 +298,7 @@ def test_a_wrong_request_is_refused(over: dict[str, list[float]], value: str, me
     assert message in str(caught.value)
 
 
-def test_a_figure_without_boundary_has_no_legend_of_it() -> None:
+def test_a_figure_without_a_stability_boundary_has_no_legend() -> None:
     over = {"F": np.linspace(1.0, 2.0, 3), "mu": np.linspace(0.0, 0.01, 3)}
     for value in EIGENVALUE_VALUES:
         assert stability_map(Parameters(), over, value).figure().legends == []
