@@ -11,28 +11,29 @@ from fivtui.model import System, equilibrium
 from fivtui.orbits import Explorer, slowest_period
 from fivtui.orbits.explorer import Kind
 
-_FRACTIONS = (0.3, 0.6, 0.9, 0.995)
-_STARTS = 60
-_EXAMINED = 6
+# Tested values of μ over safe μ; random starts at each; motions examined by shooting at most.
+_MU_FRACTIONS = (0.3, 0.6, 0.9, 0.995)
+_START_COUNT = 60
+_SHOT_COUNT = 6
 
 
-def drawn(seed: int) -> Parameters:
-    """A random parameter set, lightly damped where the seed is odd."""
+def random_parameters(seed: int) -> Parameters:
+    """A random parameter set, lightly damped if the seed is odd."""
     random = np.random.default_rng([2026, seed])
 
-    def between(low: float, high: float) -> float:
+    def log_uniform(low: float, high: float) -> float:
         return math.exp(random.uniform(math.log(low), math.log(high)))
 
     damping = (0.03, 0.1) if seed % 2 else (0.1, 1.5)
-    k_nl = 0.0 if random.random() < 0.1 else between(1.0, 1000.0)
+    k_nl = 0.0 if random.random() < 0.1 else log_uniform(1.0, 1000.0)
     return Parameters(
-        m=between(1.0, 10.0),
-        k1=between(50.0, 300.0),
-        k2=between(20.0, 200.0),
-        k3=between(20.0, 200.0),
-        c1=between(*damping),
-        c2=between(*damping),
-        F=between(20.0, 150.0),
+        m=log_uniform(1.0, 10.0),
+        k1=log_uniform(50.0, 300.0),
+        k2=log_uniform(20.0, 200.0),
+        k3=log_uniform(20.0, 200.0),
+        c1=log_uniform(*damping),
+        c2=log_uniform(*damping),
+        F=log_uniform(20.0, 150.0),
         k_nl=k_nl,
     )
 
@@ -40,20 +41,20 @@ def drawn(seed: int) -> Parameters:
 def vibrates(p: Parameters, seed: int) -> bool:
     """Whether motion from a random start ends in a limit cycle, or grows without bounds.
 
-    Starts are up to 100 static deflections away. Motions that are left after a long time are
-    examined by shooting.
+    Starts are up to 100 static deflections from the equilibrium. Shooting examines motions that
+    persist after a long time.
     """
     random, period = np.random.default_rng([7, seed]), slowest_period(p)
     rest = equilibrium(System(p))
-    size = abs(rest.y) * 10.0 ** random.uniform(-1.0, 2.0, _STARTS)
-    directions = random.normal(size=(_STARTS, 4))
+    size = abs(rest.y) * 10.0 ** random.uniform(-1.0, 2.0, _START_COUNT)
+    directions = random.normal(size=(_START_COUNT, 4))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     speed = math.tau / period
     starts = np.array([rest.x, 0.0, rest.y, 0.0])
     starts = starts + directions * size[:, None] * [1.0, speed, 1.0, speed]
     decay = 0.3 * (p.c1 + p.c2) / (4.0 * p.m)
     run = simulate_batch(
-        {"mu": np.full(_STARTS, p.mu)},
+        {"mu": np.full(_START_COUNT, p.mu)},
         base=p,
         t_end=max(15.0 / decay, 200.0 * period),
         tol=1e-8,
@@ -61,11 +62,11 @@ def vibrates(p: Parameters, seed: int) -> bool:
         require={"final", "peak", "steady"},
         max_steps=3_000_000,
     )
-    far = np.maximum(run.peak.y_abs, run.peak.x_abs) > 1e6 * np.abs(starts).max(axis=1)
-    if (far | (run.status == Status.OVERFLOW)).any():
+    unbounded = np.maximum(run.peak.y_abs, run.peak.x_abs) > 1e6 * np.abs(starts).max(axis=1)
+    if (unbounded | (run.status == Status.OVERFLOW)).any():
         return True
     explorer = Explorer(System(p))
-    for index in np.flatnonzero(run.steady.y_half_range > 1e-2 * abs(rest.y))[:_EXAMINED]:
+    for index in np.flatnonzero(run.steady.y_half_range > 1e-2 * abs(rest.y))[:_SHOT_COUNT]:
         try:
             reached = explorer.reach(run.final[index].tolist())
         except ComputationError:
@@ -75,32 +76,32 @@ def vibrates(p: Parameters, seed: int) -> bool:
     return False
 
 
-def refuted(seeds: range) -> tuple[list[int], int]:
-    """Seeds of the sets whose safe friction is refuted, and how many have none."""
+def find_refuted(seeds: range) -> tuple[list[int], int]:
+    """Seeds of the sets whose safe friction is refuted, and the number of sets without one."""
     wrong, unknown = [], 0
     for seed in seeds:
-        p = drawn(seed)
+        p = random_parameters(seed)
         verdict = safe_friction(p)
         unknown += verdict.unknown_above is not None
-        levels = [part * verdict.safe_to for part in _FRACTIONS if verdict.safe_to > 0.0]
+        levels = [fraction * verdict.safe_to for fraction in _MU_FRACTIONS if verdict.safe_to > 0.0]
         if any(vibrates(p.with_values({"mu": mu}), seed) for mu in levels):
             wrong.append(seed)
     return wrong, unknown
 
 
 def test_no_start_vibrates_below_safe_friction() -> None:
-    assert refuted(range(26, 28)) == ([], 0)
+    assert find_refuted(range(26, 28)) == ([], 0)
 
 
 @pytest.mark.whole
 def test_at_most_one_of_300_sets_has_a_start_that_vibrates_below_safe_friction() -> None:
-    wrong, unknown = refuted(range(1000, 1300))
+    wrong, unknown = find_refuted(range(1000, 1300))
     assert len(wrong) <= 1, wrong
     assert unknown < 30
 
 
-# Sets whose safe friction an earlier search called up to 276 times too high, with a greatest μ.
-_ONCE_WRONG = (
+# Sets for which an earlier search gave a safe friction up to 276 times too high, and upper bounds.
+_REGRESSION_SETS = (
     (
         Parameters(
             m=3.1709558251499232,
@@ -130,12 +131,10 @@ _ONCE_WRONG = (
 )
 
 
-@pytest.mark.parametrize(("p", "fold"), _ONCE_WRONG)
-def test_cycles_on_branches_of_their_own_are_followed_to_their_folds(
-    p: Parameters, fold: float
-) -> None:
+@pytest.mark.parametrize(("p", "upper_bound"), _REGRESSION_SETS)
+def test_isolated_cycles_are_followed_to_their_folds(p: Parameters, upper_bound: float) -> None:
     verdict = safe_friction(p)
     assert verdict.found_by == "global search"
     assert verdict.safe_mu is not None
-    assert verdict.safe_mu <= fold
+    assert verdict.safe_mu <= upper_bound
     assert not vibrates(p.with_values({"mu": 0.99 * verdict.safe_mu}), seed=1)

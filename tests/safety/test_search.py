@@ -1,4 +1,4 @@
-"""The global search: its starts, how it classifies motions, and its limit of work."""
+"""The global search: its starts, how it classifies motions, and its limit of steps."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from fivtui.safety.search import (
 )
 
 
-def ended(motions: Round) -> SearchRound:
+def run_to_end(motions: Round) -> SearchRound:
     while motions.advance():
         pass
     return motions.result()
@@ -34,50 +34,58 @@ def test_starts_are_around_the_equilibrium_in_all_directions() -> None:
 
 def test_persistent_and_decaying_motions_are_distinguished() -> None:
     p = Parameters(F=120.0)
-    result = ended(Round(System(p), 0.32, 32))
+    result = run_to_end(Round(System(p), 0.32, 32))
     assert result.died_out + len(result.settled) + result.undecided == result.starts
     levels = {motion.mu for motion in result.settled}
     assert levels == {mu for mu in result.levels if mu > 0.278}
-    settled_end = result.settled[-1]
-    late = simulate(p.with_values({"mu": settled_end.mu}), start=settled_end.state, t_end=50.0)
-    assert late.steady.y_half_range == pytest.approx(settled_end.half_range, rel=1e-3)
+    settled_motion = result.settled[-1]
+    continued = simulate(
+        p.with_values({"mu": settled_motion.mu}), start=settled_motion.state, t_end=50.0
+    )
+    assert continued.steady.y_half_range == pytest.approx(settled_motion.half_range, rel=1e-3)
 
 
-def test_motions_that_persist_come_with_the_steadiest_amplitude_first() -> None:
+def test_persistent_motions_are_sorted_by_steadiness() -> None:
     motions = Round(System(Parameters(F=120.0)), 0.32, 32)
     assert motions.advance()
     assert motions.advance()
-    top = motions.result().levels[-1]
-    steadiest, *rest = (motion for motion in motions.persistent_motions(32) if motion.mu == top)
+    highest_mu = motions.result().levels[-1]
+    steadiest, *rest = (
+        motion for motion in motions.persistent_motions(32) if motion.mu == highest_mu
+    )
     assert len(rest) > 3
-    assert [motion for motion in motions.persistent_motions(1) if motion.mu == top] == [steadiest]
+    assert [motion for motion in motions.persistent_motions(1) if motion.mu == highest_mu] == [
+        steadiest
+    ]
     # All motions reach the cycle; the steadiest is nearest to it.
     while motions.advance():
         pass
     cycle = motions.persistent_motions(1)[-1].half_range
-    off = [abs(motion.half_range - cycle) for motion in (steadiest, *rest)]
-    assert off[0] < 0.1 * max(off)
+    distances = [abs(motion.half_range - cycle) for motion in (steadiest, *rest)]
+    assert distances[0] < 0.1 * max(distances)
 
 
-def test_growth_without_bounds_is_found_with_the_friction_from_which_it_is() -> None:
+def test_unbounded_growth_is_found_with_its_least_friction() -> None:
     p = Parameters(F=1000.0)
-    result = ended(Round(System(p), 3.0, 8))
+    result = run_to_end(Round(System(p), 3.0, 8))
     motion = result.unbounded[0]
     mu = least_unbounded_mu(System(p), motion, result)
     assert 1.0 < mu <= motion.mu
 
 
-def test_the_limit_of_steps_ends_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_motions_stopped_by_the_limit_of_steps_are_undecided(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(search, "_MOST_STEPS", 200_000)
-    result = ended(Round(System(Parameters(c1=0.01, c2=0.01)), 0.27, 4))
+    result = run_to_end(Round(System(Parameters(c1=0.01, c2=0.01)), 0.27, 4))
     assert result.undecided > 0.5 * result.starts
     assert result.steps < 3 * result.most_steps
     assert len(result.levels) == len(result.undecided_at) == LEVELS
 
 
-def test_the_number_of_starts_follows_from_what_those_of_scouts_cost() -> None:
+def test_the_number_of_starts_follows_from_the_steps_of_scouts() -> None:
     for p, fewer in ((Parameters(), False), (Parameters(c1=0.03, c2=0.03), True)):
-        scouts = ended(Round(System(p), 0.27, SCOUT_STARTS))
+        scouts = run_to_end(Round(System(p), 0.27, SCOUT_STARTS))
         starts = starts_within_limit(scouts)
         assert SCOUT_STARTS < starts <= STARTS
         assert (starts < STARTS) is fewer

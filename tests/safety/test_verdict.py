@@ -25,26 +25,26 @@ def base() -> SafeFriction:
     return safe_friction(Parameters(mu=0.3))
 
 
-def test_the_verdict_on_the_base_set_is_the_fold_of_its_branch(base: SafeFriction) -> None:
+def test_safe_mu_of_the_base_set_is_the_fold_of_its_branch(base: SafeFriction) -> None:
     assert base.critical_mu == pytest.approx(0.439387619, abs=1e-8)
     assert base.safe_mu == pytest.approx(0.277876613, abs=1e-8)
     assert base.found_by == "continuation"
     assert verdict_text(base) == (
         "stable to small disturbances below μ = 0.4394; to all disturbances found below μ = 0.2779"
     )
-    scouts, last_round = base.basis.rounds
-    assert scouts.died_out == scouts.starts < 0.2 * last_round.starts
-    assert last_round.died_out == last_round.starts > 1000
-    assert 0.95 * 0.277876613 < last_round.levels[-1] < 0.277876613
+    scouts, final_round = base.basis.rounds
+    assert scouts.died_out == scouts.starts < 0.2 * final_round.starts
+    assert final_round.died_out == final_round.starts > 1000
+    assert 0.95 * 0.277876613 < final_round.levels[-1] < 0.277876613
     assert not base.basis.budget_ended
     assert "fold 0.2779" in repr(base)
     json.dumps(base.to_dict(), allow_nan=False)
 
 
-def test_what_coexists_here_is_what_a_knock_leads_to(base: SafeFriction) -> None:
+def test_a_knock_leads_to_the_coexisting_cycle(base: SafeFriction) -> None:
     (cycle,) = base.coexisting
-    late = simulate(base.parameters, start=(0.0, 0.0, 5.0, 0.0), t_end=1000.0)
-    assert cycle.half_range == pytest.approx(late.steady.y_half_range, rel=1e-6)
+    knocked = simulate(base.parameters, start=(0.0, 0.0, 5.0, 0.0), t_end=1000.0)
+    assert cycle.half_range == pytest.approx(knocked.steady.y_half_range, rel=1e-6)
     assert coexistence_text(base) == (
         f"a limit cycle coexists from μ = 0.2779: half peak-to-peak {cycle.half_range:#.4g} m"
     )
@@ -73,7 +73,7 @@ def test_a_cycle_that_is_not_on_the_branch_from_the_hopf_point_is_found() -> Non
 
 
 @pytest.mark.usefixtures("few_starts")
-def test_a_slider_off_the_belt_squeals_though_no_friction_is_critical() -> None:
+def test_a_slider_off_the_belt_has_a_safe_mu_without_a_critical_mu() -> None:
     verdict = safe_friction(Parameters(F=-20.0, mu=0.2))
     assert verdict.critical_mu is None
     assert "stable to small disturbances at every μ; to all" in verdict_text(verdict)
@@ -81,7 +81,7 @@ def test_a_slider_off_the_belt_squeals_though_no_friction_is_critical() -> None:
 
 
 @pytest.mark.usefixtures("few_starts")
-def test_where_the_hopf_point_is_supercritical_both_are_the_same() -> None:
+def test_safe_and_critical_mu_are_equal_at_a_supercritical_hopf_point() -> None:
     verdict = safe_friction(Parameters(F=40.0))
     assert verdict.safe_mu == verdict.critical_mu
     assert verdict.found_by == "eigenvalues"
@@ -90,7 +90,7 @@ def test_where_the_hopf_point_is_supercritical_both_are_the_same() -> None:
 
 @pytest.mark.usefixtures("few_starts")
 @pytest.mark.parametrize(
-    ("values", "separation", "safe", "message"),
+    ("values", "separation", "safe_mu", "message"),
     [
         ({"k_nl": 0.0}, False, 1.0181, "the system is linear"),
         ({"c1": 0.0, "c2": 0.0}, True, None, "without damping none dies out"),
@@ -101,10 +101,10 @@ def test_where_the_hopf_point_is_supercritical_both_are_the_same() -> None:
     ],
 )
 def test_edge_cases_of_the_model_have_a_message(
-    values: dict[str, float], separation: bool, safe: float | None, message: str
+    values: dict[str, float], separation: bool, safe_mu: float | None, message: str
 ) -> None:
     verdict = safe_friction(Parameters(mu=0.2).with_values(values), separation=separation)
-    assert verdict.safe_mu == (None if safe is None else pytest.approx(safe, abs=1e-4))
+    assert verdict.safe_mu == (None if safe_mu is None else pytest.approx(safe_mu, abs=1e-4))
     assert message in verdict_text(verdict)
     assert (verdict.unknown_above == 0.0) == ("not known" in message or verdict.undamped)
     assert verdict.to_dict()["safe_mu_not_known_above"] == verdict.unknown_above
@@ -113,30 +113,30 @@ def test_edge_cases_of_the_model_have_a_message(
 
 
 @pytest.mark.usefixtures("few_starts")
-def test_without_the_separation_the_folds_of_case_2_are_found() -> None:
+def test_folds_without_separation_are_found() -> None:
     verdict = safe_friction(Parameters(F=20.0), separation=False)
     assert verdict.safe_mu == pytest.approx(0.27780057, abs=1e-7)
 
 
-def test_of_a_linear_system_every_decay_is_proved() -> None:
+def test_decay_of_every_motion_of_a_linear_system_is_proved() -> None:
     verdict = safe_friction(Parameters(k_nl=0.0, mu=0.5), separation=False)
     assert verdict.basis.proved_offset == math.inf
     assert verdict.to_dict()["safe_mu_basis"]["proof"]["everywhere"] is True
 
 
-def test_the_verdict_is_the_same_again_and_is_cancelled(base: SafeFriction) -> None:
+def test_the_verdict_is_reproducible_and_can_be_cancelled(base: SafeFriction) -> None:
     first, second = base.to_dict(), safe_friction(base.parameters).to_dict()
     for result in (first, second):
         assert result["safe_mu_basis"].pop("cpu_s") > 0.0
     assert first == second
-    for after in (0, 3):
+    for count in (0, 3):
         with pytest.raises(Cancelled):
-            safe_friction(base.parameters, progress=stopping(after))
+            safe_friction(base.parameters, progress=stop_after(count))
 
 
-def stopping(after: int) -> Callable[[float], bool]:
+def stop_after(count: int) -> Callable[[float], bool]:
     calls = iter(range(10**6))
-    return lambda _fraction: next(calls) < after
+    return lambda _fraction: next(calls) < count
 
 
 def assert_confirmed(verdict: SafeFriction) -> None:
@@ -160,7 +160,7 @@ def assert_confirmed(verdict: SafeFriction) -> None:
             assert sizes[1] < 0.25 * motion.cycle.half_range
 
 
-def drawn(count: int, seed: int) -> Iterator[Parameters]:
+def random_sets(count: int, seed: int) -> Iterator[Parameters]:
     random = np.random.default_rng(seed)
     low = [1.0, 50.0, 20.0, 20.0, 0.2, 0.2, 5.0, 1.0]
     high = [10.0, 300.0, 200.0, 150.0, 2.0, 2.0, 200.0, 500.0]
@@ -169,7 +169,7 @@ def drawn(count: int, seed: int) -> Iterator[Parameters]:
         yield Parameters(**dict(zip(names, random.uniform(low, high).tolist(), strict=True)))
 
 
-def confirmed(sets: Iterator[Parameters]) -> int:
+def count_confirmed(sets: Iterator[Parameters]) -> int:
     """Count the parameter sets with a further attractor; transients confirm each verdict."""
     count = 0
     for p in sets:
@@ -180,10 +180,10 @@ def confirmed(sets: Iterator[Parameters]) -> int:
 
 
 @pytest.mark.usefixtures("few_starts")
-def test_transients_confirm_the_verdict_on_drawn_parameters() -> None:
-    assert confirmed(drawn(6, seed=15)) > 2
+def test_transients_confirm_the_verdict_on_random_parameters() -> None:
+    assert count_confirmed(random_sets(6, seed=15)) > 2
 
 
 @pytest.mark.whole
-def test_transients_confirm_the_verdict_on_many_drawn_parameters() -> None:
-    assert confirmed(drawn(100, seed=16)) > 50
+def test_transients_confirm_the_verdict_on_many_random_parameters() -> None:
+    assert count_confirmed(random_sets(100, seed=16)) > 50

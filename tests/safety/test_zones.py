@@ -23,15 +23,15 @@ from fivtui.safety import (
 F_120 = Parameters(F=120.0)
 
 
-def least(p: Parameters, separation: bool = True) -> float:
+def safe_mu_of(p: Parameters, separation: bool = True) -> float:
     return float(safe_mus(p, {}, np.array([separation]))[0])
 
 
-def test_over_friction_the_bounds_are_safe_and_critical_friction() -> None:
+def test_bounds_over_mu_are_safe_and_critical_mu() -> None:
     zones = safety_zones(System(F_120), "mu", 0.0, 1.5)
     assert zones.zones == (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS)
     (critical,) = critical_mu(System(F_120))
-    assert zones.bounds == (0.0, least(F_120), critical.mu, 1.5)
+    assert zones.bounds == (0.0, safe_mu_of(F_120), critical.mu, 1.5)
 
 
 @pytest.mark.parametrize(("name", "high"), [("F", 150.0), ("k1", 150.0), ("c1", 0.5)])
@@ -45,10 +45,10 @@ def test_every_zone_agrees_with_the_verdict_at_its_middle(name: str, high: float
         if not stability(changed).stable:
             assert zone is Zone.SQUEALS
         else:
-            assert zone is (Zone.KNOCK if p.mu >= least(changed) else Zone.SAFE)
+            assert zone is (Zone.KNOCK if p.mu >= safe_mu_of(changed) else Zone.SAFE)
 
 
-def test_bounds_of_another_parameter_are_where_stability_is_lost() -> None:
+def test_bounds_over_another_parameter_are_where_mu_is_critical() -> None:
     zones = linear_zones(System(F_120), "F", 0.0, 150.0)
     assert zones.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
     for bound in zones.bounds[1:-1]:
@@ -57,7 +57,7 @@ def test_bounds_of_another_parameter_are_where_stability_is_lost() -> None:
 
 
 def test_a_narrow_zone_between_the_values_is_found() -> None:
-    # Critical friction over the preload has one least value; μ is just above it.
+    # Critical friction over the preload has a minimum; μ is just above it.
     def critical(preload: float) -> float:
         return critical_mu(System(Parameters(F=preload)))[0].mu
 
@@ -82,23 +82,25 @@ def test_a_narrow_zone_of_knocks_between_the_values_is_found(
     monkeypatch: pytest.MonkeyPatch, sign: float
 ) -> None:
     # The stub imitates cycles whose least μ has an extremum in the range.
-    p, at = Parameters(mu=0.2), 71.3
+    p, extremum = Parameters(mu=0.2), 71.3
     calls: list[float] = []
 
-    def around(_p: Parameters, columns: dict[str, np.ndarray], _separation: object) -> np.ndarray:
+    def safe_mus_with_extremum(
+        _p: Parameters, columns: dict[str, np.ndarray], _separation: object
+    ) -> np.ndarray:
         (preload,) = columns["F"]
         calls.append(preload)
-        return np.array([p.mu + sign * (1e-5 * (preload - at) ** 2 - 1e-6)])
+        return np.array([p.mu + sign * (1e-5 * (preload - extremum) ** 2 - 1e-6)])
 
-    monkeypatch.setattr("fivtui.safety.zones.safe_mus", around)
+    monkeypatch.setattr("fivtui.safety.zones.safe_mus", safe_mus_with_extremum)
     zones = safety_zones(System(p), "F", 50.0, 98.0)
     outside, inside = (Zone.SAFE, Zone.KNOCK) if sign > 0.0 else (Zone.KNOCK, Zone.SAFE)
     assert zones.zones == (outside, inside, outside)
-    assert zones.bounds[1:3] == pytest.approx((at - 0.316, at + 0.316), abs=0.01)
+    assert zones.bounds[1:3] == pytest.approx((extremum - 0.316, extremum + 0.316), abs=0.01)
     assert len(calls) < 80
 
 
-def test_zones_without_a_search_are_not_called_safe() -> None:
+def test_zones_are_not_safe_if_cycles_cannot_be_followed() -> None:
     undamped = Parameters(c1=0.0, c2=0.0)
     assert safety_zones(System(undamped), "mu", 0.0, 1.5).zones == (Zone.SMALL, Zone.SQUEALS)
     assert safety_zones(System(Parameters(k3=0.0)), "mu", 0.0, 1.5).zones == (Zone.SMALL,)
@@ -106,9 +108,9 @@ def test_zones_without_a_search_are_not_called_safe() -> None:
     on_belt = safety_zones(System(belt), "F", 0.0, 200.0)
     assert Zone.SAFE not in on_belt.zones
     assert Zone.KNOCK not in on_belt.zones
-    beyond = linear_zones(System(belt), "mu", 0.0, 1.5)
-    assert beyond.at(1.0) is Zone.NONE
-    assert beyond.bounds[-2] == pytest.approx(0.9, rel=1e-3)
+    zones_over_mu = linear_zones(System(belt), "mu", 0.0, 1.5)
+    assert zones_over_mu.at(1.0) is Zone.NONE
+    assert zones_over_mu.bounds[-2] == pytest.approx(0.9, rel=1e-3)
 
 
 def test_a_linear_system_is_safe_where_it_is_stable() -> None:
@@ -118,7 +120,7 @@ def test_a_linear_system_is_safe_where_it_is_stable() -> None:
     assert zones == linear_zones(System(linear, separation=False), "mu", 0.0, 1.5)
 
 
-def test_a_verdict_has_its_zones() -> None:
+def test_zones_of_a_verdict_agree_with_those_of_continuation() -> None:
     verdict = safe_friction(F_120)
     zones, expected = (
         zones_of_verdict(verdict, 0.0, 1.5),
@@ -144,23 +146,23 @@ def test_values_outside_the_range_have_no_zone() -> None:
     ]
 
 
-def test_ranges_and_names_are_checked_and_work_is_stopped() -> None:
+def test_ranges_and_names_are_checked_and_zones_can_be_cancelled() -> None:
     with pytest.raises(InputError, match="range of F: must have a start below its end"):
         linear_zones(System(F_120), "F", 1.0, 1.0)
     with pytest.raises(InputError, match="unknown parameter"):
         linear_zones(System(F_120), "G", 0.0, 1.0)
     with pytest.raises(Cancelled):
         safety_zones(System(F_120), "F", 0.0, 150.0, progress=lambda _: False)
-    assert math.isfinite(least(F_120))
+    assert math.isfinite(safe_mu_of(F_120))
 
 
-def test_zones_without_a_verdict_are_not_safe() -> None:
+def test_zones_above_an_unknown_safe_mu_are_not_safe() -> None:
     verdict = safe_friction(F_120)
     (cycle,) = verdict.others
     unknown = replace(verdict, safe_mu=None, unknown_above=0.1)
     zones = zones_of_verdict(unknown, 0.0, 1.5)
     assert zones.zones == (Zone.SAFE, Zone.SMALL, Zone.KNOCK, Zone.SQUEALS)
     assert zones.bounds[1:3] == (0.1, cycle.mu)
-    nothing = zones_of_verdict(replace(unknown, unknown_above=0.0), 0.0, 1.5)
-    assert nothing.zones == (Zone.SMALL, Zone.KNOCK, Zone.SQUEALS)
-    assert zones.without_safe() == nothing
+    zones_without_bound = zones_of_verdict(replace(unknown, unknown_above=0.0), 0.0, 1.5)
+    assert zones_without_bound.zones == (Zone.SMALL, Zone.KNOCK, Zone.SQUEALS)
+    assert zones.without_safe() == zones_without_bound
