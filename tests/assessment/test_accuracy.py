@@ -1,4 +1,4 @@
-"""How far to trust a run."""
+"""Error estimates of runs, against references."""
 
 import json
 
@@ -22,15 +22,15 @@ def scene(**changes: object) -> Scene:
 
 
 @pytest.mark.parametrize("tol", [1e-4, 1e-7, 1e-10])
-def test_the_estimate_is_of_the_size_of_the_true_error(tol: float) -> None:
+def test_true_errors_are_at_most_twice_the_estimates(tol: float) -> None:
     result = accuracy(scene(tol=tol))
-    true = REFERENCES["base"]
-    for name, value in zip(("x", "vx", "y", "vy"), true.final, strict=True):
+    reference = REFERENCES["base"]
+    for name, value in zip(("x", "vx", "y", "vy"), reference.final, strict=True):
         estimate = result.estimates[name]
         error = abs(estimate.value - value)
         assert error <= 2.0 * estimate.difference + 1e-12
     peak = result.estimates["peak_y_abs"]
-    assert abs(peak.value - true.peak_y_abs) <= 2.0 * peak.difference + 1e-12
+    assert abs(peak.value - reference.peak_y_abs) <= 2.0 * peak.difference + 1e-12
 
 
 def test_the_comparison_run_has_another_setting() -> None:
@@ -48,7 +48,7 @@ def test_the_comparison_run_has_another_setting() -> None:
         (74.0, 0.0, "74"),
     ],
 )
-def test_only_digits_to_believe_are_shown(value: float, difference: float, text: str) -> None:
+def test_only_reliable_digits_are_shown(value: float, difference: float, text: str) -> None:
     assert reliable_digits(Estimate(value, difference)) == text
 
 
@@ -65,7 +65,7 @@ def test_the_command_prints_text_and_json() -> None:
     assert data["estimates"]["separations"] == {"value": 0.0, "difference": 0.0}
 
 
-def test_runs_that_part_leave_no_digit_to_believe() -> None:
+def test_runs_that_diverge_have_no_reliable_digits() -> None:
     undamped = ["accuracy", "--set", "c1=0", "--set", "c2=0", "--t-end", "800", "--tol", "1e-8"]
     result = CliRunner().invoke(commands, undamped)
     assert result.exit_code == 0
@@ -78,6 +78,6 @@ def test_runs_that_part_leave_no_digit_to_believe() -> None:
     assert accuracy(scene(tol=1e-8, t_end=20.0)).parted is None
 
 
-def test_it_can_be_cancelled() -> None:
+def test_accuracy_can_be_cancelled() -> None:
     with pytest.raises(Cancelled):
-        accuracy(BASE, progress=lambda part: part < 0.5)
+        accuracy(BASE, progress=lambda fraction: fraction < 0.5)

@@ -30,7 +30,7 @@ RIGHT = [name for name in STRESS_TESTS if name not in REFUSED_BY_ALL]
 
 
 @pytest.mark.parametrize("name", RIGHT)
-def test_the_default_method_is_right_on_every_scene_that_has_an_answer(name: str) -> None:
+def test_the_default_method_is_right_on_every_scene_with_a_finite_result(name: str) -> None:
     result = run_stress_test(STRESS_TESTS[name], METHODS_UNDER_TEST["taylor"])
     assert result.verdict is StressVerdict.RIGHT
     assert result.error is not None
@@ -40,7 +40,7 @@ def test_the_default_method_is_right_on_every_scene_that_has_an_answer(name: str
 
 @pytest.mark.parametrize("name", REFUSED_BY_ALL)
 @pytest.mark.parametrize("method", ["taylor", "taylor-interpreted"])
-def test_scenes_without_an_answer_are_refused_with_the_reason(name: str, method: str) -> None:
+def test_scenes_without_a_finite_result_are_refused_with_the_reason(name: str, method: str) -> None:
     result = run_stress_test(STRESS_TESTS[name], METHODS_UNDER_TEST[method])
     assert result.verdict is StressVerdict.REFUSED
     assert REFUSED_BY_ALL[name] in result.reason
@@ -76,13 +76,13 @@ def test_a_wrong_result_is_called_wrong() -> None:
     assert result.error > 0.02
 
 
-def test_a_finite_answer_to_a_scene_without_one_is_wrong() -> None:
+def test_a_finite_result_of_a_scene_without_one_is_wrong() -> None:
     test = StressTest("none", "no answer", Parameters(), 1.0, truth_source=None)
     result = run_stress_test(test, METHODS_UNDER_TEST["taylor"])
     assert (result.verdict, result.reason) == (StressVerdict.WRONG, "no finite answer exists")
 
 
-def test_the_reference_agrees_with_that_by_mpmath() -> None:
+def test_the_true_result_agrees_with_the_reference_by_mpmath() -> None:
     friction = true_result(STRESS_TESTS["strong-friction"])
     reference = REFERENCES["strong-friction"]
     assert friction is not None
@@ -93,7 +93,7 @@ def test_the_reference_agrees_with_that_by_mpmath() -> None:
     assert friction.separated_time == pytest.approx(reference.separated_time, rel=1e-14)
 
 
-def test_at_rest_on_the_switch_nothing_moves() -> None:
+def test_a_slider_at_rest_on_the_switch_stays_at_rest() -> None:
     assert true_result(STRESS_TESTS["rest-on-switch"]) == TrueResult(
         0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0
     )
@@ -115,29 +115,29 @@ def test_results_are_data_and_can_be_cancelled() -> None:
         run_stress_tests(["lifte"])
 
 
-OURS = ("taylor", "taylor-interpreted", "rk4", "fmu")
-# Takes some seconds for each test, most of it for RK4.
-SHORT = ["lifted", "tol-too-small"]
+OWN_METHODS = ("taylor", "taylor-interpreted", "rk4", "fmu")
+# Short tests: others take seconds with RK4.
+SHORT_TESTS = ["lifted", "tol-too-small"]
 
 
-def test_the_command_prints_a_table_and_no_native_method_of_ours_is_ever_wrong(
+def test_the_command_prints_results_in_which_no_own_method_is_wrong(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(
-        "fivtui.assessment.run_stress_tests", partial(run_stress_tests, SHORT, OURS)
+        "fivtui.assessment.run_stress_tests", partial(run_stress_tests, SHORT_TESTS, OWN_METHODS)
     )
     invocation = CliRunner().invoke(commands, ["extremes", "--json"])
     assert invocation.exit_code == 0, invocation.stderr
     findings = {test["name"]: test["findings"] for test in json.loads(invocation.stdout)["trials"]}
-    assert list(findings) == SHORT
+    assert list(findings) == SHORT_TESTS
     for name, results in findings.items():
-        assert set(results) == set(OURS)
+        assert set(results) == set(OWN_METHODS)
         assert all(result["verdict"] != "wrong" for result in results.values()), name
 
 
 @pytest.mark.whole
-def test_no_native_method_of_ours_is_ever_wrong_on_any_test() -> None:
+def test_no_own_method_is_wrong_in_any_test() -> None:
     for name, results in run_stress_tests().items():
         assert set(results) == set(METHODS_UNDER_TEST)
-        for method in OURS:
+        for method in OWN_METHODS:
             assert results[method].verdict is not StressVerdict.WRONG, name
