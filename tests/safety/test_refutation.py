@@ -131,10 +131,10 @@ _REGRESSION_SETS = (
 )
 
 
-@pytest.mark.parametrize(("p", "upper_bound"), _REGRESSION_SETS)
-def test_isolated_cycles_are_followed_to_their_folds(p: Parameters, upper_bound: float) -> None:
+@pytest.mark.parametrize(("p", "fold"), _REGRESSION_SETS)
+def test_isolated_cycles_are_followed_to_their_folds(p: Parameters, fold: float) -> None:
     verdict = safe_friction(p)
     assert verdict.found_by == "global search"
     assert verdict.safe_mu is not None
-    assert verdict.safe_mu <= upper_bound
+    assert verdict.safe_mu <= fold
     assert not vibrates(p.with_values({"mu": 0.99 * verdict.safe_mu}), seed=1)

@@ -90,7 +90,7 @@ def test_safe_and_critical_mu_are_equal_at_a_supercritical_hopf_point() -> None:
 
 @pytest.mark.usefixtures("few_starts")
 @pytest.mark.parametrize(
-    ("values", "separation", "safe_mu", "message"),
+    ("values", "separation", "safe", "message"),
     [
         ({"k_nl": 0.0}, False, 1.0181, "the system is linear"),
         ({"c1": 0.0, "c2": 0.0}, True, None, "without damping none dies out"),
@@ -101,10 +101,10 @@ def test_safe_and_critical_mu_are_equal_at_a_supercritical_hopf_point() -> None:
     ],
 )
 def test_edge_cases_of_the_model_have_a_message(
-    values: dict[str, float], separation: bool, safe_mu: float | None, message: str
+    values: dict[str, float], separation: bool, safe: float | None, message: str
 ) -> None:
     verdict = safe_friction(Parameters(mu=0.2).with_values(values), separation=separation)
-    assert verdict.safe_mu == (None if safe_mu is None else pytest.approx(safe_mu, abs=1e-4))
+    assert verdict.safe_mu == (None if safe is None else pytest.approx(safe, abs=1e-4))
     assert message in verdict_text(verdict)
     assert (verdict.unknown_above == 0.0) == ("not known" in message or verdict.undamped)
     assert verdict.to_dict()["safe_mu_not_known_above"] == verdict.unknown_above
