@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import PARAMETERS, InputError, ParameterSpec, check_known, parameter_spec, read_whole
+from .model import PARAMETERS, InputError, ParameterSpec, check_known, parameter_spec, read_integer
 
 MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
@@ -108,7 +108,7 @@ def parse_ends(
 
 def _count(flag: str, text: str, part: str) -> int:
     try:
-        count = read_whole(part)
+        count = read_integer(part)
     except ValueError:
         count = 0
     if not 2 <= count <= MAX_COUNT:

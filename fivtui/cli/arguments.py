@@ -8,7 +8,7 @@ from typing import Any, Final
 import click
 from click.shell_completion import CompletionItem
 
-from fivtui.model import Interval, read_whole
+from fivtui.model import Interval, read_integer
 
 
 def times_text(count: int) -> str:
@@ -56,7 +56,7 @@ class WholeNumber(click.ParamType[int]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         """The number; fails if the text is not a number in the interval."""
         try:
-            number = read_whole(value) if isinstance(value, str) else int(value)
+            number = read_integer(value) if isinstance(value, str) else int(value)
         except ValueError:
             self.fail(f"{value!r} is not a whole number", param, ctx)
         if self.interval is not None and not self.interval.lower <= number <= self.interval.upper:

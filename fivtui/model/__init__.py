@@ -6,7 +6,7 @@ Imports the standard library alone.
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .advice import CUBIC_CONTACT, SEPARATION, advise, use_one_of
+    from .advice import CUBIC_CONTACT, SEPARATION, advise, advise_one_of
     from .columns import COLUMNS, Column
     from .errors import Cancelled, ComputationError, InputError, one_line
     from .field import (
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         total_stiffness,
     )
     from .modes import ALWAYS_SLIDING, IN_CONTACT, MODES, Guard, Mode, Transition, transition_name
-    from .numbers import Interval, parse_number, read_number, read_whole
+    from .numbers import Interval, parse_number, read_integer, read_number
     from .over_time import (
         TIMED,
         Course,

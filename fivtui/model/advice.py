@@ -28,7 +28,7 @@ CUBIC_CONTACT: Final = Remedy(
 )
 
 
-def use_one_of(alternatives: Iterable[str]) -> str:
+def advise_one_of(alternatives: Iterable[str]) -> str:
     """Advice to use one of some alternatives: "use a, b or c"."""
     *first, final = alternatives
     return f"use {', '.join(first)} or {final}" if first else f"use {final}"
@@ -36,7 +36,7 @@ def use_one_of(alternatives: Iterable[str]) -> str:
 
 def advise(system: System, remedies: Iterable[Remedy | str]) -> str:
     """Advice to use one of the remedies that apply to a system."""
-    return use_one_of(
+    return advise_one_of(
         remedy if isinstance(remedy, str) else remedy.text
         for remedy in remedies
         if isinstance(remedy, str) or remedy.applies(system)

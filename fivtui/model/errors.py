@@ -5,30 +5,30 @@ from typing import Final
 
 _LONGEST_WORD: Final = 240
 _LONGEST_TEXT: Final = 2000
-# Characters shown at both ends of a shortened text.
-_HEAD_OF_WORD, _TAIL_OF_WORD = 120, 60
-_HEAD_OF_TEXT, _TAIL_OF_TEXT = 1200, 600
+# Numbers of characters that remain at the start and the end of a shortened text.
+_WORD_HEAD, _WORD_TAIL = 120, 60
+_TEXT_HEAD, _TEXT_TAIL = 1200, 600
 _LONG_WORD: Final = re.compile(rf"\S{{{_LONGEST_WORD + 1},}}")
 
 
 def one_line(text: str) -> str:
-    """A message as one printable line, at most about 2000 characters long.
+    """A message as one printable line of at most about 2000 characters.
 
-    Control characters become escapes; words over 240 characters are cut in the middle.
+    Control characters are escaped; words over 240 characters are shortened in the middle.
     """
     if not text.isprintable():
-        text = "".join(_printable(character) for character in text)
-    text = _LONG_WORD.sub(lambda match: _cut(match[0], _HEAD_OF_WORD, _TAIL_OF_WORD), text)
-    return text if len(text) <= _LONGEST_TEXT else _cut(text, _HEAD_OF_TEXT, _TAIL_OF_TEXT)
+        text = "".join(_escape(character) for character in text)
+    text = _LONG_WORD.sub(lambda match: _shorten(match[0], _WORD_HEAD, _WORD_TAIL), text)
+    return text if len(text) <= _LONGEST_TEXT else _shorten(text, _TEXT_HEAD, _TEXT_TAIL)
 
 
-def _printable(character: str) -> str:
+def _escape(character: str) -> str:
     if character.isprintable():
         return character
     return character.encode("unicode_escape", "surrogatepass").decode("ascii")
 
 
-def _cut(text: str, head: int, tail: int) -> str:
+def _shorten(text: str, head: int, tail: int) -> str:
     return f"{text[:head]}…({len(text) - head - tail} characters)…{text[-tail:]}"
 
 

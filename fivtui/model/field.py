@@ -1,4 +1,4 @@
-"""The equations of the slider on the belt, each written once, on any number type.
+"""The equations of the slider on the belt, for any number type.
 
 The functions take numbers, NumPy arrays, `Fraction`, complex numbers, or any other type with the
 operators of arithmetic. `p` has the parameters as attributes of that type. The stiffness matrix of
@@ -10,22 +10,22 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 from .modes import MODES, Guard, Mode
 
-# Complex step s: f(x + i s d) = f(x) + i s f′(x) d to rounding, because s² vanishes beside 1. A
-# power of two scales without rounding.
+# Step s of complex-step derivatives: f(x + i s d) = f(x) + i s f′(x) d to rounding, as s² is
+# negligible. A power of two scales without rounding.
 DERIVATIVE_STEP: Final = 2.0**-130
 # ln 2 in two parts, the first short enough that its multiples are exact.
 _LN2_HIGH: Final = 6.93147180369123816490e-01
 _LN2_LOW: Final = 1.90821492927058770002e-10
 _LOG2_E: Final = 1.44269504088896338700
-_FACTORS: Final = tuple(1.0 / math.factorial(n) for n in range(14))
-# Still far above the least normal number.
-_MOST_EXPONENT: Final = 700.0
+_EXP_COEFFICIENTS: Final = tuple(1.0 / math.factorial(n) for n in range(14))
+# exp(−700) is still far above subnormal numbers.
+_MAX_EXPONENT: Final = 700.0
 
 Number = TypeVar("Number")
 
 
 class Rates(NamedTuple):
-    """How fast F, N/s, μ and μ_s, 1/s, and the belt's speed, m/s², change with time."""
+    """Rates of change of F, N/s, μ and μ_s, 1/s, and the speed of the belt, m/s²."""
 
     F: float = 0.0
     mu: float = 0.0
@@ -37,10 +37,10 @@ CONSTANT: Final = Rates()
 
 
 class Field(NamedTuple):
-    """The coefficients by which the parameters enter the motion in a mode, SI units.
+    """The coefficients of the equations of motion in a mode, SI units.
 
-    Factors of x, y, ẋ and ẏ in ẍ and ÿ (first letter: in which; rest: of what), then the signed
-    friction coefficient, k_nl/m and the downward load by the mass.
+    `xvx` is the factor of ẋ in ẍ; the other factors of x, y, ẋ and ẏ are named alike. Then follow
+    the signed friction coefficient, k_nl/m, and the downward load divided by the mass.
     """
 
     xx: Any
@@ -55,7 +55,7 @@ class Field(NamedTuple):
 
 
 def derivative(value: Any) -> float:
-    """The derivative that a complex number carries: see `DERIVATIVE_STEP`."""
+    """The derivative in the imaginary part of a complex number, see `DERIVATIVE_STEP`."""
     slope: float = value.imag / DERIVATIVE_STEP
     return slope
 
@@ -66,7 +66,7 @@ def load(p: Any) -> Any:
 
 
 def spring_force(p: Any, y: Number) -> Number:
-    """Force of the contact spring in N, P of Eq. 1 as if in contact."""
+    """Force of the contact spring in N: P of Eq. 1, whether in contact or not."""
     force: Number = -p.k2 * y - p.k_nl * y * y * y
     return force
 
@@ -89,24 +89,24 @@ def horizontal_acceleration(p: Any, x: Any, vx: Any, y: Any, friction: Any) -> A
 
 
 def vertical_acceleration(p: Any, x: Any, y: Any, vy: Any, force: Any) -> Any:
-    """ÿ in m/s² under a contact force less the load, N (Eqs. 2 and 5)."""
+    """ÿ in m/s² under the force P − F, N (Eqs. 2 and 5)."""
     return (force - p.c2 * vy + coupling_stiffness(p) * (x - y)) / p.m
 
 
 def coupling_stiffness(p: Any) -> Any:
-    """H = k3/2 in N/m, by which x and y act on each other."""
+    """Stiffness h = k3/2 in N/m that couples x and y."""
     return p.k3 / 2
 
 
 def horizontal_stiffness(p: Any) -> Any:
-    """A = k1 + h in N/m."""
+    """Stiffness a = k1 + h of the horizontal motion in N/m."""
     return p.k1 + coupling_stiffness(p)
 
 
 def holding_force(p: Any, x: Any, y: Any, rates: Rates = CONSTANT) -> Any:
-    """Force f = c1 v_belt + m v̇_belt + a x − h y in N that the belt exerts while it holds.
+    """Friction force f = c1 v_belt + m v̇_belt + a x − h y in N on a slider that sticks.
 
-    The friction by which `horizontal_acceleration` is that of the belt.
+    It gives the slider the acceleration of the belt.
     """
     drive = p.c1 * (p.v_belt or 0.0) + p.m * rates.v_belt
     return drive + horizontal_stiffness(p) * x - coupling_stiffness(p) * y
@@ -118,7 +118,7 @@ def holding_force_rate(p: Any, acceleration: Any, vx: Any, vy: Any) -> Any:
 
 
 def holding_force_size(p: Any, x: float, y: float, rates: Rates = CONSTANT) -> float:
-    """Sum of the sizes of the terms of `holding_force`, N: its rounding is a part of this."""
+    """Sum of the absolute terms of `holding_force`, N, to which its rounding error is relative."""
     drive = p.c1 * (p.v_belt or 0.0) + abs(p.m * rates.v_belt)
     size: float = drive + abs(horizontal_stiffness(p) * x) + abs(coupling_stiffness(p) * y)
     return size
@@ -151,7 +151,7 @@ def friction_derivatives(p: Any, speed: float, order: int) -> tuple[float, ...]:
 
 
 def depends_on_speed(p: Any) -> bool:
-    """Whether friction changes with the sliding speed: by two derivatives of μ at speed zero."""
+    """Whether friction depends on the sliding speed: μ′ or μ″ at speed zero is not zero."""
     return any(friction_derivatives(p, 0.0, 2)[1:])
 
 
@@ -173,16 +173,16 @@ def guard_value(p: Any, state: Any, guard: Guard, rates: Rates = CONSTANT) -> An
     if guard is Guard.HEIGHT or guard is Guard.DEPTH:
         return y if guard is Guard.HEIGHT else -y
     if guard is Guard.AHEAD or guard is Guard.BEHIND:
-        ahead = (p.v_belt or 0.0) - vx
-        return ahead if guard is Guard.AHEAD else -ahead
+        v_r = (p.v_belt or 0.0) - vx
+        return v_r if guard is Guard.AHEAD else -v_r
     grip, holding = p.mu_static * spring_force(p, y), holding_force(p, x, y, rates)
     return grip - holding if guard is Guard.HELD_FORWARD else grip + holding
 
 
 def field(p: Any, mode: Mode) -> Field:
-    """The coefficients of the motion in a mode: the accelerations that unit states cause.
+    """The coefficients of the motion in a mode: the accelerations of unit states.
 
-    Where friction follows a law of speed, `friction` and `xy` are those of the constant part.
+    If friction depends on the speed, `friction` and `xy` have its constant part.
     """
     row = MODES[mode]
     k2, k_nl = (p.k2, p.k_nl) if row.in_contact else (0.0, 0.0)
@@ -206,31 +206,31 @@ def field(p: Any, mode: Mode) -> Field:
 def rest_coefficients(p: Any, mu: Any) -> tuple[Any, Any, Any]:
     """α, β and the load of the cubic α y³ + β y + load = 0 of the equilibrium in contact (Eq. 6).
 
-    x is eliminated: it is `rest_position`.
+    x is eliminated; `rest_position` returns it.
     """
     friction = 1.0 + mu * coupling_stiffness(p) / horizontal_stiffness(p)
     return friction * p.k_nl, friction * p.k2 + suspension_stiffness(p), load(p)
 
 
 def suspension_stiffness(p: Any) -> Any:
-    """Stiffness h k1/a in N/m that k1 and k3 together have against a slow vertical motion."""
+    """Stiffness h k1/a in N/m of k1 and k3 together against a slow vertical motion."""
     return coupling_stiffness(p) * p.k1 / horizontal_stiffness(p)
 
 
 def rest_position(p: Any, y: Any, friction: Any) -> Any:
-    """X in m of a slider at rest at y under a friction force, N."""
+    """Displacement x in m of a slider at rest at y under a friction force, N."""
     return (coupling_stiffness(p) * y + friction) / horizontal_stiffness(p)
 
 
 def flutter_boundary(p: Any, kt: Number) -> Number:
     """The value of μ h k_t in N²/m² above which the equilibrium is unstable (Routh–Hurwitz).
 
-    Without damping it is the limit of equal dampings.
+    Without damping it is the limit for c1 = c2 → 0.
     """
     h, a, share = coupling_stiffness(p), horizontal_stiffness(p), damping_share(p)
     detuning = kt + h - a
-    spread = share * (1.0 - share) * detuning * detuning
-    boundary: Number = spread + h * h + (a + share * detuning) * p.c1 * p.c2 / p.m
+    detuning_term = share * (1.0 - share) * detuning * detuning
+    boundary: Number = detuning_term + h * h + (a + share * detuning) * p.c1 * p.c2 / p.m
     return boundary
 
 
@@ -243,34 +243,34 @@ def flutter_boundary_slope(p: Any, kt: Number) -> Number:
 
 
 def total_stiffness(p: Any) -> Any:
-    """All linear springs in parallel, N/m: the scale of frequencies and deflections."""
+    """Stiffness of all linear springs in parallel, N/m: scale of frequencies and deflections."""
     return p.k1 + p.k2 + p.k3
 
 
 def damping_share(p: Any) -> Any:
     """c1/(c1 + c2), and 1/2 without damping."""
     damping = p.c1 + p.c2
-    undamped = damping == 0.0
-    return (p.c1 + 0.5 * undamped) / (damping + undamped)
+    is_undamped = damping == 0.0
+    return (p.c1 + 0.5 * is_undamped) / (damping + is_undamped)
 
 
 def exponential(exponent: Any) -> Any:
     """The exponential function by arithmetic alone, with the same bits on every machine and in C.
 
-    Zero from −700 down, and not more than exp(700). Of a complex number that carries a derivative,
-    too, and of types with a method `exp`.
+    It is zero up to −700, and at most exp(700). It takes complex numbers with a derivative in the
+    imaginary part, and types with a method `exp`, too.
     """
     if isinstance(exponent, complex):
         size = exponential(exponent.real)
         return complex(size, size * exponent.imag)
     if not isinstance(exponent, int | float):
         return exponent.exp()
-    if not exponent > -_MOST_EXPONENT:
+    if not exponent > -_MAX_EXPONENT:
         return 0.0
-    exponent = min(exponent, _MOST_EXPONENT)
-    count = math.floor(0.5 + exponent * _LOG2_E)
-    rest = (exponent - count * _LN2_HIGH) - count * _LN2_LOW
-    value = _FACTORS[13]
+    exponent = min(exponent, _MAX_EXPONENT)
+    power = math.floor(0.5 + exponent * _LOG2_E)
+    remainder = (exponent - power * _LN2_HIGH) - power * _LN2_LOW
+    value = _EXP_COEFFICIENTS[13]
     for n in range(12, -1, -1):
-        value = value * rest + _FACTORS[n]
-    return math.ldexp(value, count)
+        value = value * remainder + _EXP_COEFFICIENTS[n]
+    return math.ldexp(value, power)

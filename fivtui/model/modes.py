@@ -1,4 +1,4 @@
-"""The modes of the slider and their transitions: the one table that integrators and help read.
+"""The modes of the slider and their transitions, as a table for integrators and help texts.
 
 A guard is a function of the state that is positive while its mode lasts. For a polynomial motion it
 is a polynomial. The guards are y, −y, v_r, −v_r, μ_s P − f and μ_s P + f, with v_r = v_belt − ẋ and
@@ -22,7 +22,7 @@ class Mode(IntEnum):
 
 
 class Guard(Enum):
-    """Function of the state that is positive while a mode lasts, in words."""
+    """Function of the state that is positive while a mode lasts; the value is its formula."""
 
     HEIGHT = "y"
     DEPTH = "-y"
@@ -47,11 +47,11 @@ class ModeRow:
     meaning: str
     friction: str
     in_contact: bool
-    # Direction of the sliding friction: 1 with the belt, −1 against it, 0 for none.
+    # Direction of sliding friction: 1 along the motion of the belt, −1 against it, 0 for none.
     friction_sign: float
-    # Whether the mode belongs to a belt of finite speed, `Parameters.v_belt`.
+    # Whether the mode occurs on belts of finite speed only, see `Parameters.v_belt`.
     finite_belt: bool
-    # At a reattachment or at the end of sliding, the state selects one of the possible modes.
+    # If several modes may follow a transition, the state decides between them.
     ends: tuple[Transition, ...]
 
     @property
@@ -65,7 +65,7 @@ class ModeRow:
         return self.finite_belt and self.friction_sign != 0.0
 
 
-_LIFTS: Final = Transition(Guard.DEPTH, (Mode.SEPARATED,))
+_SEPARATION: Final = Transition(Guard.DEPTH, (Mode.SEPARATED,))
 
 MODES: Final[Mapping[Mode, ModeRow]] = {
     Mode.SEPARATED: ModeRow(
@@ -82,7 +82,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         in_contact=True,
         friction_sign=1.0,
         finite_belt=False,
-        ends=(_LIFTS,),
+        ends=(_SEPARATION,),
     ),
     Mode.FORWARD: ModeRow(
         "the belt slides forward under the slider",
@@ -90,7 +90,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         in_contact=True,
         friction_sign=1.0,
         finite_belt=True,
-        ends=(_LIFTS, Transition(Guard.AHEAD, (Mode.STICK, Mode.BACKWARD))),
+        ends=(_SEPARATION, Transition(Guard.AHEAD, (Mode.STICK, Mode.BACKWARD))),
     ),
     Mode.BACKWARD: ModeRow(
         "the slider is faster than the belt",
@@ -98,7 +98,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         in_contact=True,
         friction_sign=-1.0,
         finite_belt=True,
-        ends=(_LIFTS, Transition(Guard.BEHIND, (Mode.STICK, Mode.FORWARD))),
+        ends=(_SEPARATION, Transition(Guard.BEHIND, (Mode.STICK, Mode.FORWARD))),
     ),
     Mode.STICK: ModeRow(
         "the slider moves with the belt",
@@ -107,7 +107,7 @@ MODES: Final[Mapping[Mode, ModeRow]] = {
         friction_sign=0.0,
         finite_belt=True,
         ends=(
-            _LIFTS,
+            _SEPARATION,
             Transition(Guard.HELD_FORWARD, (Mode.FORWARD,)),
             Transition(Guard.HELD_BACKWARD, (Mode.BACKWARD,)),
         ),

@@ -1,4 +1,4 @@
-"""Reading numbers from users: plain text, finite, within an interval."""
+"""Parsing of numbers from users: plain text, finite, within an interval."""
 
 import math
 import reprlib
@@ -8,13 +8,13 @@ from typing import Final
 
 from .errors import InputError
 
-_BRIEF: Final = reprlib.Repr()
-_BRIEF.maxstring = 40
+_SHORT_REPR: Final = reprlib.Repr()
+_SHORT_REPR.maxstring = 40
 
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """The numbers from `lower` to `upper`, in words such as ``above 0 and at most 1e+09 kg``."""
+    """The numbers from `lower` to `upper`; its text is, say, ``above 0 and at most 1e+09 kg``."""
 
     lower: float
     upper: float = math.inf
@@ -23,10 +23,10 @@ class Interval:
     optional: bool = False
 
     def __str__(self) -> str:
-        return f"none, or {self._numbers}" if self.optional else self._numbers
+        return f"none, or {self._range_text}" if self.optional else self._range_text
 
     @property
-    def _numbers(self) -> str:
+    def _range_text(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
         if self.upper == math.inf:
             return f"{'above' if self.lower_open else 'at least'} {self.lower:g}{unit}"
@@ -35,7 +35,7 @@ class Interval:
         return f"from {self.lower:g} to {self.upper:g}{unit}"
 
     def check(self, name: str, value: object) -> float:
-        """Return `value`, a number or its text, as a float; `name` is for the message.
+        """Return `value`, a number or its text, as a float; messages call it `name`.
 
         Raises `InputError` if it is not a finite number within the interval.
         """
@@ -53,7 +53,7 @@ def parse_number(name: str, value: object, allowed: object) -> float:
     try:
         number = read_number(value) if isinstance(value, str) else float(value)
     except (ValueError, OverflowError):
-        text = _BRIEF.repr(value)
+        text = _SHORT_REPR.repr(value)
         raise InputError(f"{name} = {text}: not a number; must be {allowed}") from None
     if not math.isfinite(number):
         raise InputError(f"{name} = {number}: not a finite number; must be {allowed}")
@@ -65,16 +65,16 @@ def read_number(text: str) -> float:
 
     Raises `ValueError` if the text is not a number.
     """
-    return float(_plain(text))
+    return float(_check_plain(text))
 
 
-def read_whole(text: str) -> int:
+def read_integer(text: str) -> int:
     """Read an integer from plain text; raises `ValueError` if it is not one."""
-    return int(_plain(text))
+    return int(_check_plain(text))
 
 
-def _plain(text: str) -> str:
-    # Python also accepts 1_0 and digits of other scripts.
+def _check_plain(text: str) -> str:
+    # Refuse texts that Python accepts, such as 1_0 and digits of other scripts.
     if not text.isascii() or "_" in text:
         raise ValueError("not a plain number")
     return text

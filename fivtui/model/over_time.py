@@ -13,9 +13,9 @@ from .parameters import Parameters, check_known, parameter_spec
 
 # The parameters that may change with time.
 TIMED: Final = ("F", "mu", "v_belt")
-# Longest table whose rows are all listed in text.
-_FEW: Final = 4
-_PAIRS: Final = "pairs of time (s) and value"
+# Largest number of rows that are all listed in a description.
+_MAX_LISTED_ROWS: Final = 4
+_ROWS_TEXT: Final = "pairs of time (s) and value"
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,18 +36,18 @@ class TimeTable:
     values: tuple[float, ...]
 
     def after(self, t: float) -> tuple[float, float]:
-        """Value and slope from a time on, s."""
+        """Value and slope just after a time, s."""
         index = bisect_right(self.times, t)
         if index == 0 or index == len(self.times):
             return self.values[index and -1], 0.0
-        (begin, end), (start_value, end_value) = self._row(index)
+        (begin, end), (start_value, end_value) = self._interval_before(index)
         slope = (end_value - start_value) / (end - begin)
         value = start_value + slope * (t - begin)
-        # Clip: rounding must not exceed the values of the two rows.
+        # Rounding must not take the value beyond those of the two rows.
         return min(max(value, min(start_value, end_value)), max(start_value, end_value)), slope
 
     def before(self, t: float) -> float:
-        """The value up to a time, s; at a jump it differs from that of `after`."""
+        """Value just before a time, s; at a jump it differs from that of `after`."""
         index = bisect_left(self.times, t)
         if index < len(self.times) and self.times[index] == t:
             return self.values[index]
@@ -58,14 +58,14 @@ class TimeTable:
         return list(zip(self.times, self.values, strict=True))
 
     def in_words(self) -> str:
-        """One phrase, such as ``0 (0 s) → 80 (2 s)``."""
+        """Description of the table, such as ``0 (0 s) → 80 (2 s)``."""
         count = len(self.times)
-        if count <= _FEW:
+        if count <= _MAX_LISTED_ROWS:
             return " → ".join(f"{value:g} ({t:g} s)" for t, value in self.rows())
-        ends = f"{self.times[0]:g} to {self.times[-1]:g} s"
-        return f"{min(self.values):g} to {max(self.values):g}, {count} rows over {ends}"
+        span = f"{self.times[0]:g} to {self.times[-1]:g} s"
+        return f"{min(self.values):g} to {max(self.values):g}, {count} rows over {span}"
 
-    def _row(self, index: int) -> tuple[tuple[float, float], tuple[float, float]]:
+    def _interval_before(self, index: int) -> tuple[tuple[float, float], tuple[float, float]]:
         pair = slice(index - 1, index + 1)
         (begin, end), (start_value, end_value) = self.times[pair], self.values[pair]
         return (begin, end), (start_value, end_value)
@@ -89,7 +89,7 @@ def time_table(name: str, rows: Rows) -> TimeTable:
     values: list[float] = []
     for row in rows:
         if len(row) != 2:
-            raise InputError(f"{name} over time: {row!r}: must be {_PAIRS}")
+            raise InputError(f"{name} over time: {row!r}: must be {_ROWS_TEXT}")
         t = parse_number(f"time of {name}", row[0], "a finite number")
         if times and t < times[-1]:
             raise InputError(f"{name} over time: {t:g} s after {times[-1]:g} s: times must ascend")
@@ -99,7 +99,7 @@ def time_table(name: str, rows: Rows) -> TimeTable:
         times.append(t)
         values.append(value)
     if not times:
-        raise InputError(f"{name} over time: there are no rows; must be {_PAIRS}")
+        raise InputError(f"{name} over time: there are no rows; must be {_ROWS_TEXT}")
     return TimeTable(tuple(times), tuple(values))
 
 
@@ -110,7 +110,7 @@ def time_tables(over_time: Mapping[str, Rows]) -> dict[str, TimeTable]:
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """A parameter set of which some values follow tables; `fixed` has those that do not.
+    """Parameters as functions of time: `tables` replace some values of the set `fixed`.
 
     Raises `InputError` if μ exceeds `mu_s` at some time.
     """
@@ -119,14 +119,14 @@ class Course:
     tables: Mapping[str, TimeTable]
 
     def __post_init__(self) -> None:
-        highest = max(self.tables["mu"].values) if "mu" in self.tables else self.fixed.mu
-        if self.fixed.mu_s is not None and highest > self.fixed.mu_s:
+        mu_max = max(self.tables["mu"].values) if "mu" in self.tables else self.fixed.mu
+        if self.fixed.mu_s is not None and mu_max > self.fixed.mu_s:
             raise InputError(
-                f"mu over time: reaches {highest:g}: must be at most mu_s = {self.fixed.mu_s:g}"
+                f"mu over time: reaches {mu_max:g}: must be at most mu_s = {self.fixed.mu_s:g}"
             )
 
     def after(self, t: float) -> tuple[Parameters, Rates]:
-        """The parameters from a time on, s, and how fast they change."""
+        """The parameters just after a time, s, and their rates of change."""
         if not self.tables:
             return self.fixed, CONSTANT
         rows = {name: table.after(t) for name, table in self.tables.items()}
@@ -137,21 +137,21 @@ class Course:
         return self.fixed.with_values(values), Rates(**slopes)
 
     def speed_before(self, t: float) -> float:
-        """Speed of the belt up to a time, m/s; 0 where it is always faster than the slider."""
+        """Speed of the belt just before a time, m/s; 0 for a belt without finite speed."""
         table = self.tables.get("v_belt")
         return (self.fixed.v_belt or 0.0) if table is None else table.before(t)
 
     def next_break(self, t: float) -> float:
         """The next time, s, at which a table has a row; infinite after the last one."""
-        later = (
+        row_times = (
             table.times[index]
             for table in self.tables.values()
             if (index := bisect_right(table.times, t)) < len(table.times)
         )
-        return min(later, default=math.inf)
+        return min(row_times, default=math.inf)
 
     def breaks(self, t_end: float) -> list[float]:
-        """The times of all rows behind the start and before a horizon, s, ascending."""
+        """The times of all rows between 0 and a horizon, s, ascending."""
         times = {t for table in self.tables.values() for t in table.times}
         return sorted(t for t in times if 0.0 < t < t_end)
 
@@ -163,7 +163,7 @@ class Course:
 
 
 def parameters_after(p: Parameters, rates: Rates, duration: float) -> Parameters:
-    """The parameters at the end of a time, s, over which they change at rates."""
+    """The parameters after a duration, s, over which they change at constant rates."""
     if rates == CONSTANT:
         return p
     values = {"F": p.F + rates.F * duration, "mu": max(p.mu + rates.mu * duration, 0.0)}
@@ -173,5 +173,5 @@ def parameters_after(p: Parameters, rates: Rates, duration: float) -> Parameters
 
 
 def course_of(p: Parameters, over_time: Mapping[str, Rows]) -> Course:
-    """The checked course of parameters with tables; `InputError` if it is invalid."""
+    """Parameters as functions of time, checked; raises `InputError` if a table is invalid."""
     return Course(p, time_tables(over_time))

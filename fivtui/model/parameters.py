@@ -12,8 +12,8 @@ from .field import DERIVATIVE_STEP
 from .numbers import Interval
 
 _STIFFNESS_MAX: Final = 1e12
-# Least size of a value that is not zero: with smaller ones products underflow.
-_LEAST: Final = 1e-12
+# Smaller values are set to zero, because their products would underflow.
+_MIN_SIZE: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +29,8 @@ class ParameterSpec:
     unit : str
         SI unit; empty if dimensionless.
     default : float
-        Value in the base set (section 2 of the paper; F, k_nl and mu from section 5.1); of an
-        optional parameter, which is none there, the value from which an editor starts.
+        Value in the base set (section 2 of the paper; F, k_nl and mu from section 5.1). Optional
+        parameters are none in the base set; this is the first value that an editor offers.
     lower, upper : float
         Bounds of the allowed range.
     meaning : str
@@ -50,7 +50,7 @@ class ParameterSpec:
 
     @property
     def allowed(self) -> str:
-        """The allowed range in words."""
+        """Description of the allowed range."""
         return str(self._interval)
 
     @property
@@ -85,21 +85,21 @@ class ParameterSpec:
 
 # Text for an optional parameter that is not set.
 NONE: Final = "none"
-# Least similarity of a suggested name.
-_NEAR: Final = 0.6
+# Minimum similarity of a suggested name to the unknown one.
+_MIN_SIMILARITY: Final = 0.6
 
 
 def unknown_name(kind: str, name: str, allowed: Iterable[str]) -> InputError:
     """The error for an unknown name; it suggests the nearest known one."""
     names = list(allowed)
     # A single letter would match every short name that contains it.
-    folded = {
+    candidates = {
         candidate.casefold(): candidate
         for candidate in names
         if len(candidate) > 1 or candidate.casefold() == name.casefold()
     }
-    near = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=_NEAR)
-    hint = f"; did you mean {folded[near[0]]}?" if near else ""
+    matches = difflib.get_close_matches(name.casefold(), candidates, n=1, cutoff=_MIN_SIMILARITY)
+    hint = f"; did you mean {candidates[matches[0]]}?" if matches else ""
     return InputError(f"unknown {kind} {name!r}{hint} (known: {', '.join(names)})")
 
 
@@ -112,28 +112,28 @@ def check_known(kind: str, name: str, allowed: Collection[str]) -> None:
 def _spec(
     symbol: str, unit: str, default: float, bounds: tuple[float, float], meaning: str
 ) -> float:
-    # A dataclass field whose metadata becomes a row of the table.
+    # A dataclass field; its metadata become a `ParameterSpec`.
     row = {"symbol": symbol, "unit": unit, "default": default, "meaning": meaning}
-    value: float = field(default=default, metadata=row | {"lower": bounds[0], "upper": bounds[1]})
-    return value
+    entry: float = field(default=default, metadata=row | {"lower": bounds[0], "upper": bounds[1]})
+    return entry
 
 
-def _optional(
+def _optional_spec(
     symbol: str, unit: str, start: float, bounds: tuple[float, float], meaning: str
 ) -> float | None:
-    # An optional field; None by default.
+    # A field of an optional parameter, None by default; editors begin with the value `start`.
     required: Any = _spec(symbol, unit, start, bounds, meaning)
-    value: float | None = field(default=None, metadata={**required.metadata, "optional": True})
-    return value
+    entry: float | None = field(default=None, metadata={**required.metadata, "optional": True})
+    return entry
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameters:
-    """The nine parameters of the slider-belt model in SI units (Eqs. 1 and 2), and the belt's.
+    """The parameters of the slider-belt model in SI units: nine of the paper, three of the belt.
 
-    Every value is checked against its `ParameterSpec`, so an instance is always valid; one below
-    1e-12 in size, where zero is allowed, is zero. Without
-    `v_belt` the belt is faster than the slider ever is, and `mu_s` and `v_s` have no effect.
+    Every value is checked against its `ParameterSpec`, so an instance is always valid. A value
+    below 1e-12 in size is set to zero if zero is allowed. Without `v_belt` the belt is always
+    faster than the slider, and `mu_s` and `v_s` have no effect.
 
     Raises
     ------
@@ -141,9 +141,9 @@ class Parameters:
         If a value is not a finite number within its bounds, or `mu_s` is below `mu`.
     """
 
-    m: float = _spec("m", "kg", 5.0, (_LEAST, 1e9), "mass of the slider")
-    k1: float = _spec("k_1", "N/m", 100.0, (_LEAST, _STIFFNESS_MAX), "horizontal stiffness")
-    k2: float = _spec("k_2", "N/m", 50.0, (_LEAST, _STIFFNESS_MAX), "linear contact stiffness")
+    m: float = _spec("m", "kg", 5.0, (_MIN_SIZE, 1e9), "mass of the slider")
+    k1: float = _spec("k_1", "N/m", 100.0, (_MIN_SIZE, _STIFFNESS_MAX), "horizontal stiffness")
+    k2: float = _spec("k_2", "N/m", 50.0, (_MIN_SIZE, _STIFFNESS_MAX), "linear contact stiffness")
     k3: float = _spec(
         "k_3", "N/m", 60.0, (0.0, _STIFFNESS_MAX), "stiffness of the 45° coupling spring"
     )
@@ -152,28 +152,28 @@ class Parameters:
     F: float = _spec("F", "N", 80.0, (-1e9, 1e9), "preload, positive towards the belt")
     k_nl: float = _spec("k_nl", "N/m^3", 100.0, (0.0, 1e24), "cubic contact stiffness")
     mu: float = _spec("μ", "", 0.7, (0.0, 100.0), "friction coefficient")
-    v_belt: float | None = _optional(
+    v_belt: float | None = _optional_spec(
         "v_belt", "m/s", 1.0, (0.0, 1e9), "speed of the belt; none: always faster than the slider"
     )
-    mu_s: float | None = _optional(
+    mu_s: float | None = _optional_spec(
         "μ_s", "", 0.9, (0.0, 100.0), "static friction coefficient, at least μ; none: μ"
     )
-    v_s: float | None = _optional(
+    v_s: float | None = _optional_spec(
         "v_s",
         "m/s",
         0.4,
-        (_LEAST, 1e9),
+        (_MIN_SIZE, 1e9),
         "sliding speed over which friction falls from μ_s to μ; none: at once",
     )
 
     def __post_init__(self) -> None:
         for name, spec in PARAMETERS.items():
             value = spec.check(getattr(self, name))
-            object.__setattr__(self, name, value if abs(value) >= _LEAST else 0.0)
+            object.__setattr__(self, name, value if abs(value) >= _MIN_SIZE else 0.0)
         for name, spec in BELT_PARAMETERS.items():
             if getattr(self, name) is not None:
                 value = spec.check(getattr(self, name))
-                object.__setattr__(self, name, value if abs(value) >= _LEAST else 0.0)
+                object.__setattr__(self, name, value if abs(value) >= _MIN_SIZE else 0.0)
         if self.mu_s is not None and self.mu_s < self.mu:
             raise InputError(f"mu_s = {self.mu_s:g}: must be none, or at least mu = {self.mu:g}")
 
@@ -192,16 +192,16 @@ class Parameters:
 
         Raises `InputError` if a name is unknown or a value is out of range.
         """
-        merged: dict[str, float | None] = {**self.as_dict()}
+        values_by_name: dict[str, float | None] = {**self.as_dict()}
         for name, value in values.items():
-            merged[name] = parameter_spec(name).read(value)
-        checked: Any = merged
-        return type(self)(**checked)
+            values_by_name[name] = parameter_spec(name).read(value)
+        fields_by_name: Any = values_by_name
+        return type(self)(**fields_by_name)
 
     def perturbed(self, changes: Mapping[str, float]) -> Self:
-        """A copy whose values are complex, with imaginary parts in these directions.
+        """A copy, not checked, whose imaginary parts are `changes` times `DERIVATIVE_STEP`.
 
-        For derivatives, see `fivtui.model.field.DERIVATIVE_STEP`; it is not checked.
+        For derivatives by a complex step, see `fivtui.model.field.derivative`.
         """
         return self.replaced(
             **{
@@ -222,11 +222,11 @@ class Parameters:
         return copy
 
     def values(self) -> tuple[float, ...]:
-        """Values of the paper's nine in the order of the table: the belt's are not among them."""
-        return _values_of(self)
+        """Values of the nine parameters of the paper, in the order of the table."""
+        return _get_values(self)
 
     def as_dict(self) -> dict[str, float]:
-        """Values by name, in the order of the table; None values have no entry."""
+        """Values by name, in the order of the table, without parameters that are None."""
         values = {name: getattr(self, name) for name in ALL_PARAMETERS}
         return {name: value for name, value in values.items() if value is not None}
 
@@ -249,16 +249,16 @@ def check_parameters(value: object) -> Parameters:
 
 
 def check_names(argument: str, names: Iterable[str]) -> tuple[str, ...]:
-    """Names as a tuple; `InputError` for a text in place of a list."""
+    """Names as a tuple; raises `InputError` if they are a text rather than a list."""
     if isinstance(names, str):
         raise InputError(f"{argument} = {names!r}: must be a list of names, such as [{names!r}]")
     return tuple(names)
 
 
 def check_always_sliding(p: Parameters, subject: str, varied: Collection[str] = ()) -> None:
-    """Raise `InputError` if the belt has a finite speed, which `subject` cannot have yet.
+    """Raise `InputError` if the belt has a finite speed, which `subject` does not support.
 
-    `varied` are names of parameters that vary.
+    `varied` are the names of parameters that vary.
     """
     if p.v_belt is not None or "v_belt" in varied:
         speed = "v_belt" if p.v_belt is None else f"v_belt = {p.v_belt:g}"
@@ -266,19 +266,19 @@ def check_always_sliding(p: Parameters, subject: str, varied: Collection[str] = 
 
 
 def unused_parameters(p: Parameters, varied: Collection[str] = ()) -> dict[str, str]:
-    """Those of `mu_s` and `v_s` that are set without effect, each with its requirement.
+    """Which of `mu_s` and `v_s` are set but have no effect, each with what it requires.
 
-    `varied` are names of parameters that also take values different from `p`.
+    `varied` are the names of parameters that vary.
     """
     names = [name for name in ("mu_s", "v_s") if getattr(p, name) is not None or name in varied]
     if p.v_belt is None and "v_belt" not in varied:
         return dict.fromkeys(names, "v_belt")
-    falls = p.mu_static > p.mu or bool({"mu", "mu_s"} & {*varied})
-    return {"v_s": "mu_s greater than mu"} if "v_s" in names and not falls else {}
+    friction_falls = p.mu_static > p.mu or bool({"mu", "mu_s"} & {*varied})
+    return {"v_s": "mu_s greater than mu"} if "v_s" in names and not friction_falls else {}
 
 
 def without_effect(p: Parameters, varied: Collection[str] = ()) -> str:
-    """The result of `unused_parameters` as a phrase; empty if there are none."""
+    """A phrase on parameters that have no effect; empty if there are none."""
     unused = unused_parameters(p, varied)
     if not unused:
         return ""
@@ -287,20 +287,20 @@ def without_effect(p: Parameters, varied: Collection[str] = ()) -> str:
 
 
 def check_effect(p: Parameters, varied: Collection[str]) -> None:
-    """Raise `InputError` if a parameter that is to vary has no effect."""
+    """Raise `InputError` if a varied parameter has no effect."""
     if {*unused_parameters(p, varied)} & {*varied}:
         raise InputError(f"{without_effect(p, varied)}, which must be given")
 
 
 _SPECS: Final = [ParameterSpec(name=f.name, **f.metadata) for f in fields(Parameters)]
-# The paper's nine, always numbers, and those of a belt of finite speed, which may be none.
+# The nine parameters of the paper, always numbers, and those of a finite belt, which may be none.
 PARAMETERS: Final[Mapping[str, ParameterSpec]] = {s.name: s for s in _SPECS if not s.optional}
 BELT_PARAMETERS: Final[Mapping[str, ParameterSpec]] = {s.name: s for s in _SPECS if s.optional}
 ALL_PARAMETERS: Final[Mapping[str, ParameterSpec]] = {**PARAMETERS, **BELT_PARAMETERS}
 
 
 def number_spec(name: str) -> ParameterSpec:
-    """The table row of a parameter that is always a number: none of the belt's.
+    """The table row of a parameter that is always a number, so not one of the belt.
 
     Raises `InputError`, with the nearest name, if there is no such parameter.
     """
@@ -310,7 +310,7 @@ def number_spec(name: str) -> ParameterSpec:
     return spec
 
 
-_values_of: Final[Callable[[Parameters], tuple[float, ...]]] = attrgetter(*PARAMETERS)
+_get_values: Final[Callable[[Parameters], tuple[float, ...]]] = attrgetter(*PARAMETERS)
 
 
 def parameter_spec(name: str) -> ParameterSpec:

@@ -36,7 +36,7 @@ class PowerSeries:
 
     def __add__(self, addend: Self | float) -> Self:
         pairs = zip(self.coefficients, self._operand(addend), strict=True)
-        return type(self)([value + added for value, added in pairs])
+        return type(self)([value + addition for value, addition in pairs])
 
     __radd__ = __add__
 
@@ -48,10 +48,10 @@ class PowerSeries:
 
     def __mul__(self, factor: Self | float) -> Self:
         if not isinstance(factor, PowerSeries):
-            return type(self)([value * factor for value in self.coefficients])
+            return type(self)([a * factor for a in self.coefficients])
         first, second = self.coefficients, factor.coefficients
         pairs = [zip(first, reversed(second[: n + 1]), strict=False) for n in range(len(first))]
-        return type(self)([sum(value * by for value, by in terms) for terms in pairs])
+        return type(self)([sum(a * b for a, b in terms) for terms in pairs])
 
     __rmul__ = __mul__
 
@@ -62,18 +62,18 @@ class PowerSeries:
         quotient: list[float] = []
         for value in self.coefficients:
             terms = zip(reversed(quotient), higher, strict=False)
-            quotient.append((value - sum(term * by for term, by in terms)) / first)
+            quotient.append((value - sum(a * b for a, b in terms)) / first)
         return type(self)(quotient)
 
     def __rtruediv__(self, dividend: float) -> Self:
         return type(self)(self._operand(dividend)) / self
 
     def exp(self) -> Self:
-        """The exponential, by the recurrence that its derivative f′ exp(f) gives."""
+        """The exponential, by the recurrence of coefficients from (exp f)′ = f′ exp f."""
         first, *higher = self.coefficients
-        slopes = [n * value for n, value in enumerate(higher, start=1)]
-        powers = [math.exp(first)]
+        derivative = [n * value for n, value in enumerate(higher, start=1)]
+        exponential = [math.exp(first)]
         for n in range(1, len(self.coefficients)):
-            terms = zip(slopes, reversed(powers), strict=False)
-            powers.append(sum(slope * value for slope, value in terms) / n)
-        return type(self)(powers)
+            terms = zip(derivative, reversed(exponential), strict=False)
+            exponential.append(sum(slope * value for slope, value in terms) / n)
+        return type(self)(exponential)

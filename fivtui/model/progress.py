@@ -1,10 +1,10 @@
-"""Progress of a computation: how much of it is done, and whether it is to stop."""
+"""Progress of a computation, and its cancellation."""
 
 from collections.abc import Callable
 
 from .errors import Cancelled
 
-# Takes the fraction done, and returns whether to continue.
+# A callback that takes the completed fraction and returns whether to continue.
 OnProgress = Callable[[float], bool]
 
 
@@ -17,32 +17,32 @@ class Progress:
         self._callback, self._fraction = callback, 0.0
 
     def report(self, fraction: float) -> None:
-        """Report the fraction done; raise `Cancelled` if the computation is to stop."""
+        """Report the completed fraction; raise `Cancelled` if the callback asks to stop."""
         self._fraction = fraction
         if self._callback is not None and not self._callback(fraction):
             raise Cancelled
 
     def advance(self, fraction: float) -> bool:
-        """Report the fraction done, and return whether to continue."""
+        """Report the completed fraction, and return whether to continue."""
         self._fraction = fraction
         return self.go_on()
 
     def go_on(self) -> bool:
-        """Whether to continue, at the fraction last reported."""
+        """Repeat the last report, and return whether to continue."""
         return self._callback is None or self._callback(self._fraction)
 
     @property
     def callback(self) -> OnProgress | None:
-        """The callback to pass to a function; None without a callback."""
+        """A callback that reports here, to pass to a function; None without a callback."""
         return None if self._callback is None else self.advance
 
     def part(self, begin: float, end: float) -> "Progress":
-        """The progress of a part of the computation, between two fractions of it."""
+        """The progress of a part, which spans two fractions of the whole computation."""
         if self._callback is None:
             return self
         return Progress(lambda fraction: self.advance(begin + (end - begin) * fraction))
 
     def check(self) -> None:
-        """Raise `Cancelled` if the computation is to stop, at the fraction last reported."""
+        """Repeat the last report; raise `Cancelled` if the callback asks to stop."""
         if not self.go_on():
             raise Cancelled

@@ -1,4 +1,4 @@
-"""What follows from the equations of `field`: modes, equilibrium, Jacobian, energy, power.
+"""Modes, equilibrium and Jacobian of the slider, from the equations of `field`.
 
 A state is (x, ẋ, y, ẏ) in m and m/s.
 """
@@ -15,8 +15,8 @@ from .modes import IN_CONTACT, Mode
 from .parameters import Parameters
 from .system import System
 
-# Relative rounding below which forces balance. LEAST: forces, N or N/s, whose effect on a mass may
-# underflow.
+# Forces balance if their sum is below this fraction of their sizes, or below LEAST, N or N/s, at
+# which its effect on a mass may underflow.
 BALANCED: Final = 2.0**-49
 LEAST: Final = 1e-280
 State = tuple[float, float, float, float]
@@ -44,7 +44,7 @@ def accelerations(
 def sliding(p: Parameters, y: float, mode: Mode) -> tuple[float, float]:
     """Friction coefficient, and horizontal damping in N s/m, about an equilibrium at y, m.
 
-    On a belt of finite speed friction falls with the sliding speed, and takes damping away.
+    On a belt of finite speed, friction that falls with the sliding speed reduces the damping.
     """
     if p.v_belt is None or mode is Mode.SEPARATED:
         return p.mu, p.c1
@@ -64,76 +64,79 @@ def friction_force(p: Parameters, state: State, mode: Mode, rates: Rates = CONST
 def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CONSTANT) -> Mode:
     """The mode in which the motion continues from a state (Eqs. 3 and 4), see `MODES`.
 
-    At y = 0 the first nonzero time derivative of y decides; it is the same in both modes. A second
-    derivative within rounding counts as zero (see `lift`). A slider at rest at y = 0 is in contact.
-    On a belt of finite speed a slider of its very speed sticks while the belt can hold it; in
-    tension, P < 0 with separation ignored, it cannot.
+    At y = 0 the sign of the first nonzero time derivative of y decides. A second derivative within
+    rounding counts as zero (see `lift`). A slider at rest at y = 0 is in contact. On a belt of
+    finite speed, a slider at the speed of the belt sticks if |f| <= μ_s P for the holding force f;
+    in tension, P < 0 with separation ignored, it never sticks.
     """
-    if separation and _is_off(p, state, rates):
+    if separation and _separates(p, state, rates):
         return Mode.SEPARATED
-    return Mode.CONTACT if p.v_belt is None else _mode_on_belt(p, state, p.v_belt, rates)
+    return Mode.CONTACT if p.v_belt is None else _contact_mode(p, state, p.v_belt, rates)
 
 
-def _is_off(p: Parameters, state: State, rates: Rates) -> bool:
-    # Whether the motion continues off the belt.
+def _separates(p: Parameters, state: State, rates: Rates) -> bool:
+    # Whether the motion continues off the belt, from the derivatives of y up to the fourth.
     x, vx, y, vy = state
     if y != 0.0:
         return y > 0.0
     h = equations.coupling_stiffness(p)
-    push = h * vx - rates.F
-    derivatives = (vy, lift(p, x), push if abs(push) > LEAST else 0.0, -h * x)
+    jerk = h * vx - rates.F
+    derivatives = (vy, lift(p, x), jerk if abs(jerk) > LEAST else 0.0, -h * x)
     direction = next((value for value in derivatives if value != 0.0), -1.0)
     return direction > 0.0
 
 
-def _mode_on_belt(p: Parameters, state: State, speed: float, rates: Rates) -> Mode:
-    # Mode of a slider in contact. At the belt's speed, the first nonzero derivative of a margin
-    # decides whether the belt holds. Each derivative has the size of its terms for rounding.
+def _contact_mode(p: Parameters, state: State, speed: float, rates: Rates) -> Mode:
+    # Mode of a slider in contact. At the speed of the belt it sticks unless a guard μ_s P ± f or P
+    # is or becomes negative, by its value and two derivatives. Each has its rounding error relative
+    # to the sizes of its terms.
     x, vx, y, vy = state
     if vx != speed:
         return Mode.FORWARD if vx < speed else Mode.BACKWARD
-    grip, force, preload = p.mu_static, spring_force(p, y), abs(equations.load(p))
+    mu_static, force, preload = p.mu_static, spring_force(p, y), abs(equations.load(p))
     kt = tangent_stiffness(p, y)
     ay = equations.vertical_acceleration(p, x, y, vy, force - equations.load(p))
-    bend = equations.tangent_slope(p, y) * vy * vy
+    slope_term = equations.tangent_slope(p, y) * vy * vy
     holding = (
         equations.holding_force(p, x, y, rates),
         equations.holding_force_rate(p, rates.v_belt, speed, vy),
         equations.holding_force_rate(p, 0.0, rates.v_belt, ay),
     )
-    forces = (force, -kt * vy, -kt * ay - bend)
-    # Include the rounding of the preload.
-    of_forces = (
+    forces = (force, -kt * vy, -kt * ay - slope_term)
+    # The sizes include the preload, whose rounding enters y.
+    force_sizes = (
         abs(force) + preload,
         kt * (abs(vy) + static_deflection(p) / time_scale(p)),
-        kt * (abs(ay) + preload / p.m) + abs(bend),
+        kt * (abs(ay) + preload / p.m) + abs(slope_term),
     )
     a, h = equations.horizontal_stiffness(p), equations.coupling_stiffness(p)
-    of_holding = (
+    holding_sizes = (
         equations.holding_force_size(p, x, y, rates),
         abs(p.c1 * rates.v_belt) + a * speed + abs(h * vy),
         abs(a * rates.v_belt) + abs(h * ay),
     )
-    grips = _times_line(grip, rates.mu_static, forces)
-    of_grips = _times_line(grip, abs(rates.mu_static), of_forces)
-    sizes = [of_hold + of_grip for of_hold, of_grip in zip(of_holding, of_grips, strict=True)]
-    if _falls(forces, of_forces):
-        return Mode.BACKWARD if _falls(holding, sizes) else Mode.FORWARD
-    if _falls([g - f for g, f in zip(grips, holding, strict=True)], sizes):
+    grip_forces = _product_derivatives(mu_static, rates.mu_static, forces)
+    grip_sizes = _product_derivatives(mu_static, abs(rates.mu_static), force_sizes)
+    sizes = [size + grip for size, grip in zip(holding_sizes, grip_sizes, strict=True)]
+    if _is_negative(forces, force_sizes):
+        return Mode.BACKWARD if _is_negative(holding, sizes) else Mode.FORWARD
+    if _is_negative([g - f for g, f in zip(grip_forces, holding, strict=True)], sizes):
         return Mode.FORWARD
-    if _falls([g + f for g, f in zip(grips, holding, strict=True)], sizes):
+    if _is_negative([g + f for g, f in zip(grip_forces, holding, strict=True)], sizes):
         return Mode.BACKWARD
     return Mode.STICK
 
 
-def _times_line(value: float, slope: float, of: tuple[float, float, float]) -> list[float]:
-    # Product of a function and a line, with its first two derivatives.
-    first, second, third = of
+def _product_derivatives(
+    value: float, slope: float, factor: tuple[float, float, float]
+) -> list[float]:
+    # Value and two derivatives of the product of a linear function with a factor given by its own.
+    first, second, third = factor
     return [value * first, slope * first + value * second, 2.0 * slope * second + value * third]
 
 
-def _falls(derivatives: Sequence[float], sizes: Sequence[float]) -> bool:
-    # Whether a function is or becomes negative, by its first derivative beyond rounding.
+def _is_negative(derivatives: Sequence[float], sizes: Sequence[float]) -> bool:
+    # Whether a function is or becomes negative, by its first derivative that exceeds rounding.
     for value, size in zip(derivatives, sizes, strict=True):
         if abs(value) > max(BALANCED * size, LEAST):
             return value < 0.0
@@ -144,8 +147,8 @@ def lift(p: Parameters, x: float) -> float:
     """Force (k3/2) x − F in N that lifts a slider at rest at y = 0; 0 if within rounding."""
     spring, load = equations.coupling_stiffness(p) * x, equations.load(p)
     difference = spring - load
-    significant = abs(difference) > max(BALANCED * (abs(spring) + abs(load)), LEAST)
-    return difference if significant else 0.0
+    is_significant = abs(difference) > max(BALANCED * (abs(spring) + abs(load)), LEAST)
+    return difference if is_significant else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +188,7 @@ def equilibrium(system: System, *, mu: float | None = None) -> Equilibrium:
 
 
 def resting_height(system: System, mu: float) -> float:
-    """Height y of the equilibrium in m; not finite if the slider is lifted and not held."""
+    """Height y of the equilibrium in m; infinite if no spring holds a slider lifted by F < 0."""
     p = system.parameters
     alpha, beta, load = equations.rest_coefficients(p, mu)
     if system.separation and load < 0.0:
@@ -195,13 +198,13 @@ def resting_height(system: System, mu: float) -> float:
     if alpha > 0.0:
         bound = max(1.0, abs(load) / alpha)
         y = min(max(y, -bound), bound)
-    # Newton's method from beyond the root until |y| stops falling. Plain arithmetic gives the same
+    # Newton's method from beyond the root until |y| stops falling; plain arithmetic gives the same
     # bits everywhere.
     while True:
-        new = y - (alpha * y * y * y + beta * y + load) / (3.0 * alpha * y * y + beta)
-        if not abs(new) < abs(y):
+        y_new = y - (alpha * y * y * y + beta * y + load) / (3.0 * alpha * y * y + beta)
+        if not abs(y_new) < abs(y):
             return float(y)
-        y = new
+        y = y_new
 
 
 def no_equilibrium_error(force: float) -> ComputationError:
@@ -225,17 +228,17 @@ def static_start_change(system: System, name: str) -> State:
     """The derivative of the static start by a parameter."""
     p, (_, _, y, _) = system.parameters, static_start(system)
     off = system.separation and equations.load(p) < 0.0
-    moved = p.perturbed({name: 1.0})
+    perturbed = p.perturbed({name: 1.0})
 
-    def excess(of: Parameters, height: complex) -> complex:
+    def residual(q: Parameters, height: complex) -> complex:
         if off:
-            return complex(equations.suspension_stiffness(of) * height + equations.load(of))
-        alpha, beta, load = equations.rest_coefficients(of, 0.0)
+            return complex(equations.suspension_stiffness(q) * height + equations.load(q))
+        alpha, beta, load = equations.rest_coefficients(q, 0.0)
         return complex(alpha * height * height * height + beta * height + load)
 
-    by_y = equations.derivative(excess(p, complex(y, equations.DERIVATIVE_STEP)))
-    dy = -equations.derivative(excess(moved, y)) / by_y
-    x = equations.rest_position(moved, complex(y, dy * equations.DERIVATIVE_STEP), 0.0)
+    slope = equations.derivative(residual(p, complex(y, equations.DERIVATIVE_STEP)))
+    dy = -equations.derivative(residual(perturbed, y)) / slope
+    x = equations.rest_position(perturbed, complex(y, dy * equations.DERIVATIVE_STEP), 0.0)
     return (equations.derivative(x), 0.0, dy, 0.0)
 
 

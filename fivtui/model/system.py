@@ -1,4 +1,4 @@
-"""The system that computations are about: parameters, contact and tables over time."""
+"""The system under study: parameters, contact and tables over time."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -32,5 +32,5 @@ class System:
 
 
 def system_of(parameters: Parameters | None, separation: bool) -> System:
-    """The system of a parameter set, of the base set if None; `InputError` if it is neither."""
+    """The system of a parameter set, or of the base set if None; checks the type of the set."""
     return System(Parameters() if parameters is None else check_parameters(parameters), separation)

@@ -1,4 +1,4 @@
-"""Signals of a run: at any time, as spectra, as sound, and compared with measured ones."""
+"""Signals of a run: the motion at any time, spectra and sound."""
 
 from typing import TYPE_CHECKING
 

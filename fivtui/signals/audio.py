@@ -18,38 +18,39 @@ from .motion import check_window, is_rest, motion_at, period_of
 
 SIGNALS: Final = ("x", "vx", "y", "vy", "P")
 SUFFIXES: Final = (".wav",)
+# Samples per second, and limits of the duration, s.
 _RATE: Final = 44_100
-_LONGEST: Final = 600.0
-_SHORTEST: Final = 0.01
+_MAX_DURATION: Final = 600.0
+_MIN_DURATION: Final = 0.01
 # Default pitch, Hz.
-_PITCH: Final = 110.0
+_DEFAULT_PITCH: Final = 110.0
 # Peak level relative to full scale.
-_LEVEL: Final = 0.9
-_FULL: Final = 32_767
+_PEAK_LEVEL: Final = 0.9
+_FULL_SCALE: Final = 32_767
 # Fade at both ends against clicks, s.
-_FADE: Final = 0.005
+_FADE_DURATION: Final = 0.005
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SoundFile(Result):
-    """What was written as a sound.
+    """Description of a sound file.
 
     Attributes
     ----------
     path : Path
         The file: WAV, mono, 16 bit, 44100 samples a second.
     signal : str
-        The column of the trajectory that is heard.
+        The column of the trajectory that the sound has.
     factor : float
-        Seconds of the motion in a second of the sound: frequencies are heard multiplied by it.
+        Seconds of motion per second of sound, by which frequencies are multiplied.
     window : tuple of float
-        Start and end of what is heard, s.
+        Start and end of the motion in the sound, s.
     duration : float
-        Of the sound, s.
+        Duration of the sound, s.
     full_scale : float
-        Value of the signal, less its mean, that is full scale; 0 for silence.
+        Peak of the signal without its mean, in its unit; 0 for silence.
     pitch : float or None
-        Frequency of the late motion as heard, Hz; None without vibration.
+        Frequency in the sound of the motion late in the run, Hz; None without vibration.
     """
 
     path: Path
@@ -65,17 +66,17 @@ class SoundFile(Result):
         return {**asdict(self), "path": str(self.path)}
 
     def _summary(self) -> list[tuple[str, str]]:
-        heard = "no vibration" if self.pitch is None else f"heard at {self.pitch:.4g} Hz"
+        pitch_text = "no vibration" if self.pitch is None else f"heard at {self.pitch:.4g} Hz"
         return [
             ("file", describe_files(self.path)),
             ("signal", f"{self.signal}, {self.window[0]:g} to {self.window[1]:g} s"),
-            ("time", f"compressed {self.factor:g} times, {heard}"),
+            ("time", f"compressed {self.factor:g} times, {pitch_text}"),
             ("duration", f"{self.duration:.4g} s"),
         ]
 
 
 def check_sound_path(path: Path) -> None:
-    """Raise `InputError` if a sound cannot be written to this path; checks before computing."""
+    """Raise `InputError` if a sound cannot be written to this path; call it before computing."""
     check_suffix(path, "sound", SUFFIXES)
     check_output(path)
 
@@ -89,28 +90,28 @@ def sound(
     window: tuple[float, float] | None = None,
     force: bool = False,
 ) -> SoundFile:
-    """Write a run as a sound, its time compressed.
+    """Write a run as a sound with compressed time.
 
     Parameters
     ----------
     run : Transient
-        Computed with ``samples="dense"``, or with sample times close enough for its motion.
+        The run, computed with ``samples="dense"`` or with sample times that resolve the motion.
     path : Path or str
         The file, with the suffix ``.wav``.
     signal : str
-        What is heard: ``x``, ``vx``, ``y``, ``vy`` or ``P``, less its mean and normalised.
+        The signal: ``x``, ``vx``, ``y``, ``vy`` or ``P``. Its mean is removed and its peak scaled.
     factor : float, optional
-        Seconds of the motion in a second of the sound; below 1 time is stretched. By default the
-        late motion is heard at 110 Hz.
+        Seconds of motion per second of sound; below 1, time is stretched. By default the motion
+        late in the run has 110 Hz in the sound.
     window : tuple of float, optional
-        Start and end of what is heard, s; the whole run if not given.
+        Start and end of the motion in the sound, s; by default the whole run.
     force : bool
         Whether an existing file may be replaced.
 
     Returns
     -------
     SoundFile
-        The factor, the duration and the frequency heard.
+        The file, with the factor, the duration and the frequency in the sound.
 
     Raises
     ------
@@ -131,37 +132,37 @@ def sound(
     start, end = (0.0, run.t_end) if window is None else check_window(run, window)
     period = period_of(run)
     if factor is None:
-        factor = float(f"{_PITCH * period:.3g}") if period else 1.0
+        factor = float(f"{_DEFAULT_PITCH * period:.3g}") if period else 1.0
     elif not (math.isfinite(factor) and factor > 0.0):
         raise InputError(f"factor = {factor:g}: must be above 0")
     duration = (end - start) / factor
-    if not _SHORTEST <= duration <= _LONGEST:
+    if not _MIN_DURATION <= duration <= _MAX_DURATION:
         raise InputError(
             f"factor = {factor:g}: the sound of {end - start:g} s would last {duration:.3g} s; "
-            f"must be {_SHORTEST:g} to {_LONGEST:g} s"
+            f"must be {_MIN_DURATION:g} to {_MAX_DURATION:g} s"
         )
     times = np.minimum(start + factor / _RATE * np.arange(round(duration * _RATE)), end)
-    heard, full_scale = _normalised(motion_at(run, times), signal)
+    samples, full_scale = _normalise(motion_at(run, times), signal)
 
     def write(file: BinaryIO) -> None:
         with wave.open(file, "wb") as out:
             out.setnchannels(1)
             out.setsampwidth(2)
             out.setframerate(_RATE)
-            out.writeframes(np.round(_LEVEL * _FULL * heard).astype("<i2").tobytes())
+            out.writeframes(np.round(_PEAK_LEVEL * _FULL_SCALE * samples).astype("<i2").tobytes())
 
     write_atomically(path, write)
     pitch = factor / period if period else None
     return SoundFile(Path(path), signal, factor, (start, end), duration, full_scale, pitch)
 
 
-def _normalised(motion: Trajectory, signal: str) -> tuple[NDArray[np.float64], float]:
-    # The signal without its mean, scaled to −1 to 1 and faded at both ends, and the scale.
+def _normalise(motion: Trajectory, signal: str) -> tuple[NDArray[np.float64], float]:
+    # The signal without its mean, scaled to −1 to 1 and faded at both ends; and the scale.
     values: NDArray[np.float64] = getattr(motion, signal)
     values = values - values.mean()
-    greatest = float(np.abs(values).max())
-    if greatest == 0.0 or is_rest(motion):
+    scale = float(np.abs(values).max())
+    if scale == 0.0 or is_rest(motion):
         return np.zeros_like(values), 0.0
-    ends = np.arange(values.size) + 0.5
-    fade = np.minimum(np.minimum(ends, ends[::-1]) / (_FADE * _RATE), 1.0)
-    return values / greatest * fade, greatest
+    offsets = np.arange(values.size) + 0.5
+    fade = np.minimum(np.minimum(offsets, offsets[::-1]) / (_FADE_DURATION * _RATE), 1.0)
+    return values / scale * fade, scale

@@ -1,4 +1,4 @@
-"""Sounds among the studies."""
+"""The kind of study of a sound."""
 
 from typing import Final
 

@@ -11,13 +11,13 @@ from fivtui.transient import Trajectory, Transient
 
 FloatArray = NDArray[np.float64]
 
-# Cycles in the window of the last cycles.
-_CYCLES: Final = 8
-# The late part of a run in which its period is looked for: as many linear periods, samples each.
-_PERIODS: Final = 64
-_EACH: Final = 64
-# Motion smaller than this, relative to the displacement, is rest.
-_ROUNDING: Final = 1e-9
+# Number of cycles in the window of the last cycles.
+_LAST_CYCLES: Final = 8
+# Length of the end of a run that gives its period, in linear periods, and samples per period.
+_SEARCHED_PERIODS: Final = 64
+_SAMPLES_PER_PERIOD: Final = 64
+# Range of the displacements, relative to their size, below which a motion is at rest.
+_REST_TOLERANCE: Final = 1e-9
 
 
 def motion_at(run: Transient, times: FloatArray) -> Trajectory:
@@ -38,57 +38,57 @@ def motion_at(run: Transient, times: FloatArray) -> Trajectory:
 def modes_at(run: Transient, times: FloatArray) -> NDArray[np.int8]:
     """The mode of the slider at times, s, from the switches of a run."""
     if run.mode_changes:
-        edges = np.array([change.t for change in run.mode_changes])
+        switch_times = np.array([change.t for change in run.mode_changes])
         modes = [run.first_mode, *(change.then for change in run.mode_changes)]
     else:
-        edges = run.switch_times
-        second = Mode.SEPARATED if run.first_mode in IN_CONTACT else Mode.CONTACT
-        modes = [run.first_mode, second] * (edges.size // 2 + 1)
-    at_times: NDArray[np.int8] = np.array(modes, dtype=np.int8)[
-        np.searchsorted(edges, times, side="right")
+        switch_times = run.switch_times
+        second_mode = Mode.SEPARATED if run.first_mode in IN_CONTACT else Mode.CONTACT
+        modes = [run.first_mode, second_mode] * (switch_times.size // 2 + 1)
+    modes_at_times: NDArray[np.int8] = np.array(modes, dtype=np.int8)[
+        np.searchsorted(switch_times, times, side="right")
     ]
-    return at_times
+    return modes_at_times
 
 
 def _hermite(
-    at: FloatArray, t: FloatArray, values: FloatArray, rates: FloatArray
+    times: FloatArray, t: FloatArray, values: FloatArray, rates: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    index = np.clip(np.searchsorted(t, at, side="right") - 1, 0, max(t.size - 2, 0))
+    index = np.clip(np.searchsorted(t, times, side="right") - 1, 0, max(t.size - 2, 0))
     after = np.minimum(index + 1, t.size - 1)
-    h = t[after] - t[index]
-    s = np.divide(at - t[index], h, out=np.zeros_like(at), where=h > 0.0)
+    step = t[after] - t[index]
+    theta = np.divide(times - t[index], step, out=np.zeros_like(times), where=step > 0.0)
     rise = values[after] - values[index]
-    start_slope, end_slope = h * rates[index], h * rates[after]
-    bend, twist = 3.0 * rise - 2.0 * start_slope - end_slope, start_slope + end_slope - 2.0 * rise
-    value = values[index] + s * (start_slope + s * (bend + s * twist))
-    slope = start_slope + s * (2.0 * bend + s * 3.0 * twist)
-    return value, np.divide(slope, h, out=rates[index].copy(), where=h > 0.0)
+    start_slope, end_slope = step * rates[index], step * rates[after]
+    square, cube = 3.0 * rise - 2.0 * start_slope - end_slope, start_slope + end_slope - 2.0 * rise
+    value = values[index] + theta * (start_slope + theta * (square + theta * cube))
+    slope = start_slope + theta * (2.0 * square + theta * 3.0 * cube)
+    return value, np.divide(slope, step, out=rates[index].copy(), where=step > 0.0)
 
 
 def is_rest(motion: Trajectory) -> bool:
-    """Whether a motion is zero to rounding."""
-    moves = max(float(np.ptp(motion.x)), float(np.ptp(motion.y)))
-    return moves <= _ROUNDING * float(np.abs([motion.x, motion.y]).max())
+    """Whether a motion is constant to rounding."""
+    extent = max(float(np.ptp(motion.x)), float(np.ptp(motion.y)))
+    return extent <= _REST_TOLERANCE * float(np.abs([motion.x, motion.y]).max())
 
 
 def period_of(run: Transient) -> float | None:
-    """Mean time between upward crossings of the mean of y, late in the run, s; None at rest."""
+    """Mean time between upward crossings of the mean of y late in the run, s; None at rest."""
     p = run.parameters
-    linear = 2.0 * math.pi * math.sqrt(p.m / total_stiffness(p))
-    length = min(0.5 * run.t_end, _PERIODS * linear)
-    t = np.linspace(run.t_end - length, run.t_end, _PERIODS * _EACH)
+    linear_period = 2.0 * math.pi * math.sqrt(p.m / total_stiffness(p))
+    length = min(0.5 * run.t_end, _SEARCHED_PERIODS * linear_period)
+    t = np.linspace(run.t_end - length, run.t_end, _SEARCHED_PERIODS * _SAMPLES_PER_PERIOD)
     motion = motion_at(run, t)
     if is_rest(motion):
         return None
     y = motion.y
-    rising = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
-    return float(rising[-1] - rising[0]) / (rising.size - 1) if rising.size > 1 else None
+    upward = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
+    return float(upward[-1] - upward[0]) / (upward.size - 1) if upward.size > 1 else None
 
 
 def last_cycles(run: Transient) -> tuple[float, float]:
     """Start and end of the last eight cycles of a run, s; of the whole run if it has no more."""
     period = period_of(run)
-    length = run.t_end if period is None else min(_CYCLES * period, run.t_end)
+    length = run.t_end if period is None else min(_LAST_CYCLES * period, run.t_end)
     return run.t_end - length, run.t_end
 
 

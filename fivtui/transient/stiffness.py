@@ -9,9 +9,9 @@ from fivtui.model import (
     ComputationError,
     Mode,
     System,
+    advise_one_of,
     equilibrium,
     jacobian,
-    use_one_of,
 )
 
 from .methods import uses_step
@@ -81,7 +81,7 @@ def max_steps_error(steps: int, t: float, t_end: float, *, tol: float | None) ->
     if tol is not None and tol < TOL_RANGE[1]:
         remedies.append("a larger tol")
     return ComputationError(
-        f"{steps} steps end at t = {t:.6g} s of {t_end:g} s", use_one_of(remedies)
+        f"{steps} steps end at t = {t:.6g} s of {t_end:g} s", advise_one_of(remedies)
     )
 
 

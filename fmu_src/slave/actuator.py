@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from pythonfmu.default_experiment import DefaultExperiment
 
-from fivtui.model.advice import use_one_of
+from fivtui.model.advice import advise_one_of
 from fivtui.model.errors import ComputationError
 from fivtui.taylor.stepper import DEFAULT_TOL
 
@@ -55,7 +55,7 @@ class BrakeActuator(Instance):
         if not math.isfinite(force):
             raise ComputationError(
                 f"the preload grows beyond the floating-point range at t = {end:.6g} s",
-                use_one_of(_SMALLER_FEEDBACK if self._values[_GAIN] > 0.0 else _SMALLER_COMMAND),
+                advise_one_of(_SMALLER_FEEDBACK if self._values[_GAIN] > 0.0 else _SMALLER_COMMAND),
             )
         self._state = ActuatorState(end, force)
 

@@ -24,7 +24,7 @@ from fivtui import (
 from fivtui.cli import run
 from fivtui.io.reading import open_regular, read_bytes
 from fivtui.model.errors import ComputationError, InputError, one_line
-from fivtui.model.numbers import read_number, read_whole
+from fivtui.model.numbers import read_integer, read_number
 from fivtui.scene import scene_transient
 
 
@@ -98,7 +98,7 @@ def test_a_text_instead_of_a_list_of_names_is_refused(subject: str, tmp_path: Pa
 
 @pytest.mark.parametrize("text", ["1_0", "٣", "１", "1e１", "0x10", "", "1 0", "1,0", "--1"])
 def test_only_plain_digits_are_a_number(text: str) -> None:
-    for read in (read_number, read_whole):
+    for read in (read_number, read_integer):
         with pytest.raises(ValueError, match=r"plain|convert|literal"):
             read(text)
     with pytest.raises(InputError, match="not a number"):
@@ -107,7 +107,7 @@ def test_only_plain_digits_are_a_number(text: str) -> None:
 
 def test_plain_numbers_are_read_in_every_usual_form() -> None:
     assert [read_number(text) for text in (" 1 ", "+1.", ".5e1", "-1E-2")] == [1.0, 1.0, 5.0, -0.01]
-    assert read_whole(" +12 ") == 12
+    assert read_integer(" +12 ") == 12
 
 
 @pytest.mark.parametrize(

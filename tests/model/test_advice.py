@@ -12,8 +12,8 @@ from fivtui.model import (
     ComputationError,
     System,
     advise,
+    advise_one_of,
     time_tables,
-    use_one_of,
 )
 from fivtui.model.advice import LARGER_V_S, LESS_DAMPING
 from fivtui.orbits.curves.branch_curve import ParameterLine
@@ -27,9 +27,9 @@ LAW = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
 
 
 def test_alternatives_are_joined_as_in_a_sentence() -> None:
-    assert use_one_of(["a"]) == "use a"
-    assert use_one_of(["a", "b"]) == "use a or b"
-    assert use_one_of(["a", "b", "c"]) == "use a, b or c"
+    assert advise_one_of(["a"]) == "use a"
+    assert advise_one_of(["a", "b"]) == "use a or b"
+    assert advise_one_of(["a", "b", "c"]) == "use a, b or c"
 
 
 @pytest.mark.parametrize(
