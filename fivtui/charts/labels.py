@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final, Self
 
-from fivtui.model import NONE, Parameters, ParameterSpec, parameter_spec
+from fivtui.model import NONE_TEXT, Parameters, ParameterSpec, parameter_spec
 
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
@@ -41,7 +41,7 @@ def column_label(meaning: str, unit: str, text: str = "") -> Label:
 def value_label(name: str, value: float | None) -> str:
     """A parameter and its value in matplotlib's mathtext, such as ``F = 80 N``."""
     spec = parameter_spec(name)
-    value_text = NONE if value is None else f"{value:g} {math_unit(spec.unit)}".rstrip()
+    value_text = NONE_TEXT if value is None else f"{value:g} {math_unit(spec.unit)}".rstrip()
     text = f"{math_symbol(spec.symbol)} = {value_text}"
     return text.replace(" ", _NO_BREAK)
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from fivtui.model import InputError, unknown_name
+from fivtui.model import InputError, unknown_name_error
 
 from .paths import check_paths, replaceable_outputs
 
@@ -32,7 +32,7 @@ class CommandGroup(click.Group):
         """Find the command that `args` begin with."""
         # No errors while a shell completes the line.
         if args and not ctx.resilient_parsing and self.get_command(ctx, args[0]) is None:
-            raise unknown_name("command", args[0], self.list_commands(ctx))
+            raise unknown_name_error("command", args[0], self.list_commands(ctx))
         return super().resolve_command(ctx, args)
 
 

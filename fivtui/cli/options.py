@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from fivtui.model import (
     InputError,
+    describe_unused,
     unused_parameters,
-    without_effect,
 )
 
 from .arguments import option
@@ -54,7 +54,7 @@ def warn_of_unused_parameters(
     unused = unused_parameters(scene.parameters, names)
     # The computation itself refuses a varied parameter without effect.
     if unused and not {*unused} & {*names}:
-        print_note(f"warning: {without_effect(scene.parameters, names)}")
+        print_note(f"warning: {describe_unused(scene.parameters, names)}")
 
 
 def parse_error_targets(assignments: Sequence[str]) -> dict[str, float]:

@@ -13,7 +13,7 @@ from fivtui.model import (
     Parameters,
     coupling_stiffness,
     horizontal_stiffness,
-    sliding,
+    sliding_coefficients,
     tangent_stiffness,
 )
 from fivtui.results import to_data
@@ -83,7 +83,7 @@ def _shape(p: Parameters, point: Equilibrium, value: complex) -> tuple[complex, 
     # The null vector of the dynamic stiffness, from its larger row: the smaller one may vanish.
     a, h = horizontal_stiffness(p), coupling_stiffness(p)
     kt = tangent_stiffness(p, point.y) if point.mode in IN_CONTACT else 0.0
-    mu, c1 = sliding(p, point.y, point.mode)
+    mu, c1 = sliding_coefficients(p, point.y, point.mode)
     horizontal = (p.m * value + c1) * value + a
     vertical = (p.m * value + p.c2) * value + kt + h
     rows = ((h - mu * kt, horizontal), (vertical, complex(h)))

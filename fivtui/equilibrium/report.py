@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fivtui.console import number, parameter_line, print_list
-from fivtui.model import IN_CONTACT, sliding
+from fivtui.model import IN_CONTACT, sliding_coefficients
 from fivtui.results import Row
 
 from .eigenvalues import Stability
@@ -99,7 +99,7 @@ def _belt_rows(s: Stability) -> list[Row]:
     # Rows for a belt of finite speed.
     if s.parameters.v_belt is None:
         return []
-    mu, c1 = sliding(s.parameters, s.equilibrium.y, s.equilibrium.mode)
+    mu, c1 = sliding_coefficients(s.parameters, s.equilibrium.y, s.equilibrium.mode)
     speeds = ", ".join(f"{number(c.v_belt)} m/s ({c.becomes} above)" for c in s.critical_speed)
     return [
         Row("critical belt speed", speeds or "none"),

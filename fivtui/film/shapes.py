@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Mode, course_of, friction_force
+from fivtui.model import Mode, build_course, friction_force
 from fivtui.transient import Trajectory, Transient
 
 FloatArray = NDArray[np.float64]
@@ -104,7 +104,7 @@ def shapes_at(run: Transient, layout: Layout, moment: Trajectory, travel: float)
     ]
     if layout.force > 0.0 and mode is not Mode.SEPARATED:
         scale = _ARROW * size / layout.force
-        p, rates = course_of(run.parameters, run.over_time).after(float(moment.t[0]))
+        p, rates = build_course(run.parameters, run.over_time).after(float(moment.t[0]))
         friction = friction_force(p, (x, float(moment.vx[0]), y, float(moment.vy[0])), mode, rates)
         right = x + half
         shapes += [

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import read_csv
-from fivtui.model import InputError, Interval, check_known, unknown_name
+from fivtui.model import InputError, Interval, check_known, unknown_name_error
 
 from .instance import FmuFile
 
@@ -89,7 +89,7 @@ def read_signals(
     table = _read_table(path)
     for name in table:
         if name != TIME and name not in inputs:
-            raise unknown_name(f"input in {path}:", name, inputs)
+            raise unknown_name_error(f"input in {path}:", name, inputs)
     if TIME not in table:
         raise InputError(f"{path}: there is no column {TIME}")
     if np.any(np.diff(table[TIME]) < 0.0):

@@ -93,7 +93,7 @@ def integrate_fmu(
         master = Master(slave, request, recorder)
         points = [master.point] if times and times[0] == 0.0 else []
         sample_times = frozenset(times)
-        kinks = [] if course is None else course.breaks(request.t_end)
+        kinks = [] if course is None else course.row_times_before(request.t_end)
         for t in _communication_points(request.t_end, step, [*heapq.merge(times, kinks)]):
             master.step_to(t)
             if t in sample_times:

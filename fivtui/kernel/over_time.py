@@ -24,7 +24,7 @@ def course_table(course: Course, t_end: float) -> CourseTable:
         mu = values.get("mu", (p.mu, 0.0))
         mu_static = mu if p.mu_s is None else (p.mu_s, 0.0)
         speed = values.get("v_belt", (p.v_belt or 0.0, 0.0))
-        next_time = course.next_break(t)
+        next_time = course.next_row_time(t)
         speed_before = course.speed_before(next_time)
         rows.append((t, *values.get("F", (p.F, 0.0)), *mu, *mu_static, *speed, speed_before))
         t = next_time

@@ -19,7 +19,7 @@ from fivtui.model import (
     parameter_spec,
     system_of,
     time_scale,
-    unknown_name,
+    unknown_name_error,
 )
 from fivtui.results import build_grid
 
@@ -154,7 +154,7 @@ def parse_map_value(value: str, allowed: Sequence[MapValue]) -> MapValue:
     for name in allowed:
         if name == value:
             return name
-    raise unknown_name("map value", value, allowed)
+    raise unknown_name_error("map value", value, allowed)
 
 
 def check_points(count: int, limit: int) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import read_bytes
-from fivtui.model import Column, InputError, read_number, unknown_name
+from fivtui.model import Column, InputError, read_number, unknown_name_error
 from fivtui.results import Result, Table, Tabular
 
 FloatArray = NDArray[np.float64]
@@ -207,7 +207,7 @@ def _find_column(chosen: str, names: list[str], role: str, usual: Sequence[str],
         return names.index(chosen)
     if chosen.isascii() and chosen.isdigit() and 1 <= int(chosen) <= len(names):
         return int(chosen) - 1
-    raise unknown_name(f"{role} column", chosen, names)
+    raise unknown_name_error(f"{role} column", chosen, names)
 
 
 def _column_values(rows: list[_Row], column: int, name: str) -> FloatArray:

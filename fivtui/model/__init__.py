@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     from .modes import ALWAYS_SLIDING, IN_CONTACT, MODES, Guard, Mode, Transition, transition_name
     from .numbers import Interval, parse_number, read_integer, read_number
     from .over_time import (
-        TIMED,
+        TIME_DEPENDENT,
         Course,
         Rows,
         TimeTable,
-        course_of,
+        build_course,
         parameters_after,
         time_table,
         time_tables,
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from .parameters import (
         ALL_PARAMETERS,
         BELT_PARAMETERS,
-        NONE,
+        NONE_TEXT,
         PARAMETERS,
         Parameters,
         ParameterSpec,
@@ -56,11 +56,11 @@ if TYPE_CHECKING:
         check_known,
         check_names,
         check_parameters,
+        describe_unused,
         number_spec,
         parameter_spec,
-        unknown_name,
+        unknown_name_error,
         unused_parameters,
-        without_effect,
     )
     from .progress import OnProgress, Progress
     from .slider_belt import (
@@ -74,7 +74,7 @@ if TYPE_CHECKING:
         mode_of,
         no_equilibrium_error,
         resting_height,
-        sliding,
+        sliding_coefficients,
         static_deflection,
         static_start,
         static_start_change,

@@ -37,7 +37,7 @@ class Transition:
     """How a mode ends: the guard that falls to zero, and the modes that may follow."""
 
     guard: Guard
-    to: tuple[Mode, ...]
+    next_modes: tuple[Mode, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from .numbers import parse_number
 from .parameters import Parameters, check_known, parameter_spec
 
 # The parameters that may change with time.
-TIMED: Final = ("F", "mu", "v_belt")
+TIME_DEPENDENT: Final = ("F", "mu", "v_belt")
 # Largest number of rows that are all listed in a description.
 _MAX_LISTED_ROWS: Final = 4
 _ROWS_TEXT: Final = "pairs of time (s) and value"
@@ -57,7 +57,7 @@ class TimeTable:
         """Pairs of time, s, and value."""
         return list(zip(self.times, self.values, strict=True))
 
-    def in_words(self) -> str:
+    def describe(self) -> str:
         """Description of the table, such as ``0 (0 s) → 80 (2 s)``."""
         count = len(self.times)
         if count <= _MAX_LISTED_ROWS:
@@ -81,7 +81,7 @@ def time_table(name: str, rows: Rows) -> TimeTable:
     Raises `InputError` if the parameter cannot change with time, times do not ascend, or a value is
     out of range.
     """
-    check_known("parameter over time", name, TIMED)
+    check_known("parameter over time", name, TIME_DEPENDENT)
     spec = parameter_spec(name)
     if isinstance(rows, TimeTable):
         rows = zip(rows.times, rows.values, strict=True)
@@ -141,7 +141,7 @@ class Course:
         table = self.tables.get("v_belt")
         return (self.fixed.v_belt or 0.0) if table is None else table.before(t)
 
-    def next_break(self, t: float) -> float:
+    def next_row_time(self, t: float) -> float:
         """The next time, s, at which a table has a row; infinite after the last one."""
         row_times = (
             table.times[index]
@@ -150,7 +150,7 @@ class Course:
         )
         return min(row_times, default=math.inf)
 
-    def breaks(self, t_end: float) -> list[float]:
+    def row_times_before(self, t_end: float) -> list[float]:
         """The times of all rows between 0 and a horizon, s, ascending."""
         times = {t for table in self.tables.values() for t in table.times}
         return sorted(t for t in times if 0.0 < t < t_end)
@@ -172,6 +172,6 @@ def parameters_after(p: Parameters, rates: Rates, duration: float) -> Parameters
     return p.replaced(**values)
 
 
-def course_of(p: Parameters, over_time: Mapping[str, Rows]) -> Course:
+def build_course(p: Parameters, over_time: Mapping[str, Rows]) -> Course:
     """Parameters as functions of time, checked; raises `InputError` if a table is invalid."""
     return Course(p, time_tables(over_time))

@@ -78,18 +78,18 @@ class ParameterSpec:
 
     def read(self, value: object) -> float | None:
         """As `check`, but None or the text ``none`` gives None where the parameter is optional."""
-        if self.optional and (value is None or (isinstance(value, str) and value == NONE)):
+        if self.optional and (value is None or (isinstance(value, str) and value == NONE_TEXT)):
             return None
         return self._interval.check(self.name, value) if self.optional else self.check(value)
 
 
 # Text for an optional parameter that is not set.
-NONE: Final = "none"
+NONE_TEXT: Final = "none"
 # Minimum similarity of a suggested name to the unknown one.
 _MIN_SIMILARITY: Final = 0.6
 
 
-def unknown_name(kind: str, name: str, allowed: Iterable[str]) -> InputError:
+def unknown_name_error(kind: str, name: str, allowed: Iterable[str]) -> InputError:
     """The error for an unknown name; it suggests the nearest known one."""
     names = list(allowed)
     # A single letter would match every short name that contains it.
@@ -106,7 +106,7 @@ def unknown_name(kind: str, name: str, allowed: Iterable[str]) -> InputError:
 def check_known(kind: str, name: str, allowed: Collection[str]) -> None:
     """Raise `InputError` unless a name is one of those allowed."""
     if name not in allowed:
-        raise unknown_name(kind, name, allowed)
+        raise unknown_name_error(kind, name, allowed)
 
 
 def _spec(
@@ -277,7 +277,7 @@ def unused_parameters(p: Parameters, varied: Collection[str] = ()) -> dict[str, 
     return {"v_s": "mu_s greater than mu"} if "v_s" in names and not friction_falls else {}
 
 
-def without_effect(p: Parameters, varied: Collection[str] = ()) -> str:
+def describe_unused(p: Parameters, varied: Collection[str] = ()) -> str:
     """A phrase on parameters that have no effect; empty if there are none."""
     unused = unused_parameters(p, varied)
     if not unused:
@@ -289,7 +289,7 @@ def without_effect(p: Parameters, varied: Collection[str] = ()) -> str:
 def check_effect(p: Parameters, varied: Collection[str]) -> None:
     """Raise `InputError` if a varied parameter has no effect."""
     if {*unused_parameters(p, varied)} & {*varied}:
-        raise InputError(f"{without_effect(p, varied)}, which must be given")
+        raise InputError(f"{describe_unused(p, varied)}, which must be given")
 
 
 _SPECS: Final = [ParameterSpec(name=f.name, **f.metadata) for f in fields(Parameters)]
@@ -306,7 +306,7 @@ def number_spec(name: str) -> ParameterSpec:
     """
     spec = parameter_spec(name)
     if spec.optional:
-        raise unknown_name("parameter", name, PARAMETERS)
+        raise unknown_name_error("parameter", name, PARAMETERS)
     return spec
 
 

@@ -15,10 +15,10 @@ from .modes import IN_CONTACT, Mode
 from .parameters import Parameters
 from .system import System
 
-# Forces balance if their sum is below this fraction of their sizes, or below LEAST, N or N/s, at
-# which its effect on a mass may underflow.
-BALANCED: Final = 2.0**-49
-LEAST: Final = 1e-280
+# Forces balance if their sum is below this fraction of their sizes, or below MIN_FORCE, N or N/s,
+# at which its effect on a mass may underflow.
+BALANCE_TOL: Final = 2.0**-49
+MIN_FORCE: Final = 1e-280
 State = tuple[float, float, float, float]
 Matrix = tuple[State, State, State, State]
 
@@ -41,7 +41,7 @@ def accelerations(
     return equations.horizontal_acceleration(p, x, vx, y, friction), ay
 
 
-def sliding(p: Parameters, y: float, mode: Mode) -> tuple[float, float]:
+def sliding_coefficients(p: Parameters, y: float, mode: Mode) -> tuple[float, float]:
     """Friction coefficient, and horizontal damping in N s/m, about an equilibrium at y, m.
 
     On a belt of finite speed, friction that falls with the sliding speed reduces the damping.
@@ -65,9 +65,9 @@ def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CON
     """The mode in which the motion continues from a state (Eqs. 3 and 4), see `MODES`.
 
     At y = 0 the sign of the first nonzero time derivative of y decides. A second derivative within
-    rounding counts as zero (see `lift`). A slider at rest at y = 0 is in contact. On a belt of
-    finite speed, a slider at the speed of the belt sticks if |f| <= μ_s P for the holding force f;
-    in tension, P < 0 with separation ignored, it never sticks.
+    rounding counts as zero (see `lifting_force`). A slider at rest at y = 0 is in contact. On a
+    belt of finite speed, a slider at the speed of the belt sticks if |f| <= μ_s P for the holding
+    force f; in tension, P < 0 with separation ignored, it never sticks.
     """
     if separation and _separates(p, state, rates):
         return Mode.SEPARATED
@@ -81,7 +81,7 @@ def _separates(p: Parameters, state: State, rates: Rates) -> bool:
         return y > 0.0
     h = equations.coupling_stiffness(p)
     jerk = h * vx - rates.F
-    derivatives = (vy, lift(p, x), jerk if abs(jerk) > LEAST else 0.0, -h * x)
+    derivatives = (vy, lifting_force(p, x), jerk if abs(jerk) > MIN_FORCE else 0.0, -h * x)
     direction = next((value for value in derivatives if value != 0.0), -1.0)
     return direction > 0.0
 
@@ -138,16 +138,16 @@ def _product_derivatives(
 def _is_negative(derivatives: Sequence[float], sizes: Sequence[float]) -> bool:
     # Whether a function is or becomes negative, by its first derivative that exceeds rounding.
     for value, size in zip(derivatives, sizes, strict=True):
-        if abs(value) > max(BALANCED * size, LEAST):
+        if abs(value) > max(BALANCE_TOL * size, MIN_FORCE):
             return value < 0.0
     return False
 
 
-def lift(p: Parameters, x: float) -> float:
+def lifting_force(p: Parameters, x: float) -> float:
     """Force (k3/2) x − F in N that lifts a slider at rest at y = 0; 0 if within rounding."""
     spring, load = equations.coupling_stiffness(p) * x, equations.load(p)
     difference = spring - load
-    is_significant = abs(difference) > max(BALANCED * (abs(spring) + abs(load)), LEAST)
+    is_significant = abs(difference) > max(BALANCE_TOL * (abs(spring) + abs(load)), MIN_FORCE)
     return difference if is_significant else 0.0
 
 
@@ -246,7 +246,7 @@ def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
     """Jacobian (4 × 4, SI units) of the first-order system (Eq. 8) in (x, ẋ, y, ẏ)."""
     # Use a linear contact spring with the tangent stiffness.
     kt = tangent_stiffness(p, y)
-    mu, c1 = sliding(p, y, mode)
+    mu, c1 = sliding_coefficients(p, y, mode)
     c = equations.field(p.linearised(k2=kt, mu=mu, c1=c1), mode)
     return (
         (0.0, 1.0, 0.0, 0.0),

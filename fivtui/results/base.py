@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from fivtui.model import Parameters, System, without_effect
+from fivtui.model import Parameters, System, describe_unused
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -164,6 +164,6 @@ def scene_text(system: System, *, without: Sequence[str] = ()) -> str:
     phrases = [
         f"base set with {', '.join(differences)}" if differences else "base set",
         "" if system.separation else "separation ignored",
-        without_effect(p, without),
+        describe_unused(p, without),
     ]
     return "; ".join(phrase for phrase in phrases if phrase)

@@ -14,7 +14,7 @@ import tomlkit
 from tomlkit.items import Item
 
 from fivtui.io import MAX_TEXT, output_path, path_exists, read_bytes, write_atomically
-from fivtui.model import InputError, Parameters, check_known, parameter_spec, unknown_name
+from fivtui.model import InputError, Parameters, check_known, parameter_spec, unknown_name_error
 from fivtui.transient import SETTINGS, check_file_number, check_file_text
 
 from .over_time import over_time_to_dict, parse_over_time
@@ -310,7 +310,7 @@ def find_scene(name_or_path: str) -> Scene:
         return load_scene(path)
     if name_or_path in PRESETS:
         return PRESETS[name_or_path]
-    raise unknown_name("preset", name_or_path, PRESETS)
+    raise unknown_name_error("preset", name_or_path, PRESETS)
 
 
 def scene_file(name_or_path: str) -> Path | None:

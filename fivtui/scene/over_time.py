@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from fivtui.io import read_csv
-from fivtui.model import TIMED, InputError, TimeTable, check_known, time_table
+from fivtui.model import TIME_DEPENDENT, InputError, TimeTable, check_known, time_table
 from fivtui.transient import check_file_number
 
 # Tables over time, with the names of their parameters.
@@ -15,7 +15,7 @@ OverTime = tuple[tuple[str, TimeTable], ...]
 
 TIME: Final = "time"
 _MAX_ROWS: Final = 20_000
-_FILE_KEYS: Final = ("file", TIME, *TIMED)
+_FILE_KEYS: Final = ("file", TIME, *TIME_DEPENDENT)
 _COLUMN_KEYS: Final = ("column", "scale", "offset")
 _ALLOWED_FORM: Final = "a table such as {F = [[0, 10], [4, 60]]}, or with file = a CSV file"
 
@@ -36,7 +36,7 @@ def parse_over_time(key: str, value: object, folder: Path | None = None) -> Over
     if not isinstance(value["file"], str):
         raise InputError(f"{key}.file = {value['file']!r}: must be the name of a file in quotes")
     path = (folder or Path()) / value["file"]
-    columns = {name: _read_column(name, value[name]) for name in TIMED if name in value}
+    columns = {name: _read_column(name, value[name]) for name in TIME_DEPENDENT if name in value}
     return read_over_time(path, time=str(value.get(TIME, TIME)), columns=columns)
 
 
@@ -49,9 +49,9 @@ def read_over_time(
     """The tables in a CSV file with a row of names."""
     table = read_csv(path)
     if columns is None:
-        columns = {name: (name, 1.0, 0.0) for name in TIMED if name in table}
+        columns = {name: (name, 1.0, 0.0) for name in TIME_DEPENDENT if name in table}
         if not columns:
-            raise InputError(f"{path}: must have a column of {', '.join(TIMED)}")
+            raise InputError(f"{path}: must have a column of {', '.join(TIME_DEPENDENT)}")
     for name in (time, *(column for column, _, _ in columns.values())):
         check_known(f"column in {path}:", name, table)
     if table[time].size > _MAX_ROWS:

@@ -10,10 +10,10 @@ from fivtui.model import (
     InputError,
     Parameters,
     System,
+    build_course,
     check_known,
     check_names,
     check_parameters,
-    course_of,
 )
 from fivtui.transient import (
     ALL_METHODS,
@@ -120,7 +120,7 @@ class Scene:
             check_uses_step(self.method)
         p, over_time = check_parameters(self.parameters), dict(self.over_time)
         if over_time:
-            p, _ = course_of(p, over_time).after(0.0)
+            p, _ = build_course(p, over_time).after(0.0)
         t_end = check_horizon(self.t_end)
         checked = {
             "parameters": p,

@@ -94,7 +94,7 @@ class Sweep(Result, Tabular, Plottable):
         scene = scene_text(System(study.parameters, any(study.cases)), without=varied)
         rows = [
             ("scene", scene),
-            *((f"{name} over time", table.in_words()) for name, table in study.over_time),
+            *((f"{name} over time", table.describe()) for name, table in study.over_time),
             ("design", study.design.kind),
             ("members", f"{len(table.reasons)}, {table.failed} failed"),
         ]

@@ -8,11 +8,11 @@ from fivtui.model import (
     Column,
     InputError,
     Parameters,
+    build_course,
     check_effect,
     check_known,
     check_names,
     check_parameters,
-    course_of,
 )
 from fivtui.safety import SafeTable
 from fivtui.scene import OverTime, Scene
@@ -155,7 +155,7 @@ class Study:
         object.__setattr__(self, "accuracy", tuple(targets.items()))
         p = check_parameters(self.parameters)
         if self.over_time:
-            p, _ = course_of(p, dict(self.over_time)).after(0.0)
+            p, _ = build_course(p, dict(self.over_time)).after(0.0)
             object.__setattr__(self, "parameters", p)
         check_effect(p, (*dict(self.over_time), *self.design.axes))
         tol = check_tolerance(self.tol)

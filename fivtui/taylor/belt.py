@@ -17,7 +17,7 @@ from fivtui.model.field import (
 )
 from fivtui.model.modes import MODES, Guard, Mode, Transition
 from fivtui.model.over_time import Course, parameters_after
-from fivtui.model.slider_belt import BALANCED, State, lift, mode_of, static_deflection
+from fivtui.model.slider_belt import BALANCE_TOL, State, lifting_force, mode_of, static_deflection
 from fivtui.model.system import System
 
 from .polynomial import first_root
@@ -58,7 +58,7 @@ class BeltStepper(TaylorStepper):
         p, self._rates = self._course.after(t)
         super().__init__(System(p, system.separation), state, t=t, tol=tol, order=order)
         self._deflection = static_deflection(p.with_values({"F": self._course.greatest_load}))
-        self._row_time = self._course.next_break(t)
+        self._row_time = self._course.next_row_time(t)
         self._mode = mode_of(p, state, separation=system.separation, rates=self._rates)
         # A table of μ may begin at μ_s, where the law is constant, and fall later: keep the law.
         self._by_law = p.v_s is not None and p.mu_s is not None if tables else bool(p.speed_law)
@@ -68,7 +68,7 @@ class BeltStepper(TaylorStepper):
         """Compute the next segment, as `TaylorStepper.advance`, cut also at a row of a table."""
         if self._terms.over_time:
             self._p, self._rates = self._course.after(self._time)
-            self._row_time = self._course.next_break(self._time)
+            self._row_time = self._course.next_row_time(self._time)
         segment = super().advance()
         return segment if segment.end < self._row_time else self._end_at_row(segment)
 
@@ -120,7 +120,7 @@ class BeltStepper(TaylorStepper):
 
     def _next_mode(self, ended: Transition, state: State) -> Mode:
         if ended.guard in HOLD_GUARDS:
-            return ended.to[0]
+            return ended.next_modes[0]
         p, rates = self._course.after(self._time)
         return mode_of(p, state, separation=self._separation, rates=rates)
 
@@ -139,7 +139,7 @@ class BeltStepper(TaylorStepper):
 
     def _balance_forces(self, y: tuple[float, ...]) -> tuple[float, ...]:
         balanced = super()._balance_forces(y)
-        if self._rates is CONSTANT or lift(self._p, self._state[0]) != 0.0:
+        if self._rates is CONSTANT or lifting_force(self._p, self._state[0]) != 0.0:
             return balanced
         return (*balanced[:3], balanced[3] - self._rates.F / (6.0 * self._p.m), *balanced[4:])
 
@@ -153,7 +153,7 @@ class BeltStepper(TaylorStepper):
         margin = guard_value(p, self._state, guard, self._rates)
         # Friction is continuous at v_r = 0.
         smooth = p.mu_static == p.mu or p.speed_law is not None
-        balanced = smooth and abs(margin) <= BALANCED * size
+        balanced = smooth and abs(margin) <= BALANCE_TOL * size
         with_belt = 0.5 * self._rates.v_belt
         leaves = x[2] > with_belt if forward else x[2] < with_belt
         return (x[0], x[1], with_belt, *x[3:]) if balanced or leaves else x

@@ -18,7 +18,7 @@ from fivtui.model.modes import ALWAYS_SLIDING, IN_CONTACT, MODES, Mode, Transiti
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import (
     State,
-    lift,
+    lifting_force,
     mode_of,
     static_deflection,
     time_scale,
@@ -234,7 +234,7 @@ class TaylorStepper:
         # Where the forces balance at a switch, use the acceleration of the damper alone: a rounding
         # error of random sign would cause repeated switches.
         x, vx, _, vy = self._state
-        if lift(self._p, x) != 0.0:
+        if lifting_force(self._p, x) != 0.0:
             return y
         coefficients = self._constants[self._mode]
         half = 0.5 * coefficients.yvy * vy

@@ -19,7 +19,7 @@ from fivtui.model.errors import ComputationError
 from fivtui.model.field import CONSTANT, DERIVATIVE_STEP, derivative, field, guard_value
 from fivtui.model.modes import MODES, Guard, Mode
 from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import LEAST, State, accelerations
+from fivtui.model.slider_belt import MIN_FORCE, State, accelerations
 from fivtui.model.system import System
 
 from .belt import HOLD_GUARDS, SPEED_GUARDS
@@ -142,7 +142,9 @@ class Deviations:
 
     def _ending_guard(self, segment: Segment) -> Guard:
         # The guard whose zero ended the segment.
-        return next(end.guard for end in MODES[segment.mode].ends if segment.next_mode in end.to)
+        return next(
+            end.guard for end in MODES[segment.mode].ends if segment.next_mode in end.next_modes
+        )
 
     def _cross_switch(self, segment: Segment) -> None:
         # Apply the switch at the end of a segment to the deviations.
@@ -214,7 +216,7 @@ def _is_short(size: Sequence[float], length: float) -> bool:
     terms = list(map(mul, size, powers))
     scale = max(terms[:_FIRST_TERMS])
     # Tiny deviations may lose digits.
-    return bool(scale <= LEAST or max(terms[-2:]) <= scale * _NEGLIGIBLE)
+    return bool(scale <= MIN_FORCE or max(terms[-2:]) <= scale * _NEGLIGIBLE)
 
 
 def _deviation_at(series: Series, t: float) -> State:
@@ -224,4 +226,4 @@ def _deviation_at(series: Series, t: float) -> State:
 
 
 def _flush(value: float) -> float:
-    return value if abs(value) > LEAST else 0.0
+    return value if abs(value) > MIN_FORCE else 0.0

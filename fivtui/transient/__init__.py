@@ -72,9 +72,9 @@ if TYPE_CHECKING:
     )
     from .settings.options import OVER_TIME, RunOptions, SimulateOptions
     from .settings.table import (
-        CONSIDERED,
-        IGNORED,
         SETTINGS,
+        WITH_SEPARATION,
+        WITHOUT_SEPARATION,
         Accuracy,
         RunSetting,
         check_file_number,

@@ -27,7 +27,7 @@ from fivtui.taylor import (
 
 from .extremes import Extremes
 from .request import OnSamples, Request
-from .result import NO_CHANGES, Stats, Transient, assemble, lift_times
+from .result import NO_CHANGES, Stats, Transient, build_transient, contact_switch_times
 from .stiffness import step_limit_error
 from .trajectory import DenseSolution, Trajectory, build_trajectory
 
@@ -100,10 +100,10 @@ def run(request: Request, work: Progress, on_samples: OnSamples | None = None) -
     if isinstance(native, BeltRun):
         mode_changes = switch_times.reshape(-1, NO_CHANGES.shape[1])
         separates = outcome.separations + outcome.reattachments > 0.0
-        switch_times = lift_times(mode_changes) if separates else mode_changes[:0, 0]
+        switch_times = contact_switch_times(mode_changes) if separates else mode_changes[:0, 0]
         changes = mode_changes if p.v_belt is not None else NO_CHANGES
         tally = native.tally
-    return assemble(
+    return build_transient(
         request,
         final=outcome[:4],
         extremes=Extremes(

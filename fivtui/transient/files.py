@@ -36,9 +36,9 @@ from .result import (
     Stats,
     Steady,
     Transient,
-    assemble,
+    build_transient,
 )
-from .trajectory import COLUMNS, Trajectory, touching
+from .trajectory import COLUMNS, Trajectory, is_in_contact
 
 _TRAJECTORY: Final = "trajectory"
 _DATA: Final = "transient"
@@ -173,12 +173,12 @@ def _assemble_from_samples(header: Mapping[str, Any], motion: Trajectory) -> Tra
     method = str(header["method"])
     has_step = method in FMU_FLAVOURS or uses_step(method)
     request = _read_request(header, header.get("step") if has_step else None)
-    separated = ~touching(motion.mode)
+    separated = ~is_in_contact(motion.mode)
     indices = np.flatnonzero(separated[1:] != separated[:-1])
     switches = _crossing_times(motion, indices)
     changes = _mode_changes(motion, switches)
     edge_times = np.concatenate(([motion.t[0]], switches, [motion.t[-1]]))
-    run = assemble(
+    run = build_transient(
         request,
         final=_final_state(motion),
         extremes=_extremes(motion, 0.0),
@@ -216,7 +216,7 @@ def _mode_changes(
     indices = np.flatnonzero(np.diff(motion.mode))
     first, second = motion.mode[indices], motion.mode[indices + 1]
     times = 0.5 * (motion.t[indices] + motion.t[indices + 1])
-    times[touching(first) != touching(second)] = switches
+    times[is_in_contact(first) != is_in_contact(second)] = switches
     return np.stack((times, first, second), axis=1)
 
 

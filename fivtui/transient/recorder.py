@@ -11,7 +11,7 @@ from fivtui.taylor import Segment, Stepper
 
 from .extremes import Extremes
 from .request import Kernel, OnSamples, Request
-from .result import NO_CHANGES, Stats, Transient, assemble
+from .result import NO_CHANGES, Stats, Transient, build_transient
 from .stiffness import step_limit_error
 from .trajectory import DenseSolution, Trajectory
 
@@ -111,7 +111,7 @@ class Recorder:
         if self._times is not None and self._segments:
             self._sample(self._times)
         dense = self._request.dense
-        return assemble(
+        return build_transient(
             self._request,
             final=self._final,
             extremes=self._extremes,

@@ -48,7 +48,7 @@ def transient_rows(
     half_range_error = "" if errors is None else f", {note('half_range')}"
     share = events.separated_time / result.t_end
     rows = [
-        *(Row(f"{name} over time", table.in_words()) for name, table in result.over_time.items()),
+        *(Row(f"{name} over time", table.describe()) for name, table in result.over_time.items()),
         Row("separation", "considered" if result.separation else "ignored"),
         Row("peak |y|", f"{number(peak.y_abs)} m", note("peak", "exact")),
         Row("range of y", f"{number(peak.y_min)} to {number(peak.y_max)} m", range_note),

@@ -309,7 +309,7 @@ class Transient(SystemResult, Plottable):
         return rows
 
     def _over_time_rows(self) -> list[tuple[str, str]]:
-        phrases = [f"{name} {table.in_words()}" for name, table in self.over_time.items()]
+        phrases = [f"{name} {table.describe()}" for name, table in self.over_time.items()]
         return [("over time", "; ".join(phrases))] if phrases else []
 
     def _stick_rows(self) -> list[tuple[str, str]]:
@@ -341,7 +341,7 @@ class Transient(SystemResult, Plottable):
         return transient_sheet([self])
 
 
-def assemble(
+def build_transient(
     request: Request,
     *,
     final: State,
@@ -389,7 +389,7 @@ def assemble(
         ),
         Steady(0.5 * (second_half.y_max - second_half.y_min)),
         ContactForce(force_min, force_max),
-        all_events(
+        complete_events(
             Events(
                 separations, switches.size - separations, separated_time, first_switch, last_switch
             ),
@@ -408,7 +408,7 @@ def assemble(
     )
 
 
-def all_events(
+def complete_events(
     events: Events,
     p: Parameters,
     first_mode: Mode,
@@ -438,7 +438,7 @@ def _count_changes(first_mode: Mode, changes: NDArray[np.float64], t_end: float)
     return float((ends - starts).sum()), counts
 
 
-def lift_times(changes: NDArray[np.float64]) -> NDArray[np.float64]:
+def contact_switch_times(changes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Times of separations and reattachments among all switches on a belt of finite speed."""
     times: NDArray[np.float64] = changes[_IS_LIFT[_pair_indices(changes)], 0]
     return times

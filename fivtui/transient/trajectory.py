@@ -69,7 +69,7 @@ class Trajectory(Result, Tabular):
                     if column.name != "mode"
                 )
             ),
-            ("off the belt", f"{np.count_nonzero(~touching(self.mode))} samples"),
+            ("off the belt", f"{np.count_nonzero(~is_in_contact(self.mode))} samples"),
         ]
 
     def _table(self) -> Table:
@@ -139,7 +139,7 @@ class DenseSolution:
         return build_trajectory(self._p, t, (x, vx / duration, y, vy / duration), self._mode[index])
 
 
-def touching(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
+def is_in_contact(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Whether the slider touches the belt, for an array of modes."""
     flags: NDArray[np.bool_] = _IS_IN_CONTACT[mode]
     return flags
@@ -156,7 +156,7 @@ def build_trajectory(
     x, vx, y, vy = states
     force = np.empty_like(y) if room is None else room
     force[:] = spring_force(p, y)
-    force[~touching(mode)] = 0.0
+    force[~is_in_contact(mode)] = 0.0
     return Trajectory(t, x, vx, y, vy, force, mode)
 
 

@@ -18,7 +18,7 @@ from textual.screen import Screen
 from textual.theme import Theme
 from textual.timer import Timer
 
-from fivtui.model import InputError, unknown_name
+from fivtui.model import InputError, unknown_name_error
 from fivtui.scene import Scene
 from fivtui.tui.session import StoredResult
 
@@ -134,7 +134,7 @@ class FivtuiApp(App[None]):
             for name, colours in config.themes.items():
                 self.register_theme(Theme(name, **cast("dict[str, Any]", colours)))
             if config.theme and config.theme not in self.available_themes:
-                raise unknown_name("theme", config.theme, self.available_themes)
+                raise unknown_name_error("theme", config.theme, self.available_themes)
         except InputError as error:
             self._reports.append(Reported(f"{path}: {error}", error=True))
             return

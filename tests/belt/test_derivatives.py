@@ -11,7 +11,7 @@ from fivtui import Parameters, simulate
 from fivtui.model import ComputationError, InputError, System, accelerations
 from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.model.parameters import ALL_PARAMETERS
-from fivtui.model.slider_belt import State, sliding
+from fivtui.model.slider_belt import State, sliding_coefficients
 from fivtui.taylor import Deviations, Seed, Segment
 from fivtui.transient import START_SEEDS, Request, Variation, vary
 from fivtui.transient.derivatives.variation import EXTREMES
@@ -131,7 +131,7 @@ def test_the_scenes_have_all_transitions_of_the_table() -> None:
         run = simulate(p, start=start, t_end=t_end, separation=separation)
         transitions |= set(run.events.transitions)
     rows = [(mode, end) for mode, row in MODES.items() for end in row.ends]
-    kinds = [(mode, successor) for mode, end in rows for successor in end.to]
+    kinds = [(mode, successor) for mode, end in rows for successor in end.next_modes]
     assert transitions == {transition_name(*kind) for kind in kinds if Mode.CONTACT not in kind}
 
 
@@ -218,7 +218,7 @@ def test_volume_jumps_by_the_ratio_of_the_accelerations_where_slip_turns_back() 
         volume *= accelerations(p, state, change.then)[0] / accelerations(p, state, change.first)[0]
     flow = compute_derivatives(p, start, t_end, separation=False).derivatives[:, :4]
     assert np.linalg.det(flow) == pytest.approx(volume, rel=1e-10)
-    assert sliding(p, -0.4, Mode.FORWARD) == (0.05, p.c1)
+    assert sliding_coefficients(p, -0.4, Mode.FORWARD) == (0.05, p.c1)
 
 
 def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:

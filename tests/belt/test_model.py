@@ -9,7 +9,7 @@ from fivtui import Parameters, simulate
 from fivtui.model.errors import InputError
 from fivtui.model.field import exponential, friction_coefficient, guard_value
 from fivtui.model.modes import MODES, Guard, Mode
-from fivtui.model.slider_belt import LEAST, State, accelerations, friction_force, mode_of
+from fivtui.model.slider_belt import MIN_FORCE, State, accelerations, friction_force, mode_of
 from fivtui.transient.request import KernelChoice
 from tests.support.strategies import moderate_parameters, states
 
@@ -56,8 +56,8 @@ def test_belt_parameters_are_none_or_within_bounds() -> None:
 def test_modes_end_in_other_modes_of_the_same_kind_of_belt_or_in_separation() -> None:
     for mode, row in MODES.items():
         for transition in row.ends:
-            assert mode not in transition.to
-            for successor in transition.to:
+            assert mode not in transition.next_modes
+            for successor in transition.next_modes:
                 finite_belts = {row.finite_belt, MODES[successor].finite_belt}
                 assert finite_belts != {True, False} or Mode.SEPARATED in (mode, successor)
 
@@ -79,7 +79,7 @@ def test_at_the_speed_of_the_belt_the_acceleration_determines_the_mode(
     if mode is Mode.STICK:
         spring_force = abs(friction_force(p, state_at_belt_speed, Mode.STICK))
         grip = p.mu_static * max(-p.k2 * y - p.k_nl * y**3, 0.0)
-        assert spring_force <= grip + 1e-12 * (spring_force + grip + p.mu_static * p.F) + LEAST
+        assert spring_force <= grip + 1e-12 * (spring_force + grip + p.mu_static * p.F) + MIN_FORCE
         assert accelerations(p, state_at_belt_speed, mode)[0] == 0.0
     else:
         ax = accelerations(p, state_at_belt_speed, mode)[0]

@@ -16,7 +16,7 @@ from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.model.slider_belt import State
 from fivtui.taylor.belt import BeltStepper
 from fivtui.transient.request import KernelChoice, Start
-from fivtui.transient.result import Transient, all_events
+from fivtui.transient.result import Transient, complete_events
 from tests.support.energy import mechanical_energy, power
 
 from .test_model import belts
@@ -64,7 +64,7 @@ def test_counts_of_sticks_and_switches_match_the_mode_changes(v_belt: float) -> 
     p = Parameters(v_belt=v_belt, mu_s=0.9, v_s=0.4)
     for t_end in (0.5, 20.0, 60.0):
         run = simulate(p, t_end=t_end, kernel="compiled")
-        events = all_events(run.events, p, run.first_mode, run.changes, t_end)
+        events = complete_events(run.events, p, run.first_mode, run.changes, t_end)
         assert run.events.stick_time == pytest.approx(events.stick_time, abs=1e-12)
         assert run.events == events._replace(stick_time=run.events.stick_time)
         separated = run.changes[:, 1:] == Mode.SEPARATED
@@ -109,7 +109,7 @@ def test_every_transition_of_the_table_occurs(kernel: KernelChoice) -> None:
         transition_name(mode, successor)
         for mode, row in MODES.items()
         for transition in row.ends
-        for successor in transition.to
+        for successor in transition.next_modes
         if Mode.CONTACT not in (mode, successor)
     }
     assert set(transitions) == expected

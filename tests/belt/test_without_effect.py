@@ -4,7 +4,7 @@ import pytest
 
 from fivtui import Parameters, branch, continuation, simulate, stability, stability_map, sweep
 from fivtui.cli import run
-from fivtui.model import InputError, without_effect
+from fivtui.model import InputError, describe_unused
 from fivtui.scene import Scene
 from fivtui.tui.session import Session
 
@@ -31,7 +31,7 @@ CONSTANT_FRICTION = "v_s has no effect without mu_s greater than mu"
 def test_a_parameter_that_needs_another_one_gives_a_warning(
     values: dict[str, float], varied: tuple[str, ...], message: str
 ) -> None:
-    assert without_effect(Parameters(**values), varied) == message
+    assert describe_unused(Parameters(**values), varied) == message
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 from fivtui import Parameters, simulate
-from fivtui.model import Mode, State, course_of, friction_force
+from fivtui.model import Mode, State, build_course, friction_force
 from fivtui.model.field import Rates
 from tests.support.fmu_exchange import FLOATS, INDICATORS, exchanged, integrated, read
 from tests.support.fmu_instance import FmuInstance
@@ -250,7 +250,7 @@ TABLES: Final[dict[str, list[tuple[float, float]]]] = {
 def test_input_ramps_give_the_motion_of_native_tables(
     folder: Path, step: float, settings: dict[str, float]
 ) -> None:
-    course = course_of(Parameters(v_belt=1.0, **settings), TABLES)
+    course = build_course(Parameters(v_belt=1.0, **settings), TABLES)
     p, _ = course.after(0.0)
     records = []
     with FmuInstance(folder).begin(**start_values(p, None)) as instance:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
-from fivtui.model import MODES, Mode, State, course_of
+from fivtui.model import MODES, Mode, State, build_course
 from fivtui.model.over_time import Rows
 from fivtui.taylor.recurrence import Terms, motion_function
 from fivtui.transient.request import KernelChoice
@@ -37,7 +37,7 @@ def test_every_segment_is_expanded_as_the_equations_say(name: str, kernel: Kerne
     run = simulate(p, t_end=9.0, start=START, samples="dense", kernel=kernel, over_time=tables)
     motion = run.solution
     assert motion is not None
-    course = course_of(p, tables)
+    course = build_course(p, tables)
     for column, number in enumerate(motion._mode):
         mode, start, duration = Mode(number), motion._start[column], motion._duration[column]
         parameters, rates = course.after(start)

@@ -10,7 +10,7 @@ import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.kernel import Kernel, course_table, load_kernel
-from fivtui.model import Course, TimeTable, course_of
+from fivtui.model import Course, TimeTable, build_course
 from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.transient import KernelChoice, Transient
 
@@ -91,7 +91,7 @@ def test_random_tables_give_what_the_interpreted_kernel_gives_with_every_transit
         transition_name(mode, successor)
         for mode, row in MODES.items()
         for transition in row.ends
-        for successor in transition.to
+        for successor in transition.next_modes
         if Mode.CONTACT not in (mode, successor)
     }
     assert set(transitions) >= expected_ones
@@ -146,7 +146,7 @@ def test_dense_output_is_that_of_the_interpreted_kernel() -> None:
 
 def test_legs_follow_the_tables() -> None:
     tables = {"F": [(1.0, 10.0), (3.0, 20.0)], "v_belt": [(0.0, 2.0), (2.0, 1.0), (2.0, 0.5)]}
-    course = course_of(Parameters(mu=0.3), tables)
+    course = build_course(Parameters(mu=0.3), tables)
     expected = [
         [0.0, 10.0, 0.0, 0.3, 0.0, 0.3, 0.0, 2.0, -0.5, 1.5],
         [1.0, 10.0, 5.0, 0.3, 0.0, 0.3, 0.0, 1.5, -0.5, 1.0],
@@ -164,7 +164,7 @@ def test_the_least_and_the_best_instruction_set_give_the_same_bits(seed: int) ->
     outcomes = []
     for kernel in (Kernel("baseline"), load_kernel()):
         p, options = drawn(seed)
-        course = course_of(p, options["over_time"])
+        course = build_course(p, options["over_time"])
         p, _ = course.after(0.0)
         belt = None if p.v_belt is None else (p.v_belt, p.mu_static, p.speed_law or 0.0)
         run = kernel.begin_run(

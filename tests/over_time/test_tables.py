@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from fivtui.model import InputError, Parameters, TimeTable, course_of, time_table
+from fivtui.model import InputError, Parameters, TimeTable, build_course, time_table
 
 times = st.lists(st.integers(0, 100_000), min_size=1, max_size=8).map(sorted)
 
@@ -34,13 +34,13 @@ def test_a_repeated_time_is_a_jump() -> None:
 
 
 def test_a_course_knows_its_parameters_and_its_next_row() -> None:
-    course = course_of(
+    course = build_course(
         Parameters(mu_s=0.9, v_s=0.1), {"mu": [(0, 0.5), (10, 0.7)], "v_belt": [(5, 2), (6, 0)]}
     )
     p, rates = course.after(5.5)
     assert [p.mu, p.v_belt, p.mu_s, p.F] == pytest.approx([0.61, 1.0, 0.9, 80.0])
     assert list(rates) == pytest.approx([0.0, 0.02, 0.0, -2.0])
-    assert [course.next_break(t) for t in (0.0, 5.0, 9.9, 10.0)] == [5.0, 6.0, 10.0, np.inf]
+    assert [course.next_row_time(t) for t in (0.0, 5.0, 9.9, 10.0)] == [5.0, 6.0, 10.0, np.inf]
     assert course.speed_before(6.0) == 0.0
 
 
@@ -61,11 +61,11 @@ def test_a_course_knows_its_parameters_and_its_next_row() -> None:
 )
 def test_invalid_tables_are_refused(tables: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as caught:
-        course_of(Parameters(mu_s=0.9), tables)
+        build_course(Parameters(mu_s=0.9), tables)
     assert message in str(caught.value)
 
 
 def test_tables_are_described_in_one_phrase() -> None:
-    assert time_table("F", [(0, 10), (4, 60)]).in_words() == "10 (0 s) → 60 (4 s)"
+    assert time_table("F", [(0, 10), (4, 60)]).describe() == "10 (0 s) → 60 (4 s)"
     long = TimeTable(tuple(range(9)), tuple(range(9)))
-    assert long.in_words() == "0 to 8, 9 rows over 0 to 8 s"
+    assert long.describe() == "0 to 8, 9 rows over 0 to 8 s"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import ComputationError, Mode, Progress
 from fivtui.transient.request import Request
-from fivtui.transient.result import Stats, Transient, assemble
+from fivtui.transient.result import Stats, Transient, build_transient
 from fivtui.transient.trajectory import DenseSolution, Trajectory, build_trajectory
 
 from .exponential import DEGREE, LinearMotion, Propagation
@@ -44,7 +44,7 @@ def run(request: Request, work: Progress) -> Transient:
     second_half = search.find_extremes(second_spans, propagation.z)
     extremes = search.find_extremes(first_spans, middle_state)
     x, vx, y, vy = motion.states(propagation.z)[0].tolist()
-    transient = assemble(
+    transient = build_transient(
         request,
         final=(x, vx, y, vy),
         extremes=extremes,

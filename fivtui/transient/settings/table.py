@@ -25,11 +25,11 @@ from .checks import (
 # Largest allowed error of each quantity, as (quantity, error).
 Accuracy = tuple[tuple[str, float], ...]
 
-CONSIDERED: Final = "considered"
-IGNORED: Final = "ignored"
+WITH_SEPARATION: Final = "considered"
+WITHOUT_SEPARATION: Final = "ignored"
 _SEPARATION: Final = {
-    CONSIDERED: "Case 1: the slider may leave the belt, then P = 0",
-    IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
+    WITH_SEPARATION: "Case 1: the slider may leave the belt, then P = 0",
+    WITHOUT_SEPARATION: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
 }
 _STEP_TEXT: Final = "above 0 and at most t_end, or empty"
 # Description of the starts that a scene file allows.
@@ -53,7 +53,7 @@ def _methods() -> Mapping[str, str]:
 
 
 def _read_separation(text: str) -> bool:
-    return _choice_reader("separation", lambda: _SEPARATION)(text) == CONSIDERED
+    return _choice_reader("separation", lambda: _SEPARATION)(text) == WITH_SEPARATION
 
 
 def _read_start(text: str) -> Start:
@@ -171,7 +171,7 @@ SETTINGS: Final[Mapping[str, RunSetting]] = {
             name="separation",
             meaning="whether contact can be lost",
             read=_read_separation,
-            to_text=lambda considered: CONSIDERED if considered else IGNORED,
+            to_text=lambda considered: WITH_SEPARATION if considered else WITHOUT_SEPARATION,
             check_file_value=check_file_boolean,
             comment="true: separation considered (Case 1), false: ignored (Case 2)",
             allowed_text=" or ".join(_SEPARATION),

@@ -117,8 +117,8 @@ class ScipyStepper:
             end = start + (end - start) * root
             final = self._next_state(transition, _state_of(dense(end)))
             x, y = self._polynomials(dense(start + (end - start) * self._nodes))
-            if len(transition.to) == 1 and transition.guard not in _HEIGHT_GUARDS:
-                self._mode = transition.to[0]
+            if len(transition.next_modes) == 1 and transition.guard not in _HEIGHT_GUARDS:
+                self._mode = transition.next_modes[0]
             else:
                 self._mode = mode_of(self._p, final, separation=self._separation)
             self._solver = self._create_solver(end, final)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from fivtui.model import InputError, check_known, unknown_name
+from fivtui.model import InputError, check_known, unknown_name_error
 
 _COLOUR: Final = re.compile(r"#[0-9a-fA-F]{6}")
 # Colours of a theme; `primary` must be given.
@@ -111,7 +111,7 @@ def _read_theme(name: str, table: Mapping[str, Any]) -> Mapping[str, str | bool]
             colours[key] = bool(value)
             continue
         if key not in _COLOURS:
-            raise unknown_name(f"colour of theme {name}:", key, (*_COLOURS, "dark"))
+            raise unknown_name_error(f"colour of theme {name}:", key, (*_COLOURS, "dark"))
         if _COLOUR.fullmatch(_read_text(key, value)) is None:
             raise InputError(f"themes.{name}.{key} = {value!r}: must be a colour such as '#E69F00'")
         colours[key] = value

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Final
 
-from fivtui.model import ALL_PARAMETERS, MODES, NONE, ParameterSpec
+from fivtui.model import ALL_PARAMETERS, MODES, NONE_TEXT, ParameterSpec
 from fivtui.ranges import decimal_point, number_text
 from fivtui.scene import Scene
 from fivtui.transient import DEFAULT_T_END, SETTINGS, RunSetting
@@ -93,10 +93,10 @@ def _parameter_field(spec: ParameterSpec) -> FormField:
         meaning=spec.meaning,
         allowed=spec.allowed,
         default="" if spec.optional else number_text(spec.default),
-        check=(lambda text: spec.read(text or NONE)) if spec.optional else spec.check,
+        check=(lambda text: spec.read(text or NONE_TEXT)) if spec.optional else spec.check,
         text_of=text_of,
         step_rule=digit_step(spec.default),
-        when_empty=NONE if spec.optional else "",
+        when_empty=NONE_TEXT if spec.optional else "",
         details=_MODE_ROWS if spec.optional else equations,
     )
 

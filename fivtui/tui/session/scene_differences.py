@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model import ALL_PARAMETERS, NONE
+from fivtui.model import ALL_PARAMETERS, NONE_TEXT
 from fivtui.scene import DEFAULT_PRESET, PRESETS, Scene
 from fivtui.transient import SETTINGS
 
@@ -28,7 +28,7 @@ class Difference:
     def arguments(self) -> list[str]:
         """The arguments that set the field on the command line."""
         if self.name in ALL_PARAMETERS:
-            return ["--set", f"{self.name}={self.text or NONE}"]
+            return ["--set", f"{self.name}={self.text or NONE_TEXT}"]
         return SETTINGS[self.name].command_options(self.text)
 
     def __str__(self) -> str:

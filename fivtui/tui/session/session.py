@@ -16,7 +16,7 @@ from fivtui.model import (
 )
 from fivtui.ranges import number_text
 from fivtui.scene import Scene
-from fivtui.transient import CONSIDERED, METHODS, SETTINGS, uses_step
+from fivtui.transient import METHODS, SETTINGS, WITH_SEPARATION, uses_step
 
 from .editing import Action, Editing, initial_value_text
 from .equations import symbol_of
@@ -199,7 +199,7 @@ class Session(Editing):
     @property
     def separation(self) -> bool:
         """Whether the edited scene considers separation."""
-        return self.texts["separation"] == CONSIDERED
+        return self.texts["separation"] == WITH_SEPARATION
 
     def stability(self) -> Stability:
         """Stability of the edited parameter set."""

@@ -8,7 +8,7 @@ from textual.binding import Binding, BindingType
 from textual.geometry import Region
 from textual.widgets import Checkbox, Input, Select
 
-from fivtui.transient import CONSIDERED, IGNORED
+from fivtui.transient import WITH_SEPARATION, WITHOUT_SEPARATION
 from fivtui.tui.chart import TextInput
 from fivtui.tui.session import FormField
 from fivtui.tui.tabs import FieldEdited, FieldStepped
@@ -109,13 +109,13 @@ class SeparationEditor(Checkbox):
     """A check box for separation, labelled "considered" or "ignored"."""
 
     def __init__(self, field: FormField, text: str) -> None:
-        super().__init__(text, value=text == CONSIDERED, compact=True)
+        super().__init__(text, value=text == WITH_SEPARATION, compact=True)
         self._field = field
 
     @on(Checkbox.Changed)
     def _report_edit(self, event: Checkbox.Changed) -> None:
         event.stop()
-        self.label = CONSIDERED if self.value else IGNORED
+        self.label = WITH_SEPARATION if self.value else WITHOUT_SEPARATION
         self.post_message(FieldEdited(self._field.name, str(self.label)))
 
     @property
@@ -129,7 +129,7 @@ class SeparationEditor(Checkbox):
             return
         self.label = text
         with self.prevent(Checkbox.Changed):
-            self.value = text == CONSIDERED
+            self.value = text == WITH_SEPARATION
 
 
 Editor = TextEditor | ChoiceEditor | SeparationEditor

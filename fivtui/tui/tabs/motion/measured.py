@@ -20,7 +20,7 @@ from fivtui.measured import (
     read_shift,
     read_tolerances,
 )
-from fivtui.model import InputError, parse_number, unknown_name
+from fivtui.model import InputError, parse_number, unknown_name_error
 from fivtui.ranges import decimal_point
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView, TextInput
@@ -178,7 +178,7 @@ def _check_input(name: str, text: str) -> None:
     elif name == "shift":
         read_shift(text)
     elif name == "quantity" and text not in QUANTITIES:
-        raise unknown_name(name, text, QUANTITIES)
+        raise unknown_name_error(name, text, QUANTITIES)
     elif name in _TOLERANCES:
         # A share is valid only together with a band.
         read_tolerances({"band": "1", name: text})

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fivtui.charts import Axis, NearestPoint
 from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.ranges import number_text
-from fivtui.transient import CONSIDERED, IGNORED
+from fivtui.transient import WITH_SEPARATION, WITHOUT_SEPARATION
 from fivtui.tui.session import replace_symbols, symbol_of
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def point_texts(result: "StabilityMap", point: NearestPoint) -> dict[str, str]:
     coordinates = (float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y))
     values = result.parameters.as_dict() | dict(zip(result.names, coordinates, strict=True))
     texts = {name: number_text(value) for name, value in values.items()}
-    return texts | {"separation": CONSIDERED if result.separation else IGNORED}
+    return texts | {"separation": WITH_SEPARATION if result.separation else WITHOUT_SEPARATION}
 
 
 def point_text(result: "StabilityMap", point: NearestPoint) -> str:
