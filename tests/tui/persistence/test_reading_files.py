@@ -80,7 +80,7 @@ def test_unreadable_and_unsuitable_files_are_refused(written_files: Path) -> Non
         check_readable(written_files / "a.csv")
     ranges = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
     run_command("sweep", *ranges, "--output=stable", "--out", str(written_files / "many.csv"))
-    with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1: shown are"):
+    with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1 cannot be"):
         load_displayable("sweep", written_files / "many.csv")
 
 
