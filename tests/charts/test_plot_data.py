@@ -14,7 +14,7 @@ from fivtui.charts.plot_data import (
     tick_labels,
 )
 
-finite = st.floats(min_value=-1e12, max_value=1e12, allow_subnormal=False)
+FINITE_FLOATS = st.floats(min_value=-1e12, max_value=1e12, allow_subnormal=False)
 
 
 @given(st.integers(0, 2**32), st.integers(1, 40), st.floats(0.0, 0.4), st.floats(0.5, 1.0))
@@ -25,15 +25,16 @@ def test_an_envelope_keeps_the_extremes_of_every_column_in_the_order_of_time(
     t = np.linspace(0.0, 1.0, values.size)
     edges = np.linspace(low, high, columns + 1)
     envelope_t, envelope_values = envelope(t, values, edges)
+    # Four samples per column, and a few beyond both ends.
     assert envelope_values.size <= 4 * columns + 8
     assert np.all(np.diff(envelope_t) > 0.0)
     for begin, end in pairwise(edges.tolist()):
         # Slightly inside, so that rounding of the edges does not matter.
-        inner = (t > begin + 1e-9) & (t < end - 1e-9)
-        window = (envelope_t > begin - 1e-9) & (envelope_t < end + 1e-9)
-        if inner.any():
-            assert envelope_values[window].max() >= values[inner].max()
-            assert envelope_values[window].min() <= values[inner].min()
+        is_in_column = (t > begin + 1e-9) & (t < end - 1e-9)
+        is_near_column = (envelope_t > begin - 1e-9) & (envelope_t < end + 1e-9)
+        if is_in_column.any():
+            assert envelope_values[is_near_column].max() >= values[is_in_column].max()
+            assert envelope_values[is_near_column].min() <= values[is_in_column].min()
 
 
 def test_few_samples_are_drawn_unchanged() -> None:
@@ -45,6 +46,7 @@ def test_few_samples_are_drawn_unchanged() -> None:
 
 def test_the_cost_of_drawing_does_not_grow_with_the_run() -> None:
     t = np.linspace(0.0, 1.0, 250_000)
+    # Four samples in each of 100 columns, and a few beyond both ends.
     assert envelope(t, np.sin(1e4 * t), np.linspace(0.0, 1.0, 101))[0].size <= 408
 
 
@@ -72,8 +74,8 @@ def test_a_separation_shorter_than_a_column_stays_visible() -> None:
     assert shade_text(covered_shares([(5.0, 5.0001)], (0.0, 100.0), 10)) == "░" + " " * 9
 
 
-@given(finite, finite)
-def test_axis_limits_hold_the_range_and_are_never_empty(a: float, b: float) -> None:
+@given(FINITE_FLOATS, FINITE_FLOATS)
+def test_axis_limits_include_the_range_and_are_distinct(a: float, b: float) -> None:
     low, high = axis_limits(min(a, b), max(a, b))
     assert low < high
     assert low <= min(a, b) <= max(a, b) <= high
@@ -84,18 +86,21 @@ def test_rounding_noise_is_drawn_as_a_constant() -> None:
     assert high - low > 1.0
 
 
-@given(finite, st.floats(1e-3, 1e12), st.integers(2, 12))
-def test_ticks_are_round_inside_and_never_crowded(low: float, span: float, limit: int) -> None:
+@given(FINITE_FLOATS, st.floats(1e-3, 1e12), st.integers(2, 12))
+def test_ticks_are_round_and_inside_the_limits_and_at_most_the_maximum_number(
+    low: float, span: float, max_count: int
+) -> None:
     high = low + span
+    # Limits that nearly coincide are never those of an axis.
     if (high - low) < 1e-9 * abs(low):
         return
-    ticks = round_ticks(low, high, limit)
-    assert len(ticks) <= limit
-    slack = 1e-9 * max(abs(low), abs(high))
-    assert all(low - slack <= tick <= high + slack for tick in ticks)
+    ticks = round_ticks(low, high, max_count)
+    assert len(ticks) <= max_count
+    tolerance = 1e-9 * max(abs(low), abs(high))
+    assert all(low - tolerance <= tick <= high + tolerance for tick in ticks)
     for first, second in pairwise(ticks):
         mantissa = (second - first) / 10.0 ** math.floor(math.log10(1.0001 * (second - first)))
-        assert any(mantissa == pytest.approx(m, rel=1e-3) for m in (1.0, 2.0, 5.0))
+        assert any(mantissa == pytest.approx(factor, rel=1e-3) for factor in (1.0, 2.0, 5.0))
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,14 @@ from fivtui.charts.sheet import sheet_figure
 X = np.linspace(0.0, 1.0, 11)
 
 
-def chart(label: str, *names: str) -> Chart:
+def line_chart(label: str, *names: str) -> Chart:
     return Chart("t (s)", label, tuple(Trace(name, X, X) for name in names))
 
 
-def test_labels_of_columns_of_different_numbers_of_rows_stand_beside_their_charts() -> None:
-    figure = sheet_figure(Sheet([[chart("a", "x")], [chart("b"), chart("c")]], (7.2, 4.4)))
+def test_axis_labels_lie_beside_their_charts_if_columns_have_different_numbers_of_rows() -> None:
+    figure = sheet_figure(
+        Sheet([[line_chart("a", "x")], [line_chart("b"), line_chart("c")]], (7.2, 4.4))
+    )
     figure.draw_without_rendering()
     left_axes, *right = figure.axes
     for axes in right:
@@ -24,5 +26,5 @@ def test_labels_of_columns_of_different_numbers_of_rows_stand_beside_their_chart
 @pytest.mark.parametrize(("count", "columns"), [(1, 1), (3, 3), (4, 2), (7, 3)])
 def test_a_legend_has_as_few_columns_as_its_rows_allow(count: int, columns: int) -> None:
     names = [f"a name of some length {number}" for number in range(count)]
-    (legend,) = sheet_figure(Sheet([[chart("y (m)", *names)]], (7.2, 3.0))).legends
+    (legend,) = sheet_figure(Sheet([[line_chart("y (m)", *names)]], (7.2, 3.0))).legends
     assert legend._ncols == columns  # type: ignore[attr-defined]

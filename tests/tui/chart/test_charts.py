@@ -59,17 +59,17 @@ def test_axes_follow_the_finite_data() -> None:
     axis = axis_for([np.array([1.0, np.nan, 3.0]), np.array([np.inf, 2.0])], tight=True)
     assert (axis.low, axis.high) == (1.0, 3.0)
     assert axis_for([]).low < axis_for([]).high
-    log = axis_for([np.array([-1.0, 0.0, 10.0, 1000.0])], log=True, tight=True)
-    assert (log.low, log.high) == pytest.approx((10.0, 1000.0))
+    log_axis = axis_for([np.array([-1.0, 0.0, 10.0, 1000.0])], log=True, tight=True)
+    assert (log_axis.low, log_axis.high) == pytest.approx((10.0, 1000.0))
 
 
 @pytest.mark.parametrize("text", ["5", "3:1", "1:1", "a:b", "1:inf", "nan:1", "1:2:3", "-1e301:0"])
-def test_limits_that_are_none_are_refused(text: str) -> None:
+def test_invalid_limits_are_refused(text: str) -> None:
     with pytest.raises(InputError, match=r"must be|below"):
         parse_limits("x", text)
 
 
-def test_limits_are_read() -> None:
+def test_limits_are_parsed() -> None:
     assert parse_limits("x", " -1 : 2e3 ") == (-1.0, 2000.0)
     assert [parse_limits("x", text) for text in ("60,70", "60 70", "60, 70 ")] == [(60.0, 70.0)] * 3
     assert parse_limits("x", "  ") is None
@@ -77,20 +77,20 @@ def test_limits_are_read() -> None:
         parse_limits("x", "0:1", log=True)
 
 
-def cells(raster: Raster) -> str:
+def raster_text(raster: Raster) -> str:
     return "\n".join("".join(chr(Raster.BLANK + dots) for dots in row) for row in raster.cells)
 
 
 def test_lines_are_cut_off_at_the_edges_and_gaps_stay_open() -> None:
     raster = Raster(4, 2)
     raster.draw_lines(np.array([-1.0, 2.0]), np.array([-1.0, 2.0]))
-    assert cells(raster) == "⠀⠀⡠⠊\n⡠⠊⠀⠀"
-    gap = Raster(4, 1)
-    gap.draw_lines(np.array([0.0, 0.2, np.nan, 0.8, 1.0]), np.full(5, 1.0))
-    assert cells(gap) == "⠉⠀⠀⠉"
-    far = Raster(4, 1)
-    far.draw_lines(np.array([-5.0, -2.0, 1e300]), np.array([0.5, 1e300, -1e300]))
-    assert cells(far) == "⠀" * 4
+    assert raster_text(raster) == "⠀⠀⡠⠊\n⡠⠊⠀⠀"
+    interrupted = Raster(4, 1)
+    interrupted.draw_lines(np.array([0.0, 0.2, np.nan, 0.8, 1.0]), np.full(5, 1.0))
+    assert raster_text(interrupted) == "⠉⠀⠀⠉"
+    distant = Raster(4, 1)
+    distant.draw_lines(np.array([-5.0, -2.0, 1e300]), np.array([0.5, 1e300, -1e300]))
+    assert raster_text(distant) == "⠀" * 4
 
 
 def test_a_picture_has_the_requested_size_and_all_labels() -> None:
@@ -142,28 +142,37 @@ def test_a_function_is_never_panned_off_its_data() -> None:
 @pytest.mark.parametrize("ordered", [True, False], ids=["over time", "in a plane"])
 def test_several_dense_curves_stay_visible(ordered: bool) -> None:
     t = np.linspace(0.0, 100.0, 20_001)
-    turns = np.sin(8.0 * t), np.cos(8.0 * t) * np.cos(0.1 * t)
-    across = (t, t) if ordered else turns
-    sizes = (1.0, 2.0, 3.0)
+    orbit = np.sin(8.0 * t), np.cos(8.0 * t) * np.cos(0.1 * t)
+    x = t if ordered else orbit[0]
+    amplitudes = (1.0, 2.0, 3.0)
     runs = [
-        Trace(f"run {size:g}", across[0], size * turns[1], colour=f"#{size:.0f}", ordered=ordered)
-        for size in sizes
+        Trace(
+            f"run {amplitude:g}",
+            x,
+            amplitude * orbit[1],
+            colour=f"#{amplitude:.0f}",
+            ordered=ordered,
+        )
+        for amplitude in amplitudes
     ]
-    for order in (runs, runs[::-1]):
-        picture = draw(Chart("x", "y", tuple(order)), View(), 100, 40)
+    for drawing_order in (runs, runs[::-1]):
+        picture = draw(Chart("x", "y", tuple(drawing_order)), View(), 100, 40)
         counts = Counter[str]()
-        sparse = Counter[str]()
+        sparse_counts = Counter[str]()
         # Rows that all curves fill.
         for line in picture.lines[17:23]:
             for text, style in line[1:]:
                 counts[style] += len(text)
-                sparse[style] += sum(character in "⢕⢔⢅⢑⠕⢐" for character in text)
+                sparse_counts[style] += sum(character in "⢕⢔⢅⢑⠕⢐" for character in text)
         for run in runs:
             assert counts[run.colour] > 0.15 * sum(counts.values())
         # Also without colour: the top curve has all of its dots.
-        bottom, middle, top = (run.colour for run in order)
-        assert sparse[top] < 0.1 * counts[top]
-        assert min(sparse[bottom] / counts[bottom], sparse[middle] / counts[middle]) > 0.4
+        bottom, middle, top = (run.colour for run in drawing_order)
+        assert sparse_counts[top] < 0.1 * counts[top]
+        assert (
+            min(sparse_counts[bottom] / counts[bottom], sparse_counts[middle] / counts[middle])
+            > 0.4
+        )
 
 
 def test_guides_shades_and_marks_are_drawn() -> None:
@@ -187,8 +196,8 @@ def test_guides_shades_and_marks_are_drawn() -> None:
     assert any("μ_c" in line for line in plot_area)
     assert "◆" in text
     assert all("▒" not in line[:18] and line.endswith("▒") for line in plot_area)
-    read = draw(chart, View(cursors=Cursors((2.9, 0.2))), 48, 12).text()
-    assert read.startswith("μ 3  F 0 N  growth 1 1/s")
+    heading = draw(chart, View(cursors=Cursors((2.9, 0.2))), 48, 12).text()
+    assert heading.startswith("μ 3  F 0 N  growth 1 1/s")
 
 
 @pytest.mark.parametrize(
@@ -201,8 +210,10 @@ def test_an_axis_of_one_value_contains_it(value: float, log: bool) -> None:
 
 
 def test_chosen_ranges_set_the_axes_unless_they_are_logarithmic() -> None:
-    at = np.array([1.0, 10.0])
-    chart = Chart("x", "y", (Trace("", at, at),), x_range=(-2.0, 20.0), y_range=(-3.0, 30.0))
+    values = np.array([1.0, 10.0])
+    chart = Chart(
+        "x", "y", (Trace("", values, values),), x_range=(-2.0, 20.0), y_range=(-3.0, 30.0)
+    )
     x, y = View().axes(chart)
     assert (x.low, x.high, y.low, y.high) == (-2.0, 20.0, -3.0, 30.0)
     for axis in View(log_x=True, log_y=True).axes(chart):
@@ -234,23 +245,23 @@ def test_a_spectrum_finds_amplitude_and_period() -> None:
         spectrum(t[:64] ** 2, t[:64])
 
 
-def test_the_charts_of_the_base_scene() -> None:
+def test_the_charts_of_the_base_scene_show_its_separation_and_frequency() -> None:
     run = simulate(samples=np.linspace(0.0, 100.0, 10_001))
     motion = plotted_run(run, "run 1")
     assert motion is not None
-    shown = draw(time_chart("y", [motion], strip=True, x_axis=True), View(), 80, 20).text()
-    assert "off belt" in shown
-    assert "y (m)" in shown
+    picture_text = draw(time_chart("y", [motion], strip=True, x_axis=True), View(), 80, 20).text()
+    assert "off belt" in picture_text
+    assert "y (m)" in picture_text
     phase = phase_chart("y", [motion], (50.0, 100.0))
     assert phase.traces[0].x.size == 5001
     assert phase.is_plane
-    peaks = spectrum_chart([motion], (50.0, 100.0))
-    assert "f₁ 0.753" in peaks.note
-    assert [guide.label for guide in peaks.guides] == ["f₁", "2f₁", "3f₁"]
+    peak_chart = spectrum_chart([motion], (50.0, 100.0))
+    assert "f₁ 0.753" in peak_chart.note
+    assert [guide.label for guide in peak_chart.guides] == ["f₁", "2f₁", "3f₁"]
     assert run.trajectory is not None
     intervals = partial_run(run.trajectory, run.system, run.t_end).separated
     assert len(intervals) == pytest.approx(len(run.separated_intervals), abs=2)
-    assert sum(b - a for a, b in intervals) == pytest.approx(71.0, abs=1.0)
+    assert sum(end - start for start, end in intervals) == pytest.approx(71.0, abs=1.0)
 
 
 def test_a_trajectory_grows_by_parts_and_restarts() -> None:
@@ -258,8 +269,10 @@ def test_a_trajectory_grows_by_parts_and_restarts() -> None:
     assert run.trajectory is not None
     names = ("t", "x", "vx", "y", "vy", "P", "mode")
     parts = [
-        type(run.trajectory)(*(getattr(run.trajectory, n)[k : k + 100] for n in names))
-        for k in range(0, 1000, 100)
+        type(run.trajectory)(
+            *(getattr(run.trajectory, name)[first : first + 100] for name in names)
+        )
+        for first in range(0, 1000, 100)
     ]
     partial = PartialTrajectory()
     assert partial.trajectory() is None
@@ -306,13 +319,13 @@ def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
     assert cursor_texts("f (Hz)", 3.0, 2.5) == ["f ◆3 ◇2.5 Hz", "Δf -0.5 Hz", "1/Δf 2 s"]
     assert cursor_texts("μ", 1.0, 1.0) == ["μ ◆1 ◇1", "Δμ 0"]
     # In a small terminal the plot shrinks, but the cursor values are complete.
-    small = " ".join(draw(SINE, view, 38, 6).text().split())
+    small_text = " ".join(draw(SINE, view, 38, 6).text().split())
     for name, values in (("one", np.sin([3.0, 5.0])), ("two", 2.0 * np.cos([3.0, 5.0]))):
         a, b = values.tolist()
-        assert f"{name} ◆{a:.5g} ◇{b:.5g} Δ{b - a:.5g} m" in small
+        assert f"{name} ◆{a:.5g} ◇{b:.5g} Δ{b - a:.5g} m" in small_text
     # A trace is not read at a cursor outside its range.
-    short = Chart("t (s)", "y (m)", (Trace("a", T[:400], T[:400]), Trace("b", T, T)))
-    heading = draw(short, view, 80, 20).text().splitlines()[0]
+    short_and_long = Chart("t (s)", "y (m)", (Trace("a", T[:400], T[:400]), Trace("b", T, T)))
+    heading = draw(short_and_long, view, 80, 20).text().splitlines()[0]
     assert heading.strip() == "y a ◆3 m b ◆3 ◇5 Δ2 m"
 
 
@@ -333,8 +346,8 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
     text = draw(chart, view, 60, 20).text()
     assert text.count("◆") - text.splitlines()[0].count("◆") == 1
     assert "│ │" not in text
-    alone = draw(chart, View(cursors=Cursors((0.0, 0.0))), 60, 20).text()
-    assert alone.startswith("t 0 s x 1 m y 0 m")
+    single_text = draw(chart, View(cursors=Cursors((0.0, 0.0))), 60, 20).text()
+    assert single_text.startswith("t 0 s x 1 m y 0 m")
 
 
 def test_a_long_note_continues_in_parts_on_the_next_lines() -> None:
@@ -350,17 +363,17 @@ def test_limits_are_marked_and_a_new_run_outside_of_them_is_named() -> None:
         chart = Chart("t (s)", "y (m)", (Trace("new", T, values, number=number),))
         return draw(chart, view, 80, 20).text().splitlines()[0].strip()
 
-    low = View()
-    low.set_limits(SINE, None, Axis(-2.5, 2.5))
-    assert heading(low, 1, np.sin(T)) == "y (m) zoom y"
-    assert heading(low, 1, 3.0 * np.sin(T)).endswith("new partly outside, r: fit zoom y")
-    assert heading(low, 0, 3.0 * np.sin(T)) == "y (m) zoom y"
-    assert heading(low, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
+    y_limited = View()
+    y_limited.set_limits(SINE, None, Axis(-2.5, 2.5))
+    assert heading(y_limited, 1, np.sin(T)) == "y (m) zoom y"
+    assert heading(y_limited, 1, 3.0 * np.sin(T)).endswith("new partly outside, r: fit zoom y")
+    assert heading(y_limited, 0, 3.0 * np.sin(T)) == "y (m) zoom y"
+    assert heading(y_limited, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
     # Values exactly at the limits are not outside.
-    assert heading(low, 1, np.linspace(-2.5, 2.5, T.size)) == "y (m) zoom y"
-    low.newest_run = 1
-    assert heading(low, 1, 3.0 * np.sin(T)) == "y (m) zoom y"
-    late = View(x=Axis(20.0, 30.0))
-    assert heading(late, 0, T).endswith("new outside, r: fit zoom t")
-    early = View(x=Axis(1.0, 2.0))
-    assert heading(early, 1, 3.0 * np.sin(T)) == "y (m) zoom t"
+    assert heading(y_limited, 1, np.linspace(-2.5, 2.5, T.size)) == "y (m) zoom y"
+    y_limited.newest_run = 1
+    assert heading(y_limited, 1, 3.0 * np.sin(T)) == "y (m) zoom y"
+    after_data = View(x=Axis(20.0, 30.0))
+    assert heading(after_data, 0, T).endswith("new outside, r: fit zoom t")
+    x_limited = View(x=Axis(1.0, 2.0))
+    assert heading(x_limited, 1, 3.0 * np.sin(T)) == "y (m) zoom t"

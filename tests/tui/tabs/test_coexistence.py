@@ -24,17 +24,17 @@ from fivtui.tui.session.report import Attractors
 from tests.support.laboratory import HANG_S, app_of, lab_of, text_of, until, until_shown
 
 P = Parameters(F=120.0)
-REST, OPEN_END = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
+REST, UNSETTLED = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
 UNBOUNDED = Attractor(Kind.UNBOUNDED)
 
 
-def cycle(half: float) -> Attractor:
+def cycle(half_range: float) -> Attractor:
     orbit = PeriodicOrbit(
         start=(0.0, 0.0, 0.0, 1.0),
         period=1.25,
         section=Section.LIFT_OFF,
-        y_min=-half,
-        y_max=half,
+        y_min=-half_range,
+        y_max=half_range,
         x_abs=1.0,
         vx_max=1.0,
         force_max=1.0,
@@ -71,7 +71,7 @@ SMALL, LARGE = cycle(1.5), cycle(7.25)
         ),
         ((REST, UNBOUNDED), (0, 1), True, "motion grows without bounds (after a knock)"),
         (
-            (REST, OPEN_END), (0, 1, 1), True,
+            (REST, UNSETTLED), (0, 1, 1), True,
             "no limit cycle found from 3 starts; from 2 of 3 starts motion did not settle",
         ),
         ((LARGE,), (0, 0), False, "a limit cycle attracts: half peak-to-peak 7.250 m"),
@@ -94,7 +94,7 @@ Search = Callable[..., Coexistence]
 
 
 class Searches:
-    """Stands in for searches: each waits for an answer or is cancelled."""
+    """A replacement of the search: each call waits for an answer or is cancelled."""
 
     def __init__(self) -> None:
         self.started: list[Parameters] = []
@@ -129,22 +129,22 @@ def searches(monkeypatch: pytest.MonkeyPatch) -> Searches:
 
 @pytest.fixture
 async def pilot(searches: Searches) -> AsyncIterator[Pilot[None]]:
-    async with FivtuiApp().run_test(size=(80, 24)) as started:
-        await started.pause()
-        yield started
+    async with FivtuiApp().run_test(size=(80, 24)) as running:
+        await running.pause()
+        yield running
 
 
 def current_search(pilot: Pilot[None]) -> Attractors:
-    beside = app_of(pilot).session.attractors
-    assert beside is not None
-    return beside
+    attractors = app_of(pilot).session.attractors
+    assert attractors is not None
+    return attractors
 
 
-def headline(pilot: Pilot[None]) -> str:
+def read_headline(pilot: Pilot[None]) -> str:
     return text_of(pilot).splitlines()[1]
 
 
-async def edit(pilot: Pilot[None], preload: str) -> None:
+async def edit_preload(pilot: Pilot[None], preload: str) -> None:
     # Set the text at once: typing would start searches for the intermediate preloads.
     lab = lab_of(pilot)
     lab.session.set_text("F", preload)
@@ -155,8 +155,8 @@ async def edit(pilot: Pilot[None], preload: str) -> None:
 async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     pilot: Pilot[None], searches: Searches
 ) -> None:
-    await edit(pilot, "120")
-    assert f"STABLE, {SEARCHING_TEXT}" in headline(pilot)
+    await edit_preload(pilot, "120")
+    assert f"STABLE, {SEARCHING_TEXT}" in read_headline(pilot)
     await until(pilot, lambda: searches.started == [P])
     searches.answers[120.0] = Coexistence(
         System(P), (REST, LARGE), (0, 1), True, EscapeOffset(0.25, None)
@@ -179,18 +179,18 @@ async def test_a_search_without_result_or_with_an_error_is_reported(
     searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
     searches.answers[125.0] = ComputationError("too many steps", "another step")
     searches.answers[130.0] = Coexistence(System(P), (REST,), (0,) * 11, True, None)
-    await edit(pilot, "130")
+    await edit_preload(pilot, "130")
     await until_shown(pilot, "STABLE, no limit cycle found from 11 starts")
-    await edit(pilot, "125")
+    await edit_preload(pilot, "125")
     await until_shown(pilot, "STABLE, search for limit cycles failed:")
     assert "too many steps" in current_search(pilot).text
-    await edit(pilot, "120")
+    await edit_preload(pilot, "120")
     await until(pilot, lambda: current_search(pilot).complete)
     assert [p.F for p in searches.started] == [130.0, 125.0, 120.0]
     # Results of earlier searches are reused after an undo.
     for preload, phrase in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
-        await edit(pilot, preload)
-        assert phrase in headline(pilot)
+        await edit_preload(pilot, preload)
+        assert phrase in read_headline(pilot)
 
 
 async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_friction_is_not(
@@ -198,7 +198,7 @@ async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_fricti
 ) -> None:
     app_of(pilot).session.set_text("v_belt", "10")
     searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
-    await edit(pilot, "120")
+    await edit_preload(pilot, "120")
     await until_shown(pilot, "STABLE, but a limit cycle coexists")
     await until(pilot, lambda: current_search(pilot).complete)
     assert current_search(pilot).safe is None
@@ -207,20 +207,20 @@ async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_fricti
 
 async def test_an_edit_or_the_end_cancels_the_search(searches: Searches) -> None:
     async with FivtuiApp().run_test(size=(80, 24)) as pilot:
-        await edit(pilot, "120")
+        await edit_preload(pilot, "120")
         await until(pilot, lambda: searches.started == [P])
         # Keys are handled during the search.
-        await edit(pilot, "125")
+        await edit_preload(pilot, "125")
         await until(pilot, lambda: searches.cancelled == [P])
         searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
         await until(pilot, lambda: len(searches.started) == 2)
         assert searches.started[1].F == 125.0
-        assert f"STABLE, {SEARCHING_TEXT}" in headline(pilot)
+        assert f"STABLE, {SEARCHING_TEXT}" in read_headline(pilot)
         # The equilibrium is unstable: no search runs.
-        await edit(pilot, "80")
-        assert "UNSTABLE: growth rate" in headline(pilot)
+        await edit_preload(pilot, "80")
+        assert "UNSTABLE: growth rate" in read_headline(pilot)
         await until(pilot, lambda: len(searches.cancelled) == 2)
-        await edit(pilot, "130")
+        await edit_preload(pilot, "130")
         await until(pilot, lambda: len(searches.started) == 3)
     for _ in range(3):
         assert searches.ended.acquire(timeout=HANG_S)
@@ -228,18 +228,18 @@ async def test_an_edit_or_the_end_cancels_the_search(searches: Searches) -> None
 
 
 @pytest.fixture(scope="module")
-def safe() -> SafeFriction:
+def safe_friction() -> SafeFriction:
     return compute_safe_friction(P)
 
 
 @pytest.fixture
-def safe_searches(monkeypatch: pytest.MonkeyPatch, safe: SafeFriction) -> list[Parameters]:
+def safe_searches(monkeypatch: pytest.MonkeyPatch, safe_friction: SafeFriction) -> list[Parameters]:
     """Searches for safe friction: each returns the result at F = 120 N for its parameters."""
     started: list[Parameters] = []
 
     def compute(p: Parameters, **_: object) -> SafeFriction:
         started.append(p)
-        return replace(safe, system=System(p))
+        return replace(safe_friction, system=System(p))
 
     monkeypatch.setattr("fivtui.safety.safe_friction", compute)
     return started
@@ -250,7 +250,7 @@ async def test_the_verdict_gives_the_friction_from_which_a_cycle_coexists(
 ) -> None:
     searches.answers[120.0] = Coexistence(System(P), (REST, LARGE), (0, 1), True, None)
     async with FivtuiApp().run_test(size=(120, 40)) as pilot:
-        await edit(pilot, "120")
+        await edit_preload(pilot, "120")
         await until_shown(
             pilot, "a limit cycle coexists from μ = 0.2779: half peak-to-peak 7.250 m"
         )
@@ -270,7 +270,7 @@ async def test_continuation_reports_cycles_that_transients_missed(
         await until_shown(pilot, "UNSTABLE: growth rate")
         await until_shown(pilot, "a limit cycle attracts: ±7.443 m")
         assert "safe below 0.2779" in text_of(pilot)
-        await edit(pilot, "120")
+        await edit_preload(pilot, "120")
         await until_shown(pilot, "STABLE, but a limit cycle coexists from μ = 0.2779: half")
         await until_shown(pilot, "7.443 m")
         assert [p.F for p in safe_searches] == [80.0, 120.0]

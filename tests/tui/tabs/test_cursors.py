@@ -20,11 +20,11 @@ from tests.support.laboratory import (
 SIZE = (80, 24)
 
 
-def lines_of(pilot: Pilot[None], name: str) -> list[str]:
+def chart_lines(pilot: Pilot[None], name: str) -> list[str]:
     """The screen text of a chart."""
     region = chart_of(pilot, name).region
-    shown = text_of(pilot).splitlines()
-    return [line[region.x : region.right] for line in shown[region.y : region.bottom]]
+    screen_lines = text_of(pilot).splitlines()
+    return [line[region.x : region.right] for line in screen_lines[region.y : region.bottom]]
 
 
 async def test_two_cursors_are_on_all_plots_with_differences_and_units(
@@ -42,16 +42,16 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     await until_shown(pilot, "C: second cursor")
     await pilot.press("C")
     await until_shown(pilot, "t ◆50 ◇75 s Δt 25 s 1/Δt 0.04 Hz")
-    at = [int(abs(motion.t - t).argmin()) for t in (50.0, 75.0)]
+    sample_indices = [int(abs(motion.t - t).argmin()) for t in (50.0, 75.0)]
     for quantity, unit in (("y", "m"), ("x", "m"), ("P", "N")):
-        a, b = (float(getattr(motion, quantity)[index]) for index in at)
-        read, *plot = lines_of(pilot, f"plot-{quantity}")
+        a, b = (float(getattr(motion, quantity)[index]) for index in sample_indices)
+        heading, *plot_lines = chart_lines(pilot, f"plot-{quantity}")
         reading = f"{quantity} ◆{a:.5g} ◇{b:.5g} Δ{b - a:.5g} {unit}"
-        assert read.strip() == reading
-        assert any("◆" in line for line in plot)
-        assert any("◇" in line for line in plot)
+        assert heading.strip() == reading
+        assert any("◆" in line for line in plot_lines)
+        assert any("◇" in line for line in plot_lines)
     # The cursors also cross the strip.
-    (strip,) = (line for line in lines_of(pilot, "plot-y") if "off belt" in line)
+    (strip,) = (line for line in chart_lines(pilot, "plot-y") if "off belt" in line)
     assert "│" in strip
     assert "┊" in strip
     # Keys move the second cursor; another plot shows the same two.
@@ -72,11 +72,11 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     index = int(abs(motion.t - cursors.first[0]).argmin())
     assert f"y ◆{motion.y[index]:.5g} " in flat_text_of(pilot)
     assert f"ẋ ◆{motion.vx[index]:.5g} " in flat_text_of(pilot)
-    before = cursors.first
+    old_position = cursors.first
     await pilot.press("left")
-    assert before is not None
+    assert old_position is not None
     assert cursors.first is not None
-    assert 0.0 < before[0] - cursors.first[0] < 0.2
+    assert 0.0 < old_position[0] - cursors.first[0] < 0.2
     # The spectrum has its own cursors, at frequencies.
     await pilot.press("v")
     chart_of(pilot, "plot-spectrum").focus()
@@ -109,16 +109,16 @@ async def test_cursor_values_are_never_cut(size: tuple[int, int]) -> None:
         await pilot.press("c", "C", "shift+up", "plus")
         await until_shown(pilot, "1/Δt")
         for name, unit in (("plot-y", "m"), ("plot-x", "m"), ("plot-P", "N")):
-            shown = " ".join(" ".join(lines_of(pilot, name)).split())
+            chart_text = " ".join(" ".join(chart_lines(pilot, name)).split())
             for trace in ("before", "live"):
-                _, _, reading = shown.partition(f"{trace} ◆")
-                value, second, difference, of = reading.split()[:4]
+                _, _, reading = chart_text.partition(f"{trace} ◆")
+                value, second, difference, shown_unit = reading.split()[:4]
                 assert float(second.removeprefix("◇")) - float(value) == pytest.approx(
                     float(difference.removeprefix("Δ")), rel=1e-2, abs=1e-3
                 )
-                assert of == unit
+                assert shown_unit == unit
             if size[1] > SIZE[1]:
-                assert ("zoom t, y" if name == "plot-y" else "zoom t") in shown
+                assert ("zoom t, y" if name == "plot-y" else "zoom t") in chart_text
         assert " Hz" in flat_text_of(pilot)
 
 
@@ -141,7 +141,7 @@ async def test_the_right_button_places_the_second_cursor(pilot: Pilot[None]) -> 
     await until_shown(pilot, "t ◆50 ◇59.21 s")
 
 
-async def test_kept_limits_are_marked_and_name_a_new_run_outside_of_them(
+async def test_chosen_limits_persist_are_marked_and_name_a_new_run_outside_of_them(
     pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
@@ -158,7 +158,7 @@ async def test_kept_limits_are_marked_and_name_a_new_run_outside_of_them(
     await until(pilot, lambda: app_of(pilot).session.texts["mu"] == "1.2")
     await run_to_end(pilot)
     await until_shown(pilot, "run 2 partly outside, r: fit")
-    assert "zoom" not in "".join(lines_of(pilot, "plot-x"))
+    assert "zoom" not in "".join(chart_lines(pilot, "plot-x"))
     # The state stores the run since which the limits hold.
     state = session_state(app_of(pilot).session, "")
     assert state.views["plot-y"].newest_run == 1

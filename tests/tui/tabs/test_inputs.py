@@ -48,6 +48,7 @@ def test_a_decimal_comma_in_a_number_is_a_point() -> None:
         assert decimal_point(text) == expected
 
 
+# Key of the tab, name of its input, an invalid text, its error, and a valid text.
 INPUTS = (
     ("alt+3", "vary", "mu=0,1:200:5", "mu = 200: must be from 0 to 100", "mu=0.1:2:5"),
     ("alt+4", "over", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
@@ -57,37 +58,37 @@ INPUTS = (
 
 
 async def test_a_wrong_text_in_a_tab_is_marked_at_once(pilot: Pilot[None]) -> None:
-    for key, name, wrong, reason, right in INPUTS:
+    for key, name, invalid_text, error, valid_text in INPUTS:
         await show_tab(pilot, key)
-        editor = pilot.app.screen.query_one(f"#{name}", Input)
-        editor.focus()
-        await until(pilot, lambda: editor.has_focus)  # noqa: B023
-        for text, valid in ((wrong, False), (right, True)):
+        text_input = pilot.app.screen.query_one(f"#{name}", Input)
+        text_input.focus()
+        await until(pilot, lambda: text_input.has_focus)  # noqa: B023
+        for text, is_valid in ((invalid_text, False), (valid_text, True)):
             await pilot.press("end", "ctrl+u")
             pilot.app.post_message(Paste(f"{text}\n"))
-            await until(pilot, lambda: editor.has_class("-invalid") is not valid)  # noqa: B023
-            assert (editor.value == text) is ("0,1:" not in text)
-            assert (reason in flat_text_of(pilot)) is not valid
+            await until(pilot, lambda: text_input.has_class("-invalid") is not is_valid)  # noqa: B023
+            assert (text_input.value == text) is ("0,1:" not in text)
+            assert (error in flat_text_of(pilot)) is not is_valid
 
 
 async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilot[None]) -> None:
     await run_to_end(pilot)
     pilot.app.screen.query_one(TransientPane).show_view("measured")
-    for name, wrong, reason, right in (
+    for name, invalid_text, error, valid_text in (
         ("scale", "0,5x", "not a number", "0,5"),
         ("shift", "later", "must be a time in s, or auto", "auto"),
         ("quantity", "z", "unknown quantity", "vy"),
         ("share", "5", "must be a percentage", "5,5%"),
     ):
-        editor = pilot.app.screen.query_one(f"#measured-{name}", Input)
-        editor.focus()
-        await until(pilot, lambda: editor.has_focus)  # noqa: B023
-        await pilot.press(*wrong)
-        await until_shown(pilot, reason)
-        assert editor.has_class("-invalid")
-        await pilot.press("ctrl+u", *right)
-        await until(pilot, lambda: not editor.has_class("-invalid"))  # noqa: B023
-        assert editor.value == right.replace(",", ".")
+        text_input = pilot.app.screen.query_one(f"#measured-{name}", Input)
+        text_input.focus()
+        await until(pilot, lambda: text_input.has_focus)  # noqa: B023
+        await pilot.press(*invalid_text)
+        await until_shown(pilot, error)
+        assert text_input.has_class("-invalid")
+        await pilot.press("ctrl+u", *valid_text)
+        await until(pilot, lambda: not text_input.has_class("-invalid"))  # noqa: B023
+        assert text_input.value == valid_text.replace(",", ".")
 
 
 async def test_wrong_limits_of_an_axis_are_marked_at_once(pilot: Pilot[None]) -> None:

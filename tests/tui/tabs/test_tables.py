@@ -9,43 +9,43 @@ from fivtui.tui.tabs.tables import ListTable, shorten
 from tests.support.laboratory import show_tab, text_of, until_shown
 
 COLUMNS = ("figure", "what it shows")
-WIDE = {"1": ("a key of many words", "long " * 20)}
-NARROW: dict[str, tuple[str | Text, ...]] = {
+LONG_ROWS = {"1": ("a key of many words", "long " * 20)}
+SHORT_ROWS: dict[str, tuple[str | Text, ...]] = {
     "1": ("2a to 2c", "x"),
     "2": (Text("■ 10"), "y"),
 }
 
 
-class Tables(App[None]):
+class TableApp(App[None]):
     def compose(self) -> ComposeResult:
         yield ListTable[str | Text]()
 
 
-def lines_of(table: ListTable[str | Text]) -> list[str]:
+def first_lines(table: ListTable[str | Text]) -> list[str]:
     return [table.render_line(y).text for y in range(3)]
 
 
 async def test_columns_have_their_final_width_from_the_first_frame() -> None:
-    async with Tables().run_test(size=(44, 10)) as pilot:
+    async with TableApp().run_test(size=(44, 10)) as pilot:
         table: ListTable[str | Text] = pilot.app.query_one(ListTable)
-        table.fill(COLUMNS, NARROW)
-        at_once = lines_of(table)
+        table.fill(COLUMNS, SHORT_ROWS)
+        first_frame = first_lines(table)
         await pilot.pause()
-        assert lines_of(table) == at_once
-        assert at_once[0].split() == ["figure", "what", "it", "shows"]
-        assert at_once[2].split() == ["■", "10", "y"]
+        assert first_lines(table) == first_frame
+        assert first_frame[0].split() == ["figure", "what", "it", "shows"]
+        assert first_frame[2].split() == ["■", "10", "y"]
 
 
 async def test_column_widths_do_not_depend_on_earlier_content() -> None:
-    async with Tables().run_test(size=(44, 10)) as pilot:
+    async with TableApp().run_test(size=(44, 10)) as pilot:
         table: ListTable[str | Text] = pilot.app.query_one(ListTable)
-        table.fill(COLUMNS, NARROW)
+        table.fill(COLUMNS, SHORT_ROWS)
         await pilot.pause()
-        fresh = lines_of(table)
-        for rows in (WIDE, NARROW):
+        lines_without_history = first_lines(table)
+        for rows in (LONG_ROWS, SHORT_ROWS):
             table.fill(COLUMNS, rows)
             await pilot.pause()
-        assert lines_of(table) == fresh
+        assert first_lines(table) == lines_without_history
 
 
 @pytest.mark.parametrize("keys", [[], ["alt+4"], ["f3"]])
@@ -59,32 +59,32 @@ async def test_the_list_of_figures_has_room_for_its_headings(keys: list[str]) ->
         assert heading.rstrip("│ ").endswith("what it shows")
 
 
-async def test_a_narrow_table_drops_one_column_and_wraps_another() -> None:
+async def test_a_narrow_table_omits_one_column_and_wraps_another() -> None:
     columns = ("verdict", "statement", "stated")
     rows = {"1": ("holds", "the slider leaves the belt as soon as it can", "a number")}
 
     class Claims(ListTable[str | Text]):
         wrapped, optional = "statement", ("stated",)
 
-    class Tables(App[None]):
+    class ClaimsApp(App[None]):
         def compose(self) -> ComposeResult:
             yield Claims()
 
-    async with Tables().run_test(size=(44, 10)) as pilot:
+    async with ClaimsApp().run_test(size=(44, 10)) as pilot:
         table = pilot.app.query_one(Claims)
         table.fill(columns, rows)
-        narrow = lines_of(table)
+        narrow = first_lines(table)
         assert "stated" not in narrow[0]
         assert " ".join(" ".join(narrow[1:3]).split()) == (
             "holds the slider leaves the belt as soon as it can"
         )
         await pilot.resize_terminal(90, 10)
         await pilot.pause()
-        assert lines_of(table)[0].split() == ["verdict", "statement", "stated"]
+        assert first_lines(table)[0].split() == ["verdict", "statement", "stated"]
 
 
 @pytest.mark.parametrize(
-    ("width", "shown"),
+    ("width", "shortened"),
     [
         (0, "fold 0.2779 touch 0.3; ends"),
         (27, "fold 0.2779 touch 0.3; ends"),
@@ -94,5 +94,5 @@ async def test_a_narrow_table_drops_one_column_and_wraps_another() -> None:
         (3, "fo…"),
     ],
 )
-def test_words_that_do_not_fit_are_omitted_and_marked(width: int, shown: str) -> None:
-    assert shorten("fold 0.2779 touch 0.3; ends", width) == shown
+def test_words_that_do_not_fit_are_omitted_and_marked(width: int, shortened: str) -> None:
+    assert shorten("fold 0.2779 touch 0.3; ends", width) == shortened

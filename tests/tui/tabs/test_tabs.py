@@ -66,30 +66,30 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     await until(pilot, lambda: app_of(pilot).session.runs.displayed is not None)
     texts = app_of(pilot).session.texts
     assert texts["mu"] != "0.7"
-    shown = app_of(pilot).session.runs.displayed
-    assert shown is not None
-    assert shown.scene.parameters.mu == float(texts["mu"])
+    displayed_run = app_of(pilot).session.runs.displayed
+    assert displayed_run is not None
+    assert displayed_run.scene.parameters.mu == float(texts["mu"])
 
 
 async def test_cycling_through_views_never_focuses_a_text_input(
     pilot: Pilot[None],
 ) -> None:
-    turned = []
+    tabs_with_views = []
     for tab in TABS:
         await show_tab(pilot, tab.key)
         pane = pilot.app.screen.query_one(TabBook).pane
         if not isinstance(pane, ViewsPane) or len(pane.VIEWS) < 2:
             continue
-        turned.append(tab.id)
+        tabs_with_views.append(tab.id)
         pane.focus_content()
-        views = [pane.view]
+        visited_views = [pane.view]
         for _ in pane.VIEWS:
             await pilot.press("v")
             assert not isinstance(pilot.app.focused, Input)
-            views.append(pane.view)
-        assert views[-1] == views[0]
-        assert set(views) == set(pane.VIEWS)
-    assert {"stability", "transient"} <= set(turned)
+            visited_views.append(pane.view)
+        assert visited_views[-1] == visited_views[0]
+        assert set(visited_views) == set(pane.VIEWS)
+    assert {"stability", "transient"} <= set(tabs_with_views)
 
 
 async def test_the_transient_has_views_and_every_plot_its_keys(
@@ -136,8 +136,8 @@ async def test_a_run_grows_in_the_plot_until_it_is_stopped(
     assert active is not None
     view = chart_of(pilot, "plot-y")
     await until(pilot, lambda: view.chart is not None and view.chart.traces[0].x.size > 100)
-    first = view.chart.traces[0].x.size  # type: ignore[union-attr]
-    await until(pilot, lambda: view.chart.traces[0].x.size > first)  # type: ignore[union-attr]
+    first_size = view.chart.traces[0].x.size  # type: ignore[union-attr]
+    await until(pilot, lambda: view.chart.traces[0].x.size > first_size)  # type: ignore[union-attr]
     assert "off belt" in text_of(pilot)
     await pilot.press("f5")
     await until(pilot, lambda: active.state is runs.RunState.STOPPED)
@@ -153,20 +153,20 @@ def measured() -> Tradeoff:
 async def test_the_trade_off_is_measured_and_shown(
     pilot: Pilot[None], measured: Tradeoff, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scenes = []
+    measured_scenes = []
 
     def measure(scene: Any, progress: Any) -> Tradeoff:
-        scenes.append(scene)
+        measured_scenes.append(scene)
         assert progress(0.5)
         return measured
 
-    def endless(scene: Any, progress: Any) -> None:
+    def measure_endlessly(scene: Any, progress: Any) -> None:
         endless_simulate(progress=progress)
 
     await pilot.press("alt+5")
     await until_shown(pilot, "not measured yet")
     # A running job stops at once.
-    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", endless)
+    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure_endlessly)
     await pilot.press("f10")
     await until_shown(pilot, "Stop")
     await pilot.press("f10")
@@ -174,7 +174,7 @@ async def test_the_trade_off_is_measured_and_shown(
     monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure)
     await pilot.press("f10")
     await until_shown(pilot, "error of final state")
-    assert scenes == [app_of(pilot).session.scene()]
+    assert measured_scenes == [app_of(pilot).session.scene()]
     assert "measured for an earlier scene" in flat_text_of(pilot)
     assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)
     await type_into(pilot, "t_end", "10")
@@ -212,8 +212,8 @@ def test_the_modes_over_mu_agree_with_the_stability_of_each_point() -> None:
         assert np.sort(scan.eigenvalues[index].real) == pytest.approx(
             np.sort(expected.eigenvalues.real), abs=1e-9
         )
-    above = scan.mu > 0.45
-    assert np.all(scan.eigenvalues[above, 0].real > scan.eigenvalues[above, 1].real)
+    is_unstable = scan.mu > 0.45
+    assert np.all(scan.eigenvalues[is_unstable, 0].real > scan.eigenvalues[is_unstable, 1].real)
 
 
 def test_the_current_setting_and_the_best_ones_are_marked(measured: Tradeoff) -> None:
@@ -227,19 +227,19 @@ def test_the_current_setting_and_the_best_ones_are_marked(measured: Tradeoff) ->
     remarks = [row[COLUMNS.index("remark")] for row in rows]
     assert sum("now" in remark for remark in remarks) == 1
     assert any("best" in remark for remark in remarks)
-    drawn = tradeoff_chart(measured, "final", current)
-    assert drawn.traces[-1].name == "now"
-    request = dataclasses.replace(BASE, accuracy=(("peak", 1e-3),))
-    assert current_setting(measured, request) is None
-    assert setting_text(measured, request, "final", None).startswith("peak to 0.001: ")
+    chart = tradeoff_chart(measured, "final", current)
+    assert chart.traces[-1].name == "now"
+    scene_with_accuracy = dataclasses.replace(BASE, accuracy=(("peak", 1e-3),))
+    assert current_setting(measured, scene_with_accuracy) is None
+    assert setting_text(measured, scene_with_accuracy, "final", None).startswith("peak to 0.001: ")
     rk4 = dataclasses.replace(BASE, method="rk4")
     assert "enter a step" in setting_text(measured, rk4, "final", current_setting(measured, rk4))
 
 
-def test_claims_have_rows_and_words() -> None:
-    study = PaperResults(workers=1)
+def test_claims_have_rows_and_texts() -> None:
+    results = PaperResults(workers=1)
     claim = CLAIMS[0]
-    checked = {claim.id: check(claim, study)}
+    checked = {claim.id: check(claim, results)}
     rows = claim_rows(CLAIMS, checked)
     assert rows[0][0] == "holds"
     assert {row[0] for row in rows[1:]} == {"?"}
