@@ -141,7 +141,7 @@ def heading_spans(
 ) -> tuple[list[Span], int]:
     """The texts above a plot, and the number of leading texts that must not be omitted.
 
-    Values at the cursors, or else label and legend; traces outside the limits; zoomed axes.
+    Values at the points of both cursors, or else label and legend; then notes on the limits.
     """
     limit_spans = [*_outside_spans(chart, view), *_zoom_spans(chart, view)]
     if first or second:

@@ -53,10 +53,10 @@ class ListTable(DataTable[Cell]):
         for label in self.optional:
             if self._is_crowded(columns, widths) and label in columns:
                 del widths[columns.index(label)]
-        missing, wrapped = self._missing_width(widths), -1
-        if missing > 0 and self.wrapped in columns:
+        missing_width, wrapped = self._missing_width(widths), -1
+        if missing_width > 0 and self.wrapped in columns:
             wrapped = columns.index(self.wrapped)
-            widths[wrapped] = max(widths[wrapped] - missing, _MIN_WRAPPED_WIDTH)
+            widths[wrapped] = max(widths[wrapped] - missing_width, _MIN_WRAPPED_WIDTH)
         # If the columns are still too wide, omit their padding.
         is_tight = self._missing_width(widths) > 0
         self.cell_padding = 0 if is_tight else _PADDING
@@ -73,11 +73,11 @@ class ListTable(DataTable[Cell]):
 
     def _is_crowded(self, columns: Sequence[str], widths: Mapping[int, int]) -> bool:
         # Whether the wrapped column would be too narrow to read.
-        missing = self._missing_width(widths)
+        missing_width = self._missing_width(widths)
         if self.wrapped not in columns:
-            return missing > 0
+            return missing_width > 0
         width = widths[columns.index(self.wrapped)]
-        return missing > 0 and width - missing < min(width, _READABLE_WIDTH)
+        return missing_width > 0 and width - missing_width < min(width, _READABLE_WIDTH)
 
     def _missing_width(self, widths: Mapping[int, int]) -> int:
         # Width of the columns beyond that of the table; 0 before the table has a size.

@@ -88,12 +88,12 @@ class MapPane(StudyPane):
     @property
     def initial_text(self) -> str:
         """The stored ranges for the mapped value, or else valid ranges of maps over μ."""
-        usual = self.stored_setting(_RANGES_SETTING, EXAMPLE)
+        ranges_text = self.stored_setting(_RANGES_SETTING, EXAMPLE)
         try:
-            map_request(usual, self.choice)
+            map_request(ranges_text, self.choice)
         except InputError:
-            usual = EXAMPLE_WITHOUT_MU if self.choice in WITHOUT_MU else usual
-        return self.stored_setting(self.input_setting, usual)
+            ranges_text = EXAMPLE_WITHOUT_MU if self.choice in WITHOUT_MU else ranges_text
+        return self.stored_setting(self.input_setting, ranges_text)
 
     def parse(self, scene: Scene, text: str) -> "tuple[NamedRange, NamedRange]":  # noqa: ARG002
         """The two ranges of the input."""
